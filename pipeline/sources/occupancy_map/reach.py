@@ -15,9 +15,9 @@ from collections.abc import Iterable
 from typing import Final
 
 import cv2
-import networkx as nx
 import numpy as np
 
+from pipeline.geometry.groups import connected_groups
 from pipeline.sources.occupancy_map.enclosure import open_shares
 from pipeline.sources.occupancy_map.narrow_places import Bools, Labels
 
@@ -33,10 +33,8 @@ def unreached_rooms(
     """Return the rooms of a ``label`` (rows, cols) that are none by R2 and R3; ``ways`` are pairs of rooms."""
     area = np.bincount(label.ravel())
     rooms = set((1 + np.flatnonzero(area[1:])).tolist()) - outside
-    joined = nx.Graph()
-    joined.add_nodes_from(rooms)
-    joined.add_edges_from(pair for pair in ways if rooms.issuperset(pair))
-    groups = [sorted(group) for group in nx.connected_components(joined)]
+    joined = connected_groups(len(area), (pair for pair in ways if rooms.issuperset(pair)))
+    groups = [group for group in joined if rooms.issuperset(group)]
     if len(groups) < 2:
         return frozenset()
     sizes = [int(area[group].sum()) for group in groups]

@@ -39,12 +39,12 @@ from dataclasses import dataclass
 from typing import Any
 
 import cv2
-import networkx as nx
 import numpy as np
 import numpy.typing as npt
 import shapely
 from shapely import Polygon
 
+from pipeline.geometry.groups import Groups
 from pipeline.sources.occupancy_map.clutter import drop_scraps, fill_clutter, free_beside_dashes
 from pipeline.sources.occupancy_map.drawn_doorways import find_doorways
 from pipeline.sources.occupancy_map.enclosure import find_fans, is_marked, without_fans
@@ -495,11 +495,9 @@ def _with_ways_where_rooms_touch(
 
 def _without_slits(ways: tuple[RoomConnection, ...]) -> tuple[RoomConnection, ...]:
     """R11: return ways without the slits between rooms that others join."""
-    joined, kept = nx.utils.UnionFind(), list[RoomConnection]()
+    joined, kept = Groups(1 + max((max(way.rooms) for way in ways), default=0)), list[RoomConnection]()
     for way in sorted(ways, key=lambda way: -way.width_m):
-        low, high = way.rooms
-        if way.width_m >= SLIT_M or joined[low] != joined[high]:
-            joined.union(low, high)
+        if joined.join(*way.rooms) or way.width_m >= SLIT_M:
             kept.append(way)
     return tuple(way for way in ways if way in kept)
 
