@@ -56,7 +56,7 @@ class CellsConfig:
     """Closed cells (the paper's area threshold)."""
 
     area_m2: float = 2.0
-    samples: int = 500  # n of the paper; exact labelling covers every point, see docs/decisions.md
+    samples: int = 500  # n of the paper; exact labelling covers every point, see docs/paper.md
 
 
 @dataclass(frozen=True)

@@ -137,3 +137,11 @@ def test_the_oracle_wants_the_truth() -> None:
     assert not any(load_policy(name).interface.sees_truth for name in NAMES if name != "oracle")
     with pytest.raises(ConfigError, match="policy 'oracle': expected to be given the world"):
         oracle.factory(make_robot(env, load_policy("frontier").interface), 0)
+
+
+def test_random_takes_each_of_the_three_motions_equally_often() -> None:
+    env = ExplorationEnv([HALL], config=config(2.0, 2.0))
+    policy = load_policy("random")
+    acts = policy.factory(make_robot(env, policy.interface), 0)
+    counts = np.bincount([acts(None, None) for _ in range(3000)], minlength=3)  # type: ignore[arg-type]
+    assert np.abs(counts - 1000).max() < 4 * math.sqrt(3000 * (1 / 3) * (2 / 3))  # four standard deviations

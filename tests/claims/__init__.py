@@ -1,0 +1,1 @@
+"""Try the claims of the pages: ``python -m tests.claims``."""
