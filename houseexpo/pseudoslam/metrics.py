@@ -106,6 +106,11 @@ class Metrics(NamedTuple):
         found: Bools = self.counts["steps"] >= self.config.max_steps
         return found
 
+    def area_since(self, before: Metrics) -> Floats:
+        """Return the area that has become known since ``before`` (N,), m2."""
+        area: Floats = np.multiply(self.counts["known"] - before.counts["known"], self.cell_m**2)
+        return area
+
     def way_since(self, before: Metrics) -> Floats:
         """Return the distance travelled since ``before`` (N,), metres."""
         way: Floats = (self.readings["path_length"] - before.readings["path_length"]) * self.cell_m

@@ -75,19 +75,19 @@ class Task(ABC):
 class Exploration(Task):
     """The task of exploring the whole house.
 
-    An episode terminates when the robot knows the share ``success_coverage`` of what it can see; with None, it runs
-    until the time limit.
-
     Parameters
     ----------
+    success_coverage
+        An episode terminates when the robot knows this share of what it can see. None, as in the paper (section IV-C):
+        it runs until the time limit, and no episode is a success.
     reward
-        "area": the newly known area, m2. "coverage": the newly known share of what the robot can see, so that small
-        and large houses have equal weight; the rewards of an episode add up to 1 at most.
+        "area", the paper's: the newly known area, m2. "coverage": the newly known share of what the robot can see, so
+        that small and large houses have equal weight; the rewards of an episode add up to 1 at most.
     cost_per_metre, cost_per_turn
         The amounts that each metre travelled and each full turn in place subtract from the reward, in its unit.
     """
 
-    success_coverage: float | None = 0.95
+    success_coverage: float | None = None
     reward: ExplorationReward = "area"
     cost_per_metre: float = 0.0
     cost_per_turn: float = 0.0
@@ -109,11 +109,7 @@ class Exploration(Task):
 
     def rewards(self, before: Metrics, after: Metrics, ahead: Bools, success: Bools) -> Floats:  # noqa: ARG002
         """Return the newly known area or share minus the costs."""
-        found: Floats
-        if self.reward == "area":
-            found = np.multiply(after.counts["known"] - before.counts["known"], after.cell_m**2)
-        else:
-            found = after.coverage - before.coverage
+        found = after.area_since(before) if self.reward == "area" else after.coverage - before.coverage
         if self.cost_per_metre > 0:
             found = found - self.cost_per_metre * after.way_since(before)
         if self.cost_per_turn > 0:
@@ -144,11 +140,12 @@ class ObstacleAvoidance(Task):
     Parameters
     ----------
     safe_m
-        r_s is the clearance around the robot divided by this distance, at most 1.
+        The clearance from which on "way" pays in full, metres.
     reward
-        "paper": -1 for a collision, else 0.9 r_s, plus 0.1 for going forward. A robot that spins in an open place gets
-        nearly all of it. "way": -1 for a collision, else (0.9 r_s + 0.1) times the distance forward as a share of a
-        full step, so that spinning, standing and going backward give nothing.
+        "paper": -1 for a collision, else 0.9 times the newly known area in m2, plus 0.1 for the action forward. "way":
+        -1 for a collision, else the distance forward as a share of a full step, times 0.1 + 0.9 c, where c is the
+        clearance divided by ``safe_m``, at most 1. It pays for driving on when the whole room is known, and for keeping
+        away from obstacles.
     """
 
     terminate_on_collision: bool = False
@@ -173,12 +170,9 @@ class ObstacleAvoidance(Task):
         """Return the paper's reward, or the one for the distance travelled."""
         if self.reward == "way":
             share = np.minimum(after.way_since(before) / after.config.full_step_m, 1.0) * ahead
-            return np.where(after.collided, -1.0, share * (0.9 * self._safety(after) + 0.1))
-        return np.where(after.collided, -1.0, 0.9 * self._safety(after) + 0.1 * ahead)
-
-    def _safety(self, after: Metrics) -> Floats:
-        share: Floats = np.minimum(after.readings["clearance"] * after.cell_m / self.safe_m, 1.0)
-        return share
+            safety = np.minimum(after.readings["clearance"] * after.cell_m / self.safe_m, 1.0)
+            return np.where(after.collided, -1.0, share * (0.9 * safety + 0.1))
+        return np.where(after.collided, -1.0, 0.9 * after.area_since(before) + 0.1 * ahead)
 
     def success(self, after: Metrics) -> Bools:
         """Return which episodes have reached the time limit without a collision."""
@@ -240,5 +234,5 @@ class Navigation(Task):
         }
 
 
-ROOM = FloorPlan("room-5.2x3.5", np.array([(0.0, 0.0), (0.0, 3.5), (5.2, 3.5), (5.2, 0.0)]), 1, {})
-"""The room in which the paper tests obstacle avoidance."""
+ROOM = FloorPlan("room-5.5x3.2", np.array([(0.0, 0.0), (0.0, 3.2), (5.5, 3.2), (5.5, 0.0)]), 1, {})
+"""A room of the size in which the paper tests obstacle avoidance (section IV-B, figure 7)."""

@@ -262,7 +262,7 @@ class ExplorationMixin:
         dataset: Plans | None = None,  # gymnasium.make passes on what it is given; None is refused in plain words
         config: SimulatorConfig | str | None = None,
         *,
-        success_coverage: float | None = 0.95,
+        success_coverage: float | None = None,
         reward: ExplorationReward = "area",
         cost_per_metre: float = 0.0,
         cost_per_turn: float = 0.0,

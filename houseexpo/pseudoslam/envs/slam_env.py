@@ -45,7 +45,7 @@ class SlamEnv(ExplorationEnv):
         dataset: Plans | None = None,
         config: SimulatorConfig | str | None = None,
         *,
-        success_coverage: float | None = 0.95,
+        success_coverage: float | None = None,
         **options: Unpack[AllEnvOptions],
     ) -> None:
         super().__init__(dataset, config, success_coverage=success_coverage, **options)

@@ -106,5 +106,5 @@ def test_a_policy_that_fails_leaves_no_result(tmp_path: Path) -> None:
         "run", "--track", "avoidance", "--plans", 1, "--policy", tmp_path / "mine.py", "--out", tmp_path / "a.json"
     )
     assert done.exit_code == 2
-    assert "plan 'room-5.2x3.5', step 0: it raised ZeroDivisionError" in done.output
+    assert "plan 'room-5.5x3.2', step 0: it raised ZeroDivisionError" in done.output
     assert not (tmp_path / "a.json").exists()

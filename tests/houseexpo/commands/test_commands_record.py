@@ -163,7 +163,7 @@ def test_the_command_writes_a_movie_of_a_plan(tmp_path: Path) -> None:
     for policy in ("frontier", "bounce", "random"):
         result = CliRunner().invoke(make_app(), [*words, "--policy", policy, "--size", "300", "200"])
         assert result.exit_code == 0, result.output
-        assert "steps in plan room-5.2x3.5" in result.output
+        assert "steps in plan room-5.5x3.2" in result.output
         assert Image.open(tmp_path / "run.gif").size <= (300, 200)
     files = [(tmp_path / "run.gif").read_bytes()]
     for seed in ("0", "1"):

@@ -91,7 +91,7 @@ def test_a_bag_changes_nothing_of_what_a_policy_is_shown(tmp_path: Path, words: 
             "that it was made for (navigation), found exploration",
         ),
         (["--policy", "frontier", "--task", "navigation"], "made for (exploration), found navigation"),
-        (["--policy", "FILE:broken"], "plan 'room-5.2x3.5', step 0: it raised IndexError"),
+        (["--policy", "FILE:broken"], "plan 'room-5.5x3.2', step 0: it raised IndexError"),
         (["--policy", "FILE:broken"], "mine.py, line"),
         (["--policy", "FILE:direct"], "mine.py:direct to be a factory: called with (robot, seed), it returns a policy"),
     ],
@@ -114,7 +114,7 @@ def test_a_policy_is_refused_where_it_would_see_or_act_otherwise(tmp_path: Path,
         make_policy(f"{file}:ranges", ExplorationEnv(ROOM, config))
     env = NavigationEnv(ROOM, config)
     observation, _ = env.reset(seed=0)
-    with pytest.raises(PolicyError, match=r"mine.py:broken': plan 'room-5.2x3.5', step 0: it raised KeyError"):
+    with pytest.raises(PolicyError, match=r"mine.py:broken': plan 'room-5.5x3.2', step 0: it raised KeyError"):
         make_policy(f"{file}:broken", env)(observation)
     shown = NavigationEnv(ROOM, config, observation="dict")
     observation, _ = shown.reset(seed=0)

@@ -64,11 +64,26 @@ def test_a_metre_and_a_turn_cost_what_is_said() -> None:
     assert turned > 1
 
 
-def test_who_spins_gets_nothing_for_way_and_nearly_all_of_the_papers_reward() -> None:
-    for reward, least, most in (("way", 0.0, 0.0), ("paper", 0.85, 0.95)):
-        env = avoiding(4.0, 2.0, 0.0, reward=reward)
-        rewards = [env.step(LEFT)[1] for _ in range(72)]
-        assert least <= min(rewards) <= max(rewards) <= most
+def test_the_papers_reward_is_the_area_found_and_a_tenth_for_going_on() -> None:
+    env = avoiding(2.0, 2.0, 0.0)
+    known = env.step(LEFT)[-1]["explored_m2"]
+    for action in [FORWARD, LEFT, FORWARD, RIGHT, RIGHT, FORWARD, FORWARD] * 2:
+        _, reward, _, _, info = env.step(action)
+        assert not info["collided"]
+        assert reward == pytest.approx(0.9 * (info["explored_m2"] - known) + 0.1 * (action == FORWARD))
+        known = info["explored_m2"]
+    env = avoiding(7.7, 2.0, 0.0)
+    assert env.step(FORWARD)[1] == -1.0  # whatever it found
+
+
+def test_who_spins_gets_no_more_than_the_area_around_it() -> None:
+    env = avoiding(4.0, 2.0, 0.0)
+    known = int(env.state.counts.known)
+    rewards = [env.step(LEFT)[1] for _ in range(72)]
+    assert sum(rewards[:36]) == pytest.approx(0.9 * (int(env.state.counts.known) - known) / 20**2)
+    assert not any(rewards[36:])
+    way = avoiding(4.0, 2.0, 0.0, reward="way")
+    assert not any(way.step(LEFT)[1] for _ in range(72))
 
 
 def test_who_moves_gets_way_and_more_of_it_in_the_open() -> None:
@@ -83,23 +98,25 @@ def test_who_moves_gets_way_and_more_of_it_in_the_open() -> None:
     assert env.step(FORWARD)[1] == -1.0
 
 
-def test_for_way_a_wanderer_beats_a_spinner() -> None:
-    """With the paper's reward it is the other way round, which is why there are two."""
-    spun, wandered = ({name: _returned(name, turns) for name in ("paper", "way")} for turns in (True, False))
-    assert spun["way"] == 0.0
-    assert wandered["way"] > 10.0
-    assert spun["paper"] > 2 * wandered["paper"]
+def test_driving_beats_spinning_by_both_rewards() -> None:
+    """In the paper's setting: a room of 5.5 x 3.2 m, 1 to 5 obstacles, a laser of 5 m, 200 steps."""
+    for reward, spinning, driving in (("paper", (4.0, 8.0), 14.0), ("way", (0.0, 0.0), 30.0)):
+        spun, drove = (returned(reward, turns) for turns in (True, False))
+        assert spinning[0] <= spun <= spinning[1]
+        assert drove > max(driving, 2 * spun)
 
 
-def _returned(reward: str, turns: bool) -> float:
-    """The mean return of who only turns, or of who goes on and turns by 120 degrees where the way is blocked."""
-    env = native("ObstacleAvoidance", 8, reward=reward)
-    _, infos = env.reset(seed=0)
-    total, left = np.zeros(8), np.zeros(8, int)
-    for _ in range(199):
-        left = np.where(infos["collided"], 12, np.maximum(left - 1, 0))
-        _, rewards, _, _, infos = env.step(np.where(turns | (left > 0), LEFT, FORWARD))
+def returned(reward: str, turns: bool) -> float:
+    """The mean return of who only turns, or of who goes on where its map shows no obstacle and else turns left."""
+    env = native("ObstacleAvoidance", 32, "Disabled", config="paper", reward=reward)
+    env.reset(seed=0)
+    total = np.zeros(32)
+    for _ in range(200):
+        on = env.action_masks()[:, FORWARD] & (not turns)
+        _, rewards, _, truncated, infos = env.step(np.where(on, FORWARD, LEFT))
         total += rewards
+    assert truncated.all()
+    assert infos["collisions"].mean() < 0.5
     return float(total.mean())
 
 

@@ -55,10 +55,10 @@ def test_another_seed_is_another_policy_on_the_same_starts() -> None:
 @pytest.mark.parametrize(
     ("name", "said"),
     [
-        ("dies", r"policy 'tests.builders.policies:dies': plan 'room-5.2x3.5', step 3: its process died, exit code 7"),
-        ("sleeps", r"plan 'room-5.2x3.5', step 2: expected an answer within 3 s, found none; --decision-limit"),
-        ("raises", r"plan 'room-5.2x3.5', step 1: it raised KeyError: 'no such key'"),
-        ("not_a_number", r"plan 'room-5.2x3.5', step 4: action: expected 0 .* or 2 \(right\), found .*nan"),
+        ("dies", r"policy 'tests.builders.policies:dies': plan 'room-5.5x3.2', step 3: its process died, exit code 7"),
+        ("sleeps", r"plan 'room-5.5x3.2', step 2: expected an answer within 3 s, found none; --decision-limit"),
+        ("raises", r"plan 'room-5.5x3.2', step 1: it raised KeyError: 'no such key'"),
+        ("not_a_number", r"plan 'room-5.5x3.2', step 4: action: expected 0 .* or 2 \(right\), found .*nan"),
     ],
 )
 def test_a_policy_that_fails_ends_the_run(name: str, said: str) -> None:

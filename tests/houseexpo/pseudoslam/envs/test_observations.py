@@ -165,7 +165,7 @@ def test_views_are_the_same_memory_where_nobody_wants_copies() -> None:
 def test_presets_have_names(name: str) -> None:
     env, preset = one(config=name), PRESETS[name]
     laser, view = env.unwrapped.config.laser, env.unwrapped.config.observation
-    assert (laser.range_m, laser.fov_deg, view.size_m) == (preset.range_m, preset.fov_deg, preset.size_m)
+    assert (laser.range_m, laser.fov_deg, view.size_m) == (preset.range_m, preset.fov_deg, preset.size_m or 4.0)
     observation, _ = env.reset(seed=0)
     side = preset.pixels or 100
     assert observation.shape == (1, side, side)
@@ -178,6 +178,19 @@ def test_a_preset_keeps_the_rest_of_the_tasks_configuration() -> None:
     env = gymnasium.make("PseudoSLAM/ObstacleAvoidance-v0", config="round-10m").unwrapped
     assert env.config.obstacles.random is not None
     assert env.config.pixels_per_metre == 33.0
+
+
+@pytest.mark.parametrize(("task", "view_m"), [("Exploration", 4.0), ("ObstacleAvoidance", 3.0)])
+def test_the_papers_preset_is_the_setting_of_its_experiments(task: str, view_m: float) -> None:
+    given = {"dataset": HUTS} if task == "Exploration" else {}
+    env = gymnasium.make(f"PseudoSLAM/{task}-v0", config="paper", **given).unwrapped
+    config = env.config
+    assert (config.laser.range_m, config.laser.fov_deg, config.observation.size_m) == (5.0, 180.0, view_m)
+    assert config.max_steps == 200
+    env.reset(seed=0)
+    for step in range(1, 201):  # it ends neither at 95% nor by a collision
+        *_, terminated, truncated, _ = env.step([0, 1, 0][step % 3])
+        assert (terminated, truncated) == (False, step == 200)
 
 
 @pytest.mark.parametrize(
