@@ -109,6 +109,48 @@ def run(
 
 
 @benchmark.command()
+def verify(
+    results: Annotated[list[Path], typer.Argument(help="Results of `houseexpo benchmark run`.", show_default=False)],
+    dataset: Annotated[
+        Path | None,
+        typer.Option(help="Data set of the results: a folder, an archive or JSON lines.", show_default="fetched"),
+    ] = None,
+    maps: Annotated[
+        Path | None, typer.Option(help="Folder of the maps of the results, instead of a data set.", show_default="none")
+    ] = None,
+    resolution: Annotated[
+        float | None, typer.Option(help="Side of a cell of maps without a yaml, metres.", show_default="the track's")
+    ] = None,
+    workers: Annotated[
+        int | None, typer.Option(min=1, help="Number of processes.", show_default="one per core")
+    ] = None,
+) -> None:
+    """Play the actions that results store again, and compare every value; mark the results whose values are right.
+
+    The mark is a file RESULT.verified beside RESULT.json. `houseexpo benchmark compare` shows it.
+    """
+    from houseexpo.commands.arguments import open_data_set
+    from houseexpo.commands.printing import make_console, print_name_and_text
+    from houseexpo.cpu_cores import count_cores
+    from houseexpo.pseudoslam.benchmark.maps import read_maps
+    from houseexpo.pseudoslam.benchmark.result import read_result
+    from houseexpo.pseudoslam.benchmark.tracks import MAP_TRACKS, find_track
+    from houseexpo.pseudoslam.benchmark.verification import mark_verified, verify_result
+
+    for file in results:
+        result = read_result(file)
+        track = find_track(result.track_id)
+        houses: Dataset | list[MapHouse] | None = None
+        if maps is not None:
+            houses = read_maps(track, maps, resolution)
+        elif track.needs_plans and track not in MAP_TRACKS and result.plans.split != "maps":
+            houses = open_data_set(dataset)
+        verify_result(result, houses, workers or count_cores(), str(file))
+        mark = mark_verified(file, result)
+        print_name_and_text(make_console(), "verified", f"{file}: all values are right; written {mark.name}")
+
+
+@benchmark.command()
 def compare(
     results: Annotated[list[Path], typer.Argument(help="Results, or folders of them.", show_default=False)],
     out: Annotated[

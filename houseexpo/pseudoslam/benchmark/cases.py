@@ -7,6 +7,8 @@ R3  A plan is skipped if it repeats a plan of another list or an earlier one: th
 R4  For the published test list, both results are recorded in ``data_manifests/benchmark.toml`` and read from there.
     A track of large plans first takes the largest ones by area that R2 and R3 allow; R1 gives their order.
 R5  A start is drawn with a seed from the ids of the track and the plan; it depends on nothing else.
+R6  The seed of a policy comes from the run's seed and from the first map that the policy sees, so that it tells the
+    policy nothing else about the plan.
 """
 
 from __future__ import annotations
@@ -17,6 +19,9 @@ from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Final
+
+import numpy as np
+import numpy.typing as npt
 
 from houseexpo.analysis.similarity import find_similar_pairs
 from houseexpo.dataset import Dataset
@@ -51,6 +56,11 @@ def make_room_cases(track_id: str, room_id: str, number: int) -> list[Case]:
 def seed_from_words(*words: str) -> int:
     """Return a seed of 32 bits, computed from words."""
     return int.from_bytes(hashlib.sha256("\n".join(words).encode()).digest()[:4])
+
+
+def policy_seed_at_start(run_seed: int, first_map: npt.NDArray[np.uint8]) -> int:
+    """Return the seed of a policy in an episode (R6); the map (rows, cols) is the robot's at the start."""
+    return seed_from_words(str(run_seed), str(first_map.shape), first_map.tobytes().hex())
 
 
 def ids_sha256(ids: Sequence[str]) -> str:

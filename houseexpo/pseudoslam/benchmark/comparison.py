@@ -26,6 +26,7 @@ from houseexpo.pseudoslam.benchmark.statistics import (
     paired_p_value,
 )
 from houseexpo.pseudoslam.benchmark.tracks import MAP_TRACKS, TRACKS, Track, find_track
+from houseexpo.pseudoslam.benchmark.verification import is_verified
 from houseexpo.words import count_noun
 
 ORACLE: Final = "oracle"
@@ -35,6 +36,7 @@ BOUND: Final = "bound"
 BASELINE: Final = "frontier"
 """The policy with which others are compared (R2)."""
 _REFERENCES: Final = {BOUND: "bound as a share of the way", ORACLE: "share of the oracle's way"}
+_ROUNDED: Final = 1e-5  # bounds and values are rounded to 6 digits
 _LESS, _SHARE, _P = "less_", "share_of_", "p_"
 
 
@@ -43,6 +45,8 @@ class ComparisonRow:
     """A row: one result, or those of one family in the order of their seeds (R1)."""
 
     results: tuple[Result, ...]
+    verified: bool = False
+    """Whether the actions of all results were played again and gave their values (``verification``)."""
 
     @property
     def name(self) -> str:
@@ -307,9 +311,15 @@ def _compare_track(track: Track, named: Sequence[tuple[Path, Result]]) -> TrackC
                     f"{file}: expected the {what} of {first_file}, found others; {track.id} is compared on the same "
                     "plans: run both with the same --split and --plans, on the same data set"
                 )
+    verified = {id(result) for file, result in named if is_verified(file)}
     unordered = TrackComparison(
-        track, tuple(ComparisonRow(group) for group in _group_by_family([result for _, result in named]))
+        track,
+        tuple(
+            ComparisonRow(group, all(id(result) in verified for result in group))
+            for group in _group_by_family([result for _, result in named])
+        ),
     )
+    _check_bounds(track, named)
     metric = track.metrics[0]
     sign = -1.0 if metric.better == "high" else 1.0
 
@@ -319,6 +329,23 @@ def _compare_track(track: Track, named: Sequence[tuple[Path, Result]]) -> TrackC
         return (mean is None, 0.0 if mean is None else sign * mean, policy.name, policy.seed)
 
     return TrackComparison(track, tuple(sorted(unordered.entries, key=rank)))
+
+
+def _check_bounds(track: Track, named: Sequence[tuple[Path, Result]]) -> None:
+    """Raise ConfigError if a result is better on a plan than the result of bounds that no policy can beat."""
+    bound = next((result for _, result in named if result.policy.name == BOUND), None)
+    if bound is None:
+        return
+    for file, result in named:
+        for metric in track.metrics:
+            sign = -1.0 if metric.better == "low" else 1.0
+            rows = zip(result.episodes["plan"], result.column(metric.key), bound.column(metric.key), strict=True)
+            for plan, said, best in rows:
+                if said is not None and best is not None and sign * (said - best) > _ROUNDED:
+                    raise ConfigError(
+                        f"{file}: plan {plan!r}: {metric.key}: {said:g} is better than {best:g}, the bound of all "
+                        "policies, so it is refused; `houseexpo benchmark verify` plays it again"
+                    )
 
 
 def _group_by_family(results: Sequence[Result]) -> list[tuple[Result, ...]]:

@@ -13,7 +13,7 @@ import numpy.typing as npt
 from houseexpo.errors import ConfigError, PolicyError
 from houseexpo.pseudoslam.agents.loading import NamedPolicy, describe_exception, describe_no_policy
 from houseexpo.pseudoslam.agents.protocol import make_knowledge, make_robot
-from houseexpo.pseudoslam.benchmark.cases import Case
+from houseexpo.pseudoslam.benchmark.cases import Case, policy_seed_at_start
 from houseexpo.pseudoslam.benchmark.measures import MEAN_DIGITS
 from houseexpo.pseudoslam.benchmark.policy_process import PolicyProcess, PolicyProcessError
 from houseexpo.pseudoslam.benchmark.prediction import (
@@ -45,13 +45,16 @@ class EpisodeOutcome:
     curves
         Coverage at ``curve_sample_points`` for each of the track's curves.
     decisions_ms
-        Time of each new decision of the policy, milliseconds.
+        Time of each new decision of the policy, milliseconds, as the runner measures it.
+    actions
+        What the policy did, an action for each call until it was done; numbers, and lists of numbers.
     """
 
     case: Case
     values: dict[str, float | None]
     curves: dict[str, list[float]] = field(default_factory=dict)
     decisions_ms: npt.NDArray[np.float32] = field(default_factory=lambda: np.empty(0, np.float32), compare=False)
+    actions: list[Any] = field(default_factory=list)
 
 
 class EpisodeRunner:
@@ -60,7 +63,7 @@ class EpisodeRunner:
     Parameters
     ----------
     policy_seed
-        The seed of the policy; each episode derives its own seed from it and from the case's.
+        The seed of the policies; each episode's is made of it and of the robot's first map (``policy_seed_at_start``).
     process
         The process of the policy, if it is not in this one.
     prediction
@@ -97,8 +100,9 @@ class EpisodeRunner:
             The policy raised an exception or returned an invalid action.
         """
         took: list[float] = []
+        actions: list[Any] = []
         scoring = self._scoring() if self.prediction else None
-        trace = self.trace(case, note, took, scoring)
+        trace = self.trace(case, note, took, actions, scoring)
         values = {**self.track.measure(trace), "steps": trace.steps[-1], "metres": trace.metres[-1]}
         if scoring is not None:
             values |= self._ask(case, int(trace.steps[-1]), scoring.values)
@@ -106,16 +110,23 @@ class EpisodeRunner:
             values["coverage"] = trace.coverage[-1]
         curves = {over: trace.coverage_at(over, curve_sample_points(most)).tolist() for over, most in self.track.curves}
         rounded = {key: None if value is None else round(value, MEAN_DIGITS) for key, value in values.items()}
-        return EpisodeOutcome(case, rounded, curves, np.array(took, np.float32))
+        return EpisodeOutcome(case, rounded, curves, np.array(took, np.float32), actions)
 
-    def trace(self, case: Case, note: Note, took: list[float], scoring: PredictionScorer | None = None) -> Trace:
-        """Run one episode, append the time of each decision to ``took``, milliseconds, and score predicted maps."""
+    def trace(
+        self,
+        case: Case,
+        note: Note,
+        took: list[float],
+        actions: list[Any],
+        scoring: PredictionScorer | None = None,
+    ) -> Trace:
+        """Run one episode, score predicted maps, and append each action and the time of each decision, milliseconds."""
         env, trace = self.env, Trace()
         observation, info = env.reset(seed=case.seed, options={"plan_id": case.plan_id, "pose": case.pose})
         self._add(trace, case, info, 0.0)
         note(0)
         robot = make_robot(env, self.policy.interface)
-        seed = case.seed ^ self.policy_seed
+        seed = policy_seed_at_start(self.policy_seed, make_knowledge(env.simulator, env.state)["map"])
         policy = self._ask(case, 0, lambda: self.policy.factory(robot, seed))
         if not callable(policy):
             raise PolicyError(f"{self._where(case, 0)}: {describe_no_policy(self.policy, policy)}")
@@ -131,9 +142,10 @@ class EpisodeRunner:
             action = self._ask(case, step, lambda: policy(observation, knowledge))  # noqa: B023  # called at once
             ms = 1000 * (time.perf_counter() - start)
             if getattr(policy, "decided", True):
-                took.append(min(ms, getattr(policy, "took_ms", ms)))
+                took.append(ms)
             if action is None:
                 return trace
+            actions.append(action.tolist() if isinstance(action, np.generic | np.ndarray) else action)
             observation, reward, terminated, truncated, info = self._step(case, step, action)
             self._add(trace, case, info, reward)
             if scoring is not None:

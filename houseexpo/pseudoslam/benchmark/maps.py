@@ -13,6 +13,7 @@ R4  On other tracks, maps are read by ``worlds.maps`` and starts are drawn as in
 
 from __future__ import annotations
 
+import hashlib
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
@@ -75,6 +76,11 @@ def map_cases(track: Track, houses: list[MapHouse]) -> list[Case]:
             seeds = [seed_from_words(track.id, f"{house.id} {number}") for number in range(len(house.starts))]
             found += [Case(house.id, seed, pose) for seed, pose in zip(seeds, house.starts, strict=True)]
     return found
+
+
+def maps_sha256(houses: list[MapHouse]) -> str:
+    """Return the hash of the contents of maps, in order."""
+    return hashlib.sha256("".join(house.digest for house in houses).encode()).hexdigest()
 
 
 def _with_starts(house: MapHouse, starts: list[Pose]) -> StartedHouse:

@@ -194,17 +194,15 @@ class _Factory:
 
 
 class _Policy:
-    """A policy that is in another process. ``took_ms`` is the time that it states for its last decision."""
+    """A policy that is in another process."""
 
     def __init__(self, process: PolicyProcess) -> None:
         self._process = process
         self.decided = True
-        self.took_ms = 0.0
 
     def __call__(self, observation: Any, info: Knowledge) -> Any:
         said = self._process.ask("act", observation, info)
-        self.decided, took = bool(said.get("decided", True)), said.get("ms", 0.0)
-        self.took_ms = float(took) if isinstance(took, int | float) else 0.0
+        self.decided = bool(said.get("decided", True))
         action = said.get("action")
         return np.array(action) if isinstance(action, list) else action
 
@@ -307,7 +305,6 @@ def serve_policy(descriptor: int, memory: int) -> None:
         policy: Any = None
         while True:
             kind, *question = _copy_shared(pipe.recv(), shared)
-            start = time.perf_counter()
             try:
                 if kind == "new":
                     policy = named.factory(*question)
@@ -323,8 +320,7 @@ def serve_policy(descriptor: int, memory: int) -> None:
             except (Exception, SystemExit) as error:  # noqa: BLE001  # whatever a policy raises is told
                 _say(pipe, failed=f"it raised {describe_exception(error, __file__)}")
                 continue
-            ms = 1000 * (time.perf_counter() - start)
-            _say(pipe, action=_plain(action), decided=bool(getattr(policy, "decided", True)), ms=ms)
+            _say(pipe, action=_plain(action), decided=bool(getattr(policy, "decided", True)))
 
 
 def _prediction(policy: Any, info: Knowledge, memory: mmap.mmap) -> dict[str, Any]:

@@ -5,8 +5,10 @@ Everything but ``times`` is independent of the number of processes.
 
 from __future__ import annotations
 
+import base64
 import json
 import math
+import zlib
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any, Final
@@ -14,7 +16,7 @@ from typing import Any, Final
 import msgspec
 
 from houseexpo.errors import ConfigError
-from houseexpo.files import read_json, write_atomically
+from houseexpo.files import decode_json, read_json, write_atomically
 from houseexpo.pseudoslam.benchmark.episodes import EpisodeOutcome, curve_sample_points
 from houseexpo.pseudoslam.benchmark.prediction import TABLE, prediction_metrics
 from houseexpo.pseudoslam.benchmark.statistics import Estimate, estimate_column_means, estimate_mean
@@ -26,6 +28,7 @@ _COUNTS: Final = ("steps", "metres", "collisions")
 _ROUNDED: Final = 1e-4
 CURVE_DIGITS: Final = 4
 _SLACK: Final = 1.05
+_LONGEST_ACTIONS: Final = 1 << 24  # bytes of JSON; 10,000 actions of two numbers have 0.4 MB
 Column = list[float | None]
 
 
@@ -78,7 +81,8 @@ class RunTimes(msgspec.Struct, frozen=True):
 class Result(msgspec.Struct, frozen=True):
     """The output of ``houseexpo benchmark run``; ``episodes`` has a column for each value, in the plans' order.
 
-    On tracks of maps, ``map_curves`` has the coverage of each episode at the places of ``curves``.
+    On tracks of maps, ``map_curves`` has the coverage of each episode at the places of ``curves``. ``actions`` has the
+    actions of each episode (``encode_actions``), which ``benchmark verify`` plays again; results of 0.2.0 have none.
     """
 
     format: str
@@ -91,6 +95,7 @@ class Result(msgspec.Struct, frozen=True):
     episodes: dict[str, Any]
     times: RunTimes
     map_curves: dict[str, list[list[float]]] | msgspec.UnsetType = msgspec.UNSET
+    actions: list[str] | msgspec.UnsetType = msgspec.UNSET
 
     @property
     def track_id(self) -> str:
@@ -140,6 +145,23 @@ def make_episode_columns(outcomes: Sequence[EpisodeOutcome]) -> dict[str, Any]:
     return columns
 
 
+def encode_actions(actions: Sequence[Any]) -> str:
+    """Return the actions of an episode, numbers and lists of numbers, as base64 of deflated JSON."""
+    return base64.b64encode(zlib.compress(msgspec.json.encode(actions), 9)).decode()
+
+
+def decode_actions(text: str) -> list[Any]:
+    """Return the actions of an episode; raise ConfigError if the text is not from ``encode_actions``."""
+    try:
+        unpacked = zlib.decompressobj()
+        data = unpacked.decompress(base64.b64decode(text, validate=True), _LONGEST_ACTIONS)
+        return decode_json(data if unpacked.eof else b"", list[Any])
+    except (ValueError, zlib.error, msgspec.DecodeError) as error:
+        raise ConfigError(
+            f"actions: expected those of an episode as `houseexpo benchmark run` writes them ({error})"
+        ) from None
+
+
 def encode_result(result: Result) -> bytes:
     """Return a result as JSON, with each key and each list on one line."""
     return ("\n".join(_lines(msgspec.to_builtins(result))) + "\n").encode()
@@ -182,10 +204,23 @@ def _faults(result: Result) -> Iterator[str]:
             mean = sum(known) / len(known)
             if abs(mean - said.mean) > _ROUNDED * (1 + abs(mean)):
                 yield f"summary of {key}: expected {mean:g}, the mean of its episodes, found {said.mean:g}"
+    if result.actions is not msgspec.UNSET and len(result.actions) != len(plans):
+        yield f"expected the actions of {len(plans)} episodes, found {len(result.actions)}"
+    if not _is_hash(result.plans.ids_sha256) or (result.policy.sha256 and not _is_hash(result.policy.sha256)):
+        yield "expected hashes of plans and policy, 64 hexadecimal digits"
+    horizon = result.track.get("config", {}).get("max_steps", math.inf)
+    if any(steps is not None and steps > horizon for steps in columns.get("steps", [])):
+        yield f"an episode of more than {horizon} steps, the horizon of the track"
     times = result.times
+    if any(not math.isfinite(ms) or ms < 0.0 for ms in times.decision_ms.values()):
+        yield "times of decisions: expected 0 ms or more"
     decided_s = times.decision_ms.get("number", 0.0) * times.decision_ms.get("mean", 0.0) / 1000
     if decided_s > times.wall_s * max(times.workers, 1) * _SLACK + 1.0:
         yield f"decisions of {decided_s:.1f} s in a run of {times.wall_s:g} s with {times.workers} processes"
+
+
+def _is_hash(text: str) -> bool:
+    return len(text) == 64 and set(text) <= set("0123456789abcdef") and set(text) != {"0"}
 
 
 def _fault_of(key: str, value: object) -> str:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import os
 import platform
 import time
@@ -31,7 +30,7 @@ from houseexpo.pseudoslam.benchmark.cases import (
     make_room_cases,
 )
 from houseexpo.pseudoslam.benchmark.episodes import EpisodeOutcome, EpisodeRunner
-from houseexpo.pseudoslam.benchmark.maps import map_cases
+from houseexpo.pseudoslam.benchmark.maps import map_cases, maps_sha256
 from houseexpo.pseudoslam.benchmark.policy_process import PolicyProcess
 from houseexpo.pseudoslam.benchmark.prediction import check_predictor_name
 from houseexpo.pseudoslam.benchmark.supervise import run_cases
@@ -130,8 +129,7 @@ def _cases(
     if isinstance(plans, list):
         cases = map_cases(track, plans)
         names = [case.plan_id for case in cases]
-        content = hashlib.sha256("".join(house.digest for house in plans).encode()).hexdigest()
-        return plans, cases, results.PlansRecord("maps", len(cases), ids_sha256(names), content)
+        return plans, cases, results.PlansRecord("maps", len(cases), ids_sha256(names), maps_sha256(plans))
     if track in MAP_TRACKS:
         raise ConfigError(f"track {track.id}: expected a folder of maps; name one with --maps")
     if plans is None:
@@ -162,6 +160,7 @@ def make_result(
         results.make_episode_columns(outcomes),
         times,
         results.round_episode_curves(track, outcomes) if track in MAP_TRACKS else msgspec.UNSET,
+        [results.encode_actions(each.actions) for each in outcomes],
     )
 
 

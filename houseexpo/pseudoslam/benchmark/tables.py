@@ -16,20 +16,22 @@ ABOUT: Final = (
     "seeds and plans, and intervals by bootstrap over both. A difference is taken plan by plan. "
     "Its p-value is that of a randomisation test by change of signs, corrected for the number of rows (Holm). A star: "
     "the policy sees the truth. The time is the median of what the policy took where it decided anew, on the machine "
-    "and under the load that the result names."
+    "and under the load that the result names. Verified: the actions in the result were played again, and gave its "
+    "values."
 )
 
 
 def table_heads(metrics: Sequence[Metric]) -> list[str]:
     """Return the heads of a table's columns, including the policy and its time."""
-    return ["policy", *(f"{metric.title}{_unit(metric)}" for metric in metrics), "ms a decision"]
+    return ["policy", *(f"{metric.title}{_unit(metric)}" for metric in metrics), "ms a decision", "verified"]
 
 
 def table_row(compared: TrackComparison, entry: ComparisonRow, metrics: Sequence[Metric]) -> list[str]:
     """Return the cells of a row."""
     median = entry.decision_ms
     values = [format_cell(metric, compared.value(entry, metric)) for metric in metrics]
-    return [row_title(entry), *values, "-" if median is None else f"{median:.2g}"]
+    verified = "yes" if entry.verified else "no" if entry.results[0].policy.sha256 else "-"
+    return [row_title(entry), *values, "-" if median is None else f"{median:.2g}", verified]
 
 
 def row_title(entry: ComparisonRow) -> str:
