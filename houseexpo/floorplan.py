@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from houseexpo.errors import PlanError
+from houseexpo.errors import ConfigError, PlanError
 from houseexpo.files import is_device
 from houseexpo.plan import json_codec
 from houseexpo.plan.model import PlanData, shift_plan
@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from shapely import MultiPolygon, Polygon
 
     from houseexpo.analysis.geodataframe import Layer
+    from houseexpo.analysis.shortest_paths import WalkingPath
     from houseexpo.grids.frame import GridFrame
     from houseexpo.plan.parts import Box, Door, Frame, PlanObject, Quality, Room
 
@@ -70,7 +71,7 @@ def load_plan(path: str | os.PathLike[str]) -> FloorPlan:
 
 
 def save_plan(plan: FloorPlan, path: str | os.PathLike[str]) -> None:
-    """Write a plan to a JSON file, like ``plan.save(path)``."""
+    """Write a plan to a file, like ``plan.save(path)``."""
     plan.save(path)
 
 
@@ -234,6 +235,7 @@ class FloorPlan(PlanData):
         walls: bool = True,
         wall_thickness: float = 0.1,
         title: str | None = None,
+        figsize: tuple[float, float] | None = None,
     ) -> Axes:
         """Draw the plan on a matplotlib axis, x right and y up, in metres.
 
@@ -248,6 +250,8 @@ class FloorPlan(PlanData):
             Thickness of the walls around the outline, metres.
         title
             Title of the axis.
+        figsize
+            Width and height of the new figure, inches; only without ``ax``.
 
         Returns
         -------
@@ -255,6 +259,8 @@ class FloorPlan(PlanData):
 
         Raises
         ------
+        ConfigError
+            Both ``ax`` and ``figsize`` are given.
         MissingDependencyError
             matplotlib is not installed.
 
@@ -277,16 +283,17 @@ class FloorPlan(PlanData):
             walls=walls,
             wall_thickness=wall_thickness,
             title=title,
+            figsize=figsize,
         )
 
     def to_geopandas(self, layer: Layer = "rooms") -> Any:
-        """Return the plan's rooms, doors or furniture as a ``geopandas.GeoDataFrame``, one row each, in metres.
+        """Return the plan's rooms, doors, walls or furniture as a ``geopandas.GeoDataFrame``, one row each, in metres.
 
         Parameters
         ----------
         layer
-            "rooms", "doors", "objects" (furniture), or "plans" (one row: the free space). A published plan has no
-            rooms and doors; those of ``divided`` are returned.
+            "rooms", "doors", "walls" (0.1 m thick), "objects" (furniture), or "plans" (one row: the free space). A
+            published plan has no rooms and doors; those of ``divided`` are returned.
 
         Raises
         ------
@@ -299,11 +306,82 @@ class FloorPlan(PlanData):
 
         return make_geodataframe([self.divided], layer)
 
+    def to_geojson(self, **options: Any) -> str:
+        """Return the text that ``houseexpo export --to geojson`` writes; rooms and doors are those of ``divided``.
+
+        ``options`` are those of ``houseexpo.exports.geojson``.
+        """
+        from houseexpo.exports.geojson import geojson
+
+        (text,) = geojson(self.divided, **options).values()
+        return text.decode()
+
+    @property
+    def __geo_interface__(self) -> dict[str, Any]:
+        """The GeoJSON as values: ``geopandas.GeoDataFrame.from_features(plan)``, ``folium.GeoJson(plan)``."""
+        import json
+
+        values: dict[str, Any] = json.loads(self.to_geojson())
+        return values
+
+    def shortest_path(self, start: npt.ArrayLike, goal: npt.ArrayLike, radius: float = 0.0) -> WalkingPath | None:
+        """Return the shortest path between two points (2,), (x, y) in metres, None if there is none.
+
+        Parameters
+        ----------
+        start, goal
+            The ends of the path.
+        radius
+            Radius of the robot, a disc, in metres: the path is that of its centre. 0 for a point.
+
+        Returns
+        -------
+        Its corners ``points`` (n, 2) and its ``length``, metres.
+
+        Examples
+        --------
+        >>> plan = FloorPlan("corner", [(0, 0), (6, 0), (6, 6), (3, 6), (3, 3), (0, 3)], 1, {})
+        >>> round(plan.shortest_path((0, 2.9), (3.1, 6)).length, 2)
+        6.0
+        """
+        import shapely
+
+        from houseexpo.analysis.navigability import disc_centre_areas
+        from houseexpo.analysis.shortest_paths import shortest_path
+
+        areas = shapely.MultiPolygon(disc_centre_areas(self.free_space, radius)) if radius else self.free_space
+        return shortest_path(areas, start, goal)
+
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the plan to a JSON file; an existing file is replaced only when the new one is complete."""
+        """Write the plan to a file; an existing file is replaced only when the new one is complete.
+
+        Parameters
+        ----------
+        path
+            The end of its name says what is written: ``.json`` the plan, which ``load_plan`` reads; ``.png``, ``.svg``
+            or ``.pdf`` a drawing of ``divided``.
+
+        Raises
+        ------
+        ConfigError
+            The name has another end.
+        """
         from houseexpo.files import write_atomically
 
-        write_atomically(Path(path), json_codec.encode(self) + b"\n")
+        file = Path(path)
+        kind = file.suffix.lower()
+        if kind == ".json":
+            content = json_codec.encode(self) + b"\n"
+        elif kind in {".png", ".svg", ".pdf"}:
+            from houseexpo.drawing import encode_drawing
+
+            content = encode_drawing(self.divided, kind.removeprefix("."))
+        else:
+            raise ConfigError(
+                "save: expected a file that ends in .json (the plan), .png, .svg or .pdf (a drawing), "
+                f"found {file.name!r}; houseexpo.export writes other formats"
+            )
+        write_atomically(file, content)
 
     def _repr_svg_(self) -> str:
         """Show the plan in a notebook."""

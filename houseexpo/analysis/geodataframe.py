@@ -1,4 +1,4 @@
-"""Make a GeoPandas table of the plans, rooms, doors or furniture of plans: one row each, with a geometry in metres.
+"""Make a GeoPandas table of plans, or of their rooms, doors, walls or furniture: one row each, with a geometry.
 
 Columns have the same names as in the tables of a release (``houseexpo.release.tables``). Geometries are shapely's, in
 metres.
@@ -9,11 +9,15 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator
 from typing import Any, Final, Literal, TypeAlias, get_args
 
+from houseexpo.analysis.walls import walls_around
 from houseexpo.errors import ConfigError, MissingDependencyError, install_command
 from houseexpo.plan.model import PlanData
 
-Layer: TypeAlias = Literal["plans", "rooms", "doors", "objects"]
+Layer: TypeAlias = Literal["plans", "rooms", "doors", "walls", "objects"]
 Row: TypeAlias = dict[str, Any]
+
+_WALL_M: Final = 0.1
+"""Thickness of the walls, as ``FloorPlan.walls`` has it by default."""
 
 
 def _plans(plan: PlanData) -> Iterator[Row]:
@@ -56,6 +60,11 @@ def _doors(plan: PlanData) -> Iterator[Row]:
         }
 
 
+def _walls(plan: PlanData) -> Iterator[Row]:
+    for wall in walls_around(plan.floor, _WALL_M):
+        yield {"plan_id": plan.id, "area": round(wall.area, 2), "geometry": wall}
+
+
 def _objects(plan: PlanData) -> Iterator[Row]:
     for thing in plan.objects:
         yield {
@@ -72,6 +81,7 @@ _LAYERS: Final[dict[str, tuple[Callable[[PlanData], Iterator[Row]], tuple[str, .
     "plans": (_plans, ("id", "room_num", "area", "n_doors", "n_objects", "quality", "geometry")),
     "rooms": (_rooms, ("plan_id", "room", "label", "source_labels", "area", "geometry")),
     "doors": (_doors, ("plan_id", "door", "kind", "width", "room_a", "room_b", "segment", "geometry")),
+    "walls": (_walls, ("plan_id", "area", "geometry")),
     "objects": (_objects, ("plan_id", "object", "label", "room", "height", "geometry")),
 }
 

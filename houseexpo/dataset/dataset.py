@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeAlias, overload
+from typing import TYPE_CHECKING, Any, Final, TypeAlias, overload
 
 import numpy as np
 import numpy.typing as npt
@@ -26,6 +26,23 @@ if TYPE_CHECKING:
 
     from houseexpo.analysis.geodataframe import Layer
     from houseexpo.dataset.store.catalogue import Catalogue
+
+_ELSEWHERE: Final = {
+    "apply": "[function(plan) for plan in plans]; measure_cached keeps the results",
+    "describe": "plans.to_pandas().describe()",
+    "filter": "plans.select(where=function), whose other arguments select without reading plans",
+    "iloc": "plans[...], with numbers, slices, masks, lists of numbers or ids",
+    "loc": "plans[...], with numbers, slices, masks, lists of numbers or ids",
+    "map": "[function(plan) for plan in plans]; measure_cached keeps the results",
+    "query": "plans.select(...), or plans[mask]",
+    "shuffle": "plans.sample(len(plans), seed=0)",
+    "sort_values": "plans.sort(column)",
+    "tail": "plans[-5:]",
+    "to_geojson": "plan.to_geojson() of each plan, or plans.to_geopandas(layer).to_json()",
+    "to_polars": "polars.from_arrow(plans.to_arrow())",
+    "train_test_split": "plans.split(train=0.7, test=0.3, seed=0), which keeps copies of a house together",
+}
+"""What does here the work of methods of pandas, polars and Hugging Face's data sets."""
 
 Range: TypeAlias = tuple[float | None, float | None]
 """A lower and an upper limit, both inclusive; None for no limit."""
@@ -68,8 +85,9 @@ def open_dataset(path: str | os.PathLike[str]) -> Dataset:
 class Dataset(Sequence[FloorPlan]):
     """A sequence of plans, each of which is read when it is accessed.
 
-    ``ds[3]``, ``ds[-1]`` and ``ds["id"]`` are plans; ``ds[10:20]`` is a data set. Selections are data sets too and
-    share the files of the one that they come from. A pickle holds only the path and the ids.
+    ``plans[3]``, ``plans[-1]`` and ``plans["id"]`` are plans. ``plans[10:20]``, ``plans[[0, 3]]``,
+    ``plans[["a", "b"]]``, with ids, and ``plans[mask]``, with a truth value for each plan, are data sets. They share
+    the files of the one that they come from. A pickle holds only the path and the ids.
     """
 
     def __init__(self, catalogue: Catalogue, rows: npt.NDArray[np.int64] | None = None) -> None:
@@ -102,13 +120,36 @@ class Dataset(Sequence[FloorPlan]):
     @overload
     def __getitem__(self, item: str | int) -> FloorPlan: ...
     @overload
-    def __getitem__(self, item: slice) -> Dataset: ...
-    def __getitem__(self, item: str | int | slice) -> FloorPlan | Dataset:
+    def __getitem__(self, item: slice | Sequence[int] | list[str] | npt.NDArray[Any]) -> Dataset: ...
+    def __getitem__(self, item: Any) -> FloorPlan | Dataset:
+        if isinstance(item, str):
+            return self._plan(self._row(item))
         if isinstance(item, slice):
             return Dataset(self._catalogue, self._rows[item])
-        if not isinstance(item, str) and (np.ndim(item) or not hasattr(item, "__index__")):
-            raise TypeError(f"plans[]: expected a number, id or slice, found {item!r}; only([...]) takes several ids")
-        return self._plan(self._row(item) if isinstance(item, str) else int(self._rows[item]))
+        if np.ndim(item) == 0 and hasattr(item, "__index__"):
+            return self._plan(int(self._rows[item]))
+        return self._take(item)
+
+    def _take(self, items: Any) -> Dataset:
+        """Return the plans of an array of numbers, of ids, or of one truth value for each plan."""
+        chosen = np.asarray(items)
+        if chosen.ndim != 1 or not (chosen.dtype.kind in "biuU" or all(isinstance(each, str) for each in chosen)):
+            raise TypeError(
+                "plans[]: expected a number, an id, a slice, a list of numbers or ids, or a truth value for each plan; "
+                f"found {items!r}"
+            )
+        if chosen.dtype.kind == "b" and len(chosen) != len(self):
+            raise IndexError(f"plans[mask]: expected {len(self)} truth values, one for each plan, found {len(chosen)}")
+        if chosen.dtype.kind in "biu":
+            return Dataset(self._catalogue, self._rows[chosen])
+        return self.only(chosen.tolist())
+
+    def __getattr__(self, name: str) -> Any:
+        """Raise the error for a name that is not there; it says what does the work of a method of other libraries."""
+        message = f"a Dataset has no {name!r}"
+        if name in _ELSEWHERE:
+            raise AttributeError(f"{message}; use {_ELSEWHERE[name]}", name=name, obj=self)
+        raise AttributeError(message, name=name, obj=self)
 
     def __iter__(self) -> Iterator[FloorPlan]:
         return map(self._plan, self._rows.tolist())
@@ -174,14 +215,14 @@ class Dataset(Sequence[FloorPlan]):
         return self.to_arrow().to_pandas().set_index("id")
 
     def to_geopandas(self, layer: Layer = "rooms") -> Any:
-        """Return the rooms, doors, furniture or free spaces of all plans as a ``geopandas.GeoDataFrame``.
+        """Return the rooms, doors, walls, furniture or free spaces of all plans as a ``geopandas.GeoDataFrame``.
 
         This reads every plan. Published plans have no rooms and doors; those of ``FloorPlan.divided`` are returned.
 
         Parameters
         ----------
         layer
-            "rooms", "doors", "objects" (furniture), or "plans" (the free spaces).
+            "rooms", "doors", "walls" (0.1 m thick), "objects" (furniture), or "plans" (the free spaces).
 
         Raises
         ------
@@ -194,7 +235,15 @@ class Dataset(Sequence[FloorPlan]):
 
         return make_geodataframe((plan.divided for plan in self), layer)
 
-    def plot(self, n: int = 12, *, columns: int = 4, size: float = 3.0, **options: Any) -> Figure:
+    def plot(
+        self,
+        n: int = 12,
+        *,
+        columns: int = 4,
+        size: float = 3.0,
+        figsize: tuple[float, float] | None = None,
+        **options: Any,
+    ) -> Figure:
         """Draw the first plans side by side, with matplotlib.
 
         Parameters
@@ -205,6 +254,8 @@ class Dataset(Sequence[FloorPlan]):
             Number of plans in a row.
         size
             Side of each picture, inches.
+        figsize
+            Width and height of the whole figure, inches, instead of ``size``.
         **options
             Options of ``FloorPlan.plot``: ``rooms``, ``labels``, ``doors``, ...
 
@@ -220,8 +271,8 @@ class Dataset(Sequence[FloorPlan]):
         from houseexpo.drawing.axes import plot_sheet
 
         shown = [plan.divided for plan in self[:n]]
-        options = {"labels": False, **options}
-        return plot_sheet(shown, columns=min(columns, max(len(shown), 1)), titles=_title_of, size=size, **options)
+        options = {"labels": False, "size": size, "figsize": figsize, **options}
+        return plot_sheet(shown, columns=min(columns, max(len(shown), 1)), titles=_title_of, **options)
 
     @property
     def rejected(self) -> list[dict[str, str]]:
@@ -312,12 +363,38 @@ class Dataset(Sequence[FloorPlan]):
             rows = rows[np.array([bool(where(self._plan(row))) for row in rows.tolist()], dtype=bool)]
         return Dataset(self._catalogue, rows)
 
-    def split(self, name: str) -> Dataset:
-        """Return the plans of a list that comes with the data set ("train", "val", "test"), in the list's order.
+    @overload
+    def split(self, name: str, /) -> Dataset: ...
+    @overload
+    def split(self, name: None = None, /, *, seed: int = 0, **shares: float) -> dict[str, Dataset]: ...
+    def split(self, name: str | None = None, /, *, seed: int = 0, **shares: float) -> Dataset | dict[str, Dataset]:
+        """Return the plans of a list that comes with the data set, or divide the plans into parts.
 
-        ``houseexpo split`` writes such lists; the published ``map_id_train.txt`` and ``map_id_test.txt`` are also read.
-        Ids without a plan are left out; ``splits`` contains them.
+        Parameters
+        ----------
+        name
+            The name of a list ("train", "val", "test"); its plans are returned in the list's order. ``houseexpo split``
+            writes such lists; the published ``map_id_train.txt`` and ``map_id_test.txt`` are also read. Ids without a
+            plan are left out; ``splits`` contains them.
+        seed
+            The seed that decides which plan goes into which part.
+        **shares
+            The share of each part: ``split(train=0.7, test=0.3)`` returns ``{"train": ..., "test": ...}``, the parts
+            that ``houseexpo split`` writes. Levels and copies of one house are in the same part. All plans are read.
+
+        Raises
+        ------
+        DatasetError
+            There is no list of this name.
+        ConfigError
+            Neither a name nor shares are given, or both; a share is not from 0 to 1, or they do not add up to 1.
         """
+        if (name is None) == (not shares):
+            raise ConfigError("split: expected the name of a list, or shares such as train=0.7, test=0.3")
+        if name is None:
+            from houseexpo.dataset.splits import split_plans
+
+            return {part: self.only(ids) for part, ids in split_plans(self, shares, seed).parts.items()}
         lists = self._catalogue.lists
         if name not in lists:
             known = ", ".join(sorted(lists)) or "none; houseexpo split makes some"
@@ -325,6 +402,26 @@ class Dataset(Sequence[FloorPlan]):
         here, row_of = set(self._rows.tolist()), self._catalogue.row_of
         rows = [row for found in lists[name] if (row := row_of.get(found, -1)) in here]
         return Dataset(self._catalogue, np.array(rows, dtype=np.int64))
+
+    def head(self, n: int = 5) -> Dataset:
+        """Return the first ``n`` plans."""
+        return self[:n]
+
+    def sort(self, by: str, *, descending: bool = False) -> Dataset:
+        """Return the plans in the order of a column (``column``): plans without a value last, equal ones as they were.
+
+        Raises
+        ------
+        ConfigError
+            There is no such column, or its values have no order.
+        """
+        values = self.column(by)
+        known = [number for number, value in enumerate(values) if value is not None]
+        try:
+            order = sorted(known, key=values.__getitem__, reverse=descending)
+        except TypeError:
+            raise ConfigError(f"sort: expected a column of numbers or words, found {by!r}") from None
+        return self[order + [number for number, value in enumerate(values) if value is None]]
 
     def only(self, ids: Iterable[str]) -> Dataset:
         """Return the plans with these ids, in this order; raise UnknownPlanError if one does not exist."""

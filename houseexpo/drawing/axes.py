@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 from houseexpo.drawing.scene import DOOR_COLOURS, FLOOR, FURNITURE, FURNITURE_EDGE, INK, WALL
-from houseexpo.errors import MissingDependencyError
+from houseexpo.errors import ConfigError, MissingDependencyError
 from houseexpo.plan.room_labels import label_colour
 
 if TYPE_CHECKING:
@@ -29,9 +29,12 @@ def plot_plan(
     walls: bool = True,
     wall_thickness: float = 0.1,
     title: str | None = None,
+    figsize: tuple[float, float] | None = None,
 ) -> Axes:
     """Draw a plan on an axis; ``FloorPlan.plot`` describes the parameters."""
-    ax = ax if ax is not None else _pyplot().subplots()[1]
+    if ax is not None and figsize is not None:
+        raise ConfigError("plot: expected ax or figsize, found both; figsize is the size of a new figure")
+    ax = ax if ax is not None else _pyplot().subplots(figsize=figsize)[1]
     if walls:
         around = plan.outline.buffer(2 * wall_thickness, join_style="mitre").buffer(-wall_thickness, join_style="mitre")
         _fill(ax, around, WALL, zorder=1)
@@ -56,12 +59,18 @@ def plot_plan(
 
 
 def plot_sheet(
-    plans: Sequence[Any], *, columns: int, titles: Callable[[Any], str], size: float, **options: Any
+    plans: Sequence[Any],
+    *,
+    columns: int,
+    titles: Callable[[Any], str],
+    size: float,
+    figsize: tuple[float, float] | None = None,
+    **options: Any,
 ) -> Figure:
-    """Draw plans side by side, each on an axis without ticks; ``size`` is an axis's side in inches."""
+    """Draw plans side by side, each on an axis without ticks; ``Dataset.plot`` describes the parameters."""
     rows = max(math.ceil(len(plans) / columns), 1)
     figure: Figure
-    figure, axes = _pyplot().subplots(rows, columns, squeeze=False, figsize=(size * columns, size * rows))
+    figure, axes = _pyplot().subplots(rows, columns, squeeze=False, figsize=figsize or (size * columns, size * rows))
     for ax in axes.flat:
         ax.set_axis_off()
     for plan, ax in zip(plans, axes.flat, strict=False):

@@ -6,6 +6,7 @@ appears as seen from below its floor; exports to right-handed worlds undo that.)
 
 from __future__ import annotations
 
+import io
 import re
 from collections.abc import Callable, Iterable, Sequence
 from html import escape
@@ -68,6 +69,26 @@ def svg(plan: PlanData, pixels_per_metre: float | None = None, *, size: int = 80
                 f'<text x="{x:.1f}" y="{baseline:.1f}" font-size="{words.size:g}"{anchor}>{escape(line)}</text>'
             )
     return "\n".join([*parts, "</svg>\n"])
+
+
+def encode_drawing(plan: PlanData, kind: str) -> bytes:
+    """Return a drawing of a plan as the bytes of a "png", "svg" or "pdf" file; the last two can be enlarged at will."""
+    from PIL import Image as Pillow
+
+    if kind == "svg":
+        return svg(plan).encode()
+    stream = io.BytesIO()
+    if kind == "png":
+        Pillow.fromarray(draw_plan(plan)).save(stream, "PNG")
+        return stream.getvalue()
+    from matplotlib.figure import Figure
+
+    from houseexpo.drawing.axes import plot_plan
+
+    figure = Figure(layout="constrained")
+    plot_plan(plan, figure.subplots())
+    figure.savefig(stream, format="pdf", metadata={"CreationDate": None})
+    return stream.getvalue()
 
 
 def contact_sheet(images: Sequence[Image], columns: int, captions: Sequence[str] = ()) -> Image:

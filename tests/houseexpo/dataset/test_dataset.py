@@ -77,8 +77,8 @@ def test_plans_by_number_id_and_slice(plans):
     with pytest.raises(IndexError):
         plans[40]
     assert plans[np.int64(3)] == plans[3]
-    for several in ([1, 2], np.array([1, 2]), [hexed(1)], 1.5):
-        with pytest.raises(TypeError, match=r"expected a number, id or slice, found .*; only\(\[...\]\)"):
+    for several in ([[1, 2]], {1}, 1.5):
+        with pytest.raises(TypeError, match="expected a number, an id, a slice"):
             plans[several]
     with pytest.raises(UnknownPlanError, match="no 'nobody'"):
         plans["nobody"]

@@ -2,15 +2,22 @@
 
 from __future__ import annotations
 
+import copy
+import json
+import pickle
+import re
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 import shapely
 
 import houseexpo
-from houseexpo import ConfigError, Dataset, FloorPlan, open_dataset
+from houseexpo import ConfigError, Dataset, FloorPlan, Quality, open_dataset
+from houseexpo.dataset.dataset import _ELSEWHERE
 from houseexpo.words import count_noun
 from pipeline.algorithm import plan_level
 from tests.builders.batch import run_build
@@ -91,8 +98,123 @@ def test_tables_have_a_row_for_each_plan_room_and_door(plans: Dataset) -> None:
 
 
 def test_layers_have_names(plans: Dataset) -> None:
-    with pytest.raises(ConfigError, match="plans, rooms, doors, objects, found 'walls'"):
-        plans.to_geopandas("walls")  # type: ignore[arg-type]
+    with pytest.raises(ConfigError, match="plans, rooms, doors, walls, objects, found 'windows'"):
+        plans.to_geopandas("windows")  # type: ignore[arg-type]
+
+
+def test_walls_are_a_layer(plans: Dataset) -> None:
+    need(modules=["geopandas"], how="make readers")
+    table = plans[:2].to_geopandas("walls")
+    assert set(table["plan_id"]) == set(plans.ids[:2])
+    drawn = shapely.union_all(plans[0].walls())
+    assert shapely.union_all(table.geometry[table["plan_id"] == plans.ids[0]]).equals(drawn)
+
+
+@pytest.mark.parametrize(
+    ("name", "first"), [("p.PNG", b"\x89PNG"), ("p.svg", b"<svg"), ("p.pdf", b"%PDF"), ("p.json", b"{")]
+)
+def test_the_end_of_a_name_says_what_is_saved(plans: Dataset, tmp_path: Path, name: str, first: bytes) -> None:
+    plans[0].save(tmp_path / name)
+    data = (tmp_path / name).read_bytes()
+    assert data.startswith(first)
+    plans[0].save(tmp_path / name)
+    assert (tmp_path / name).read_bytes() == data
+
+
+@pytest.mark.parametrize("name", ["plan", "plan.txt", "plan.json.gz", "plan.jpg"])
+def test_other_names_are_refused_with_a_list(plans: Dataset, tmp_path: Path, name: str) -> None:
+    with pytest.raises(ConfigError, match=rf"\.json \(the plan\), \.png, \.svg or \.pdf.*'{name}'"):
+        plans[0].save(tmp_path / name)
+    assert not list(tmp_path.iterdir())
+
+
+def test_plans_are_taken_as_from_an_array(plans: Dataset) -> None:
+    ids = plans.ids
+    assert plans[[0, 3]].ids == [ids[0], ids[3]]
+    assert plans[np.array([-1, 0])].ids == [ids[-1], ids[0]]
+    assert plans[[ids[2], ids[1]]].ids == [ids[2], ids[1]]
+    area = np.array(plans.column("area"))
+    assert plans[area > np.median(area)].ids == [
+        name for name, m2 in zip(ids, area, strict=True) if m2 > np.median(area)
+    ]
+    assert plans[[True, False, False, True]].ids == [ids[0], ids[3]]
+    assert not len(plans[[]])
+    assert plans[[1, 2]][[1]].ids == [ids[2]]
+    with pytest.raises(IndexError, match="expected 4 truth values, one for each plan, found 2"):
+        plans[[True, False]]
+    with pytest.raises(IndexError):
+        plans[[9]]
+    for odd in ([[0]], [0.5], {0}, 1.0, None):
+        with pytest.raises(TypeError, match="expected a number, an id, a slice"):
+            plans[odd]
+
+
+def test_plans_are_sorted_by_a_column(plans: Dataset) -> None:
+    area = plans.column("area")
+    assert plans.sort("area").column("area") == sorted(area)
+    assert plans.sort("area", descending=True).head(2).column("area") == sorted(area, reverse=True)[:2]
+    assert plans.sort("source").ids == plans.ids
+    with pytest.raises(ConfigError, match="the nearest is 'area'"):
+        plans.sort("areas")
+    with pytest.raises(ConfigError, match="numbers or words, found 'navigability'"):
+        plans.sort("navigability")
+
+
+def test_plans_without_a_value_are_last(tmp_path: Path, plans: Dataset) -> None:
+    for name, quality in (("a", None), ("b", 0.2), ("c", 0.9)):
+        replace(plans[0], id=name, quality=quality and Quality(quality, {})).save(tmp_path / f"{name}.json")
+    some = open_dataset(tmp_path)
+    assert some.sort("quality").ids == ["b", "c", "a"]
+    assert some.sort("quality", descending=True).ids == ["c", "b", "a"]
+
+
+def test_shares_divide_the_plans(plans: Dataset) -> None:
+    parts = plans.split(train=0.5, test=0.5, seed=1)
+    assert list(parts) == ["train", "test"]
+    assert sorted(parts["train"].ids + parts["test"].ids) == sorted(plans.ids)
+    assert parts["train"].ids == plans.split(train=0.5, test=0.5, seed=1)["train"].ids
+    for wrong in ({}, {"train": 0.4}, {"train": 2.0, "test": -1.0}):
+        with pytest.raises(ConfigError, match="split: expected"):
+            plans.split(**wrong)
+    with pytest.raises(ConfigError, match="the name of a list, or shares"):
+        plans.split("train", test=1.0)  # type: ignore[call-overload]
+
+
+def test_names_of_other_libraries_lead_to_ours(plans: Dataset) -> None:
+    def function(plan: FloorPlan) -> bool:
+        return plan.area > 50
+
+    for name, ours in _ELSEWHERE.items():
+        with pytest.raises(AttributeError, match=re.escape(ours)):
+            getattr(plans, name)
+    assert list(plans.select(where=function)) == [plan for plan in plans if function(plan)]
+    assert sorted(plans.sample(len(plans), seed=0).ids) == sorted(plans.ids)
+    with pytest.raises(AttributeError, match="a Dataset has no 'areas'"):
+        plans.areas  # noqa: B018
+    assert pickle.loads(pickle.dumps(plans)).ids == copy.copy(plans).ids == plans.ids  # noqa: S301
+
+
+def test_a_plan_is_geojson(plans: Dataset) -> None:
+    need(modules=["geopandas"], how="make readers")
+    import geopandas
+
+    plan = plans[0]
+    assert json.loads(plan.to_geojson()) == plan.__geo_interface__
+    table = geopandas.GeoDataFrame.from_features(plan)
+    assert (table["kind"] == "room").sum() == len(plan.rooms)
+    assert table.area[table["kind"] == "free_space"].sum() == pytest.approx(plan.area, abs=0.1)
+
+
+def test_the_way_between_two_points(plans: Dataset) -> None:
+    plan = plans[0]
+    start, goal = (room.polygon.representative_point() for room in (plan.rooms[0], plan.rooms[-1]))
+    way = plan.shortest_path((start.x, start.y), (goal.x, goal.y))
+    assert way is not None
+    assert way.length == pytest.approx(shapely.LineString(way.points).length)
+    assert way.length >= start.distance(goal)
+    wide = plan.shortest_path((start.x, start.y), (goal.x, goal.y), radius=0.2)
+    assert wide is None or wide.length >= way.length - 0.05
+    assert plan.shortest_path((start.x, start.y), (1e3, 1e3)) is None
 
 
 def test_a_plan_is_drawn_on_the_axis_that_is_given(plans: Dataset) -> None:
@@ -117,6 +239,10 @@ def test_a_plan_is_drawn_on_the_axis_that_is_given(plans: Dataset) -> None:
         *(f"{count_noun(p.room_num, 'room')}, {p.area:.0f} m2" for p in plans[:3]),
         "",
     ]
+    assert plan.plot(figsize=(3, 2)).figure.get_size_inches().tolist() == [3, 2]
+    assert plans.plot(2, figsize=(5, 2)).get_size_inches().tolist() == [5, 2]
+    with pytest.raises(ConfigError, match="ax or figsize, found both"):
+        plan.plot(ax, figsize=(3, 2))
     plt.close("all")
 
 
