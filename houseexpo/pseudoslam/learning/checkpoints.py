@@ -1,8 +1,9 @@
-"""Save and restore a run's weights, optimiser and random states, but no environments: these start new episodes.
+"""Save and restore a run's weights, optimiser, random states and the actions of its running episodes.
 
 R1  A file gets its name only when it is complete and on the disk.
 R2  It contains tensors and numbers, but no code: weights, optimiser, the variance of returns, the states of random
-    generators, the number of steps.
+    generators and of the memory, the number of steps, and the actions since all episodes were started anew. When a run
+    resumes, these actions are played again (``action_log``).
 R3  It identifies its run. A checkpoint of another run is refused; the error names the first difference.
 R4  The last two checkpoints are kept. If the last one is damaged, the one before it is used, with a warning.
 """
@@ -22,9 +23,11 @@ from typing import Any, Final
 import msgspec
 import numpy as np
 import torch
+from sb3_contrib.common.recurrent.type_aliases import RNNStates
 
 from houseexpo.errors import TrainingError
 from houseexpo.files import encode_json, write_atomically
+from houseexpo.pseudoslam.learning.action_log import find_action_log, replay_episodes, restart_episodes
 from houseexpo.pseudoslam.learning.model import Learner
 
 DAMAGED: Final = (
@@ -61,7 +64,7 @@ def save_checkpoint(folder: Path, learner: Learner, run: dict[str, Any], updates
     state = io.BytesIO()
     torch.save(_state_of(learner, updates), state)
     packed = io.BytesIO()
-    with zipfile.ZipFile(packed, "w") as archive:
+    with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as archive:
         archive.writestr(_ABOUT, encode_json({"format": FORMAT, "steps": learner.num_timesteps, "run": run}))
         archive.writestr(_STATE, state.getvalue())
     folder.mkdir(parents=True, exist_ok=True)
@@ -114,11 +117,17 @@ def check_same_run(found: dict[str, Any], wanted: dict[str, Any], where: Path) -
             )
 
 
-def restore_learner(learner: Learner, state: dict[str, Any]) -> None:
-    """Restore the saved state of a learner."""
+def restore_learner(learner: Learner, state: dict[str, Any], seed: int) -> None:
+    """Restore the saved state of a learner and of its environments; ``seed`` is the run's."""
     learner.policy.load_state_dict(state["policy"])
     learner.policy.optimizer.load_state_dict(state["optimizer"])
     learner.num_timesteps = int(state["steps"])
+    if len(actions := state.get("actions", ())):
+        replay_episodes(learner, seed, int(state["begun_at"]), actions.numpy())
+        if "memory" in state:
+            learner._last_lstm_states = RNNStates(*(tuple(part) for part in state["memory"]))  # noqa: SLF001
+    else:
+        restart_episodes(learner, seed)
     spread = learner.get_vec_normalize_env().ret_rms
     spread.mean, spread.var, spread.count = (np.float64(value) for value in state["returns"])
     torch.set_rng_state(state["torch"])
@@ -130,10 +139,15 @@ def restore_learner(learner: Learner, state: dict[str, Any]) -> None:
 
 def _state_of(learner: Learner, updates: int) -> dict[str, Any]:
     spread = learner.get_vec_normalize_env().ret_rms
+    log = find_action_log(learner)
+    memory = getattr(learner, "_last_lstm_states", None)
     _, keys, place, has_gauss, gauss = np.random.get_state()  # noqa: NPY002  # Stable-Baselines3 shuffles with it
     return {
         "updates": updates,
         "steps": learner.num_timesteps,
+        "begun_at": log.begun_at,
+        "actions": torch.from_numpy(np.stack(log.actions)) if log.actions else [],
+        **({"memory": [[part.detach() for part in pair] for pair in memory]} if memory is not None else {}),
         "policy": learner.policy.state_dict(),
         "optimizer": learner.policy.optimizer.state_dict(),
         "returns": [float(value) for value in (spread.mean, spread.var, spread.count)],

@@ -187,7 +187,8 @@ class TrainConfig:
     memory
         Size of the memory.
     checkpoint_every
-        Number of steps between checkpoints, rounded up to whole updates. All environments start new episodes there.
+        Number of steps after which all environments start new episodes and a checkpoint is written, rounded up to whole
+        updates. Checkpoints are also written after each evaluation and every 5 minutes, in the middle of episodes.
     """
 
     steps: int = 1_000_000

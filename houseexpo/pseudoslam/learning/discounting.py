@@ -28,17 +28,19 @@ class CollectionCallback(BaseCallback):  # type: ignore[misc]  # it comes withou
         super().__init__()
         self._ppo, self._clock = ppo, _TIMES.get(ppo.discount)
         self._ended: list[dict[str, float]] = []
+        self._rewards: list[float] = []
         self._discounts: list[Floats] = []
 
     def means(self) -> dict[str, float]:
-        """Return the number of finished episodes and, if there are any, their mean return and length in actions."""
-        found = {"episodes": float(len(self._ended))}
+        """Return the mean reward of an action, the number of finished episodes, and their mean return and length."""
+        found = {"reward": float(np.mean(self._rewards)), "episodes": float(len(self._ended))}
         for name, key in (("return", "r"), ("steps", "l")):
             found[name] = float(np.mean([one[key] for one in self._ended])) if self._ended else float("nan")
         return found
 
     def _on_step(self) -> bool:
         infos: list[dict[str, Any]] = self.locals["infos"]
+        self._rewards.append(float(self.model.get_vec_normalize_env().get_original_reward().mean()))
         self._ended += [info["episode"] for info in infos if "episode" in info]
         if self._clock:
             times = np.array([info[self._clock] for info in infos], np.float32)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from typing import Any, TypeAlias
 
+import numpy as np
 import torch
 from gymnasium import spaces
 from sb3_contrib import RecurrentPPO
@@ -19,7 +20,7 @@ from stable_baselines3 import PPO
 from stable_baselines3.common.policies import ActorCriticPolicy, MultiInputActorCriticPolicy
 from stable_baselines3.common.preprocessing import is_image_space
 from stable_baselines3.common.torch_layers import BaseFeaturesExtractor
-from stable_baselines3.common.vec_env import VecMonitor, VecNormalize
+from stable_baselines3.common.vec_env import VecEnv, VecEnvWrapper, VecMonitor, VecNormalize
 from torch import nn
 
 from houseexpo.pseudoslam.envs.vector import PseudoSlamVectorEnv
@@ -211,10 +212,37 @@ Learner: TypeAlias = PPO | RecurrentPPO
 Policy: TypeAlias = ActorCriticPolicy | MemoryPolicy | MultiInputMemoryPolicy
 
 
+class ActionLog(VecEnvWrapper):  # type: ignore[misc]  # as above
+    """Environments that remember the actions since they were reset (``action_log``).
+
+    ``begun_at`` is the learner's number of steps at that time.
+    """
+
+    def __init__(self, envs: VecEnv) -> None:
+        super().__init__(envs)
+        self.begun_at, self.actions = 0, list[Any]()
+
+    def reset(self) -> Any:
+        """Start episodes in all environments, and forget the actions."""
+        self.actions = []
+        return self.venv.reset()
+
+    def step_async(self, actions: Any) -> None:
+        """Take one action in each environment."""
+        self.actions.append(np.array(actions))
+        self.venv.step_async(actions)
+
+    def step_wait(self) -> Any:
+        """Return what the actions led to."""
+        return self.venv.step_wait()
+
+
 def wrap_for_learner(envs: PseudoSlamVectorEnv, config: TrainConfig) -> VecNormalize:
-    """Return environments for the learner; returns are recorded before rewards are normalised."""
+    """Return environments for the learner; returns are recorded before rewards are normalised. Actions are logged."""
     ppo = config.ppo
-    return VecNormalize(VecMonitor(SB3VecEnv(envs)), norm_obs=False, norm_reward=ppo.normalise_rewards, gamma=ppo.gamma)
+    return VecNormalize(
+        VecMonitor(ActionLog(SB3VecEnv(envs))), norm_obs=False, norm_reward=ppo.normalise_rewards, gamma=ppo.gamma
+    )
 
 
 def new_learner(envs: VecNormalize, config: TrainConfig) -> Learner:

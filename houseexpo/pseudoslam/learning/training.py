@@ -1,8 +1,9 @@
 """Train a policy in a run: update, evaluate on held-out plans, write checkpoints, resume, and write ``policy.pt``.
 
 1. A run is defined by its task, its configuration and its lists of plans; a folder contains one run.
-2. At each checkpoint, all environments start new episodes with seeds that depend on the run's seed and the number of
-   steps. Therefore a run that is killed and resumed ends with the same weights as an uninterrupted one.
+2. After every ``checkpoint_every`` steps, all environments start new episodes with seeds that depend on the run's seed
+   and the number of steps. A checkpoint is written there, after each evaluation, and when ``KEEP_S`` have passed since
+   the last one. A run that is killed and resumed ends with the same weights as an uninterrupted one.
 3. A weight that is not a finite number ends the run; earlier files are kept.
 4. ``policy.pt`` is written last; if it exists, the run is finished.
 """
@@ -10,6 +11,7 @@
 from __future__ import annotations
 
 import platform
+import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from importlib.metadata import version
@@ -17,10 +19,8 @@ from pathlib import Path
 from typing import Any, Final
 
 import msgspec
-import numpy as np
 import torch
 from stable_baselines3.common.logger import Logger, TensorBoardOutputFormat
-from stable_baselines3.common.vec_env import VecNormalize
 
 import houseexpo
 from houseexpo.cpu_cores import count_cores
@@ -29,6 +29,7 @@ from houseexpo.files import encode_json, make_folder, write_atomically
 from houseexpo.outputs import check_run_folder
 from houseexpo.progress import show_progress
 from houseexpo.pseudoslam.learning import checkpoints
+from houseexpo.pseudoslam.learning.action_log import restart_episodes
 from houseexpo.pseudoslam.learning.config import TrainConfig
 from houseexpo.pseudoslam.learning.discounting import CollectionCallback
 from houseexpo.pseudoslam.learning.environments import RunPlans, make_environments
@@ -40,6 +41,8 @@ from houseexpo.words import count_noun
 
 POLICY: Final = "policy.pt"
 CHECKPOINTS: Final = "checkpoints"
+KEEP_S: Final = 300.0
+"""Seconds after which a checkpoint is due: what a kill costs at most."""
 _LIBRARIES: Final = ("torch", "stable-baselines3", "sb3-contrib", "gymnasium", "numpy")
 
 
@@ -86,8 +89,10 @@ def train(
     try:
         learner = new_learner(wrap_for_learner(envs, config), config)
         if begun:
-            checkpoints.restore_learner(learner, begun.state)
+            checkpoints.restore_learner(learner, begun.state, config.seed)
             say(f"continues from {begun.file}")
+        else:
+            restart_episodes(learner, config.seed)
         return _Training(run, learner, tests, say).go_on(begun.updates if begun else 0)
     finally:
         envs.close()
@@ -115,14 +120,23 @@ class _Training:
             f"{count_noun(config.evaluation.plans, 'episode')} after every {test_every * config.steps_per_update:,} "
             f"steps and at the end"
         )
-        restart_episodes(learner, config.seed)
+        saved_at = start = time.monotonic()
         for update in show_progress(range(done + 1, total + 1), f"learning {self._run.task}", total - done):
-            self._learning.add(*self._update(update))
-            if update % test_every == 0 or update == total:
+            steps, means = self._update(update)
+            self._learning.add(steps, means)
+            if update == done + 1:
+                speed = config.steps_per_update / (time.monotonic() - start)
+                self._say(
+                    f"{steps:,} of {config.steps:,} steps: {means['reward']:.3g} a step, {speed:,.0f} steps a second"
+                )
+            is_test, is_restart = (update % every == 0 or update == total for every in (test_every, keep_every))
+            if is_test:
                 score = self._test()
-            if update % keep_every == 0 or update == total:
-                checkpoints.save_checkpoint(self._run.folder / CHECKPOINTS, learner, self._run.record(), update)
+            if is_restart:
                 restart_episodes(learner, config.seed)  # R2
+            if is_test or is_restart or time.monotonic() - saved_at >= KEEP_S:
+                checkpoints.save_checkpoint(self._run.folder / CHECKPOINTS, learner, self._run.record(), update)
+                saved_at = time.monotonic()
         learner.logger.close()
         score = score or self._score()  # finished, except for the last file
         write_policy(
@@ -155,14 +169,6 @@ class _Training:
     def _score(self) -> Score:
         ids, config = self._run.plans.test, self._run.config.evaluation
         return evaluate(self._learner.policy, self._tests, ids, config.plans, deterministic=config.deterministic)
-
-
-def restart_episodes(learner: Learner, seed: int) -> None:
-    """Start episodes in all environments, with seeds from the run's seed and the number of steps (R2)."""
-    envs: VecNormalize = learner.get_env()
-    state = np.random.SeedSequence([seed, learner.num_timesteps]).generate_state(1)
-    envs.seed(int(state[0]))
-    learner.set_env(envs)  # it resets them before its next step
 
 
 def check_finite(learner: Learner, update: int, config: TrainConfig) -> None:

@@ -52,7 +52,8 @@ def test_a_run_leaves_a_policy_curves_and_logs(tmp_path: Path) -> None:
     said: list[str] = []
     score = run(tmp_path / "a", say=said.append)
     assert said[0].startswith("learns in ")  # before the first result, which may take minutes
-    assert [line.split(" steps:")[0] for line in said[1:]] == [f"{n} of 384" for n in (128, 256, 384)]
+    assert [line.split(" steps:")[0] for line in said[1:]] == [f"{n} of 384" for n in (64, 128, 256, 384)]
+    assert "a step" in said[1]  # a figure after the first update
     about = json.loads((tmp_path / "a" / "policy.json").read_text())
     assert (about["task"], about["seed"], about["steps"]) == ("avoidance", 0, 384)
     assert about["score"] == score
@@ -126,6 +127,41 @@ def test_a_run_that_is_killed_goes_on_as_if_it_had_not_been(tmp_path: Path) -> N
     assert "continues from" in done.stdout
     run(tmp_path / "whole", tiny(steps=1280))
     assert_same_run(tmp_path / "killed", tmp_path / "whole")
+
+
+@pytest.mark.parametrize(
+    ("task", "policy", "given"),
+    [
+        ("avoidance", "cnn-lstm", {}),
+        ("exploration", "cnn", {"task": {"reward": "coverage"}}),
+        ("navigation", "cnn-lstm", {"actions": "continuous"}),
+        ("exploration", "set", {"actions": "frontier"}),
+    ],
+)
+def test_a_checkpoint_in_the_middle_of_episodes_goes_on_with_the_same_bits(
+    task: str, policy: Any, given: dict[str, Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A checkpoint after each update; the run ends at the third, between two places where episodes begin anew."""
+    from houseexpo.pseudoslam.learning import training
+
+    place = EnvironmentConfig(simulator=tiny().environment.simulator, **given)
+    config = replace(tiny(checkpoint_every=256), policy=policy, environment=place)
+    run(tmp_path / "whole", config, task)
+    monkeypatch.setattr(training, "KEEP_S", 0.0)
+    save, saved = training.checkpoints.save_checkpoint, []
+
+    def stop_at_third(*args: Any) -> Path:
+        saved.append(save(*args))
+        if len(saved) == 3:
+            raise KeyboardInterrupt
+        return saved[-1]
+
+    monkeypatch.setattr(training.checkpoints, "save_checkpoint", stop_at_third)
+    with pytest.raises(KeyboardInterrupt):
+        run(tmp_path / "cut", config, task)
+    assert saved[-1].name == f"{3 * 64:012d}.zip"
+    run(tmp_path / "cut", config, task, resume=True)
+    assert_same_run(tmp_path / "cut", tmp_path / "whole")
 
 
 def test_what_is_damaged_is_passed_over_for_the_one_before(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
