@@ -13,8 +13,9 @@ R5  Spaces that stand together, apart from every wall of a level whose other spa
 **Direction of the wall** at a hole.
 
 D1  Where the door's width is known and one side of the hole has it, the wall runs along that side.
-D2  Else it runs where more of the wall lies before and behind the hole; where that does not tell, along the longer
-    side.
+D2  Else it runs along the side at both ends of which something stands, where nothing stands at an end of the other: a
+    body may be deeper than it is wide. Where that does not tell, it runs where more of the wall lies before and behind
+    the hole, else along the longer side.
 
 **Openings**: each is a rectangle along its wall, through the whole wall.
 
@@ -242,12 +243,22 @@ def wall_direction(hole: WallHole, standing: BaseGeometry) -> PlanDirection:
         fits = [abs(length - hole.width_m) <= SAME_WIDTH_M for length in lengths]
         if fits[0] != fits[1]:
             return sides[fits.index(True)]
+    held = [_is_held(side, points, standing) for side in sides]  # D2
+    if held[0] != held[1]:
+        return sides[held.index(True)]
     middle = points.min(axis=0) / 2 + points.max(axis=0) / 2
     wall = standing.union(largest_footprint(hole.mesh))
     runs = [_run(wall, (float(middle[0]), float(middle[1])), side) for side in sides]
-    if max(runs) > MORE_WALL * min(runs):  # D2
+    if max(runs) > MORE_WALL * min(runs):
         return sides[runs.index(max(runs))]
     return sides[lengths.index(max(lengths))]
+
+
+def _is_held(side: PlanDirection, points: npt.NDArray[np.float64], standing: BaseGeometry) -> bool:
+    """D2: whether something stands right before and right behind a body along a direction."""
+    (low, high), across = side.span(points), side.quarter_turn().span(points)
+    strips = ((low - STRIP_M, low), (high, high + STRIP_M))
+    return all(standing.intersection(side.box(strip, across)).area > TINY for strip in strips)
 
 
 def _side(hole: WallHole) -> PlanDirection:

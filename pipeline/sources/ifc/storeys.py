@@ -17,8 +17,9 @@ N3  An element without a building belongs to the building of the file, if there 
 
 **Height of a floor**: where people stand on a storey.
 
-H1  A storey's elevation stands unless its walls' feet lie off it (elevations that an exporter left at 0): then those.
-    Columns count only where the storey has no wall: some are piles under the floor, or stand on another one.
+H1  A storey's elevation stands unless its walls' feet lie off it (elevations that an exporter left at 0): then those,
+    each as much as its wall is long. What else stands there counts only where the storey has no wall: windows and
+    plates start at their sill, and some columns are piles under the floor, or stand on another one.
 H2  Doors' sills, the floors of spaces and the tops of slabs vote; where more of them agree on another height near the
     elevation than on the elevation, that is the floor: a screed that nobody drew, doors that start a step above it.
 
@@ -192,9 +193,17 @@ def floor_height(building: Building, storey: Storey) -> float:
 def _floor_of_walls(walls: Sequence[ElementBody], storey: Storey) -> float:
     """H1."""
     own = [part for part in walls if part.storey == storey.key and part.top - part.bottom >= CLEAR_M]
-    feet = [part.bottom for part in own if part.kind != "IfcColumn"] or [part.bottom for part in own]
-    middle = float(np.median(feet)) if feet else storey.elevation_m
+    own = [part for part in own if part.kind.startswith("IfcWall")] or own
+    middle = _middle_foot(own) if own else storey.elevation_m
     return middle if abs(middle - storey.elevation_m) > OFF_FLOOR_M else storey.elevation_m
+
+
+def _middle_foot(walls: Sequence[ElementBody]) -> float:
+    """H1: the height at which half of the walls' length stands lower, half higher."""
+    feet = np.array([wall.bottom for wall in walls])
+    lengths = np.array([float(np.hypot(*np.ptp(wall.mesh.vertices[:, :2], axis=0))) for wall in walls])
+    order = np.argsort(feet)
+    return float(feet[order][np.searchsorted(np.cumsum(lengths[order]), lengths.sum() / 2)])
 
 
 def _slab(slab: ElementBody) -> _Vote:
@@ -263,7 +272,7 @@ def _standing(
 def _is_walled(building: Building, storey: Storey, own: Sequence[ElementBody], floor: float) -> bool:
     """S2: whether walls of the storey stand around most of a slab that it holds at its floor."""
     slabs = [part for part in building.slabs if part.storey == storey.key and abs(part.top - floor) < OFF_FLOOR_M]
-    around = sum(largest_footprint(part.mesh).length for part in slabs)
+    around = unite(largest_footprint(part.mesh) for part in slabs).length  # of one floor, of however many pieces
     return bool(around > 0 and _wall_length(own, floor) > STOREY_WALLED * around)
 
 

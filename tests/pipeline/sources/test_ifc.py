@@ -270,6 +270,33 @@ def test_storeys_that_are_drawn_in_one_are_told_apart_by_their_slabs(tmp_path, u
     assert [round(level.frame.floor, 2) for level in found] == [0.0, 2.8][:levels]
 
 
+def test_storeys_drawn_in_one_are_told_apart_by_slabs_of_several_pieces(tmp_path):
+    house = TinyBuilding()
+    storey = house.storey("My Storey", 0.0)
+    for k in range(3):
+        for x in range(0, 8, 2):
+            house.element("IfcSlab", storey, (x, 0, 2.8 * k - 0.2, x + 2, 6, 2.8 * k), "tile")
+        walls = house.walls_around(storey, (0, 0, 2.8 * k, 8, 6, 2.8 * k + 2.6))
+        house.opening(walls[0], (3, 0, 2.8 * k + 0.9, 4, 0.2, 2.8 * k + 2.1), "IfcWindow")
+    house.opening(walls[1], (7.8, 1, 0.0, 8, 2, 2.1), "IfcDoor")
+    found = read(house.write(tmp_path / "house.ifc"))
+    assert [round(level.frame.floor, 2) for level in found] == [0.0, 2.8, 5.6]
+
+
+def test_windows_from_knee_to_ceiling_do_not_raise_the_floor(tmp_path):
+    house = TinyBuilding()
+    storey = house.storey("EG", 0.0)
+    walls = house.walls_around(storey, (0, 0, 0.0, 8, 6, 3.0))
+    for k in range(6):
+        for wall, y in ((walls[0], 0.0), (walls[2], 5.8)):
+            house.element("IfcWindow", storey, (0.5 + k, y, 0.8, 1.3 + k, y + 0.2, 2.8), "window")
+            house.opening(wall, (0.5 + k, y, 0.8, 1.3 + k, y + 0.2, 2.8), None)
+    house.opening(walls[1], (7.8, 1, 0.0, 8, 2, 2.1), "IfcDoor")
+    (level,) = read(house.write(tmp_path / "house.ifc"))
+    assert level.frame.floor == 0.0
+    assert [opening.has_door for opening in level.openings] == [True]
+
+
 def test_stairs_landings_and_ramps_lead_up_to_the_next_storey(tmp_path):
     house = TinyBuilding()
     for z in (0.0, 2.8, 5.6):

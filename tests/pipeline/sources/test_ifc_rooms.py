@@ -208,6 +208,14 @@ def test_an_opening_runs_through_the_wall_and_no_farther(holed_flat, tmp_path, d
     assert holed_flat.bounds(tmp_path) == [(4.0, 2.0, 4.2, 2.9, True)]
 
 
+@pytest.mark.parametrize("depth", [1.2, 2.0])
+@pytest.mark.parametrize("host", ["inner", "other"])
+def test_an_opening_deeper_than_it_is_wide_does_not_carve_the_rooms(holed_flat, tmp_path, depth, host):
+    wall = holed_flat.inner if host == "inner" else holed_flat.outer[0]
+    holed_flat.house.opening(wall, (4 - depth, 2.5, 0, 4.2 + depth, 3.4, 2.1), "IfcDoor")
+    assert holed_flat.bounds(tmp_path) == [(4.0, 2.5, 4.2, 3.4, True)]
+
+
 def test_beside_a_full_height_door_the_wall_tells_the_depth(holed_flat, tmp_path):
     holed_flat.house.element("IfcWall", holed_flat.storey, (4.2, 1.8, 0, 7.8, 1.95, 2.5), "meets the jamb")
     holed_flat.house.opening(holed_flat.inner, (3.9, 2, 0, 4.3, 2.9, 2.5), "IfcDoor")
