@@ -102,7 +102,7 @@ class FloorPlan(PlanData):
     --------
     >>> plan = FloorPlan("square", [(0.1, 0.1), (0.1, 4.1), (4.1, 4.1), (4.1, 0.1)], 1, {})
     >>> plan
-    FloorPlan('square', 16.0 m2, 4.0 x 4.0 m, 4 vertices, room_num 1)
+    FloorPlan('square', 16.0 m², 4.0 x 4.0 m, 4 vertices, 1 room in the source)
     >>> plan.bbox
     (0.1, 0.1, 4.1, 4.1)
     """

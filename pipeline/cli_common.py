@@ -102,7 +102,7 @@ def show_inspection(found: Inspection, source: str, out: Path) -> None:
         grounds = "; ".join(main_grounds_in_words(found.quality))
         quality = f"quality {found.quality.score:.2f}" + (f" ({grounds})" if grounds else "")
     print_name_and_text(printed, "plan", quality, "green")
-    if found.plan is not None and (odd := describe_oddity(found.plan.room_num, found.plan.area)):
+    if found.plan is not None and (odd := describe_oddity(len(found.plan.rooms), found.plan.area)):
         print_name_and_text(printed, "implausible", f"{odd}; {ADVICE}", "yellow")
 
 

@@ -41,14 +41,16 @@ _SLOW: Final = 10
 
 
 def read_index_rows(root: Path) -> list[dict[str, Any]]:
-    """Return what the index of a data set says of each plan: id, room_num, n_doors, area (m2), quality.
+    """Return what the index of a data set says of each plan: id, rooms, doors, area (m²), quality.
 
     Where so few are doubtful that each is named (R2), ``against`` of these is what speaks most against them, in words.
     """
     import pyarrow.parquet as pq
 
-    columns = ["id", "room_num", "n_doors", "area", "quality"]
-    rows: list[dict[str, Any]] = pq.read_table(root / "index.parquet", columns=columns).to_pylist()
+    from houseexpo.dataset.index import with_current_columns
+
+    columns = ["id", "rooms", "doors", "area", "quality"]
+    rows: list[dict[str, Any]] = with_current_columns(pq.read_table(root / "index.parquet")).select(columns).to_pylist()
     doubtful = [row for row in rows if row["quality"] is not None and row["quality"] < SURE]
     for row in doubtful if len(doubtful) <= _REFUSED else ():
         with contextlib.suppress(HouseExpoError, OSError):
@@ -119,8 +121,8 @@ def means_line(rows: Sequence[Mapping[str, Any]]) -> str | None:
     """Return one line with means over the plans, or None for fewer than two. ``houseexpo stats`` says more."""
     if len(rows) < 2:
         return None
-    rooms, doors, area = (sum(row[name] or 0 for row in rows) / len(rows) for name in ("room_num", "n_doors", "area"))
-    return f"on average {rooms:.1f} rooms, {doors:.1f} doors and {area:.0f} m2 per plan"
+    rooms, doors, area = (sum(row[name] or 0 for row in rows) / len(rows) for name in ("rooms", "doors", "area"))
+    return f"on average {rooms:.1f} rooms, {doors:.1f} doors and {area:.0f} m² per plan"
 
 
 def plans_table(data_set: BuildResult, rows: Sequence[Mapping[str, Any]], out: str) -> Table:
@@ -138,7 +140,7 @@ def plans_table(data_set: BuildResult, rows: Sequence[Mapping[str, Any]], out: s
     for row in shown:
         quality = row["quality"]
         sure = Text("" if quality is None else f"{quality:.2f}", "" if quality is None or quality >= SURE else "yellow")
-        counts = (str(row["room_num"]), str(row["n_doors"] or 0), f"{row['area']:.0f} m2")
+        counts = (str(row["rooms"] or ""), str(row["doors"] or 0), f"{row['area']:.0f} m²")
         table.add_row(Text(row["id"]), *([Text(files.get(row["id"], ""))] if named else []), *counts, sure)
     if len(shown) < len(own):
         table.add_row(Text(f"and {len(own) - len(shown):,} more in {out}/json", "dim"))
@@ -309,12 +311,12 @@ def describe_oddity(rooms: int, area_m2: float) -> str:
     if MIN_ROOM_M2 <= each <= MAX_ROOM_M2:
         return ""
     what = "1 room" if rooms <= 1 else f"{rooms} rooms"
-    return f"{what} of {each:,.{0 if each > 10 else 1}f} m2" + (" on average" if rooms > 1 else "")
+    return f"{what} of {each:,.{0 if each > 10 else 1}f} m²" + (" on average" if rooms > 1 else "")
 
 
 def oddity_lines(rows: Sequence[Mapping[str, Any]]) -> Iterator[str]:
     """Yield a line for each plan that is no house, by the rows of the index, and one that counts those left out."""
-    found = [(row["id"], odd) for row in rows if (odd := describe_oddity(row["room_num"], row["area"]))]
+    found = [(row["id"], odd) for row in rows if (odd := describe_oddity(row["rooms"] or 1, row["area"]))]
     for name, odd in found[:_NAMED]:
         yield f"implausible: {name}: {odd}; {ADVICE}"
     if len(found) > _NAMED:

@@ -140,7 +140,7 @@ class AuditedRoom(Struct, array_like=True, frozen=True):
         """Yield a description of each rule that the room breaks."""
         limits, name = LIMITS[self.type], f"room {self.id} ({self.type})"
         texts = {
-            "area": f"{self.area_m2:.2f} m2, at least {limits.area_m2:g}",
+            "area": f"{self.area_m2:.2f} m², at least {limits.area_m2:g}",
             "width": f"{self.width_m:.2f} m wide, at least {limits.width_m:g}",
             "aspect": f"aspect {self.aspect:.1f}, at most {limits.aspect or 0:g}",
         }

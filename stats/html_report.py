@@ -47,8 +47,9 @@ def report_html(report: Report, plans: dict[str, FloorPlan] | None = None) -> st
         one=report.one,
         other=report.other,
         whole=report.one.whole,
+        counted=report.one.whole.room_measure,
         rings=report.one.whole.rings.report(),
-        rooms=_histogram(report, "rooms", _WIDE),
+        rooms=_histogram(report, report.one.whole.room_measure.key, _WIDE),
         area=_histogram(report, "area_m2", _WIDE),
         labels=_labels(report),
         groups=[(title, plots) for title, names in _GROUPS if (plots := list(_plots(report, names)))],
@@ -70,10 +71,10 @@ def report_html(report: Report, plans: dict[str, FloorPlan] | None = None) -> st
 
 
 _GROUPS = (
-    ("Size", ("long_side_m", "short_side_m", "vertices", "holes", "label_boxes")),
+    ("Size", ("source_rooms", "long_side_m", "short_side_m", "vertices", "holes", "label_boxes")),
     (
         "Rooms and doors",
-        ("rooms_found", "room_area_m2", "doors", "door_width_m", "doors_per_room", "degree", "loops", "depth"),
+        ("room_area_m2", "doors", "door_width_m", "doors_per_room", "degree", "loops", "depth"),
     ),
 )
 

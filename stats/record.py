@@ -13,13 +13,13 @@ from houseexpo.analysis import measures
 from houseexpo.floorplan import FloorPlan
 from stats.audit import PlanAudit, audit_plan
 
-VERSION: Final = 4
+VERSION: Final = 5
 """Part of the name under which records are cached; change it when measures are added or changed."""
 
 MEASURES: Final = tuple(
     measures.BY_NAME[name]
     for name in (
-        *("rooms", "area", "long_side", "short_side", "vertices", "holes", "label_boxes", "rooms_found", "room_area"),
+        *("rooms", "source_rooms", "area", "long_side", "short_side", "vertices", "holes", "label_boxes", "room_area"),
         *("furniture", "quality", "doors", "door_width", "doors_per_room", "degree", "loops", "depth"),
     )
 )

@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections import Counter, defaultdict
 from typing import Any
 
+from houseexpo.analysis.measures import Measure
 from houseexpo.floorplan import FloorPlan
 from stats.audit import AuditSummary
-from stats.record import MEASURES, Record, measure_plan
+from stats.record import BY_KEY, MEASURES, Record, measure_plan
 from stats.tally import Tally
 
 
@@ -107,6 +108,11 @@ class PlanSummary:
         self.reach: defaultdict[str, Reach] = defaultdict(Reach)
         self.rings = Rings()
         self.audit = AuditSummary()
+
+    @property
+    def room_measure(self) -> Measure:
+        """The count of rooms that a report begins with: that of the source if no plan has rooms of its own."""
+        return BY_KEY["rooms" if self.tallies["rooms"].count else "source_rooms"]
 
     def add(self, plan: FloorPlan) -> None:
         """Measure one plan and add it."""

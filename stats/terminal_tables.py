@@ -120,14 +120,23 @@ def public_sets_table(report: Report) -> Table:
 
 def splits_table(gathered: DataSetSummary) -> Table:
     """Show the splits side by side."""
-    table = _table("Splits", "", "ids", "plans", "rooms, mean", "area, median", "connected at 0.20 m", "also elsewhere")
+    counted = gathered.whole.room_measure
+    columns = (
+        "ids",
+        "plans",
+        f"{counted.title.lower()}, mean",
+        "area, median",
+        "connected at 0.20 m",
+        "also elsewhere",
+    )
+    table = _table("Splits", "", *columns)
     repeated = count_leaks(gathered)
     for name, summary in sorted(gathered.splits.items()):
         area, reach = summary.tallies["area_m2"], summary.reach["0.20"]
         also = ", ".join(f"{n} in {other}" for other, n in repeated.get(name, {}).items() if n) or "-"
         table.add_row(
             name, f"{gathered.listed.get(name, summary.plans):,}", f"{summary.plans:,}",
-            format_number(summary.tallies["rooms"].moments()[0]), format_number(area.quantile(0.5), "m²"),
+            format_number(summary.tallies[counted.key].moments()[0]), format_number(area.quantile(0.5), "m²"),
             f"{reach.connected_share:.2%}", also,
         )  # fmt: skip
     return table

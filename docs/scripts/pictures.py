@@ -59,7 +59,7 @@ def draw_homes(file: Path = HOMES) -> None:
     items = islice(find("procedural:1000", seed="1"), N_HOMES)
     levels = [level for item in items for level in reader(item.reader).read(item)]
     plans = [plan_largest_building(level, PipelineConfig(), np.random.default_rng(0)) for level in levels]
-    captions = [f"{plan.room_num} rooms, {plan.area:.0f} m2" for plan in plans]
+    captions = [f"{len(plan.rooms)} rooms, {plan.area:.0f} m²" for plan in plans]
     Image.fromarray(contact_sheet([draw_plan(plan, size=200) for plan in plans], 6, captions)).save(file, optimize=True)
 
 

@@ -23,10 +23,11 @@ _WALL_M: Final = 0.1
 def _plans(plan: PlanData) -> Iterator[Row]:
     yield {
         "id": plan.id,
-        "room_num": plan.room_num,
+        "rooms": len(plan.rooms),
+        "source_rooms": plan.room_num,
         "area": round(plan.area, 2),
-        "n_doors": len(plan.doors),
-        "n_objects": len(plan.objects),
+        "doors": len(plan.doors),
+        "objects": len(plan.objects),
         "quality": None if plan.quality is None else plan.quality.score,
         "geometry": plan.free_space,
     }
@@ -78,7 +79,7 @@ def _objects(plan: PlanData) -> Iterator[Row]:
 
 
 _LAYERS: Final[dict[str, tuple[Callable[[PlanData], Iterator[Row]], tuple[str, ...]]]] = {
-    "plans": (_plans, ("id", "room_num", "area", "n_doors", "n_objects", "quality", "geometry")),
+    "plans": (_plans, ("id", "rooms", "source_rooms", "area", "doors", "objects", "quality", "geometry")),
     "rooms": (_rooms, ("plan_id", "room", "label", "source_labels", "area", "geometry")),
     "doors": (_doors, ("plan_id", "door", "kind", "width", "room_a", "room_b", "segment", "geometry")),
     "walls": (_walls, ("plan_id", "area", "geometry")),

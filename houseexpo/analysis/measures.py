@@ -2,7 +2,8 @@
 
 The index of a data set, its statistics, its release and its service take names, units, texts and numbers from
 ``MEASURES``. Measures of rooms and doors are None, or empty, for a plan that records no rooms (a published one); such a
-plan is not counted. ``houseexpo.inference.with_rooms`` finds rooms and doors.
+plan is not counted. ``houseexpo.inference.with_rooms`` finds rooms and doors. *Rooms* are those that a plan
+has; what its source counts is ``source_rooms`` (``room_num`` in the plan's JSON).
 """
 
 from __future__ import annotations
@@ -91,12 +92,12 @@ def navigability_by_radius(plan: PlanData) -> NavigabilityByRadius:
     return plan.navigability or navigability(plan)
 
 
-def _rooms(plan: PlanData) -> int:
-    return plan.room_num
-
-
-def _rooms_found(plan: PlanData) -> int | None:
+def _rooms(plan: PlanData) -> int | None:
     return len(plan.rooms) or None
+
+
+def _source_rooms(plan: PlanData) -> int:
+    return plan.room_num
 
 
 def _label_boxes(plan: PlanData) -> int:
@@ -226,10 +227,11 @@ def _reachable_share(plan: PlanData) -> float:
 
 
 MEASURES: Final = (
+    Measure("rooms", "Rooms", _rooms, column="rooms", about="Rooms that the plan has."),
     Measure(
-        *("rooms", "Rooms in the source", _rooms),
-        column="room_num",
-        about="As the source counts them, including unlabelled ones.",
+        *("source_rooms", "Rooms in the source", _source_rooms),
+        column="source_rooms",
+        about="As the source counts them, including unlabelled ones; if it counts none, those that were found.",
     ),
     Measure(
         *("area", "Free area", _area, "m²", 0.01, 20.0),
@@ -243,7 +245,6 @@ MEASURES: Final = (
     Measure("vertices", "Vertices", _vertices, bin_width=20.0, about="Corners of the outline and of the holes."),
     Measure("holes", "Holes", _holes, about="Free-standing walls and pillars inside the outline."),
     Measure("label_boxes", "Label boxes", _label_boxes, about="A room may have several labels."),
-    Measure("rooms_found", "Room polygons", _rooms_found, about="Rooms that the plan has as polygons."),
     Measure("room_area", "Room area", _room_areas, "m²", 0.01, 2.0, about="Of each room."),
     Measure("furniture", "Furniture", _furniture, about="Pieces, in a plan that records some."),
     Measure(
@@ -251,8 +252,8 @@ MEASURES: Final = (
         column="quality",
         about="The pipeline's confidence in the plan, 0 to 1.",
     ),
-    Measure("doors", "Doors", _doors, column="n_doors", about="Doors of all kinds."),
-    Measure("cuts", "Cuts", _cuts, column="n_cuts", about="Doors that were cut so that a robot can pass."),
+    Measure("doors", "Doors", _doors, column="doors", about="Doors of all kinds."),
+    Measure("cuts", "Cuts", _cuts, column="cuts", about="Doors that were cut so that a robot can pass."),
     Measure("door_width", "Door width", _door_widths, "m", 0.01, 0.1, about="Clear width, from jamb to jamb."),
     Measure("doors_per_room", "Doors of a room", _doors_per_room, about="A door between two rooms counts for both."),
     Measure("degree", "Neighbours of a room", _neighbours, about="Other rooms that its doors lead to: the degree."),

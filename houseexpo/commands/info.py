@@ -53,15 +53,17 @@ _Row = tuple[str, Any, str]
 
 
 def _of_data_set(plans: Dataset) -> list[_Row]:
-    rooms, area = plans.column("room_num"), plans.column("area")
+    rooms = [count for count in plans.column("rooms", compute=False) if count is not None]
+    source_rooms, area = plans.column("source_rooms"), plans.column("area")
     labels = Counter(label for found in plans.column("labels") for label in found)
     most = dict(sorted(labels.items(), key=lambda pair: (-pair[1], pair[0])))
     splits = {name: {"plans": len(plans.split(name)), "ids": len(ids)} for name, ids in plans.splits.items()}
     return [
         ("data set", str(plans.path), str(plans.path)),
         ("plans", len(plans), f"{len(plans)}"),
-        ("rooms", _summary(rooms), f"{_range_words(rooms, '')}, {sum(rooms)} in all"),
-        ("area", _summary(area), _range_words(area, " m2")),
+        ("rooms", _summary(rooms), f"{_range_words(rooms, '')}, {sum(rooms)} in all" if rooms else "not recorded"),
+        ("source_rooms", _summary(source_rooms), f"{_range_words(source_rooms, '')}, {sum(source_rooms)} in all"),
+        ("area", _summary(area), _range_words(area, " m²")),
         *_quality(plans.column("quality")),
         ("labels", most, _label_words(most)),
         ("splits", splits, ", ".join(f"{name} {n['plans']} of {n['ids']}" for name, n in splits.items()) or "none"),
@@ -105,15 +107,16 @@ def _of_plan(plan: FloorPlan) -> list[_Row]:
     vertices = {"outline": len(plan.verts), "holes": len(plan.holes)}
     rows: list[_Row] = [
         ("plan", plan.id, plan.id),
-        ("area", size, f"{plan.area:.2f} m2 of free space in {x2 - x1:.2f} x {y2 - y1:.2f} m"),
+        ("area", size, f"{plan.area:.2f} m² of free space in {x2 - x1:.2f} x {y2 - y1:.2f} m"),
         ("vertices", vertices, f"{len(plan.verts)}, {count_noun(len(plan.holes), 'hole')}"),
-        ("rooms", plan.room_num, f"{plan.room_num} by the source's count"),
+        ("rooms", len(plan.rooms) or None, f"{len(plan.rooms)}" if plan.rooms else "not recorded"),
+        ("source_rooms", plan.room_num, f"{plan.room_num}"),
         ("boxes", labels, ", ".join(f"{label} {count}" for label, count in labels.items()) or "none"),
     ]
     rows += _of_quality(plan.quality)
     for room in plan.rooms:
         value = {"label": room.label, "m2": room.area}
-        rows.append((f"room {room.id}", value, f"{room.label}, {room.area:.2f} m2"))
+        rows.append((f"room {room.id}", value, f"{room.label}, {room.area:.2f} m²"))
     for door in plan.doors:
         one, other = ("outside" if room is None else room for room in door.rooms)
         value = {"kind": door.kind, "width_m": door.width, "rooms": list(door.rooms)}

@@ -34,5 +34,5 @@ def replay(
             place.write(out / name, data)
     rows, cols = made.occupancy.shape
     free_m2 = float(made.free.sum()) * made.resolution_m**2
-    said = f"{out / 'map.yaml'}: {rows} x {cols} cells, {free_m2:,.0f} m2 free"
+    said = f"{out / 'map.yaml'}: {rows} x {cols} cells, {free_m2:,.0f} m² free"
     make_console().print(said, highlight=False, soft_wrap=True)

@@ -66,7 +66,7 @@ def serve(
         settings = ServiceSettings(host, listening.getsockname()[1], names, read_only, review, token)
         service = Service(open_collections(dataset or [_published_data_set()]), settings)
         for shown in service.collections.values():
-            for name in ("n_doors", "navigability") if measure else ():
+            for name in ("rooms", "navigability") if measure else ():
                 shown.dataset.column(name)
             typer.echo(f"{shown.name}: {count_noun(len(shown.now.views.table), 'plan')}")
             if review:

@@ -9,21 +9,25 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from houseexpo.analysis.measures import MEASURES, Measure
+from houseexpo.deprecated_names import OLD_COLUMNS
 from houseexpo.floorplan import FloorPlan
 from houseexpo.plan import RADII_M
 
 _MEASURED = tuple(measure for measure in MEASURES if measure.column)
+_LATER = ("quality", "rooms")
+"""Columns that a later version added to the index."""
 _REACH = pa.struct([("components", pa.int32()), ("largest_share", pa.float64()), ("narrowest", pa.float64())])
 SCHEMA = pa.schema(
     [
         ("id", pa.string()),
-        ("room_num", pa.int32()),
+        ("rooms", pa.int32()),  # that the plan has
+        ("source_rooms", pa.int32()),  # that its source counts
         ("area", pa.float64()),  # m2 of free space
         ("width", pa.float64()),  # m along x
         ("height", pa.float64()),  # m along y
         ("labels", pa.list_(pa.string())),  # without repetition, sorted
-        ("n_doors", pa.int32()),
-        ("n_cuts", pa.int32()),
+        ("doors", pa.int32()),
+        ("cuts", pa.int32()),
         ("navigability", pa.struct([(f"{radius:.2f}", _REACH) for radius in RADII_M])),
         ("quality", pa.float64()),  # 0 to 1
         ("source", pa.string()),
@@ -31,6 +35,21 @@ SCHEMA = pa.schema(
         ("split", pa.string()),
     ]
 )
+
+
+def with_current_columns(table: Any) -> Any:
+    """Return the index of an earlier version with the columns of this one; values that it lacks are null.
+
+    Raises
+    ------
+    pyarrow.ArrowException, KeyError
+        It is not an index.
+    """
+    table = table.rename_columns([OLD_COLUMNS.get(name, name) for name in table.column_names])
+    for name in _LATER:
+        if name not in table.column_names:
+            table = table.append_column(name, pa.nulls(table.num_rows, SCHEMA.field(name).type))
+    return table
 
 
 def index_row(plan: FloorPlan, area: float | None = None) -> dict[str, Any]:

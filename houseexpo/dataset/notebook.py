@@ -12,9 +12,10 @@ PICTURES: Final = 6
 ROWS: Final = 5
 _COLUMNS: Final = {
     "id": "id",
-    "room_num": "rooms",
-    "area": "area, m2",
-    "n_doors": "doors",
+    "rooms": "rooms",
+    "source_rooms": "rooms in the source",
+    "area": "area, m²",
+    "doors": "doors",
     "quality": "quality",
     "source": "source",
 }
@@ -27,8 +28,8 @@ def dataset_html(plans: Any) -> str:
     parts = [f"<p><b>{escape(plans.path.name)}</b>: {escape(_counts(plans))}</p>"]
     pictures = (
         f'<div style="margin: 4px">{svg(plan, size=160)}<div style="font-size: 80%; text-align: center">'
-        f"{count_noun(plan.room_num, 'room')}, {plan.area:.0f} m2</div></div>"
-        for plan in plans[:PICTURES]
+        f"{count_noun(len(plan.rooms), 'room')}, {plan.area:.0f} m²</div></div>"
+        for plan in (each.divided for each in plans[:PICTURES])
     )
     parts.append(f'<div style="display: flex; flex-wrap: wrap">{"".join(pictures)}</div>')
     if len(plans):
@@ -40,11 +41,13 @@ def _counts(plans: Any) -> str:
     """Return a line with the number of plans, their sizes, and the lists that come with them."""
     if not len(plans):
         return "no plans"
-    areas, rooms = sorted(plans.column("area")), sorted(plans.column("room_num"))
+    areas, known = sorted(plans.column("area")), plans.column("rooms", compute=False)
+    rooms = sorted(plans.column("source_rooms") if None in known else known)
+    where = " in the source" if None in known else ""
     said = [
         count_noun(len(plans), "plan"),
-        f"{_range(rooms, '{:.0f}')} rooms, {_middle(rooms):.0f} in the median",
-        f"{_range(areas, '{:.0f}')} m2, {_middle(areas):.0f} in the median",
+        f"{_range(rooms, '{:.0f}')} rooms{where}, {_middle(rooms):.0f} in the median",
+        f"{_range(areas, '{:.0f}')} m², {_middle(areas):.0f} in the median",
     ]
     if plans.splits:
         said.append("lists: " + ", ".join(f"{name} {len(ids):,}" for name, ids in sorted(plans.splits.items())))

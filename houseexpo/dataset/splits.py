@@ -3,7 +3,7 @@
 R1  *Buildings*: levels of one house stay together (ids that differ only in ``_L<n>``, or the same input file).
 R2  *Copies*: plans whose pixel difference is at most 0.02 under the eight symmetries (``analysis.similarity``) stay
     together. This is transitive.
-R3  *Strata*: plans are grouped by number of rooms and by area; each part gets its share of every group.
+R3  *Strata*: plans are grouped by the rooms that their source counts and by area; each part gets its share of each.
 R4  The seed makes the choice; the same seed always splits a data set in the same way.
 """
 
@@ -191,7 +191,7 @@ class _Sets:
 
 def _strata(plans: Dataset) -> list[tuple[int, int]]:
     """Return for each plan its stratum by rooms, and the quarter of that stratum by area."""
-    rooms = np.searchsorted(ROOMS, np.array(plans.column("room_num")), side="right")
+    rooms = np.searchsorted(ROOMS, np.array(plans.column("source_rooms")), side="right")
     area = np.array(plans.column("area"), dtype=np.float64)
     quarter = np.zeros(len(plans), dtype=int)
     for kind in np.unique(rooms):

@@ -146,13 +146,13 @@ def _check_rooms(plan: FloorPlan) -> Iterator[Broken]:
     together = shapely.union_all([*shapes, *doors])
     overlap = sum(shape.area for shape in shapes) - shapely.union_all(shapes).area
     if overlap > ROUNDED_M2:
-        yield "rooms", f"expected rooms that do not overlap, found {overlap:.3f} m2 in two of them"
+        yield "rooms", f"expected rooms that do not overlap, found {overlap:.3f} m² in two of them"
     outside = shapely.union_all(shapes).difference(plan.free_space).area
     if outside > ROUNDED_M2:
-        yield "rooms", f"expected rooms inside the free space, found {outside:.3f} m2 outside"
+        yield "rooms", f"expected rooms inside the free space, found {outside:.3f} m² outside"
     gap = plan.free_space.symmetric_difference(together).area
     if gap > TILE_M2:
-        yield "rooms", f"expected rooms and doors to tile the free space to {TILE_M2} m2, found {gap:.3f} m2 off"
+        yield "rooms", f"expected rooms and doors to tile the free space to {TILE_M2} m², found {gap:.3f} m² off"
 
 
 def _check_doors(plan: FloorPlan) -> Iterator[Broken]:
@@ -183,7 +183,7 @@ def _check_objects(plan: FloorPlan) -> Iterator[Broken]:
             continue
         free = thing.polygon.intersection(plan.free_space).area
         if free > ROUNDED_M2 + GRID_M * thing.polygon.length:
-            yield f"objects[{i}].polygon", f"expected an obstacle, found {free:.3f} m2 of free space in it"
+            yield f"objects[{i}].polygon", f"expected an obstacle, found {free:.3f} m² of free space in it"
 
 
 def _check_reach(plan: FloorPlan) -> Iterator[Broken]:
@@ -345,7 +345,7 @@ def _check_plan(record: StoredPlan, plan: FloorPlan) -> Iterator[RuleViolation]:
         said = msgspec.json.decode(record.data, type=_Areas).rooms
         for i, (room, record_) in enumerate(zip(plan.rooms, said, strict=True)):
             if abs(room.area - record_.area) > 0.01:
-                yield made("area", f"rooms[{i}].area", f"expected {room.area:.2f} m2, found {record_.area:.2f}")
+                yield made("area", f"rooms[{i}].area", f"expected {room.area:.2f} m², found {record_.area:.2f}")
 
 
 def _not_simple(plans: list[tuple[StoredPlan, FloorPlan]]) -> Iterator[RuleViolation]:

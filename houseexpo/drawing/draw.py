@@ -10,6 +10,7 @@ import io
 import re
 from collections.abc import Callable, Iterable, Sequence
 from html import escape
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
@@ -19,6 +20,9 @@ from houseexpo.errors import ConfigError
 from houseexpo.grids.frame import GridFrame
 from houseexpo.grids.raster import all_rings, fill_cells
 from houseexpo.plan.model import PlanData
+
+if TYPE_CHECKING:
+    from PIL.ImageDraw import ImageDraw
 
 Image = npt.NDArray[np.uint8]
 
@@ -181,17 +185,28 @@ def _paint(layout: Scene) -> Image:
 
 def _with_words(image: Image, layout: Scene) -> Image:
     from PIL import Image as Pillow
-    from PIL import ImageDraw
+    from PIL import ImageDraw as Drawing
 
     frame = _frame(layout, layout.pixels_per_metre)
     picture = Pillow.fromarray(image)
-    draw = ImageDraw.Draw(picture)
+    draw = Drawing.Draw(picture)
     for words in layout.words:
         x, y = frame.pixels_from_points((words.x, words.y)).tolist()
         for i, line in enumerate(words.lines):
             middle = y + (i - (len(words.lines) - 1) / 2) * 1.2 * words.size
-            draw.text((x, middle), line, INK, load_font(words.size), anchor="mm" if words.centred else "lm")
+            _write(draw, (x, middle), line, words.size, centred=words.centred)
     return np.asarray(picture).copy()
+
+
+def _write(draw: ImageDraw, at: tuple[float, float], line: str, size: float, *, centred: bool) -> None:
+    """Write a line; a superscript 2 at its end, which Pillow's font lacks, becomes a small raised 2."""
+    (x, y), text, font, small = at, line.removesuffix("²"), load_font(size), load_font(0.6 * size)
+    if text == line:
+        draw.text(at, line, INK, font, anchor="mm" if centred else "lm")
+        return
+    left = x - (font.getlength(text) + small.getlength("2")) / 2 if centred else x
+    draw.text((left, y), text, INK, font, anchor="lm")
+    draw.text((left + font.getlength(text), y - 0.25 * size), "2", INK, small, anchor="lm")
 
 
 def _rgb(colour: str) -> tuple[int, int, int]:

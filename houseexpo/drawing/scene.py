@@ -216,7 +216,7 @@ def _label(room: _Space, scale: float, size: float, *, area: bool) -> TextLines 
     centre, clearance = _middle(room.shape)
     wide_px = _free_width(room.shape, centre) * scale * 0.92
     tall_px = 2 * clearance * scale * 0.95
-    extra = (f"{room.shape.area:.1f} m2",) if area else ()  # Pillow's font has no superscript 2
+    extra = (f"{room.shape.area:.1f} m²",) if area else ()
     name = " / ".join(room.labels).replace("_", " ")
     stack = name.split(" / ") if " / " in name else name.split(" ")
     layouts = [(name, *extra), (*stack, *extra), (name,), tuple(stack)]  # in order of preference
@@ -233,7 +233,7 @@ def _label(room: _Space, scale: float, size: float, *, area: bool) -> TextLines 
 
 @lru_cache(maxsize=4096)  # plans have the same few names
 def _text_length(text: str, size: float) -> float:
-    return load_font(size).getlength(text)
+    return load_font(size).getlength(text.replace("²", "2"))  # Pillow's font has no superscript 2
 
 
 def _middle(shape: Polygon) -> tuple[Point, float]:

@@ -40,7 +40,8 @@ def geojson(plan: FloorPlan, *, wall_thickness: float = WALL_THICKNESS_M, orient
         "properties": {
             "id": plan.id,
             "units": "m",
-            "room_num": plan.room_num,
+            "rooms": len(plan.rooms),
+            "source_rooms": plan.room_num,
             "quality": None
             if plan.quality is None
             else {"score": plan.quality.score, "grounds": dict(plan.quality.grounds)},

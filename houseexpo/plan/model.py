@@ -17,6 +17,7 @@ from houseexpo.errors import PlanError
 from houseexpo.plan import checks
 from houseexpo.plan.parts import Box, Door, Frame, FrozenValue, NavigabilityByRadius, PlanObject, Quality, Ring, Room
 from houseexpo.plan.repair import Repair, describe_repair, even_odd_polygons
+from houseexpo.words import count_noun
 
 if TYPE_CHECKING:
     from shapely import MultiPolygon, Polygon
@@ -142,8 +143,8 @@ class PlanData(FrozenValue):
 
     def __repr__(self) -> str:
         x1, y1, x2, y2 = self.bbox
-        parts = [f"{self.area:.1f} m2", f"{x2 - x1:.1f} x {y2 - y1:.1f} m", f"{len(self.verts)} vertices"]
-        parts += [f"room_num {self.room_num}"]
+        parts = [f"{self.area:.1f} m²", f"{x2 - x1:.1f} x {y2 - y1:.1f} m", f"{len(self.verts)} vertices"]
+        parts += [f"{count_noun(self.room_num, 'room')} in the source"]
         for name in ("hole", "room", "door", "object"):
             number = len(getattr(self, f"{name}s"))
             parts += [f"{number} {name}{'s' if number > 1 else ''}"] if number else []

@@ -202,7 +202,7 @@ class Room(FrozenValue):
         return float(self.polygon.area)
 
     def __repr__(self) -> str:
-        return f"Room({self.id}, {self.label!r}, {self.area:.2f} m2)"
+        return f"Room({self.id}, {self.label!r}, {self.area:.2f} m²)"
 
 
 @dataclass(frozen=True, eq=False)

@@ -69,7 +69,7 @@ class ReleaseFacts:
         return (
             f"{count_noun(self.plans, 'floor plan')} of houses for robots that learn to explore and to navigate, with "
             f"{count_noun(rooms, 'room')}: outlines with holes, rooms with labels, doors, all as polygons in "
-            f"metres. A plan has {rooms / self.plans:.1f} rooms and {area['mean']:.0f} m2 on average.{furniture} "
+            f"metres. A plan has {rooms / self.plans:.1f} rooms and {area['mean']:.0f} m² on average.{furniture} "
             + ("The houses were made by a program; nobody lives in them." if made else f"{self.credit}")
         ).strip()
 

@@ -68,7 +68,7 @@ def _plan_rows(placed: ReleasePlan) -> Iterator[Row]:
         "group": placed.group,
         **{_reach_column(radius): (reach.get(f"{radius:.2f}") or {}).get("largest_share") for radius in RADII_M},
         "narrowest": (reach.get(_SHARE_RADIUS) or {}).get("narrowest"),
-        "n_objects": len(plan.objects),
+        "objects": len(plan.objects),
         "image": {"bytes": placed.png, "path": f"{plan.id}.png"},
         "geometry": encode_wkb(plan.free_space),
     }
@@ -147,14 +147,15 @@ PLANS: Final = ReleaseTable(
         TableColumn("id", pa.string(), "Name of the plan; its JSON is json/<id>.json in json.tar.gz."),
         TableColumn("split", pa.string(), "The split that contains the plan."),
         TableColumn("group", pa.string(), "First id of the plans of the same house; a group is in one split."),
-        TableColumn("room_num", pa.int32(), "Rooms of the level."),
+        TableColumn("rooms", pa.int32(), "Rooms that the plan has."),
+        TableColumn("source_rooms", pa.int32(), "Rooms of the level as its source counts them."),
         TableColumn("area", pa.float64(), "Free space in m2."),
         TableColumn("width", pa.float64(), "Extent along x in metres."),
         TableColumn("height", pa.float64(), "Extent along y in metres."),
         TableColumn("labels", _STRINGS, "Labels of rooms that occur, sorted."),
-        TableColumn("n_doors", pa.int32(), "Doors of every kind."),
-        TableColumn("n_cuts", pa.int32(), "Doors that were cut to connect parts without a door."),
-        TableColumn("n_objects", pa.int32(), "Pieces of furniture."),
+        TableColumn("doors", pa.int32(), "Doors of every kind."),
+        TableColumn("cuts", pa.int32(), "Doors that were cut to connect parts without a door."),
+        TableColumn("objects", pa.int32(), "Pieces of furniture."),
         *_REACH,
         TableColumn(
             "narrowest", pa.float64(), "Narrowest passage that a robot of 0.20 m radius has to use, in metres."

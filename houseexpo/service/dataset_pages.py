@@ -84,13 +84,16 @@ def dataset_facts(shown: Collection, pictures: int) -> dict[str, Any]:
 
 def _totals(now: OpenedDataset) -> list[tuple[str, str]]:
     table, found = now.views.table, []
-    for name, words, unit in (("rooms", "rooms in total", ""), ("area", "free area in total", " m²")):
+    measures = (
+        ("rooms", "rooms", ""),
+        ("source_rooms", "rooms in the source", ""),
+        ("area", "free area", " m²"),
+    )
+    for name, words, unit in measures:
         known = table.numbers(name)[~np.isnan(table.numbers(name))]
         if len(known):
-            found.append((words, f"{known.sum():,.0f}{unit}"))
-            found.append(
-                (f"{'rooms' if name == 'rooms' else 'area'} per plan, median", f"{np.median(known):,.0f}{unit}")
-            )
+            found.append((f"{words} in total", f"{known.sum():,.0f}{unit}"))
+            found.append((f"{words} per plan, median", f"{np.median(known):,.0f}{unit}"))
     return found
 
 

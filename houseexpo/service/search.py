@@ -44,7 +44,7 @@ Rows = npt.NDArray[np.int64]
 MEASURES: Final = tuple(
     BY_NAME[name]
     for name in (
-        *("rooms", "area", "long_side", "short_side", "doors", "cuts", "holes", "vertices", "quality"),
+        *("rooms", "source_rooms", "area", "long_side", "short_side", "doors", "cuts", "holes", "vertices", "quality"),
         *("narrowest", "reach"),
     )
 )
@@ -232,15 +232,12 @@ class MeasureTable:
         (25, n) bool: whether the plan has the label, in the order of ``LABELS``.
     groups
         ``source`` and ``split``: the names that occur, and the number of each plan's name (n,), -1 if it has none.
-    drawn
-        The number of rooms that each plan records; 0 if it records only an outline and label boxes.
     """
 
     ids: Sequence[str]
     words: Sequence[str]
     labels: Bits
     groups: Mapping[str, tuple[tuple[str, ...], npt.NDArray[np.int32]]]
-    drawn: Sequence[int]
     _numbers: Mapping[str, Numbers] = field(repr=False)
 
     def __len__(self) -> int:
@@ -256,16 +253,17 @@ class MeasureTable:
         return None if np.isnan(found) else found
 
     def title(self, row: int) -> str:
-        """Return a plan's name on pages, such as "9 rooms, 121 m²", or its id if neither is known.
-
-        The rooms are those that the plan records, or else those that its source counts.
-        """
-        return plan_title(self.drawn[row] or self.value(row, "rooms"), self.value(row, "area")) or self.ids[row]
+        """Return a plan's name on pages, such as "9 rooms, 121 m²" (``plan_title``), or its id if nothing is known."""
+        return plan_title(*(self.value(row, name) for name in ("rooms", "area", "source_rooms"))) or self.ids[row]
 
 
-def plan_title(rooms: float | None, area_m2: float | None) -> str:
-    """Return a plan's name on pages, such as "9 rooms, 121 m²", "" if neither value is known."""
-    words = [] if rooms is None else ["1 room" if rooms == 1 else f"{rooms:,.0f} rooms"]
+def plan_title(rooms: float | None, area_m2: float | None, source_rooms: float | None = None) -> str:
+    """Return a plan's name on pages, such as "9 rooms, 121 m²", "" if no value is known.
+
+    The rooms are those that the plan has or, if these are unknown, those of its source: "9 rooms in the source".
+    """
+    count, where = (rooms, "") if rooms is not None else (source_rooms, " in the source")
+    words = [] if count is None else [("1 room" if count == 1 else f"{count:,.0f} rooms") + where]
     if area_m2 is not None:
         words.append(f"{area_m2:,.0f} m²" if area_m2 >= 10 else f"{area_m2:.1f} m²")
     return ", ".join(words)
@@ -281,7 +279,8 @@ def measure_table(data: Dataset) -> MeasureTable:
     shape = data.measure_cached(_SHAPE, _shape_of)
     labels = data.column("labels")
     numbers = {
-        **{name: _column(data, BY_NAME[name].column) for name in ("rooms", "area", "doors", "cuts", "quality")},
+        **{name: _column(data, BY_NAME[name].column) for name in ("source_rooms", "area", "doors", "cuts", "quality")},
+        "rooms": _rooms(data, [found[3] for found in shape]),
         "long_side": sides.max(axis=0),
         "short_side": sides.min(axis=0),
         "holes": np.array([found[0] for found in shape], dtype=np.float64),
@@ -296,9 +295,13 @@ def measure_table(data: Dataset) -> MeasureTable:
         words=[" ".join(each).casefold() for each in words],
         labels=np.array([[label in has for has in map(frozenset, labels)] for label in LABELS], dtype=bool),
         groups={"source": _encode_names(sources), "split": _encode_names(_split_of(data))},
-        drawn=[found[3] for found in shape],
         _numbers=numbers,
     )
+
+
+def _rooms(data: Dataset, recorded: Sequence[int]) -> Numbers:
+    """Return the rooms that plans record or, for a plan that records none, those that were found before."""
+    return np.where(np.array(recorded) > 0, recorded, _column(data, "rooms"))
 
 
 def _column(data: Dataset, name: str) -> Numbers:

@@ -28,8 +28,8 @@ from houseexpo.service.service import Service
 
 Floats = npt.NDArray[np.float64]
 
-SIZES: Final = ("area", "long_side", "short_side", "rooms", "vertices")
-_COLOURED: Final = ("rooms", "area", "quality", "doors")
+SIZES: Final = ("area", "long_side", "short_side", "source_rooms", "vertices")
+_COLOURED: Final = ("rooms", "source_rooms", "area", "quality", "doors")
 _COMPONENTS: Final = 10
 _NEIGHBOURS: Final = 10
 _EPOCHS: Final = 80

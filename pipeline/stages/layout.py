@@ -168,7 +168,7 @@ def _close(level: Level, evidence: Evidence, planes: Planes, config: LayoutConfi
         raise Rejection(
             "layout",
             Reason.NOT_ENCLOSED,
-            f"the walls enclose {area:.2f} m2, expected at least {config.area_m2:g} m2; "
+            f"the walls enclose {area:.2f} m², expected at least {config.area_m2:g} m²; "
             + _what_stands(planes, whole[1]),
             "walls must close at some height up to the ceiling, or the house needs a floor slab" + _guesses(level),
         )
@@ -203,7 +203,7 @@ def _what_stands(planes: Planes, spaces: list[Polygon]) -> str:
     found = f"walls stand in {pieces} on {x2 - x1:.1f} x {y2 - y1:.1f} m"
     if not spaces:
         return f"{found}, and close no place all round"
-    return f"{found}; the largest of {len(spaces)} closed places has {spaces[0].area:.1f} m2"
+    return f"{found}; the largest of {len(spaces)} closed places has {spaces[0].area:.1f} m²"
 
 
 def _without_effect(
@@ -421,7 +421,7 @@ def _reject_characters(planes: Planes, rooms: list[Polygon]) -> None:
         raise Rejection(
             "layout",
             Reason.CHARACTERS,
-            f"{len(strokes)} strokes of wall stand apart and enclose {inside:.1f} of {spanned:.1f} m2, without a door",
+            f"{len(strokes)} strokes of wall stand apart and enclose {inside:.1f} of {spanned:.1f} m², without a door",
             "if it is a house after all, keep it in overrides.toml",
         )
 

@@ -233,5 +233,5 @@ def test_what_is_no_house_is_rejected_with_its_reason(parts: Parts, reason: Reas
 
 def test_the_configuration_reaches_every_stage() -> None:
     config = PipelineConfig(layout=LayoutConfig(area_m2=50.0))
-    with pytest.raises(Rejection, match=r"expected at least 50 m2"):
+    with pytest.raises(Rejection, match=r"expected at least 50 m²"):
         plan_largest_building(level(two_rooms(DOOR)), config, np.random.default_rng(0))

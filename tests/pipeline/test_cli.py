@@ -58,7 +58,7 @@ def test_build_shows_outcomes_and_writes_a_data_set(houses: Path, tmp_path: Path
     out = str(tmp_path / "out")
     assert done.stdout.startswith("2 plans from 4 houses (2 doubtful, 1 duplicate, 1 rejected)")
     assert "rejected houses/broken.obj" in done.stdout
-    assert re.search(r"^ *a +houses/a.ply +1 +\d+ +\d+ m2", done.stdout, re.MULTILINE)
+    assert re.search(r"^ *a +houses/a.ply +1 +\d+ +\d+ m²", done.stdout, re.MULTILINE)
     assert f"houseexpo serve {out}" in done.stdout.splitlines()[-2]
     for telemetry in ("Longest", "Outcomes", "planning"):
         assert telemetry not in done.stdout + done.stderr
@@ -480,10 +480,10 @@ def test_a_quiet_build_says_nothing_and_a_verbose_one_what_came_of_each_house(st
 @pytest.mark.parametrize(
     ("rooms", "area_m2", "said"),
     [
-        (1, 11990.0, "1 room of 11,990 m2"),
-        (4, 2800.0, "4 rooms of 700 m2 on average"),
-        (5, 6.0, "5 rooms of 1.2 m2 on average"),
-        (0, 900.0, "1 room of 900 m2"),
+        (1, 11990.0, "1 room of 11,990 m²"),
+        (4, 2800.0, "4 rooms of 700 m² on average"),
+        (5, 6.0, "5 rooms of 1.2 m² on average"),
+        (0, 900.0, "1 room of 900 m²"),
         (1, 400.0, ""),
         (9, 90.0, ""),
     ],
@@ -497,8 +497,8 @@ def test_an_implausible_plan_is_warned_of(tmp_path: Path) -> None:
     one_room(tmp_path / "hall.ply", 110.0, 109.0)
     said = call("build", tmp_path / "hall.ply", "--out", tmp_path / "out", "--workers", "1")
     (name,) = (Path(file).stem for file in built(tmp_path / "out"))
-    assert f"implausible: {name}: 1 room of 11,990 m2; check --units" in said
-    assert "implausible 1 room of 11,990 m2" in call("inspect", tmp_path / "hall.ply", "--out", tmp_path / "pictures")
+    assert f"implausible: {name}: 1 room of 11,990 m²; check --units" in said
+    assert "implausible 1 room of 11,990 m²" in call("inspect", tmp_path / "hall.ply", "--out", tmp_path / "pictures")
     one_room(tmp_path / "house.ply")
     assert "implausible:" not in call("build", tmp_path / "house.ply", "--out", tmp_path / "two", "--workers", "1")
 

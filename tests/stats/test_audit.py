@@ -68,10 +68,10 @@ def test_a_sound_home_breaks_no_rule() -> None:
 @pytest.mark.parametrize(
     ("label", "size", "rule", "reason"),
     [
-        ("Bedroom", (0.0, 0.0, 2.2, 2.2), "area", "room 0 (bedroom): 4.84 m2, at least 5"),
+        ("Bedroom", (0.0, 0.0, 2.2, 2.2), "area", "room 0 (bedroom): 4.84 m², at least 5"),
         ("Kitchen", (0.0, 0.0, 1.4, 3.0), "width", "room 0 (kitchen): 1.40 m wide, at least 1.5"),
         ("Bathroom", (0.0, 0.0, 1.2, 4.3), "aspect", "room 0 (bathroom): aspect 3.6, at most 3.5"),
-        ("Garage", (0.0, 0.0, 3.0, 3.0), "area", "room 0 (garage): 9.00 m2, at least 10"),
+        ("Garage", (0.0, 0.0, 3.0, 3.0), "area", "room 0 (garage): 9.00 m², at least 10"),
         ("Toilet", (0.0, 0.0, 0.9, 1.8), "width", "room 0 (bathroom): 0.90 m wide, at least 1"),
     ],
 )
@@ -271,9 +271,9 @@ def run(*words: str | Path, code: int = 0) -> str:
 
 
 def test_the_command_lists_what_breaks_a_rule(homes: Path) -> None:
-    assert run(homes, "--audit", "--workers", "1") == "small\troom 0 (bedroom): 4.84 m2, at least 5\n"
+    assert run(homes, "--audit", "--workers", "1") == "small\troom 0 (bedroom): 4.84 m², at least 5\n"
     told = json.loads(run(homes, "--audit", "--json", "--workers", "1"))
-    assert told == {"audited": 2, "break_a_rule": {"small": ["room 0 (bedroom): 4.84 m2, at least 5"]}, "broken": []}
+    assert told == {"audited": 2, "break_a_rule": {"small": ["room 0 (bedroom): 4.84 m², at least 5"]}, "broken": []}
 
 
 def test_the_report_shows_the_data_set_beside_the_public_ones(homes: Path) -> None:

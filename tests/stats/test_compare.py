@@ -24,9 +24,9 @@ def test_distances_of_known_size() -> None:
     one = summary(outline("a", 4.0, 3.0, rooms=2), outline("b", 4.0, 3.0, rooms=4))
     other = summary(outline("c", 4.0, 5.0, rooms=7))
     found = {d.name: d for d in measure_distances(one, other)}
-    assert found["rooms"].kind == WASSERSTEIN
-    assert found["rooms"].value == pytest.approx((5 + 3) / 2)
-    assert found["rooms"].deviations == pytest.approx(4.0), "the first one's deviation is 1"
+    assert found["source_rooms"].kind == WASSERSTEIN
+    assert found["source_rooms"].value == pytest.approx((5 + 3) / 2)
+    assert found["source_rooms"].deviations == pytest.approx(4.0), "the first one's deviation is 1"
     assert found["area_m2"].value == pytest.approx(8.0)
     assert found["area_m2"].deviations is None, "nothing to compare with where all are alike"
     assert found["labels"].kind == TOTAL_VARIATION
@@ -35,7 +35,7 @@ def test_distances_of_known_size() -> None:
 
 def test_what_one_of_them_lacks_is_left_out(ring_of_rooms: FloorPlan) -> None:
     names = {d.name for d in measure_distances(summary(ring_of_rooms), summary(outline("a")))}
-    assert "rooms" in names
+    assert "source_rooms" in names
     assert not names & {"doors", "loops", "door_kinds"}
 
 
@@ -46,5 +46,5 @@ def test_total_variation() -> None:
 
 def test_the_report_names_each_distance() -> None:
     found = distances_report(measure_distances(summary(outline("a")), summary(outline("b", rooms=5))))
-    assert found["rooms"]["kind"] == WASSERSTEIN
-    assert found["rooms"]["value"] == 3.0
+    assert found["source_rooms"]["kind"] == WASSERSTEIN
+    assert found["source_rooms"]["value"] == 3.0

@@ -14,7 +14,7 @@ from tests.builders.plan_files import houses, pack
 def test_it_speaks_of_the_plans_given_alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("HOUSEEXPO_CACHE", str(tmp_path / "cache"))
     data = open_dataset(pack(tmp_path, "jsonl", houses(5)))
-    html = report_of(data.select(rooms=(2, 4)))
+    html = report_of(data.select(source_rooms=(2, 4)))
     assert html.startswith("<!doctype html>")
     assert "<b>3</b><span>plans" in html
     assert "<script" not in html

@@ -15,7 +15,7 @@ from tests.stats.conftest import outline
 def test_a_house_with_rooms(ring_of_rooms: FloorPlan) -> None:
     found = measure_plan(ring_of_rooms)
     numbers = found.numbers
-    assert (numbers["rooms_found"], numbers["doors"]) == ([4], [5])
+    assert (numbers["rooms"], numbers["doors"]) == ([4], [5])
     assert numbers["doors_per_room"] == [3, 3, 1, 2]
     assert numbers["degree"] == [2, 2, 1, 1]
     assert numbers["loops"] == [1], "two doors between the same rooms are a way round"
@@ -33,7 +33,7 @@ def test_quality_and_furniture_are_of_plans_that_have_them(ring_of_rooms: FloorP
 
 def test_an_outline_has_no_doors_to_count() -> None:
     numbers = measure_plan(outline("a", 4.0, 3.0)).numbers
-    assert not {"doors", "loops", "depth", "rooms_found", "doors_per_room"} & set(numbers)
+    assert not {"doors", "loops", "depth", "rooms", "doors_per_room"} & set(numbers)
     assert numbers["label_boxes"] == [2]
     assert numbers["area_m2"] == pytest.approx([12.0])
     assert numbers["long_side_m"] + numbers["short_side_m"] == pytest.approx([4.0, 3.0])

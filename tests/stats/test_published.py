@@ -21,7 +21,7 @@ def test_the_published_plans(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
     data_set = open_dataset(DATA / "plans_33717.jsonl.gz")
     measured = measure_plans(data_set)
     found = summarise_records(data_set, measured).whole.report()
-    rooms = found["rooms"]
+    rooms = found["source_rooms"]
     assert (found["count"], rooms["sum"], rooms["median"], rooms["max"]) == (33_717, 250_041, 7, 73)
     assert rooms["mean"] == pytest.approx(7.416, abs=0.0005)
     assert found["label_boxes"]["sum"] == sum(found["labels"].values()) == 242_370

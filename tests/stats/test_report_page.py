@@ -104,9 +104,9 @@ def test_the_command_writes_page_and_numbers(folder: Path, tmp_path: Path, capsy
     run(folder, "--out", out, "--out", numbers, "--compare", folder, "--workers", 1)
     assert out.read_text().startswith("<!doctype html>")
     found = json.loads(numbers.read_text())
-    assert found["plans"]["rooms"]["sum"] == 15
+    assert found["plans"]["source_rooms"]["sum"] == 15
     assert found["splits"]["train"]["also_in"] == {"test": 1}
-    assert found["distances"]["rooms"]["value"] == 0.0
+    assert found["distances"]["source_rooms"]["value"] == 0.0
     shown = capsys.readouterr().out
     assert "5 plans" in shown
     assert "Wasserstein-1" in shown

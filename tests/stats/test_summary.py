@@ -33,7 +33,8 @@ def test_measures_are_added_up() -> None:
     for plan in (flat("a"), flat("b", components=2), published()):
         summary.add(plan)
     report = summary.report()
-    assert (report["rooms"]["count"], report["rooms"]["median"]) == (3, 2.0)
+    assert (report["source_rooms"]["count"], report["source_rooms"]["median"]) == (3, 2.0)
+    assert report["rooms"]["count"] == 2
     assert report["area_m2"]["max"] == 15.0
     assert report["labels"] == {"Bedroom": 2, "Kitchen": 2, "Unlabelled": 2}
     assert report["door_kinds"] == {"cut": 2}

@@ -60,8 +60,10 @@ def ensure_cached_copy(path: Path, write: Callable[[Path, Path], None]) -> Path:
 
 
 def read_index(store: Path) -> Any:
-    """Return the index of a cached copy as an Arrow table."""
-    return pa.ipc.open_file(pa.memory_map(str(store / INDEX))).read_all()
+    """Return the index of a cached copy as an Arrow table, also of one that an earlier version made."""
+    from houseexpo.dataset.index import with_current_columns
+
+    return with_current_columns(pa.ipc.open_file(pa.memory_map(str(store / INDEX))).read_all())
 
 
 class BlockWriter:

@@ -7,7 +7,7 @@ import logging
 import shutil
 from functools import cached_property
 from pathlib import Path
-from typing import Any, Final
+from typing import Any
 
 import numpy as np
 import pyarrow as pa
@@ -20,9 +20,6 @@ from houseexpo.files import is_device
 from houseexpo.plan import checks
 
 _log = logging.getLogger(__name__)
-
-_LATER: Final = ("quality",)
-"""Columns of numbers that a later version added to the index."""
 
 
 class Catalogue:
@@ -162,23 +159,15 @@ def _write_copy(source: Path, target: Path) -> None:
     write_cached_copy(source, target)
 
 
-def _with_later_columns(table: Any) -> Any:
-    """Add columns that an earlier version did not write, filled with nulls."""
-    for name in _LATER:
-        if name not in table.column_names:
-            table = table.append_column(name, pa.nulls(table.num_rows, pa.float64()))
-    return table
-
-
 def _own_index(path: Path) -> Any:
     """Read a data set folder's index and check that it lists the plans in the folder."""
     import pyarrow.parquet as pq
 
-    from houseexpo.dataset.index import SCHEMA
+    from houseexpo.dataset.index import SCHEMA, with_current_columns
 
     file = path / "index.parquet"
     try:
-        table = _with_later_columns(pq.read_table(file)).select(SCHEMA.names).cast(SCHEMA)
+        table = with_current_columns(pq.read_table(file)).select(SCHEMA.names).cast(SCHEMA)
     except (pa.ArrowException, OSError, KeyError) as error:
         raise DatasetError(f"{file}: expected the columns {', '.join(SCHEMA.names)}; found {error}") from None
     ids = table.column("id").to_pylist()

@@ -23,7 +23,10 @@ from houseexpo.words import unknown_name_message
 
 Rows = npt.NDArray[np.int64]
 
-_COUNTS: Final = ("rooms", "doors")
+_FOUND: Final = ("rooms", "doors")
+"""Columns that are empty for plans that record no rooms, such as published ones; both are found at once."""
+
+_COUNTS: Final = ("rooms", "source_rooms", "doors")
 """The conditions for which ``select`` also takes a single number; an area is hardly ever equal to one."""
 
 
@@ -35,13 +38,26 @@ def read_column(catalogue: Catalogue, rows: Rows, name: str, *, compute: bool = 
     if name not in catalogue.table.column_names:
         raise ConfigError(f"column: {unknown_name_message(name, catalogue.table.column_names)}")
     values: list[Any] = catalogue.table.column(name).take(rows).to_pylist()
-    if name in _MEASURES and compute:
-        _fill(catalogue, rows, values, *_MEASURES[name])
-    elif name in _MEASURES:
-        missing = [i for i, value in enumerate(values) if value is None]
-        for i, value in zip(missing, cached_values(catalogue, rows[missing].tolist(), _MEASURES[name][0]), strict=True):
-            values[i] = value
+    if name == "navigability":
+        _fill(catalogue, rows, values, "navigability, 2", _navigability, compute=compute)
+    elif name in _FOUND:
+        counts: list[Any] = [None if value is None else {name: value} for value in values]
+        _fill(catalogue, rows, counts, "rooms and doors found, 1", _found, compute=compute)
+        values = [None if count is None else count[name] for count in counts]
     return values
+
+
+def read_table(catalogue: Catalogue, rows: Rows) -> Any:
+    """Return the index for some rows, with the rooms and doors of published plans that were found before."""
+    import pyarrow as pa
+
+    table = catalogue.table.take(rows)
+    for name in _FOUND:
+        if table.column(name).null_count:
+            at = table.schema.get_field_index(name)
+            values = read_column(catalogue, rows, name, compute=False)
+            table = table.set_column(at, table.schema.field(at), pa.array(values, table.schema.field(at).type))
+    return table
 
 
 def largest_area_shares(catalogue: Catalogue, rows: Rows, radius: float) -> npt.NDArray[np.float64]:
@@ -116,11 +132,24 @@ def _is_number(value: object) -> bool:
     return not isinstance(value, bool) and isinstance(value, Real) and not math.isnan(value)
 
 
-def _fill(catalogue: Catalogue, rows: Rows, values: list[Any], name: str, measure: Callable[[FloorPlan], Any]) -> None:
+def _fill(
+    catalogue: Catalogue,
+    rows: Rows,
+    values: list[Any],
+    name: str,
+    measure: Callable[[FloorPlan], Any],
+    *,
+    compute: bool = True,
+) -> None:
+    """Fill in the values that are None, from the cache or, with ``compute``, by measuring.
+
+    They are cached under ``name``, which must change with the computation.
+    """
     missing = [i for i, value in enumerate(values) if value is None]
     if not missing:
         return
-    found = measure_cached(catalogue, rows[missing].tolist(), name, measure)
+    of = rows[missing].tolist()
+    found = measure_cached(catalogue, of, name, measure) if compute else cached_values(catalogue, of, name)
     for i, value in zip(missing, found, strict=True):
         values[i] = value
 
@@ -135,12 +164,5 @@ def _navigability(plan: FloorPlan) -> dict[str, dict[str, float]]:
     return {radius: asdict(found) for radius, found in navigability(plan).items()}
 
 
-def _doors(plan: FloorPlan) -> int:
-    return len(plan.divided.doors)
-
-
-_MEASURES: Final[dict[str, tuple[str, Callable[[FloorPlan], Any]]]] = {
-    "navigability": ("navigability, 2", _navigability),
-    "n_doors": ("doors found, 1", _doors),
-}
-"""The name under which values are cached (which must change with the computation), and the function for them."""
+def _found(plan: FloorPlan) -> dict[str, int]:
+    return {"rooms": len(plan.divided.rooms), "doors": len(plan.divided.doors)}

@@ -26,7 +26,7 @@ import msgspec
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from houseexpo.dataset.index import SCHEMA
+from houseexpo.dataset.index import SCHEMA, with_current_columns
 from houseexpo.dataset.store.catalogue import Catalogue, parse_id_list
 from houseexpo.dataset.store.stored_plans import MAX_PLAN_BYTES
 from houseexpo.errors import DatasetError
@@ -68,7 +68,7 @@ def open_remote(address: str) -> RemoteCatalogue:
         write_atomically(index, found.data)
         write_atomically(tag, found.tag.encode())
     try:
-        table = pq.read_table(index).select(_COLUMNS.names).cast(_COLUMNS)
+        table = with_current_columns(pq.read_table(index)).select(_COLUMNS.names).cast(_COLUMNS)
         for name, digest in zip(table.column("id").to_pylist(), table.column("digest").to_pylist(), strict=True):
             checks.check_plan_id(name)
             if not _DIGEST.fullmatch(digest or ""):

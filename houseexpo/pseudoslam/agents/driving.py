@@ -123,7 +123,7 @@ class DriveSession:
         bumps = count_noun(info["collisions"], "collision")
         hit = ", bump!" if info["collided"] else ""
         return (
-            f"{self._ended}step {len(rewards) - 1}: {info['coverage']:.0%} seen, {info['explored_m2']:.1f} m2, "
+            f"{self._ended}step {len(rewards) - 1}: {info['coverage']:.0%} seen, {info['explored_m2']:.1f} m², "
             f"{bumps}, reward {rewards[-1]:+.2f} of {sum(rewards):+.2f}{hit}\n{HELP}"
         )
 

@@ -89,7 +89,7 @@ def place_obstacles(
         most = max(most, len(drawn))
     raise ConfigError(
         f"obstacles.random.number: at most {most} of {wanted} obstacles found a place in "
-        f"{np.count_nonzero(occupied == 0) * frame.cell_m**2:.1f} m2 of free space of plan {plan_id!r} without "
+        f"{np.count_nonzero(occupied == 0) * frame.cell_m**2:.1f} m² of free space of plan {plan_id!r} without "
         f"closing off a part of it for the robot, of at least {low}; ask for fewer (the low end of number), "
         "for smaller ones (size_m) or a smaller gap (gap_m)"
     )

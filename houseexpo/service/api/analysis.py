@@ -297,7 +297,9 @@ def most_similar_plans(now: OpenedDataset, plan_id: str) -> list[dict[str, Any]]
     """
     plan, table = now.plan(plan_id), now.views.table
     row = now.numbers[plan_id]
-    columns = [_relative_distances(table.numbers(name), row) for name in ("area", "long_side", "short_side", "rooms")]
+    columns = [
+        _relative_distances(table.numbers(name), row) for name in ("area", "long_side", "short_side", "source_rooms")
+    ]
     far = np.sum(np.nan_to_num(np.stack(columns), nan=1.0) ** 2, axis=0)
     far[row] = np.inf
     near = np.argsort(far, kind="stable")[:_CANDIDATES]

@@ -38,7 +38,7 @@ _LIMIT: Final = 60
 """The number of plans on a page if the address names none."""
 _FARTHEST: Final = 10**8
 """The largest offset."""
-_SHOWN: Final = ("rooms", "area", "doors", "holes", "quality", "narrowest", "reach")
+_SHOWN: Final = ("rooms", "source_rooms", "area", "doors", "holes", "quality", "narrowest", "reach")
 
 
 def routes(service: Service) -> list[BaseRoute]:

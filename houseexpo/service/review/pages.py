@@ -222,7 +222,7 @@ def plan_facts(plan: FloorPlan) -> dict[str, Any]:
     frame = GridFrame.around(layout.bounds, layout.pixels_per_metre, margin_px=0, y_up=True)
     return {
         "plan": plan.id,
-        "title": plan_title(len(plan.rooms) or plan.room_num, plan.area),
+        "title": plan_title(len(plan.rooms) or None, plan.area, plan.room_num),
         "quality": quality.score if quality else None,
         "doubtful": bool(quality and quality.is_doubtful),
         "grounds": [
@@ -230,7 +230,7 @@ def plan_facts(plan: FloorPlan) -> dict[str, Any]:
         ],
         "unsure": unsure_parts(plan),
         "area": round(plan.area, 1),
-        "rooms": plan.room_num,
+        "rooms": len(plan.rooms),
         "doors": len(plan.doors),
         "drawable": plan.frame is not None,
         "picture": {"origin": frame.origin_m, "ppm": frame.pixels_per_metre, "size": frame.shape[::-1]},

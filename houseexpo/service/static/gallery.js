@@ -7,7 +7,7 @@ import { SavedViews, Selection, SelectionBar } from "./selection.js";
 const place = document.getElementById("gallery"), { name } = place.dataset;
 const selection = new Selection(name), grid = new Grid(document.getElementById("plans"), document.getElementById("head"), name, selection);
 const views = new SavedViews(document.getElementById("views"), name, () => state);
-const PAGE = ["view", "columns"], USUAL = ["rooms", "area", "doors", "quality", "source", "labels"]; // the page's own: they say how, not which
+const PAGE = ["view", "columns"], USUAL = ["rooms", "source_rooms", "area", "doors", "quality", "source", "labels"]; // the page's own: they say how, not which
 const sort = document.getElementById("sort"), descending = document.getElementById("descending");
 const text = document.getElementById("text"), radiusOf = new Set(["reach", "narrowest"]);
 const brushes = new Map();

@@ -4,7 +4,7 @@ import { Selection } from "./selection.js";
 
 const board = document.getElementById("board"), { name, query } = board.dataset, canvas = document.getElementById("canvas");
 const tip = document.getElementById("tip"), colour = document.getElementById("colour"), selection = new Selection(name);
-const TITLES = { rooms: "rooms in the source", area: "free area", quality: "quality", doors: "doors" };
+const TITLES = { rooms: "rooms", source_rooms: "rooms in the source", area: "free area", quality: "quality", doors: "doors" };
 const STOPS = [[68, 1, 84], [59, 82, 139], [33, 145, 140], [94, 201, 98], [253, 231, 37]];
 let map = null, found = null, view = { x: 0, y: 0, size: 1 }, shades = [], box = null, waiting = false;
 

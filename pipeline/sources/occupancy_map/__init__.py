@@ -139,7 +139,7 @@ def read(item: Input) -> Iterator[Level]:
 
 
 def _no_room(name: str, found: str) -> Rejection:
-    detail = f"{name}: expected a room of {ROOM_M2:g} m2 or more of free cells, found {found}"
+    detail = f"{name}: expected a room of {ROOM_M2:g} m² or more of free cells, found {found}"
     advice = "let the robot map more if it has hardly begun, and check the resolution of the map"
     return Rejection("source", Reason.NO_LEVEL, detail, advice)
 
@@ -148,7 +148,7 @@ def _storey(found: RobotMap, name: str) -> DrawnStorey:
     free, occupied = found.free, found.occupied
     free_m2 = float(np.count_nonzero(free)) * found.resolution_m**2
     if free_m2 < ROOM_M2:  # cells of a tenth of a millimetre would take minutes to segment
-        raise _no_room(name, f"{free_m2:.2g} m2 in all")
+        raise _no_room(name, f"{free_m2:.2g} m² in all")
     parts = segment_rooms(
         free, found.resolution_m, occupied=occupied, likely=found.likely_free, walls_only=found.walls_only
     )

@@ -81,7 +81,7 @@ class InteriorMeasures:
                 f"{self.outline_m:.0f} m: a car, a sculpture or terrain"
             )
         if self.is_cabin:
-            return f"leaning walls around {self.area_m2:.0f} m2, of which a small part is floor: a car or the like"
+            return f"leaning walls around {self.area_m2:.0f} m², of which a small part is floor: a car or the like"
         is_city = self.blocks >= MANY_BLOCKS
         closed = self.enclosed >= ENCLOSED and self.outward >= OUTWARD and (is_city or self.two_faced < TWO_FACED)
         if not closed or self.inner_m >= max(INNER_M, INNER_SHARE * self.outline_m, INNER_PER_M2 * self.area_m2):

@@ -25,7 +25,7 @@ def test_the_key_has_the_unit():
 
 def test_a_plan_without_rooms_has_no_numbers_of_rooms_and_doors():
     for name in (
-        "rooms_found",
+        "rooms",
         "room_area",
         "doors",
         "cuts",
@@ -36,19 +36,21 @@ def test_a_plan_without_rooms_has_no_numbers_of_rooms_and_doors():
         "depth",
     ):
         assert not list(BY_NAME[name].numbers(SQUARE)), name
-    measured = {name: list(BY_NAME[name].numbers(SQUARE)) for name in ("rooms", "area", "long_side", "short_side")}
-    assert measured == {"rooms": [1], "area": [12.0], "long_side": [4.0], "short_side": [3.0]}
+    measured = {
+        name: list(BY_NAME[name].numbers(SQUARE)) for name in ("source_rooms", "area", "long_side", "short_side")
+    }
+    assert measured == {"source_rooms": [1], "area": [12.0], "long_side": [4.0], "short_side": [3.0]}
 
 
 def test_two_rooms_with_a_door(two_rooms):
     found = {measure.name: list(measure.numbers(two_rooms)) for measure in MEASURES if not measure.is_of_robot}
-    assert found["rooms_found"] == [2]
+    assert found["rooms"] == [2]
     assert found["room_area"] == pytest.approx([4 * 3 - 0.4**2, 9.0])
     assert (found["doors"], found["cuts"], found["loops"], found["holes"]) == ([2], [0], [0], [1])
     assert (found["doors_per_room"], found["degree"], found["door_width"]) == ([2, 1], [1, 1], [0.8, 0.9])
     assert found["depth"] == [1]
     assert index_row(two_rooms)["area"] == round(two_rooms.area, 2)
-    assert (index_row(two_rooms)["n_doors"], index_row(two_rooms)["n_cuts"], index_row(two_rooms)["width"]) == (
+    assert (index_row(two_rooms)["doors"], index_row(two_rooms)["cuts"], index_row(two_rooms)["width"]) == (
         2,
         0,
         7.1,

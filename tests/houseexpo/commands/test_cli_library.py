@@ -65,11 +65,11 @@ def test_info(data, two_rooms, tmp_path):
     assert "1 to 6, median 3.5, mean 3.500, 21 in all" in said
     assert "Kitchen 6" in said
     said = call("info", hexed(2), "--data", data)
-    assert "16.00 m2 of free space in 4.00 x 4.00 m" in said
+    assert "16.00 m² of free space in 4.00 x 4.00 m" in said
     file = tmp_path / "plan.json"
     file.write_bytes(encode(two_rooms))
     said = call("info", file)
-    assert "Living_Room, 11.84 m2" in said
+    assert "Living_Room, 11.84 m²" in said
     assert "1 piece, 100.0% in the largest, narrowest passage 0.80 m" in said
     assert "no '0'" in call("info", "0", "--data", data, code=2)
 

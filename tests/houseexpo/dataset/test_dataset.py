@@ -16,7 +16,7 @@ import pytest
 
 from houseexpo import ConfigError, DatasetError, UnknownPlanError, encode, open_dataset
 from houseexpo.dataset.index import index_row, index_table
-from houseexpo.plan import Navigability, Quality
+from houseexpo.plan import Navigability, Quality, Room
 from houseexpo.words import unknown_name_message
 from tests.builders.plan_files import KINDS, hexed, house, houses, pack
 
@@ -87,13 +87,13 @@ def test_plans_by_number_id_and_slice(plans):
 
 
 def test_selecting(plans):
-    assert plans.select(rooms=(4, 9)).ids == [hexed(i) for i in range(3, 9)]
-    assert plans.select(rooms=4).ids == [hexed(3)]
+    assert plans.select(source_rooms=(4, 9)).ids == [hexed(i) for i in range(3, 9)]
+    assert plans.select(source_rooms=4).ids == [hexed(3)]
     assert plans.select(area=(None, 14)).ids == [hexed(0), hexed(1)]
-    assert plans.select(rooms=(38, None), labels={"kitchen"}).ids == [hexed(i) for i in (37, 38, 39)]
+    assert plans.select(source_rooms=(38, None), labels={"kitchen"}).ids == [hexed(i) for i in (37, 38, 39)]
     assert len(plans.select(labels={"Gym"})) == 0
     assert plans.select(where=lambda plan: plan.room_num == 2).ids == [hexed(1)]
-    assert plans[10:].select(rooms=(None, 11)).ids == [hexed(10)]
+    assert plans[10:].select(source_rooms=(None, 11)).ids == [hexed(10)]
     with pytest.raises(ConfigError, match="nearest is 'Kitchen'"):
         plans.select(labels={"Kitchn"})
     with pytest.raises(ConfigError, match="from <= to"):
@@ -103,8 +103,9 @@ def test_selecting(plans):
 
 
 def test_conditions_that_are_none_are_refused_and_numbers_of_numpy_are_numbers(plans):
-    assert plans.select(rooms=np.int64(4)).ids == plans.select(rooms=4).ids
-    assert plans.select(rooms=[4, None], labels="kitchen").ids == plans.select(rooms=(4, None), labels={"Kitchen"}).ids
+    assert plans.select(source_rooms=np.int64(4)).ids == plans.select(source_rooms=4).ids
+    as_list = plans.select(source_rooms=[4, None], labels="kitchen")
+    assert as_list.ids == plans.select(source_rooms=(4, None), labels={"Kitchen"}).ids
     for rooms in ((2,), (2, 3, 4), "2-4", "24", range(2, 9), (float("nan"), 4), True):
         with pytest.raises(ConfigError, match=r"rooms: expected a number, or \(from, to\)"):
             plans.select(rooms=rooms)
@@ -115,6 +116,34 @@ def test_conditions_that_are_none_are_refused_and_numbers_of_numpy_are_numbers(p
     for radius in (-0.2, float("nan"), float("inf"), "0.2"):
         with pytest.raises(ConfigError, match="robot_radius: expected metres"):
             plans.select(robot_radius=radius)
+
+
+def test_rooms_are_those_that_a_plan_has(tmp_path):
+    """The source counts one room in each; two rooms are recorded in one plan, and the other records none."""
+    rings = [[(x, 0.0), (x, 3.0), (x + 2.0, 3.0), (x + 2.0, 0.0)] for x in (0.0, 2.0)]
+    halves = [Room(number, "Bedroom", ring) for number, ring in enumerate(rings)]
+    members = {plan.id: encode(plan) for plan in (replace(house("divided"), rooms=halves), house("outline"))}
+    plans = open_dataset(pack(tmp_path, "jsonl", members))
+    assert plans.column("rooms", compute=False) == [2, None]
+    assert plans.column("rooms") == [len(plan.divided.rooms) for plan in plans] == [2, 1]
+    assert plans.column("rooms", compute=False) == plans.to_arrow().column("rooms").to_pylist() == [2, 1]
+    assert plans.column("source_rooms") == [1, 1]
+    assert plans.select(rooms=2).ids == ["divided"]
+    assert plans.select(rooms=1).ids == ["outline"]
+    assert len(plans.select(source_rooms=1)) == 2
+
+
+def test_columns_are_found_under_their_old_names_for_a_version(plans):
+    for old, new in {"room_num": "source_rooms", "n_doors": "doors", "n_cuts": "cuts"}.items():
+        with pytest.warns(DeprecationWarning, match=f"column '{old}' is now '{new}'") as warned:
+            assert plans[:3].column(old) == plans[:3].column(new)
+        assert warned[0].filename == __file__
+
+
+def test_limits_are_checked_before_rooms_are_found(plans, monkeypatch):
+    monkeypatch.setattr("houseexpo.dataset.store.columns._found", None)
+    with pytest.raises(ConfigError, match="rooms: expected from <= to"):
+        plans.select(rooms=(9, 4))
 
 
 def test_selecting_by_quality(tmp_path):
@@ -158,7 +187,7 @@ def test_what_is_not_recorded_is_computed_once_and_kept(tmp_path):
     assert plans.measure_cached("area, test", lambda plan: calls.append(plan.id)) == [p.area for p in plans]
     assert calls == ["narrow", "wide", "told"]
     assert plans.column("navigability")[1]["0.20"]["components"] == 1
-    assert plans.column("room_num") == [1, 1, 1]
+    assert plans.column("source_rooms") == [1, 1, 1]
     assert plans.select(doors=0).ids == ["wide", "told"]
     with pytest.raises(ConfigError, match="no 'aera'; the nearest is 'area'"):
         plans.column("aera")
@@ -212,7 +241,7 @@ def test_a_changed_file_is_read_again(tmp_path):
     file.write_bytes(encode(house(hexed(0), 9, 5)))
     os.utime(file, ns=(time.time_ns(), time.time_ns() + 10**9))
     plans = open_dataset(path)
-    assert plans.column("room_num") == [5, 2]
+    assert plans.column("source_rooms") == [5, 2]
     file.write_bytes(encode(house("other")))
     with pytest.raises(Exception, match=r"expected '0+', as the index"):
         plans[0]

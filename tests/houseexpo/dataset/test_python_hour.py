@@ -79,7 +79,8 @@ def test_tables_have_a_row_for_each_plan_room_and_door(plans: Dataset) -> None:
     need(modules=["pandas", "geopandas"], how="make readers")
     table = plans.to_pandas()
     assert list(table.index) == list(plans.ids)
-    assert list(table["room_num"]) == [plan.room_num for plan in plans]
+    assert list(table["rooms"]) == [len(plan.rooms) for plan in plans]
+    assert list(table["source_rooms"]) == [plan.room_num for plan in plans]
     rooms = plans.to_geopandas("rooms")
     assert len(rooms) == sum(len(plan.rooms) for plan in plans)
     assert (rooms.area - rooms["area"]).abs().max() < 0.01
@@ -236,7 +237,7 @@ def test_a_plan_is_drawn_on_the_axis_that_is_given(plans: Dataset) -> None:
     assert len(bare.patches) == 1
     sheet = plans.plot(3, columns=2)
     assert [ax.get_title() for ax in sheet.axes] == [
-        *(f"{count_noun(p.room_num, 'room')}, {p.area:.0f} m2" for p in plans[:3]),
+        *(f"{count_noun(len(p.rooms), 'room')}, {p.area:.0f} m²" for p in plans[:3]),
         "",
     ]
     assert plan.plot(figsize=(3, 2)).figure.get_size_inches().tolist() == [3, 2]

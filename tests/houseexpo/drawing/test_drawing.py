@@ -89,7 +89,7 @@ def test_svg_holds_the_same(two_rooms):
     assert {label_colour("Living_Room"), WALL, DOOR_COLOURS["door"], DOOR_COLOURS["entrance"]} <= fills
     texts = [text.text for text in root.iter(f"{space}text")]
     assert "Living Room" in texts
-    assert "11.8 m2" in texts
+    assert "11.8 m²" in texts
     assert texts[-2:] == ["door", "entrance"]
     rows, cols, _ = draw_plan(two_rooms).shape
     assert root.get("viewBox") == f"0 0 {cols} {rows}"

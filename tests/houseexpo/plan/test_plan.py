@@ -99,11 +99,11 @@ def test_objects_move_with_the_plan(furnished):
 
 def test_repr_says_something(two_rooms, furnished):
     assert repr(two_rooms) == (
-        "FloorPlan('two_rooms', 20.9 m2, 7.1 x 3.0 m, 12 vertices, room_num 2, 1 hole, 2 rooms, 2 doors)"
+        "FloorPlan('two_rooms', 20.9 m², 7.1 x 3.0 m, 12 vertices, 2 rooms in the source, 1 hole, 2 rooms, 2 doors)"
     )
     assert repr(furnished).endswith("2 rooms, 2 doors, 1 object, quality 0.93)")
     assert repr(furnished.objects[0]) == "PlanObject(0, 'Kachelofen', 0.90 m high, room 0)"
-    assert repr(two_rooms.rooms[1]) == "Room(1, 'Unlabelled', 9.00 m2)"
+    assert repr(two_rooms.rooms[1]) == "Room(1, 'Unlabelled', 9.00 m²)"
     assert repr(two_rooms.doors[1]) == "Door(1, 'entrance', 0.90 m, rooms 0 and None)"
 
 

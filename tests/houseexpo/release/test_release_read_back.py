@@ -41,7 +41,8 @@ def test_rows_say_what_the_plans_say(made: Path, released: Path) -> None:
     assert sorted(rows) == plans.ids
     for plan in plans:
         row = rows[plan.id]
-        assert (row["room_num"], row["n_doors"], row["area"]) == (plan.room_num, len(plan.doors), round(plan.area, 2))
+        assert (row["rooms"], row["source_rooms"]) == (len(plan.rooms), plan.room_num)
+        assert (row["doors"], row["area"]) == (len(plan.doors), round(plan.area, 2))
         assert row["reached_20cm"] == plan.navigability["0.20"].largest_share
         assert row["narrowest"] == plan.navigability["0.20"].narrowest
         assert shapely.from_wkb(row["geometry"]).equals(plan.free_space)
@@ -162,6 +163,6 @@ def test_hugging_face_reads_it_offline(
     )
     first = plans["train"][0]
     assert first["image"].size[0] > 100
-    assert open_dataset(made)[first["id"]].room_num == first["room_num"]
+    assert open_dataset(made)[first["id"]].room_num == first["source_rooms"]
     rooms = datasets.load_dataset(str(released), "rooms", split="train", cache_dir=str(tmp_path / "cache"))
     assert set(rooms["split"]) == {"train"}

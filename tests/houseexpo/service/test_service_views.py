@@ -30,7 +30,6 @@ def made_up(count: int = 300) -> MeasureTable:
             "source": (("ifc", "mesh"), rng.integers(-1, 2, count).astype(np.int32)),
             "split": (("test", "train"), rng.integers(0, 2, count).astype(np.int32)),
         },
-        drawn=[0] * count,
         _numbers=numbers,
     )
 

@@ -514,7 +514,7 @@ def test_a_map_whose_cells_are_too_small_for_a_room_is_refused_at_once(tmp_path:
     shades[[0, -1]] = shades[:, [0, -1]] = WALL
     found = rejected(saved(tmp_path, shades, resolution=0.0001))
     assert found.reason is Reason.NO_LEVEL
-    assert "found 0.00089 m2 in all" in found.detail
+    assert "found 0.00089 m² in all" in found.detail
 
 
 @pytest.mark.parametrize("number", range(3))

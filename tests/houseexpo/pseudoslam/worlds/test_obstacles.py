@@ -204,7 +204,7 @@ def test_random_ones_keep_clear_of_those_told() -> None:
 def test_more_than_fit_are_refused_soon() -> None:
     """The published simulator searches for ever."""
     start = time.process_time()
-    with pytest.raises(ConfigError, match=r"obstacles.random.number: at most \d+ of 500 obstacles .* 16.0 m2") as error:
+    with pytest.raises(ConfigError, match=r"obstacles.random.number: at most \d+ of 500 obstacles .* 16.0 m²") as error:
         put(house(), random=RandomObstacles((500, 500)))
     assert 10 < int(re.findall(r"most (\d+)", str(error.value))[0]) < 300
     assert time.process_time() - start < 20  # also without compilation
