@@ -1,0 +1,29 @@
+"""The lines that the documentation shows, for the journeys that run them."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+def python_block(page: str, word: str) -> str:
+    """The one block of Python of a page that contains a word."""
+    [block] = [
+        lines for lines in re.findall(r"^```python\n(.*?)^```", read(page), re.DOTALL | re.MULTILINE) if word in lines
+    ]
+    return block
+
+
+def commands(page: str, word: str) -> list[str]:
+    """The ``houseexpo`` commands, without comments, of the one block of a page that contains a word."""
+    blocks = re.findall(r"^```\n(.*?)^```", read(page), re.DOTALL | re.MULTILINE)
+    [block] = [lines for lines in blocks if word in lines]
+    lines = [re.sub(r"\s+#.*", "", line) for line in block.splitlines() if line.startswith("houseexpo ")]
+    return [command.strip() for line in lines for command in line.split("&&")]
+
+
+def read(page: str) -> str:
+    """The text of a page."""
+    return (ROOT / page).read_text()
