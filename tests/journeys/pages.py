@@ -10,20 +10,18 @@ ROOT = Path(__file__).resolve().parents[2]
 
 def python_block(page: str, word: str) -> str:
     """The one block of Python of a page that contains a word."""
-    [block] = [
-        lines for lines in re.findall(r"^```python\n(.*?)^```", read(page), re.DOTALL | re.MULTILINE) if word in lines
-    ]
+    [block] = [lines for lines in blocks(page, "python") if word in lines]
     return block
 
 
 def commands(page: str, word: str) -> list[str]:
     """The ``houseexpo`` commands, without comments, of the one block of a page that contains a word."""
-    blocks = re.findall(r"^```\n(.*?)^```", read(page), re.DOTALL | re.MULTILINE)
-    [block] = [lines for lines in blocks if word in lines]
+    [block] = [lines for lines in blocks(page, "") if word in lines]
     lines = [re.sub(r"\s+#.*", "", line) for line in block.splitlines() if line.startswith("houseexpo ")]
     return [command.strip() for line in lines for command in line.split("&&")]
 
 
-def read(page: str) -> str:
-    """The text of a page."""
-    return (ROOT / page).read_text()
+def blocks(page: str, language: str) -> list[str]:
+    """The blocks of code in a language, "" for commands."""
+    found = re.findall(r"^```(\w*)\n(.*?)^```$", (ROOT / page).read_text(), re.DOTALL | re.MULTILINE)
+    return [lines for name, lines in found if name == language]
