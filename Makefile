@@ -32,18 +32,23 @@ help: ## show this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  \033[36mmake %-11s\033[0m %s\n", $$1, $$2}' Makefile
 	@echo
 
-setup: $(VENV)/installed ## make .venv with the pinned versions
+setup: $(VENV)/installed ## make .venv with the pinned versions, for the tests and checks too
 
-$(VENV)/installed: pyproject.toml constraints.txt
+$(VENV)/base: pyproject.toml constraints.txt
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
 	  { echo "houseexpo needs Python 3.11 or newer, found $$($(PYTHON) --version 2>&1). Try: make setup PYTHON=python3.12"; exit 1; }
 	@echo "-- making $(VENV) with $$($(PYTHON) --version)"
 	@test -x $(BIN)/python || $(PYTHON) -m venv $(VENV) || \
 	  { echo "python3 has no venv; on Debian and Ubuntu: apt-get install python3-venv"; exit 1; }
-	@echo "-- installing the pinned versions (a few minutes the first time)"
+	@echo "-- installing the pinned versions (1 GB; a few minutes the first time)"
 	@$(PIP) setuptools
-	@$(PIP) --no-build-isolation --config-settings editable_mode=compat -e '.[ifc,scans,dev]'
+	@$(subst --quiet,,$(PIP)) --no-build-isolation --config-settings editable_mode=compat -e '.[serve]'
 	@echo "-- installed; the command is $(BIN)/houseexpo"
+	@touch $@
+
+$(VENV)/installed: $(VENV)/base
+	@echo "-- installing what the tests and checks need (another 1 GB)"
+	@$(subst --quiet,,$(PIP)) --no-build-isolation --config-settings editable_mode=compat -e '.[ifc,scans,dev]'
 	@touch $@
 
 cluster: setup ## install what the tests on clusters need: Ray, an S3 client and server
@@ -71,11 +76,11 @@ experiments: learn ## learn the paper's two experiments, with a memory and witho
 	  $(BIN)/houseexpo train $${name%%-*} --config experiments/$$name.toml --seed $$seed --resume \
 	    --out $(RUNS)/$$name-$$seed $(TRAIN) || exit; done; done
 
-dataset: setup ## build the demo data set: 300 houses made by the project, into plans/demo
+dataset: $(VENV)/base ## build the demo data set: 300 houses made by the project, into plans/demo
 	@$(BIN)/houseexpo build --config data_manifests/demo.toml --out $(DATASET)
 	@$(BIN)/houseexpo stats $(DATASET) --out $(DATASET)/.build/statistics.html
 
-release: setup ## build a manifest (RELEASE=...) and release it, into releases/<its name>
+release: $(VENV)/base ## build a manifest (RELEASE=...) and release it, into releases/<its name>
 	@$(BIN)/houseexpo build --config $(RELEASE) --out plans/$(basename $(notdir $(RELEASE)))
 	@$(BIN)/houseexpo release plans/$(basename $(notdir $(RELEASE))) \
 	  --out releases/$(basename $(notdir $(RELEASE))) $(ABOUT)
