@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
@@ -52,6 +53,13 @@ def export(
         Literal["world", "plan"] | None,
         typer.Option(help="As seen from above, or the plan's own axes.", show_default=_OWN),
     ] = None,
+    frame: Annotated[
+        Literal["source", "plan"] | None,
+        typer.Option(
+            help="Coordinates of the file that a plan comes from, or of the plan, which starts at its corner.",
+            show_default="source of maps, drawings, scans and worlds",
+        ),
+    ] = None,
     building: Annotated[
         str | None,
         typer.Option(
@@ -80,22 +88,43 @@ def export(
         "door_height": door_height,
         "holes": holes,
         "orientation": orientation,
+        "frame": frame,
     }
     options = {name: value for name, value in given.items() if value is not None}
     count, plans = _plans(dataset, parse_ids(ids) or None)
     if find_rooms:
         plans = _with_rooms(plans)
+    frames: Counter[str] = Counter()
+    plans = _count_frames(plans, frame, frames)
     refused: list[PlanError] = []
     files = write(
         plans, to, out, refused=refused.append, replace=replace, sources=[dataset], building=building, **options
     )
     if refused and len(refused) == count:
         raise refused[0]
-    said = f"{count_noun(count - len(refused), 'plan')}, {count_noun(len(files), 'file')} in {out}"
+    said = (
+        f"{count_noun(count - len(refused), 'plan')}, {count_noun(len(files), 'file')} in {out}, {_in_frames(frames)}"
+    )
     make_console().print(said, highlight=False, soft_wrap=True)
     print_problems(make_console(stderr=True), "left out", list(map(str, refused)))
     if refused:
         raise typer.Exit(1)
+
+
+def _count_frames(plans: Iterator[FloorPlan], frame: str | None, frames: Counter[str]) -> Iterator[FloorPlan]:
+    """Yield the plans, and count in which frames they are exported."""
+    from houseexpo.exports.placement import default_frame
+
+    for plan in plans:
+        frames[frame or default_frame(plan)] += 1
+        yield plan
+
+
+def _in_frames(frames: Counter[str]) -> str:
+    """Return in whose frame the files are, for people."""
+    if len(frames) > 1:
+        return f"{frames['source']} in the frame of the source, {frames['plan']} in the plan's own"
+    return "in the frame of the source" if frames["source"] else "in the plan's own frame"
 
 
 def _plans(path: Path, wanted: Sequence[str] | None) -> tuple[int, Iterator[FloorPlan]]:

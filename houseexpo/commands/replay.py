@@ -30,7 +30,7 @@ def replay(
     with CommandOutput(out, [bag], replace=replace, folder=True) as place:
         made = map_from_bag(bag, resolution, scan_topic=scan_topic)
         pixels = np.where(made.occupied, WALL, np.where(made.free, FREE, UNKNOWN)).astype(np.uint8)
-        for name, data in map_server_files("map", pixels, made.resolution_m, made.origin[:2]).items():
+        for name, data in map_server_files("map", pixels, made.resolution_m, made.origin).items():
             place.write(out / name, data)
     rows, cols = made.occupancy.shape
     free_m2 = float(made.free.sum()) * made.resolution_m**2

@@ -1,8 +1,9 @@
 r"""Export plans for other programs: one function for each format, and ``export``, which writes any of them.
 
 Formats for viewers and simulators show the house as seen from above, x right and y up; mirrored plans are mirrored
-back. ``npz`` and ``json`` keep the plan's own axes. The option ``orientation`` ("world" or "plan") changes this
-(``houseexpo.exports.orientation``).
+back. ``npz`` and ``json`` keep the plan's own axes. The option ``orientation`` ("world" or "plan") changes this. The
+option ``frame`` ("source" or "plan") chooses whose coordinates a file has: those of a robot's map, a drawing, a scan or
+a simulator's world by default, if the plan was made of one (``houseexpo.exports.placement``).
 
 Examples
 --------
@@ -20,7 +21,7 @@ from houseexpo.exports.graphml import graphml
 from houseexpo.exports.ifc import ifc
 from houseexpo.exports.mesh import glb, obj
 from houseexpo.exports.mjcf import mjcf
-from houseexpo.exports.orientation import is_mirrored, orient_plan, world_from_plan
+from houseexpo.exports.placement import default_frame, is_mirrored, orient_plan, world_from_plan
 from houseexpo.exports.pol import pol
 from houseexpo.exports.published_json import published_json
 from houseexpo.exports.rasters import npz, png, ros_map
@@ -35,6 +36,7 @@ __all__ = [
     "FORMATS",
     "ExportFormat",
     "coco",
+    "default_frame",
     "dxf",
     "export",
     "geojson",

@@ -9,7 +9,7 @@ import numpy as np
 import shapely
 
 from houseexpo.exports.encoding import compact_json, encode_image, picture_scale
-from houseexpo.exports.orientation import Orientation, orient_plan
+from houseexpo.exports.placement import ExportFrame, Orientation, orient_plan, pose_in_export
 from houseexpo.exports.polygons import join_holes_by_slits
 from houseexpo.floorplan import FloorPlan
 from houseexpo.grids.frame import GridFrame
@@ -29,13 +29,18 @@ _CATEGORY_ID: Final = {name: i for i, (_, name) in enumerate(_NAMES, start=1)}
 
 
 def coco(
-    plans: Iterable[FloorPlan], *, resolution: float = RESOLUTION_M, orientation: Orientation = "world"
+    plans: Iterable[FloorPlan],
+    *,
+    resolution: float = RESOLUTION_M,
+    orientation: Orientation = "world",
+    frame: ExportFrame | None = None,
 ) -> Iterator[tuple[str, bytes]]:
     """Write ``images/<id>.png`` for each plan, and ``annotations.json`` last.
 
     Pictures are 8-bit grey, 255 for free space and 0 elsewhere, with the first row at the highest y. The house is shown
     as seen from above (mirrored plans are mirrored back). ``resolution`` is in metres per pixel. The ``origin`` of an
-    image is the lower-left corner of its lower-left pixel in metres. Categories are the 25 labels, "Unlabelled", and
+    image is the lower-left corner of its lower-left pixel in metres, and ``yaw``, in radians, turns the image about it,
+    counter-clockwise. Categories are the 25 labels, "Unlabelled", and
     the kinds of doors.
 
     Segmentations are polygons in pixels. COCO's polygons cannot have holes, so that a hole is joined to its outline by
@@ -46,14 +51,15 @@ def coco(
     annotations: list[dict[str, Any]] = []
     for number, plan in enumerate(plans, start=1):
         turned = orient_plan(plan, orientation)
-        frame = GridFrame.around(_bounds(turned), picture_scale(plan, resolution), margin_px=MARGIN_PX, y_up=True)
+        cells = GridFrame.around(_bounds(turned), picture_scale(plan, resolution), margin_px=MARGIN_PX, y_up=True)
         name = f"{plan.id}.png"
-        (rows, cols), (x, y) = frame.shape, frame.origin_m
+        (rows, cols), pose = cells.shape, pose_in_export(plan, orientation, frame)
+        x, y = pose.point(cells.origin_m)
         images.append({"id": number, "file_name": name, "width": cols, "height": rows, "plan": plan.id})
-        images[-1] |= {"origin": [round(x, 6), round(y, 6)], "resolution": resolution}
-        for instance in _instances(turned, frame):
+        images[-1] |= {"origin": [round(x, 6), round(y, 6)], "yaw": round(pose.yaw, 9), "resolution": resolution}
+        for instance in _instances(turned, cells):
             annotations.append({"id": len(annotations) + 1, "image_id": number, "iscrowd": 0, **instance})
-        mask, _ = free_mask(turned, frame=frame)
+        mask, _ = free_mask(turned, frame=cells)
         yield f"images/{name}", encode_image(mask.astype(np.uint8) * 255, "PNG")
     info = {"description": "HouseExpo floor plans: rooms and doors", "version": "1.0"}
     yield (

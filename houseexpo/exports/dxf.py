@@ -10,7 +10,7 @@ import shapely
 from houseexpo.errors import MissingDependencyError, install_command
 from houseexpo.exports.encoding import Files
 from houseexpo.exports.openings import wall_openings
-from houseexpo.exports.orientation import Orientation, orient_plan
+from houseexpo.exports.placement import ExportFrame, Orientation, Pose, orient_plan, pose_in_export
 from houseexpo.exports.plan_bodies import WALL_THICKNESS_M
 from houseexpo.floorplan import FloorPlan
 from houseexpo.grids.raster import all_rings
@@ -25,7 +25,13 @@ _METRES: Final = 6
 _TEXT_M: Final = 0.25
 
 
-def dxf(plan: FloorPlan, *, wall_thickness: float = WALL_THICKNESS_M, orientation: Orientation = "world") -> Files:
+def dxf(
+    plan: FloorPlan,
+    *,
+    wall_thickness: float = WALL_THICKNESS_M,
+    orientation: Orientation = "world",
+    frame: ExportFrame | None = None,
+) -> Files:
     """Write ``<id>.dxf`` (R2010, units metres) with closed polylines.
 
     Layers: WALLS (the faces of each wall), ROOMS (one a room, holes too), ROOM_NAMES (a text in each room: its label,
@@ -46,7 +52,7 @@ def dxf(plan: FloorPlan, *, wall_thickness: float = WALL_THICKNESS_M, orientatio
     options.write_fixed_meta_data_for_testing = True  # not the time at which it is written
     try:
         document = new("R2010", units=_METRES)
-        _draw(document, orient_plan(plan, orientation), wall_thickness)
+        _draw(document, orient_plan(plan, orientation), pose_in_export(plan, orientation, frame), wall_thickness)
         stream = io.StringIO()
         document.write(stream)
     finally:
@@ -54,7 +60,7 @@ def dxf(plan: FloorPlan, *, wall_thickness: float = WALL_THICKNESS_M, orientatio
     return {f"{plan.id}.dxf": stream.getvalue().encode("utf-8", "dxfreplace")}
 
 
-def _draw(document: Any, turned: FloorPlan, wall_thickness: float) -> None:
+def _draw(document: Any, turned: FloorPlan, pose: Pose, wall_thickness: float) -> None:
     document.header["$MEASUREMENT"] = 1
     for name, colour in LAYERS.items():
         document.layers.add(name, color=colour)
@@ -62,18 +68,18 @@ def _draw(document: Any, turned: FloorPlan, wall_thickness: float) -> None:
     doors = wall_openings(turned, wall_thickness)
     gaps = shapely.union_all([each.shape for each in doors if each.door.kind == "entrance"])
     for wall in turned.walls(wall_thickness):
-        _outline(space, shapely.difference(wall, gaps), "WALLS")
+        _outline(space, pose.shape(shapely.difference(wall, gaps)), "WALLS")
     for room in turned.rooms:
-        _outline(space, room.polygon, "ROOMS")
-        at = shapely.point_on_surface(room.polygon)
+        _outline(space, pose.shape(room.polygon), "ROOMS")
+        at = pose.shape(shapely.point_on_surface(room.polygon))
         words = [room.label, *(word for word in room.source_labels if word != room.label)]
         for line, word in enumerate(words):
             text = space.add_text(word, height=_TEXT_M, dxfattribs={"layer": "ROOM_NAMES"})
             text.set_placement((at.x, at.y - 1.6 * line * _TEXT_M))
     for each in doors:
-        _outline(space, each.shape, _LAYER_OF[each.door.kind])
+        _outline(space, pose.shape(each.shape), _LAYER_OF[each.door.kind])
     for thing in turned.objects:
-        _outline(space, thing.polygon, "FURNITURE")
+        _outline(space, pose.shape(thing.polygon), "FURNITURE")
 
 
 def _outline(space: Any, shape: BaseGeometry, layer: str) -> None:

@@ -126,7 +126,8 @@ def export(
         ``ifc``, ``mjcf``, ``obj``, ``rmf``, ``sdf`` and ``usd``. The order and the place of the storeys are those
         that ``stack_storeys`` finds.
     **options
-        Options of the format's function, such as ``resolution``, ``wall_thickness``, ``door_height``, ``orientation``.
+        Options of the format's function, such as ``resolution``, ``wall_thickness``, ``door_height``, ``orientation``,
+        and ``frame``: "source" or "plan", by default ``default_frame`` of each plan.
 
     Returns
     -------

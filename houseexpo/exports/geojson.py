@@ -9,7 +9,14 @@ import shapely
 
 from houseexpo.exports.encoding import Files, compact_json
 from houseexpo.exports.openings import wall_openings
-from houseexpo.exports.orientation import Orientation, orient_plan, world_from_plan
+from houseexpo.exports.placement import (
+    ExportFrame,
+    Orientation,
+    default_frame,
+    orient_plan,
+    pose_in_export,
+    world_from_plan,
+)
 from houseexpo.exports.plan_bodies import WALL_THICKNESS_M
 from houseexpo.floorplan import FloorPlan
 
@@ -20,7 +27,13 @@ _METRES: Final = 'LOCAL_CS["floor plan",UNIT["metre",1],AXIS["x",EAST],AXIS["y",
 """A coordinate system that is not on Earth, in a form that GDAL 2 and later read."""
 
 
-def geojson(plan: FloorPlan, *, wall_thickness: float = WALL_THICKNESS_M, orientation: Orientation = "world") -> Files:
+def geojson(
+    plan: FloorPlan,
+    *,
+    wall_thickness: float = WALL_THICKNESS_M,
+    orientation: Orientation = "world",
+    frame: ExportFrame | None = None,
+) -> Files:
     """Write ``<id>.geojson``: one FeatureCollection, in which ``properties.kind`` is the kind of a feature.
 
     Kinds are ``free_space`` (one), ``wall``, ``room`` (``room``: its id, ``label``, ``source_labels``, ``area``),
@@ -28,12 +41,12 @@ def geojson(plan: FloorPlan, *, wall_thickness: float = WALL_THICKNESS_M, orient
     ``room``, ``height``), and ``label_box`` (as published; these boxes extend into walls). An entrance is as deep as
     the wall is drawn.
 
-    Coordinates are the plan's x and y in metres (mirrored plans are mirrored back), not degrees. ``crs`` declares this
+    Coordinates are x and y in metres (mirrored plans are mirrored back), not degrees. ``crs`` declares this
     to GDAL, GeoPandas and QGIS, which otherwise interpret coordinates as longitudes and latitudes. The collection's
-    ``properties`` are the plan's id, its ``quality`` (the score and its ``grounds``, or null) and the matrix
-    ``world_from_plan``. Rings follow the right-hand rule.
+    ``properties`` are the plan's id, its ``quality`` (the score and its ``grounds``, or null), the ``frame``
+    of the coordinates, "source" or "plan", and the matrix ``world_from_plan``. Rings follow the right-hand rule.
     """
-    turned = orient_plan(plan, orientation)
+    turned, pose = orient_plan(plan, orientation), pose_in_export(plan, orientation, frame)
     collection = {
         "type": "FeatureCollection",
         "crs": {"type": "name", "properties": {"name": _METRES}},
@@ -45,33 +58,35 @@ def geojson(plan: FloorPlan, *, wall_thickness: float = WALL_THICKNESS_M, orient
             "quality": None
             if plan.quality is None
             else {"score": plan.quality.score, "grounds": dict(plan.quality.grounds)},
-            "world_from_plan": world_from_plan(plan, orientation),
+            "world_from_plan": world_from_plan(plan, orientation, frame),
+            "frame": frame or default_frame(plan),
         },
-        "features": list(_features(turned, wall_thickness)),
+        "features": [_feature(pose.shape(shape), kind, about) for shape, kind, about in _parts(turned, wall_thickness)],
     }
     return {f"{plan.id}.geojson": compact_json(collection)}
 
 
-def _features(plan: FloorPlan, wall_thickness: float) -> Iterator[dict[str, Any]]:
-    yield _feature(plan.free_space, "free_space", area=round(plan.area, 4))
+def _parts(plan: FloorPlan, wall_thickness: float) -> Iterator[tuple[BaseGeometry, str, dict[str, Any]]]:
+    """Yield the shape, the kind and the other properties of each feature."""
+    yield plan.free_space, "free_space", {"area": round(plan.area, 4)}
     for wall in plan.walls(wall_thickness):
-        yield _feature(wall, "wall")
+        yield wall, "wall", {}
     for room in plan.rooms:
-        labels = list(room.source_labels)
-        area = round(room.area, 4)
-        yield _feature(room.polygon, "room", room=room.id, label=room.label, source_labels=labels, area=area)
+        about = {"room": room.id, "label": room.label, "source_labels": list(room.source_labels)}
+        yield room.polygon, "room", {**about, "area": round(room.area, 4)}
     for each in wall_openings(plan, wall_thickness):
-        door, rooms = each.door, list(each.door.rooms)
-        yield _feature(each.shape, "door", door=door.id, door_kind=door.kind, width=door.width, rooms=rooms)
+        door = each.door
+        about = {"door": door.id, "door_kind": door.kind, "width": door.width, "rooms": list(door.rooms)}
+        yield each.shape, "door", about
     for thing in plan.objects:
         about = {"object": thing.id, "label": thing.label, "room": thing.room, "height": thing.height}
-        yield _feature(thing.polygon, "object", **about)
+        yield thing.polygon, "object", about
     for label, boxes in plan.room_category.items():
         for box in boxes:
-            yield _feature(shapely.box(*box), "label_box", label=label)
+            yield shapely.box(*box), "label_box", {"label": label}
 
 
-def _feature(shape: BaseGeometry, kind: str, **properties: Any) -> dict[str, Any]:
+def _feature(shape: BaseGeometry, kind: str, properties: dict[str, Any]) -> dict[str, Any]:
     rounded = shapely.transform(shapely.orient_polygons(shape), lambda points: points.round(4))
     return {
         "type": "Feature",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import uuid
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
@@ -11,7 +12,7 @@ import shapely
 from houseexpo.errors import MissingDependencyError, install_command
 from houseexpo.exports.encoding import Files, valid_xml_text
 from houseexpo.exports.openings import WallOpening, wall_openings
-from houseexpo.exports.orientation import Orientation
+from houseexpo.exports.placement import ExportFrame, Orientation, pose_in_export
 from houseexpo.exports.plan_bodies import DOOR_HEIGHT_M, WALL_HEIGHT_M, WALL_THICKNESS_M, PlanBodies, plan_bodies
 from houseexpo.exports.storeys import FLOOR_M, Storey, stack_storeys
 from houseexpo.floorplan import FloorPlan
@@ -35,6 +36,7 @@ def ifc(
     wall_height: float = WALL_HEIGHT_M,
     door_height: float = DOOR_HEIGHT_M,
     orientation: Orientation = "world",
+    frame: ExportFrame | None = None,
 ) -> Files:
     """Write ``<id>.ifc`` (IFC 4, metres): project, site, building, one storey.
 
@@ -51,7 +53,7 @@ def ifc(
     level = 0 if plan.frame is None else plan.frame.level
     return _file(
         plan.id,
-        [(f"Level {level}", Storey(plan, (0.0, 0.0), 0.0))],
+        [(f"Level {level}", Storey(plan, pose_in_export(plan, orientation, frame)))],
         wall_thickness=wall_thickness,
         wall_height=wall_height,
         door_height=door_height,
@@ -67,12 +69,13 @@ def ifc_building(
     wall_height: float = WALL_HEIGHT_M,
     door_height: float = DOOR_HEIGHT_M,
     orientation: Orientation = "world",
+    frame: ExportFrame | None = None,
 ) -> Files:
     """Write ``<name>.ifc``: one building with a storey for each plan, lowest first, stacked by ``stack_storeys``.
 
     The name of a storey is the id of its plan. All else is as in ``ifc``, and so is what is raised.
     """
-    storeys = [(each.plan.id, each) for each in stack_storeys(plans, name, orientation)]
+    storeys = [(each.plan.id, each) for each in stack_storeys(plans, name, orientation, frame)]
     return _file(
         name,
         storeys,
@@ -171,9 +174,11 @@ class _Writer:
                 "IfcBuildingStorey",
                 "storey",
                 Name=part.name,
-                ObjectPlacement=place if number == 0 else self._new("IfcLocalPlacement", RelativePlacement=self._here),
+                ObjectPlacement=place
+                if not part.storey.pose
+                else self._new("IfcLocalPlacement", RelativePlacement=self._here),
                 CompositionType="ELEMENT",
-                Elevation=part.storey.elevation_m,
+                Elevation=part.storey.pose.z,
             )
             storeys.append(storey)
         self._begin(0, parts[0].storey)
@@ -185,13 +190,19 @@ class _Writer:
             self._fill(storey, part.built, part.doors)
 
     def _begin(self, number: int, storey: Storey) -> None:
-        """Place what follows in a storey; the lowest lies at the origin."""
+        """Place what follows in a storey."""
         self._storey = f"storey {number}\n" if number else ""
-        if number == 0:
+        if not storey.pose:
             self._here = self._axes
             return
-        at = self._point(*storey.offset, storey.elevation_m)
-        self._here = self._new("IfcAxis2Placement3D", Location=at)
+        pose = storey.pose
+        turn = {}
+        if pose.yaw:
+            turn["Axis"] = self._new("IfcDirection", DirectionRatios=[0.0, 0.0, 1.0])
+            along = [math.cos(pose.yaw), math.sin(pose.yaw), 0.0]
+            turn["RefDirection"] = self._new("IfcDirection", DirectionRatios=along)
+        at = self._point(pose.x, pose.y, pose.z)
+        self._here = self._new("IfcAxis2Placement3D", Location=at, **turn)
 
     def _fill(self, storey: Any, built: PlanBodies, doors: Sequence[WallOpening]) -> None:
         """Put a plan into its storey."""

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
+import numpy.typing as npt
 import shapely
 
 from houseexpo.exports.encoding import Files, valid_xml_text
 from houseexpo.exports.named_parts import doorway_floors, entrance_doors, room_floors, unnamed_floor
-from houseexpo.exports.orientation import Orientation
+from houseexpo.exports.placement import ExportFrame, Orientation, Pose, pose_in_export
 from houseexpo.exports.plan_bodies import DOOR_HEIGHT_M, WALL_HEIGHT_M, WALL_THICKNESS_M, PlanBodies, plan_bodies
 from houseexpo.exports.storeys import FLOOR_M, storey_bodies
 from houseexpo.floorplan import FloorPlan
@@ -35,14 +37,18 @@ def glb(
     wall_height: float = WALL_HEIGHT_M,
     door_height: float = DOOR_HEIGHT_M,
     orientation: Orientation = "world",
+    frame: ExportFrame | None = None,
 ) -> Files:
     """Write ``<id>.glb`` (binary glTF 2.0) in metres with y up: world (x, y, z) becomes (X, Y, Z) = (x, z, -y).
 
     World x and y are the plan's (mirrored plans are mirrored back), and z is the height above the floor. The nodes are
     ``walls`` (with doors as gaps under lintels), ``entrance_door_<id>``, ``<label>_floor_<id>`` of each room,
     ``door_threshold_<id>`` or ``opening_threshold_<id>``, ``floor`` (under the walls) and, if there is any,
-    ``furniture``; each is a closed body. Options are those of ``houseexpo.exports.plan_bodies.plan_bodies``.
+    ``furniture``; each is a closed body. In the frame of the source they are in the node ``place``, which moves
+    and turns them. Options are those of ``houseexpo.exports.plan_bodies.plan_bodies``.
     """
+    import trimesh
+
     built = plan_bodies(
         plan,
         wall_thickness=wall_thickness,
@@ -50,7 +56,11 @@ def glb(
         door_height=door_height,
         orientation=orientation,
     )
-    return {f"{plan.id}.glb": bytes(_scene(built, wall_thickness).export(file_type="glb"))}
+    scene, pose = trimesh.Scene(), pose_in_export(plan, orientation, frame)
+    if pose:
+        scene.graph.update(frame_to=_PLACE, matrix=_matrix(pose))
+    _add_bodies(scene, built, wall_thickness, within=_PLACE if pose else None)
+    return {f"{plan.id}.glb": bytes(scene.export(file_type="glb"))}
 
 
 def obj(
@@ -60,8 +70,10 @@ def obj(
     wall_height: float = WALL_HEIGHT_M,
     door_height: float = DOOR_HEIGHT_M,
     orientation: Orientation = "world",
+    frame: ExportFrame | None = None,
 ) -> Files:
     """Write ``<id>.obj`` with the axes, bodies and options of ``glb``, without colours."""
+    from trimesh import Scene
     from trimesh.exchange.obj import export_obj
 
     built = plan_bodies(
@@ -71,9 +83,9 @@ def obj(
         door_height=door_height,
         orientation=orientation,
     )
-    text = export_obj(
-        _scene(built, wall_thickness), include_normals=False, include_color=False, include_texture=False, digits=6
-    )
+    scene = Scene()
+    _add_bodies(scene, built, wall_thickness, pose=pose_in_export(plan, orientation, frame))
+    text = export_obj(scene, include_normals=False, include_color=False, include_texture=False, digits=6)
     return {f"{plan.id}.obj": text.encode() + b"\n"}
 
 
@@ -85,6 +97,7 @@ def glb_building(
     wall_height: float = WALL_HEIGHT_M,
     door_height: float = DOOR_HEIGHT_M,
     orientation: Orientation = "world",
+    frame: ExportFrame | None = None,
 ) -> Files:
     """Write ``<name>.glb``: a node for each storey, named by the id of its plan, at its place and elevation.
 
@@ -98,16 +111,15 @@ def glb_building(
         wall_height=wall_height,
         door_height=door_height,
         orientation=orientation,
+        frame=frame,
     )
     import trimesh
     from trimesh.exchange.gltf import export_glb
 
     scene = trimesh.Scene()
     for number, each in enumerate(bodies):
-        x, y, z = each.storey.place
         node = f"{number}{_STOREY}{each.storey.plan.id}"
-        at = trimesh.transformations.translation_matrix((x, z, 0.0 - y))
-        scene.graph.update(frame_to=node, matrix=at)
+        scene.graph.update(frame_to=node, matrix=_matrix(each.storey.pose))
         _add_bodies(scene, each.built, wall_thickness, roof=each.roof, within=node, prefix=f"{number}{_STOREY}")
     return {f"{name}.glb": bytes(export_glb(scene, tree_postprocessor=_without_prefixes))}
 
@@ -120,6 +132,7 @@ def obj_building(
     wall_height: float = WALL_HEIGHT_M,
     door_height: float = DOOR_HEIGHT_M,
     orientation: Orientation = "world",
+    frame: ExportFrame | None = None,
 ) -> Files:
     """Write ``<name>.obj``: the objects of ``obj`` for each storey, with ``_storey_<number>`` after their names.
 
@@ -135,16 +148,18 @@ def obj_building(
         wall_height=wall_height,
         door_height=door_height,
         orientation=orientation,
+        frame=frame,
     )
     scene, lines = Scene(), []
     for number, each in enumerate(bodies):
         lines.append(f"# storey {number}: {valid_xml_text(each.storey.plan.id)}\n")
-        place, suffix = each.storey.place, f"_storey_{number}"
-        _add_bodies(scene, each.built, wall_thickness, roof=each.roof, place=place, suffix=suffix)
+        pose, suffix = each.storey.pose, f"_storey_{number}"
+        _add_bodies(scene, each.built, wall_thickness, roof=each.roof, pose=pose, suffix=suffix)
     text = export_obj(scene, include_normals=False, include_color=False, include_texture=False, digits=6)
     return {f"{name}.obj": ("".join(lines) + text + "\n").encode()}
 
 
+_PLACE: Final = "place"
 _STOREY: Final = "|"
 """Between the number of a storey and the name of its node: names in a scene must differ, in a file they need not."""
 
@@ -154,12 +169,11 @@ def _without_prefixes(tree: dict[str, Any]) -> None:
         each["name"] = each["name"].partition(_STOREY)[2] or each["name"]
 
 
-def _scene(built: PlanBodies, wall_thickness: float) -> trimesh.Scene:
-    import trimesh
-
-    scene = trimesh.Scene()
-    _add_bodies(scene, built, wall_thickness)
-    return scene
+def _matrix(pose: Pose) -> npt.NDArray[np.float64]:
+    """Return the matrix (4, 4) of a pose between nodes, whose axes have y up."""
+    cos, sin = math.cos(pose.yaw), math.sin(pose.yaw)
+    rows = [[cos, 0, sin, pose.x], [0, 1, 0, pose.z], [-sin, 0, cos, 0.0 - pose.y], [0, 0, 0, 1]]
+    return np.array(rows, np.float64)
 
 
 def _add_bodies(
@@ -171,9 +185,9 @@ def _add_bodies(
     within: str | None = None,
     prefix: str = "",
     suffix: str = "",
-    place: tuple[float, float, float] = (0.0, 0.0, 0.0),
+    pose: Pose = Pose(),  # noqa: B008 - frozen
 ) -> None:
-    """Add the parts of a house at a place, x, y and z up, metres, in the node ``within``."""
+    """Add the parts of a house at a pose in the node ``within``."""
     import trimesh
 
     materials = {
@@ -183,7 +197,8 @@ def _add_bodies(
     for part, material, body in _bodies(built, wall_thickness, roof):
         name = f"{prefix}{part}{suffix}"
         mesh = body.to_mesh64()
-        x, y, z = (np.asarray(mesh.vert_properties)[:, :3] + place).T
+        points = np.asarray(mesh.vert_properties)[:, :3]
+        (x, y), z = pose.points(points[:, :2]).T, points[:, 2] + pose.z
         upright = np.column_stack([x, z, 0.0 - y])  # not -y: no negative zeros in the text
         shown = trimesh.Trimesh(upright, np.asarray(mesh.tri_verts), process=False)
         shown.visual = trimesh.visual.TextureVisuals(material=materials[material])

@@ -8,12 +8,11 @@ from typing import Any, Final
 
 import numpy as np
 import shapely
-import shapely.affinity
 from shapely.geometry.base import BaseGeometry
 
 from houseexpo.exports.encoding import Files, format_numbers, valid_xml_text
 from houseexpo.exports.openings import WallOpening, wall_openings
-from houseexpo.exports.orientation import Orientation
+from houseexpo.exports.placement import ExportFrame, Orientation, Pose, pose_in_export
 from houseexpo.exports.plan_bodies import DOOR_HEIGHT_M, WALL_HEIGHT_M, WALL_THICKNESS_M, PlanBodies, plan_bodies
 from houseexpo.exports.polygons import cut_into_trapezoids
 from houseexpo.exports.storeys import FLOOR_M, storey_bodies
@@ -35,6 +34,7 @@ def mjcf(
     wall_height: float = WALL_HEIGHT_M,
     door_height: float = DOOR_HEIGHT_M,
     orientation: Orientation = "world",
+    frame: ExportFrame | None = None,
 ) -> Files:
     """Write ``<id>.xml`` for MuJoCo: metres, z up, one file without others beside it.
 
@@ -50,8 +50,10 @@ def mjcf(
         door_height=door_height,
         orientation=orientation,
     )
-    root, asset, world = _scene(plan.id, built.bounds)
-    _storey((asset, world), built, wall_thickness)
+    pose = pose_in_export(plan, orientation, frame)
+    bounds = shapely.total_bounds([pose.shape(wall) for wall in built.walls]).tolist()
+    root, asset, world = _scene(plan.id, bounds, pose.z)
+    _storey((asset, ET.SubElement(world, "body", _at("place", pose)) if pose else world), built, wall_thickness)
     ET.indent(root)
     return {f"{plan.id}.xml": ET.tostring(root) + b"\n"}
 
@@ -64,6 +66,7 @@ def mjcf_building(
     wall_height: float = WALL_HEIGHT_M,
     door_height: float = DOOR_HEIGHT_M,
     orientation: Orientation = "world",
+    frame: ExportFrame | None = None,
 ) -> Files:
     """Write ``<name>.xml``: a static body for each storey, named by the id of its plan, at its place and elevation.
 
@@ -78,13 +81,13 @@ def mjcf_building(
         wall_height=wall_height,
         door_height=door_height,
         orientation=orientation,
+        frame=frame,
     )
-    slabs = [shapely.affinity.translate(each.slab, *each.storey.offset) for each in bodies]
-    x1, y1, x2, y2 = shapely.total_bounds(slabs).tolist()
-    root, asset, world = _scene(name, (x1, y1, x2, y2))
+    bounds = shapely.total_bounds([each.storey.pose.shape(each.slab) for each in bodies]).tolist()
+    root, asset, world = _scene(name, bounds, bodies[0].storey.pose.z)
     for number, each in enumerate(bodies):
-        place, end = each.storey.place, f"_storey_{number}"
-        body = ET.SubElement(world, "body", name=valid_xml_text(each.storey.plan.id), pos=format_numbers(*place))
+        end = f"_storey_{number}"
+        body = ET.SubElement(world, "body", _at(valid_xml_text(each.storey.plan.id), each.storey.pose))
         into = asset, body
         _storey(into, each.built, wall_thickness, end)
         if number:
@@ -94,8 +97,14 @@ def mjcf_building(
     return {f"{name}.xml": ET.tostring(root) + b"\n"}
 
 
-def _scene(name: str, bounds: tuple[float, float, float, float]) -> tuple[ET.Element, ET.Element, ET.Element]:
-    """Return a file, its assets, and its world with a light and a ground under these bounds."""
+def _at(name: str, pose: Pose) -> dict[str, str]:
+    """Return the attributes of a body at a pose."""
+    place = {"name": name, "pos": format_numbers(pose.x, pose.y, pose.z)}
+    return place | ({"euler": f"0 0 {round(pose.yaw, 9):.9g}"} if pose.yaw else {})
+
+
+def _scene(name: str, bounds: Sequence[float], floor_m: float) -> tuple[ET.Element, ET.Element, ET.Element]:
+    """Return a file, its assets, and its world with a light and a ground under these bounds, at a height."""
     root = ET.Element("mujoco", model=name)
     ET.SubElement(root, "compiler", angle="radian", autolimits="true")
     asset = ET.SubElement(root, "asset")
@@ -103,7 +112,7 @@ def _scene(name: str, bounds: tuple[float, float, float, float]) -> tuple[ET.Ele
     ET.SubElement(world, "light", pos="0 0 20", dir="-0.2 0.1 -1", directional="true", castshadow="false")
     x1, y1, x2, y2 = bounds
     middle, half = (
-        format_numbers((x1 + x2) / 2, (y1 + y2) / 2, -_SLAB_M),
+        format_numbers((x1 + x2) / 2, (y1 + y2) / 2, floor_m - _SLAB_M),
         format_numbers((x2 - x1) / 2 + 5, (y2 - y1) / 2 + 5, 1),
     )
     ET.SubElement(world, "geom", name="ground", type="plane", pos=middle, size=half, rgba="0.5 0.5 0.5 1")

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 
 from houseexpo.analysis.walls import walls_around
 from houseexpo.errors import ConfigError
-from houseexpo.exports.orientation import Orientation, orient_plan
+from houseexpo.exports.placement import Orientation, orient_plan
 from houseexpo.floorplan import FloorPlan
 from houseexpo.plan import PlanObject
 from houseexpo.tolerances import STRAIGHTEN_AREA_M, WELD_M
@@ -69,7 +69,7 @@ def plan_bodies(
     wall_height, door_height
         Metres above the floor; if they are equal, doors have no lintels.
     orientation
-        See ``houseexpo.exports.orientation``.
+        See ``houseexpo.exports.placement``.
     """
     import shapely
 

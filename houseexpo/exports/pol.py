@@ -8,24 +8,24 @@ import shapely
 
 from houseexpo.errors import PlanError
 from houseexpo.exports.encoding import Files
-from houseexpo.exports.orientation import Orientation, orient_plan
+from houseexpo.exports.placement import ExportFrame, Orientation, orient_plan, pose_in_export
 from houseexpo.floorplan import FloorPlan
 
 _DENOMINATOR = 10_000  # a tenth of a millimetre; published coordinates, in centimetres, are exact
 
 
-def pol(plan: FloorPlan, *, orientation: Orientation = "world") -> Files:
+def pol(plan: FloorPlan, *, orientation: Orientation = "world", frame: ExportFrame | None = None) -> Files:
     """Write ``<id>.pol``: one line with every coordinate as a fraction, in metres.
 
     ``n x1 y1 ... xn yn`` is the outline, counter-clockwise. If there are holes, their number follows, and then each
-    hole in the same form, clockwise. x and y are the plan's (mirrored plans are mirrored back).
+    hole in the same form, clockwise. Mirrored plans are mirrored back.
 
     Raises
     ------
     PlanError
         The free space has several pieces; the format can represent only one.
     """
-    space = orient_plan(plan, orientation).free_space
+    space = pose_in_export(plan, orientation, frame).shape(orient_plan(plan, orientation).free_space)
     if space.geom_type != "Polygon":
         pieces = len(shapely.get_parts(space))
         raise PlanError(f"expected a free space in one piece, as .pol holds, found {pieces} pieces", "verts", plan.id)

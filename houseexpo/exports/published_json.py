@@ -8,17 +8,22 @@ import shapely
 
 from houseexpo.errors import ConfigError, PlanError
 from houseexpo.exports.encoding import Files
-from houseexpo.exports.orientation import Orientation, orient_plan
+from houseexpo.exports.placement import ExportFrame, Orientation, orient_plan, pose_in_export
 from houseexpo.exports.polygons import join_holes_by_slits
 from houseexpo.floorplan import FloorPlan
 from houseexpo.plan import Ring
+from houseexpo.plan.checks import FARTHEST_M
 from houseexpo.plan.json_codec import encode
 
 
 def published_json(
-    plan: FloorPlan, *, holes: Literal["slit", "drop"] = "slit", orientation: Orientation = "plan"
+    plan: FloorPlan,
+    *,
+    holes: Literal["slit", "drop"] = "slit",
+    orientation: Orientation = "plan",
+    frame: ExportFrame | None = None,
 ) -> Files:
-    """Write ``<id>.json`` with only the published keys, in the plan's own axes unless ``orientation`` is "world".
+    """Write ``<id>.json`` with only the published keys, not mirrored back unless ``orientation`` is "world".
 
     A plan without holes keeps every value of ``verts``. The format cannot represent holes, so that readers would not
     see pillars and free-standing walls. ``holes`` chooses what to do:
@@ -29,13 +34,24 @@ def published_json(
     Raises
     ------
     PlanError
-        The outline and the holes cannot be joined to one ring.
+        The outline and the holes cannot be joined to one ring, or the source's origin is too far for the format.
     """
     if holes not in {"slit", "drop"}:
         raise ConfigError(f"holes: expected 'slit' or 'drop', found {holes!r}")
-    turned = orient_plan(plan, orientation)
-    verts = _one_ring(turned) if turned.holes and holes == "slit" else turned.verts
-    bare = FloorPlan(turned.id, verts, turned.room_num, turned.room_category)
+    turned, pose = orient_plan(plan, orientation), pose_in_export(plan, orientation, frame)
+    ring = _one_ring(turned) if turned.holes and holes == "slit" else turned.verts
+    boxes = {
+        label: [pose.shape(shapely.box(*box)).bounds for box in found] for label, found in turned.room_category.items()
+    }
+    verts = pose.points(ring)
+    if abs(verts).max() > FARTHEST_M:
+        found = f"{abs(verts).max():,.0f} m from its origin"
+        raise PlanError(
+            f"expected a place that the format can have in the source, found {found}; use the plan's frame",
+            "frame",
+            plan.id,
+        )
+    bare = FloorPlan(turned.id, verts, turned.room_num, boxes)
     return {f"{plan.id}.json": encode(bare) + b"\n"}
 
 

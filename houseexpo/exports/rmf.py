@@ -10,12 +10,13 @@ import shapely
 
 from houseexpo.exports.encoding import Files, valid_xml_text
 from houseexpo.exports.openings import WallOpening, wall_openings
-from houseexpo.exports.orientation import Orientation, orient_plan
+from houseexpo.exports.placement import ExportFrame, Orientation, Pose, default_frame, orient_plan, pose_in_export
 from houseexpo.exports.plan_bodies import WALL_THICKNESS_M, plan_bodies
 from houseexpo.exports.polygons import cut_into_trapezoids
 from houseexpo.exports.rasters import PNG_RESOLUTION_M, png
 from houseexpo.exports.storeys import Storey, stack_storeys
 from houseexpo.floorplan import FloorPlan
+from houseexpo.grids.frame import GridFrame
 from houseexpo.grids.raster import all_rings, free_mask
 from houseexpo.plan.room_labels import UNLABELLED
 from houseexpo.tolerances import CRUMB_M2, MITRE, TINY
@@ -29,18 +30,32 @@ RMF_WALL_M: Final = 0.1
 _WALL: Final = {"alpha": [3, 1.0], "texture_name": [1, "default"]}
 
 
-def rmf(plan: FloorPlan, *, wall_thickness: float = WALL_THICKNESS_M, orientation: Orientation = "world") -> Files:
-    """Write ``<id>.building.yaml``, and ``<id>.png``, the picture of the free space that traffic_editor shows below it.
+def rmf(
+    plan: FloorPlan,
+    *,
+    wall_thickness: float = WALL_THICKNESS_M,
+    orientation: Orientation = "world",
+    frame: ExportFrame | None = None,
+) -> Files:
+    """Write ``<id>.building.yaml``, and ``<id>.png``, a picture of the free space.
 
-    The building has one level. Its coordinates are pixels of the picture, y down; a measurement gives the scale. Walls
-    of Open-RMF are lines that its tools make 0.1 m thick: a thicker wall is drawn by a ring of lines just inside its
-    faces, so that rooms keep their size, and a thinner one by a line with a parameter ``thickness`` in metres, which
-    Open-RMF passes over. Passages with a leaf are hinged doors, those without one have the type "opening". Each room is
-    a floor, what stands free in it is one of the level's holes, and a vertex in the room has its label or its source's
-    own word as its name. Lanes are yours to draw.
+    The building has one level. In the plan's own frame, its coordinates are pixels of the picture, y down, which
+    traffic_editor shows below it; a measurement gives the scale (``reference_image``). In the source's frame, they are
+    metres, y up, and no picture lies below (``cartesian_meters``).
+
+    Walls of Open-RMF are lines that its tools make 0.1 m thick: a thicker wall is drawn by a ring of lines just inside
+    its faces, so that rooms keep their size, and a thinner one by a line with a parameter ``thickness`` in metres,
+    which Open-RMF passes over. Passages with a leaf are hinged doors, those without one have the type "opening". Each
+    room is a floor, what stands free in it is one of the level's holes, and a vertex in the room has its label or its
+    source's own word as its name. Lanes are yours to draw.
     """
-    level = _level(plan, wall_thickness, orientation)
-    return {f"{plan.id}.building.yaml": _as_yaml(_building(plan.id, [level])), **png(plan, orientation=orientation)}
+    is_source = (frame or default_frame(plan)) == "source"
+    storey = Storey(plan, pose_in_export(plan, orientation, frame))
+    level = _level(storey, wall_thickness, orientation, in_metres=is_source)
+    return {
+        f"{plan.id}.building.yaml": _as_yaml(_building(plan.id, [level], in_metres=is_source)),
+        **png(plan, orientation=orientation, frame=frame),
+    }
 
 
 def rmf_building(
@@ -49,46 +64,46 @@ def rmf_building(
     *,
     wall_thickness: float = WALL_THICKNESS_M,
     orientation: Orientation = "world",
+    frame: ExportFrame | None = None,
 ) -> Files:
     """Write ``<name>.building.yaml`` with a level for each plan, lowest first, and a picture for each.
 
     The levels are stacked by ``stack_storeys``. Three fiducials, the same in all levels, say how they lie over each
     other. All else is as in ``rmf``.
     """
-    storeys = stack_storeys(plans, name, orientation)
-    x1, y1, x2, y2 = shapely.total_bounds(
-        [shapely.box(*orient_plan(each.plan, orientation).bbox) for each in storeys]
-    ).tolist()
+    storeys = stack_storeys(plans, name, orientation, frame)
+    is_source = all((frame or default_frame(plan)) == "source" for plan in plans)
+    boxes = [shapely.box(*orient_plan(each.plan, orientation).bbox) for each in storeys]
+    if is_source:
+        boxes = [each.pose.shape(box) for each, box in zip(storeys, boxes, strict=True)]
+    x1, y1, x2, y2 = shapely.total_bounds(boxes).tolist()
     corners = {"southwest": (x1, y1), "southeast": (x2, y1), "northwest": (x1, y2)}
-    levels = [_level(each.plan, wall_thickness, orientation, each, corners) for each in storeys]
-    pictures = [png(each.plan, orientation=orientation) for each in storeys]
-    building = {f"{name}.building.yaml": _as_yaml(_building(name, levels))}
+    levels = [_level(each, wall_thickness, orientation, corners, in_metres=is_source) for each in storeys]
+    pictures = [png(each.plan, orientation=orientation, frame=frame) for each in storeys]
+    building = {f"{name}.building.yaml": _as_yaml(_building(name, levels, in_metres=is_source))}
     return building | {file: data for picture in pictures for file, data in picture.items()}
 
 
 def _level(
-    plan: FloorPlan,
+    storey: Storey,
     wall_thickness: float,
     orientation: Orientation,
-    storey: Storey | None = None,
     corners: Mapping[str, tuple[float, float]] | None = None,
+    *,
+    in_metres: bool,
 ) -> dict[str, Any]:
-    """Return a level; ``corners`` are the fiducials, in metres along the axes of the lowest storey."""
-    turned = orient_plan(plan, orientation)
-    _, frame = free_mask(turned, 1.0 / PNG_RESOLUTION_M, y_up=True)
-    sheet = _Sheet(frame)
+    """Return a level; ``corners`` are the fiducials, in metres along the axes of the building."""
+    turned = orient_plan(storey.plan, orientation)
+    picture = None if in_metres else free_mask(turned, 1.0 / PNG_RESOLUTION_M, y_up=True)[1]
+    sheet = _Sheet(storey.pose, picture)
     doors = wall_openings(turned, wall_thickness)
     walls = shapely.union_all(plan_bodies(turned, wall_thickness=wall_thickness, orientation="plan").walls)
     gaps = shapely.union_all([each.shape for each in doors]) if doors else shapely.Polygon()
     bodies = [part for part in shapely.get_parts(shapely.difference(walls, gaps)) if part.area > CRUMB_M2]
     level = {
-        "drawing": {"filename": f"{plan.id}.png"},
-        "elevation": 0.0 if storey is None else storey.elevation_m,
-        "fiducials": [
-            [*sheet.pixel((x - storey.offset[0], y - storey.offset[1])), word]
-            for word, (x, y) in (corners or {}).items()
-            if storey is not None
-        ],
+        **({} if in_metres else {"drawing": {"filename": f"{storey.plan.id}.png"}}),
+        "elevation": storey.pose.z,
+        "fiducials": [[*sheet.fiducial(corner), word] for word, corner in (corners or {}).items()],
         "walls": [sheet.edge(a, b, parameters) for body in bodies for a, b, parameters in _lines(body)],
         "doors": [sheet.edge(*each.segment, _leaf(each)) for each in doors],
         "floors": [
@@ -114,9 +129,9 @@ def _level(
     return level
 
 
-def _building(name: str, levels: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+def _building(name: str, levels: Sequence[Mapping[str, Any]], *, in_metres: bool) -> dict[str, Any]:
     return {
-        "coordinate_system": "reference_image",
+        "coordinate_system": "cartesian_meters" if in_metres else "reference_image",
         "graphs": {},
         "levels": {f"L{number}": level for number, level in enumerate(levels, start=1)},
         "lifts": {},
@@ -137,10 +152,10 @@ def _as_yaml(building: Mapping[str, Any]) -> bytes:
 
 
 class _Sheet:
-    """The level's vertices, in pixels of the picture."""
+    """The level's vertices: in pixels of the picture, or where there is none, in metres of the building."""
 
-    def __init__(self, frame: Any) -> None:
-        self._frame = frame
+    def __init__(self, pose: Pose, picture: GridFrame | None) -> None:
+        self._pose, self._picture = pose, picture
         self._index: dict[tuple[float, float], int] = {}
         self.vertices: list[list[Any]] = []
 
@@ -161,9 +176,17 @@ class _Sheet:
         return [self.vertex(a), self.vertex(b), dict(parameters)]
 
     def pixel(self, point: Sequence[float]) -> list[float]:
-        """Return the pixel at a point in metres."""
-        x, y = self._frame.pixel_from_point(*point)
+        """Return the coordinates in the file of a point of the plan, metres."""
+        if self._picture is None:
+            return [round(value, 4) for value in self._pose.point(point)]
+        x, y = self._picture.pixel_from_point(*point)
         return [round(x, 3), round(y, 3)]
+
+    def fiducial(self, corner: Sequence[float]) -> list[float]:
+        """Return the coordinates in the file of a point of the building, metres."""
+        if self._picture is None:
+            return [round(value, 4) for value in corner]
+        return self.pixel(np.subtract(corner, (self._pose.x, self._pose.y)).tolist())
 
     def _add(self, point: Sequence[float], name: str) -> None:
         self.vertices.append([*self.pixel(point), 0.0, name])

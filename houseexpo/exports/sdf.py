@@ -8,12 +8,11 @@ from typing import NamedTuple
 
 import numpy as np
 import shapely
-import shapely.affinity
 from shapely.geometry.base import BaseGeometry
 
 from houseexpo.exports.encoding import Files, format_numbers, valid_xml_text
 from houseexpo.exports.named_parts import doorway_floors, entrance_doors, room_floors
-from houseexpo.exports.orientation import Orientation
+from houseexpo.exports.placement import ExportFrame, Orientation, Pose, pose_in_export
 from houseexpo.exports.plan_bodies import DOOR_HEIGHT_M, WALL_HEIGHT_M, WALL_THICKNESS_M, PlanBodies, plan_bodies
 from houseexpo.exports.polygons import cut_into_trapezoids
 from houseexpo.exports.storeys import FLOOR_M, storey_bodies
@@ -33,6 +32,7 @@ def sdf(
     wall_height: float = WALL_HEIGHT_M,
     door_height: float = DOOR_HEIGHT_M,
     orientation: Orientation = "world",
+    frame: ExportFrame | None = None,
 ) -> Files:
     """Write ``<id>.sdf`` in metres with z up and the plan's x and y (mirrored plans are mirrored back).
 
@@ -49,8 +49,9 @@ def sdf(
         door_height=door_height,
         orientation=orientation,
     )
-    root, world = _world(plan.id, built.bounds)
-    _storey(world, built, wall_thickness)
+    pose = pose_in_export(plan, orientation, frame)
+    root, world = _world(plan.id, shapely.total_bounds([pose.shape(wall) for wall in built.walls]).tolist(), pose.z)
+    _storey(world, built, wall_thickness, pose)
     return _file(plan.id, root)
 
 
@@ -62,6 +63,7 @@ def sdf_building(
     wall_height: float = WALL_HEIGHT_M,
     door_height: float = DOOR_HEIGHT_M,
     orientation: Orientation = "world",
+    frame: ExportFrame | None = None,
 ) -> Files:
     """Write ``<name>.sdf``: a static model for each storey, named by the id of its plan, at its place and elevation.
 
@@ -76,15 +78,15 @@ def sdf_building(
         wall_height=wall_height,
         door_height=door_height,
         orientation=orientation,
+        frame=frame,
     )
-    boxes = [shapely.affinity.translate(each.slab, *each.storey.offset) for each in bodies]
-    x1, y1, x2, y2 = shapely.total_bounds(boxes).tolist()
-    root, world = _world(name, (x1, y1, x2, y2))
+    bounds = shapely.total_bounds([each.storey.pose.shape(each.slab) for each in bodies]).tolist()
+    root, world = _world(name, bounds, bodies[0].storey.pose.z)
     for each in bodies:
         storey = each.storey
         model = _child(world, "model", name=valid_xml_text(storey.plan.id))
         _child(model, "static", "true")
-        _child(model, "pose", format_numbers(*storey.place, 0, 0, 0))
+        _child(model, "pose", _pose(storey.pose))
         if each is not bodies[0]:
             _model(model, "floor", _slab_pieces("floor", _FLOOR, each.slab, -FLOOR_M))
         _storey(model, each.built, wall_thickness)
@@ -99,12 +101,12 @@ def _slab_pieces(name: str, colour: str, shape: BaseGeometry, low: float) -> Ite
         yield _Piece(f"{name}_{i}", colour, ring, low, low + FLOOR_M)
 
 
-def _world(name: str, bounds: tuple[float, float, float, float]) -> tuple[ET.Element, ET.Element]:
-    """Return a file, and its world with a sun and a ground under these bounds."""
+def _world(name: str, bounds: Sequence[float], floor_m: float) -> tuple[ET.Element, ET.Element]:
+    """Return a file, and its world with a sun and a ground under these bounds, at a height."""
     root = ET.Element("sdf", version=_VERSION)
     world = ET.SubElement(root, "world", name=name)
     _sun(world)
-    _ground(world, bounds)
+    _ground(world, bounds, floor_m)
     return root, world
 
 
@@ -113,16 +115,20 @@ def _file(name: str, root: ET.Element) -> Files:
     return {f"{name}.sdf": b'<?xml version="1.0"?>\n' + ET.tostring(root) + b"\n"}
 
 
-def _storey(world: ET.Element, built: PlanBodies, wall_thickness: float) -> None:
-    """Add the models of a storey to a world, or to the model of the storey."""
+def _pose(pose: Pose) -> str:
+    return f"{format_numbers(pose.x, pose.y, pose.z, 0, 0)} {round(pose.yaw, 9) + 0.0:.9g}"
+
+
+def _storey(world: ET.Element, built: PlanBodies, wall_thickness: float, pose: Pose = Pose()) -> None:  # noqa: B008
+    """Add the models of a storey to a world, each at the storey's pose, or to the model of the storey."""
     doors = entrance_doors(built, wall_thickness)
-    _model(world, "walls", _pieces(built, shapely.union_all(list(doors.values()))))
+    _model(world, "walls", _pieces(built, shapely.union_all(list(doors.values()))), pose)
     for name, shape in doors.items():
-        _model(world, name, _plates(name, _WALL, shape, built.door_height))
+        _model(world, name, _plates(name, _WALL, shape, built.door_height), pose)
     for name, shape in {**room_floors(built), **doorway_floors(built)}.items():
-        _model(world, name, _plates(name, _FLOOR, shape, _FLOOR_M), kinds=("visual",))
+        _model(world, name, _plates(name, _FLOOR, shape, _FLOOR_M), pose, kinds=("visual",))
     if built.furniture:
-        _model(world, "furniture", _furniture(built))
+        _model(world, "furniture", _furniture(built), pose)
 
 
 class _Piece(NamedTuple):
@@ -167,11 +173,17 @@ def _furniture(built: PlanBodies) -> Iterator[_Piece]:
 
 
 def _model(
-    world: ET.Element, name: str, pieces: Iterator[_Piece], kinds: Sequence[str] = ("collision", "visual")
+    world: ET.Element,
+    name: str,
+    pieces: Iterator[_Piece],
+    pose: Pose = Pose(),  # noqa: B008 - frozen
+    kinds: Sequence[str] = ("collision", "visual"),
 ) -> None:
-    """Add pieces as one static model."""
+    """Add pieces as one static model at a pose."""
     model = _child(world, "model", name=name)
     _child(model, "static", "true")
+    if pose:
+        _child(model, "pose", _pose(pose))
     link = _child(model, "link", name=name)
     for piece in pieces:
         for kind in kinds:
@@ -197,11 +209,11 @@ def _add_piece(link: ET.Element, kind: str, piece: _Piece) -> None:
         _add_colour(part, piece.colour)
 
 
-def _ground(world: ET.Element, bounds: tuple[float, float, float, float]) -> None:
+def _ground(world: ET.Element, bounds: Sequence[float], floor_m: float) -> None:
     x1, y1, x2, y2 = bounds
     model = _child(world, "model", name="ground")
     _child(model, "static", "true")
-    _child(model, "pose", format_numbers((x1 + x2) / 2, (y1 + y2) / 2, 0, 0, 0, 0))
+    _child(model, "pose", format_numbers((x1 + x2) / 2, (y1 + y2) / 2, floor_m, 0, 0, 0))
     link = _child(model, "link", name="ground")
     for kind in ("collision", "visual"):
         part = _child(link, kind, name=f"ground_{kind}")

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from houseexpo.errors import ConfigError
-from houseexpo.exports.orientation import Orientation, orient_plan
+from houseexpo.exports.placement import ExportFrame, Orientation, Pose, default_frame, orient_plan, pose_in_export
 from houseexpo.exports.plan_bodies import PlanBodies, plan_bodies
 from houseexpo.floorplan import FloorPlan
 from houseexpo.tolerances import CRUMB_M2, SAME_M, WELD_M
@@ -29,23 +29,20 @@ FLOOR_M: Final = 0.05
 
 @dataclass(frozen=True)
 class Storey:
-    """A plan in a building: it lies at ``offset``, metres along the export's axes, ``elevation_m`` over the lowest."""
+    """An oriented plan in a building, at its pose; in the plan's frame, the lowest storey's is the origin."""
 
     plan: FloorPlan
-    offset: tuple[float, float]
-    elevation_m: float
-
-    @property
-    def place(self) -> tuple[float, float, float]:
-        """Where the plan's origin lies in the building: x, y, z, metres."""
-        return *self.offset, self.elevation_m
+    pose: Pose
 
 
-def stack_storeys(plans: Sequence[FloorPlan], name: str, orientation: Orientation = "world") -> list[Storey]:
+def stack_storeys(
+    plans: Sequence[FloorPlan], name: str, orientation: Orientation = "world", frame: ExportFrame | None = None
+) -> list[Storey]:
     """Return the storeys of a building, lowest first.
 
-    Plans whose frames state heights that differ are stacked as these say, and lie over each other as in their source.
-    Other plans are stacked in the order given, every STOREY_HEIGHT_M, each in its own axes.
+    Plans whose frames state heights that differ are stacked as these say, and lie over each other as in their source:
+    in the source's frame at its heights, else at heights over the lowest storey. Other plans are stacked in the order
+    given, every STOREY_HEIGHT_M, each in its own axes.
 
     Raises
     ------
@@ -56,17 +53,30 @@ def stack_storeys(plans: Sequence[FloorPlan], name: str, orientation: Orientatio
         raise ConfigError(f"export: expected the plans of building {name!r}, found none")
     if not name or name.startswith(".") or any(letter in name for letter in "/\\:\0\n"):
         raise ConfigError(f"export: expected a name that a file can have for the building, found {name!r}")
+    if frame is None:
+        frame = "source" if all(default_frame(plan) == "source" for plan in plans) else "plan"
     floors = [plan.frame.floor for plan in plans if plan.frame is not None]
     if len(set(floors)) < len(plans):
-        return [Storey(plan, (0.0, 0.0), i * STOREY_HEIGHT_M) for i, plan in enumerate(plans)]
+        poses = [pose_in_export(plan, orientation, frame) for plan in plans]
+        base = min(pose.z for pose in poses)
+        return [
+            Storey(plan, replace(pose, z=base + i * STOREY_HEIGHT_M))
+            for i, (plan, pose) in enumerate(zip(plans, poses, strict=True))
+        ]
     ordered = [plan for _, plan in sorted(zip(floors, plans, strict=True), key=lambda pair: pair[0])]
-    frames = [np.array(frame.matrix) for plan in ordered if (frame := orient_plan(plan, orientation).frame) is not None]
-    axes = frames[0][:, :2]
-    is_one_source = all(np.abs(each[:, :2] - axes).max() < SAME_M for each in frames)
+    if frame == "source":
+        return [Storey(plan, pose_in_export(plan, orientation, frame)) for plan in ordered]
+    matrices = [
+        np.array(turned.frame.matrix)
+        for turned in (orient_plan(plan, orientation) for plan in ordered)
+        if turned.frame is not None
+    ]
+    axes = matrices[0][:, :2]
+    is_one_source = all(np.abs(each[:, :2] - axes).max() < SAME_M for each in matrices)
     storeys = []
-    for plan, each, floor in zip(ordered, frames, sorted(floors), strict=True):
-        x, y = np.linalg.solve(axes, each[:, 2] - frames[0][:, 2]).round(4).tolist() if is_one_source else (0.0, 0.0)
-        storeys.append(Storey(plan, (x + 0.0, y + 0.0), round(floor - min(floors), 4)))
+    for plan, each, floor in zip(ordered, matrices, sorted(floors), strict=True):
+        x, y = np.linalg.solve(axes, each[:, 2] - matrices[0][:, 2]).round(4).tolist() if is_one_source else (0.0, 0.0)
+        storeys.append(Storey(plan, Pose(x + 0.0, y + 0.0, round(floor - min(floors), 4))))
     return storeys
 
 
@@ -92,6 +102,7 @@ def storey_bodies(
     wall_height: float,
     door_height: float,
     orientation: Orientation,
+    frame: ExportFrame | None,
 ) -> list[StoreyBodies]:
     """Return the bodies of each storey of a building, lowest first, stacked by ``stack_storeys``.
 
@@ -105,12 +116,11 @@ def storey_bodies(
         ``plan_bodies`` say.
     """
     import shapely
-    import shapely.affinity
 
-    storeys = stack_storeys(plans, name, orientation)
+    storeys = stack_storeys(plans, name, orientation, frame)
     made = []
     for storey, above in zip(storeys, [*storeys[1:], None], strict=True):
-        room = wall_height if above is None else round(above.elevation_m - storey.elevation_m - FLOOR_M, 4)
+        room = wall_height if above is None else round(above.pose.z - storey.pose.z - FLOOR_M, 4)
         if room < door_height:
             said = f"storeys {storey.plan.id} and {above.plan.id if above else ''} are {room + FLOOR_M:g} m apart"
             raise ConfigError(f"export: {said}, expected {door_height + FLOOR_M:g} m or more; give a lower door_height")
@@ -123,8 +133,7 @@ def storey_bodies(
         )
         made.append(StoreyBodies(storey, built, shapely.Polygon()))
     for number, (low, high) in enumerate(pairwise(made)):
-        apart = np.subtract(high.storey.offset, low.storey.offset).tolist()
-        roof = shapely.difference(low.slab, shapely.affinity.translate(high.slab, *apart))
+        roof = shapely.difference(low.slab, high.storey.pose.to(low.storey.pose).shape(high.slab))
         parts = [part for part in shapely.get_parts(roof) if part.geom_type == "Polygon" and part.area > CRUMB_M2]
         made[number] = replace(low, roof=shapely.set_precision(shapely.union_all(parts), WELD_M))
     return made

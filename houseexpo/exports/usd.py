@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Final
@@ -12,7 +13,7 @@ import numpy.typing as npt
 from houseexpo.exports.encoding import Files, format_number, valid_xml_text
 from houseexpo.exports.mesh import extrude_polygon
 from houseexpo.exports.openings import wall_openings
-from houseexpo.exports.orientation import Orientation
+from houseexpo.exports.placement import ExportFrame, Orientation, Pose, pose_in_export
 from houseexpo.exports.plan_bodies import DOOR_HEIGHT_M, WALL_HEIGHT_M, WALL_THICKNESS_M, PlanBodies, plan_bodies
 from houseexpo.exports.storeys import FLOOR_M, storey_bodies
 from houseexpo.floorplan import FloorPlan
@@ -35,6 +36,7 @@ def usd(
     wall_height: float = WALL_HEIGHT_M,
     door_height: float = DOOR_HEIGHT_M,
     orientation: Orientation = "world",
+    frame: ExportFrame | None = None,
 ) -> Files:
     """Write ``<id>.usda``: metres, z up, one mesh a wall, lintel, floor of a room, door and piece of furniture.
 
@@ -51,7 +53,7 @@ def usd(
         door_height=door_height,
         orientation=orientation,
     )
-    return _file(plan.id, _scopes(built, wall_thickness))
+    return _file(plan.id, [*_place(pose_in_export(plan, orientation, frame)), *_scopes(built, wall_thickness)])
 
 
 def usd_building(
@@ -62,6 +64,7 @@ def usd_building(
     wall_height: float = WALL_HEIGHT_M,
     door_height: float = DOOR_HEIGHT_M,
     orientation: Orientation = "world",
+    frame: ExportFrame | None = None,
 ) -> Files:
     """Write ``<name>.usda``: in the default prim ``House`` an Xform for each storey, at its place and elevation.
 
@@ -76,6 +79,7 @@ def usd_building(
         wall_height=wall_height,
         door_height=door_height,
         orientation=orientation,
+        frame=frame,
     )
     lines: list[str] = []
     taken: set[str] = set()
@@ -85,20 +89,31 @@ def usd_building(
         prim = f"_{prim}" if prim[:1].isdigit() or not prim else prim
         prim = f"{prim}_{number}" if prim in taken else prim
         taken.add(prim)
-        x, y, z = map(format_number, storey.place)
         within = [
             f'def Xform "{prim}" (',
             f"    displayName = {_quote(storey.plan.id)}",
             ")",
             "{",
             f"    custom string houseexpo:id = {_quote(storey.plan.id)}",
-            f"    double3 xformOp:translate = ({x}, {y}, {z})",
-            '    uniform token[] xformOpOrder = ["xformOp:translate"]',
+            *_place(storey.pose, always=True),
             *_scopes(each.built, wall_thickness, each.roof),
             "}",
         ]
         lines += ["", *(f"    {line}" if line else "" for line in within)]
     return _file(name, lines)
+
+
+def _place(pose: Pose, *, always: bool = False) -> list[str]:
+    """Return the lines that put a prim at a pose, indented by 4; none for one that moves nothing, unless ``always``."""
+    if not (pose or always):
+        return []
+    turn = [f"    double xformOp:rotateZ = {round(math.degrees(pose.yaw), 9):.10g}"] if pose.yaw else []
+    names = ['"xformOp:translate"', *(['"xformOp:rotateZ"'] if pose.yaw else [])]
+    return [
+        f"    double3 xformOp:translate = ({format_number(pose.x)}, {format_number(pose.y)}, {format_number(pose.z)})",
+        *turn,
+        f"    uniform token[] xformOpOrder = [{', '.join(names)}]",
+    ]
 
 
 def _scopes(built: PlanBodies, wall_thickness: float, roof: BaseGeometry | None = None) -> list[str]:

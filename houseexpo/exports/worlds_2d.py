@@ -10,8 +10,8 @@ import numpy as np
 
 from houseexpo.analysis.navigability import disc_centre_areas
 from houseexpo.exports.encoding import Files, format_number, format_numbers
-from houseexpo.exports.orientation import Orientation
-from houseexpo.exports.plan_bodies import WALL_HEIGHT_M, WALL_THICKNESS_M, plan_bodies
+from houseexpo.exports.placement import ExportFrame, Orientation, Pose, pose_in_export
+from houseexpo.exports.plan_bodies import WALL_HEIGHT_M, WALL_THICKNESS_M, PlanBodies, plan_bodies
 from houseexpo.exports.polygons import cut_into_trapezoids
 from houseexpo.floorplan import FloorPlan
 from houseexpo.plan import Ring
@@ -31,15 +31,22 @@ _STAGE_ROBOT = """define robot position
 """
 
 
-def irsim(plan: FloorPlan, *, wall_thickness: float = WALL_THICKNESS_M, orientation: Orientation = "world") -> Files:
-    """Write ``<id>.irsim.yaml``, in the plan's x and y in metres (mirrored plans are mirrored back).
+def irsim(
+    plan: FloorPlan,
+    *,
+    wall_thickness: float = WALL_THICKNESS_M,
+    orientation: Orientation = "world",
+    frame: ExportFrame | None = None,
+) -> Files:
+    """Write ``<id>.irsim.yaml``, in metres (mirrored plans are mirrored back).
 
     Obstacles are convex, as IR-SIM's planners require. One robot with a lidar starts at the widest place; its goal is a
     far place that it can reach.
     """
     built = plan_bodies(plan, wall_thickness=wall_thickness, orientation=orientation)
-    x1, y1, x2, y2 = built.bounds
-    start, goal = start_and_goal(built.free)
+    pose = pose_in_export(plan, orientation, frame)
+    x1, y1, x2, y2 = _bounds(built, pose)
+    start, goal = map(pose.point, start_and_goal(built.free))
     solids = (*built.walls, *(thing.polygon for thing in built.furniture))
     lines = [
         f"# plan {json.dumps(plan.id)}; metres",
@@ -57,9 +64,17 @@ def irsim(plan: FloorPlan, *, wall_thickness: float = WALL_THICKNESS_M, orientat
         "    sensors:",
         "      - {name: 'lidar2d', range_min: 0, range_max: 5, angle_range: 3.14159265, number: 180}",
         "obstacle:",
-        *(_obstacle(ring) for shape in solids for ring in cut_into_trapezoids(shape)),
+        *(_obstacle(pose.points(ring)) for shape in solids for ring in cut_into_trapezoids(shape)),
     ]
     return {f"{plan.id}.irsim.yaml": ("\n".join(lines) + "\n").encode()}
+
+
+def _bounds(built: PlanBodies, pose: Pose) -> tuple[float, float, float, float]:
+    """Return the bounds of the walls in the export."""
+    import shapely
+
+    x1, y1, x2, y2 = shapely.total_bounds([pose.shape(wall) for wall in built.walls]).tolist()
+    return x1, y1, x2, y2
 
 
 def _obstacle(ring: Ring) -> str:
@@ -77,8 +92,9 @@ def stage(
     wall_thickness: float = WALL_THICKNESS_M,
     wall_height: float = WALL_HEIGHT_M,
     orientation: Orientation = "world",
+    frame: ExportFrame | None = None,
 ) -> Files:
-    """Write ``<id>.world``, in the plan's x and y in metres (mirrored plans are mirrored back).
+    """Write ``<id>.world``, in metres (mirrored plans are mirrored back).
 
     Stage scales a model's blocks to the model's size and centres them on its pose; both are set so that blocks keep
     their coordinates. Stage draws blocks as convex polygons, so that walls are cut into convex pieces. One robot with a
@@ -91,8 +107,9 @@ def stage(
         door_height=wall_height,  # no lintels: a 2D robot would never meet one
         orientation=orientation,
     )
-    x1, y1, x2, y2 = built.bounds
-    (x, y), _ = start_and_goal(built.free)
+    pose = pose_in_export(plan, orientation, frame)
+    x1, y1, x2, y2 = _bounds(built, pose)
+    x, y = pose.point(start_and_goal(built.free)[0])
     side = ROBOT_M * math.sqrt(2)  # the square that fits in the disc
     middle = format_numbers((x1 + x2) / 2, (y1 + y2) / 2)
     lines = [
@@ -110,8 +127,12 @@ def stage(
         "  gui_nose 0",
         "  gui_move 0",
         "  obstacle_return 1",
-        *(_block(ring, built.wall_height) for wall in built.walls for ring in cut_into_trapezoids(wall)),
-        *(_block(ring, thing.height) for thing in built.furniture for ring in cut_into_trapezoids(thing.polygon)),
+        *(_block(pose.points(ring), built.wall_height) for wall in built.walls for ring in cut_into_trapezoids(wall)),
+        *(
+            _block(pose.points(ring), thing.height)
+            for thing in built.furniture
+            for ring in cut_into_trapezoids(thing.polygon)
+        ),
         ")",
         f'robot ( name "robot" pose [{format_numbers(x, y, 0, 0)}] )',
     ]

@@ -20,6 +20,7 @@ R4  Without a ``map.yaml``, free is what is lighter than ``FREE_SHARE`` of the w
     than unknown space, but not free, is likely free: its occupancy is between ``FREE_TO`` and ``EVEN``.
 R5  The picture lies in the folder of its ``map.yaml``. Where the file names another folder, the picture of this name
     beside the ``map.yaml`` is taken.
+R9  An origin whose yaw is not a number (map_saver writes ``-nan`` where the map's turn was never set) has a yaw of 0.
 R6  An array of bool marks what is occupied; floats are the probability of that from 0 to 1, NaN for unknown; integers
     are occupancy from 0 to 100, and other values are unknown. Row 0 is at the highest y, as in a picture.
 R7  Of a bag, the last map of the topic ``/map`` counts. Without this topic, it is the one topic with maps; of several,
@@ -45,6 +46,7 @@ import numpy.typing as npt
 from houseexpo.errors import HouseExpoError, MissingDependencyError, install_command
 from houseexpo.files import decode_yaml, is_device, real_path
 from houseexpo.grids.stage_world import FREE_FROM, WorldError, is_stage_world, read_floor_model
+from houseexpo.tolerances import SAME_PX
 
 UNKNOWN: Final = -1
 GRID_TYPE: Final = "nav_msgs/msg/OccupancyGrid"
@@ -116,6 +118,8 @@ class RobotMap:
         The shade of the picture that is unknown although its thresholds make it free (R2), or None.
     walls_only
         Whether the file says that what is not free is wall, and neither furniture nor noise (R8).
+    has_yaw
+        Whether the file says how the grid is turned; False where its yaw is not a number and counts as 0 (R9).
 
     Raises
     ------
@@ -129,6 +133,7 @@ class RobotMap:
     name: str = "map"
     unknown_shade: int | None = None
     walls_only: bool = False
+    has_yaw: bool = True
 
     def __post_init__(self) -> None:
         if self.occupancy.ndim != 2 or not self.occupancy.size:
@@ -180,6 +185,35 @@ class RobotMap:
             return self
         ((x, y),) = self.points_from_pixels((left, top + cut.shape[0])).tolist()
         return replace(self, occupancy=np.ascontiguousarray(cut), origin=(x, y, self.origin[2]))
+
+    def upright(self) -> RobotMap:
+        """Return the map with cells along the axes of its frame: with a yaw of 0, in the same frame.
+
+        A cell has the occupancy of the cell in which its middle lies. It is occupied if it touches an occupied cell, so
+        that no thin wall opens. Cells beyond the picture are unknown.
+        """
+        x, y, yaw = self.origin
+        if abs(math.remainder(yaw, math.tau)) * max(self.occupancy.shape) < SAME_PX:
+            return self
+        rows, cols = self.occupancy.shape
+        corners = self.points_from_pixels([(0, 0), (cols, 0), (0, rows), (cols, rows)])
+        low, high = corners.min(axis=0), corners.max(axis=0)
+        wide, deep = (math.ceil(length / self.resolution_m - SAME_PX) for length in high - low)
+        _check_size((deep, wide), self.name)
+        cos, sin = math.cos(yaw), math.sin(yaw)
+        found = np.full((deep, wide), UNKNOWN, np.int8)
+        occupied = np.zeros((deep, wide), bool)
+        for across, up in ((0.0, 0.0), *((i / 3, j / 3) for i in (-1, 0, 1) for j in (-1, 0, 1))):
+            right = (np.arange(wide) + 0.5 + across)[None] * self.resolution_m + (low[0] - x)
+            above = (np.arange(deep)[::-1] + 0.5 + up)[:, None] * self.resolution_m + (low[1] - y)
+            col = np.floor((cos * right + sin * above) / self.resolution_m).astype(np.int64)
+            row = rows - 1 - np.floor((cos * above - sin * right) / self.resolution_m).astype(np.int64)
+            inside = (row >= 0) & (row < rows) & (col >= 0) & (col < cols)
+            if (across, up) == (0.0, 0.0):
+                found[inside] = self.occupancy[row[inside], col[inside]]
+            occupied[inside] |= self.occupancy[row[inside], col[inside]] >= OCCUPIED_FROM
+        found[occupied] = 100
+        return replace(self, occupancy=found, origin=(float(low[0]), float(low[1]), 0.0))
 
     def points_from_pixels(self, pixels: npt.ArrayLike) -> npt.NDArray[np.float64]:
         """Return points (n, 2) in the map's frame, metres, of points (across, down) from the picture's top left corner.
@@ -396,9 +430,9 @@ def _from_yaml(file: Path) -> RobotMap:
     walls_only = _flag(document.get(WALLS_ONLY, 0), file.name, WALLS_ONLY)
     shading = _Shading(negate, occupied, _number(free, "free_thresh", file.name), mode)
     resolution = _number(document["resolution"], "resolution", file.name)
-    origin = _origin(document.get("origin", [0.0, 0.0, 0.0]), file.name)
+    origin, has_yaw = _origin(document.get("origin", [0.0, 0.0, 0.0]), file.name)
     cells, unknown_shade = shading.occupancy(_grey_of(picture), picture.name)
-    return RobotMap(cells, resolution, origin, file.name, unknown_shade, walls_only)
+    return RobotMap(cells, resolution, origin, file.name, unknown_shade, walls_only, has_yaw)
 
 
 def _document(file: Path) -> Mapping[str, Any]:
@@ -623,11 +657,13 @@ def _check_size(shape: tuple[int, ...], name: str) -> None:
         raise MapError(f"{name}: expected at most {MAX_MAP_CELLS:,} cells, found {found}", "crop the map", "too_large")
 
 
-def _origin(value: Any, name: str) -> tuple[float, float, float]:
+def _origin(value: Any, name: str) -> tuple[tuple[float, float, float], bool]:
+    """Return x, y and yaw, and whether the yaw is said (R9)."""
     if not isinstance(value, list) or not 2 <= len(value) <= 3:
         raise MapError(f"{name}: origin: expected [x, y, yaw], found {str(value)[:60]}", "correct it", "bad_units")
-    x, y, yaw = (_number(each, "origin", name) for each in (*value, 0.0)[:3])
-    return x, y, yaw
+    has_yaw = len(value) < 3 or str(value[2]).lower().lstrip("+-.") != "nan"
+    x, y, yaw = (_number(each, "origin", name) for each in (*value[:2], *(value[2:] if has_yaw else ()), 0.0)[:3])
+    return (x, y, yaw), has_yaw
 
 
 def _number(value: Any, key: str, name: str) -> float:

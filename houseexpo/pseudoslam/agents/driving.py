@@ -137,7 +137,7 @@ class DriveSession:
         state, frame = self._env.state, self._env.simulator.world.frame
         shades = np.full(256, UNKNOWN, np.uint8)
         shades[[mapping.FREE, mapping.OBSTACLE]] = FREE, WALL
-        files = map_server_files("map", shades[state.known], frame.cell_m, frame.origin_m)
+        files = map_server_files("map", shades[state.known], frame.cell_m, (*frame.origin_m, 0.0))
         files["map.png"] = as_file(self.picture((1600, 1200)), "PNG")
         stream = io.StringIO(newline="")
         csv.writer(stream, lineterminator="\n").writerows([TrajectoryRow._fields, *self.rows])

@@ -3,7 +3,8 @@
 R1  Cells keep the map's own size, unless a configuration is given with another ``pixels_per_metre``.
 R2  Resampled to larger cells, a cell is occupied if any part of it is; smaller cells copy the one that they lie in.
 R3  Unknown cells block the robot and the laser, or are free if ``unknown`` says so. Outside of the map is occupied.
-R4  Coordinates are those of the map's frame: x right, y up, in metres, as ``map.yaml`` says them.
+R4  Coordinates are those of the map's frame: x right, y up, in metres, as ``map.yaml`` says them. A map with a yaw is
+    turned first, onto cells along the axes of this frame (``RobotMap.upright``).
 """
 
 from __future__ import annotations
@@ -144,7 +145,7 @@ def map_house(
     Raises
     ------
     ConfigError
-        The array is no map, its cells have no size, it has no free cell, or its frame is turned.
+        The array is no map, its cells have no size, or it has no free cell.
 
     Examples
     --------
@@ -162,12 +163,8 @@ def map_house(
             cells = RobotMap(occupancy_from_array(np.asarray(cells), name), resolution, (*origin_m, 0.0), name)
         except MapError as error:
             raise ConfigError(f"map {name!r}: {error}") from None
-    x_m, y_m, yaw = cells.origin
-    if abs(yaw) > _SAME:
-        raise ConfigError(
-            f"map {name!r}: origin: expected a yaw of 0, found {yaw:g}; the simulator's cells are not turned: "
-            "set it to 0, and poses are along the picture's sides"
-        )
+    cells = cells.upright()
+    x_m, y_m, _ = cells.origin
     free = cells.free if unknown == "occupied" else ~cells.occupied
     if not free.any():
         raise ConfigError(f"map {name!r}: expected free space, found no free cell")

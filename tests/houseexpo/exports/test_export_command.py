@@ -73,7 +73,7 @@ def test_all_some_and_one_plan(folder, tmp_path):
         (("--to", "ros", "--ids", "vila"), "no 'vila'; the nearest is 'villa'"),
         (("--to", "ros", "--ids", "../villa"), "no '../villa'; the nearest is 'villa'"),
         (("--to", "rose"), "expected one of coco, "),
-        (("--to", "svg", "--resolution", "0.1"), "svg takes wall_thickness, orientation; found resolution"),
+        (("--to", "svg", "--resolution", "0.1"), "svg takes wall_thickness, orientation, frame; found resolution"),
         (("--to", "png", "--resolution", "0"), "expected a resolution of more than 0"),
         (("--to", "ros", "--wall-thickness", "-1", "--resolution", "-1"), "expected a resolution of more than 0"),
         (("--to", "sdf", "--wall-thickness", "0"), "expected a thickness of more than 0 m"),

@@ -24,6 +24,15 @@ def test_who_is_mirrored(flat, mirrored):
     assert is_mirrored(replace(flat, frame=Frame(((0.0, 1.0, 0.0), (1.0, 0.0, 0.0)), "z", 0.0, 0)))
 
 
+def test_left_handed_sources_are_not_mirrored(mirrored, flat):
+    """Unity has x right and z up on its plan, Sweet Home 3D x right and y down."""
+    assert not is_mirrored(replace(mirrored, provenance={"source": "procthor", "file": "house.json"}))
+    down = Frame(((1.0, 0.0, 0.0), (0.0, -1.0, 0.0)), "z", 0.0, 0)
+    home = replace(flat, frame=down, provenance={"source": "sweethome", "file": "home.sh3d"})
+    assert not is_mirrored(home)
+    assert world_from_plan(home, frame="source") == ((1, 0, 0), (0, 1, 0))
+
+
 def test_the_transform_undoes_the_mirror(flat, mirrored):
     assert orient_plan(flat) is flat
     assert orient_plan(mirrored, "plan") is mirrored

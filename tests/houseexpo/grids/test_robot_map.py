@@ -7,6 +7,7 @@ import pickle
 from pathlib import Path
 from typing import Any
 
+import cv2
 import numpy as np
 import pytest
 from PIL import Image
@@ -52,6 +53,41 @@ def bagged(folder: Path, topics: dict[str, np.ndarray], plugin: str = "MCAP", ya
                 message = types[kind](header, info, data)
                 writer.write(connection, stamp, store.serialize_cdr(message, kind))
     return path
+
+
+@pytest.mark.parametrize("yaw", ["-nan", "nan", ".nan", "-.NaN"])
+def test_a_yaw_that_is_not_a_number_is_0_and_the_map_says_so(tmp_path: Path, yaw: str) -> None:
+    found = read_map(saved(tmp_path, origin=f"[-1.0, 2.0, {yaw}]"))
+    assert (found.origin, found.has_yaw) == ((-1.0, 2.0, 0.0), False)
+    assert read_map(saved(tmp_path, origin=[-1.0, 2.0])).has_yaw
+    with pytest.raises(MapError, match="origin: expected a number, found 'nan'"):
+        read_map(saved(tmp_path, origin="[nan, 2.0, 0.0]"))
+
+
+@pytest.mark.parametrize("yaw", [0.3, -1.2, math.pi / 2, math.pi, 7.0])
+def test_an_upright_map_has_each_place_where_the_turned_one_has_it(yaw: float) -> None:
+    blocks = np.random.default_rng(0).choice([0, -1, 100], (6, 8)).astype(np.int8)
+    turned = RobotMap(blocks.repeat(5, axis=0).repeat(5, axis=1), 0.1, (3.0, -2.0, yaw))
+    upright = turned.upright()
+    assert upright.origin[2] == 0
+    for row, col in np.ndindex(blocks.shape):
+        ((x, y),) = turned.points_from_pixels([(5 * col + 2.5, 5 * row + 2.5)])
+        at_col, up = int((x - upright.origin[0]) / 0.1), int((y - upright.origin[1]) / 0.1)
+        assert upright.occupancy[::-1][up, at_col] == blocks[row, col]
+
+
+def test_no_wall_of_one_cell_opens_when_a_map_is_turned() -> None:
+    cells = np.full((60, 60), 0, np.int8)
+    cells[[10, 50], 10:51] = cells[10:51, [10, 50]] = 100
+    for yaw in np.linspace(0.0, 1.5, 16):
+        free = RobotMap(cells, 0.05, (0.0, 0.0, float(yaw))).upright().free
+        _, label = cv2.connectedComponents(free.astype(np.uint8), connectivity=4)
+        assert label.max() == 2
+
+
+def test_a_map_without_a_yaw_is_upright() -> None:
+    found = RobotMap(np.zeros((2, 3), np.int8), 0.1, (1.0, 2.0, 0.0))
+    assert found.upright() is found
 
 
 CELLS = np.array([[0, 100, -1], [50, 0, 0]], np.int8)

@@ -8,11 +8,13 @@ import gymnasium
 import numpy as np
 import pytest
 from PIL import Image
+from scipy import ndimage
 from typer.testing import CliRunner
 
 from houseexpo.commands.app import make_app
 from houseexpo.errors import ConfigError
 from houseexpo.floorplan import FloorPlan
+from houseexpo.grids import read_map
 from houseexpo.grids.frame import GridFrame
 from houseexpo.pseudoslam import MapHouse, PeopleConfig, Simulator, SimulatorConfig, map_house, open_maps
 from houseexpo.pseudoslam.config import LaserConfig
@@ -144,13 +146,22 @@ def test_bad_maps_are_refused_with_their_reason(tmp_path: Path) -> None:
         map_house(np.zeros((4, 4), bool))
     with pytest.raises(ConfigError, match="no free cell"):
         map_house(np.ones((4, 4), bool), 0.1)
-    file = written(tmp_path)
-    file.write_text(file.read_text().replace("0.0]", "0.5]"))
-    with pytest.raises(ConfigError, match=r"yaw of 0, found 0\.5"):
-        open_maps(file)
     (tmp_path / "empty").mkdir()
     with pytest.raises(ConfigError, match="found none"):
         open_maps(tmp_path / "empty")
+
+
+def test_a_map_with_a_yaw_is_a_house_in_its_own_frame(tmp_path: Path) -> None:
+    """The frame of the map is that of the poses: a free cell of the turned picture is free where the map has it."""
+    file = written(tmp_path)
+    straight = read_map(file)
+    file.write_text(file.read_text().replace("0.0]", "0.5]"))
+    (house,) = open_maps(file)
+    free = np.argwhere(ndimage.binary_erosion(straight.free, iterations=3))
+    places = read_map(file).points_from_pixels(free[:, ::-1] + 0.5)
+    cells = house.frame.cells_from_points(places)
+    assert len(free) > 100
+    assert not house.occupied[cells[:, 0], cells[:, 1]].any()
 
 
 def test_record_takes_a_map(tmp_path: Path) -> None:
