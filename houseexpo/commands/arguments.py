@@ -26,7 +26,7 @@ def make_completion(*words: str) -> Callable[[str], list[str]]:
 
 
 POLICIES = (
-    *("random", "forward", "wall", "frontier", "frontier-mapex", "information", "tour"),
+    *("random", "spin", "forward", "wall", "frontier", "random-frontier", "frontier-mapex", "information", "tour"),
     *("chooser", "chooser-1", "chooser-2", "oracle"),
     *("greedy", "a-star"),
 )

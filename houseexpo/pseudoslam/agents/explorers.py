@@ -1,4 +1,4 @@
-"""Choose actions of policies that go from frontier to frontier on their own map: nearest, information gain, or a tour.
+"""Choose actions of policies that go from frontier to frontier on their own map: nearest, random, most to see, a tour.
 
 The rules of their actions are those of ``kernels.explore``; each explorer here chooses the frontier in its own way.
 """
@@ -127,6 +127,19 @@ class NearestFrontier(Explorer):
         """Return the first frontier, since they are in this order."""
         del known, frontiers, info
         return 0
+
+
+class RandomFrontier(Explorer):
+    """Go to a frontier drawn at random, then draw again: what the driving to frontiers is worth without a choice."""
+
+    def __init__(self, robot: Robot, seed: int) -> None:
+        super().__init__(robot, seed)
+        self._rng = np.random.default_rng(seed)
+
+    def choose(self, known: Grid, frontiers: Rows, info: Knowledge) -> int:
+        """Return one of all frontiers, equally likely."""
+        del known, info
+        return int(self._rng.integers(len(frontiers)))
 
 
 def yield_frontier_actions(simulator: Simulator, state: State) -> Iterator[Action]:

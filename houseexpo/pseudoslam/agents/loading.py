@@ -20,9 +20,11 @@ from houseexpo.words import suggest_name
 _HERE: Final = "houseexpo.pseudoslam.agents"
 NAMES: Final = {
     "random": f"{_HERE}.simple:RandomWalk",
+    "spin": f"{_HERE}.simple:Spin",
     "forward": f"{_HERE}.simple:Forward",
     "wall": f"{_HERE}.simple:WallFollower",
     "frontier": f"{_HERE}.explorers:NearestFrontier",
+    "random-frontier": f"{_HERE}.explorers:RandomFrontier",
     "frontier-mapex": f"{_HERE}.mapex:MapExNearest",
     "information": f"{_HERE}.explorers:InformationGain",
     "tour": f"{_HERE}.explorers:Tour",

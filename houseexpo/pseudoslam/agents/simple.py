@@ -1,4 +1,4 @@
-"""Choose actions by simple rules, as baselines: random, straight on, along a wall, straight or by A* to the goal."""
+"""Choose actions by simple rules, as baselines: random, turning, straight on, along a wall, straight or by A* to the goal."""
 
 from __future__ import annotations
 
@@ -36,6 +36,17 @@ class Forward:
             return FORWARD
         self._turns -= 1
         return self._side
+
+
+class Spin:
+    """A policy that turns left on the spot, which touches nothing and goes nowhere."""
+
+    def __init__(self, _: Robot, __: int) -> None:
+        pass
+
+    def __call__(self, _: Any, __: Knowledge) -> int:
+        """Return the action left."""
+        return LEFT
 
 
 class RandomWalk:

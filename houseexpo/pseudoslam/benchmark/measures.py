@@ -122,21 +122,26 @@ class StepsToCoverage:
 
 
 AVOIDANCE: Final = (
-    Metric("return", "return", "", "high"),
+    Metric("metres_untouched", "way to the first collision", "m", "high"),
     COLLISIONS,
-    Metric("metres", "way", "m", "high"),
     Metric("untouched", "without a collision", "%", "high"),
+    Metric("metres", "way", "m", "high"),
+    Metric("return", "the paper's return", "", "high"),
 )
 
 
 def measure_avoidance(trace: Trace) -> Values:
-    """Return the sum of rewards, collisions, and the distance travelled, which is 0 for a robot that only spins."""
+    """Return the distance travelled to the first collision, or to the end, and what else describes an episode.
+
+    A robot that stands or spins touches nothing, and its distance is 0.
+    """
     collisions = float(trace.info["collisions"])
     return {
-        "return": trace.reward,
+        "metres_untouched": trace.metres_untouched,
         "collisions": collisions,
-        "metres": trace.metres[-1],
         "untouched": float(collisions == 0),
+        "metres": trace.metres[-1],
+        "return": trace.reward,
     }
 
 

@@ -25,6 +25,8 @@ class Trace:
     coverage: array[float] = field(default_factory=lambda: array("d"))
     reward: float = 0.0
     info: Mapping[str, Any] = field(default_factory=dict)
+    metres_untouched: float = 0.0
+    """The metres before the first collision."""
 
     def add(self, steps: int, metres: float, info: Mapping[str, Any], reward: float = 0.0) -> None:
         """Add a row.
@@ -46,6 +48,8 @@ class Trace:
         self.metres.append(metres)
         self.coverage.append(coverage)
         self.reward += reward
+        if not info["collisions"]:
+            self.metres_untouched = metres
         self.info = info
 
     def over(self, what: str) -> Floats:

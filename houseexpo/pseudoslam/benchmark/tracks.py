@@ -123,8 +123,8 @@ TRACKS: Final = (
         measures.steps_to_coverage_metrics(SHARES), measures.StepsToCoverage(SHARES),
     ),
     Track(
-        "avoidance", "avoidance-v1",
-        "Keep moving in the paper's room among 1 to 5 obstacles, and touch none: 200 steps, the paper's reward.",
+        "avoidance", "avoidance-v2",
+        "Drive as far as 200 steps allow in the paper's room of 5.5 x 3.2 m, among 1 to 5 obstacles, and touch none.",
         replace(ObstacleAvoidance.default, max_steps=200), "avoidance", {},
         measures.AVOIDANCE, measures.measure_avoidance,
     ),

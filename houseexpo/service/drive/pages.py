@@ -20,9 +20,11 @@ MAX_ROBOTS: Final = 16
 
 EXPLORERS: Final = {
     "random": "moves at random",
+    "spin": "turns on the spot",
     "forward": "goes straight, turns at walls",
     "wall": "follows walls",
     "frontier": "nearest frontier",
+    "random-frontier": "frontiers at random",
     "frontier-mapex": "frontier nearest by the straight line, kept",
     "information": "most to see per metre",
     "tour": "shortest tour of frontiers",

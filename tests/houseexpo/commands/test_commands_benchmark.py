@@ -35,12 +35,12 @@ def test_a_policy_is_run_and_compared(tmp_path: Path) -> None:
         assert done.exit_code == 0, done.output
         assert f"written {tmp_path / name}.json" in done.output.replace("\n", "")
     said = json.loads((tmp_path / "forward.json").read_bytes())
-    assert said["track"]["id"] == "avoidance-v1"
+    assert said["track"]["id"] == "avoidance-v2"
     assert len(said["episodes"]["return"]) == 2
     done = called("compare", tmp_path, "--out", tmp_path / "page.html")
     assert done.exit_code == 0, done.output
-    assert "avoidance-v1: 2 episodes" in done.output
-    assert "<h2>avoidance-v1</h2>" in (tmp_path / "page.html").read_text()
+    assert "avoidance-v2: 2 episodes" in done.output
+    assert "<h2>avoidance-v2</h2>" in (tmp_path / "page.html").read_text()
 
 
 def test_the_table_tells_long_names_apart(tmp_path: Path) -> None:

@@ -18,6 +18,7 @@ from houseexpo.pseudoslam.agents.simple import WallFollower
 from houseexpo.pseudoslam.config import GoalConfig, SimulatorConfig, StartConfig
 from houseexpo.pseudoslam.envs.single import ExplorationEnv, NavigationEnv, PseudoSlamEnv
 from houseexpo.pseudoslam.kernels.mapping import FREE
+from houseexpo.pseudoslam.kernels.planning.planner_types import FRONTIER
 
 HALL = FloorPlan("hall", [(0, 0), (0, 8), (10, 8), (10, 0)], 1, {})
 ANGLE = FloorPlan("angle", [(0, 0), (0, 8), (3, 8), (3, 2), (9, 2), (9, 0)], 1, {})
@@ -51,6 +52,21 @@ def test_forward_turns_where_it_was_blocked_and_nowhere_else() -> None:
         blocked = before["collided"] or (blocked and before["action"] != 0)
         assert now["action"] == 0 or blocked
     assert sum(step["collided"] for step in steps) > 5
+
+
+def test_who_spins_stays_where_it_is() -> None:
+    steps = list(episode("spin", ExplorationEnv(HALL, config(2.0, 4.0), success_coverage=None)))
+    assert {step["action"] for step in steps} == {1}
+    assert {tuple(step["pose"][:2]) for step in steps} == {(2.0, 4.0)}
+
+
+def test_a_random_frontier_is_any_of_them_and_the_seed_says_which() -> None:
+    chooser = load_policy("random-frontier").factory(Robot(config(1.0, 1.0)), 7)
+    again = load_policy("random-frontier").factory(Robot(config(1.0, 1.0)), 7)
+    frontiers = np.zeros(4, FRONTIER)
+    drawn = [chooser.choose(None, frontiers, None) for _ in range(400)]
+    assert drawn == [again.choose(None, frontiers, None) for _ in range(400)]
+    assert all(70 <= drawn.count(k) <= 130 for k in range(4))
 
 
 def test_the_wall_follower_goes_round_a_hall_with_the_wall_on_its_right() -> None:

@@ -71,8 +71,22 @@ def test_each_metric_has_its_value(metrics: tuple[measures.Metric, ...], found: 
 
 
 def test_a_return_is_the_sum_of_rewards() -> None:
-    found = measures.measure_avoidance(trace_of(TURN_AND_GO, collisions=2))
-    assert found == {"return": 2.5, "collisions": 2.0, "metres": 0.6, "untouched": 0.0}
+    assert measures.measure_avoidance(trace_of(TURN_AND_GO))["return"] == 2.5
+
+
+def test_the_way_that_counts_for_avoidance_ends_at_the_first_collision() -> None:
+    """It ranks who touches something late above who touches it early, and who only spins below both."""
+    found = {}
+    for name, bumps, step_m in (("never", 99, 0.3), ("late", 5, 0.3), ("early", 2, 0.3), ("spins", 99, 0.0)):
+        trace = Trace()
+        for i in range(8):
+            trace.add(i, step_m * i, {"coverage": 0.5, "collisions": max(i - bumps + 1, 0)})
+        found[name] = measures.measure_avoidance(trace)
+    assert {name: round(float(each["metres_untouched"] or 0), 6) for name, each in found.items()} == {
+        "never": 2.1, "late": 1.2, "early": 0.3, "spins": 0.0,
+    }  # fmt: skip
+    assert [found[name]["untouched"] for name in found] == [1.0, 0.0, 0.0, 1.0]
+    assert (found["early"]["collisions"], found["early"]["metres"]) == (6.0, pytest.approx(2.1))
 
 
 def test_areas_agree_with_a_sum_over_single_steps() -> None:

@@ -16,7 +16,7 @@ from tests.builders.policies import CORRIDOR
 FIXED: dict[str, dict[str, Any]] = {
     "exploration-budget-v1": {"pixels_per_metre": 25.0, "max_steps": 4000, "known_map": False, "goal": None},
     "exploration-quality-v1": {"pixels_per_metre": 25.0, "max_steps": 4000, "known_map": False, "goal": None},
-    "avoidance-v1": {"pixels_per_metre": 33.0, "max_steps": 200, "known_map": False, "goal": None},
+    "avoidance-v2": {"pixels_per_metre": 33.0, "max_steps": 200, "known_map": False, "goal": None},
     "navigation-v1": {"pixels_per_metre": 25.0, "max_steps": 1000, "known_map": True},
     "pointgoal-v1": {"pixels_per_metre": 25.0, "max_steps": 1000, "known_map": False},
     "exploration-large-v1": {"pixels_per_metre": 25.0, "max_steps": 6000, "known_map": False, "goal": None},
@@ -44,7 +44,7 @@ def test_what_an_id_fixes(name: str) -> None:
     assert config.people.number == (4 if name == "exploration-people-v1" else 0)
     assert find_track(name).slam == (name == "exploration-slam-v1")
     assert find_track(name).largest == (500 if name == "exploration-large-v1" else 0)
-    assert bool(config.obstacles.random) == (name == "avoidance-v1")
+    assert bool(config.obstacles.random) == (name == "avoidance-v2")
     for key, value in FIXED[name].items():
         assert getattr(config, key) == value
     if config.goal is not None:
@@ -62,5 +62,5 @@ def test_a_policy_chooses_how_it_sees_and_acts_and_no_more(name: str) -> None:
     assert space.shape == (1, env.config.side_px, env.config.side_px)
     assert env.action_space.shape == (2,)
     env.reset(seed=0)
-    assert env.simulator.world.plan_id == (ROOM.id if name == "avoidance-v1" else "corridor")
+    assert env.simulator.world.plan_id == (ROOM.id if name == "avoidance-v2" else "corridor")
     assert "observation" not in track.record()["config"]
