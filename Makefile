@@ -8,19 +8,19 @@ RELEASE ?= data_manifests/free35k.toml
 RUNS    ?= experiments/runs
 SEEDS   ?= 0 1 2
 TRAIN   ?=
-EXPERIMENTS := avoidance exploration avoidance-cnn exploration-cnn exploration-masks exploration-frontiers
+EXPERIMENTS := avoidance exploration exploration-view-10m exploration-view-10m-cnn exploration-view-10m-masks \
+  exploration-frontiers
 PLANS   ?= 500
 FEW     ?= 100
 PUBLISHED ?=
-EXPLORERS := chooser chooser-1 chooser-2 frontier information tour oracle random forward wall
-RESULTS ?= $(EXPLORERS:%=budget:%) $(EXPLORERS:%=quality:%) $(patsubst %,avoidance:%,random forward wall) \
+EXPLORERS := chooser chooser-1 chooser-2 frontier random-frontier information tour oracle random forward wall
+RESULTS ?= $(EXPLORERS:%=budget:%) $(EXPLORERS:%=quality:%) $(patsubst %,avoidance:%,spin random forward wall) \
   $(foreach track,navigation pointgoal,$(patsubst %,$(track):%,a-star greedy random forward)) \
-  $(foreach track,large noisy people,$(patsubst %,$(track):%,chooser frontier information wall forward random)) \
+  $(foreach track,large noisy people,$(patsubst %,$(track):%,chooser frontier random-frontier information wall forward random)) \
   $(patsubst %,slam:%,chooser frontier information)
 TRACKS  ?= $(sort $(foreach run,$(RESULTS),$(firstword $(subst :, ,$(run)))))
-LEARNED ?= $(foreach seed,$(SEEDS),$(foreach net,-cnn-$(seed) -$(seed),avoidance:experiments/paper/avoidance$(net)/policy.pt \
-  $(patsubst %,%:experiments/paper/exploration$(net)/policy.pt,budget quality)) \
-  $(patsubst %,%:experiments/paper/exploration-frontiers-$(seed)/policy.pt,budget quality))
+LEARNED ?= $(foreach seed,$(SEEDS),avoidance:experiments/paper/avoidance-$(seed)/policy.pt \
+  $(foreach run,view-10m view-10m-cnn frontiers,$(patsubst %,%:experiments/beyond/exploration-$(run)-$(seed)/policy.pt,budget quality)))
 ABOUT   ?=
 PIP     := $(BIN)/python -m pip --disable-pip-version-check --quiet install -c constraints.txt
 
@@ -71,7 +71,7 @@ ros: setup ## install CycloneDDS for `houseexpo ros`, and ROS 2's Python with Fa
 readers: setup ## install what the tests read releases with: geopandas, DuckDB, pandas, datasets, mlcroissant
 	@$(PIP) --no-build-isolation --config-settings editable_mode=compat -e '.[release-tests]'
 
-experiments: learn ## learn the paper's two experiments, with a memory and without, and to choose frontiers, three seeds each: hours; goes on where it was stopped
+experiments: learn ## learn the paper's two experiments, and those that go beyond them, three seeds each: hours; goes on where it was stopped
 	@for name in $(EXPERIMENTS); do for seed in $(SEEDS); do \
 	  $(BIN)/houseexpo train $${name%%-*} --config experiments/$$name.toml --seed $$seed --resume \
 	    --out $(RUNS)/$$name-$$seed $(TRAIN) || exit; done; done

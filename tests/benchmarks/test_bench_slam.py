@@ -28,9 +28,9 @@ from research.transfer import CONFIG, Exploration, Explorer, explore_on_own_map
 from research.transfer_irsim import explore_in_irsim
 from research.transfer_slam import explore_with_slam
 from tests.builders.needs import need
-from tests.builders.paper_policies import PAPER, SEEDS
 from tests.builders.real_slam import Comparison, Run, compare, explore, need_slam, overlay, slam
 from tests.builders.shared import DATA, needs_shared
+from tests.builders.trained_policies import SEEDS, folder_of
 
 PICTURE = Path(__file__).parents[2] / "docs" / "images" / "slam.png"
 PLANS = (  # the first five published ones of more than 40 m2
@@ -93,7 +93,7 @@ def draw(seen: list[tuple[FloorPlan, Run, Comparison]]) -> None:
     figure.savefig(PICTURE, dpi=110)
 
 
-LEARNED = tuple(str(PAPER / f"exploration-{seed}" / "policy.pt") for seed in SEEDS)
+LEARNED = tuple(str(folder_of("exploration-view-10m", seed) / "policy.pt") for seed in SEEDS)
 POLICIES = {"frontier": ("frontier",), "information": ("information",), "chooser": ("chooser",), "PPO + LSTM": LEARNED}
 TEST_PLANS, STEPS = 10, 200
 

@@ -1,4 +1,4 @@
-"""Choose actions by simple rules, as baselines: random, turning, straight on, along a wall, straight or by A* to the goal."""
+"""Choose actions by simple rules, as baselines: random, turning, straight on, along a wall, or to the goal."""
 
 from __future__ import annotations
 

@@ -57,7 +57,7 @@ def test_the_table_tells_long_names_apart(tmp_path: Path) -> None:
 
 
 def test_a_narrow_table_goes_on_below_and_breaks_no_number(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    for name in ("bound", "forward", "frontier", "learned-0"):
+    for name in ("bound", "forward", "frontier", "learned-view-10m-0"):
         shutil.copy(RESULTS / f"exploration-budget-v1-{name}.json", tmp_path)
     monkeypatch.setenv("COLUMNS", "80")
     done = called("compare", tmp_path)

@@ -1,4 +1,4 @@
-"""The policies of ``experiments/paper`` still score what is written down beside them."""
+"""The policies of ``experiments`` still score what is written down beside them."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ import pytest
 
 from houseexpo.configuration import read_config
 from houseexpo.pseudoslam.learning.config import TrainConfig
-from tests.builders.paper_policies import EXPERIMENTS, PAPER, SCORES, SEEDS, score, task_of
 from tests.builders.shared import needs_shared
+from tests.builders.trained_policies import EXPERIMENTS, HERE, SEEDS, folder_of, score, task_of
 
 
 @pytest.mark.parametrize("seed", SEEDS)
 @pytest.mark.parametrize("experiment", EXPERIMENTS)
 def test_weights_come_with_what_made_them(experiment: str, seed: int) -> None:
-    folder = PAPER / f"{experiment}-{seed}"
+    folder = folder_of(experiment, seed)
     assert (folder / "policy.pt").stat().st_size < 5_000_000
     about = json.loads((folder / "policy.json").read_bytes())
     assert (about["task"], about["seed"]) == (task_of(experiment), seed)
@@ -28,8 +28,8 @@ def test_weights_come_with_what_made_them(experiment: str, seed: int) -> None:
 @pytest.mark.parametrize("experiment", EXPERIMENTS)
 def test_a_training_of_today_goes_on_with_them_and_is_a_row_with_them(experiment: str) -> None:
     """Checkpoints and rows of tables ask whether the records of two trainings are the same."""
-    told = json.loads((PAPER / f"{experiment}-0" / "policy.json").read_bytes())["config"]
-    config = read_config(TrainConfig, PAPER.parent / f"{experiment}.toml")
+    told = json.loads((folder_of(experiment, 0) / "policy.json").read_bytes())["config"]
+    config = read_config(TrainConfig, HERE / f"{experiment}.toml")
     dataset = told["environment"]["dataset"]
     assert replace(config, environment=replace(config.environment, dataset=dataset)).record() == told
 
@@ -41,10 +41,10 @@ def test_trainings_that_differ_by_their_seed_are_one_row_of_a_table() -> None:
 
     rows = {}
     for experiment in EXPERIMENTS:
-        found = [load_policy(str(PAPER / f"{experiment}-{seed}" / "policy.pt")).training for seed in SEEDS]
+        found = [load_policy(str(folder_of(experiment, seed) / "policy.pt")).training for seed in SEEDS]
         assert [each.seed for each in found if each] == list(SEEDS)
         [rows[experiment]] = {each.family for each in found if each}
-        network = {"cnn": "cnn", "frontiers": "set"}.get(experiment.partition("-")[2], "cnn-lstm")
+        network = {"cnn": "cnn", "frontiers": "set"}.get(experiment.rpartition("-")[2], "cnn-lstm")
         assert rows[experiment].startswith(f"PPO {network} ")
     assert len(set(rows.values())) == len(rows)
 
@@ -56,7 +56,7 @@ def test_trainings_that_differ_by_their_seed_are_one_row_of_a_table() -> None:
 @pytest.mark.parametrize("experiment", EXPERIMENTS)
 def test_policies_score_what_is_written_down(experiment: str, seed: int) -> None:
     """Twenty episodes; a processor that rounds otherwise may take another of two actions that are as likely."""
-    told = json.loads(SCORES.read_bytes())[f"{experiment}-{seed}"]
+    told = json.loads((HERE / EXPERIMENTS[experiment] / "scores.json").read_bytes())[f"{experiment}-{seed}"]
     found = score(experiment, seed)
     measure = "return" if task_of(experiment) == "avoidance" else "coverage"
     assert found[measure] == pytest.approx(told[measure], rel=0.1)

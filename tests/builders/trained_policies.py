@@ -1,8 +1,9 @@
-"""The policies of ``experiments/paper``, and what each scores in twenty episodes.
+"""The policies of ``experiments``, and what each scores in twenty episodes.
 
-They are those of the paper's two experiments, with the paper's memory and without, and of PPO that chooses frontiers.
+``experiments/paper`` has those of the paper's two experiments, ``experiments/beyond`` those that go beyond its setting:
+a view of 10 m, with a memory and without, and PPO that chooses frontiers.
 
-``python -m tests.builders.paper_policies`` writes ``experiments/paper/scores.json`` anew, after they were learned anew.
+``python -m tests.builders.trained_policies`` writes ``scores.json`` of both anew, after they were learned anew.
 """
 
 from __future__ import annotations
@@ -18,10 +19,14 @@ from houseexpo.pseudoslam.tasks import ROOM
 from houseexpo.pseudoslam.worlds.maps import Plans
 from tests.builders.shared import DATA
 
-PAPER = Path(__file__).parents[2] / "experiments" / "paper"
-SCORES = PAPER / "scores.json"
+EXPERIMENTS = {
+    "exploration-view-10m": "beyond",
+    "exploration-view-10m-cnn": "beyond",
+    "exploration-frontiers": "beyond",
+}
+"""The trained experiments, and the folder of each."""
+HERE = Path(__file__).parents[2] / "experiments"
 EPISODES = 20
-EXPERIMENTS = ("avoidance", "exploration", "avoidance-cnn", "exploration-cnn", "exploration-frontiers")
 SEEDS = (0, 1, 2)
 MEASURES = {"avoidance": ("return", "collisions"), "exploration": ("coverage", "explored_m2")}
 
@@ -38,6 +43,11 @@ def task_of(experiment: str) -> str:
     return experiment.partition("-")[0]
 
 
+def folder_of(experiment: str, seed: int) -> Path:
+    """The folder of one training."""
+    return HERE / EXPERIMENTS[experiment] / f"{experiment}-{seed}"
+
+
 def scores_of(
     experiment: str, seed: int, plans: Plans, ids: Sequence[str] | None, episodes: int, number: int
 ) -> list[dict[str, float]]:
@@ -47,7 +57,7 @@ def scores_of(
     from houseexpo.pseudoslam.learning.policy_file import read_policy
 
     task = task_of(experiment)
-    trained = read_policy(PAPER / f"{experiment}-{seed}" / "policy.pt", task)
+    trained = read_policy(folder_of(experiment, seed) / "policy.pt", task)
     envs = make_environments(task, trained.config.environment, plans, number=number)
     given = tuple(ids) if ids is not None else None
     found = score_episodes(trained.policy, envs, given, episodes, deterministic=trained.config.evaluation.deterministic)
@@ -64,5 +74,7 @@ def score(experiment: str, seed: int) -> dict[str, float]:
 
 
 if __name__ == "__main__":
-    told = {f"{name}-{seed}": score(name, seed) for name in EXPERIMENTS for seed in SEEDS}
-    SCORES.write_text(json.dumps(told, indent=2) + "\n")
+    for part in sorted(set(EXPERIMENTS.values())):
+        names = [name for name, its in EXPERIMENTS.items() if its == part]
+        told = {f"{name}-{seed}": score(name, seed) for name in names for seed in SEEDS}
+        (HERE / part / "scores.json").write_text(json.dumps(told, indent=2) + "\n")
