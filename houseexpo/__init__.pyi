@@ -1,6 +1,6 @@
+from .analysis.copies import find_duplicates
 from .analysis.graph import rooms_graph
 from .analysis.navigability import navigability
-from .analysis.similarity import find_duplicates
 from .dataset import Dataset, open_dataset
 from .dataset.build_from_python import build
 from .dataset.fetch import fetch

@@ -95,6 +95,12 @@ _KeepStages = Annotated[
         "--keep-stages/--no-keep-stages", help="Keep a picture of each plan's stages.", rich_help_panel=_PLANS
     ),
 ]
+_KeepCopies = Annotated[
+    bool | None,
+    typer.Option(
+        "--keep-copies/--no-keep-copies", help="Keep plans with the same walls as others.", rich_help_panel=_FOLDER
+    ),
+]
 _MinQuality = Annotated[
     float | None,
     typer.Option(
@@ -147,6 +153,7 @@ def build(
     model_path: _ModelPath = None,
     min_quality: _MinQuality = None,
     keep_stages: _KeepStages = None,
+    keep_copies: _KeepCopies = None,
     rehash: Annotated[
         bool,
         typer.Option(
@@ -207,6 +214,7 @@ def build(
         "model_path": model_path,
         "min_quality": min_quality,
         "keep_stages": keep_stages,
+        "keep_copies": keep_copies,
     }
     others = "add" if add else "replace" if replace_others else "refuse"
     work = BuildRequest(config, given, overrides, out, workers, executor, address, rehash)

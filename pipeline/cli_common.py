@@ -47,6 +47,9 @@ def load_build_config(config: Path | None, given: Mapping[str, Any]) -> BuildCon
     chosen = {name: value for name, value in given.items() if value not in (None, ())}
     if "model_path" in chosen:
         chosen["model_path"] = absolute_folders(chosen["model_path"], Path())
+    if "keep_copies" in chosen:
+        dedupe = replace(settings.stages.dedupe, off=chosen.pop("keep_copies"))
+        settings = replace(settings, stages=replace(settings.stages, dedupe=dedupe))
     return replace(settings, build=replace(settings.build, **chosen))
 
 

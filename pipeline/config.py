@@ -91,12 +91,16 @@ class RefineConfig:
 
 @dataclass(frozen=True)
 class DedupeConfig:
-    """Pixel difference ``|A xor B| / max(|A|, |B|)`` under the eight symmetries of the square and small shifts."""
+    """Copies have the same walls (``houseexpo.analysis.copies``) and at most a pixel difference.
+
+    The difference is ``|A xor B| / max(|A|, |B|)`` under the eight symmetries of the square and small shifts.
+    """
 
     pixels_per_metre: int = 20
     threshold: float = 0.02
     symmetries: bool = True  # False: a mirrored or turned house is another house
     shift_px: int = 2
+    off: bool = False  # True: all copies are kept
 
 
 @dataclass(frozen=True)

@@ -83,13 +83,18 @@ class BuildConfig:
         return replace(self.stages, evidence=evidence)
 
     def parameters(self) -> dict[str, Any]:
-        """Return the parameters that the plans depend on, as plain values to store and hash."""
+        """Return the parameters that the plans depend on, as plain values to store and hash.
+
+        Whether copies are kept changes no plan, so that a build with other words on it goes on with its plans.
+        """
         options = asdict(self.build)
         names = ["seed", "up", "units", "scale", "storey_height", "furniture", "min_quality", "furnished"]
         if self.build.resolution is not None:  # newer than data sets whose plans name the hash of these
             names.append("resolution")
         chosen = {name: options[name] for name in names}
-        return {"build": chosen, "limits": asdict(self.limits), **asdict(self.stages)}
+        stages = asdict(self.stages)
+        del stages["dedupe"]["off"]
+        return {"build": chosen, "limits": asdict(self.limits), **stages}
 
     def digest(self) -> str:
         """SHA-256 of the parameters, in hex digits."""

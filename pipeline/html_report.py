@@ -16,7 +16,7 @@ from typing import Final
 
 import pyarrow.parquet as pq
 
-from houseexpo.analysis.similarity import Duplicate
+from houseexpo.analysis.copies import Duplicate
 from houseexpo.dataset.store.folders import rejected_picture_path
 from houseexpo.drawing import draw_plan, svg, svg_sheet
 from houseexpo.errors import HouseExpoError

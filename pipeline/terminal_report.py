@@ -171,7 +171,9 @@ def duplicate_lines(data_set: BuildResult) -> Iterator[Text]:
         return
     for each in dropped:
         yield Text.assemble(("duplicate ", "yellow"), (each.id, "bold"), f": its plan repeats {each.kept_id}")
-    yield Text("          left out; `keep = true` under its id in overrides.toml keeps such a plan", "dim")
+    yield Text(
+        "          left out; --keep-copies keeps them, `keep = true` under an id in overrides.toml one of them", "dim"
+    )
 
 
 def rejection_lines(data_set: BuildResult, out: str) -> Iterator[Text]:

@@ -28,17 +28,16 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, field
 from functools import cache, lru_cache, partial
-from itertools import islice, pairwise, product
+from itertools import islice, product
 from typing import TYPE_CHECKING, Final, NamedTuple, TypeVar
 
 import numpy as np
 import numpy.typing as npt
 
-from houseexpo.errors import PlanError
 from houseexpo.grids.frame import GridFrame
 from houseexpo.grids.raster import Mask, Space, all_rings, edges_in_pixels, fill_cells
 from houseexpo.plan.model import PlanData
@@ -71,13 +70,14 @@ _BIN_PX: Final = 8
 _BLOCK: Final = 256  # fingerprints for one task of a thread
 _TASK: Final = 64  # pairs for one task of a thread
 _AHEAD: Final = 64  # tasks that are prepared before their results are needed
-_KEPT: Final = 16_384  # masks in memory, 15 kB each in the median; others are made again when they are needed
+KEPT: Final = 16_384  # masks in memory, 15 kB each in the median; others are made again when they are needed
 
 Fingerprint = npt.NDArray[np.int32]
 Load = Callable[[int], PlanData | Mask]
 """A function that returns the plan, or the mask, with a number."""
 
 _Numbers = tuple[int, int]
+Confirm = Callable[[_Numbers], str | None]
 _Limits = tuple[float, int, int]  # the threshold, the shift in cells, and how many symmetries are tried
 _T = TypeVar("_T")
 _R = TypeVar("_R")
@@ -105,15 +105,6 @@ class PairSearchResult:
 
     fingerprints: Mapping[int, Fingerprint] = field(default_factory=dict)
     pairs: tuple[SimilarPair, ...] = ()
-
-
-class Duplicate(NamedTuple):
-    """A plan that is a duplicate of one that is kept; ``symmetry`` maps it onto the kept one."""
-
-    id: str
-    kept_id: str
-    difference: float
-    symmetry: str
 
 
 def comparison_mask(space: Space, pixels_per_metre: float = PIXELS_PER_METRE) -> Mask:
@@ -214,75 +205,6 @@ def difference_lower_bound(print_: npt.NDArray[np.int32], prints: npt.NDArray[np
     return bound
 
 
-def find_duplicates(
-    shapes: Mapping[str, Mask] | Iterable[PlanData],
-    threshold: float = THRESHOLD,
-    pixels_per_metre: float = PIXELS_PER_METRE,
-    *,
-    threads: int = 1,
-) -> list[Duplicate]:
-    """Find plans that are the same house, up to rotations by 90 degrees and mirroring.
-
-    Plans are taken in the order of their ids. A plan whose difference from a kept one is at most ``threshold`` is a
-    duplicate of the first such plan; otherwise it is kept. The first call compiles the comparison, which takes some
-    seconds.
-
-    Parameters
-    ----------
-    shapes
-        Plans, or masks by id. The plans of a ``Dataset`` are read one at a time.
-    threshold
-        Largest difference of duplicates, as a share of the larger plan's area (0 to 1).
-    pixels_per_metre
-        Resolution of the comparison.
-    threads
-        Number of threads; the result does not depend on it.
-
-    Returns
-    -------
-    Duplicates, sorted by id.
-
-    Raises
-    ------
-    PlanError
-        Two plans have the same id.
-    """
-    ids, load = _ids_and_load(shapes)
-    order = sorted(range(len(ids)), key=ids.__getitem__)
-    names = [ids[i] for i in order]
-    if twice := [name for name, following in pairwise(names) if name == following]:
-        raise PlanError("expected ids that differ, found this one twice", "id", twice[0])
-    found = find_similar_pairs(
-        lambda i: load(order[i]), len(order), threshold=threshold, pixels_per_metre=pixels_per_metre, threads=threads
-    )
-    return choose_duplicates(names, found.pairs)
-
-
-def choose_duplicates(
-    ids: Sequence[str], pairs: Collection[SimilarPair], keep: Collection[str] = ()
-) -> list[Duplicate]:
-    """Return the plans to drop, sorted by id.
-
-    1. In the order of ids, a plan is kept unless it is within the threshold of one that is kept; the first such plan is
-       named.
-    2. A plan in ``keep`` is never dropped.
-
-    Parameters
-    ----------
-    ids
-        The ids of the plans, sorted; ``pairs`` refer to their positions.
-    """
-    partners: dict[int, list[SimilarPair]] = {}
-    for pair in sorted(pairs):
-        partners.setdefault(pair.second, []).append(pair)
-    dropped: dict[int, Duplicate] = {}
-    for i, name in enumerate(ids):
-        kept = next((pair for pair in partners.get(i, []) if pair.first not in dropped), None)
-        if kept is not None and name not in keep:  # R1, R2
-            dropped[i] = Duplicate(name, ids[kept.first], round(kept.difference, 6), kept.symmetry)
-    return list(dropped.values())
-
-
 def find_similar_pairs(
     load: Load,
     count: int,
@@ -294,6 +216,7 @@ def find_similar_pairs(
     known: PairSearchResult | None = None,
     threads: int = 1,
     label: str = "",
+    confirm: Confirm | None = None,
 ) -> PairSearchResult:
     """Find all pairs of plans whose difference is at most ``threshold``.
 
@@ -312,6 +235,9 @@ def find_similar_pairs(
         Number of threads; the result does not depend on it.
     label
         What a progress bar says; none is shown by default.
+    confirm
+        Says of a pair, before its masks are compared, under which symmetry the plans agree in what masks do not show;
+        None where they do not, which rules the pair out.
     """
     from houseexpo.analysis.kernels.masks import mask_profiles, pack_mask
 
@@ -321,13 +247,18 @@ def find_similar_pairs(
     fresh = np.array([i not in known.fingerprints for i in range(count)], bool)
     prints = np.zeros((count, 1 + 2 * _BINS), np.int32)
     profiles_of = cache(lambda number: mask_profiles(mask_of(number)))
-    packed_of = lru_cache(maxsize=_KEPT)(lambda number: pack_mask(mask_of(number)))
+    packed_of = lru_cache(maxsize=KEPT)(lambda number: pack_mask(mask_of(number)))
     for i in show_progress(range(count), label, count) if label else range(count):
         prints[i] = fingerprint_from_profiles(profiles_of(i)) if fresh[i] else known.fingerprints[i]
     with ThreadPoolExecutor(threads) as pool:
         possible = _possible_pairs(prints, fresh, threshold, pool)
         near = _in_threads(pool, partial(_near_pairs, limits), ((pair, *map(profiles_of, pair)) for pair in possible))
-        pairs = _in_threads(pool, partial(_pairs_within, limits), ((pair, *map(packed_of, pair)) for pair in near))
+        confirmed = {pair: symmetry for pair in near if (symmetry := confirm(pair) if confirm else "") is not None}
+        jobs = ((pair, *map(packed_of, pair)) for pair in confirmed)
+        pairs = [
+            pair._replace(symmetry=confirmed[pair[:2]] or pair.symmetry)
+            for pair in _in_threads(pool, partial(_pairs_within, limits), jobs)
+        ]
         return PairSearchResult(dict(enumerate(prints)), tuple(sorted([*known.pairs, *pairs])))
 
 
@@ -337,16 +268,6 @@ def fingerprint_from_profiles(profiles: MaskProfiles) -> Fingerprint:
 
     first, second = sorted((pool_sums(sums).tolist() for sums in profiles), reverse=True)
     return np.array([int(profiles.rows.sum()), *first, *second], np.int32)
-
-
-def _ids_and_load(shapes: Mapping[str, Mask] | Iterable[PlanData]) -> tuple[list[str], Load]:
-    """Return the ids of plans or masks, and a function that returns one by its position."""
-    if isinstance(shapes, Mapping):
-        masks = list(shapes.values())
-        return list(shapes), lambda i: crop_mask(masks[i])
-    plans = shapes if isinstance(shapes, Sequence) else list(shapes)
-    ids = getattr(plans, "ids", None)  # a Dataset knows them without reading its plans
-    return list(ids) if ids is not None else [plan.id for plan in plans], plans.__getitem__
 
 
 def _cells_of(load: Load, pixels_per_metre: float, number: int) -> Cells:

@@ -35,6 +35,7 @@ def build(
     model_path: str | None = None,
     min_quality: float | None = None,
     keep_stages: bool | None = None,
+    keep_copies: bool | None = None,
     others: Literal["refuse", "add", "replace"] = "refuse",
 ) -> Dataset:
     """Build a data set of floor plans from 3D houses, and open it.
@@ -72,6 +73,9 @@ def build(
         Reject plans with a lower quality score, 0 to 1.
     keep_stages
         Whether to save a picture of the stages beside each plan.
+    keep_copies
+        Whether to keep plans with the same walls, rooms and doors as others. By default, the first one by id stands for
+        them all, and its row of the index names them (``copies``).
     others
         What to do if ``out`` holds plans from other sources: "refuse" to build, "add" the new plans to them, or
         "replace" them.
@@ -116,6 +120,7 @@ def build(
         model_path=model_path,
         min_quality=min_quality,
         keep_stages=keep_stages,
+        keep_copies=keep_copies,
         others=others,
     )
     return open_dataset(out)

@@ -14,7 +14,7 @@ from houseexpo.floorplan import FloorPlan
 from houseexpo.plan import RADII_M
 
 _MEASURED = tuple(measure for measure in MEASURES if measure.column)
-_LATER = ("quality", "rooms")
+_LATER = ("quality", "rooms", "copies")
 """Columns that a later version added to the index."""
 _REACH = pa.struct([("components", pa.int32()), ("largest_share", pa.float64()), ("narrowest", pa.float64())])
 SCHEMA = pa.schema(
@@ -33,6 +33,7 @@ SCHEMA = pa.schema(
         ("source", pa.string()),
         ("level", pa.int32()),
         ("split", pa.string()),
+        ("copies", pa.list_(pa.string())),  # ids of the plans that a build left out as copies of this one, sorted
     ]
 )
 
@@ -55,8 +56,8 @@ def with_current_columns(table: Any) -> Any:
 def index_row(plan: FloorPlan, area: float | None = None) -> dict[str, Any]:
     """Return the row of a plan in the index.
 
-    ``split`` is None until the data set is split, and so are columns that a published plan lacks. ``area`` is the area
-    of the free space, m2, if it is already known.
+    ``split`` is None until the data set is split, and so are columns that a published plan lacks. A build adds
+    ``copies``. ``area`` is the area of the free space, m2, if it is already known.
     """
     return {
         "id": plan.id,

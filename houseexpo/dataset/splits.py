@@ -1,8 +1,9 @@
 """Split a data set for learning, so that no house and no copy of a house is in two parts.
 
 R1  *Buildings*: levels of one house stay together (ids that differ only in ``_L<n>``, or the same input file).
-R2  *Copies*: plans whose pixel difference is at most 0.02 under the eight symmetries (``analysis.similarity``) stay
-    together. This is transitive.
+R2  *Copies and variants*: plans whose pixel difference is at most 0.02 under the eight symmetries
+    (``analysis.similarity``) stay together: copies, and the same house with other partitions, doors or furniture. This
+    is transitive.
 R3  *Strata*: plans are grouped by the rooms that their source counts and by area; each part gets its share of each.
 R4  The seed makes the choice; the same seed always splits a data set in the same way.
 """

@@ -22,14 +22,8 @@ from typing import Any, Final
 import msgspec
 import numpy as np
 
-from houseexpo.analysis.similarity import (
-    SYMMETRIES,
-    Duplicate,
-    PairSearchResult,
-    SimilarPair,
-    choose_duplicates,
-    find_similar_pairs,
-)
+from houseexpo.analysis.copies import Duplicate, choose_duplicates, find_copies
+from houseexpo.analysis.similarity import SYMMETRIES, PairSearchResult, SimilarPair
 from houseexpo.cpu_cores import count_cores
 from houseexpo.dataset.index import index_row, index_table
 from houseexpo.files import encode_json, sha256_of, sync_folder, write_atomically
@@ -104,7 +98,7 @@ class AssemblyParts:
             (str(file.relative_to(self.folder.root)), file.read_bytes()) for file in find_split_lists(self.folder.root)
         ]
         sources = (names_without_folders(self.sources), self.rights)
-        how = (self.config.parameters(), self.config.build.keep_stages)
+        how = (self.config.parameters(), self.config.build.keep_stages, self.config.stages.dedupe.off)
         parts = (outcomes, sources, how, words, sorted(lists), modules_digest(__name__))
         return hashlib.sha256(msgspec.json.encode(parts, order="deterministic")).hexdigest()
 
@@ -133,7 +127,7 @@ def assemble(parts: AssemblyParts, progress: Callable[[str, int, int], None]) ->
     remove_old_files(folder, published.written)
     stats = {"outcomes": {**_outcomes(parts, len(kept), dropped, refused), **published.counts}, **published.summaries}
     beside = {
-        "index.parquet": index_table(published.rows),
+        "index.parquet": index_table(_with_copies(published.rows, dropped)),
         "rejected.jsonl": _lines(r.line() for r in refused),
         "duplicates.jsonl": _lines(d._asdict() for d in dropped),
         "stats.json": encode_json(stats),
@@ -178,7 +172,7 @@ def _load_for_assembling(planned: threading.Event, several: bool) -> None:
         index_table([])
         if several or not planned.wait(_SOON_S):
             square = np.ones((4, 4), bool)
-            find_similar_pairs(lambda _: square, 2)
+            find_copies(lambda _: square, 2)
 
 
 def _is_unchanged(folder: DataSetFolder, finished: FinishedBuild) -> bool:
@@ -206,11 +200,21 @@ def _as_it_was(parts: AssemblyParts, finished: FinishedBuild) -> BuildResult:
 
 
 def _find_copies(parts: AssemblyParts, kept: Mapping[str, StoredPlan]) -> list[Duplicate]:
+    if parts.config.stages.dedupe.off:
+        return []
     pairs = find_duplicate_pairs(
         parts.folder.build / "copies.npz", parts.plans, list(kept.values()), parts.config.stages.dedupe
     )
     keep = {name for name, plan in kept.items() if plan.by_hand or _override(name, plan, parts.overrides).keep}
     return choose_duplicates(list(kept), pairs, keep)
+
+
+def _with_copies(rows: list[dict[str, Any]], dropped: Iterable[Duplicate]) -> list[dict[str, Any]]:
+    """Return the rows of the index, each with the plans that it stands for: storeys of its house, or repeats."""
+    copies: dict[str, list[str]] = {}
+    for duplicate in dropped:
+        copies.setdefault(duplicate.kept_id, []).append(duplicate.id)
+    return [{**row, "copies": copies.get(row["id"], [])} for row in rows]
 
 
 def _settle_ids(entries: Sequence[Entry]) -> tuple[list[tuple[str, StoredPlan]], list[StoredRejection]]:
@@ -296,7 +300,7 @@ def _manifest(parts: AssemblyParts, own: Mapping[str, str], stats: Mapping[str, 
         "generator": {"name": "houseexpo", "version": version("houseexpo")},
         "sources": names_without_folders(parts.sources),
         **msgspec.to_builtins(parts.rights),
-        "parameters": parts.config.parameters(),
+        "parameters": _parameters(parts.config),
         "parameters_sha256": parts.config.digest(),
         "overrides": {name: asdict(override) for name, override in parts.overrides.items()},
         "versions": library_versions(),
@@ -304,6 +308,12 @@ def _manifest(parts: AssemblyParts, own: Mapping[str, str], stats: Mapping[str, 
         "counts": stats["outcomes"],
         "files": dict(sorted((files | dict(own)).items())),
     }
+
+
+def _parameters(config: BuildConfig) -> dict[str, Any]:
+    """Return the parameters of the plans, and that copies were kept if they were."""
+    found = config.parameters()
+    return {**found, "dedupe": {**found["dedupe"], "off": True}} if config.stages.dedupe.off else found
 
 
 def names_without_folders(sources: Iterable[str]) -> list[str]:
@@ -354,19 +364,16 @@ _NAMES = tuple(SYMMETRIES)
 def find_duplicate_pairs(
     file: Path, plans: PlanStore, kept: Sequence[StoredPlan], config: DedupeConfig
 ) -> tuple[SimilarPair, ...]:
-    """Return all pairs within the threshold, by the plans' places in ``kept``, which is sorted by id.
+    """Return all pairs that are copies, by the plans' places in ``kept``, which is sorted by id.
 
     ``file`` remembers what was compared; a damaged one is as good as none.
     """
     if len(kept) < 2:
         return ()
-    recipe = hashlib.sha256(
-        msgspec.json.encode((asdict(config), modules_digest("houseexpo.analysis.similarity")))
-    ).hexdigest()
+    rule = {name: value for name, value in asdict(config).items() if name != "off"}
+    recipe = hashlib.sha256(msgspec.json.encode((rule, modules_digest("houseexpo.analysis.copies")))).hexdigest()
     known = _read(file, recipe, {plan.plan: i for i, plan in enumerate(kept)})
-    found = find_similar_pairs(
-        lambda i: decode(plans.get(kept[i])), len(kept), **asdict(config), known=known, threads=count_cores()
-    )
+    found = find_copies(lambda i: decode(plans.get(kept[i])), len(kept), **rule, known=known, threads=count_cores())
     if len(found.fingerprints) != len(known.fingerprints):
         write_atomically(file, _bytes(recipe, kept, found), durable=True)
     return found.pairs

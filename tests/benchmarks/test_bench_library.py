@@ -25,7 +25,8 @@ from rich.console import Console
 from rich.table import Table
 
 from houseexpo import Dataset, encode, open_dataset
-from houseexpo.analysis.similarity import PairSearchResult, choose_duplicates, find_duplicates, find_similar_pairs
+from houseexpo.analysis.copies import choose_duplicates, find_copies, find_duplicates
+from houseexpo.analysis.similarity import PairSearchResult
 from houseexpo.dataset.validation import validate_dataset
 from houseexpo.drawing import contact_sheet, draw_plan
 from houseexpo.floorplan import FloorPlan, decode
@@ -156,13 +157,13 @@ def compared(
     load: Callable[[int], FloorPlan], count: int, known: PairSearchResult | None = None
 ) -> tuple[PairSearchResult, float, float]:
     wall, cpu = time.perf_counter(), time.process_time()
-    found = find_similar_pairs(load, count, known=known, threads=THREADS)
+    found = find_copies(load, count, known=known, threads=THREADS)
     return found, time.perf_counter() - wall, time.process_time() - cpu
 
 
 @needs_shared
 def test_dedupe_of_the_published_plans(lines: list[bytes], load: Callable[[int], FloorPlan]) -> None:
-    find_similar_pairs(load, 300)  # compiles
+    find_copies(load, 300)  # compiles
     count = TIMES * len(lines)
     found, wall, cpu = compared(load, count)
     table = Table(title=f"Dedupe of {count} plans, {THREADS} threads")

@@ -165,7 +165,7 @@ def test_the_terminal_says_which_plans_repeat_others_and_how_to_keep_them(tmp_pa
     built = run_build([tmp_path / "street"], tmp_path / "out")
     assert [line.plain.strip() for line in duplicate_lines(built)] == [
         "duplicate two: its plan repeats one",
-        "left out; `keep = true` under its id in overrides.toml keeps such a plan",
+        "left out; --keep-copies keeps them, `keep = true` under an id in overrides.toml one of them",
     ]
 
 

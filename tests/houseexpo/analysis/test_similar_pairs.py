@@ -8,12 +8,12 @@ from itertools import combinations
 import numpy as np
 import pytest
 
+from houseexpo.analysis.copies import choose_duplicates
 from houseexpo.analysis.similarity import (
     SYMMETRIES,
     PairSearchResult,
     SimilarPair,
     apply_symmetry,
-    choose_duplicates,
     crop_mask,
     find_similar_pairs,
 )

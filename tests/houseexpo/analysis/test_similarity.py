@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from houseexpo.analysis.copies import find_duplicates
 from houseexpo.analysis.similarity import (
     SYMMETRIES,
     THRESHOLD,
@@ -13,7 +14,6 @@ from houseexpo.analysis.similarity import (
     comparison_mask,
     crop_mask,
     difference_lower_bound,
-    find_duplicates,
     mask_fingerprint,
 )
 from houseexpo.floorplan import decode

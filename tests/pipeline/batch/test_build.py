@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import hashlib
+from dataclasses import replace
 from pathlib import Path
 
 import msgspec
@@ -11,11 +12,13 @@ import shapely
 from houseexpo.errors import ConfigError
 from houseexpo.floorplan import decode, load_plan
 from pipeline.algorithm import plan_level
+from pipeline.batch.build import build
 from pipeline.batch.job import _as_rejection
+from pipeline.config import DedupeConfig
 from pipeline.overrides import Override
 from pipeline.rejection import Reason
 from pipeline.values import Input
-from tests.builders.batch import contents, lines, one_room, run_build
+from tests.builders.batch import boxed, config_for, contents, lines, one_room, run_build
 
 
 @pytest.fixture
@@ -108,8 +111,21 @@ def test_index_has_a_row_for_each_plan(street: Path, tmp_path: Path) -> None:
         ("a", 20.0, 5.0, 4.0),
         ("far_c", 28.0, 7.0, 4.0),
     ]
+    assert [row["copies"] for row in rows] == [["b"], []]  # the table still has what was left out
     assert rows[0]["source"] == "mesh"
     assert rows[0]["split"] is None
+
+
+def test_copies_are_kept_on_demand_and_no_plan_is_made_again(street: Path, tmp_path: Path) -> None:
+    run_build([street], tmp_path / "out")
+    usual = config_for([street])
+    keeping = replace(usual, stages=replace(usual.stages, dedupe=DedupeConfig(off=True)))
+    assert keeping.digest() == usual.digest()  # no plan depends on it
+    data_set = build(keeping, tmp_path / "out", workers=1, overrides={}, progress=lambda *_: None, plan=boxed)
+    assert data_set.ids == ("a", "b", "far_c")
+    assert lines(tmp_path / "out" / "duplicates.jsonl") == []
+    manifest = msgspec.json.decode((tmp_path / "out" / "manifest.json").read_bytes())
+    assert manifest["parameters"]["dedupe"]["off"] is True
 
 
 def test_equal_ids_get_eight_digits_of_their_content(tmp_path: Path) -> None:

@@ -288,7 +288,7 @@ def test_nothing_to_read_is_a_usage_error(tmp_path: Path) -> None:
 def test_one_plan_alone_is_compared_with_none(street: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """To load what compares plans takes longer than to plan a house."""
     compared = list[int]()
-    monkeypatch.setattr(assemble, "find_similar_pairs", lambda _, count, **__: compared.append(count))
+    monkeypatch.setattr(assemble, "find_copies", lambda _, count, **__: compared.append(count))
     monkeypatch.setattr("pipeline.batch.build.load_while_workers_start", lambda *_: None)
     run_build([street / "a.ply"], tmp_path / "out")
 
