@@ -25,7 +25,7 @@ ABOUT   ?=
 PIP     := $(BIN)/python -m pip --disable-pip-version-check --quiet install -c constraints.txt
 
 .DEFAULT_GOAL := help
-.PHONY: help setup cluster learn clients puffer ros readers experiments dataset release docs pictures screenshots results leaderboard test test-all check bench clean
+.PHONY: help setup cluster learn clients puffer gmapping ros readers experiments dataset release docs pictures screenshots results leaderboard test test-all check bench claims clean
 
 help: ## show this list
 	@printf '\n  \033[1mHouseExpo\033[0m: turns 3D house models into 2D floor plans, in bulk\n\n'
@@ -64,6 +64,9 @@ puffer: learn ## put PufferLib 3 and its trainer, without its own games, into .v
 	@ls $(VENV)/puffer/pufferlib/_C*.so >/dev/null 2>&1 || NO_OCEAN=1 PYTHONPATH=$(CURDIR)/tests/builders/pufferlib_setup \
 	  $(PIP) --no-deps --no-build-isolation --no-cache-dir --upgrade --target $(VENV)/puffer pufferlib==3.0.0 gym==0.26.2 gym-notices==0.1.0 \
 	  heavyball==1.7.2 opt-einsum pyro-api pyro-ppl rich-argparse
+
+gmapping: setup ## build GMapping, the SLAM of the paper, for the comparison of maps; needs git and g++
+	@tests/builders/gmapping/build $(VENV)/gmapping
 
 ros: setup ## install CycloneDDS for `houseexpo ros`, and ROS 2's Python with Fast DDS, which judges it in the tests
 	@$(PIP) --no-build-isolation --config-settings editable_mode=compat -e '.[ros-tests]'
@@ -122,6 +125,9 @@ check: setup ## lint, formatting, types and the arrows between packages
 
 bench: setup ## measure speed and quality; prints the tables of docs/benchmarks.md
 	@$(BIN)/python -m pytest -q -s tests/benchmarks --benchmarks
+
+claims: setup ## try what README and docs claim, an hour at most; says what is true, false, older than its code, or needs what is not here
+	@$(BIN)/python -m tests.claims --run minutes
 
 clean: ## remove what was built; data sets stay
 	rm -rf $(VENV) build dist docs/_build *.egg-info .mypy_cache .ruff_cache .pytest_cache .import_linter_cache .hypothesis

@@ -1,14 +1,24 @@
-"""A house through PseudoSLAM and through a SLAM that Debian ships: the maps agree."""
+"""A house through PseudoSLAM and through real SLAMs: the maps agree."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 import shapely
 
 from houseexpo.floorplan import FloorPlan
-from tests.builders.real_slam import compare, explore, need_slam, slam
+from tests.builders.real_slam import (
+    Run,
+    SlamMap,
+    compare,
+    explore,
+    need_gmapping,
+    need_icp_slam,
+    run_gmapping,
+    run_icp_slam,
+)
 
 
 def flat() -> FloorPlan:
@@ -33,11 +43,14 @@ def flat() -> FloorPlan:
 
 
 @pytest.mark.slow
-def test_a_real_slam_draws_the_same_house(tmp_path: Path) -> None:
-    need_slam()
+@pytest.mark.parametrize(
+    ("need_it", "run_it"), [(need_icp_slam, run_icp_slam), (need_gmapping, run_gmapping)], ids=["icp-slam", "gmapping"]
+)
+def test_a_real_slam_draws_the_same_house(
+    need_it: Callable[[], None], run_it: Callable[[Run, Path], SlamMap], tmp_path: Path
+) -> None:
+    need_it()
     run = explore(flat())
-    found = slam(run, tmp_path)
-    seen = compare(run, found)
-    assert seen.iou_as_is >= 0.94
-    assert seen.iou >= 0.96
+    found = run_it(run, tmp_path)
+    assert compare(run, found).iou >= 0.96
     assert run.ms_per_scan < found.ms_per_scan

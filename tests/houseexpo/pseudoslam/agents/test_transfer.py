@@ -10,7 +10,7 @@ from houseexpo.floorplan import FloorPlan
 from research.transfer import explore_on_own_map
 from research.transfer_irsim import explore_in_irsim
 from research.transfer_slam import explore_with_slam
-from tests.builders.real_slam import need_slam
+from tests.builders.real_slam import need_icp_slam
 
 ANGLE = FloorPlan("angle", [(0, 0), (0, 8), (3, 8), (3, 2), (9, 2), (9, 0)], 1, {})
 STEPS = 40
@@ -20,7 +20,7 @@ pytestmark = pytest.mark.slow
 
 @pytest.mark.parametrize("policy", ["frontier", "chooser"])
 def test_an_explorer_goes_by_the_map_of_a_real_slam(policy: str, tmp_path: Path) -> None:
-    need_slam()
+    need_icp_slam()
     found = explore_with_slam(ANGLE, policy, tmp_path, STEPS)
     own = explore_on_own_map(ANGLE, policy, STEPS)
     assert found.coverage[0] == own.coverage[0]

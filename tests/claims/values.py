@@ -1,0 +1,145 @@
+"""Quick values of claims: each function compares pages with the project, and returns what is wrong in them."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from collections.abc import Iterator
+from typing import Final
+
+import msgspec
+
+from houseexpo.exports import FORMATS
+from houseexpo.pseudoslam.benchmark.cases import read_test_ids
+from houseexpo.pseudoslam.benchmark.run import DEFAULT_PLANS
+from houseexpo.release.splits import SHARES
+from houseexpo.service.drive import robots
+from pipeline import cli_demo
+from tests.claims.figures import NUMBER, Block, read_blocks
+from tests.claims.places import ROOT
+
+RESULTS: Final = ROOT / "docs" / "leaderboard"
+
+
+def formats_of_export() -> list[str]:
+    """README: how many formats ``houseexpo export`` writes."""
+    said = re.findall(r"# (\d+) formats", (ROOT / "README.md").read_text())
+    return [f"README: {number} formats, found {len(FORMATS)}" for number in said if int(number) != len(FORMATS)]
+
+
+def houses_of_the_demo() -> list[str]:
+    """300 houses of ``make dataset``, and 30 plans of ``houseexpo demo``."""
+    (source,) = tomllib.loads((ROOT / "data_manifests" / "demo.toml").read_text())["build"]["sources"]
+    found = (source, cli_demo.PLANS)
+    return [] if found == ("procedural:300", 30) else [f"expected 300 houses and 30 plans, found {found}"]
+
+
+def figures_of_the_readme() -> list[str]:
+    """README: each figure stands on the page that says how it was measured."""
+    pages = {
+        "| rooms of 11 real robots' maps": ("docs/benchmarks.md", "Robots' maps"),
+        "| the same, Bormann's": ("docs/benchmarks.md", "Robots' maps"),
+        "| KTH's floors": ("docs/benchmark-exploration.md", "Maps of other people"),
+        "| 301 public houses": ("docs/contributing/corpus.md", "Where it stands"),
+        "| 283 more": ("docs/contributing/corpus.md", "Where it stands"),
+        "| 208 unmet": ("docs/contributing/corpus.md", "Files that nobody had met"),
+        "| 136 robots' maps": ("docs/contributing/corpus.md", "Robots' maps"),
+        "| 65 drawings": ("docs/contributing/corpus.md", "Vector plans and scenes"),
+        "Of 100 homes": ("docs/benchmarks.md", "Made houses of each kind"),
+        "| exploration, each reset": ("docs/benchmarks.md", "The whole data set"),
+        "| 500 made houses": ("docs/benchmarks.md", "Made houses in SUNCG's layout"),
+        "| one such house": ("docs/benchmarks.md", "Speed of the pipeline"),
+        "| 2,000 such houses": ("docs/benchmarks.md", "Batches"),
+        "| a mesh of 3.7 million": ("docs/benchmarks.md", "Speed of the pipeline"),
+        "| 1,000 drawn plans": ("docs/benchmarks.md", "Batches"),
+        "| PseudoSLAM's maps": ("docs/pseudoslam/slam.md", "The same path, two maps"),
+    }
+    wrong = []
+    for block in _section("README.md", "Figures"):
+        for line in block.text.splitlines() if block.text.startswith("|") else [block.text]:
+            page = next((page for begins, page in pages.items() if line.startswith(begins)), None)
+            figures = _numbers(" ".join(line.strip("|").split("|")[1:]) if line.startswith("|") else line)
+            if page is None or not figures:
+                if figures and not line.startswith(("|---", "| what")):
+                    wrong.append(f"README: no page is known for {line!r}")
+                continue
+            there = [float(number) for each in _section(*page) for number in _all_numbers(each.text)]
+            wrong += [
+                f"README: {each} of {line[:40]!r} is not in {page}" for each in figures if not _is_in(each, there)
+            ]
+    return wrong
+
+
+def maps_of_others() -> list[str]:
+    """docs/benchmark-exploration.md: the tables of other people's maps are those of the results beside it."""
+    known = list(_recorded("kth-", "dare-", "ariadne-"))
+    blocks = [*_section("docs/benchmark-exploration.md", "Maps of other people")]
+    blocks += _section("docs/benchmark-exploration.md", "Predicted maps")
+    tables = [block for block in blocks if block.text.startswith(("| policy", "| prediction"))]
+    return _not_among(tables, known)
+
+
+def results_of_slam() -> list[str]:
+    """docs/pseudoslam/slam.md: errors of the SLAM in the loop."""
+    blocks = [b for b in _section("docs/pseudoslam/slam.md", "A SLAM in the loop") if b.text.startswith("On 100 plans")]
+    return _not_among(blocks, list(_recorded("exploration-slam-")))
+
+
+def plans_of_a_benchmark() -> list[str]:
+    """docs/benchmark-exploration.md: a run takes 500 plans of a list of 1,000."""
+    found = (DEFAULT_PLANS, len(read_test_ids()))
+    return [] if found == (500, 1000) else [f"expected 500 of 1,000 plans, found {found}"]
+
+
+def limits_in_the_code() -> list[str]:
+    """Numbers that somebody chose, where pages name them as shares, sizes or times."""
+    wrong = []
+    if SHARES != {"train": 0.7, "val": 0.1, "test": 0.2}:
+        wrong.append(f"docs/guide-release.md: the parts are {SHARES}")
+    if robots._ALL_SEEN != 0.99:
+        wrong.append(f"docs/guide-drive.md: a drive ends at {robots._ALL_SEEN}")
+    return wrong
+
+
+def search_for_the_chooser() -> list[str]:
+    """docs/pseudoslam/training.md: the search is that of experiments/chooser.toml."""
+    said = tomllib.loads((ROOT / "experiments" / "chooser.toml").read_text())
+    runs = said["generations"] * said["candidates"] * said["plans"]
+    wanted = [said["candidates"], said["plans"], said["generations"], runs, said["generations"] * said["plans"]]
+    text = " ".join(block.text for block in _section("docs/pseudoslam/training.md", "A chooser of frontiers"))
+    return [f"docs/pseudoslam/training.md: {number:,} is missing" for number in wanted if f"{number:,}" not in text]
+
+
+def _section(page: str, heading: str) -> list[Block]:
+    return [block for block in read_blocks(ROOT / page, page) if block.heading == heading]
+
+
+def _numbers(text: str) -> list[str]:
+    return [each.rstrip(",").replace(",", "") for each in re.findall(NUMBER, text)]
+
+
+def _all_numbers(text: str) -> list[str]:
+    return [each.replace(",", "") for each in re.findall(r"\d[\d,]*(?:\.\d+)?", text) if each.strip(",")]
+
+
+def _recorded(*prefixes: str) -> Iterator[float]:
+    """All figures of results, as they are and in per cent."""
+    for file in sorted(file for prefix in prefixes for file in RESULTS.glob(f"{prefix}*.json")):
+        result = msgspec.json.decode(file.read_bytes())
+        for each in result["summary"].values():
+            yield from (scaled for value in each.values() for scaled in (value, 100 * value))
+
+
+def _not_among(blocks: list[Block], known: list[float]) -> list[str]:
+    if not blocks:
+        return ["the table is not where it was"]
+    return [
+        f"{b.page}:{b.line}: {each} is in no result" for b in blocks for each in b.figures if not _is_in(each, known)
+    ]
+
+
+def _is_in(figure: str, known: list[float]) -> bool:
+    """Whether a figure is one of those known, rounded as it is."""
+    text = figure.rstrip(",").replace(",", "")
+    digits = len(text.partition(".")[2])
+    return any(abs(round(each, digits) - float(text)) < 1e-9 for each in known)
