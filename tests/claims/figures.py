@@ -48,7 +48,9 @@ NAMES: Final = {
     "task",
     "id",
 }
-PROMISES: Final = re.compile(r"\b(never|always|exact|exactly)\b", re.IGNORECASE)
+PROMISES: Final = re.compile(
+    r"\b(never|always|exact|exactly|same bytes|nothing is lost|every input ends)\b", re.IGNORECASE
+)
 
 
 def _any(words: str) -> str:
@@ -107,7 +109,7 @@ class Block:
     @property
     def promises(self) -> list[str]:
         """The words in it that promise."""
-        return [word.lower() for word in PROMISES.findall(_CODE.sub(" ", self.text))]
+        return [word.lower() for word in PROMISES.findall(_CODE.sub(" ", self.text.replace("\n", " ")))]
 
 
 def read_blocks(page: Path, name: str) -> Iterator[Block]:
