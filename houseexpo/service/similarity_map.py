@@ -7,11 +7,18 @@
    attract each other, and random others repel each other, in shrinking steps. The scheme is that of UMAP (McInnes,
    Healy, Melville 2018).
 
-The map of a data set is the same each time.
+The map of a data set is the same each time. The last step takes seconds for tens of thousands of plans. Until a thread
+has made the map, the page shows the first two components. The map is then kept in the user's cache, by its features.
 """
 
 from __future__ import annotations
 
+import hashlib
+import io
+import logging
+import threading
+from functools import cached_property
+from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
@@ -20,7 +27,7 @@ from starlette.requests import Request
 from starlette.responses import Response
 from starlette.routing import BaseRoute, Route
 
-from houseexpo.service.computations import compute_in_turn
+from houseexpo.files import cache_folder, write_atomically
 from houseexpo.service.lru_cache import LruCache
 from houseexpo.service.responses import json_response
 from houseexpo.service.search import MeasureTable, parse_query
@@ -45,35 +52,100 @@ _FENCE: Final = 2.0
 """Plans farther than this number of interquartile ranges from the middle half lie at the edge of the map."""
 _KEPT: Final = 8
 """Maps that stay in memory."""
+_VERSION: Final = "1"
+"""Part of the place of maps in the cache; change it when the layout changes."""
+_LARGE: Final = 2000
+"""A map of so many plans takes half a second; the first components are shown only for more."""
+_LOG: Final = logging.getLogger(__name__)
 
 
 def routes(service: Service) -> list[BaseRoute]:
     """Return the routes of ``/DATA/map`` and of its positions."""
-    maps: LruCache[Floats] = LruCache(_KEPT)
+    maps: LruCache[SimilarityMap] = LruCache(_KEPT)
 
     def page(request: Request) -> Response:
         query = str(parse_query(request.query_params))
         return service.page(request, "map.html", shown=service.collection(request), here="map", query=query)
 
-    async def places(request: Request) -> Response:
+    def places(request: Request) -> Response:
         query = parse_query(request.query_params)
         now, view = service.collection(request).find(query)
         table = now.views.table
-        found = await compute_in_turn(
-            request, lambda: maps.get_or_make(now.number, lambda: lay_out_by_similarity(plan_features(table)))
-        )
+        drawn = maps.get_or_make(now.number, lambda: SimilarityMap(table))
+        found, is_final = drawn.positions()
         columns = {name: _plain(table.numbers(name)) for name in _COLOURED}
         answer: dict[str, Any] = {
             "ids": list(table.ids),
-            "titles": [table.title(row) for row in range(len(table))],
+            "titles": drawn.titles,
             "x": found[:, 0].round(4).tolist(),
             "y": found[:, 1].round(4).tolist(),
+            "final": is_final,
             "colours": {name: column for name, column in columns.items() if any(each is not None for each in column)},
             "found": np.flatnonzero(view.mask).tolist() if len(view.rows) < len(table) else None,
         }
         return json_response(request, answer)
 
     return [Route("/{data}/map", page), Route("/api/{data}/map", places)]
+
+
+class SimilarityMap:
+    """The map of one data set: made once, in a thread if that takes long, and kept in the user's cache."""
+
+    def __init__(self, table: MeasureTable) -> None:
+        self._table = table
+        self._features = plan_features(table)
+        self._places: Floats | None = None
+        self._starting = threading.Lock()
+        self._thread: threading.Thread | None = None
+
+    def positions(self) -> tuple[Floats, bool]:
+        """Return a position (n, 2) of each plan, and whether it is that of the map, not only a first sight of it."""
+        with self._starting:
+            if self._places is None:
+                self._places = _read_kept(self._file, len(self._features))
+            if self._places is None and len(self._features) <= _LARGE:
+                self._make()
+            elif self._places is None and self._thread is None:
+                self._thread = threading.Thread(target=self._make, daemon=True)
+                self._thread.start()
+        places = self._places
+        return (self._first_sight, not self._is_being_made) if places is None else (places, True)
+
+    @cached_property
+    def titles(self) -> list[str]:
+        """The plans' names on pages."""
+        return [self._table.title(row) for row in range(len(self._table))]
+
+    @property
+    def _is_being_made(self) -> bool:
+        return self._thread is not None and self._thread.is_alive()
+
+    def _make(self) -> None:
+        places = lay_out_by_similarity(self._features)
+        self._places = places
+        stream = io.BytesIO()
+        np.save(stream, places)
+        try:
+            write_atomically(self._file, stream.getvalue())
+        except OSError as error:
+            _LOG.warning("%s: cannot be written (%s); the map is made again next time", self._file, error.strerror)
+
+    @property
+    def _file(self) -> Path:
+        return cache_folder("maps", _VERSION) / f"{hashlib.sha256(self._features.tobytes()).hexdigest()}.npy"
+
+    @cached_property
+    def _first_sight(self) -> Floats:
+        return _to_unit_square(_components(self._features)[:, :2])
+
+
+def _read_kept(file: Path, count: int) -> Floats | None:
+    """Return the map of ``count`` plans in a file of the cache, None if there is none that can be read."""
+    try:
+        found = np.asarray(np.load(file, allow_pickle=False), dtype=np.float64)
+    except (OSError, ValueError, EOFError):
+        return None
+    return found if found.shape == (count, 2) and np.isfinite(found).all() else None
 
 
 def plan_features(table: MeasureTable) -> Floats:
@@ -117,6 +189,11 @@ def lay_out_by_similarity(features: Floats) -> Floats:
             square = np.sum(apart**2, axis=1, keepdims=True)
             moved += np.clip(_NEIGHBOURS * apart / ((_NEAR + square) * (1.0 + square)), -_STEP, _STEP)
         places = places + 0.1 * rate * np.clip(moved, -10 * _STEP, 10 * _STEP)
+    return _to_unit_square(places)
+
+
+def _to_unit_square(places: Floats) -> Floats:
+    """Return positions in the unit square; plans far from the others lie at its edge."""
     low, first, third, high = np.quantile(places, (0.002, 0.25, 0.75, 0.998), axis=0)
     fence = _FENCE * (third - first)
     low, high = np.maximum(low, first - fence), np.minimum(high, third + fence)

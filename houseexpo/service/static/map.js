@@ -131,12 +131,17 @@ colour.addEventListener("change", colours);
 new ResizeObserver(soon).observe(canvas);
 selection.changed(told);
 
-ask(`/api/${name}/map${query ? `?${query}` : ""}`).then((answer) => {
+const AGAIN_MS = 3000; // between two questions whether the map is made
+const place = () => ask(`/api/${name}/map${query ? `?${query}` : ""}`).then((answer) => {
+  const first = !map;
   map = answer;
   found = answer.found && new Set(answer.found);
-  colour.append(...Object.keys(answer.colours).map((each) => element("option", { value: each }, TITLES[each])));
-  document.getElementById("told").textContent = map.ids.length ? (found ? `${counted(found.size, "plan")} of ${map.ids.length} meet the filter.` : "") : "This data set has no plans.";
+  if (first) colour.append(...Object.keys(answer.colours).map((each) => element("option", { value: each }, TITLES[each])));
+  const said = map.ids.length ? (found ? `${counted(found.size, "plan")} of ${map.ids.length} meet the filter.` : "") : "This data set has no plans.";
+  document.getElementById("told").textContent = answer.final ? said : `${said} This is a first sight; the map is being made and will be kept.`.trim();
   canvas.setAttribute("aria-label", `Map of ${counted(map.ids.length, "plan")}`);
   colours();
   told();
+  if (!answer.final) setTimeout(place, AGAIN_MS);
 }).catch((error) => say(`The map could not be computed: ${error.message}`));
+place();

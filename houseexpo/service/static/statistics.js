@@ -9,6 +9,8 @@ function figure(measure) {
   const { counts, first, step, other } = measure, sum = total(counts), there = other ? total(other.counts) : 1;
   const shares = counts.map((each) => each / sum), beside = other?.known ? other.counts.map((each) => each / there) : undefined;
   const most = Math.max(...shares, ...(beside ?? []), 1e-9), wide = WIDE / counts.length, up = (share) => TALL - (share / most) * TALL;
+  const alone = measure.known && measure.min === measure.max && (!other?.known || (other.min === other.max && other.min === measure.min));
+  if (alone) return element("section", { class: "card figure" }, element("h2", {}, measure.title), element("p", {}, `${rounded(measure.min, measure.unit)} in all ${count(total(counts))} plans that state it.`));
   const svg = element("svg", { viewBox: `0 0 ${WIDE} ${TALL + 18}`, role: "img", "aria-label": `${measure.title}: mean ${rounded(measure.mean ?? 0, measure.unit)}` },
     ...shares.map((share, i) => titled(element("rect", { class: "one", x: i * wide + 0.5, width: Math.max(wide - 1, 0.5), y: up(share), height: TALL - up(share) }),
       `${rounded(first + i * step)}: ${count(counts[i])} plans, ${(100 * share).toFixed(1)}%`)),

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import time
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -9,7 +12,9 @@ pytest.importorskip("starlette")
 
 from starlette.testclient import TestClient
 
-from houseexpo.service.similarity_map import lay_out_by_similarity
+from houseexpo.service import similarity_map
+from houseexpo.service.collection import Collection
+from houseexpo.service.similarity_map import SimilarityMap, lay_out_by_similarity
 
 
 def clusters(count: int) -> tuple[np.ndarray, np.ndarray]:
@@ -56,3 +61,33 @@ def test_the_map_knows_what_meets_the_filter(client: TestClient) -> None:
     assert client.get("/homes/map").status_code == 200
     assert client.get("/homes/map?labels=Nonsense").status_code == 400
     assert client.get("/api/published/map").status_code == 200
+
+
+def test_a_large_map_is_seen_before_it_is_made_and_is_kept(
+    client: TestClient, folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("HOUSEEXPO_CACHE", str(tmp_path / "cache"))
+    monkeypatch.setattr(similarity_map, "_LARGE", 0)
+    table = Collection("homes", folder).now.views.table
+    drawn = SimilarityMap(table)
+    places, is_final = drawn.positions()
+    assert places.shape == (len(table), 2)
+    assert not is_final
+    end = time.monotonic() + 60
+    while not drawn.positions()[1] and time.monotonic() < end:
+        time.sleep(0.01)
+    expected = lay_out_by_similarity(similarity_map.plan_features(table))
+    assert drawn.positions()[0].tobytes() == expected.tobytes()
+    [kept] = (tmp_path / "cache" / "maps").rglob("*.npy")
+    monkeypatch.setattr(similarity_map, "lay_out_by_similarity", None)
+    again, is_final = SimilarityMap(table).positions()
+    assert is_final
+    assert again.tobytes() == expected.tobytes()
+    monkeypatch.undo()
+    monkeypatch.setenv("HOUSEEXPO_CACHE", str(tmp_path / "cache"))
+    kept.write_bytes(kept.read_bytes()[:60])
+    assert SimilarityMap(table).positions()[0].tobytes() == expected.tobytes()
+
+
+def test_a_page_is_told_whether_the_map_is_made(client: TestClient) -> None:
+    assert client.get("/api/homes/map").json()["final"] is True
