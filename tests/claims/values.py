@@ -45,7 +45,7 @@ def figures_of_the_readme() -> list[str]:
         "| 208 unmet": ("docs/contributing/corpus.md", "Files that nobody had met"),
         "| 136 robots' maps": ("docs/contributing/corpus.md", "Robots' maps"),
         "| 65 drawings": ("docs/contributing/corpus.md", "Vector plans and scenes"),
-        "Of 100 homes": ("docs/benchmarks.md", "Made houses of each kind"),
+        "Of 100 houses": ("docs/benchmarks.md", "Made houses of each kind"),
         "| exploration, each reset": ("docs/benchmarks.md", "The whole data set"),
         "| 500 made houses": ("docs/benchmarks.md", "Made houses in SUNCG's layout"),
         "| one such house": ("docs/benchmarks.md", "Speed of the pipeline"),
