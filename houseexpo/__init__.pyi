@@ -1,6 +1,7 @@
 from .analysis.copies import find_duplicates
 from .analysis.graph import rooms_graph
 from .analysis.navigability import navigability
+from .corrections import Correction, Override
 from .dataset import Dataset, open_dataset
 from .dataset.build_from_python import build
 from .dataset.fetch import fetch
@@ -30,6 +31,7 @@ __all__ = [
     "LABELS",
     "UNLABELLED",
     "ConfigError",
+    "Correction",
     "Dataset",
     "DatasetError",
     "Door",
@@ -39,6 +41,7 @@ __all__ = [
     "HouseExpoError",
     "MissingDependencyError",
     "Navigability",
+    "Override",
     "PlanError",
     "PlanObject",
     "Quality",

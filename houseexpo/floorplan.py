@@ -33,6 +33,8 @@ if TYPE_CHECKING:
 
     from houseexpo.analysis.geodataframe import Layer
     from houseexpo.analysis.shortest_paths import WalkingPath
+    from houseexpo.corrections import Override
+    from houseexpo.corrections.apply import Corrected
     from houseexpo.grids.frame import GridFrame
     from houseexpo.plan.parts import Box, Door, Frame, PlanObject, Quality, Room
 
@@ -129,6 +131,25 @@ class FloorPlan(PlanData):
         super().__post_init__()
         space = partial(even_odd_polygons, self.verts, self.holes)  # no method of self: a cycle would delay freeing it
         self._set("navigability", MeasuredNavigability(self.navigability, space))
+
+    def corrected(self, said: Override) -> Corrected[FloorPlan]:
+        """Return the plan with what a person says of it, and what each correction did or why it did nothing.
+
+        Points are in metres along the axes of the plan's source (``frame``), or the plan's own if it has no frame.
+        ``keep``, ``drop`` and what concerns a whole file are for builds and have no effect here. A space that the plan
+        does not have (``room``) is known to builds only.
+
+        Examples
+        --------
+        >>> from houseexpo import Override
+        >>> plan = FloorPlan("square", [(0.1, 0.1), (0.1, 4.1), (4.1, 4.1), (4.1, 0.1)], 1, {})
+        >>> found = plan.corrected(Override(wall=[[2, 0.1], [2, 4]], door=[[2, 1], [2, 1.9]]))
+        >>> print(found.effects[1].sentence)
+        a door of 0.90 m joins the room of 8.2 m2 and the room of 7.4 m2
+        """
+        from houseexpo.corrections.apply import correct_plan
+
+        return correct_plan(self, said.corrections)
 
     def moved(self, dx: float, dy: float) -> FloorPlan:
         """Return the plan shifted by (dx, dy) metres; its frame is adjusted to map to the same place in the source."""

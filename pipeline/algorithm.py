@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
 from houseexpo.analysis.navigability import navigability
@@ -21,6 +22,13 @@ from pipeline.stages.cells import drop_small_cells
 from pipeline.stages.confidence import FinalBuilding, add_confidences, without_unlikely_entrances
 from pipeline.stages.connectivity import connect_rooms
 from pipeline.stages.contour import trace_contour
+from pipeline.stages.corrections import (
+    correct,
+    corrections_by_building,
+    doubts_left,
+    level_of_corrected,
+    spaces_of_plan,
+)
 from pipeline.stages.doors import find_doors
 from pipeline.stages.drawn_layout import read_drawn_layout
 from pipeline.stages.evidence import gather_evidence
@@ -63,6 +71,7 @@ def run_stages(level: Level, config: PipelineConfig, rng: np.random.Generator) -
     layout = drawn.layout if drawn else close_openings(level, evidence, planes, config.layout)
     yield StageResult("layout", layout, level.id)
     spaces = find_doors(level, planes, layout, config.doors)
+    found = spaces.rooms
     yield StageResult("doors", spaces, level.id)
     spaces = trace_contour(spaces)
     yield StageResult("contour", spaces, level.id)
@@ -73,10 +82,10 @@ def run_stages(level: Level, config: PipelineConfig, rng: np.random.Generator) -
     buildings = separate_buildings(level, spaces, config.isolated)
     doubts = doubt_spaces(level, evidence, layout)
     unlikely = unlikely_rooms(level, evidence, layout, doubts)
-    whole = _Whole(evidence, planes, layout, doubts, unlikely, closed_cells(level, evidence, layout))
+    whole = _Whole(evidence, planes, layout, doubts, unlikely, closed_cells(level, evidence, layout), found)
     if len(buildings) > 1:
         whole = replace(whole, far_walls=walls_far_from_rooms(evidence.walls, layout.rooms))
-    for building, spaces in buildings:
+    for building, spaces in corrections_by_building(level, buildings):
         try:
             yield from _of_building(building, spaces, whole, config, rng)
         except Rejection as rejection:
@@ -90,8 +99,8 @@ class _Whole:
     """What the first stages found in the whole level, before it is divided into buildings.
 
     ``doubts`` say of each space how doubtful it is that it is a room; ``unlikely`` is the area of those that are likely
-    none, and ``cells`` that of closed cells. ``far_walls`` are the walls that stand beside no room, of a level with
-    several buildings.
+    none, and ``cells`` that of closed cells. ``rooms`` are those that the stage ``doors`` found. ``far_walls`` are the
+    walls that stand beside no room, of a level with several buildings.
     """
 
     evidence: Evidence
@@ -100,6 +109,7 @@ class _Whole:
     doubts: npt.NDArray[np.float64]
     unlikely: BaseGeometry
     cells: BaseGeometry
+    rooms: tuple[Polygon, ...]
     far_walls: BaseGeometry | None = None
 
 
@@ -122,17 +132,28 @@ def _of_building(
     if config.evidence.furniture:
         spaces, obstacles = subtract_furniture(level, whole.evidence, spaces)
         yield StageResult("furnish", spaces, level.id)
-    grounds = measure_quality_grounds(
-        level, whole.evidence, whole.layout, spaces, far_walls=whole.far_walls, doubts=whole.doubts
-    )
+    grounds = _grounds(level, whole, spaces)
     named = name_rooms(level, spaces)
     spaces = with_doors_between_parts(spaces, named, whole.evidence.doorways)
     rated = add_confidences(FinalBuilding(level, whole.evidence, whole.layout, spaces, named, grounds, whole.doubts))
     planned = without_unlikely_entrances(rated)
     provenance = _provenance(level, whole.planes, planned.spaces)
     plan = vectorise(level, planned.spaces, planned.named, provenance, obstacles)
+    if level.corrections:
+        corrected = correct(level, whole.layout, whole.rooms, plan)
+        if corrected.has_changed:
+            final = spaces_of_plan(level, corrected.plan, planned.spaces)
+            whole = replace(whole, doubts=doubts_left(level, whole.layout, whole.doubts, corrected.plan))
+            grounds = _grounds(level_of_corrected(level, plan, corrected.plan), whole, final)
+        plan = corrected.plan
     quality = score_quality(grounds, marked=level.sills)
     yield StageResult("plan", replace(plan, navigability=navigability(plan), quality=quality), level.id)
+
+
+def _grounds(level: Level, whole: _Whole, spaces: Spaces) -> dict[str, float]:
+    return measure_quality_grounds(
+        level, whole.evidence, whole.layout, spaces, far_walls=whole.far_walls, doubts=whole.doubts
+    )
 
 
 def plan_level(level: Level, config: PipelineConfig, rng: np.random.Generator) -> tuple[FloorPlan | RejectedLevel, ...]:

@@ -15,10 +15,10 @@ from houseexpo.words import count_noun
 from pipeline.cli_common import NOT_DONE, load_build_config, show_outcomes
 
 if TYPE_CHECKING:
+    from houseexpo.corrections import Override
     from houseexpo.dataset.build_record import BuildRecord
     from pipeline.batch.assemble import BuildResult
     from pipeline.executors.local import Executor
-    from pipeline.overrides import Override
 
 DAMAGED = 1
 """An exit code, beside 0, 2 (the command cannot be carried out), NOT_DONE, NO_PLAN and that of Ctrl-C."""
@@ -141,16 +141,20 @@ def build_data_set(work: BuildRequest, others: str, check: Callable[[], None]) -
 
 
 def _say_without_effect(data_set: BuildResult, overrides: Mapping[str, Override]) -> None:
-    """Name the corrections by hand that matched nothing in the houses."""
+    """Name the corrections by hand that did nothing, each with the reason."""
     from houseexpo.floorplan import load_plan
     from pipeline.overrides import corrections_without_effect, level_id_from
 
     for name, override in overrides.items():
-        if override.door or override.no_room:
-            ids = [each for each in data_set.ids if level_id_from(each) == level_id_from(name)]
-            plans = [load_plan(data_set.root / "json" / f"{each}.json") for each in ids]
-            for said in corrections_without_effect(override, plans):
-                typer.secho(f"correction without effect: {name}: {said}", fg="yellow", err=True)
+        ids = [each for each in data_set.ids if level_id_from(each) == level_id_from(name)]
+        refused = next((each for each in data_set.refused if level_id_from(each.id) == level_id_from(name)), None)
+        plans = [load_plan(data_set.root / "json" / f"{each}.json") for each in ids if override.corrections]
+        idle = corrections_without_effect(override, plans)
+        if not ids and refused is not None and not override.drop:
+            said = [*(["keep"] if override.keep else []), *map(str, override.corrections)]
+            idle = [f"{word}: there is no plan: {refused.reason.replace('_', ' ')}" for word in said]
+        for line in idle:
+            typer.secho(f"correction without effect: {name}: {line}", fg="yellow", err=True)
 
 
 def build_one_shard(work: BuildRequest, shard: str, check: Callable[[], None]) -> int:

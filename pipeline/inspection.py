@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from houseexpo.corrections import Override
 from houseexpo.errors import ConfigError
 from houseexpo.files import make_folder
 from houseexpo.floorplan import FloorPlan
@@ -18,7 +19,14 @@ from pipeline.batch.job import level_rng
 from pipeline.batch.listing import list_inputs
 from pipeline.config_file import BuildConfig
 from pipeline.geometry.areas import ignore_division_warnings
-from pipeline.overrides import Override, correct_input, correct_level, is_id_of_input, level_id_from, override_for_level
+from pipeline.overrides import (
+    configure,
+    correct_input,
+    correct_level,
+    is_id_of_input,
+    level_id_from,
+    override_for_level,
+)
 from pipeline.pictures import compose_sheet, results_of_building, stage_pictures
 from pipeline.png import draw_top_view, encode_png
 from pipeline.rejection import Rejection
@@ -123,7 +131,7 @@ def _inspect_input(
     results: list[StageResult] = []
     rejection_: Rejection | None = None
     try:
-        found = run_stages(level, override.apply_to(config.planning), level_rng(level, config.build.seed))
+        found = run_stages(level, configure(config.planning, override), level_rng(level, config.build.seed))
         results.extend(show_progress(found, f"planning {level.id}", _STEPS))
     except Rejection as rejection:
         rejection_ = rejection

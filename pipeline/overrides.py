@@ -10,6 +10,7 @@ because its author saw the result of the other.
     keep = true            # keep the plan, even if it is a duplicate or a rule rejects it
     door = [[2.0, 3.1], [2.0, 4.0]]   # a door, from jamb to jamb; for several, a list of these
     no_room = [5.5, 1.0]   # the region around this point is no room; for several, a list of these
+    label = [1.0, 1.0, "Kitchen"]     # the other words of a storey are in ``houseexpo.corrections.vocabulary``
     [fair_hall]
     drop = true
     why = "an exhibition hall"
@@ -30,65 +31,33 @@ from __future__ import annotations
 import difflib
 import json
 import logging
-import math
 import re
 from collections.abc import Collection, Iterable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
-from typing import Any, Final, TypeVar
-
-import numpy as np
-import shapely
-from shapely import LineString
+from typing import Any, Final
 
 from houseexpo.configuration import config_from_mapping, name_in_config_errors, read_toml
+from houseexpo.corrections.vocabulary import NAME, WORDS, Override, checked_values
 from houseexpo.dataset.manifest import is_bundled_manifest
 from houseexpo.dataset.store.folders import overrides_path
 from houseexpo.errors import ConfigError
 from houseexpo.floorplan import FloorPlan
-from houseexpo.grids.frame import plan_points_from_source
-from houseexpo.plan import Frame
-from houseexpo.plan.overrides import LISTS, NAME, override_values
-from houseexpo.tolerances import MIN_DOOR_M
 from pipeline.config import PipelineConfig
 from pipeline.config_file import convert_to_type
 from pipeline.sources import OVERRIDABLE
-from pipeline.values import Input, Level, SourceOpening
+from pipeline.values import Input, Level
 
-Point = tuple[float, float]
-Segment = tuple[Point, Point]
-
-_T = TypeVar("_T")
 _LOG = logging.getLogger(__name__)
 
 
-@dataclass(frozen=True)
-class Override:
-    """The corrections of one id. Points are in metres along the source's plan axes; ``why`` is a note for people."""
-
-    keep: bool = False
-    drop: bool = False
-    h_g: float | None = None
-    h_d: float | None = None
-    door: tuple[Segment, ...] = ()
-    no_room: tuple[Point, ...] = ()
-    scale: float | None = None
-    drop_nodes: tuple[str, ...] = ()
-    why: str = ""
-
-    @property
-    def of_file(self) -> bool:
-        """Whether an override concerns a whole file rather than one of its levels."""
-        return self.scale is not None or bool(self.drop_nodes)
-
-    def apply_to(self, config: PipelineConfig) -> PipelineConfig:
-        """Return the configuration with the heights given, and without the rule that a person overrules by keep."""
-        ground = config.planes.ground_m if self.h_g is None else self.h_g
-        door = config.planes.door_m if self.h_d is None else self.h_d
-        planes = replace(config.planes, ground_m=ground, door_m=door)
-        return replace(
-            config, planes=planes, layout=replace(config.layout, characters=config.layout.characters and not self.keep)
-        )
+def configure(config: PipelineConfig, override: Override) -> PipelineConfig:
+    """Return the configuration with the heights given, and without the rule that a person overrules by keep."""
+    ground = config.planes.ground_m if override.h_g is None else override.h_g
+    door = config.planes.door_m if override.h_d is None else override.h_d
+    planes = replace(config.planes, ground_m=ground, door_m=door)
+    characters = config.layout.characters and not override.keep
+    return replace(config, planes=planes, layout=replace(config.layout, characters=characters))
 
 
 def find_overrides_file(manifest: Path) -> Path | None:
@@ -139,7 +108,7 @@ def load_overrides(
             said = "drop" if second[name].drop else "keep"
             _LOG.warning("%s: %s and %s contradict each other; %s counts: %s", name, named, own, own, said)
     return {
-        name: _both(first.get(name, Override()), second.get(name, Override())) for name in sorted({*first, *second})
+        name: first.get(name, Override()).joined(second.get(name, Override())) for name in sorted({*first, *second})
     }
 
 
@@ -147,60 +116,25 @@ def _read(path: Path) -> Mapping[str, Override]:
     return {name: _override(name, table, path) for name, table in sorted(read_toml(path).items())}
 
 
-def _both(first: Override, second: Override) -> Override:
-    """Return what two files say of one id; the second counts where they contradict each other."""
-    decided = second if second.keep or second.drop else first
-    heights = second if second.h_g is not None or second.h_d is not None else first
-    return Override(
-        keep=decided.keep,
-        drop=decided.drop,
-        h_g=heights.h_g,
-        h_d=heights.h_d,
-        door=_each_once(first.door, second.door),
-        no_room=_each_once(first.no_room, second.no_room),
-        scale=first.scale if second.scale is None else second.scale,
-        drop_nodes=_each_once(first.drop_nodes, second.drop_nodes),
-        why=second.why or first.why,
-    )
-
-
-def _each_once(first: tuple[_T, ...], second: tuple[_T, ...]) -> tuple[_T, ...]:
-    return tuple(dict.fromkeys((*first, *second)))
-
-
-_FORMS: Final = {"door": "[[x, y], [x, y]], or a list of these,", "no_room": "[x, y], or a list of these,"}
-
-
-def _has_depth(value: Any, depth: int) -> bool:
-    """Return whether a value is a point, a pair of numbers (depth 1), or a pair of what has one depth less."""
-    if depth == 0:
-        return isinstance(value, int | float) and not isinstance(value, bool)
-    return isinstance(value, list) and len(value) == 2 and all(_has_depth(part, depth - 1) for part in value)
-
-
 def _override(name: str, table: Any, path: Path) -> Override:
+    """Return the table of an id, checked; errors name the file and the id."""
     if isinstance(table, Mapping):
-        table = {key: override_values(value, key) if key in LISTS else value for key, value in table.items()}
-        for key in sorted(LISTS.keys() & table.keys()):
-            if not (isinstance(table[key], list) and all(_has_depth(value, LISTS[key]) for value in table[key])):
-                raise ConfigError(f"{path}: {name}.{key}: expected {_FORMS[key]} in metres, found {table[key]!r}")
+        for word in sorted(WORDS.keys() & table.keys()):
+            try:
+                table = {**table, word: checked_values(word, table[word])}
+            except ConfigError as error:
+                raise ConfigError(f"{path}: {name}.{error}") from None
     with name_in_config_errors(path):
-        override = config_from_mapping(Override, table, name, convert=convert_to_type)
-    place = f"{path}: {name}"
-    if override.keep and override.drop:
-        raise ConfigError(f"{place}: expected keep or drop, found both; take one out")
-    if override.h_g is not None and override.h_d is not None and override.h_d <= override.h_g:
-        raise ConfigError(f"{place}: expected h_d above h_g, found {override.h_d:g} and {override.h_g:g}")
-    if override.scale == 0:
-        raise ConfigError(f"{place}: scale: expected more than 0, found 0")
-    points = [*override.no_room, *(end for segment in override.door for end in segment)]
-    if not all(math.isfinite(number) for point in points for number in point):
-        raise ConfigError(f"{place}: expected finite metres in door and no_room, found {points}")
-    for segment in override.door:
-        if math.dist(*segment) < MIN_DOOR_M:
-            ends = [list(end) for end in segment]
-            raise ConfigError(f"{place}: door: expected jambs {MIN_DOOR_M} m apart or more, found {ends}")
-    return override
+        try:
+            return config_from_mapping(Override, table, name, convert=_converted)
+        except ConfigError as error:
+            text = str(error)
+            raise ConfigError(text if name in text else f"{name}: {text}") from None
+
+
+def _converted(value: Any, hint: Any, key: str) -> Any:
+    """Return a value converted to its type; those of words are checked already."""
+    return tuple(value) if key.rpartition(".")[2] in WORDS else convert_to_type(value, hint, key)
 
 
 # Apply overrides: find the inputs that they belong to, inform the reader, and change the level.
@@ -209,16 +143,10 @@ def _override(name: str, table: Any, path: Path) -> Override:
 #     digits of a hash may follow.
 # R2  ``scale`` and ``drop_nodes`` concern a whole file: they stand under the input's own id, and its reader must take
 #     them.
-# R3  A door and a point that a person gives are taken from the source's plan axes into the level's.
-# R4  Doors and points under the id of a building belong to its level. An id that no level has is refused once the
+# R3  What is said of a storey goes with its level, and is applied to the finished plan (``stages.corrections``).
+# R4  What is said under the id of a building belongs to its level, too. An id that no level has is refused once the
 #     levels are known.
 
-
-DOOR_DEPTH_M: Final = 0.4
-"""How deep a door is taken to be that a person gives as a line: through most walls, and into no room behind."""
-
-ANSWERS_M: Final = 0.5
-FAR_M: Final = 10.0
 
 _BUILDING: Final = re.compile(r"_B\d+(?=_|$)")
 _DIGITS: Final = re.compile(r"_[0-9a-f]{8}$")
@@ -276,12 +204,12 @@ def correct_input(item: Input, overrides: Mapping[str, Override]) -> Input:
 
 
 def override_for_level(level_id: str, overrides: Mapping[str, Override]) -> Override:
-    """Return the override of a level, with the doors and points given for its buildings (R4)."""
-    own = overrides.get(level_id, Override())
-    parts = [overrides[name] for name in sorted(overrides) if name != level_id and level_id_from(name) == level_id]
-    doors = (each for part in parts for each in part.door)
-    points = (each for part in parts for each in part.no_room)
-    return replace(own, door=(*own.door, *doors), no_room=(*own.no_room, *points))
+    """Return the override of a level, with the words of a storey given for its buildings (R4)."""
+    found = overrides.get(level_id, Override())
+    for name in sorted(overrides):
+        if name != level_id and level_id_from(name) == level_id:
+            found = found.joined(Override(**{word: getattr(overrides[name], word) for word in WORDS}))
+    return found
 
 
 def level_id_from(name: str) -> str:
@@ -301,47 +229,27 @@ def ids_without_level(overrides: Mapping[str, Override], levels: Collection[str]
 
 
 def correct_level(level: Level, override: Override) -> Level:
-    """Return the level with the doors and no-room points of an override added (R3)."""
-    doors = tuple(
-        SourceOpening(
-            LineString([_at(level.frame, end) for end in segment]).buffer(DOOR_DEPTH_M / 2, cap_style="flat"),
-            has_door=True,
-        )
-        for segment in override.door
-    )
-    no_rooms = tuple(_at(level.frame, point) for point in override.no_room)
-    return replace(level, openings=(*level.openings, *doors), no_rooms=(*level.no_rooms, *no_rooms))
+    """Return the level with what an override says of its storey (R3)."""
+    return replace(level, corrections=(*level.corrections, *override.corrections))
 
 
 def corrections_without_effect(override: Override, plans: Iterable[FloorPlan]) -> list[str]:
-    """Return the doors and points of an override that had no effect on the level's plans.
+    """Return the corrections of a storey that did nothing, with the reason, from the provenance of its plans.
 
-    A door had an effect if the plan has a door within ``ANSWERS_M`` of its middle. A no-room point had none if a room
-    still contains it, or if it is far from the house (``FAR_M``).
+    A correction of a storey with several buildings did something if it did in one of them.
     """
-    placed = [plan for plan in plans if plan.frame is not None]
-    if not placed:
-        return []
-    found = []
-    for segment in override.door:
-        ends = [[_at(plan.frame, end) for end in segment] for plan in placed if plan.frame is not None]
-        middles = [LineString(line).centroid for line in ends]
-        if not any(
-            door.polygon.distance(middle) <= ANSWERS_M
-            for plan, middle in zip(placed, middles, strict=True)
-            for door in plan.doors
-        ):
-            found.append(f"door {[list(end) for end in segment]}: the plan has no door there; is it in a wall?")
-    for point in override.no_room:
-        places = [shapely.Point(_at(plan.frame, point)) for plan in placed if plan.frame is not None]
-        inside = any(
-            room.polygon.contains(place) for plan, place in zip(placed, places, strict=True) for room in plan.rooms
-        )
-        if inside:
-            found.append(f"no_room {list(point)}: a room still holds this point")
-        elif min(plan.outline.distance(place) for plan, place in zip(placed, places, strict=True)) > FAR_M:
-            found.append(f"no_room {list(point)}: it lies more than {FAR_M:g} m from the house")
-    return found
+    found: dict[str, tuple[str, str]] = {}
+    for plan in plans:
+        for told in (plan.provenance or {}).get("corrections", []):
+            key = json.dumps([told["word"], told["value"]])
+            if found.get(key, ("none", ""))[0] == "none":
+                found[key] = told["outcome"], told["said"]
+    wanted = {json.dumps([each.word, _listed(each.value)]): str(each) for each in override.corrections}
+    return [f"{wanted[key]}: {said}" for key, (outcome, said) in found.items() if outcome == "none" and key in wanted]
+
+
+def _listed(value: Any) -> Any:
+    return [_listed(part) for part in value] if isinstance(value, tuple) else value
 
 
 def is_id_of_input(name: str, known: str) -> bool:
@@ -357,8 +265,3 @@ def _inputs_of(name: str) -> list[str]:
 
 def _patterns(override: Override) -> str:
     return json.dumps(override.drop_nodes) if override.drop_nodes else ""
-
-
-def _at(frame: Frame, point: Point) -> Point:
-    x, y = plan_points_from_source(frame, np.array(point)).tolist()
-    return x, y

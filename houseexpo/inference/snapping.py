@@ -29,6 +29,41 @@ def enclosed_faces(lines: Sequence[BaseGeometry]) -> npt.NDArray[np.object_]:
     return np.asarray(shapely.get_parts(shapely.polygonize(shapely.get_parts(noded))))
 
 
+def tile_on_grid(rooms: Sequence[Polygon], doors: Sequence[Polygon]) -> tuple[list[Polygon], list[Polygon]]:
+    """Return rooms and doors on the grid, with shared vertices; what vanishes on the grid is empty.
+
+    A face belongs to the shape that holds a point of it; if none does, as in a spur that is a cell wide on the grid
+    only, to the one that covers most of it.
+    """
+    import shapely
+
+    shapes = [*doors, *rooms]
+    faces = enclosed_faces(shapely.boundary(shapes))
+    inside = shapely.point_on_surface(faces)
+    tree = shapely.STRtree(shapes)
+    face, shape = tree.query(inside, predicate="within")
+    owner = np.full(len(faces), -1)
+    owner[face[::-1]] = shape[::-1]  # a door before a room, the first room before the next
+    free = np.flatnonzero(owner < 0)
+    face, shape = tree.query(faces[free], predicate="intersects")
+    covered = shapely.area(shapely.intersection(faces[free][face], np.array(shapes, np.object_)[shape]))
+    most = covered > shapely.area(faces[free])[face] / 2
+    owner[free[face[most]][::-1]] = shape[most][::-1]
+    tiled = [_union_of_faces(faces[owner == k], shapes[k]) for k in range(len(shapes))]
+    return tiled[len(doors) :], tiled[: len(doors)]
+
+
+def _union_of_faces(faces: npt.NDArray[np.object_], shape: Polygon) -> Polygon:
+    """Return the faces of one shape in one piece; a shape without faces is rounded, and empty if it vanishes so."""
+    import shapely
+
+    if len(faces) == 1:  # as most are
+        return faces[0]
+    whole = shapely.union_all(faces) if len(faces) else shapely.set_precision(shape, GRID_M)
+    parts = [part for part in shapely.get_parts(whole) if isinstance(part, shapely.Polygon) and not part.is_empty]
+    return max(parts, key=lambda part: (part.area, *(-side for side in part.bounds)), default=shapely.Polygon())
+
+
 def snap_ring(ring: BaseGeometry, *, clockwise: bool) -> Points:
     """Return the vertices (n, 2) of a ring on the grid: none repeated, none collinear."""
     import shapely

@@ -24,6 +24,7 @@ import numpy as np
 
 from houseexpo.analysis.copies import Duplicate, choose_duplicates, find_copies
 from houseexpo.analysis.similarity import SYMMETRIES, PairSearchResult, SimilarPair
+from houseexpo.corrections import Override
 from houseexpo.cpu_cores import count_cores
 from houseexpo.dataset.index import index_row, index_table
 from houseexpo.files import encode_json, sha256_of, sync_folder, write_atomically
@@ -37,7 +38,6 @@ from pipeline.batch.plan_store import PlanStore
 from pipeline.batch.recipe import library_versions, modules_digest
 from pipeline.config import DedupeConfig
 from pipeline.config_file import BuildConfig
-from pipeline.overrides import Override
 from pipeline.rejection import Reason
 from pipeline.sources import is_path
 from pipeline.values import MADE

@@ -16,6 +16,7 @@ from pathlib import Path
 
 import msgspec
 
+from houseexpo.corrections import Override
 from houseexpo.errors import ConfigError
 from pipeline.batch import disk
 from pipeline.batch.assemble import (
@@ -41,7 +42,7 @@ from pipeline.batch.result_store import BUILD, FolderStore, Store
 from pipeline.config_file import BuildConfig
 from pipeline.executors import local
 from pipeline.executors.local import Executor
-from pipeline.overrides import Override, check_override_ids
+from pipeline.overrides import check_override_ids
 
 __all__ = ["Progress", "build", "refuse_unlisted_sources"]
 

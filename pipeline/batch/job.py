@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, TypeAlias
 import msgspec
 import numpy as np
 
+from houseexpo.corrections import Override
 from houseexpo.errors import MissingDependencyError
 from houseexpo.floorplan import FloorPlan
 from houseexpo.plan.json_codec import encode
@@ -22,7 +23,7 @@ from pipeline.batch.file_records import describe_if_unchanged, describe_opened_f
 from pipeline.batch.plan_store import PlanStore
 from pipeline.config import PipelineConfig
 from pipeline.geometry.areas import ignore_division_warnings
-from pipeline.overrides import Override, correct_level, ids_without_level, override_for_level
+from pipeline.overrides import configure, correct_level, ids_without_level, override_for_level
 from pipeline.png import draw_top_view
 from pipeline.quality import check_quality
 from pipeline.rejection import Reason, Rejection
@@ -171,7 +172,7 @@ def _of_level(level: Level, job: Job, settings: JobSettings) -> list[Outcome]:
         return [StoredRejection.of(level.id, _drop_by_hand(override))]
     rng = level_rng(level, settings.seed)
     try:
-        found = settings.plan(correct_level(level, override), override.apply_to(settings.config), rng)
+        found = settings.plan(correct_level(level, override), configure(settings.config, override), rng)
         return [_outcome(each, level, job, settings) for each in found]
     except Rejection as rejection:
         _raise_transient(rejection)

@@ -14,6 +14,7 @@ from typing import Protocol
 
 import msgspec
 
+from houseexpo.corrections import Override
 from pipeline.batch import WORKER_MODULES
 from pipeline.batch.entry import Entry
 from pipeline.batch.file_records import are_size_and_time_same, describe_all_files
@@ -24,7 +25,7 @@ from pipeline.batch.recipe import library_versions, recipe_digest
 from pipeline.batch.shards import Shard
 from pipeline.batch.stage_pictures import make_plans_with_pictures
 from pipeline.executors.local import Executor, Failure, Limits
-from pipeline.overrides import Override, correct_input, overrides_by_input
+from pipeline.overrides import correct_input, overrides_by_input
 from pipeline.rejection import Reason, Rejection
 
 Progress = Callable[[str, int, int], None]

@@ -15,9 +15,9 @@ import msgspec
 
 import houseexpo
 import pipeline
+from houseexpo.corrections import Override
 from pipeline.batch.disk import path_to_text
 from pipeline.config_file import BuildConfig
-from pipeline.overrides import Override
 from pipeline.values import Input
 
 LIBRARIES = (

@@ -7,6 +7,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from houseexpo.corrections import Override
 from houseexpo.errors import ConfigError, HouseExpoError
 from pipeline.batch.assemble import BuildResult
 from pipeline.batch.build import build, refuse_unlisted_sources
@@ -19,7 +20,7 @@ from pipeline.batch.result_store import FolderStore, Store, is_url, open_store
 from pipeline.batch.shards import CommonSettings, Shard, ShardJournal, read_common_settings, shard_number
 from pipeline.config_file import BuildConfig
 from pipeline.executors.local import Executor, Failure, Item, Limits, Result
-from pipeline.overrides import Override, check_override_ids
+from pipeline.overrides import check_override_ids
 
 
 @dataclass(frozen=True)

@@ -21,11 +21,11 @@ from dataclasses import dataclass, field
 
 import msgspec
 
+from houseexpo.corrections import Override
 from houseexpo.errors import ConfigError
 from pipeline.batch.entry import Entry
 from pipeline.batch.result_store import Store
 from pipeline.config_file import BuildConfig
-from pipeline.overrides import Override
 
 _FOLDER = ".build/shards"
 _BEGUN = f"{_FOLDER}/begun.json"

@@ -5,7 +5,7 @@ holes in the walls. Then the stages ``evidence``, ``planes`` and ``layout`` woul
 everything else. Any other storey goes through them.
 
 R1  Each body of the walls stands from the floor to the ceiling, or lies in an opening, under or over its hole; no wall
-    stands in an opening. So it is in a storey of ``sources.drawn_storeys``, but not where a person has added a door.
+    stands in an opening. So it is in a storey of ``sources.drawn_storeys``.
 R2  Each space that the walls and openings together enclose has one room: each is the larger part of the other. What of
     the rooms is left lies in walls and openings (the floor of a doorway). Where a room lies open, or a space has two
     rooms, something has to be searched for. Cracks between walls are closed where that is so without.
@@ -14,8 +14,7 @@ R3  A space without a drawn room is a room if an opening leads into it, it has a
     are such spaces, all of the floor must lie in spaces and walls: elsewhere it may be a room that lies open.
 R4  An opening is a strip from jamb to jamb, each face of which looks into one space, or outside, all along. Openings
     that meet are not drawn apart.
-R5  A person's word that a place is no room needs a search.
-R6  A space that has the outline of its drawn room is that room: it does not begin where openings lap over their walls.
+R5  A space that has the outline of its drawn room is that room: it does not begin where openings lap over their walls.
 """
 
 from __future__ import annotations
@@ -69,7 +68,7 @@ def read_drawn_layout(level: Level, config: LayoutConfig) -> DrawnLayout | None:
     """Return the layout of a storey that is drawn whole, or None if something in it has to be searched for."""
     if not (isinstance(level.walls, Prisms) and level.openings) or level.floor is None:
         return None
-    if level.leaves or level.no_rooms:  # R5
+    if level.leaves:
         return None
     openings = np.array([each.polygon for each in level.openings], np.object_)
     grown = shapely.buffer(openings, LAP_M, join_style="mitre")
@@ -133,13 +132,13 @@ def _are_shut_or_meet(openings: Shapes, walls: BaseGeometry) -> bool:
 def _are_rooms(level: Level, spaces: list[Polygon], entered: Bools, ground: BaseGeometry) -> Bools | None:
     """Return which of the spaces (n,) are rooms, or None if that is not as it is drawn (R2, R3).
 
-    ``entered`` (n,) says into which of them an opening leads. Spaces give way to the rooms that they are (R6).
+    ``entered`` (n,) says into which of them an opening leads. Spaces give way to the rooms that they are (R5).
     """
     places = np.array(spaces, np.object_)
     rooms = np.array([room.polygon for room in level.rooms if room.polygon is not None], np.object_)
     space, room = shapely.STRtree(rooms).query(places, predicate="intersects")
     edges, outlines = shapely.boundary(places)[space], shapely.boundary(rooms)[room]
-    most = shapely.hausdorff_distance(edges, outlines) < TWICE * LAP_M  # R6
+    most = shapely.hausdorff_distance(edges, outlines) < TWICE * LAP_M  # R5
     for k, j in zip(space[most].tolist(), room[most].tolist(), strict=True):
         spaces[k] = rooms[j]
     differ = np.flatnonzero(~most)

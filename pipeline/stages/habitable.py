@@ -24,7 +24,6 @@ R1  Where the house has floors, a space without one is no room, unless walls and
     its doors. Nor is one without a known door that furniture fills (a block under a ceiling), nor one without any
     way in into which no face looks, where faces look into the others (a plinth, a pillar of sheets). A room that the
     source names is one, and one that lies for the most part where the source says that one is outside is none.
-    What a person says is no room (``overrides.toml``) is none.
 R2  What of a room lies over a void in the floor is no free space (``geometry.room_shapes``), if the source draws the
      floor of most of what lies over none. Where that leaves nothing
      of the room, and the stairs that lead up through the void take half of it or more, the room is a stairwell.
@@ -125,7 +124,6 @@ def keep_habitable_spaces(
     outdoors |= fenced | _porches(rooms, candidates, edge) | _solids(rooms, covered, candidates, level)
     outdoors |= filled | _boxes_seen_from_outside(rooms, candidates, evidence, level)
     kept = []
-    refused = shapely.multipoints(level.no_rooms) if level.no_rooms else shapely.MultiPoint()
     leading = [c for c in candidates if c.kind == "door"] or ways
     into = np.bincount(
         [side for c in leading if c.portal for side in c.portal.sides if side != OUTSIDE], minlength=len(rooms)
@@ -133,8 +131,6 @@ def keep_habitable_spaces(
     if leading is ways:
         into[area < SMALLEST_ROOM_M2] = 0  # a doorway through a thick wall
     for k, (room, share) in enumerate(zip(rooms, covered, strict=True)):
-        if room.intersects(refused):
-            continue
         is_corridor = into[k] > 1 or (into[k] == 1 and _alone_joins_rooms(k, candidates))
         around = over if is_corridor else walls
         floored = not known or share >= SOME or (_along(room, around()) > MOSTLY and not _is_shaft(room))

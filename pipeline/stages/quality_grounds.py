@@ -96,7 +96,7 @@ def measure_quality_grounds(
         "given_edge": float("boundary" in spaces.notes or EDGE in level.guesses),
         "guesses": _share(len(level.guesses), MAX_GUESSES),
         **_floors(level, rooms, layout.ground, spaces.rooms),
-        "roomless_wall_share": 0.0 if level.no_rooms else _roomless_share(evidence.walls, rooms, layout, far_walls),
+        "roomless_wall_share": 0.0 if level.has_no_rooms else _roomless_share(evidence.walls, rooms, layout, far_walls),
         "idle_lintel_share": _idle(evidence.lintels, layout, rooms),
         "twin_door_share": _share(len(inner) - len({frozenset(p.portal.sides) for p in inner}), len(inner)),
         "odd_doors": _odd_doors(spaces.passages),
@@ -158,7 +158,7 @@ def _floors(level: Level, rooms: BaseGeometry, walls: BaseGeometry, each: tuple[
     floor = level.floor_with_rooms
     if floor is None:
         return {"floorless_room": 0.0, "roomless_floor_share": 0.0}
-    between = EMPTY if level.no_rooms else _floor_between(floor, rooms, walls)
+    between = EMPTY if level.has_no_rooms else _floor_between(floor, rooms, walls)
     return {
         "floorless_room": _floorless(level, each),
         "roomless_floor_share": _share(between.area, rooms.area),

@@ -12,19 +12,18 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 import shapely
 from shapely import Polygon
 
 from houseexpo.floorplan import FloorPlan
-from houseexpo.inference.snapping import Points, enclosed_faces, snap_polygons
+from houseexpo.inference.snapping import Points, snap_polygons, tile_on_grid
 from houseexpo.plan import Box, Door, Frame, PlanObject, Room
 from houseexpo.plan.room_labels import UNLABELLED
 from houseexpo.tolerances import GRID_M
 from pipeline.geometry.areas import OUTSIDE, polygons_of, unite
 from pipeline.geometry.portals import portals_as_arrays, turn_left
 from pipeline.geometry.rooms_and_passages import portal_polygons
-from pipeline.tolerances import AROUND_M, MOST, STAND_M
+from pipeline.tolerances import AROUND_M, STAND_M
 from pipeline.values import Level, NamedRoom, Obstacle, Passage, Spaces
 
 MARGIN_M = 0.1
@@ -96,7 +95,7 @@ def _in_one_piece(spaces: Spaces, named: tuple[NamedRoom, ...]) -> _Tiles:
     strips = portal_polygons([p.portal for p in spaces.passages], spaces.rooms)
     inner = [p for p in spaces.passages if not p.leads_outside]
     openings = [strip for strip, p in zip(strips, spaces.passages, strict=True) if not p.leads_outside]
-    room_shapes, door_shapes = _tile_on_grid([r.polygon for r in named], openings)
+    room_shapes, door_shapes = tile_on_grid([r.polygon for r in named], openings)
     outline = polygons_of(unite([*room_shapes, *door_shapes]))[0]
     rooms, doors = _inside(outline, room_shapes), _inside(outline, door_shapes)
     passages, shapes = [inner[k] for k in doors], [door_shapes[k] for k in doors]
@@ -132,36 +131,6 @@ def _objects(obstacles: tuple[Obstacle, ...], rooms: list[Polygon], shift: Point
         room = int(near[0]) if len(near) else None
         yield PlanObject(found, obstacle.word, room, snap_polygons([filled], shift)[0][0], round(obstacle.height_m, 2))
         found += 1
-
-
-def _tile_on_grid(rooms: list[Polygon], doors: list[Polygon]) -> tuple[list[Polygon], list[Polygon]]:
-    """Return rooms and doors on the grid, with shared vertices.
-
-    A face belongs to the shape that holds a point of it; if none does, as in a spur that is a cell wide on the grid
-    only, to the one that covers most of it.
-    """
-    shapes = [*doors, *rooms]
-    faces = enclosed_faces(shapely.boundary(shapes))
-    inside = shapely.point_on_surface(faces)
-    tree = shapely.STRtree(shapes)
-    face, shape = tree.query(inside, predicate="within")
-    owner = np.full(len(faces), -1)
-    owner[face[::-1]] = shape[::-1]  # a door before a room, the first room before the next
-    free = np.flatnonzero(owner < 0)
-    face, shape = tree.query(faces[free], predicate="intersects")
-    covered = shapely.area(shapely.intersection(faces[free][face], np.array(shapes, np.object_)[shape]))
-    most = covered > MOST * shapely.area(faces[free])[face]
-    owner[free[face[most]][::-1]] = shape[most][::-1]
-    tiled = [_union_of_faces(faces[owner == k], shapes[k]) for k in range(len(shapes))]
-    return tiled[len(doors) :], tiled[: len(doors)]
-
-
-def _union_of_faces(faces: npt.NDArray[np.object_], shape: Polygon) -> Polygon:
-    """Return the faces of one shape in one piece; a shape without faces is rounded, and empty if it vanishes so."""
-    if len(faces) == 1:  # as most are
-        return faces[0]
-    found = polygons_of(unite(faces)) if len(faces) else polygons_of(shapely.set_precision(shape, GRID_M))
-    return found[0] if found else Polygon()
 
 
 def _room(k: int, ring: Points, holes: tuple[Points, ...], name: NamedRoom) -> Room:

@@ -16,6 +16,7 @@ import shapely
 from shapely import MultiPolygon, Polygon
 from shapely.geometry.base import BaseGeometry
 
+from houseexpo.corrections import Correction
 from houseexpo.plan import Frame
 from pipeline.geometry.areas import unite
 from pipeline.geometry.doorways import Doorway
@@ -70,7 +71,7 @@ class Level:
     None if the source has none. ``rooms`` and ``openings`` are those that the source names; ``named_openings`` is True
     if it names all of them (IFC), so that there are no others. ``unnamed_gaps`` is True if the source names doors,
     but a wide gap in a wall is a passage too.
-    ``no_rooms`` holds points; a person has said that the region around each of them is no room.
+    ``corrections`` is what a person says of the storey; it is applied to the finished plan (``stages.corrections``).
     ``cover`` is the area under slabs above head height, or None where the source keeps no slabs apart from its walls.
     ``outdoors`` is the area that the source says lies outside, or None.
     ``below`` is the area through which the floor of a lower level is visible, or None if the source shows none.
@@ -105,7 +106,7 @@ class Level:
     rooms: tuple[SourceRoom, ...] = ()
     room_count: int | None = None
     openings: tuple[SourceOpening, ...] = ()
-    no_rooms: tuple[tuple[float, float], ...] = ()
+    corrections: tuple[Correction, ...] = ()
     n_objects: int = 0
     provenance: Mapping[str, Any] = field(default_factory=dict)
 
@@ -117,6 +118,11 @@ class Level:
         drawn = [room.polygon for room in self.rooms if room.polygon is not None]
         shapely.prepare(self.floor)
         return self.floor if shapely.covers(self.floor, drawn).all() else unite([self.floor, *drawn])
+
+    @property
+    def has_no_rooms(self) -> bool:
+        """Whether a person says of some place that it is no room."""
+        return any(each.word == "no_room" for each in self.corrections)
 
     @property
     def names_doors(self) -> bool:

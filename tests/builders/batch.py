@@ -17,6 +17,7 @@ import numpy as np
 import shapely
 import trimesh
 
+from houseexpo.corrections import Override
 from houseexpo.exports import export, orient_plan
 from houseexpo.floorplan import FloorPlan
 from houseexpo.plan import Quality
@@ -31,7 +32,6 @@ from pipeline.config import PipelineConfig
 from pipeline.config_file import BuildConfig, BuildOptions, LimitsConfig
 from pipeline.executors import local
 from pipeline.executors.local import Executor
-from pipeline.overrides import Override
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources import find, reader, suncg
 from pipeline.sources.procedural import write_houses

@@ -162,9 +162,11 @@ def judged_later(folder: Path, qualities: dict[str, float | None]) -> Path:
     """Write plans of these qualities, None: without one and without a frame; return the folder."""
     folder.mkdir(parents=True, exist_ok=True)
     for i, (name, score) in enumerate(qualities.items()):
-        ring = [(0.1, 0.1), (0.1, 4.1), (5.1 + i, 4.1), (5.1 + i, 0.1)]
-        told = {} if score is None else {"quality": Quality(score, {"cut_share": 0.5}), "frame": FRAME}
-        save_plan(FloorPlan(name, ring, 1, {}, **told), folder / f"{name}.json")
+        if score is None:
+            plan = FloorPlan(name, [(0.1, 0.1), (0.1, 4.1), (5.1 + i, 4.1), (5.1 + i, 0.1)], 1, {})
+        else:
+            plan = replace(two_rooms(name, 5.0 + i), quality=Quality(score, {"cut_share": 0.5}), frame=FRAME)
+        save_plan(plan, folder / f"{name}.json")
     return folder
 
 

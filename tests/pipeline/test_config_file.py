@@ -6,11 +6,12 @@ from pathlib import Path
 
 import pytest
 
+from houseexpo.corrections import Override
 from houseexpo.dataset.manifest import manifest_path
 from houseexpo.errors import ConfigError
 from pipeline.config import PipelineConfig
 from pipeline.config_file import BuildConfig, find_manifest, load_config
-from pipeline.overrides import Override, load_overrides
+from pipeline.overrides import configure, load_overrides
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -90,7 +91,7 @@ def test_overrides_lie_beside_a_manifest(tmp_path: Path) -> None:
     written(tmp_path, '[b]\nkeep = true\n[a]\nh_g = 0.4\nh_d = 1\n[c]\ndrop = true\nwhy = "hall"', "overrides.toml")
     found = load_overrides(manifest)
     assert found == {"a": Override(h_g=0.4, h_d=1.0), "b": Override(keep=True), "c": Override(drop=True, why="hall")}
-    assert found["a"].apply_to(PipelineConfig()).planes.door_m == 1.0
+    assert configure(PipelineConfig(), found["a"]).planes.door_m == 1.0
     assert not found["b"].apply_to(PipelineConfig()).layout.characters
 
 
@@ -155,8 +156,8 @@ def test_one_door_or_point_is_written_as_it_is_and_several_as_a_list(tmp_path: P
         ("[villa]\nh_g = 0.5\nh_d = 0.2", "villa: expected h_d above h_g, found 0.2 and 0.5"),
         ("villa = true", "villa: expected a mapping of keep, drop"),
         ("[villa]\ndoor = [1, 2]", "villa.door: expected [[x, y], [x, y]]"),
-        ("[villa]\ndoor = [[1, 2], [1, 2.1]]", "villa: door: expected jambs 0.3 m apart or more"),
-        ("[villa]\ndoor = [[1, 2], [1, nan]]", "villa: expected finite metres in door and no_room"),
+        ("[villa]\ndoor = [[1, 2], [1, 2.1]]", "villa.door: expected jambs 0.3 m apart or more"),
+        ("[villa]\ndoor = [[1, 2], [1, nan]]", "villa.door: expected finite metres, found [1, nan]"),
         ("[villa]\nno_room = [1, 2, 3]", "villa.no_room"),
         ("[villa]\nscale = 0", "villa: scale: expected more than 0, found 0"),
         ("[villa]\nscale = -20.0", "villa.scale = -20.0: expected a finite number of at least 0"),

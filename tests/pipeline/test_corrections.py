@@ -11,13 +11,14 @@ import trimesh
 from typer.testing import CliRunner
 
 from houseexpo.commands.app import make_app
+from houseexpo.corrections import Override
 from houseexpo.dataset import open_dataset
 from houseexpo.errors import ConfigError
 from houseexpo.floorplan import FloorPlan
+from houseexpo.grids.frame import plan_points_from_source
 from houseexpo.plan import Frame
 from pipeline.algorithm import plan_level
 from pipeline.overrides import (
-    Override,
     check_override_ids,
     correct_input,
     correct_level,
@@ -90,11 +91,10 @@ def test_a_door_and_no_room_are_said_in_the_source_s_plan_axes() -> None:
     given = Override(door=(((10.0, -3.0), (10.0, -4.0)),), no_room=((12.0, -7.0),))
     y_up = Frame(((1.0, 0.0, 9.0), (0.0, -1.0, -2.0)), "y", 0.0, 0)  # X = x + 9, Z = -y - 2
     found = correct_level(level(y_up), given)
-    (door,) = found.openings
-    assert door.has_door
-    assert door.polygon.bounds == pytest.approx((0.8, 1.0, 1.2, 2.0))
-    assert found.no_rooms == ((3.0, 5.0),)
-    assert correct_level(found, Override()).openings == found.openings
+    assert found.corrections == given.corrections
+    assert not found.openings  # nothing of it is an input of the search
+    places = [plan_points_from_source(found.frame, np.array(each.points)).tolist() for each in found.corrections]
+    assert places == [[[1.0, 1.0], [1.0, 2.0]], [[3.0, 5.0]]]
 
 
 def test_a_scale_model_becomes_a_house_of_true_size(tmp_path: Path) -> None:
@@ -182,8 +182,8 @@ def test_a_door_or_a_point_of_another_form_is_refused_with_the_form(tmp_path: Pa
 @pytest.mark.parametrize(
     ("corrections", "said"),
     [
-        ("door = [[50.0, 1.0], [50.0, 1.9]]", "houses_bungalow: door [[50.0, 1.0], [50.0, 1.9]]: the plan has no door"),
-        ("no_room = [70.0, 4.7]", "no_room [70.0, 4.7]: it lies more than 10 m from the house"),
+        ("door = [[50.0, 1.0], [50.0, 1.9]]", "houses_bungalow: door [[50.0, 1.0], [50.0, 1.9]]: it lies 41.0 m from"),
+        ("no_room = [70.0, 4.7]", "no_room [70.0, 4.7]: no room is there; the nearest is 61.00 m away"),
         ("door = [[5.1, 1.0], [5.1, 1.9]]\nno_room = [7.1, 4.7]", ""),
     ],
 )

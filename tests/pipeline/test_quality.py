@@ -11,9 +11,9 @@ import pyarrow.parquet as pq
 import pytest
 from PIL import Image
 
+from houseexpo.corrections import Override
 from houseexpo.floorplan import FloorPlan
 from houseexpo.plan import Quality, explanations
-from pipeline.overrides import Override
 from pipeline.quality import (
     BIAS,
     GROUNDS,

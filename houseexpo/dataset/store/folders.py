@@ -8,9 +8,9 @@ from itertools import islice
 from pathlib import Path, PurePosixPath
 from typing import Final
 
+from houseexpo.corrections.vocabulary import LOG, NAME
 from houseexpo.errors import DatasetError
 from houseexpo.files import real_path
-from houseexpo.plan.overrides import LOG, NAME
 
 _LINES: Final = (".jsonl", ".jsonl.gz")
 _PACKED: Final = (*_LINES, ".tar.gz", ".tgz", ".zip")

@@ -3,43 +3,29 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, Final
+from typing import Any
 
+from houseexpo.corrections.vocabulary import WORDS, Word, checked_values, word_values
 from houseexpo.errors import ConfigError
-from houseexpo.plan.overrides import LISTS, override_values
 from houseexpo.service.review.log import Action, LogLine
-
-_FARTHEST_M: Final = 1e9
-"""Coordinates beyond this are errors, metres."""
 
 
 class DecidedOtherwiseError(ConfigError):
     """Somebody else has decided on the plan in the meantime."""
 
 
-def list_items(value: Any, key: str) -> list[Any]:
-    """Return the value of a key of ``LISTS`` as a list, empty if there is no value."""
-    return list(override_values(value, key) or [])
+def list_items(value: Any, word: Word) -> list[Any]:
+    """Return the value of a word as a list, empty if there is no value."""
+    return word_values(word, value) if value else []
 
 
 def check_points(table: Mapping[str, Any], place: str) -> None:
-    """Raise ConfigError, with ``place`` at the start, if the value of a key of ``LISTS`` is not points."""
-    for key, depth in LISTS.items():
-        value = table.get(key, [])
-        if not isinstance(value, list) or not all(_is_points(item, depth) for item in list_items(value, key)):
-            expected = "two points [[x, y], [x, y]]" if depth > 1 else "a point [x, y]"
-            raise ConfigError(
-                f"{place}: {key}: expected {expected}, or a list of these, found {value!r}; correct the file first"
-            )
-
-
-def _is_points(value: Any, depth: int) -> bool:
-    """Return whether a value is two numbers, or two pairs of numbers (depth 2)."""
-    if not isinstance(value, list) or len(value) != 2:
-        return False
-    if depth > 1:
-        return all(_is_points(part, depth - 1) for part in value)
-    return all(type(number) in {int, float} and abs(number) < _FARTHEST_M for number in value)
+    """Raise ConfigError, with ``place`` at the start, if the value of a word has another form."""
+    for word in WORDS:
+        try:
+            checked_values(word, table.get(word, ()))
+        except ConfigError as error:
+            raise ConfigError(f"{place}: {error}; correct the file first") from None
 
 
 def decision_changes(table: Mapping[str, Any], action: Action, value: Any) -> dict[str, tuple[Any, Any]]:
@@ -52,7 +38,8 @@ def decision_changes(table: Mapping[str, Any], action: Action, value: Any) -> di
     elif action == "note":
         wanted = {"why": value or None}
     else:
-        wanted = {action: _plain([*list_items(table.get(action), action), value])}
+        word: Word = action  # type: ignore[assignment]  # all others are words
+        wanted = {word: _plain([*list_items(table.get(word), word), value])}
     return {key: (table.get(key), after) for key, after in wanted.items()}
 
 
@@ -64,9 +51,10 @@ def undo_value(line: LogLine, key: str, now: Any, before: Any, after: Any) -> tu
     """Return a key's value now and after an undo; raise DecidedOtherwiseError if somebody changed it since the line."""
     if now == after:
         return now, before
-    if key in LISTS:
-        added = [item for item in list_items(after, key) if item not in list_items(before, key)]
-        return now, _plain([item for item in list_items(now, key) if item not in added])
+    word = next((word for word in WORDS if word == key), None)
+    if word is not None:
+        added = [item for item in list_items(after, word) if item not in list_items(before, word)]
+        return now, _plain([item for item in list_items(now, word) if item not in added])
     raise DecidedOtherwiseError(
         f"{line.plan}: somebody changed {key!r} since {describe_log_line(line)}; decide again instead"
     )
@@ -76,8 +64,15 @@ def describe_log_line(line: LogLine) -> str:
     """Return a sentence about what somebody did."""
     words = {
         "no_room": "marked an area that is no room",
-        "door": "drew a door",
+        "no_door": "took out a passage",
+        "one_room": "made rooms one",
+        "room": "marked a room",
+        "label": "named a room",
         "note": "wrote a note",
         "undo": "undid a decision",
+        "door": "drew a door",
+        "opening": "drew an opening",
+        "entrance": "drew an entrance",
+        "wall": "drew a wall",
     }
     return f"{line.reviewer} {words.get(line.action, f'chose {line.action}')}"

@@ -16,9 +16,10 @@ from typing import Any, Literal
 
 import msgspec
 
+from houseexpo.corrections.vocabulary import Word
 from houseexpo.files import sync_folder, write_atomically
 
-Action = Literal["keep", "drop", "door", "no_room", "note", "undo", "build"]
+Action = Literal["keep", "drop", Word, "note", "undo", "build"]
 
 
 class LogLine(msgspec.Struct, frozen=True, omit_defaults=True):

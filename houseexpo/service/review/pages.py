@@ -12,7 +12,6 @@ from threading import Lock
 from typing import Annotated, Any, Final, Literal, get_args
 
 import msgspec
-import shapely
 from msgspec import Meta
 from starlette.concurrency import run_in_threadpool
 from starlette.exceptions import HTTPException
@@ -20,6 +19,9 @@ from starlette.requests import Request
 from starlette.responses import Response
 from starlette.routing import BaseRoute, Route
 
+from houseexpo.corrections import Correction
+from houseexpo.corrections.preview import Preview, preview
+from houseexpo.corrections.vocabulary import WORDS, Word, checked_values
 from houseexpo.dataset import Dataset
 from houseexpo.dataset.store.folders import overrides_path
 from houseexpo.drawing import svg
@@ -29,6 +31,7 @@ from houseexpo.floorplan import FloorPlan, decode
 from houseexpo.grids.frame import GridFrame, plan_points_from_source, source_points_from_plan
 from houseexpo.plan.explanations import GROUNDS
 from houseexpo.plan.parts import SURE
+from houseexpo.plan.room_labels import LABELS
 from houseexpo.service.collection import Collection
 from houseexpo.service.plan_page import room_names_beside
 from houseexpo.service.responses import JsonResponse, decode_body
@@ -38,7 +41,6 @@ from houseexpo.service.review.log import LogLine
 from houseexpo.service.review.rebuild import Rebuild
 from houseexpo.service.search import plan_title
 from houseexpo.service.service import Service, is_loopback
-from houseexpo.tolerances import MIN_DOOR_M
 
 Move = Literal["here", "next", "previous", "open"]
 LOOKED_AT_S: Final = 90.0
@@ -98,15 +100,12 @@ class ReviewQueue:
 
 _BESIDE_M: Final = 2.0
 """Points further than this from the plan are refused, metres."""
-SNAP_M: Final = 0.25
-"""A door drawn up to a hand's breadth from a wall is moved into the wall, metres."""
-WALL_M: Final = 0.5
-"""The thickest wall in which a door is drawn, metres."""
-INTO_WALL_M: Final = 0.03
-"""How far into the wall a door is moved, metres: further than the error of the drawing."""
 _DIGITS: Final = 3
 """Decimals of stored points: millimetres."""
 _CONTROLS: Final = re.compile(r"[\x00-\x1f\x7f]+")
+
+_MOST_POINTS: Final = 12
+"""So many rooms become one at most."""
 
 Name = Annotated[str, Meta(min_length=1, max_length=60)]
 Id = Annotated[str, Meta(min_length=1, max_length=300)]
@@ -114,13 +113,16 @@ Point = tuple[float, float]
 
 
 class DecisionRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """A decision; ``points`` are in plan metres, ``seen`` is the number of the last log line that the reviewer saw."""
+    """A decision; ``points`` are in plan metres, ``seen`` is the number of the last log line that the reviewer saw.
+
+    ``text`` is that of a note or a drop, and the label of a room.
+    """
 
     plan: Id
-    action: Literal["keep", "drop", "door", "no_room", "note"]
+    action: Literal["keep", "drop", Word, "note"]
     reviewer: Name
     seen: int = 0
-    points: Annotated[list[Point], Meta(max_length=2)] = []
+    points: Annotated[list[Point], Meta(max_length=_MOST_POINTS)] = []
     text: Annotated[str, Meta(max_length=500)] = ""
 
 
@@ -148,53 +150,48 @@ def decision_value(asked: DecisionRequest, plan: FloorPlan) -> Any:
     Raises
     ------
     ConfigError
-        The number of points is wrong, a point is outside the plan, the jambs are too close, the door is not in a wall,
-        or the plan has no frame.
+        The number of points is wrong, a point is outside the plan, a line is too short, a label is unknown, or the
+        plan has no frame.
     """
     if asked.action in {"keep", "drop", "note"}:
         return one_line(asked.text)
-    wanted = 2 if asked.action == "door" else 1
-    if len(asked.points) != wanted:
-        raise ConfigError(f"{asked.action}: expected {wanted} points, found {len(asked.points)}")
+    word: Word = asked.action  # type: ignore[assignment]  # all others are words
+    wanted = WORDS[word].depth
+    if len(asked.points) != wanted and not (word == "one_room" and len(asked.points) > wanted):
+        raise ConfigError(f"{word}: expected {wanted} points, found {len(asked.points)}")
     _check_inside(asked.points, plan)
-    if asked.action == "door" and math.dist(*asked.points) < MIN_DOOR_M:
-        found = f"{math.dist(*asked.points):.2f} m"
-        raise ConfigError(f"door: expected jambs {MIN_DOOR_M} m apart or more, found {found}; set them again")
     if plan.frame is None:
         raise ConfigError(
             f"{plan.id}: its position in the source is not recorded, so that only keep and drop are possible"
         )
-    drawn = snap_to_wall(asked.points, plan) if asked.action == "door" else asked.points
-    points = [_round_point(point) for point in source_points_from_plan(plan.frame, drawn).tolist()]
-    return points if asked.action == "door" else points[0]
+    points = [_round_point(point) for point in source_points_from_plan(plan.frame, asked.points).tolist()]
+    value = [*points[0], one_line(asked.text)] if word == "label" else points[0] if wanted == 1 else points
+    checked_values(word, [value])
+    return value
 
 
-def snap_to_wall(jambs: Sequence[Point], plan: FloorPlan) -> list[Point]:
-    """Return a door's jambs in plan metres, moved into the nearest wall if that is within ``SNAP_M``.
+def told_corrections(plan: FloorPlan, table: Mapping[str, Any]) -> Preview[FloorPlan]:
+    """Return the plan with what a table says of its storey, and the effect of each word."""
+    said = [Correction(word, value) for word in WORDS for value in checked_values(word, table.get(word, ()))]
+    return preview(plan, said)
 
-    A door that is already in a wall, or on an existing door, is not moved.
+
+def effect_of(plan: FloorPlan, table: Mapping[str, Any], word: Word, value: Any) -> dict[str, Any]:
+    """Return the record of one more word beside those of a table.
 
     Raises
     ------
     ConfigError
-        No wall of a room is near enough.
+        It has no effect; the message says why.
     """
-    line = shapely.LineString(jambs)
-    middle, space = line.centroid, plan.free_space
-    if any(door.polygon.distance(middle) <= SNAP_M for door in plan.doors):
-        return list(jambs)
-    edge = space.boundary
-    far = float(edge.distance(middle))
-    if far > (SNAP_M if space.contains(middle) else WALL_M):
-        raise ConfigError(
-            f"door: expected a place in a wall, found one {far:.2f} m from the nearest wall; draw it on the wall"
-        )
-    if not space.contains(middle):
-        return list(jambs)
-    near = shapely.shortest_line(middle, edge).coords[-1]
-    dx, dy = near[0] - middle.x, near[1] - middle.y
-    scale = (far + INTO_WALL_M) / far if far > 0 else 0.0
-    return [(x + scale * dx, y + scale * dy) for x, y in jambs]
+    items = list_items(table.get(word), word)
+    if value in items:
+        raise ConfigError(f"{word}: no effect: it is said already")
+    told = told_corrections(plan, {**table, word: [*items, value]})
+    mine = next(record for record in told.records if (record["word"], record["value"]) == (word, value))
+    if mine["outcome"] == "none":
+        raise ConfigError(f"{word}: no effect: {mine['said']}")
+    return mine
 
 
 def _check_inside(points: Sequence[Point], plan: FloorPlan) -> None:
@@ -252,15 +249,13 @@ def unsure_parts(plan: FloorPlan) -> list[str]:
     return [f"{text}: {confidence:.0%} sure" for confidence, text in sorted(rooms + doors)]
 
 
-def decided_points(plan: FloorPlan, table: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the doors and the "no room" points of a plan's table (``DecisionStore.table``), in plan metres."""
+def decided_points(plan: FloorPlan, table: Mapping[str, Any]) -> list[dict[str, Any]]:
+    """Return the words of a plan's table (``DecisionStore.table``) with their points in plan metres."""
     if plan.frame is None:
-        return {"doors": [], "no_rooms": []}
-    doors = [plan_points_from_source(plan.frame, door).tolist() for door in list_items(table.get("door"), "door")]
-    points = [
-        plan_points_from_source(plan.frame, point).tolist() for point in list_items(table.get("no_room"), "no_room")
-    ]
-    return {"doors": doors, "no_rooms": points}
+        return []
+    said = [Correction(word, value) for word in WORDS for value in checked_values(word, table.get(word, ()))]
+    frame = plan.frame
+    return [{"word": each.word, "points": plan_points_from_source(frame, each.points).tolist()} for each in said]
 
 
 def decision_history(latest: LogLine | None, judged: PlanDecisions | None) -> dict[str, Any]:
@@ -314,8 +309,10 @@ class Review:
         if name is None:
             return {"plan": None, "summary": summarise_review(queue.dataset.ids, judged), **common}
         plan, table = queue.dataset[name], self.decisions.table(name)
+        told = told_corrections(plan, table)
         return {
-            **plan_facts(plan),
+            **plan_facts(told.plan),
+            "effects": list(told.records),
             **decision_history(self.decisions.latest().get(name), judged.get(name)),
             "place": queue.places[name] + 1,
             "table": table,
@@ -342,7 +339,9 @@ def routes(service: Service) -> list[BaseRoute]:
         shown = service.collection(request)
         file = review(request).decisions.file
         reviewer = _user() if is_loopback(service.settings.host) else ""  # a browser elsewhere belongs to somebody else
-        return service.page(request, "review/review.html", here="review", shown=shown, reviewer=reviewer, file=file)
+        return service.page(
+            request, "review/review.html", here="review", shown=shown, reviewer=reviewer, file=file, labels=LABELS
+        )
 
     def state(request: Request) -> Response:
         found, asked = review(request), request.query_params
@@ -354,20 +353,24 @@ def routes(service: Service) -> list[BaseRoute]:
 
     def picture(request: Request) -> Response:
         found, name = review(request), request.path_params["plan"]
-        if request.query_params.get("when") != "before":
+        when = request.query_params.get("when")
+        if when == "built":
             return _picture_response(found.queue.dataset[name])
+        if when != "before":
+            return _picture_response(told_corrections(found.queue.dataset[name], found.decisions.table(name)).plan)
         if name not in found.building.before:
             raise HTTPException(404, f"{name}: this plan did not exist before the last build")
         return _picture_response(decode(found.building.before[name]))
 
     def decide(found: Review, body: bytes) -> dict[str, Any]:
         asked = decode_body(body, DecisionRequest)
-        if found.building.phase == "building" and asked.action in {"door", "no_room"}:
+        if found.building.phase == "building" and asked.action in WORDS:
             raise HTTPException(409, "the data set is being rebuilt; draw when the build has ended")
         plan = found.queue.dataset[asked.plan]
         value, reviewer = decision_value(asked, plan), _reviewer(asked.reviewer)
+        effect = _effect(asked, plan, found.decisions, value)
         line = found.decisions.decide(asked.plan, asked.action, reviewer, value, asked.seen)
-        return {**found.state(asked.plan), "noted": line.number}
+        return {**found.state(asked.plan), "noted": line.number, "effect": effect}
 
     def undo(found: Review, body: bytes) -> dict[str, Any]:
         line = found.decisions.undo(_reviewer(decode_body(body, UndoRequest).reviewer))
@@ -407,6 +410,13 @@ def routes(service: Service) -> list[BaseRoute]:
         Route("/{data}/review/stop", post(stop), methods=["POST"]),
         Route("/{data}/review/build", status),
     ]
+
+
+def _effect(asked: DecisionRequest, plan: FloorPlan, decisions: DecisionStore, value: Any) -> dict[str, Any] | None:
+    """Return what a word will do to a plan; None for a decision that is no word of a storey."""
+    if asked.action not in WORDS:
+        return None
+    return effect_of(plan, decisions.table(asked.plan), asked.action, value)
 
 
 def _not_asked(_: Request) -> Response:

@@ -30,11 +30,13 @@ import msgspec
 from houseexpo.dataset import open_dataset
 from houseexpo.dataset.build_record import BuildRecord, is_own_build, read_build_record
 from houseexpo.errors import NO_PLAN, ConfigError, HouseExpoError
+from houseexpo.floorplan import FloorPlan
 from houseexpo.service.build_lists import read_build_lists
 from houseexpo.service.collection import Collection
 from houseexpo.service.review.changes import DecidedOtherwiseError
 from houseexpo.service.review.decisions import DecisionStore
 
+Became = Literal["changed", "the same", "gone", "new"]
 Phase = Literal["idle", "building", "built", "failed", "stopped"]
 _LINES: Final = 60
 """The last lines of a build that are kept."""
@@ -46,11 +48,16 @@ _LOOK_S: Final = 0.1
 
 
 class DecidedPlan(msgspec.Struct, frozen=True):
-    """The result for a plan with decisions; ``why`` is the reason if the plan is gone."""
+    """The result for a plan with decisions; ``why`` is the reason if the plan is gone.
+
+    ``effects`` say of each correction in the plan what it did, and ``idle`` of those that did nothing, why.
+    """
 
     plan: str
-    became: Literal["changed", "the same", "gone", "new"]
+    became: Became
     why: str = ""
+    effects: tuple[str, ...] = ()
+    idle: tuple[str, ...] = ()
 
 
 class Rebuild:
@@ -224,10 +231,22 @@ def compare_decided_plans(root: Path, before: Mapping[str, bytes], touched: Sequ
     for name in touched:
         if name in dataset:
             same = before.get(name) == dataset.raw(name)
-            found.append(DecidedPlan(name, "new" if name not in before else "the same" if same else "changed"))
+            became: Became = "new" if name not in before else "the same" if same else "changed"
+            found.append(DecidedPlan(name, became, "", *_effects(dataset[name])))
         else:
             found.append(DecidedPlan(name, "gone", reasons.get(name, "it is no longer in the data set")))
     return found
+
+
+def _effects(plan: FloorPlan) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Return what the corrections of a plan did, in words, and those that did nothing."""
+    told = plan.provenance or {}
+    lines: tuple[list[str], list[str]] = ([], [])
+    for record in told.get("corrections", []):
+        said = "; ".join([record["said"], *record.get("also", [])])
+        lines[record["outcome"] == "none"].append(f"{record['word']} {record['value']}: {said}")
+    lines[0].extend(told.get("followed", []))
+    return tuple(lines[0]), tuple(lines[1])
 
 
 def _reasons(root: Path) -> dict[str, str]:

@@ -9,13 +9,13 @@ import pyarrow.parquet as pq
 import pytest
 import shapely
 
+from houseexpo.corrections import Override
 from houseexpo.errors import ConfigError
 from houseexpo.floorplan import decode, load_plan
 from pipeline.algorithm import plan_level
 from pipeline.batch.build import build
 from pipeline.batch.job import _as_rejection
 from pipeline.config import DedupeConfig
-from pipeline.overrides import Override
 from pipeline.rejection import Reason
 from pipeline.values import Input
 from tests.builders.batch import boxed, config_for, contents, lines, one_room, run_build

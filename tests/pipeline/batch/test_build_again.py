@@ -9,6 +9,7 @@ from pathlib import Path
 import msgspec
 import pytest
 
+from houseexpo.corrections import Override
 from houseexpo.dataset import open_dataset
 from houseexpo.dataset.splits import split_plans, write_split
 from houseexpo.errors import ConfigError
@@ -16,7 +17,6 @@ from pipeline.algorithm import plan_level
 from pipeline.batch import WORKER_MODULES, assemble
 from pipeline.batch.data_set_folder import ExistingPlansPolicy
 from pipeline.cli_build import BuildRequest
-from pipeline.overrides import Override
 from tests.builders.batch import contents, killed_once, lines, one_room, run_build, three_rooms
 
 

@@ -8,11 +8,11 @@ from pathlib import Path
 
 import pytest
 
+from houseexpo.corrections import Override
 from houseexpo.errors import ConfigError
 from pipeline.batch.data_set_folder import ExistingPlansPolicy
 from pipeline.batch.disk import lock_folder
 from pipeline.batch.verify import find_damaged_files
-from pipeline.overrides import Override
 from tests.builders.batch import contents, lines, one_room, run_build, three_rooms
 
 

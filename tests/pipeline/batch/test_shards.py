@@ -10,12 +10,12 @@ import pytest
 from typer.testing import CliRunner
 
 from houseexpo.commands.app import make_app
+from houseexpo.corrections import Override
 from houseexpo.dataset.build_record import BuildCommand, BuildRecord, read_build_record
 from houseexpo.errors import ConfigError
 from pipeline.batch.result_store import FolderStore, open_store
 from pipeline.batch.shard_build import begin_shards, require_common_settings, unfinished_inputs
 from pipeline.batch.shards import Shard, ShardJournal, read_common_settings, shard_number
-from pipeline.overrides import Override
 from tests.builders.batch import boxed, config_for, contents, killed_once, one_room, run_assemble, run_build, run_shard
 
 

@@ -19,7 +19,8 @@ export function showBuild(found, base, readOnly) {
   const key = JSON.stringify([found.phase, found.outcomes]);
   if (key === shown) return;
   shown = key;
-  const same = found.outcomes.filter((outcome) => outcome.became === "the same"), changed = found.outcomes.filter((outcome) => outcome.became !== "the same");
+  const isSame = (outcome) => outcome.became === "the same" && !outcome.effects.length && !outcome.idle.length;
+  const same = found.outcomes.filter(isSame), changed = found.outcomes.filter((outcome) => !isSame(outcome));
   const told = document.createElement("p");
   told.className = "muted";
   const others = same.length === 1 ? "1 plan that was decided on is" : `${same.length} plans that were decided on are`;
@@ -39,9 +40,15 @@ function pair(outcome, base) {
   const stamp = Date.now();
   both.append(
     figure("Before", outcome.became === "new" ? "" : `${picture}?when=before&at=${stamp}`, outcome.plan),
-    figure("After", outcome.became === "gone" ? "" : `${picture}?at=${stamp}`, outcome.plan),
+    figure("After", outcome.became === "gone" ? "" : `${picture}?when=built&at=${stamp}`, outcome.plan),
   );
-  place.append(title, both);
+  const told = document.createElement("ul");
+  told.className = "effects";
+  told.append(
+    ...outcome.idle.map((text) => Object.assign(document.createElement("li"), { textContent: `Correction without effect: ${text}.`, className: "idle" })),
+    ...outcome.effects.map((text) => Object.assign(document.createElement("li"), { textContent: `${text}.` })),
+  );
+  place.append(title, told, both);
   return place;
 }
 

@@ -1,5 +1,5 @@
 // The end of a review: what was decided on how many plans, by whom, and what comes next.
-const WORDS = { keep: "kept", drop: "dropped", door: "a door drawn", no_room: "marked no room", note: "a note" };
+const WORDS = { keep: "kept", drop: "dropped", door: "a door drawn", entrance: "an entrance drawn", opening: "an opening drawn", wall: "a wall drawn", no_door: "a passage taken out", no_room: "marked no room", room: "marked a room", one_room: "rooms made one", label: "a room named", note: "a note" };
 const FEW = 24;
 
 export function showEnd(place, { actions, reviewers, from, to }, { plans }, build) {

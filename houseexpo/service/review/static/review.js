@@ -15,6 +15,14 @@ let busy = Promise.resolve(); // one request after the other: keys may come fast
 let buildPhase = "";
 let buildShown = ""; // stands for the commands that are shown, when they are confirmed
 let nextLook = 0; // the timer of the next look at a build
+const JAMBS = ["one jamb", "the other jamb"];
+// The words of a storey that are drawn: their keys, the points that are asked for, and what a decision is called.
+const WORDS = {
+  door: ["d", JAMBS, "a door"], entrance: ["e", JAMBS, "an entrance"], opening: ["p", JAMBS, "an opening"],
+  wall: ["w", ["one end", "the other end"], "a wall"], no_door: ["t", ["a point in the passage"], "no passage"],
+  no_room: ["r", ["a point in it"], "no room"], room: ["i", ["a point in it"], "a room"],
+  one_room: ["o", ["a point in one room", "a point in the other"], "one room"], label: ["l", ["a point in the room"], "a label"],
+};
 let leaving = false; // a plan is judged and the next is on its way: a key that is too fast is not for it
 
 function reviewer() {
@@ -71,16 +79,18 @@ function show(found) {
   at("title").textContent = found.title;
   const sure = found.quality === null ? "no quality" : `quality ${found.quality.toFixed(2)}${found.doubtful ? ", doubtful" : ""}`;
   at("facts").textContent = `${sure} · ${counted(found.rooms, "room")} in the source · ${counted(found.doors, "door")} · ${found.place} of ${found.progress.plans}`;
-  const words = { keep: "kept", drop: "dropped", door: "a door", no_room: "no room", note: "a note" };
+  const words = { keep: "kept", drop: "dropped", note: "a note", ...Object.fromEntries(Object.entries(WORDS).map(([word, each]) => [word, each[2]])) };
   at("judged").textContent = found.judged
     ? `${found.judged.by}: ${found.judged.actions.map((each) => words[each]).join(", ")}` : "no decision yet";
   at("table").textContent = Object.entries(found.table).map(([key, value]) => `${key} = ${JSON.stringify(value)}`).join("\n") || "no entry yet";
+  at("effects").replaceChildren(...found.effects.map(effect));
+  at("effects").hidden = found.effects.length === 0;
   at("grounds").replaceChildren(...found.grounds.map(ground));
   if (found.grounds.length === 0) at("grounds").textContent = found.quality === null ? "No quality recorded." : "Nothing.";
   at("unsure").replaceChildren(...found.unsure.map((text) => Object.assign(document.createElement("li"), { textContent: text })));
   for (const id of ["unsure", "unsure_head"]) at(id).hidden = found.unsure.length === 0;
-  for (const id of ["door", "no_room"]) at(id).disabled = readOnly || !found.drawable;
-  const stamp = `${found.build.phase}-${found.build.outcomes.length}`;
+  for (const id of Object.keys(WORDS)) at(id).disabled = readOnly || !found.drawable;
+  const stamp = `${found.build.phase}-${found.build.outcomes.length}-${found.seen}`;
   sheet.show(found, `${base}/pictures/${encodeURIComponent(found.plan)}.svg?at=${stamp}`);
 }
 
@@ -92,6 +102,15 @@ function sayNone({ progress, summary, build }) {
 
 function counted(number, word) {
   return `${number} ${word}${number === 1 ? "" : "s"}`;
+}
+
+// What a correction did, or will do in the next build.
+function effect({ word, outcome, said, also = [], built }) {
+  const line = document.createElement("li");
+  line.className = outcome === "none" ? "idle" : "";
+  const when = outcome === "none" ? "no effect" : built ? "built" : "in the next build";
+  line.textContent = `${word.replace("_", " ")}, ${when}: ${[said, ...also].join("; ")}.`;
+  return line;
 }
 
 function ground([name, value]) {
@@ -119,14 +138,18 @@ function decide(action, { points = [], text = "" } = {}) {
   const leaves = action === "keep" || action === "drop";
   leaving = leaves;
   return inTurn(async () => {
+    let effect = null;
     try {
-      show(await ask("decide", { plan, action, reviewer: reviewer(), seen: seen.get(plan), points, text }));
+      const found = await ask("decide", { plan, action, reviewer: reviewer(), seen: seen.get(plan), points, text });
+      effect = found.effect;
+      show(found);
     } catch (error) { // somebody may have judged it meanwhile: who is told to look again sees what there is now
       show(await ask(`state?${new URLSearchParams({ move: "here", plan, reviewer: reviewer() })}`));
       throw error;
     }
-    const words = { keep: "Kept", drop: "Dropped", door: "Door drawn in", no_room: "Marked as no room in", note: "Note saved for" };
-    say(`${words[action]} ${plan}. It is on the disk.`, "good");
+    const words = { keep: "Kept", drop: "Dropped", note: "Note saved for" };
+    if (effect) say(`In the next build of ${plan}: ${[effect.said, ...(effect.also ?? [])].join("; ")}. It is on the disk.`, "good");
+    else say(`${words[action]} ${plan}. It is on the disk.`, "good");
     if (leaves) go("open", plan);
   }).then(() => busy).finally(() => { leaving = false; });
 }
@@ -144,12 +167,25 @@ function draw(kind) {
   if (!now?.plan) return undefined;
   if (at(kind).disabled) return say("The position of this plan in its source is not recorded: keep it or drop it.", "bad");
   const wanted = sheet.wanted === kind ? "" : kind;
-  sheet.draw(wanted, (points) => { pressed(""); decide(kind, { points }); });
+  const done = (points) => {
+    pressed("");
+    if (kind === "label") openLabel(points);
+    else decide(kind, { points });
+  };
+  sheet.draw(wanted, done, WORDS[kind][1]);
   pressed(wanted);
 }
 
 function pressed(kind) {
-  for (const id of ["door", "no_room"]) at(id).setAttribute("aria-pressed", String(id === kind));
+  for (const id of Object.keys(WORDS)) at(id).setAttribute("aria-pressed", String(id === kind));
+}
+
+let labelled = []; // where the room lies that is to be named
+
+function openLabel(points) {
+  labelled = points;
+  at("label-form").hidden = false;
+  at("label-text").focus();
 }
 
 function openNote() {
@@ -160,7 +196,7 @@ function openNote() {
 }
 
 function closeNote() {
-  at("note-form").hidden = true;
+  for (const id of ["note-form", "label-form"]) at(id).hidden = true;
   at("stage").focus({ preventScroll: true });
 }
 
@@ -215,7 +251,8 @@ function lookSoon() {
 }
 
 const KEYS = {
-  k: () => decide("keep"), x: () => decide("drop"), d: () => draw("door"), r: () => draw("no_room"), n: openNote,
+  ...Object.fromEntries(Object.entries(WORDS).map(([word, [key]]) => [key, () => draw(word)])),
+  k: () => decide("keep"), x: () => decide("drop"), n: openNote,
   u: undo, b: build, arrowright: () => go("next"), arrowleft: () => go("previous"), " ": () => go("open"),
 };
 
@@ -237,7 +274,7 @@ document.addEventListener("keydown", (event) => {
 });
 
 for (const id of ["keep", "drop"]) at(id).addEventListener("click", () => decide(id));
-for (const id of ["door", "no_room"]) at(id).addEventListener("click", () => draw(id));
+for (const id of Object.keys(WORDS)) at(id).addEventListener("click", () => draw(id));
 for (const id of ["next", "previous", "open"]) at(id).addEventListener("click", () => go(id));
 at("undo").addEventListener("click", undo);
 at("note").addEventListener("click", openNote);
@@ -248,6 +285,11 @@ at("stop").addEventListener("click", () => inTurn(async () => setBuild(await ask
 at("note-form").addEventListener("submit", (event) => {
   event.preventDefault();
   decide("note", { text: at("note-text").value });
+  closeNote();
+});
+at("label-form").addEventListener("submit", (event) => {
+  event.preventDefault();
+  decide("label", { points: labelled, text: at("label-text").value });
   closeNote();
 });
 at("reviewer").value = localStorage.getItem("reviewer") ?? root.dataset.reviewer;

@@ -27,9 +27,9 @@ export class Sheet {
     this.#paint();
   }
 
-  // Takes the points of a door (two) or of no room (one), and hands them to `done`.
-  draw(kind, done = () => {}) {
-    Object.assign(this, { wanted: kind, points: [], done });
+  // Takes the points of a word, as many as `asks` names, and hands them to `done`.
+  draw(kind, done = () => {}, asks = ["a point in it"]) {
+    Object.assign(this, { wanted: kind, points: [], done, asks });
     this.stage.classList.toggle("drawing", kind !== "");
     if (kind && this.plan) {
       const { origin, ppm, size } = this.plan.picture;
@@ -62,7 +62,7 @@ export class Sheet {
 
   #set(point) {
     this.points.push(point.map((value) => Math.round(value * 1000) / 1000));
-    if (this.points.length < (this.wanted === "door" ? 2 : 1)) return this.#paint();
+    if (this.points.length < this.asks.length) return this.#paint();
     const { points, done } = this;
     this.draw("");
     done(points);
@@ -92,11 +92,15 @@ export class Sheet {
     const parts = [];
     const line = (from, to, kind) => parts.push(this.#part("line", kind, { x1: from[0], y1: from[1], x2: to[0], y2: to[1] }));
     const dot = (place, radius, kind) => parts.push(this.#part("circle", kind, { cx: place[0], cy: place[1], r: radius }));
-    for (const door of this.plan.marks.doors) line(this.#pixel(door[0]), this.#pixel(door[1]), "door");
-    for (const point of this.plan.marks.no_rooms) {
-      const [x, y] = this.#pixel(point);
+    for (const { word, points } of this.plan.marks) {
+      const places = points.map((point) => this.#pixel(point));
+      if (places.length > 1) {
+        line(places[0], places[1], word === "one_room" ? "one-room" : "door");
+        continue;
+      }
+      const [x, y] = places[0];
       dot([x, y], 12, "no-room");
-      line([x - 8, y - 8], [x + 8, y + 8], "no-room");
+      if (word.startsWith("no_")) line([x - 8, y - 8], [x + 8, y + 8], "no-room");
     }
     for (const point of this.points) dot(this.#pixel(point), 4, "point");
     if (this.wanted && this.cross) {
@@ -112,8 +116,7 @@ export class Sheet {
   #words() {
     if (!this.wanted || !this.cross) return "";
     const where = this.cross.map((value) => value.toFixed(2)).join(", ");
-    const what = this.wanted === "door" ? ["one jamb", "the other jamb"][this.points.length] : "a point in it";
-    return `Set ${what}: click, or arrows (Shift: 1 m) and Enter. Escape ends. (${where}) m`;
+    return `Set ${this.asks[this.points.length]}: click, or arrows (Shift: 1 m) and Enter. Escape ends. (${where}) m`;
   }
 
   #part(kind, name, attributes) {

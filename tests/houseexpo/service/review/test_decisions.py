@@ -184,11 +184,11 @@ def test_a_file_that_is_no_toml_is_said_and_left_alone(file: Path) -> None:
     [
         ("villa = 3\n", r"villa: expected a table \[villa\], found 3"),
         ("[[villa]]\nkeep = true\n", r"villa: expected a table \[villa\], found \[\{"),
-        ("[villa]\ndoor = 3\n", "villa: door: expected two points .* found 3"),
-        ("[villa]\ndoor = [1.0, 2.0]\n", "villa: door: expected two points .* found"),
-        ('[villa]\nno_room = ["a", "b"]\n', "villa: no_room: expected a point .* found"),
-        ("[villa]\nno_room = [inf, 2.0]\n", "villa: no_room: expected a point .* found"),
-        ("[villa]\nno_room = [[1.0, 2.0], [3.0]]\n", "villa: no_room: expected a point .* found"),
+        ("[villa]\ndoor = 3\n", r"villa: door: expected \[\[x, y\], \[x, y\]\].* found 3"),
+        ("[villa]\ndoor = [1.0, 2.0]\n", r"villa: door: expected \[\[x, y\], \[x, y\]\].* found"),
+        ('[villa]\nno_room = ["a", "b"]\n', r"villa: no_room: expected \[x, y\].* found"),
+        ("[villa]\nno_room = [inf, 2.0]\n", "villa: no_room: expected finite metres, found"),
+        ("[villa]\nno_room = [[1.0, 2.0], [3.0]]\n", r"villa: no_room: expected \[x, y\].* found"),
     ],
 )
 def test_what_a_person_wrote_wrong_of_a_plan_is_said(file: Path, text: str, found: str) -> None:

@@ -83,18 +83,21 @@ def test_what_is_shown_says_why_a_plan_is_doubtful(client: TestClient) -> None:
 
 def test_decisions_are_what_a_build_reads(client: TestClient, folder: Path) -> None:
     decide(client, "doubtful", "door", points=[[0.0, 2.0], [0.0, 2.9]])
-    decide(client, "doubtful", "no_room", points=[[3.0, 3.0]])
+    decide(client, "doubtful", "no_room", points=[[7.0, 3.0]])
     decide(client, "doubtful", "note", text="seen\non site")
     decide(client, "sure", "drop", text="a hall")
     decide(client, "middling", "keep")
     found = load_overrides(None, folder / "overrides.toml")
     assert found["doubtful"].door == (((10.0, 0.0), (10.0, 0.9)),)  # metres of the source
-    assert found["doubtful"].no_room == ((13.0, 1.0),)
+    assert found["doubtful"].no_room == ((17.0, 1.0),)
     assert found["doubtful"].why == "seen on site"
     assert found["sure"].drop
     assert found["middling"].keep
     shown = state(client, plan="doubtful")
-    assert shown["marks"] == {"doors": [[[0.0, 2.0], [0.0, 2.9]]], "no_rooms": [[3.0, 3.0]]}
+    assert shown["marks"] == [
+        {"word": "door", "points": [[0.0, 2.0], [0.0, 2.9]]},
+        {"word": "no_room", "points": [[7.0, 3.0]]},
+    ]
     assert shown["judged"]["by"] == "ann"
     assert shown["progress"] == {"plans": 4, "judged": 3, "doubtful": 2, "doubtful_judged": 2}
 

@@ -1,0 +1,145 @@
+"""Apply what a person says of a storey to its plan, word by word, and say at once what each word did.
+
+R1  A correction changes the rooms and passages that it touches. Everything else stays as it is.
+R2  Words are applied in the order of ``WORDS``, so that a table says the same whatever the order of its keys. A
+    person's word wins over what was found. Of two words that contradict each other both are named, and the later one
+    does nothing.
+R3  ``door``, ``opening``: in a wall between two rooms it joins them; in an outer wall it leads outside; on a floor it
+    parts the room (``openings``), if the rest of its line is at most a metre. A wider door than any is an opening.
+    What stands there gives way. Behind it, a space into which nothing led becomes a room.
+R4  ``entrance``: a door to the outside, whatever lies there. ``wall``: parts the rooms that it crosses.
+R5  ``one_room``: rooms and the passages and walls between them become one. ``no_door``: the passage there is wall.
+R6  ``room``: a space between walls that the plan does not have is one. ``no_room``: the room there is none, and its
+    doors to others lead outside. ``label``: names a room.
+R7  At last the rooms must be joined: where words have parted them, the thinnest wall between them is cut, and that is
+    said. What no cut reaches is left out. A cut that a person's door makes needless goes.
+R8  A part that a person has said has confidence 1.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Final, Generic, Literal, TypeVar
+
+import numpy as np
+
+from houseexpo.corrections.draft import (
+    Draft,
+    Space,
+    Vector,
+)
+from houseexpo.corrections.passages import place_passage, remove_passage
+from houseexpo.corrections.rooms import add_room, join_rooms, name_room, place_wall, remove_room
+from houseexpo.corrections.saying import AlreadySoError, NoEffectError, Placed, Said
+from houseexpo.corrections.settling import settle
+from houseexpo.corrections.vocabulary import Correction, Word
+from houseexpo.grids.frame import plan_points_from_source
+from houseexpo.inference import with_rooms
+from houseexpo.plan.model import PlanData
+
+Outcome = Literal["done", "already", "none"]
+
+_Plan = TypeVar("_Plan", bound=PlanData)
+
+
+@dataclass(frozen=True)
+class Effect:
+    """What became of one correction: ``done``, ``already`` so, or ``none`` and why.
+
+    ``also`` is what changed beside it.
+    """
+
+    correction: Correction
+    outcome: Outcome
+    said: str
+    also: tuple[str, ...] = ()
+
+    @property
+    def sentence(self) -> str:
+        """The effect in words."""
+        return "; ".join((self.said, *self.also))
+
+    def as_record(self) -> dict[str, Any]:
+        """Return it as a plan's provenance has it."""
+        value = self.correction.value
+        plain = [list(part) if isinstance(part, tuple) else part for part in value]
+        return {
+            "word": self.correction.word,
+            "value": plain,
+            "outcome": self.outcome,
+            "said": self.said,
+            **({"also": list(self.also)} if self.also else {}),
+        }
+
+
+@dataclass(frozen=True, eq=False)
+class Corrected(Generic[_Plan]):
+    """A corrected plan, what each correction did, and what followed from all of them together."""
+
+    plan: _Plan
+    effects: tuple[Effect, ...]
+    followed: tuple[str, ...] = ()
+
+    @property
+    def has_changed(self) -> bool:
+        """Whether any correction had an effect."""
+        return any(effect.outcome == "done" for effect in self.effects)
+
+
+def correct_plan(
+    plan: _Plan, corrections: Sequence[Correction], spaces: Iterable[Space] = (), *, measure: bool = True
+) -> Corrected[_Plan]:
+    """Return a plan with corrections applied (R1 to R8), and the effect of each, in the order given.
+
+    Parameters
+    ----------
+    plan
+        A plan; one without rooms is divided first. Without a ``frame``, points are in the plan's own axes.
+    spaces
+        Spaces between walls that the plan does not have, in its coordinates; ``room`` and ``door`` may need them.
+    measure
+        Whether the navigability is measured again, if the plan records it.
+
+    Raises
+    ------
+    PlanError
+        The plan has no rooms, and its outline cannot be repaired.
+    """
+    plan = plan if plan.rooms else with_rooms(plan)
+    draft = Draft(plan, spaces)
+    placed = [Placed(each, _in_plan(plan, each)) for each in corrections]
+    effects = [_apply(draft, each) for each in placed]
+    if not any(effect.outcome == "done" for effect in effects):
+        return Corrected(draft.made(measure=False) if draft.is_surer else plan, tuple(effects))
+    followed = tuple(settle(draft))
+    return Corrected(draft.made(measure=measure), tuple(effects), followed)
+
+
+def _in_plan(plan: PlanData, correction: Correction) -> Vector:
+    points = np.array(correction.points, dtype=np.float64).reshape(-1, 2)
+    return points if plan.frame is None else plan_points_from_source(plan.frame, points)
+
+
+def _apply(draft: Draft, placed: Placed) -> Effect:
+    correction = placed.correction
+    try:
+        said = _WORDS[correction.word](draft, placed)
+    except AlreadySoError as stands:
+        return Effect(correction, "already", str(stands))
+    except NoEffectError as refused:
+        return Effect(correction, "none", str(refused))
+    return Effect(correction, "done", said.text, tuple(said.also))
+
+
+_WORDS: Final[Mapping[Word, Callable[[Draft, Placed], Said]]] = {
+    "room": add_room,
+    "wall": place_wall,
+    "door": place_passage,
+    "opening": place_passage,
+    "entrance": place_passage,
+    "one_room": join_rooms,
+    "no_door": remove_passage,
+    "no_room": remove_room,
+    "label": name_room,
+}

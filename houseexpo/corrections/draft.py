@@ -1,0 +1,352 @@
+"""Hold a plan as rooms and doors that can be changed, find what lies at a place, and make a plan of them again.
+
+Coordinates are those of the plan that was taken apart, metres.
+
+R1  A room or a door that nothing changed keeps its ring, to the last digit; only its id may be another.
+R2  What was changed is rounded to the grid together with what touches it, so that neighbours share their edges.
+R3  The plan starts at the same margin as before; its frame maps to the same place in the source.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import shapely
+from shapely import Polygon
+
+from houseexpo.analysis.navigability import navigability
+from houseexpo.inference.snapping import snap_polygons, tile_on_grid
+from houseexpo.plan import Door, Room
+from houseexpo.plan.model import PlanData, shift_plan
+from houseexpo.plan.parts import Box, DoorKind, PlanObject
+from houseexpo.plan.room_labels import UNLABELLED
+from houseexpo.tolerances import GRID_M, ROUNDED_M2, SAME_M2, SMALLEST_ROOM_M2
+
+Vector = npt.NDArray[np.float64]
+
+
+@dataclass(eq=False)
+class DraftRoom:
+    """A room; ``before`` is the plan's own, None if it is new or its shape has changed."""
+
+    shape: Polygon
+    label: str = UNLABELLED
+    words: tuple[str, ...] = ()
+    confidence: float | None = None
+    before: Room | None = None
+
+    def change(self, shape: Polygon) -> None:
+        """Give the room another shape."""
+        self.shape, self.before = shape, None
+
+
+@dataclass(eq=False)
+class DraftDoor:
+    """A passage; ``ends`` (2, 2) are its jambs, ``rooms`` those at its sides, the second None outside.
+
+    ``before`` is the plan's own, None if it is new; ``said`` is the value of the correction that made it.
+    """
+
+    kind: DoorKind
+    shape: Polygon
+    ends: Vector
+    rooms: tuple[DraftRoom, DraftRoom | None]
+    confidence: float | None = None
+    before: Door | None = None
+    said: str = ""
+
+    @property
+    def width(self) -> float:
+        """From jamb to jamb, metres."""
+        return math.dist(*self.ends)
+
+    @property
+    def along(self) -> Vector:
+        """The unit vector from jamb to jamb."""
+        return np.asarray((self.ends[1] - self.ends[0]) / max(self.width, GRID_M))
+
+
+@dataclass(frozen=True, eq=False)
+class Space:
+    """A space between walls that the plan does not have. ``reachable`` is False if nothing led into it, only."""
+
+    shape: Polygon
+    reachable: bool = True
+
+
+class Draft:
+    """The rooms and doors of a plan while they are corrected."""
+
+    def __init__(self, plan: PlanData, spaces: Iterable[Space] = ()) -> None:
+        self.plan = plan
+        own = {
+            room.id: DraftRoom(room.polygon, room.label, room.source_labels, room.confidence, room)
+            for room in plan.rooms
+        }
+        self.rooms = list(own.values())
+        self.doors = [
+            DraftDoor(
+                door.kind,
+                door.polygon,
+                np.array(door.segment),
+                (own[door.rooms[0] or 0], None if door.rooms[1] is None else own[door.rooms[1]]),
+                door.confidence,
+                door,
+            )
+            for door in plan.doors
+        ]
+        self.spaces = list(spaces)
+        self.edges_of_doors = [door.shape for door in self.doors]
+
+    @property
+    def inner_doors(self) -> list[DraftDoor]:
+        """The passages between rooms."""
+        return [door for door in self.doors if door.rooms[1] is not None]
+
+    def room_at(self, place: Sequence[float] | Vector) -> DraftRoom | None:
+        """Return the room that holds a point, furniture in it included, or None."""
+        point = shapely.Point(*place)
+        return next((room for room in self.rooms if Polygon(room.shape.exterior).covers(point)), None)
+
+    def door_at(self, place: Sequence[float] | Vector, within_m: float) -> DraftDoor | None:
+        """Return the nearest passage within a distance of a point, or None."""
+        point = shapely.Point(*place)
+        near = min(self.doors, key=lambda door: door.shape.distance(point), default=None)
+        return near if near is not None and near.shape.distance(point) <= within_m else None
+
+    def distance_to_rooms(self, place: Sequence[float] | Vector) -> float:
+        """Return how far a point is from the nearest room, metres."""
+        return min((float(room.shape.distance(shapely.Point(*place))) for room in self.rooms), default=math.inf)
+
+    def name(self, room: DraftRoom) -> str:
+        """Return what a room is called in messages."""
+        what = "room" if room.label == UNLABELLED else room.label.lower().replace("_", " ")
+        return f"the {what} of {room.shape.area:.1f} m2"
+
+    def remove_room(self, room: DraftRoom, *, open_outside: bool = False) -> None:
+        """Remove a room with its passages; doors to rooms that stay become entrances where ``open_outside``."""
+        self.rooms.remove(room)
+        kept = []
+        for door in self.doors:
+            if not any(side is room for side in door.rooms):
+                kept.append(door)
+                continue
+            other = next((side for side in door.rooms if side is not None and side is not room), None)
+            if open_outside and other is not None and door.kind in {"door", "opening"}:
+                kept.append(replace(door, kind="entrance", rooms=(other, None)))
+        self.doors = kept
+
+    def replace_room(self, room: DraftRoom, parts: Sequence[Polygon]) -> list[DraftRoom]:
+        """Put parts in the place of a room, the largest first, which keeps its name; passages go to the nearest."""
+        ordered = sorted(parts, key=lambda part: -part.area)
+        made = [DraftRoom(part, confidence=room.confidence) for part in ordered]
+        made[0].label, made[0].words = room.label, room.words
+        place = self.rooms.index(room)
+        self.rooms[place : place + 1] = made
+        for door in self.doors:
+            if any(side is room for side in door.rooms):
+                nearest = min(made, key=lambda part: (part.shape.distance(door.shape), -part.shape.area))
+                one, other = (nearest if side is room else side for side in door.rooms)
+                assert one is not None  # noqa: S101  # the first side of a door is a room
+                door.rooms = (one, other)
+        return made
+
+    @property
+    def is_surer(self) -> bool:
+        """Whether a person's words have changed no shape, but how sure a room or a passage is."""
+        parts: list[DraftRoom | DraftDoor] = [*self.rooms, *self.doors]
+        return any(part.before is not None and part.confidence != part.before.confidence for part in parts)
+
+    def pieces(self) -> list[list[DraftRoom]]:
+        """Return the rooms that can be reached from each other, the largest group by area first."""
+        number = {id(room): k for k, room in enumerate(self.rooms)}
+        group = list(range(len(self.rooms)))
+
+        def root(k: int) -> int:
+            while group[k] != k:
+                k = group[k]
+            return k
+
+        for door in self.inner_doors:
+            group[root(number[id(door.rooms[0])])] = root(number[id(door.rooms[1])])
+        shapes = [room.shape for room in self.rooms]
+        for a, b in shapely.STRtree(shapes).query(shapes, predicate="dwithin", distance=GRID_M / 2).T.tolist():
+            if a < b and root(a) != root(b) and _share_edge(shapes[a], shapes[b]):
+                group[root(a)] = root(b)
+        found: dict[int, list[DraftRoom]] = {}
+        for k, room in enumerate(self.rooms):
+            found.setdefault(root(k), []).append(room)
+        return sorted(found.values(), key=lambda rooms: -sum(room.shape.area for room in rooms))
+
+    def made(self, *, measure: bool) -> Any:
+        """Return the plan of these rooms and doors (R1 to R3), with its navigability if ``measure``."""
+        self._tile()
+        numbers = {id(room): k for k, room in enumerate(self.rooms)}
+        rooms = tuple(_room(k, room) for k, room in enumerate(self.rooms))
+        doors = tuple(_door(k, door, numbers) for k, door in enumerate(self.doors))
+        floor = [*(room.shape for room in self.rooms), *(door.shape for door in self.inner_doors)]
+        outline = _largest(shapely.union_all(floor, grid_size=GRID_M))
+        (verts, holes), *_ = snap_polygons([outline])
+        plan = replace(
+            self.plan,
+            verts=verts,
+            holes=holes,
+            rooms=rooms,
+            doors=doors,
+            room_num=max(self.plan.room_num + len(rooms) - len(self.plan.rooms), 0),
+            room_category=self._boxes(rooms),
+            objects=tuple(self._objects(rooms)),
+            provenance=self._provenance(doors),
+        )
+        x, y = np.round(self.plan.verts.min(axis=0) - verts.min(axis=0), 2).tolist()
+        plan = _on_grid(shift_plan(plan, x, y)) if x or y else plan
+        return replace(plan, navigability=navigability(plan)) if measure and self.plan.navigability else plan
+
+    def _tile(self) -> None:
+        """R2."""
+        changed = [room.shape for room in self.rooms if room.before is None]
+        changed += [door.shape for door in self.doors if door.before is None or door.shape is not door.before.polygon]
+        gone = [room.polygon for room in self.plan.rooms if all(room is not each.before for each in self.rooms)]
+        if not changed:
+            return
+        area = shapely.buffer(shapely.union_all([*changed, *gone]), GRID_M, quad_segs=1)
+        rooms = [room for room in self.rooms if room.shape.intersects(area)]
+        doors = [door for door in self.doors if door.shape.intersects(area)]
+        inner = [door for door in doors if door.rooms[1] is not None]
+        tiled_rooms, tiled_doors = tile_on_grid([room.shape for room in rooms], [door.shape for door in inner])
+        outside = [door for door in doors if door.rooms[1] is None]
+        for room, shape in zip(rooms, tiled_rooms, strict=True):
+            if not shape.is_empty and (room.before is None or not _is_same(room.shape, shape)):
+                room.change(shape)
+        for door, shape in zip(inner, tiled_doors, strict=True):
+            if not shape.is_empty and (door.before is None or not _is_same(door.shape, shape)):
+                door.shape = shape
+        for door in outside:
+            if door.before is None:
+                rounded = _largest(shapely.set_precision(door.shape, GRID_M))
+                door.shape = rounded if rounded.area > 0 else door.shape
+        self.rooms = [room for room in self.rooms if room.shape.area > ROUNDED_M2]
+        self.doors = [door for door in self.doors if door.shape.area > 0]
+
+    def _boxes(self, rooms: Sequence[Room]) -> Mapping[str, tuple[Box, ...]]:
+        """Return the boxes by label. Those that are a room's own follow the rooms; those of the source stay."""
+        before = {(room.label, _box(room)) for room in self.plan.rooms}
+        own = {(label, box) for label, boxes in self.plan.room_category.items() for box in boxes} & before
+        if not own:
+            return self.plan.room_category
+        found = {
+            label: [box for box in boxes if (label, box) not in own] for label, boxes in self.plan.room_category.items()
+        }
+        for room in rooms:
+            if room.label != UNLABELLED:
+                found.setdefault(room.label, []).append(_box(room))
+        return {label: tuple(sorted(boxes)) for label, boxes in sorted(found.items()) if boxes}
+
+    def _objects(self, rooms: Sequence[Room]) -> list[PlanObject]:
+        """Return the furniture of rooms that are left, each piece with the room in which it stands now."""
+        found: list[PlanObject] = []
+        filled = [Polygon(room.ring) for room in rooms]
+        lost = [room.polygon for room in self.plan.rooms]
+        for thing in self.plan.objects:
+            middle = thing.polygon.centroid
+            home = next((room.id for room, shape in zip(rooms, filled, strict=True) if shape.covers(middle)), None)
+            was_inside = thing.room is not None and bool(lost)
+            if home is None and was_inside and all(shape.distance(middle) > 1.0 for shape in filled):
+                continue
+            found.append(replace(thing, id=len(found), room=home))
+        return found
+
+    def _provenance(self, doors: Sequence[Door]) -> Mapping[str, Any] | None:
+        """Return the provenance, with the cuts that are left under the numbers that their doors have now."""
+        told = dict(self.plan.provenance or {})
+        if "cuts" in told:
+            now = {id(draft.before): door.id for draft, door in zip(self.doors, doors, strict=True) if draft.before}
+            number = {door.id: now.get(id(door)) for door in self.plan.doors}
+            kept = [{**cut, "door": number.get(cut["door"])} for cut in told["cuts"]]
+            told["cuts"] = [cut for cut in kept if cut["door"] is not None and doors[cut["door"]].kind == "cut"]
+            if not told["cuts"]:
+                del told["cuts"]
+        return told or self.plan.provenance
+
+
+def split_pieces(shape: shapely.Geometry) -> list[Polygon]:
+    """Return the polygons of a shape that are more than rounding, the largest first."""
+    parts = [part for part in shapely.get_parts(shape) if isinstance(part, Polygon) and part.area > ROUNDED_M2]
+    return sorted(parts, key=lambda part: (-part.area, part.bounds))
+
+
+def is_room_sized(shape: Polygon) -> bool:
+    """Return whether a shape is large enough for a room."""
+    return bool(shape.area >= SMALLEST_ROOM_M2)
+
+
+def _largest(shape: shapely.Geometry) -> Polygon:
+    parts = [part for part in shapely.get_parts(shape) if isinstance(part, Polygon)]
+    return max(parts, key=lambda part: part.area, default=Polygon())
+
+
+def _share_edge(one: Polygon, other: Polygon) -> bool:
+    return bool(shapely.intersection(one.buffer(GRID_M / 2), other).length > 0.1)
+
+
+def _is_same(one: Polygon, other: Polygon) -> bool:
+    return bool(shapely.symmetric_difference(one, other).area < SAME_M2)
+
+
+def _box(room: Room) -> Box:
+    x1, y1, x2, y2 = np.round(room.polygon.bounds, 2).tolist()
+    return x1, y1, x2, y2
+
+
+def _room(k: int, draft: DraftRoom) -> Room:
+    if draft.before is not None:
+        return replace(draft.before, id=k, label=draft.label, source_labels=draft.words, confidence=draft.confidence)
+    (ring, holes), *_ = snap_polygons([draft.shape])
+    return Room(k, draft.label, ring, holes, draft.words, draft.confidence)
+
+
+def _door(k: int, draft: DraftDoor, numbers: Mapping[int, int]) -> Door:
+    one, other = draft.rooms
+    rooms = (numbers[id(one)], None if other is None else numbers[id(other)])
+    if draft.before is not None and draft.shape is draft.before.polygon:
+        return replace(draft.before, id=k, kind=draft.kind, rooms=rooms, confidence=draft.confidence)
+    (ax, ay), (bx, by) = np.round(draft.ends, 2).tolist()
+    ring = snap_polygons([draft.shape])[0][0]
+    width = round(math.hypot(bx - ax, by - ay), 2)
+    return Door(k, draft.kind, ((ax, ay), (bx, by)), width, ring, rooms, draft.confidence)
+
+
+def _on_grid(plan: PlanData) -> PlanData:
+    """Return a shifted plan with its coordinates on the grid again: adding leaves an error of the last digit."""
+
+    def rounded(ring: Vector) -> Vector:
+        return np.asarray(np.round(ring, 2))
+
+    boxes = {
+        label: tuple(tuple(np.round(box, 2).tolist()) for box in found) for label, found in plan.room_category.items()
+    }
+    return replace(
+        plan,
+        verts=rounded(plan.verts),
+        holes=tuple(map(rounded, plan.holes)),
+        rooms=tuple(replace(r, ring=rounded(r.ring), holes=tuple(map(rounded, r.holes))) for r in plan.rooms),
+        doors=tuple(
+            replace(d, ring=rounded(d.ring), segment=tuple(tuple(np.round(end, 2).tolist()) for end in d.segment))  # type: ignore[arg-type]
+            for d in plan.doors
+        ),
+        objects=tuple(replace(thing, ring=rounded(thing.ring)) for thing in plan.objects),
+        room_category=boxes,
+        frame=None if plan.frame is None else _rounded_frame(plan),
+    )
+
+
+def _rounded_frame(plan: PlanData) -> Any:
+    frame = plan.frame
+    assert frame is not None  # noqa: S101  # the caller asks only where there is one
+    (a, b, tx), (c, d, ty) = frame.matrix
+    return replace(frame, matrix=((a, b, round(tx, 6)), (c, d, round(ty, 6))))

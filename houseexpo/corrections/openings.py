@@ -1,0 +1,232 @@
+"""Find where a line that a person draws meets the rooms of a plan: in a wall between two, in an outer one, on a floor.
+
+R1  A line within ``SNAP_M`` of a wall that runs along it lies in that wall, and turns to run as the wall does.
+R2  In a wall, the opening takes what of the line is clear: both faces go on, as far apart as in the middle.
+R3  On a floor, the line goes on from both ends to the walls, if they are at most ``ONWARD_M`` away, and parts the room.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+import numpy.typing as npt
+import shapely
+from shapely import Polygon
+
+from houseexpo.corrections.draft import Draft, DraftRoom, Vector
+
+SNAP_M: Final = 0.25
+"""A line that a person draws so near a wall is meant to lie in it: a hand's breadth, and the wall's own half."""
+ONWARD_M: Final = 1.0
+"""The longest wall that a door on a floor brings with it at each end: what stands beside a doorway in a corner."""
+WALL_REACH_M: Final = 1.2
+"""The thickest wall that a door goes through, in old houses."""
+STEP_M: Final = 0.1
+"""A face of a wall that jumps by more is another wall: a hand's breadth."""
+PARTITION_M: Final = 0.1
+"""The thickness of a wall that a person draws as a line, between rooms that nothing parts."""
+SQUARE: Final = math.cos(math.radians(5.0))
+"""Cosine of the angle within which a line drawn by hand is meant to be parallel to a wall, or square to it."""
+ALONG: Final = math.cos(math.radians(15.0))
+"""Cosine of the angle within which a line drawn near a wall runs along it."""
+_SAMPLE_M: Final = 0.01
+
+
+@dataclass(frozen=True, eq=False)
+class Strip:
+    """A rectangle through or along a wall: its middle, the unit vector along it, its length and depth, metres."""
+
+    centre: Vector
+    along: Vector
+    length: float
+    depth: float
+
+    @property
+    def across(self) -> Vector:
+        """The unit vector to the left of ``along``."""
+        return np.array([-self.along[1], self.along[0]])
+
+    @property
+    def ends(self) -> Vector:
+        """The ends of its centre line (2, 2)."""
+        half = self.along * self.length / 2
+        return np.stack([self.centre - half, self.centre + half])
+
+    def polygon(self, *, deeper_m: float = 0.0, longer_m: float = 0.0) -> Polygon:
+        """Return it as an area, so many metres deeper and longer at each side."""
+        half = self.across * (self.depth / 2 + deeper_m)
+        a, b = self.ends + np.array([-self.along * longer_m, self.along * longer_m])
+        return Polygon([a - half, b - half, b + half, a + half])
+
+    def before(self, side: int, off_m: float) -> Vector:
+        """Return a point in front of the middle of a face; ``side`` is -1 or 1, the left one."""
+        return np.asarray(self.centre + side * self.across * (self.depth / 2 + off_m))
+
+
+def strip_of(a: Vector, b: Vector, *, depth_m: float = 0.0) -> Strip:
+    """Return the line between two points as a strip."""
+    length = math.dist(a, b)
+    return Strip((a + b) / 2, (b - a) / length, length, depth_m)
+
+
+def dot(one: Vector, other: Vector) -> float:
+    """Return the scalar product of two vectors, written out: libraries round it differently on other machines."""
+    return float(one[0] * other[0] + one[1] * other[1])
+
+
+@dataclass(frozen=True, eq=False)
+class Faces:
+    """What lies beyond the two faces of a wall: the index of a shape, -1 for none, and how far from the line, metres.
+
+    ``clear`` are the ends, from the middle of the line, between which both faces go on (R2).
+    """
+
+    shapes: tuple[int, int]
+    far: tuple[float, float]
+    clear: tuple[float, float]
+
+
+def faces_beside(strip: Strip, shapes: Sequence[Polygon], reach_m: float = WALL_REACH_M) -> Faces:
+    """Return what of some shapes lies on both sides of a line in a wall; the right side is the first."""
+    count = max(int(strip.length / _SAMPLE_M), 3)
+    steps = (np.arange(count) + 0.5) / count * strip.length - strip.length / 2
+    starts = strip.centre + steps[:, None] * strip.along
+    near = [k for k, shape in enumerate(shapes) if shape.distance(shapely.LineString(strip.ends)) < reach_m]
+    found: list[tuple[int, float]] = []
+    clear = np.ones(count, np.bool_)
+    for side in (-1.0, 1.0):
+        far = _distances(starts, side * strip.across, [shapes[k] for k in near], reach_m)
+        k = _in_front(far)
+        if k is None:
+            found.append((-1, 0.0))
+            continue
+        is_first = np.isfinite(far[:, k]) & (far[:, k] <= far.min(axis=1) + _SAMPLE_M)
+        middle = float(far[count // 2, k]) if is_first[count // 2] else float(np.median(far[is_first, k]))
+        clear &= is_first & (np.abs(far[:, k] - middle) <= STEP_M)
+        found.append((near[k], middle))
+    low, high = _longest_run(clear)
+    ends = low / count * strip.length - strip.length / 2, high / count * strip.length - strip.length / 2
+    return Faces((found[0][0], found[1][0]), (found[0][1], found[1][1]), ends)
+
+
+def _distances(starts: Vector, way: Vector, shapes: Sequence[Polygon], reach_m: float) -> npt.NDArray[np.float64]:
+    """Return how far (n, k) it is from points (n, 2) to shapes (k) one way; inf where a shape is out of reach."""
+    rays = shapely.linestrings(np.stack([starts, starts + reach_m * way], axis=1))
+    if not shapes:
+        return np.full((len(starts), 1), np.inf)
+    hits = shapely.intersection(rays[:, None], np.array(shapes, np.object_)[None, :])
+    far = shapely.distance(shapely.points(starts)[:, None], hits)
+    return np.where(shapely.is_empty(hits), np.inf, far)
+
+
+def _in_front(far: npt.NDArray[np.float64]) -> int | None:
+    """Return the shape that most rays meet first, that of the middle ray if it meets one."""
+    first = np.where(np.isfinite(far.min(axis=1)), far.argmin(axis=1), -1)
+    if (middle := int(first[len(first) // 2])) >= 0:
+        return middle
+    met = first[first >= 0]
+    return int(np.bincount(met).argmax()) if len(met) else None
+
+
+def _longest_run(clear: npt.NDArray[np.bool_]) -> tuple[int, int]:
+    """Return the start and the end of the run of true values that holds the middle, else of the longest."""
+    ends = np.flatnonzero(np.diff(np.concatenate([[False], clear, [False]]).astype(np.int8)))
+    runs = list(zip(ends[::2].tolist(), ends[1::2].tolist(), strict=True))
+    middle = len(clear) // 2
+    return max(runs, key=lambda run: (run[0] <= middle < run[1], run[1] - run[0]), default=(0, 0))
+
+
+def edges_of(shapes: Iterable[Polygon]) -> tuple[Vector, Vector]:
+    """Return the starts and the ends (n, 2) of all edges of some polygons."""
+    starts, ends = [np.empty((0, 2))], [np.empty((0, 2))]
+    for ring in shapely.get_rings(list(shapes)):
+        points = shapely.get_coordinates(ring)
+        starts.append(points[:-1])
+        ends.append(points[1:])
+    return np.concatenate(starts), np.concatenate(ends)
+
+
+def wall_beside(strip: Strip, rooms: Sequence[DraftRoom]) -> tuple[Vector, Vector, float] | None:
+    """Return the start and the direction of the nearest edge of a room that runs along a line, and its distance (R1).
+
+    The middle of the line must lie beside the edge.
+    """
+    starts, ends = edges_of(room.shape for room in rooms)
+    lengths = np.hypot(*(ends - starts).T)
+    starts, ends, lengths = starts[lengths > 0], ends[lengths > 0], lengths[lengths > 0]
+    ways = (ends - starts) / lengths[:, None]
+    at = ((strip.centre - starts) * ways).sum(axis=1)
+    off = np.abs((strip.centre[0] - starts[:, 0]) * ways[:, 1] - (strip.centre[1] - starts[:, 1]) * ways[:, 0])
+    fits = (np.abs((ways * strip.along).sum(axis=1)) > ALONG) & (at > -SNAP_M) & (at < lengths + SNAP_M)
+    if not fits.any():
+        return None
+    k = int(np.where(fits, off, np.inf).argmin())
+    way = ways[k] if dot(ways[k], strip.along) > 0 else -ways[k]
+    return starts[k], way, float(off[k])
+
+
+def squared(strip: Strip, shape: Polygon) -> Strip:
+    """Return a line turned about its middle to be parallel or square to the nearest edge of a room, if it nearly is."""
+    starts, ends = edges_of([shape])
+    lines = shapely.linestrings(np.stack([starts, ends], axis=1))
+    far = shapely.distance(shapely.LineString(strip.ends), lines)
+    for k in np.argsort(far, kind="stable").tolist():
+        length = math.dist(starts[k], ends[k])
+        if length < PARTITION_M:
+            continue
+        way = (ends[k] - starts[k]) / length
+        for each in (way, np.array([-way[1], way[0]])):
+            turned = each if dot(each, strip.along) > 0 else -each
+            if dot(turned, strip.along) > SQUARE:
+                return Strip(strip.centre, turned, strip.length, strip.depth)
+        break
+    return strip
+
+
+def drawn_on(strip: Strip, shape: Polygon) -> tuple[Strip, tuple[float, float]] | None:
+    """Return the line from wall to wall of a room, and how far it goes on beyond both ends (R3).
+
+    It is as deep as the ends of walls that it meets, if it meets such, else ``PARTITION_M``. None if a wall is too far.
+    """
+    onward, depths, asides = [], [], []
+    for side in (-1, 1):
+        end = strip.centre + side * strip.along * strip.length / 2
+        inner = end - side * strip.along * min(strip.length / 2, SNAP_M)
+        ray = shapely.LineString([inner, end + side * strip.along * ONWARD_M])
+        hit = shapely.intersection(ray, shape.boundary)
+        if hit.is_empty:
+            return None
+        places = [np.array(p) for p in shapely.get_coordinates(hit)]
+        first = min(places, key=lambda place: math.dist(inner, place))
+        onward.append(dot(first - end, side * strip.along))
+        if (face := _end_face(first, strip, shape)) is not None:
+            depths.append(face[0])
+            asides.append(face[1])
+    depth = max(depths, default=PARTITION_M)
+    aside = asides[depths.index(depth)] if depths else 0.0
+    low, high = -strip.length / 2 - onward[0], strip.length / 2 + onward[1]
+    centre = strip.centre + strip.along * (low + high) / 2 + strip.across * aside
+    return Strip(centre, strip.along, high - low, depth), (onward[0], onward[1])
+
+
+def _end_face(place: Vector, strip: Strip, shape: Polygon) -> tuple[float, float] | None:
+    """Return the thickness of the wall that ends at a place, and how far its middle is beside the line; or None."""
+    starts, ends = edges_of([shape])
+    lines = shapely.linestrings(np.stack([starts, ends], axis=1))
+    k = int(shapely.distance(shapely.Point(place), lines).argmin())
+    length = math.dist(starts[k], ends[k])
+    way = (ends[k] - starts[k]) / max(length, _SAMPLE_M)
+    if abs(dot(way, strip.across)) < ALONG or not 0.02 <= length <= WALL_REACH_M / 2:
+        return None
+    aside = dot((starts[k] + ends[k]) / 2 - strip.centre, strip.across)
+    return (length, aside) if abs(aside) <= SNAP_M else None
+
+
+def depth_of_entrances(draft: Draft) -> float:
+    """Return the depth of the plan's entrances in the middle, else of a wall, metres."""
+    depths = [door.shape.area / door.width for door in draft.doors if door.rooms[1] is None and door.width > 0]
+    return float(np.median(depths)) if depths else 2 * PARTITION_M

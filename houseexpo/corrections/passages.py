@@ -1,0 +1,328 @@
+"""Place and remove passages in a draft: ``door``, ``opening``, ``entrance``, ``no_door`` (rules in ``apply``)."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator
+from typing import Final
+
+import numpy as np
+import shapely
+from shapely import Polygon
+
+from houseexpo.corrections.draft import Draft, DraftDoor, DraftRoom, Vector, is_room_sized, split_pieces
+from houseexpo.corrections.openings import (
+    ALONG,
+    ONWARD_M,
+    SNAP_M,
+    STEP_M,
+    WALL_REACH_M,
+    Faces,
+    Strip,
+    depth_of_entrances,
+    dot,
+    drawn_on,
+    faces_beside,
+    squared,
+    strip_of,
+    wall_beside,
+)
+from houseexpo.corrections.saying import AlreadySoError, NoEffectError, Placed, Said
+from houseexpo.corrections.vocabulary import Word
+from houseexpo.plan.parts import DoorKind
+from houseexpo.tolerances import MIN_DOOR_M, ROUNDED_M2, SMALLEST_ROOM_M2
+
+WIDEST_DOOR_M: Final = 2.5
+"""What is wider is an opening: ``pipeline.config.DoorsConfig.widest_m``."""
+_INTO_M: Final = 0.03
+"""How far into the wall a line is moved that was drawn on its face, metres."""
+
+
+def place_passage(draft: Draft, placed: Placed) -> Said:
+    """Place a door, an opening or an entrance (R3, R4)."""
+    word, strip = placed.correction.word, strip_of(*placed.points)
+    there = _passage_there(draft, strip)
+    if there is not None and there.said:
+        raise NoEffectError(f"it stands in the place of {there.said}, which is said too; take one of the two out")
+    if there is not None and (abs(there.width - strip.length) <= 2 * STEP_M or _ends_match(there, strip)):
+        return _confirm(there, placed)
+    if there is not None:
+        draft.doors.remove(there)
+    try:
+        said = _new_passage(draft, strip, word, str(placed.correction))
+    except (NoEffectError, AlreadySoError):
+        if there is not None:
+            draft.doors.append(there)
+        raise
+    if there is not None:
+        said.also.append(f"the {there.kind} of {there.width:.2f} m there gave way")
+    return said
+
+
+def _ends_match(door: DraftDoor, strip: Strip) -> bool:
+    apart = min(
+        max(math.dist(a, b) for a, b in zip(door.ends, ends, strict=True)) for ends in (strip.ends, strip.ends[::-1])
+    )
+    return apart <= SNAP_M
+
+
+def _passage_there(draft: Draft, strip: Strip) -> DraftDoor | None:
+    """Return the passage that takes most of the place of a line, or lies in it."""
+    best, most = None, 0.0
+    for door in draft.doors:
+        way, centre = door.along, door.ends.mean(axis=0)
+        aside = abs(dot(centre - strip.centre, np.array([-way[1], way[0]])))
+        depth = door.shape.area / max(door.width, STEP_M)
+        if abs(dot(way, strip.along)) < ALONG or aside > depth / 2 + SNAP_M:
+            continue
+        at = dot(centre - strip.centre, strip.along)
+        shared = min(strip.length / 2, at + door.width / 2) - max(-strip.length / 2, at - door.width / 2)
+        if shared > min(strip.length, door.width) / 2 and shared > most:
+            best, most = door, shared
+    return best
+
+
+def _confirm(door: DraftDoor, placed: Placed) -> Said:
+    """Say of a passage that stands where a person says one: it is certain, and has the kind that is said."""
+    word = placed.correction.word
+    inner = door.rooms[1] is not None
+    if word == "entrance" and inner:
+        raise NoEffectError(f"the {door.kind} there joins two rooms; to have none behind it, say no_room of that room")
+    kind = _kind(word, door.width) if inner else "entrance"
+    was, door.kind = door.kind, kind
+    door.said = str(placed.correction)
+    door.confidence = 1.0 if door.confidence is not None or was == "cut" else None
+    if was == kind:
+        raise AlreadySoError(f"the plan has this {kind} already, {door.width:.2f} m wide")
+    return Said(f"the {was} there is {with_article(kind)} now")
+
+
+def with_article(kind: str) -> str:
+    """Return a kind of passage with its article."""
+    return f"an {kind}" if kind[0] in "aeio" else f"a {kind}"
+
+
+def _kind(word: Word, width_m: float) -> DoorKind:
+    return "opening" if word == "opening" or width_m > WIDEST_DOOR_M else "door"
+
+
+def _new_passage(draft: Draft, strip: Strip, word: Word, text: str) -> Said:
+    strip = _in_its_wall(draft, strip)
+    room = draft.room_at(strip.centre)
+    if room is not None:
+        return _on_floor(draft, strip, room, word, text)
+    shapes = [each.shape for each in draft.rooms]
+    faces = faces_beside(strip, shapes)
+    one, other = (draft.rooms[k] if k >= 0 else None for k in faces.shapes)
+    said = Said("")
+    if (one is None) != (other is None) and word != "entrance":
+        behind = _space_behind(draft, strip, 0 if one is None else 1, faces)
+        if behind is not None:
+            draft.rooms.append(behind)
+            said.also.append(f"a space of {behind.shape.area:.1f} m2 behind it, which nothing led into, is a room now")
+            one, other = (behind, other) if one is None else (one, behind)
+            faces = faces_beside(strip, [each.shape for each in draft.rooms])
+    if one is None and other is None:
+        raise NoEffectError(_far_from_rooms(draft, strip))
+    if one is not None and other is not None:
+        if word == "entrance":
+            raise NoEffectError(
+                f"it lies between {draft.name(one)} and {draft.name(other)}; say door, or no_room of one"
+            )
+        if one is other:
+            return _opened_wall(draft, strip, one, faces)
+        return _between(draft, strip, rooms=(one, other), faces=faces, word=word, text=text, said=said)
+    return _to_outside(draft, strip, rooms=(one, other), faces=faces, text=text, said=said)
+
+
+def _far_from_rooms(draft: Draft, strip: Strip) -> str:
+    far = draft.distance_to_rooms(strip.centre)
+    if far > WALL_REACH_M:
+        return f"it lies {far:,.1f} m from the nearest room; draw it in a wall of the house"
+    return f"no room looks at it from either side within {WALL_REACH_M} m; draw it along the wall"
+
+
+def _in_its_wall(draft: Draft, strip: Strip) -> Strip:
+    """Return a line in the wall beside which it was drawn (openings R1), else the line itself."""
+    beside = wall_beside(strip, draft.rooms)
+    room = draft.room_at(strip.centre)
+    if beside is None or beside[2] > (SNAP_M if room is not None else WALL_REACH_M / 2):
+        return strip
+    start, way, off = beside
+    turned = Strip(strip.centre, way, strip.length, 0.0)
+    if room is None or off == 0.0:
+        return turned
+    into = dot(start - strip.centre, turned.across)
+    moved = Strip(strip.centre + turned.across * (into + math.copysign(_INTO_M, into)), way, strip.length, 0.0)
+    return moved if draft.room_at(moved.centre) is not room else strip
+
+
+def _space_behind(draft: Draft, strip: Strip, side: int, faces: Faces) -> DraftRoom | None:
+    """Return the space into which nothing led, on one side of a line (R3)."""
+    lost = [space for space in draft.spaces if not space.reachable]
+    free = [free_part(draft, space.shape) for space in lost]
+    shapes = [shape for shape in free if shape is not None and is_room_sized(shape)]
+    found = faces_beside(strip, shapes).shapes[side]
+    return DraftRoom(shapes[found], confidence=None) if found >= 0 and faces.shapes[1 - side] >= 0 else None
+
+
+def free_part(draft: Draft, shape: Polygon) -> Polygon | None:
+    """Return the largest part of a space that no room and no passage takes."""
+    taken = shapely.union_all([room.shape for room in draft.rooms] + [door.shape for door in draft.inner_doors])
+    parts = split_pieces(shapely.difference(shape, taken))
+    return parts[0] if parts else None
+
+
+def _between(
+    draft: Draft,
+    strip: Strip,
+    *,
+    rooms: tuple[DraftRoom, DraftRoom],
+    faces: Faces,
+    word: Word,
+    text: str,
+    said: Said,
+) -> Said:
+    """Join two rooms through the wall between them."""
+    fitted = fit_to_wall(strip, faces)
+    depth = faces.far[0] + faces.far[1]
+    if depth < 0.01:
+        raise NoEffectError("the two rooms meet there without a wall; draw the wall first")
+    area = clear_part(fitted.polygon(deeper_m=STEP_M), (room.shape for room in draft.rooms), fitted.centre)
+    said.also += _give_way(draft, area)
+    kind = _kind(word, fitted.length)
+    draft.doors.append(DraftDoor(kind, area, fitted.ends, rooms, 1.0, said=text))
+    said.text = f"{with_article(kind)} of {fitted.length:.2f} m joins {draft.name(rooms[0])} and {draft.name(rooms[1])}"
+    said.also += _narrowed(strip, fitted)
+    if word == "door" and kind == "opening":
+        said.also.append(f"wider than any door ({WIDEST_DOOR_M} m), it is an opening")
+    return said
+
+
+def fit_to_wall(strip: Strip, faces: Faces) -> Strip:
+    """Return the part of a line that is clear, as deep as its wall (openings R2)."""
+    low, high = faces.clear
+    if high - low < MIN_DOOR_M - 1e-9:
+        raise NoEffectError(
+            f"only {max(high - low, 0.0):.2f} m of it lies in one clear wall, a door has {MIN_DOOR_M} m or more"
+        )
+    right, left = faces.far
+    centre = strip.centre + strip.along * (low + high) / 2 + strip.across * (left - right) / 2
+    return Strip(centre, strip.along, high - low, right + left)
+
+
+def _narrowed(strip: Strip, fitted: Strip) -> Iterator[str]:
+    if strip.length - fitted.length > STEP_M:
+        yield f"of the {strip.length:.2f} m that were drawn, {fitted.length:.2f} m are clear"
+
+
+def clear_part(shape: Polygon, taken: Iterable[Polygon], centre: Vector) -> Polygon:
+    """Return the part of a shape around its centre that nothing else takes."""
+    parts = split_pieces(shapely.difference(shape, shapely.union_all(list(taken))))
+    point = shapely.Point(centre)
+    return min(parts, key=lambda part: part.distance(point), default=shape)
+
+
+def _give_way(draft: Draft, area: Polygon) -> list[str]:
+    """Take out the passages that a new one overlaps; refuse where a person has said one of them."""
+    over = [door for door in draft.doors if shapely.intersection(door.shape, area).area > ROUNDED_M2]
+    if said := next((door.said for door in over if door.said), ""):
+        raise NoEffectError(f"it overlaps {said}, which is said too; take one of the two out")
+    draft.doors = [door for door in draft.doors if all(door is not each for each in over)]
+    return [f"the {door.kind} of {door.width:.2f} m in its place gave way" for door in over]
+
+
+def _to_outside(
+    draft: Draft,
+    strip: Strip,
+    *,
+    rooms: tuple[DraftRoom | None, DraftRoom | None],
+    faces: Faces,
+    text: str,
+    said: Said,
+) -> Said:
+    """Make an entrance in an outer wall (R4)."""
+    side = 0 if rooms[0] is not None else 1
+    room = rooms[side]
+    assert room is not None  # noqa: S101  # the caller has seen that there is one
+    depth = max(depth_of_entrances(draft), faces.far[side])
+    low, high = faces.clear
+    if high - low < MIN_DOOR_M - 1e-9:
+        raise NoEffectError(
+            f"only {max(high - low, 0.0):.2f} m of it lies in one clear wall, a door has {MIN_DOOR_M} m or more"
+        )
+    away = 1 if side == 0 else -1
+    face = strip.centre + strip.along * (low + high) / 2 - away * strip.across * faces.far[side]
+    fitted = Strip(face + away * strip.across * depth / 2, strip.along, high - low, depth)
+    area = clear_part(fitted.polygon(deeper_m=STEP_M), (each.shape for each in draft.rooms), fitted.centre)
+    area = clear_part(shapely.intersection(area, fitted.polygon(deeper_m=0.0)), [room.shape], fitted.centre)
+    said.also += _give_way(draft, area)
+    draft.doors.append(DraftDoor("entrance", area, fitted.ends, (room, None), 1.0, said=text))
+    said.text = f"an entrance of {fitted.length:.2f} m leads into {draft.name(room)}"
+    said.also += _narrowed(strip, fitted)
+    return said
+
+
+def _opened_wall(draft: Draft, strip: Strip, room: DraftRoom, faces: Faces) -> Said:
+    """Open a wall that stands in one room."""
+    fitted = fit_to_wall(strip, faces)
+    area = clear_part(fitted.polygon(deeper_m=STEP_M), [room.shape], fitted.centre)
+    parts = split_pieces(shapely.union_all([room.shape, area.buffer(1e-6)]))
+    room.change(parts[0])
+    room.confidence = None if room.confidence is None else 1.0
+    return Said(
+        f"the wall that stands in {draft.name(room)} is open for {fitted.length:.2f} m: both sides are one room"
+    )
+
+
+def _on_floor(draft: Draft, strip: Strip, room: DraftRoom, word: Word, text: str) -> Said:
+    """Part a room along a line with a passage in it (R3)."""
+    if word == "entrance":
+        raise NoEffectError(f"it lies in {draft.name(room)}, away from its walls; draw it in an outer wall")
+    strip = squared(strip, room.shape)
+    found = drawn_on(strip, room.shape)
+    if found is None:
+        raise NoEffectError(
+            f"it lies in {draft.name(room)}, and its line meets no wall within {ONWARD_M:g} m of both ends; draw it in "
+            "a wall, or draw the wall first"
+        )
+    whole, onward = found
+    parts = split_pieces(shapely.difference(room.shape, whole.polygon(longer_m=STEP_M)))
+    jambs = strip.ends + whole.across * dot(whole.centre - strip.centre, whole.across)
+    passage = Strip((jambs[0] + jambs[1]) / 2, strip.along, strip.length, whole.depth)
+    looks = [shapely.Point(passage.before(side, 0.02)) for side in (-1, 1)]
+    sides = [parts[int(np.argmin(shapely.distance(parts, look)))] for look in looks]
+    if sides[0] is sides[1]:
+        raise NoEffectError(f"its line parts nothing: {draft.name(room)} goes on around it")
+    if small := next((part for part in sides if not is_room_sized(part)), None):
+        raise NoEffectError(f"it would part off {small.area:.1f} m2 only, a room has {SMALLEST_ROOM_M2} m2 or more")
+    kept = [part for part in parts if is_room_sized(part)]
+    made = draft.replace_room(room, kept)
+    one, other = (next(each for each in made if each.shape is side) for side in sides)
+    area = shapely.intersection(passage.polygon(), room.shape)
+    area = split_pieces(area)[0]
+    kind = _kind(word, strip.length)
+    draft.doors.append(DraftDoor(kind, area, passage.ends, (one, other), 1.0, said=text))
+    for part in made:
+        part.confidence = 1.0 if part.confidence is not None else None
+    parted = f"{draft.name(one)} and {draft.name(other)}"
+    said = Said(f"{with_article(kind)} of {strip.length:.2f} m parts a room into {parted}")
+    if max(onward) > STEP_M:
+        said.also.append(f"a wall of {max(onward[0], 0) + max(onward[1], 0):.2f} m closes its line")
+    return said
+
+
+def remove_passage(draft: Draft, placed: Placed) -> Said:
+    """Take out the passage at a point (R5)."""
+    place = placed.points[0]
+    door = draft.door_at(place, SNAP_M)
+    if door is None:
+        point = shapely.Point(place)
+        far = min((float(each.shape.distance(point)) for each in draft.doors), default=math.inf)
+        raise NoEffectError(
+            f"no passage is there; the nearest is {far:,.2f} m away" if draft.doors else "the plan has none"
+        )
+    if door.said:
+        raise NoEffectError(f"{door.said} is said too; take one of the two out")
+    draft.doors.remove(door)
+    return Said(f"the {door.kind} of {door.width:.2f} m there is wall")

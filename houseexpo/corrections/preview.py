@@ -1,0 +1,64 @@
+"""Say of a plan that is built what corrections will do to it, before it is built again, and what those in it did."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, Generic, TypeVar
+
+import msgspec
+import numpy as np
+
+from houseexpo.corrections.apply import correct_plan
+from houseexpo.corrections.vocabulary import Correction
+from houseexpo.grids.frame import plan_points_from_source, source_points_from_plan
+from houseexpo.plan.model import PlanData, shift_plan
+
+_Plan = TypeVar("_Plan", bound=PlanData)
+
+
+@dataclass(frozen=True, eq=False)
+class Preview(Generic[_Plan]):
+    """A plan as it will be, in the coordinates of the one that is built, and a record of each correction.
+
+    A record has the keys of ``Effect.as_record``, and ``built``: whether the plan was built with it.
+    """
+
+    plan: _Plan
+    records: tuple[dict[str, Any], ...]
+
+
+def preview(plan: _Plan, corrections: Sequence[Correction]) -> Preview[_Plan]:
+    """Return what corrections do to a plan that may have been built with some of them.
+
+    A space that the plan does not have is known to a build only; its ``room`` is said to be looked for then.
+    """
+    if not corrections or plan.frame is None:
+        return Preview(plan, ())
+    built = {_key(told["word"], told["value"]): told for told in (plan.provenance or {}).get("corrections", [])}
+    found = correct_plan(plan, corrections, measure=False)
+    records = []
+    for effect in found.effects:
+        told = effect.as_record()
+        before = built.get(_key(told["word"], told["value"]))
+        if before is None and told["word"] == "room" and told["outcome"] == "none":
+            told["outcome"], told["said"] = "done", "the build looks for a closed space there"
+        records.append({**(told if before is None else before), "built": before is not None})
+    if len(found.followed) and records:
+        new = [record for record in records if not record["built"] and record["outcome"] == "done"]
+        if new:
+            new[-1]["also"] = [*new[-1].get("also", []), *found.followed]
+    return Preview(_in_place_of(found.plan, plan), tuple(records))
+
+
+def _key(word: str, value: Any) -> bytes:
+    return msgspec.json.encode([word, value])
+
+
+def _in_place_of(plan: _Plan, base: _Plan) -> _Plan:
+    """Return a corrected plan shifted to the coordinates of the one from which it was made."""
+    if plan is base or plan.frame is None or base.frame is None:
+        return plan
+    origin = source_points_from_plan(plan.frame, np.zeros((1, 2)))
+    x, y = np.round(plan_points_from_source(base.frame, origin)[0], 2).tolist()
+    return shift_plan(plan, x, y) if x or y else plan

@@ -1,0 +1,221 @@
+"""Define what a person can say of a house: the keys of ``overrides.toml``, their values, and how these are checked.
+
+All that builds, reviews and Python know of corrections is in this module. Words of a storey (``WORDS``) are facts about
+its plan; ``houseexpo.corrections.apply`` applies them. All other keys are of a file or of a whole plan.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+from typing import Any, Final, Literal, NamedTuple, TypeAlias
+
+from houseexpo.errors import ConfigError
+from houseexpo.plan.room_labels import LABELS, UNLABELLED, canonical
+from houseexpo.tolerances import MIN_DOOR_M
+
+NAME: Final = "overrides.toml"
+LOG: Final = "overrides.log.jsonl"
+"""The log of a review, beside the file with its decisions."""
+FARTHEST_M: Final = 1e7
+"""Coordinates beyond this are errors, metres: the earth's grids have seven digits."""
+
+Point: TypeAlias = tuple[float, float]
+Line: TypeAlias = tuple[Point, Point]
+Label: TypeAlias = tuple[float, float, str]
+Word: TypeAlias = Literal["room", "wall", "door", "opening", "entrance", "one_room", "no_door", "no_room", "label"]
+
+
+class Form(NamedTuple):
+    """The form of a word's value: what it is written as, how deep its lists are, and what it says, for people."""
+
+    written: str
+    depth: int
+    says: str
+
+
+_LINE: Final = "[[x, y], [x, y]]"
+WORDS: Final[dict[Word, Form]] = {
+    "room": Form("[x, y]", 1, "the space between walls around this point is a room"),
+    "wall": Form(_LINE, 2, "a wall stands here, from end to end"),
+    "door": Form(_LINE, 2, "there is a door here, from jamb to jamb"),
+    "opening": Form(_LINE, 2, "there is an opening without a door here, from jamb to jamb"),
+    "entrance": Form(_LINE, 2, "a door leads outside here, from jamb to jamb"),
+    "one_room": Form("[[x, y], [x, y], ...]", 2, "the rooms around these points are one room"),
+    "no_door": Form("[x, y]", 1, "there is no door, opening, entrance or cut here"),
+    "no_room": Form("[x, y]", 1, "the region around this point is no room"),
+    "label": Form('[x, y, "Kitchen"]', 1, "the room around this point has this label"),
+}
+"""The words of a storey, in the order in which they are applied. A word takes one value or a list of these. Points are
+in metres along the source's plan axes."""
+
+
+@dataclass(frozen=True)
+class Correction:
+    """One thing that a person says of a storey; points of ``value`` are in metres along the source's plan axes."""
+
+    word: Word
+    value: Any
+
+    def __str__(self) -> str:
+        return f"{self.word} {_plain(self.value)}"
+
+    @property
+    def points(self) -> tuple[Point, ...]:
+        """The points that the correction names."""
+        if self.word == "label":
+            return (self.value[:2],)
+        return (self.value,) if WORDS[self.word].depth == 1 else self.value
+
+
+@dataclass(frozen=True)
+class Override:
+    """What a person says of a house or a storey: the table of one id in ``overrides.toml``.
+
+    Each word of ``WORDS`` takes one value or a sequence of values. Points are in metres along the source's plan axes,
+    after units and scale: (X, Y) of a z-up source, (X, Z) of a y-up one. ``why`` is a note for people.
+
+    Raises
+    ------
+    ConfigError
+        A value has another form, is not finite, or contradicts another one; the message names the key.
+
+    Examples
+    --------
+    >>> said = Override(door=[[2.0, 3.1], [2.0, 4.0]], no_room=[5.5, 1.0])
+    >>> said.corrections
+    (Correction(word='door', value=((2.0, 3.1), (2.0, 4.0))), Correction(word='no_room', value=(5.5, 1.0)))
+    """
+
+    keep: bool = False
+    drop: bool = False
+    h_g: float | None = None
+    h_d: float | None = None
+    room: tuple[Point, ...] = ()
+    wall: tuple[Line, ...] = ()
+    door: tuple[Line, ...] = ()
+    opening: tuple[Line, ...] = ()
+    entrance: tuple[Line, ...] = ()
+    one_room: tuple[tuple[Point, ...], ...] = ()
+    no_door: tuple[Point, ...] = ()
+    no_room: tuple[Point, ...] = ()
+    label: tuple[Label, ...] = ()
+    scale: float | None = None
+    drop_nodes: tuple[str, ...] = ()
+    why: str = ""
+
+    def __post_init__(self) -> None:
+        for word in WORDS:
+            object.__setattr__(self, word, checked_values(word, getattr(self, word)))
+        if self.keep and self.drop:
+            raise ConfigError("expected keep or drop, found both; take one out")
+        if self.h_g is not None and self.h_d is not None and self.h_d <= self.h_g:
+            raise ConfigError(f"expected h_d above h_g, found {self.h_d:g} and {self.h_g:g}")
+        if self.scale is not None and not 0 < self.scale < math.inf:
+            raise ConfigError(f"scale: expected more than 0, found {self.scale:g}")
+
+    @property
+    def corrections(self) -> tuple[Correction, ...]:
+        """What is said of the storey, in the order in which it is applied."""
+        return tuple(Correction(word, value) for word in WORDS for value in getattr(self, word))
+
+    @property
+    def of_file(self) -> bool:
+        """Whether an override concerns a whole file rather than one of its levels."""
+        return self.scale is not None or bool(self.drop_nodes)
+
+    def joined(self, later: Override) -> Override:
+        """Return what two tables say of one id; ``later`` counts where they contradict each other."""
+        decided = later if later.keep or later.drop else self
+        heights = later if later.h_g is not None or later.h_d is not None else self
+        lists = {
+            each.name: (*getattr(self, each.name), *getattr(later, each.name))
+            for each in fields(self)
+            if isinstance(getattr(self, each.name), tuple)
+        }
+        return Override(
+            keep=decided.keep,
+            drop=decided.drop,
+            h_g=heights.h_g,
+            h_d=heights.h_d,
+            scale=self.scale if later.scale is None else later.scale,
+            why=later.why or self.why,
+            **{name: tuple(dict.fromkeys(values)) for name, values in lists.items()},
+        )
+
+
+def word_values(word: Word, value: Any) -> list[Any]:
+    """Return the values of a word as a list; a file may give a single value without the outer list."""
+    if not isinstance(value, list | tuple):
+        return [value]
+    inner: Any = value
+    for _ in range(WORDS[word].depth):
+        inner = inner[0] if isinstance(inner, list | tuple) and inner else None
+    return [value] if inner is not None and not isinstance(inner, list | tuple) else list(value)
+
+
+def checked_values(word: Word, value: Any) -> tuple[Any, ...]:
+    """Return the values of a word as tuples of floats, each once.
+
+    Raises
+    ------
+    ConfigError
+        It has another form, a number is not finite or too large, a line is too short, points are equal, or a label is
+        none of the data set's.
+    """
+    values = word_values(word, value)
+    if not all(isinstance(each, list | tuple) for each in values):
+        raise _other_form(word, value)
+    return tuple(dict.fromkeys(_checked(word, each) for each in values))
+
+
+def _checked(word: Word, value: Any) -> Any:
+    form = WORDS[word]
+    if word == "label":
+        if not (_is_list(value, 3) and _is_point(value[:2]) and isinstance(value[2], str)):
+            raise _other_form(word, value)
+        label = canonical(value[2]) or (UNLABELLED if value[2] == UNLABELLED else None)
+        if label is None:
+            raise ConfigError(f"label: expected one of {', '.join((*LABELS, UNLABELLED))}; found {value[2]!r}")
+        found: Any = (*_point(word, value[:2]), label)
+        return found
+    if form.depth == 1:
+        if not _is_point(value):
+            raise _other_form(word, value)
+        return _point(word, value)
+    count = len(value) if isinstance(value, list | tuple) else 0
+    if count < 2 or (word != "one_room" and count != 2) or not all(map(_is_point, value)):
+        raise _other_form(word, value)
+    points = tuple(_point(word, each) for each in value)
+    if word == "one_room":
+        return points
+    if (length := math.dist(*points)) < MIN_DOOR_M:
+        ends, found = "jambs" if word != "wall" else "ends", f"{length:.2f} m: {_plain(points)}"
+        raise ConfigError(f"{word}: expected {ends} {MIN_DOOR_M} m apart or more, found {found}")
+    return points
+
+
+def _other_form(word: Word, value: Any) -> ConfigError:
+    expected = f"{WORDS[word].written}, or a list of these, in metres"
+    return ConfigError(f"{word}: expected {expected}, found {_plain(value)!r}")
+
+
+def _point(word: Word, value: Sequence[float]) -> Point:
+    x, y = float(value[0]), float(value[1])
+    if not (abs(x) < FARTHEST_M and abs(y) < FARTHEST_M):  # also what is not finite
+        raise ConfigError(f"{word}: expected finite metres, found {_plain(value)}")
+    return x, y
+
+
+def _is_point(value: Any) -> bool:
+    return _is_list(value, 2) and all(isinstance(n, int | float) and not isinstance(n, bool) for n in value)
+
+
+def _is_list(value: Any, length: int) -> bool:
+    return isinstance(value, list | tuple) and len(value) == length
+
+
+def _plain(value: Any) -> Any:
+    """Return a value as the file has it: lists for tuples."""
+    return [_plain(part) for part in value] if isinstance(value, list | tuple) else value

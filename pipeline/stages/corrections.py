@@ -1,0 +1,127 @@
+"""Apply what a person says of a storey (``Level.corrections``) to its finished plan, and rate the plan again.
+
+R1  Nothing that a person says of a storey is an input of the search: the plan is the one that would be without it, but
+    for what the words change (``houseexpo.corrections.apply``).
+R2  A word belongs to the building of its storey that is nearest to it.
+R3  Spaces between walls that are no rooms can be named as rooms; a room that was left out because nothing led into it
+    comes back with a door.
+R4  The quality is that of the corrected plan. A space that a person calls a room, or draws a door of, is one. Rooms
+    that the source draws, and which a person's words contradict, say nothing against it, nor does its count of rooms.
+R5  The plan's provenance names each word and what it did, also where it did nothing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import shapely
+from shapely import Polygon
+
+from houseexpo.corrections.apply import Corrected, correct_plan
+from houseexpo.corrections.draft import Space
+from houseexpo.floorplan import FloorPlan
+from houseexpo.grids.frame import plan_points_from_source, source_points_from_plan
+from houseexpo.plan import Door
+from pipeline.geometry.areas import OUTSIDE, Floats, overlaps
+from pipeline.geometry.portals import Portal
+from pipeline.tolerances import MOST, SHEET_M, STAND_M
+from pipeline.values import Layout, Level, Passage, Spaces
+
+
+def corrections_by_building(level: Level, buildings: Sequence[tuple[Level, Spaces]]) -> list[tuple[Level, Spaces]]:
+    """Return the buildings of a level, each with the words that belong to it (R2)."""
+    if len(buildings) < 2 or not level.corrections:
+        return list(buildings)
+    places = shapely.multipoints([plan_points_from_source(level.frame, np.array(c.points)) for c in level.corrections])
+    nearest = [
+        int(np.argmin([min((place.distance(o) for o in spaces.outlines), default=np.inf) for _, spaces in buildings]))
+        for place in places
+    ]
+    found = []
+    for k, (building, spaces) in enumerate(buildings):
+        own = tuple(word for word, home in zip(level.corrections, nearest, strict=True) if home == k)
+        found.append((replace(building, corrections=own), spaces))
+    return found
+
+
+def correct(level: Level, layout: Layout, unreached: Sequence[Polygon], plan: FloorPlan) -> Corrected[FloorPlan]:
+    """Return the plan with the words of its level (R1), and what they did.
+
+    ``unreached`` are the rooms that were found, before those were left out into which nothing leads (R3).
+    """
+    shift = -_origin(level, plan)
+    spaces = [Space(_moved(room, shift), reachable=False) for room in unreached]
+    spaces += [Space(_moved(space, shift)) for space in layout.spaces]
+    found = correct_plan(plan, level.corrections, spaces)
+    told: dict[str, Any] = {"corrections": [effect.as_record() for effect in found.effects]}
+    if found.followed:
+        told["followed"] = list(found.followed)
+    return replace(found, plan=replace(found.plan, provenance={**(found.plan.provenance or {}), **told}))
+
+
+def spaces_of_plan(level: Level, plan: FloorPlan, spaces: Spaces) -> Spaces:
+    """Return the rooms and passages of a plan in the level's frame, with the notes of ``spaces``."""
+    origin = _origin(level, plan)
+    rooms = tuple(_moved(room.polygon, origin) for room in plan.rooms)
+    number = {room.id: k for k, room in enumerate(plan.rooms)}
+    passages = tuple(_passage(door, number, rooms, origin) for door in plan.doors)
+    return replace(spaces, rooms=rooms, passages=passages, joins=())
+
+
+def doubts_left(level: Level, layout: Layout, doubts: Floats, plan: FloorPlan) -> Floats:
+    """Return the doubts (n,) of the layout's spaces without those that a person has settled: their rooms, and doors."""
+    settled = {room.id for room in plan.rooms if room.confidence == 1.0}
+    settled |= {side for door in plan.doors if door.confidence == 1.0 for side in door.rooms if side is not None}
+    origin = _origin(level, plan)
+    places = [_moved(room.polygon, origin).representative_point() for room in plan.rooms if room.id in settled]
+    held = shapely.STRtree(places).query(np.array(layout.spaces, np.object_), predicate="contains")[0]
+    found = doubts.copy()
+    found[held] = 0.0
+    return found
+
+
+def level_of_corrected(level: Level, before: FloorPlan, after: FloorPlan) -> Level:
+    """Return a level whose named rooms and their count do not contradict a person's words (R4)."""
+    count = None if level.room_count is None else max(level.room_count + len(after.rooms) - len(before.rooms), 0)
+    drawn = [room for room in level.rooms if room.polygon is not None]
+    if not drawn:
+        return replace(level, room_count=count)
+    polygons = tuple(room.polygon for room in drawn if room.polygon is not None)
+
+    def fit(plan: FloorPlan) -> Floats:
+        origin = _origin(level, plan)
+        return overlaps(tuple(_moved(room.polygon, origin) for room in plan.rooms), polygons).max(axis=0)  # type: ignore[no-any-return]
+
+    worse = fit(after) < fit(before) - SHEET_M
+    contradicted = {id(room) for room, is_worse in zip(drawn, worse, strict=True) if is_worse}
+    return replace(level, rooms=tuple(r for r in level.rooms if id(r) not in contradicted), room_count=count)
+
+
+def _origin(level: Level, plan: FloorPlan) -> Floats:
+    """Return where the plan's origin lies in the level's frame (2,)."""
+    assert plan.frame is not None  # noqa: S101  # vectorise gives each plan one
+    source = source_points_from_plan(plan.frame, np.zeros((1, 2)))
+    return np.asarray(np.round(plan_points_from_source(level.frame, source)[0], 4))
+
+
+def _moved(shape: Polygon, by: Floats) -> Polygon:
+    moved: Polygon = shapely.transform(shape, lambda points: points + by)
+    return moved
+
+
+def _passage(door: Door, number: dict[int, int], rooms: tuple[Polygon, ...], origin: Floats) -> Passage:
+    a, b = np.array(door.segment) + origin
+    width = max(float(np.hypot(*(b - a))), STAND_M)
+    sides = tuple(OUTSIDE if room is None else number[room] for room in door.rooms)
+    along = (b - a) / width
+    depth = max(door.polygon.area / width, STAND_M)
+    portal = Portal((a + b) / 2, along, width, depth, (sides[0], sides[1]))
+    before = shapely.Point(portal.centre - portal.across * (depth / 2 + STAND_M))
+    behind = shapely.Point(portal.centre + portal.across * (depth / 2 + STAND_M))
+    if rooms[sides[0]].distance(before) > rooms[sides[0]].distance(behind):  # ``across`` points to the second
+        portal = replace(portal, along=-along)
+    closed_by = "door" if door.confidence is not None and door.confidence > MOST else ""
+    return Passage(portal, door.kind, closed_by=closed_by, confidence=door.confidence)

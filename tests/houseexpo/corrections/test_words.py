@@ -1,0 +1,225 @@
+"""Each word does to a plan what it says, at the place where it is said, and says what it did or why it did nothing."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from houseexpo.corrections import Correction, Override
+from houseexpo.corrections.apply import Corrected, correct_plan
+from houseexpo.corrections.draft import Space
+from houseexpo.corrections.passages import WIDEST_DOOR_M
+from houseexpo.corrections.settling import CUT_M
+from houseexpo.corrections.vocabulary import WORDS
+from houseexpo.errors import ConfigError
+from houseexpo.floorplan import FloorPlan, decode
+from houseexpo.plan.json_codec import encode
+from pipeline.config import ConnectivityConfig, DoorsConfig
+from tests.builders.services import furnished, two_rooms
+
+PLAN = two_rooms("a")
+"""A kitchen of 4 x 3 m, a bedroom of 3 x 3 m, a wall from x = 4.1 to 4.2 between them, its door from y = 1.1 to 1.9."""
+
+
+def corrected(plan: FloorPlan = PLAN, **words: Any) -> Corrected[FloorPlan]:
+    found = correct_plan(plan, Override(**words).corrections)
+    decode(encode(found.plan))  # it is a plan by the format
+    return found
+
+
+def areas(plan: FloorPlan) -> list[float]:
+    return sorted(round(room.area, 2) for room in plan.rooms)
+
+
+def kinds(plan: FloorPlan) -> list[str]:
+    return sorted(door.kind for door in plan.doors)
+
+
+@pytest.mark.parametrize("x", [4.0, 4.12, 4.15, 4.18, 4.3])
+def test_a_door_beside_a_wall_opens_the_wall(x: float) -> None:
+    found = corrected(door=[[x, 2.1], [x, 2.9]])
+    assert [effect.outcome for effect in found.effects] == ["done"]
+    assert kinds(found.plan) == ["door", "door"]
+    new = found.plan.doors[1]
+    assert new.polygon.bounds == pytest.approx((4.1, 2.1, 4.2, 2.9))
+    assert (new.width, new.confidence) == (0.8, 1.0)
+    assert found.plan.area == pytest.approx(PLAN.area + 0.08)
+
+
+def test_a_door_from_crossing_wall_to_crossing_wall_takes_what_is_clear() -> None:
+    found = corrected(door=[[4.15, 2.5], [4.15, 3.4]])
+    assert found.plan.doors[1].width == pytest.approx(0.6, abs=0.02)
+    assert "0.60 m are clear" in found.effects[0].sentence
+
+
+def test_a_door_in_an_outer_wall_leads_outside() -> None:
+    for word in ("door", "entrance"):
+        found = corrected(**{word: [[0.0, 1.0], [0.0, 1.9]]})
+        assert kinds(found.plan) == ["door", "entrance"]
+        assert found.plan.rooms == PLAN.rooms
+        assert found.plan.area == pytest.approx(PLAN.area)  # an entrance stays closed
+
+
+def test_a_door_between_stubs_parts_a_merged_room() -> None:
+    stubs = corrected(wall=[[[2.0, 0.1], [2.0, 1.2]], [[2.0, 2.0], [2.0, 3.1]]]).plan
+    assert len(stubs.rooms) == 2
+    found = corrected(stubs, door=[[2.0, 1.2], [2.0, 2.0]])
+    assert areas(found.plan) == [5.55, 6.15, 9.0]
+    assert kinds(found.plan) == ["door", "door"]
+    assert "parts a room" in found.effects[0].said
+
+
+def test_a_door_across_a_narrow_part_brings_the_rest_of_its_wall_and_says_so() -> None:
+    found = corrected(door=[[2.0, 0.9], [2.0, 2.2]])
+    assert areas(found.plan) == [5.55, 6.15, 9.0]
+    assert "a wall of 1.70 m closes its line" in found.effects[0].sentence
+
+
+def test_a_door_wider_than_any_is_an_opening() -> None:
+    wide = corrected(door=[[4.15, 0.1], [4.15, 3.1]])
+    assert wide.plan.doors[0].kind == "opening"
+    assert wide.plan.doors[0].width == pytest.approx(3.0, abs=0.02)
+    assert "it is an opening" in wide.effects[0].sentence
+    assert "the door of 0.80 m there gave way" in wide.effects[0].sentence or kinds(wide.plan) == ["opening"]
+
+
+def test_a_door_where_one_stands_is_already_so() -> None:
+    found = corrected(door=[[4.15, 1.1], [4.15, 1.9]])
+    assert found.effects[0].outcome == "already"
+    assert found.plan.doors[0].polygon.equals(PLAN.doors[0].polygon)
+    opened = corrected(opening=[[4.15, 1.1], [4.15, 1.9]])
+    assert (opened.effects[0].outcome, kinds(opened.plan)) == ("done", ["opening"])
+
+
+@pytest.mark.parametrize(
+    ("words", "why"),
+    [
+        ({"door": [[500.0, 1.0], [500.0, 1.9]]}, "492.8 m from the nearest room"),
+        ({"door": [[1.0, 1.5], [1.0, 2.3]], "label": [1, 1, "Kitchen"]}, ""),
+        ({"entrance": [[4.15, 2.1], [4.15, 2.9]]}, "say door"),
+        ({"no_room": [500.0, 1.0]}, "the nearest is 492.80 m away"),
+        ({"no_room": [4.15, 1.5]}, "the point lies in a door"),
+        ({"no_door": [2.0, 2.0]}, "no passage is there; the nearest is 2.10 m away"),
+        ({"wall": [[500.0, 1.0], [500.0, 1.9]]}, "m from the nearest room"),
+        ({"room": [500.0, 1.0]}, "no closed space"),
+        ({"label": [500.0, 1.0, "Office"]}, "no room is there"),
+        ({"one_room": [[1.0, 1.0], [500.0, 1.0]]}, "no room is there"),
+    ],
+)
+def test_what_has_no_effect_says_why_and_changes_nothing(words: dict[str, Any], why: str) -> None:
+    if not why:
+        words, why = {"door": [[1.0, 1.5], [1.9, 1.5]]}, "meets no wall within 1 m of both ends"
+    found = corrected(**words)
+    assert found.effects[0].outcome == "none"
+    assert why in found.effects[0].said
+    assert encode(found.plan) == encode(PLAN)
+
+
+def test_equal_doors_beside_each_other_are_said_once_and_the_other_names_it() -> None:
+    one, other = ((4.15, 2.1), (4.15, 2.9)), ((4.18, 2.1), (4.18, 2.9))
+    found = corrected(door=[one, other])
+    assert [effect.outcome for effect in found.effects] == ["done", "none"]
+    assert "door [[4.15, 2.1], [4.15, 2.9]], which is said too" in found.effects[1].said
+    assert len(corrected(door=[one, one]).effects) == 1
+
+
+def test_words_that_contradict_each_other_are_both_named() -> None:
+    found = corrected(door=[[4.15, 2.1], [4.15, 2.9]], no_door=[4.15, 2.5])
+    assert [effect.outcome for effect in found.effects] == ["done", "none"]
+    assert "door [[4.15, 2.1], [4.15, 2.9]] is said too" in found.effects[1].said
+
+
+def test_a_region_that_is_no_room_goes_alone_and_its_door_leads_outside() -> None:
+    found = corrected(no_room=[5.0, 1.0])
+    assert areas(found.plan) == [12.0]
+    assert kinds(found.plan) == ["entrance"]
+    assert found.plan.room_num == 1
+    assert list(found.plan.room_category) == ["Kitchen"]
+    assert corrected(found.plan, no_room=[1.0, 1.0]).effects[0].said.startswith("it is the only room")
+
+
+def test_without_its_door_a_room_gets_a_cut_and_a_sentence() -> None:
+    found = corrected(no_door=[4.15, 1.5])
+    assert kinds(found.plan) == ["cut"]
+    assert found.plan.doors[0].width == pytest.approx(CUT_M)
+    assert "a cut of 0.80 m joins" in found.followed[0]
+
+
+def test_a_drawn_door_makes_a_cut_needless() -> None:
+    cut = corrected(no_door=[4.15, 1.5]).plan
+    x, y = cut.doors[0].polygon.centroid.coords[0]
+    far = 0.5 if y > 1.6 else 2.7
+    found = corrected(cut, door=[[x, far - 0.35], [x, far + 0.35]])
+    assert kinds(found.plan) == ["door"]
+    assert "is not needed any more" in found.followed[0]
+
+
+def test_a_wall_parts_a_room_and_a_door_in_it_joins_the_parts() -> None:
+    found = corrected(wall=[[2.0, 0.2], [2.0, 3.0]], door=[[2.0, 1.0], [2.0, 1.8]])
+    assert areas(found.plan) == [5.55, 6.15, 9.0]
+    assert kinds(found.plan) == ["door", "door"]
+    assert not found.followed
+
+
+def test_a_wall_with_a_free_end_stands_in_its_room() -> None:
+    found = corrected(wall=[[2.0, 0.1], [2.0, 2.0]])
+    assert areas(found.plan) == [9.0, 11.81]
+    assert corrected(found.plan, wall=[[2.0, 0.1], [2.0, 2.0]]).effects[0].outcome == "already"
+
+
+def test_rooms_become_one_with_the_door_between_them() -> None:
+    found = corrected(one_room=[[1.0, 1.0], [5.0, 1.0]])
+    assert areas(found.plan) == [21.08]
+    assert not found.plan.doors
+    assert found.plan.rooms[0].label == "Kitchen"
+    shut = corrected(no_door=[4.15, 1.5], one_room=[[1.0, 1.0], [5.0, 1.0]])
+    assert [effect.outcome for effect in shut.effects] == ["done", "none"]  # its door is part of the room
+
+
+def test_a_label_is_one_of_the_data_sets() -> None:
+    found = corrected(label=[1.0, 1.0, "living room"])
+    assert [room.label for room in found.plan.rooms] == ["Living_Room", "Bedroom"]
+    assert sorted(found.plan.room_category) == ["Bedroom", "Living_Room"]
+    with pytest.raises(ConfigError, match=r"label: expected one of .*Kitchen.*; found 'Palace'"):
+        Override(label=[1.0, 1.0, "Palace"])
+
+
+def test_a_space_between_walls_becomes_a_room() -> None:
+    from shapely import box
+
+    space = Space(box(7.3, 0.1, 9.3, 3.1))
+    found = correct_plan(PLAN, Override(room=[8.0, 1.0], door=[[7.25, 1.0], [7.25, 1.9]]).corrections, [space])
+    assert areas(found.plan) == [6.0, 9.0, 12.0]
+    assert kinds(found.plan) == ["door", "door"]
+    lost = Space(box(7.3, 0.1, 9.3, 3.1), reachable=False)
+    back = correct_plan(PLAN, Override(door=[[7.25, 1.0], [7.25, 1.9]]).corrections, [lost])
+    assert areas(back.plan) == [6.0, 9.0, 12.0]
+    assert "which nothing led into, is a room now" in back.effects[0].sentence
+
+
+def test_furniture_goes_with_its_room() -> None:
+    plan = furnished("a")
+    assert not corrected(plan, no_room=[4.5, 0.5]).plan.objects
+    kept = corrected(plan, no_room=[1.0, 1.0]).plan
+    assert [thing.room for thing in kept.objects] == [0]
+
+
+def test_a_plan_that_starts_elsewhere_stays_in_its_place() -> None:
+    framed = corrected(no_room=[1.0, 1.0]).plan
+    assert framed.bbox[:2] == PLAN.bbox[:2]
+
+
+def test_each_word_has_a_form_a_python_name_and_an_effect() -> None:
+    given = {1: (1.0, 1.0), 2: ((1.0, 1.0), (1.0, 2.0))}
+    for word, form in WORDS.items():
+        value: Any = (1.0, 1.0, "Office") if word == "label" else given[form.depth]
+        assert Override(**{word: value}).corrections == (Correction(word, value),)
+        assert Override(**{word: [value]}) == Override(**{word: value})
+        (effect,) = correct_plan(PLAN, Override(**{word: value}).corrections).effects
+        assert effect.said
+
+
+def test_numbers_that_the_pipeline_has_too_are_equal() -> None:
+    assert DoorsConfig().widest_m == WIDEST_DOOR_M
+    assert ConnectivityConfig().cut_width_m == CUT_M

@@ -1,0 +1,132 @@
+"""A single correction changes what it touches and nothing else, in houses of all kinds; the rest is where it was."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+import shapely
+from shapely import LineString, Polygon
+
+from houseexpo.corrections import Override
+from houseexpo.floorplan import FloorPlan, decode
+from houseexpo.plan.json_codec import encode
+from pipeline.algorithm import plan_level
+from pipeline.batch.job import level_rng
+from pipeline.config import PipelineConfig
+from pipeline.rejection import Rejection
+from pipeline.sources import find, reader
+from pipeline.values import Level
+from tests.builders.drawn import changed_shapes, doors_beside, in_source, walls_without_door
+from tests.builders.kinds.registry import KINDS, RAW, make_member
+from tests.builders.shared import DATA, needs_shared
+
+MOST_WORDS = 3  # of one kind in one plan: each is planned anew
+
+
+def levels(source: str) -> Iterator[Level]:
+    for item in find(source):
+        for level in reader(item.reader).read(item):
+            if isinstance(level, Level):
+                yield level
+
+
+def planned(level: Level, said: Override | None = None) -> list[FloorPlan]:
+    corrected = replace(level, corrections=said.corrections) if said else level
+    return [
+        each for each in plan_level(corrected, PipelineConfig(), level_rng(level, 0)) if isinstance(each, FloorPlan)
+    ]
+
+
+def records(plan: FloorPlan) -> list[dict[str, str]]:
+    return list((plan.provenance or {}).get("corrections", []))
+
+
+def check(level: Level, before: FloorPlan, said: Override, touched: Polygon) -> FloorPlan:
+    """Plan a level with one correction; what is not within the touched area (source's axes) is as it was."""
+    after = next(each for each in planned(level, said) if each.id == before.id)
+    decode(encode(after))
+    (record,) = records(after)
+    assert record["outcome"] == "done", record
+    beyond = [shape for shape in changed_shapes(before, after) if not shape.intersects(touched)]
+    assert not beyond, (said, record, beyond)
+    assert encode(after) == encode(next(each for each in planned(level, said) if each.id == before.id))
+    return after
+
+
+def check_level(level: Level, most: int = MOST_WORDS) -> int:
+    """Draw doors, take rooms out, part and name them, one at a time; return the number of doors that were drawn."""
+    count = 0
+    for before in planned(level):
+        for line, one, other in list(walls_without_door(before))[:most]:
+            drawn = in_source(before, line)
+            touched = LineString(drawn).buffer(0.6)
+            after = check(level, before, Override(door=drawn), touched)
+            assert len(after.rooms) == len(before.rooms)
+            new = [door for door in after.doors if door.confidence == 1.0 and door.kind == "door"]
+            middle = LineString(drawn).centroid
+            at = [door for door in new if Polygon(in_source(after, door.ring)).distance(middle) < 0.05]
+            assert len(at) == 1, (one, other, new)
+            count += 1
+        for room in before.rooms[:most] if len(before.rooms) > 2 else ():
+            place = in_source(before, [room.polygon.representative_point().coords[0]])[0]
+            area = Polygon(in_source(before, room.ring))
+            around = [area, *(Polygon(in_source(before, door.ring)) for door in doors_beside(before, room))]
+            after = next(each for each in planned(level, Override(no_room=place)) if each.id == before.id)
+            followed = (after.provenance or {}).get("followed", [])
+            if not followed:  # a cut, or rooms left out, that it says itself
+                check(level, before, Override(no_room=place), shapely.union_all(around).buffer(0.05))
+                assert len(after.rooms) == len(before.rooms) - 1
+            named = check(level, before, Override(label=(*place, "Gym")), Polygon())
+            assert "Gym" in {each.label for each in named.rooms}
+        for word, value in (("door", [[9e3, 9e3], [9e3, 9e3 + 1]]), ("no_room", [9e3, 9e3])):
+            (far,) = [each for each in planned(level, Override(**{word: value})) if each.id == before.id]  # type: ignore[arg-type]
+            assert [record["outcome"] for record in records(far)] == ["none"] or not records(far)
+            assert not changed_shapes(before, far)
+            assert far.quality == before.quality
+    return count
+
+
+def test_fifteen_doors_drawn_in_made_homes_open_fifteen_walls() -> None:
+    drawn = 0
+    for level in levels("procedural:16"):
+        drawn += check_level(level, 2)
+        if drawn >= 15:
+            return
+    raise AssertionError(f"the homes have only {drawn} walls without a door")
+
+
+@pytest.mark.slow
+def test_corrections_of_houses_with_hard_cases_stay_local() -> None:
+    assert sum(check_level(level) for level in levels("procedural:20?style=test")) > 10
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", [*KINDS, *RAW])
+def test_corrections_of_each_kind_stay_local(kind: str, tmp_path: Path) -> None:
+    member = make_member(kind, 0, 3, tmp_path)
+    for level in levels(str(member.path)):
+        try:
+            check_level(level, 2)
+        except Rejection as rejection:
+            pytest.skip(f"no plan without corrections: {rejection}")
+
+
+@pytest.mark.slow
+@needs_shared
+@pytest.mark.parametrize("file", sorted(p.name for p in (DATA / "found").glob("*") if p.suffix != ".pgm"))
+def test_corrections_of_found_files_stay_local(file: str) -> None:
+    for level in _unless_rejected(lambda: list(levels(str(DATA / "found" / file)))):
+        try:
+            check_level(level, 2)
+        except Rejection:
+            continue
+
+
+def _unless_rejected(read: Callable[[], list[Level]]) -> list[Level]:
+    try:
+        return read()
+    except Rejection:
+        return []
