@@ -1,25 +1,11 @@
-"""Count the cores this process may use, and make processes that it starts use one computing thread each.
-
-More threads than cores would slow each other down.
-"""
+"""Count the cores that this process may use."""
 
 from __future__ import annotations
 
 import math
 import os
 from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
-from typing import Final
-
-THREADS: Final = (
-    "OMP_NUM_THREADS",
-    "OPENBLAS_NUM_THREADS",
-    "MKL_NUM_THREADS",
-    "NUMEXPR_NUM_THREADS",
-    "NUMBA_NUM_THREADS",
-)
-"""Environment variables that libraries read when they are loaded."""
 
 
 def count_cores(groups: Path = Path("/proc/self/cgroup"), mount: Path = Path("/sys/fs/cgroup")) -> int:
@@ -62,18 +48,3 @@ def _quota(folder: Path) -> float | None:
         return None if allowed in {"max", "-1"} else int(allowed) / int(period)
     except (OSError, ValueError, ZeroDivisionError):
         return None
-
-
-@contextmanager
-def limit_child_threads() -> Iterator[None]:
-    """Make processes that start in this context compute with one thread."""
-    before = {name: os.environ.get(name) for name in THREADS}
-    os.environ.update(dict.fromkeys(THREADS, "1"))
-    try:
-        yield
-    finally:
-        for name, value in before.items():
-            if value is None:
-                os.environ.pop(name, None)
-            else:
-                os.environ[name] = value

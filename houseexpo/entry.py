@@ -5,27 +5,16 @@ Ctrl-C is handled from the start, even while other modules are being imported.
 
 from __future__ import annotations
 
+import os
 import sys
-from contextlib import suppress
-from pathlib import Path
 
 from houseexpo.errors import INTERRUPTED
 
 
-def remove_working_directory() -> None:
-    """Take the working directory from the import path, where ``python -m`` puts it first.
-
-    A ``typer.py`` in a downloaded folder would be run. The folder of our own packages stays.
-    """
-    with suppress(OSError):  # a working directory that was removed
-        here, home = Path.cwd(), Path(__file__).resolve().parents[1]
-        if not sys.flags.safe_path and sys.path[:1] in ([""], [str(here)]) and here != home:
-            del sys.path[0]
-
-
 def main(*command: str) -> None:
     """Run the command line with ``command`` before the arguments (``python -m pipeline`` runs ``houseexpo build``)."""
-    remove_working_directory()
+    # also for processes that libraries start; what a script of a user's starts is the script's own business
+    os.environ["PYTHONSAFEPATH"] = "1"  # houseexpo.processes.SAFE_PATH
     try:
         from houseexpo.commands.app import main as run
 

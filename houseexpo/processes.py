@@ -1,4 +1,4 @@
-"""Call a function on items in several processes of one thread each, and yield the results in the items' order.
+"""Say in what environment processes start, and map a function over items in several of them, in the items' order.
 
 R1  Items are requested as they are needed: only a few chunks per process wait, not the whole data set.
 R2  Results come in the order of the items, so that the number of processes does not change them.
@@ -9,15 +9,16 @@ R4  The caller handles Ctrl-C; the processes then end silently.
 from __future__ import annotations
 
 import multiprocessing
+import os
 import signal
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
 from itertools import islice
 from typing import Any, Final, TypeVar
 
-from houseexpo.cpu_cores import limit_child_threads
 from houseexpo.errors import WorkerError
 
 Item = TypeVar("Item")
@@ -25,6 +26,40 @@ Answer = TypeVar("Answer")
 
 _AHEAD: Final = 4
 """Number of chunks per process that are requested in advance."""
+
+
+THREADS: Final = (
+    "OMP_NUM_THREADS",
+    "OPENBLAS_NUM_THREADS",
+    "MKL_NUM_THREADS",
+    "NUMEXPR_NUM_THREADS",
+    "NUMBA_NUM_THREADS",
+)
+"""Environment variables that libraries read when they are loaded."""
+
+SAFE_PATH: Final = "PYTHONSAFEPATH"
+"""An environment variable: where it is set, Python does not look for modules in the working directory."""
+
+
+@contextmanager
+def child_environment() -> Iterator[None]:
+    """Make Python processes that start in this context compute with one thread, and run no file of this folder.
+
+    More threads than cores would slow each other down. A process that multiprocessing starts, its fork server and its
+    resource tracker among them, would look for modules in the working directory first, and run a ``numpy.py`` that lies
+    in a downloaded folder (cpython issue 117378).
+    """
+    wanted = {**dict.fromkeys(THREADS, "1"), SAFE_PATH: "1"}
+    before = {name: os.environ.get(name) for name in wanted}
+    os.environ.update(wanted)
+    try:
+        yield
+    finally:
+        for name, value in before.items():
+            if value is None:
+                os.environ.pop(name, None)
+            else:
+                os.environ[name] = value
 
 
 def map_in_processes(
@@ -48,7 +83,7 @@ def map_in_processes(
 
     def ask(number: int) -> None:
         for each in islice(chunks, number):
-            with limit_child_threads():  # the executor starts processes on demand
+            with child_environment():  # the executor starts processes on demand
                 waiting.append(executor.submit(_answers, work, each))
 
     try:

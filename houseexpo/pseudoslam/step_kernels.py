@@ -24,6 +24,7 @@ import numpy as np
 import houseexpo
 from houseexpo.cpu_cores import count_cores
 from houseexpo.kernel_cache import still_needs_compiling
+from houseexpo.processes import SAFE_PATH
 from houseexpo.pseudoslam.config import Differential, NoiseConfig, Odometry, SimulatorConfig, Velocity, Wheels
 from houseexpo.pseudoslam.kernels import step
 from houseexpo.pseudoslam.kernels.body_tracks import no_tracks
@@ -242,7 +243,7 @@ def compile_in_background(kernel: Any) -> None:
     ):
         paths = str(Path(houseexpo.__file__).parents[1]), *filter(None, sys.path)
         command = [sys.executable, "-P", "-c", _COMPILE, kernel.__name__]
-        environment = {**os.environ, "PYTHONPATH": os.pathsep.join(paths), "PYTHONSAFEPATH": "1"}
+        environment = {**os.environ, "PYTHONPATH": os.pathsep.join(paths), SAFE_PATH: "1"}
         with suppress(OSError):  # no more processes are allowed: compile it here
             _running[kernel] = subprocess.Popen(  # noqa: S603  # this interpreter, and a name of ours
                 command, env=environment, stdin=_NOWHERE, stdout=_NOWHERE, stderr=_NOWHERE

@@ -35,8 +35,8 @@ from multiprocessing.process import BaseProcess
 from types import ModuleType
 from typing import Any, Generic, Literal, Protocol, TypeVar
 
-from houseexpo.cpu_cores import limit_child_threads
 from houseexpo.errors import HouseExpoError
+from houseexpo.processes import child_environment
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
@@ -83,7 +83,7 @@ def load_ahead(preload: Sequence[str]) -> None:
     """
     context = _context(preload)
     if context.get_start_method() == "forkserver":
-        with limit_child_threads(), _hold_interrupts(), _without_main(load_ahead):
+        with child_environment(), _hold_interrupts(), _without_main(load_ahead):
             forkserver.ensure_running()
 
 
@@ -292,7 +292,7 @@ def run(
     HouseExpoError
         Where no worker can be started.
     """
-    with limit_child_threads():
+    with child_environment():
         pool = _Pool(function, iter(items), workers, limits, preload)
         try:
             while pool.hand_over():

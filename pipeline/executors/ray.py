@@ -15,10 +15,14 @@ import logging
 import os
 import socket
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import chdir
 from itertools import islice
+from pathlib import Path
 from typing import Any
 
+import houseexpo
 from houseexpo.errors import HouseExpoError, MissingDependencyError, install_command
+from houseexpo.processes import child_environment
 from pipeline.executors import local
 from pipeline.executors.local import Failure, Item, Limits, Result
 
@@ -105,7 +109,9 @@ def _connect(address: str | None) -> Any:
     try:
         _check_listening(address or os.environ.get("RAY_ADDRESS", ""))
         shown = False if address is None else None
-        ray.init(address=address, log_to_driver=False, logging_level=logging.WARNING, include_dashboard=shown)
+        # Ray puts the working directory first on its workers' import path, where any file of it would be run
+        with child_environment(), chdir(Path(houseexpo.__file__).parents[1]):
+            ray.init(address=address, log_to_driver=False, logging_level=logging.WARNING, include_dashboard=shown)
     except (OSError, ValueError, RuntimeError) as error:
         raise HouseExpoError(f"Ray cluster {address or ''}: cannot be reached ({error}); check --address") from None
     return ray

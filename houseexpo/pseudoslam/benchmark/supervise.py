@@ -19,8 +19,8 @@ from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
 from typing import Any, TypeAlias
 
-from houseexpo.cpu_cores import limit_child_threads
 from houseexpo.errors import HouseExpoError, PolicyError
+from houseexpo.processes import child_environment
 from houseexpo.pseudoslam import kernels
 from houseexpo.pseudoslam.benchmark.cases import Case
 from houseexpo.pseudoslam.benchmark.episodes import EpisodeOutcome, EpisodeRunner
@@ -63,7 +63,7 @@ def run_cases(
     waiting = iter(range(len(cases)))
     running: list[_Worker] = []
     try:
-        with limit_child_threads():
+        with child_environment():
             running += [_start(new_runner) for _ in range(min(workers, len(cases)))]
         for worker in running:
             _hand_over(worker, cases, waiting)

@@ -8,10 +8,10 @@ from pathlib import Path
 import pytest
 
 from houseexpo import open_dataset
-from houseexpo.cpu_cores import THREADS, limit_child_threads
 from houseexpo.dataset.store import value_cache as module
 from houseexpo.floorplan import FloorPlan
 from houseexpo.plan.json_codec import encode
+from houseexpo.processes import THREADS, child_environment
 
 
 @pytest.fixture
@@ -52,7 +52,7 @@ def test_workers_compute_with_one_thread_each(folder, monkeypatch):
 
 def test_the_environment_comes_back_after_an_error(monkeypatch):
     monkeypatch.setenv("OMP_NUM_THREADS", "7")
-    with pytest.raises(ZeroDivisionError), limit_child_threads():
+    with pytest.raises(ZeroDivisionError), child_environment():
         raise ZeroDivisionError
     assert os.environ["OMP_NUM_THREADS"] == "7"
 
