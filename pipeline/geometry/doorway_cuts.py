@@ -41,7 +41,7 @@ Floats = npt.NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class CutRules:
-    """What a cut may go through: ``deepest_m`` at most, and whether only wall or also the gap between two houses.
+    """How wide a cut is, and how deep at most.
 
     It stands at most ``slide_m`` beside its line, and of all such places where the wall is thinnest, if that is less
     than ``LARGELY`` of what it mostly is: a leaf or a niche is a better place than bare wall.
@@ -49,7 +49,6 @@ class CutRules:
 
     width_m: float
     deepest_m: float
-    only_walls: bool
     slide_m: float = BLOCK_M
 
 
@@ -96,7 +95,7 @@ def _straight_cut(
     depth = _depths(feet, across, near, rules.deepest_m)
     through = np.flatnonzero(depth > CM_M)
     cuts = [Portal(feet[k] + across * depth[k] / 2, along, rules.width_m, float(depth[k]), (0, 0)) for k in through]
-    clean = _are_clean(cuts, near, _clip_around(start, walls, reach), rules)
+    clean = _are_clean(cuts, near, _clip_around(start, walls, reach))
     if not clean.any():
         return None
     slim = clean & (depth[through] < LARGELY * np.median(depth[through]))
@@ -133,7 +132,7 @@ def _depths(feet: Floats, across: Vector, floor: BaseGeometry, deepest_m: float)
     return np.where(np.isfinite(depth), depth, 0.0)
 
 
-def _are_clean(cuts: list[Portal], floor: BaseGeometry, walls: BaseGeometry, rules: CutRules) -> npt.NDArray[np.bool_]:
+def _are_clean(cuts: list[Portal], floor: BaseGeometry, walls: BaseGeometry) -> npt.NDArray[np.bool_]:
     """Of which cuts the strip is wall throughout, and the floor before and behind it is free."""
     clean = np.ones(len(cuts), np.bool_)
     for side in (-1.0, 1.0):
@@ -142,10 +141,7 @@ def _are_clean(cuts: list[Portal], floor: BaseGeometry, walls: BaseGeometry, rul
         ]
         clean &= _shares(before, floor) >= ALMOST_ALL
     strips = [c for c, free in zip(cuts, clean, strict=True) if free]
-    walled = _shares(strips, floor) <= SPECK
-    if rules.only_walls:
-        walled &= _shares(strips, walls) >= NEARLY_ALL
-    clean[clean] = walled
+    clean[clean] = (_shares(strips, floor) <= SPECK) & (_shares(strips, walls) >= NEARLY_ALL)
     return clean
 
 

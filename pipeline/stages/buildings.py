@@ -1,7 +1,7 @@
 """Split a level into one level with its spaces for each building or dwelling, so that no cut connects two of them.
 
-R1  Parts of a level whose outlines stand within ``distance_m`` of each other are one building; but not those that each
-    have an entrance of their own, and air between them that no wall is thick enough to fill.
+R1  Parts of a level whose outlines stand apart are buildings. What stands wall to wall, with a joint of ``PARTITION_M``
+    at most, is one building.
 R2  Buildings are numbered by place, from the least x and then the least y; the number stands in the id before the
     level's (``_B1``).
 R3  If asked for (``dwellings``), dwellings wall to wall are buildings of their own, too, where the source names its
@@ -26,7 +26,7 @@ from pipeline.config import IsolatedConfig
 from pipeline.geometry.areas import Shapes, intersect, polygons_of, subtract, unite
 from pipeline.geometry.groups import connected_groups
 from pipeline.geometry.rooms_and_passages import connected_rooms, rooms_inside
-from pipeline.tolerances import AROUND_M, GROUP, HAND_M, SHEET_M
+from pipeline.tolerances import GROUP, HAND_M, PARTITION_M, SHEET_M
 from pipeline.values import Level, SourceRoom, Spaces
 
 DWELLING_M2: Final = 25.0
@@ -35,29 +35,35 @@ STAIR_M2: Final = 1.0
 
 def separate_buildings(level: Level, spaces: Spaces, config: IsolatedConfig) -> list[tuple[Level, Spaces]]:
     """Return each building as a level with its spaces. A level with one building is returned as it is."""
+    found = _of_buildings(level, spaces)  # R1
+    if config.dwellings:  # R3
+        found = [dwelling for building in found for dwelling in _separate_dwellings(*building)]
+    if len(found) < 2:
+        return found
+    found.sort(key=lambda each: shapely.total_bounds(each[1].rooms)[:2].tolist())  # R2
+    return [
+        (replace(part, id=building_id(part.id, number)), inside) for number, (part, inside) in enumerate(found, start=1)
+    ]
+
+
+def _of_buildings(level: Level, spaces: Spaces) -> list[tuple[Level, Spaces]]:
+    """R1."""
     outlines = list(spaces.outlines)
-    pairs = shapely.STRtree(outlines).query(outlines, predicate="dwithin", distance=config.distance_m).T
-    entered = _outlines_with_entrance(spaces)
-    near = (
-        (a, b)
-        for a, b in pairs.tolist()
-        if not (a in entered and b in entered and outlines[a].distance(outlines[b]) > AROUND_M)
-    )
-    groups = connected_groups(len(outlines), near)  # R1
+    near = shapely.STRtree(outlines).query(outlines, predicate="dwithin", distance=PARTITION_M).T
+    groups = connected_groups(len(outlines), near.tolist())
     if len(groups) < 2:
-        return _separate_dwellings(level, spaces) if config.dwellings else [(level, spaces)]
-    groups.sort(key=lambda group: min(outlines[k].bounds[:2] for k in group))  # R2
+        return [(level, spaces)]
     outline_of, room_in = rooms_inside(outlines, spaces.rooms)
     drawn, middles = _middles_of_rooms(level)
     outline_at, drawn_in = shapely.STRtree(middles).query(outlines, predicate="intersects")
     found = []
-    for number, group in enumerate(groups, start=1):
+    for group in groups:
         inside = np.unique(room_in[np.isin(outline_of, group)]).tolist()
         if not inside:
             continue
         part = replace(spaces.keeping(inside), outlines=tuple(outlines[k] for k in group))
         rooms = tuple(drawn[k] for k in np.unique(drawn_in[np.isin(outline_at, group)]).tolist())
-        found.append((with_floor_near(part.outlines, _level_of_building(level, number, rooms)), part))
+        found.append((with_floor_near(part.outlines, _with_rooms(level, rooms)), part))
     return found
 
 
@@ -79,10 +85,9 @@ def with_floor_near(outlines: Sequence[Polygon], level: Level) -> Level:
     return replace(level, floor=shapely.multipolygons(pieces[shapely.intersects(pieces, hull)]))
 
 
-def _level_of_building(level: Level, number: int, rooms: tuple[SourceRoom, ...]) -> Level:
-    """Return the level of one building, with its number in the id (R2) and the rooms that the source names in it."""
-    count = len(rooms) if level.room_count is not None else None
-    return replace(level, id=building_id(level.id, number), rooms=rooms, room_count=count)
+def _with_rooms(level: Level, rooms: tuple[SourceRoom, ...]) -> Level:
+    """Return a level with those rooms alone that the source names in one building."""
+    return replace(level, rooms=rooms, room_count=len(rooms) if level.room_count is not None else None)
 
 
 def _separate_dwellings(level: Level, spaces: Spaces) -> list[tuple[Level, Spaces]]:
@@ -107,12 +112,11 @@ def _separate_dwellings(level: Level, spaces: Spaces) -> list[tuple[Level, Space
     if len(dwellings) < 2 or any(_stands_between(door, [shapes[k] for k in dwellings]) for door in doors):
         return [(level, spaces)]
     home = [min(dwellings, key=lambda k: (shape.distance(shapes[k]), k)) for shape in shapes]
-    dwellings.sort(key=lambda k: shapes[k].bounds[:2])  # R2
     found = []
-    for number, dwelling in enumerate(dwellings, start=1):
+    for dwelling in dwellings:
         inside = sorted(room for k, part in enumerate(parts) if home[k] == dwelling for room in part)
         rooms = tuple(room for k in range(len(parts)) if home[k] == dwelling for room in named[k])
-        found.append((_level_of_building(level, number, rooms), spaces.keeping(inside)))
+        found.append((_with_rooms(level, rooms), spaces.keeping(inside)))
     return found
 
 
@@ -137,12 +141,6 @@ def _stands_between(door: Polygon, parts: Sequence[BaseGeometry]) -> bool:
     """Return whether a door stands between two parts: the source names a way there that was not found."""
     box = shapely.buffer(door, HAND_M, join_style="mitre")
     return sum(bool(part.intersects(box)) for part in parts) > 1
-
-
-def _outlines_with_entrance(spaces: Spaces) -> set[int]:
-    """Return which outlines have an entrance of their own (R1)."""
-    doors = [shapely.Point(p.portal.centre) for p in spaces.passages if p.leads_outside]
-    return {k for k, outline in enumerate(spaces.outlines) if any(outline.distance(door) < SHEET_M for door in doors)}
 
 
 def building_id(level_id: str, number: int) -> str:

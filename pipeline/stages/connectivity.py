@@ -7,8 +7,9 @@ R3  Where there is no path, a wall on the line between the two is cut: the thinn
     ``cut_width_m`` at right angles to it, with free floor on both sides; it slides along the wall for that. The pair is
     kept: the pictures plan its path by A*, which no plan needs.
 R4  A corner of a room that the disc fits in but cannot get to, smaller than a cell, is filled.
-R5  Where no pair gives a clean cut through a wall, parts are joined through what lies between them, if that is less
-    than ``BLOCK_M``.
+R5  Where no pair gives a clean cut through a wall, parts are joined through what is as good as wall, if that is less
+    than ``BLOCK_M`` deep: cells that were filled (a chimney, a block of cupboards), and joints of ``PARTITION_M``
+    between the walls of a row. No cut leads through the open, be it around the house or a court in it.
 R6  A place with some evidence of a door (``geometry.doorway_cuts``) is cut before any bare wall, where that joins two
     parts; a cut says what speaks for its place.
 R7  A part that no cut joins is left out, the smallest first, and a note says so: what a robot cannot reach is no reason
@@ -34,12 +35,22 @@ from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
 from pipeline.config import ConnectivityConfig
-from pipeline.geometry.areas import EMPTY, clip_to_box, intersect, polygons_of, shares_inside, subtract, unite
+from pipeline.geometry.areas import (
+    EMPTY,
+    clip_to_box,
+    enclosed_pieces,
+    intersect,
+    polygons_of,
+    shares_inside,
+    subtract,
+    unite,
+)
 from pipeline.geometry.doorway_cuts import CutRules, cut_walls_along_lines, find_door_hints
 from pipeline.geometry.portals import Portal
 from pipeline.geometry.walkable_floor import erode_floor, nearest_piece, sample_points, walkable_floor
+from pipeline.geometry.wall_sections import close_cracks
 from pipeline.rejection import Reason, Rejection
-from pipeline.tolerances import AROUND_M, BLOCK_M, MOST, PLACE_M, STONE_WALL_M, TINY_M2
+from pipeline.tolerances import AROUND_M, BLOCK_M, MOST, PARTITION_M, PLACE_M, STONE_WALL_M, TINY_M2
 from pipeline.values import Evidence, JoinedPoints, Passage, Spaces
 
 MAX_PAIRS = 300
@@ -72,6 +83,7 @@ def connect_rooms(
     points: npt.NDArray[np.float64] | None = None
     notes = {"cuts": 0, "left_out": 0, "doors_unknown": 0}
     unknown = evidence is not None and _shows_no_door(evidence, spaces)
+    massive = _massive(spaces, least_m2)
     for _ in range(2 * len(pieces) + 8):
         floor = walkable_floor(spaces)
         pieces = _standing(floor, spaces, config.robot_radius_m)
@@ -87,7 +99,7 @@ def connect_rooms(
                 spaces = _leave_closed_space_out(spaces, pieces, config.robot_radius_m, closed)
                 points = None
                 continue
-            found = _next_cut(points, pieces, floor, spaces.walls, config, first=others)
+            found = _next_cut(points, pieces, floor, (spaces.walls, massive), config, first=others)
         if found is None:  # R7
             spaces = _without_part(spaces, pieces, config.robot_radius_m)
             points = None
@@ -189,7 +201,7 @@ def _at_evidence(
     evidence: Evidence, spaces: Spaces, pieces: list[Polygon], floor: BaseGeometry, config: ConnectivityConfig
 ) -> _Cut | None:
     """Return a cut at a place that shows evidence of a door, or None if there is no such place (R6)."""
-    rules = CutRules(config.cut_width_m, STONE_WALL_M, only_walls=True, slide_m=PLACE_M)
+    rules = CutRules(config.cut_width_m, STONE_WALL_M, slide_m=PLACE_M)
     doorways = (each.polygon for each in evidence.doorways)
     for place in find_door_hints(doorways, evidence.leaves, evidence.lintels, spaces.passages):
         for line, cut in cut_walls_along_lines(place.line[None], pieces, floor, spaces.walls, rules):
@@ -202,28 +214,35 @@ def _next_cut(
     points: npt.NDArray[np.float64],
     pieces: list[Polygon],
     floor: BaseGeometry,
-    walls: BaseGeometry,
+    through: tuple[BaseGeometry, BaseGeometry],
     config: ConnectivityConfig,
     *,
     first: list[int],
 ) -> _Cut | None:
     """Return the next cut to make, or None if no clean cut is possible (R3, R5).
 
-    A cut through a wall between two of the pieces ``first`` comes before all others.
+    It goes ``through`` walls, else through what is as good as wall. A cut through a wall between two of the pieces
+    ``first`` comes before all others.
     """
     owner = nearest_piece(points, pieces)
     lines = _pairs_apart(points, owner)
-    walls_only = CutRules(config.cut_width_m, STONE_WALL_M, only_walls=True)
-    anything = CutRules(config.cut_width_m, BLOCK_M, only_walls=False)
-    attempts = [(lines, pieces, walls_only), (lines, pieces, anything)]  # R3, R5
+    walls, massive = through
+    wall, block = (CutRules(config.cut_width_m, deepest_m) for deepest_m in (STONE_WALL_M, BLOCK_M))
+    attempts = [(lines, pieces, walls, wall, NO_EVIDENCE), (lines, pieces, massive, block, NO_WALL)]  # R3, R5
     if len(first) < len(pieces):  # R8
-        among = np.isin(owner, first)
-        attempts.insert(0, (_pairs_apart(points[among], owner[among]), [pieces[k] for k in first], walls_only))
-    for between, joined, rules in attempts:
-        for pair, cut in cut_walls_along_lines(between, joined, floor, walls, rules):
+        among = _pairs_apart(points[np.isin(owner, first)], owner[np.isin(owner, first)])
+        attempts.insert(0, (among, [pieces[k] for k in first], walls, wall, NO_EVIDENCE))
+    for between, joined, what, rules, why in attempts:
+        for pair, cut in cut_walls_along_lines(between, joined, floor, what, rules):
             if _joins_pieces(cut, joined, floor, config.robot_radius_m):
-                return pair, cut, NO_EVIDENCE if rules.only_walls else NO_WALL
+                return pair, cut, why
     return None
+
+
+def _massive(spaces: Spaces, least_m2: float) -> BaseGeometry:
+    """Return the walls with what is as good as wall: closed cells below ``least_m2``, and joints (R5)."""
+    walls = close_cracks(spaces.walls, PARTITION_M)
+    return unite([walls, *(cell for cell in enclosed_pieces(walls)[1] if cell.area < least_m2)])
 
 
 def _pairs_apart(points: npt.NDArray[np.float64], piece: npt.NDArray[np.int64]) -> npt.NDArray[np.float64]:

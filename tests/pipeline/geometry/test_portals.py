@@ -208,7 +208,7 @@ def test_a_seed_gives_the_same_points() -> None:
 LEFT, RIGHT = shapely.box(0, 0, 4, 3), shapely.box(4.2, 0, 7.2, 3)
 FLOOR = shapely.union_all([LEFT, RIGHT])
 WALLS = shapely.box(-0.2, -0.2, 7.4, 3.2).difference(FLOOR)
-RULES = CutRules(width_m=0.8, deepest_m=1.5, only_walls=True)
+RULES = CutRules(width_m=0.8, deepest_m=1.5)
 
 
 def cuts(
@@ -266,16 +266,14 @@ def test_each_cut_comes_with_its_line() -> None:
     ]  # the third meets the wall where the second does
 
 
-def test_open_air_is_cut_only_where_that_is_asked_for() -> None:
+def test_open_air_is_not_cut() -> None:
     away = shapely.affinity.translate(RIGHT, 1.0)
     floor, walls = LEFT.union(away), LEFT.buffer(0.1).union(away.buffer(0.1)).difference(LEFT.union(away))
-    assert cuts([(2, 1), (7, 1)], floor, walls) == []
-    (cut,) = cuts([(2, 1), (7, 1)], floor, walls, CutRules(0.8, 12.0, only_walls=False))
-    assert cut.depth == pytest.approx(1.2)
+    assert cuts([(2, 1), (7, 1)], floor, walls, CutRules(0.8, 12.0)) == []
 
 
 def test_a_wall_too_thick_is_not_cut() -> None:
-    assert cuts([(2, 1), (6, 1)], rules=CutRules(0.8, 0.1, only_walls=True)) == []
+    assert cuts([(2, 1), (6, 1)], rules=CutRules(0.8, 0.1)) == []
 
 
 def test_an_oblique_wall() -> None:

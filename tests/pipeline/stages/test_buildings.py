@@ -14,6 +14,7 @@ from pipeline.config import IsolatedConfig, PipelineConfig
 from pipeline.stages.buildings import building_id, with_floor_near
 from pipeline.values import Level, SourceOpening
 from tests.builders.houses import Hole, level, shell, two_rooms, wall
+from tests.builders.meshes import as_trimesh, joined
 
 DOOR = Hole(1.0, 1.9)
 
@@ -79,20 +80,57 @@ def test_a_door_in_the_party_wall_makes_them_one_dwelling() -> None:
     assert [plan.id for plan in plan_level(house, config, np.random.default_rng(0))] == ["row_L0"]
 
 
-def test_what_no_wall_joins_is_left_out_with_a_note() -> None:
-    shed = moved(shell((0, 0, 2.5, 2.5)), 9.0)  # 1.4 m from the house, and too far for a doorway through a wall
-    found = plans([*two_rooms(DOOR), *shed, *wall((8.0, -3.0, 8.2, 6.0))], "house")
-    assert [plan.id for plan in found] == ["house"]
-    assert found[0].navigability["0.20"].components == 1
-
-
-@pytest.mark.parametrize(("front", "names"), [([DOOR], ["house_B1", "house_B2"]), ([], ["house"])])
-def test_a_shed_near_by_with_a_door_of_its_own_is_a_building(front: list[Hole], names: list[str]) -> None:
-    shed = shell((0.0, -4.4, 3.0, -1.9), front=front)  # 1.5 m from the house
+@pytest.mark.parametrize("front", [[DOOR], []], ids=["a door", "no door"])
+@pytest.mark.parametrize(("joint_m", "names"), [(0.1, ["house"]), (0.3, ["house_B1", "house_B2"])])
+def test_what_stands_wall_to_wall_is_one_building(joint_m: float, names: list[str], front: list[Hole]) -> None:
+    shed = shell((0.0, -2.9 - joint_m, 3.0, -0.4 - joint_m), front=front)
     house = [*shell((0.0, 0.0, 7.2, 3.0), front=[Hole(5.0, 5.9)]), *wall((4.0, 0.0, 4.2, 3.0), DOOR)]
     found = plans([*house, *shed], "house")
     assert [plan.id for plan in found] == names
     assert any(door.kind == "cut" for plan in found for door in plan.doors) == (len(names) == 1)
+
+
+PAIR = np.random.default_rng(7)
+GAPS_M = [0.3, 0.5, 0.8, 1.0, 1.4, 1.9, 2.0, 2.1, 2.5, 3.0, 5.0, 8.0, *PAIR.uniform(0.3, 8.0, 28).round(2).tolist()]
+
+
+@pytest.mark.parametrize(("number", "gap_m"), list(enumerate(GAPS_M)))
+def test_of_a_pair_of_buildings_distance_and_size_decide_and_no_cut_leaves_either(number: int, gap_m: float) -> None:
+    rng = np.random.default_rng(number)
+    width, depth = rng.uniform(2.0, 4.5, 2)
+    x, y = 7.2 + 0.4 + gap_m, rng.uniform(0.0, 5.0 - depth)
+    fronts = [[Hole(start, start + 0.9)] if rng.random() < 0.5 else [] for start in (1.0, x + 0.6)]
+    house = [*shell((0.0, 0.0, 7.2, 5.0), front=fronts[0]), *wall((4.0, 0.0, 4.2, 5.0), Hole(2.0, 2.9))]
+    floors = [
+        None,
+        shapely.box(-1.0, -1.0, x + width + 1.0, 6.0),
+        shapely.union(
+            shapely.box(-0.2, -0.2, 7.4, 5.2), shapely.box(x - 0.2, y - 0.2, x + width + 0.2, y + depth + 0.2)
+        ),
+    ]
+    pair = level([*house, *shell((x, y, x + width, y + depth), front=fronts[1])], id="pair", floor=floors[number % 3])
+    found = plan_level(pair, PipelineConfig(), np.random.default_rng(0))
+    erased = gap_m > 2.0 and width * depth < 0.25 * 35.0
+    assert [plan.id for plan in found] == (["pair"] if erased else ["pair_B1", "pair_B2"])
+    kept = [plan for plan in found if isinstance(plan, FloorPlan)]
+    assert len(kept) == len(found)
+    assert not any(door.kind == "cut" for plan in kept for door in plan.doors)
+    assert [(plan.provenance or {})["notes"] for plan in kept] == ([{"erased_parts": 1}] if erased else [{}, {}])
+
+
+@pytest.mark.parametrize("apart_m", [0.3, 1.0, 2.5, 8.0])
+def test_equal_cabins_are_all_kept(apart_m: float) -> None:
+    cabins = [part for k in range(3) for part in moved(shell((0, 0, 4, 3), front=[DOOR]), k * (4.4 + apart_m))]
+    assert [plan.id for plan in plans(cabins, "camp")] == ["camp_B1", "camp_B2", "camp_B3"]
+
+
+def test_dwellings_of_a_row_are_buildings_beside_a_detached_one_too() -> None:
+    row = semi_detached([])
+    other = level([*shell((0, -12.0, 6.0, -6.0), front=[DOOR])])
+    mesh = joined([as_trimesh(row.walls), as_trimesh(other.walls)])
+    config = replace(PipelineConfig(), isolated=IsolatedConfig(dwellings=True))
+    found = plan_level(replace(row, walls=mesh), config, np.random.default_rng(0))
+    assert [each.id for each in found] == ["row_B1_L0", "row_B2_L0", "row_B3_L0"]
 
 
 @pytest.mark.parametrize(("level_id", "expected"), [("a", "a_B2"), ("a_L3", "a_B2_L3"), ("a_L3_x", "a_L3_x_B2")])

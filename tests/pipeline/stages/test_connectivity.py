@@ -207,10 +207,34 @@ def test_cuts_are_as_wide_as_asked_for() -> None:
     assert found.passages[0].portal.width == 1.0
 
 
-def test_buildings_a_metre_apart_are_joined_through_the_air() -> None:
-    found = connected(before([*shell((0, 0, 8, 5)), *shell((9, 0, 12, 3), 0.1)]))
-    assert kinds(found) == ["cut"]
-    assert found.passages[0].portal.depth == pytest.approx(1.0, abs=0.01)
+@pytest.mark.parametrize("gap_m", [0.3, 1.0, 1.9])
+def test_no_cut_leads_through_the_open(gap_m: float) -> None:
+    """Two parts apart, and the two arms of a U whose third side is too thick to be cut."""
+    far = 4.2 + gap_m
+    one, other = shapely.box(0, 0, 4, 3), shapely.box(far + 0.2, 0, far + 4, 3)
+    around = unite([shapely.box(-0.2, -0.2, 4.2, 3.2), shapely.box(far, -0.2, far + 4.2, 3.2)])
+    for walls in (around, unite([around, shapely.box(-0.2, -3.0, far + 4.2, -0.2)])):
+        found = connected(drawn(walls.difference(unite([one, other])), one, other))
+        assert (kinds(found), len(found.rooms)) == ([], 1)
+        assert found.notes == {"left_out": 1}
+
+
+def test_no_cut_leads_through_a_court() -> None:
+    one, other = shapely.box(0, 0, 4, 3), shapely.box(6.4, 0, 10.4, 3)
+    court = shapely.box(4.2, 0, 6.2, 3)
+    walls = shapely.box(-0.2, -0.2, 10.6, 3.2).difference(unite([one, court, other]))
+    assert kinds(connected(drawn(walls, one, other))) == []
+
+
+@pytest.mark.parametrize(
+    "between", [shapely.box(4.2, 0, 4.35, 3.3), shapely.box(4.2, 1, 5.2, 2.9)], ids=["a joint", "a filled cell"]
+)
+def test_a_cut_leads_through_what_is_as_good_as_wall(between: shapely.Geometry) -> None:
+    far = between.bounds[2] + 0.2
+    one, other = shapely.box(0, 0, 4, 3), shapely.box(far, 0, far + 4, 3)
+    walls = shapely.box(-0.2, -0.2, far + 4.2, 3.2).difference(unite([one, other, between]))
+    (cut,) = connected(drawn(walls, one, other)).passages
+    assert cut.portal.depth == pytest.approx(far - 4.0, abs=0.01)
 
 
 def test_a_pinch_inside_a_room_is_widened_and_makes_no_door() -> None:

@@ -25,7 +25,7 @@ def connect_by_planning_every_pair(spaces: Spaces, config: ConnectivityConfig, r
     for i, j in sorted(pairs, key=lambda pair: np.hypot(*(points[pair[0]] - points[pair[1]]))):
         while shortest_path(walkable_floor(spaces).buffer(-radius), points[i], points[j]) is None:
             floor = walkable_floor(spaces)
-            rules = CutRules(config.cut_width_m, 1.5, only_walls=True)
+            rules = CutRules(config.cut_width_m, 1.5)
             pieces = erode_floor(floor, radius)
             on_line = cut_walls_along_lines(points[None, [i, j]], pieces, floor, spaces.walls, rules)
             cut = next((cut for _, cut in on_line if _joins_pieces(cut, pieces, floor, radius)), None)
