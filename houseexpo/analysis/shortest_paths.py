@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from houseexpo.analysis.graph import OUTSIDE, rooms_graph
+from houseexpo.analysis.graph import OUTSIDE, open_borders, rooms_graph
 from houseexpo.errors import PlanError
 from houseexpo.plan import Door, Room
 from houseexpo.plan.model import PlanData
@@ -109,10 +109,10 @@ def rooms_graph_with_distances(plan: PlanData, *, outside: bool = False) -> nx.M
     """Return ``rooms_graph`` with walking distances in metres.
 
     In addition, a node has ``position``, a point (x, y) well inside the room, and an edge has ``distance``: the length
-    of the shortest path inside the two rooms from one position to the other, through the middle of the door. The
-    distance of an entrance ends at the door. For each room with two or more doors, ``graph.graph["doors"]`` has the
-    walking distance between each pair, ``{(door, door): metres}``, so that longer paths need not pass through the
-    middle of a room.
+    of the shortest path inside the two rooms from one position to the other, through the middle of the door or of the
+    open border. The distance of an entrance ends at the door. For each room with two or more of these,
+    ``graph.graph["doors"]`` has the walking distance between each pair, ``{(key, key): metres}`` by the keys of their
+    edges, so that longer paths need not pass through the middle of a room.
 
     Weighted shortest paths (``networkx.shortest_path_length(graph, a, b, "distance")``) are therefore distances between
     rooms.
@@ -120,15 +120,18 @@ def rooms_graph_with_distances(plan: PlanData, *, outside: bool = False) -> nx.M
     graph = rooms_graph(plan, outside=outside)
     between: dict[tuple[int, int], float] = {}
     legs: dict[tuple[int, int], float] = {}
+    borders = {-number: border for number, border in enumerate(open_borders(plan), start=1)}
     for room in plan.rooms:
         doors = [door for door in plan.doors if room.id in door.rooms]
+        ways = {door.id: door.segment for door in doors}
+        ways |= {key: border.segment for key, border in borders.items() if room.id in border.rooms}
         position = _inner_point(room)
         graph.nodes[room.id]["position"] = position
-        lengths = distance_matrix(_with_doors(room, doors), [position, *map(_middle, doors)])
-        for i, door in enumerate(doors, start=1):
-            legs[room.id, door.id] = float(lengths[0, i])
-            for j, other in enumerate(doors[i:], start=i + 1):
-                between[door.id, other.id] = round(float(lengths[i, j]), 3)
+        lengths = distance_matrix(_with_doors(room, doors), [position, *map(_middle, ways.values())])
+        for i, key in enumerate(ways, start=1):
+            legs[room.id, key] = float(lengths[0, i])
+            for j, other in enumerate(list(ways)[i:], start=i + 1):
+                between[key, other] = round(float(lengths[i, j]), 3)
     for one, other, key, edge in graph.edges(keys=True, data=True):
         edge["distance"] = round(sum(legs[room, key] for room in (one, other) if room != OUTSIDE), 3)
     graph.graph["doors"] = between
@@ -162,8 +165,8 @@ def _with_doors(room: Room, doors: list[Door]) -> Polygon | MultiPolygon:
     return shapely.union_all([room.polygon, *(door.polygon for door in doors)])
 
 
-def _middle(door: Door) -> tuple[float, float]:
-    (x1, y1), (x2, y2) = door.segment
+def _middle(segment: tuple[tuple[float, float], tuple[float, float]]) -> tuple[float, float]:
+    (x1, y1), (x2, y2) = segment
     return (x1 + x2) / 2, (y1 + y2) / 2
 
 

@@ -8,7 +8,7 @@ R3  Under a beam, under a lintel wider than ``widest_m`` (posts within ``post_m`
     than ``jambless_m`` that ends in the air (the trim of a stairwell), two rooms meet without a door: each gets half of
     the strip. A door that the source names is one, however wide, in meshes too, and so is an opening that is drawn.
     Where a known door beside it in the same wall parts the same two rooms, what is wider than ``widest_m`` is an
-    ``opening`` between them.
+    ``opening`` between them, and so is a gap of full height between walls, however wide.
 R4  A strip between a room and the outside is an ``entrance``; it stays closed. A railing or a boundary is none, and in
     an upper storey, what leads from a floor into the air without a door in it: a window that reaches the floor.
 R5  The windows of a storey hang from one height. An opening to the outside without a leaf is one of them, although it
@@ -18,10 +18,10 @@ R5  The windows of a storey hang from one height. An opening to the outside with
 R6  Known doors side by side, without a post between them, are the leaves of one door, if it is no wider than a door.
 R7  Where nothing leads into a single room, and what closes it lies between the ends of its walls at two opposite sides
     (a corridor), these are its entrances.
-R8  Between two rooms, what closes a straight gap no wider than a door as the end of walls or of the floor is an
-    ``opening``: nothing stands there. In a house of several rooms the open end of a corridor, broad enough for
-    a person, is an ``entrance``. It is none where a scan ends, where the source names its openings, at a void within
-    the house, and where it leads into the air (R4).
+R8  Between two rooms, what closes a straight gap as the end of walls or of the floor is an ``opening``, however wide:
+    nothing stands there. In a house of several rooms the open end of a corridor, broad enough for a person and no
+    wider than a door, is an ``entrance``. It is none where a scan ends, where the source names its openings, at a void
+    within the house, and where it leads into the air (R4).
 """
 
 from __future__ import annotations
@@ -97,9 +97,10 @@ def find_doors(level: Level, planes: Planes, layout: Layout, config: DoorsConfig
         is_named = candidate.kind in {"door", "opening"} and is_at_named
         wide = span > config.widest_m and not is_named
         beside_door = wide and portal.width > config.widest_m and _is_beside_door(portal, strips)
-        if not outside and beside_door:
+        is_gap = candidate.kind in GAPS and portal.width >= config.narrowest_m
+        if not outside and beside_door and not is_gap:
             passages.append(Passage(portal, "opening", closed_by=candidate.kind))
-        elif not outside and (wide or kind is None or bare):  # R3
+        elif not outside and not is_gap and (wide or kind is None or bare):  # R3
             rooms[portal.sides[0]], rooms[portal.sides[1]] = _share_strip(portal, rooms)
             joins.add((min(portal.sides), max(portal.sides)))
         elif outside and candidate.kind not in {"door", "opening"} and _leads_into_the_air(portal, rooms, level):  # R4
@@ -187,13 +188,13 @@ def _openings_at_guessed_edges(level: Level, layout: Layout, config: DoorsConfig
     straight = [
         replace(band, portal=Portal(box.centre, box.along, box.width, box.thickness, (OUTSIDE, OUTSIDE)))
         for band, box in zip(bands, boxes, strict=True)
-        if band.polygon.area > NEARLY_ALL * box.width * box.thickness
-        and config.narrowest_m <= box.width <= config.widest_m
+        if band.polygon.area > NEARLY_ALL * box.width * box.thickness and box.width >= config.narrowest_m
     ]
     placed = assign_sides(straight, list(layout.rooms), layout.ground)
     portals = [(c.portal, c.kind) for c in placed if c.portal is not None and c.portal.sides[0] != c.portal.sides[1]]
     found = [Passage(portal, "opening", closed_by=kind) for portal, kind in portals if OUTSIDE not in portal.sides]
-    outer = [(portal, kind) for portal, kind in portals if OUTSIDE in portal.sides and portal.width >= SHOULDERS_M]
+    broad = SHOULDERS_M, config.widest_m
+    outer = [(p, kind) for p, kind in portals if OUTSIDE in p.sides and broad[0] <= p.width <= broad[1]]
     if not outer or len(layout.rooms) < 2 or level.named_openings or _is_scanned(level):
         return found
     house = fill_enclosed(layout.ground)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
+import networkx as nx
 import numpy as np
 import pytest
 import shapely
@@ -11,6 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from shapely.affinity import affine_transform
 
+from houseexpo.analysis.graph import rooms_graph
 from houseexpo.analysis.navigability import disc_centre_areas
 from houseexpo.floorplan import FloorPlan, decode
 from houseexpo.grids.frame import source_points_from_plan
@@ -89,6 +91,7 @@ def sound(plan: FloorPlan) -> None:
     assert shapely.union_all(parts).symmetric_difference(plan.free_space).area < 0.05
     assert sum(part.area for part in parts) - shapely.union_all(parts).area < 0.05
     assert len(disc_centre_areas(plan.free_space, 0.2)) == 1
+    assert nx.number_connected_components(rooms_graph(plan)) == 1
     assert decode(encode(plan)) == plan
 
 

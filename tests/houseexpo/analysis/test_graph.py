@@ -2,15 +2,17 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import networkx as nx
 import pytest
 import shapely
 
-from houseexpo.analysis.graph import OUTSIDE, rooms_graph
+from houseexpo.analysis.graph import OUTSIDE, open_borders, rooms_graph
 from houseexpo.analysis.navigability import SPECK_M2, disc_centre_areas, navigability
+from houseexpo.analysis.shortest_paths import rooms_graph_with_distances
 from houseexpo.drawing import svg
 from houseexpo.errors import PlanError
 from houseexpo.floorplan import decode
-from houseexpo.plan import Door
+from houseexpo.plan import Door, Room
 
 
 def test_rooms_are_nodes_and_doors_edges(two_rooms):
@@ -31,6 +33,23 @@ def test_two_doors_between_two_rooms_are_two_edges(two_rooms):
     second = Door(7, "cut", first.segment, 0.8, first.ring, (1, 0))
     graph = rooms_graph(replace(two_rooms, doors=(first, second)))
     assert graph.number_of_edges(0, 1) == 2
+
+
+def test_rooms_that_meet_in_the_open_are_neighbours(two_rooms):
+    """The second room is divided at x = 5.7, and a third lies along the lower part of both."""
+    rest = (
+        Room(1, "Kitchen", ((4.2, 1.1), (5.7, 1.1), (5.7, 3.1), (4.2, 3.1))),
+        Room(2, "Hall", ((5.7, 1.1), (7.2, 1.1), (7.2, 3.1), (5.7, 3.1))),
+        Room(3, "Hall", ((4.2, 0.1), (7.2, 0.1), (7.2, 1.1), (4.2, 1.1))),
+    )
+    plan = replace(two_rooms, rooms=(two_rooms.rooms[0], *rest))
+    assert [(each.rooms, each.width) for each in open_borders(plan)] == [((1, 2), 2.0), ((1, 3), 1.5), ((2, 3), 1.5)]
+    graph = rooms_graph(plan)
+    assert nx.number_connected_components(graph) == 1
+    assert graph.edges[1, 2, -1] == {"kind": "open", "width": 2.0}
+    distances = rooms_graph_with_distances(plan)
+    assert distances.edges[1, 2, -1]["distance"] == pytest.approx(1.5)
+    assert distances.graph["doors"][0, -1] > 0
 
 
 def dumbbell(width: float) -> shapely.Geometry:
