@@ -15,6 +15,7 @@ from shapely.geometry.base import BaseGeometry
 from houseexpo.analysis.navigability import navigability
 from houseexpo.floorplan import FloorPlan
 from pipeline.config import PipelineConfig
+from pipeline.geometry.areas import EMPTY
 from pipeline.quality import score_quality
 from pipeline.rejection import Rejection
 from pipeline.stages.buildings import separate_buildings
@@ -68,21 +69,23 @@ def run_stages(level: Level, config: PipelineConfig, rng: np.random.Generator) -
     yield StageResult("evidence", evidence, level.id)
     planes = drawn.planes if drawn else find_planes(level, evidence, config.planes)
     yield StageResult("planes", planes, level.id)
-    layout = drawn.layout if drawn else close_openings(level, evidence, planes, config.layout)
+    joins = config.connectivity.joins_closed_spaces(marked=level.sills)
+    layout = drawn.layout if drawn else close_openings(level, evidence, planes, config.layout, all_closed=joins)
     yield StageResult("layout", layout, level.id)
     spaces = find_doors(level, planes, layout, config.doors)
     found = spaces.rooms
     yield StageResult("doors", spaces, level.id)
     spaces = trace_contour(spaces)
     yield StageResult("contour", spaces, level.id)
-    spaces = drop_small_cells(spaces, config.cells)
+    spaces = drop_small_cells(spaces, config.cells, layout)
     yield StageResult("cells", spaces, level.id)
     spaces = erase_isolated(spaces, config.isolated)
     yield StageResult("isolated", spaces, level.id)
     buildings = separate_buildings(level, spaces, config.isolated)
     doubts = doubt_spaces(level, evidence, layout)
-    unlikely = unlikely_rooms(level, evidence, layout, doubts)
-    whole = _Whole(evidence, planes, layout, doubts, unlikely, closed_cells(level, evidence, layout), found)
+    unlikely = EMPTY if joins else unlikely_rooms(level, evidence, layout, doubts)
+    cells = EMPTY if joins else closed_cells(level, evidence, layout)
+    whole = _Whole(evidence, planes, layout, doubts, unlikely, cells, found)
     if len(buildings) > 1:
         whole = replace(whole, far_walls=walls_far_from_rooms(evidence.walls, layout.rooms))
     for building, spaces in corrections_by_building(level, buildings):
@@ -99,8 +102,8 @@ class _Whole:
     """What the first stages found in the whole level, before it is divided into buildings.
 
     ``doubts`` say of each space how doubtful it is that it is a room; ``unlikely`` is the area of those that are likely
-    none, and ``cells`` that of closed cells. ``rooms`` are those that the stage ``doors`` found. ``far_walls`` are the
-    walls that stand beside no room, of a level with several buildings.
+    none, and ``cells`` that of closed cells, both empty where all closed spaces are joined. ``rooms`` are those that
+    the stage ``doors`` found. ``far_walls`` are the walls that stand beside no room, of a level with several buildings.
     """
 
     evidence: Evidence

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Literal
 
 
 @dataclass(frozen=True)
@@ -73,12 +74,23 @@ class IsolatedConfig:
 
 @dataclass(frozen=True)
 class ConnectivityConfig:
-    """Sampled points, ways of a disc between them, and cuts if there is none."""
+    """Sampled points, ways of a disc between them, and cuts if there is none.
+
+    ``closed_spaces`` says what becomes of spaces that no way leads into: "join" cuts a way into each, as the paper
+    does; "leave" leaves out those that are likely no rooms (a shaft, a hollow wall), which departs from it. The
+    default, "by_source", joins them where the source marks each door (``Level.sills``: SUNCG and the homes that the
+    project makes), and leaves them out elsewhere.
+    """
 
     samples: int = 100  # m of the paper
     robot_radius_m: float = 0.2
     cut_width_m: float = 0.8
     pixels_per_metre: int = 20  # of a grid on which ways were looked for; no stage reads it any more
+    closed_spaces: Literal["by_source", "join", "leave"] = "by_source"
+
+    def joins_closed_spaces(self, *, marked: bool) -> bool:
+        """Return whether a way is cut into each closed space of a level; ``marked``: its source marks each door."""
+        return marked if self.closed_spaces == "by_source" else self.closed_spaces == "join"
 
 
 @dataclass(frozen=True)

@@ -25,7 +25,7 @@ import msgspec
 from houseexpo.configuration import config_from_mapping, convert_value, name_in_config_errors, read_toml
 from houseexpo.dataset.manifest import manifest_path
 from houseexpo.errors import ConfigError
-from pipeline.config import PipelineConfig
+from pipeline.config import ConnectivityConfig, PipelineConfig
 
 
 @dataclass(frozen=True)
@@ -94,6 +94,8 @@ class BuildConfig:
         chosen = {name: options[name] for name in names}
         stages = asdict(self.stages)
         del stages["dedupe"]["off"]
+        if stages["connectivity"]["closed_spaces"] == ConnectivityConfig.closed_spaces:  # as new
+            del stages["connectivity"]["closed_spaces"]
         return {"build": chosen, "limits": asdict(self.limits), **stages}
 
     def digest(self) -> str:

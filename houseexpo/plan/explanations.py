@@ -46,6 +46,7 @@ NOTES: Final[Mapping[str, str]] = {
     "erased_parts": "erased a part standing apart",
     "filled_cells": "filled a closed cell",
     "filled_pockets": "filled a corner out of reach",
+    "no_rooms": "left out a place between walls that is no room: outside, a void, a block",
     "closed_spaces": "left out a closed space that is likely no room",
     "left_out": "left out a part that no cut leads into",
     "unlikely_entrances": "left out an entrance that is likely a window or a niche",

@@ -584,6 +584,10 @@ class WallSections:
         """What of all sections made so far is narrow space in a closed body, and no wall."""
         return unite([closet for closet in self._closets.values() if not closet.is_empty])
 
+    def closets_at(self, one_m: float, other_m: float) -> BaseGeometry:
+        """Return what is narrow space in a closed body at both heights, of which ``at`` has been asked."""
+        return intersect(self._closets[one_m], self._closets[other_m])
+
 
 # ---------------------------------------------------------------------------------------------------------------------
 # Where things end: below the walls beside them, with them, or at a sloped roof.

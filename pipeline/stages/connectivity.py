@@ -1,4 +1,4 @@
-"""Cut doorways through walls until a robot's disc can reach every part that is kept (Algorithm 1, lines 9-17).
+"""Cut doorways through walls until a robot's disc can reach every part that is kept (Algorithm 1, lines 10 to 20).
 
 R1  m points are sampled uniformly where the robot's disc can stand, and one more in every piece of that space.
 R2  Pairs are taken by increasing distance. A pair in one piece has a path (labelling is exact), so only pairs in two

@@ -1,4 +1,4 @@
-"""Find the outer contour of each free-standing part of a house, from its closed walls P_g (Algorithm 1, line 4).
+"""Find the outer contour of each free-standing part of a house, from its closed walls P_g (Algorithm 1, line 6).
 
 The paper traces the contour on a raster (border following of Suzuki and Abe). The walls are polygons here, and the
 outer ring of each is the same contour without stair-steps.

@@ -8,7 +8,7 @@ R3  Under a beam, under a lintel wider than ``widest_m`` (posts within ``post_m`
     than ``jambless_m`` that ends in the air (the trim of a stairwell), two rooms meet without a door: each gets half of
     the strip. A door that the source names is one, however wide, in meshes too, and so is an opening that is drawn.
     Where a known door beside it in the same wall parts the same two rooms, what is wider than ``widest_m`` is an
-    ``opening`` between them, and so is a gap of full height between walls, however wide.
+    ``opening`` between them, and so is a single gap of full height between walls, however wide.
 R4  A strip between a room and the outside is an ``entrance``; it stays closed. A railing or a boundary is none, and in
     an upper storey, what leads from a floor into the air without a door in it: a window that reaches the floor.
 R5  The windows of a storey hang from one height. An opening to the outside without a leaf is one of them, although it
@@ -86,9 +86,9 @@ def find_doors(level: Level, planes: Planes, layout: Layout, config: DoorsConfig
     joins: set[tuple[int, int]] = set()
     strips = [(c, c.portal) for c in layout.candidates if c.portal is not None and c.kind in PASSABLE]
     portals = [portal for _, portal in strips]
-    spans, _ = _rows(portals, config.post_m)
+    spans, bays = _rows(portals, config.post_m)
     at_named = _lie_at_named_ways(portals, planes, drawn=isinstance(level.walls, Prisms))
-    for (candidate, portal), span, is_at_named in zip(strips, spans, at_named, strict=True):
+    for (candidate, portal), span, count, is_at_named in zip(strips, spans, bays, at_named, strict=True):
         if portal.sides[0] == portal.sides[1]:  # what they parted was no room
             continue
         outside = OUTSIDE in portal.sides
@@ -97,7 +97,7 @@ def find_doors(level: Level, planes: Planes, layout: Layout, config: DoorsConfig
         is_named = candidate.kind in {"door", "opening"} and is_at_named
         wide = span > config.widest_m and not is_named
         beside_door = wide and portal.width > config.widest_m and _is_beside_door(portal, strips)
-        is_gap = candidate.kind in GAPS and portal.width >= config.narrowest_m
+        is_gap = candidate.kind in GAPS and count == 1 and portal.width >= config.narrowest_m
         if not outside and beside_door and not is_gap:
             passages.append(Passage(portal, "opening", closed_by=candidate.kind))
         elif not outside and not is_gap and (wide or kind is None or bare):  # R3

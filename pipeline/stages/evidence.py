@@ -111,6 +111,9 @@ def gather_evidence(level: Level, config: EvidenceConfig) -> Evidence:
     above = [sections.at(height) for height in new]
     full = intersect(sections.at(heights.breast), sections.at(heights.head))  # R1
     full = _fill_between_sheets(full, sections, heights)  # R4
+    closets = sections.closets_at(heights.breast, heights.head)
+    if not closets.is_empty:  # closed all round, and space all the same
+        full = subtract(full, closets)
     ends = [] if level.only_walls else find_pieces_below_wall_tops(full, above, [heights.head, *heights.above])
     beside = unite([full, unite(above)]) if ends else EMPTY
     lower = [each for each in ends if _is_cupboard(each.part, beside)]

@@ -91,8 +91,12 @@ def keep_habitable_spaces(
     level: Level,
     *,
     filled: set[int],
+    all_closed: bool = False,
 ) -> list[Polygon]:
-    """Return the spaces that are rooms (R1); those of the numbers ``filled`` are none (``filled_spaces``)."""
+    """Return the spaces that are rooms (R1); those of the numbers ``filled`` are none (``filled_spaces``).
+
+    With ``all_closed`` each space without a way that walls close all round is one, as in the paper.
+    """
     inner = [c.portal.sides for c in candidates if c.portal is not None and OUTSIDE not in c.portal.sides]
     entered = {side for sides in inner for side in sides}
     area = shapely.area(rooms)
@@ -124,6 +128,7 @@ def keep_habitable_spaces(
     outdoors |= fenced | _porches(rooms, candidates, edge) | _solids(rooms, covered, candidates, level)
     outdoors |= filled | _boxes_seen_from_outside(rooms, candidates, evidence, level)
     kept = []
+    passable = {side for c in candidates if c.portal is not None for side in c.portal.sides}
     leading = [c for c in candidates if c.kind == "door"] or ways
     into = np.bincount(
         [side for c in leading if c.portal for side in c.portal.sides if side != OUTSIDE], minlength=len(rooms)
@@ -134,7 +139,8 @@ def keep_habitable_spaces(
         is_corridor = into[k] > 1 or (into[k] == 1 and _alone_joins_rooms(k, candidates))
         around = over if is_corridor else walls
         floored = not known or share >= SOME or (_along(room, around()) > MOSTLY and not _is_shaft(room))
-        if (floored and low[k] <= LARGELY and k not in outdoors) or _is_named(room, level):
+        is_cell = all_closed and k not in passable and _along(room, walls()) > NEARLY_ALL
+        if (floored and low[k] <= LARGELY and k not in outdoors) or is_cell or _is_named(room, level):
             kept.append(room)
     return kept
 

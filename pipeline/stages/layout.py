@@ -86,19 +86,24 @@ EDGES = frozenset({"rail", "room_edge", "floor_edge", "wall_ends"})
 SLIT_M = 0.25
 
 
-def close_openings(level: Level, evidence: Evidence, planes: Planes, config: LayoutConfig) -> Layout:
-    """Close the walls of the door plane; raise Rejection if nothing worth a plan is enclosed."""
+def close_openings(
+    level: Level, evidence: Evidence, planes: Planes, config: LayoutConfig, *, all_closed: bool = False
+) -> Layout:
+    """Close the walls of the door plane; raise Rejection if nothing worth a plan is enclosed.
+
+    With ``all_closed``, each space that walls close all round is a room, as in the paper.
+    """
     storey = _storey_drawn_as_room(level)
     if storey is not None:  # R1
         others = tuple(room for room in level.rooms if room.polygon is not storey)
         try:
-            found = _close(replace(level, rooms=others), evidence, planes, config, None)
+            found = _close(replace(level, rooms=others), evidence, planes, config, None, all_closed=all_closed)
         except Rejection:
             pass
         else:
             if intersect(storey, unite(found.rooms)).area > LARGELY * storey.area:
                 return found
-    return _close(level, evidence, planes, config, storey)
+    return _close(level, evidence, planes, config, storey, all_closed=all_closed)
 
 
 def _storey_drawn_as_room(level: Level) -> Polygon | None:
@@ -108,7 +113,15 @@ def _storey_drawn_as_room(level: Level) -> Polygon | None:
     return largest if largest is not None and largest.area > MOST * sum(room.area for room in rooms) else None
 
 
-def _close(level: Level, evidence: Evidence, planes: Planes, config: LayoutConfig, storey: Polygon | None) -> Layout:
+def _close(
+    level: Level,
+    evidence: Evidence,
+    planes: Planes,
+    config: LayoutConfig,
+    storey: Polygon | None,
+    *,
+    all_closed: bool,
+) -> Layout:
     """Return the layout; ``storey`` is the one room of the level that may be a whole storey (R1)."""
     walls, ends = planes.door, [ClosingCandidate(p, "floor_edge") for p in polygons_of(evidence.open_edge)]
     if ends:  # R2
@@ -148,7 +161,7 @@ def _close(level: Level, evidence: Evidence, planes: Planes, config: LayoutConfi
         candidates = assign_sides(strips + fixed, rooms, ground)
         filled = filled_spaces(rooms, candidates, evidence, level)  # what hangs over their edges is no way outside
         candidates = [c for c in candidates if c.portal is None or not filled.intersection(c.portal.sides)] + ends
-        kept = keep_habitable_spaces(rooms, candidates, planes, evidence, level, filled=filled)
+        kept = keep_habitable_spaces(rooms, candidates, planes, evidence, level, filled=filled, all_closed=all_closed)
         of_rooms = clip_rooms_to_floor(kept, level)
         sides = tuple(assign_sides(candidates, of_rooms, ground))
         return Layout(walls, ground, sides, tuple(of_rooms), tuple(rooms), tuple(candidates))

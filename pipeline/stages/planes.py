@@ -49,6 +49,8 @@ def _with_sills(level: Level, config: PlanesConfig) -> Planes:
     standing_cut, ground_cut = cutter.cut(door_height), cutter.cut(ground_height)
     standing = _section(standing_cut, config)
     door = unite([standing.walls, standing.solids])
+    if not standing.closets.is_empty:  # an overlay with nothing would turn rings
+        door = subtract(door, standing.closets)
     ground = _section(segments_that_differ(ground_cut, standing_cut), config, sheets=False).walls
     return Planes(
         door=door,

@@ -1,4 +1,4 @@
-"""Straighten the outlines of rooms, so that walls are straight, and fit the passages anew (Algorithm 1, line 18).
+"""Straighten the outlines of rooms, so that walls are straight, and fit the passages anew (Algorithm 1, line 21).
 
 R1  Spurs of millimetres go, and stair-steps become straight edges, axis-parallel where the house is, oblique where it
     is (``geometry.straighten``).

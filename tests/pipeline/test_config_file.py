@@ -206,3 +206,10 @@ def test_a_manifest_that_is_not_there_is_answered_with_the_nearest(
     monkeypatch.chdir(tmp_path)
     with pytest.raises(ConfigError, match=f"there is no such file; .*{re.escape(advice)}"):
         find_manifest(Path(given))
+
+
+def test_the_defaults_are_the_parameters_of_the_paper():
+    stages = PipelineConfig()
+    found = (stages.planes.ground_m, stages.planes.door_m, stages.cells.samples, stages.connectivity.samples)
+    assert found == (0.01, 0.2, 500, 100)
+    assert stages.cells.area_m2 == 2.0
