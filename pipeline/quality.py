@@ -45,8 +45,8 @@ _SURE: Final = math.log(SURE / (1 - SURE))
 class QualityGround:
     """One ground: its name in a plan's file, its weight (0 or less), and the ``most`` that a fit may make of it.
 
-    A guess of the reader alone makes a plan doubtful, and so does a closed box in which nothing shows a use, and a map
-    that lies open on all sides: the corpus has no robots' maps to learn it from.
+    A guess of the reader alone makes a plan doubtful, and so does an edge that was guessed, a closed box in which
+    nothing shows a use, and a map or a house that lies open: the corpus has too few of them to learn it from.
     """
 
     name: str
@@ -59,7 +59,7 @@ GROUNDS: Final = (
     QualityGround("cut_share", -0.16),
     QualityGround("cut_off_share", -2.01),
     QualityGround("patch_share", -0.86),
-    QualityGround("given_edge", -0.19),
+    QualityGround("given_edge", -1.65, most=-1.65),
     QualityGround("guesses", -1.65, most=-1.65),
     QualityGround("floorless_room", 0.00),
     QualityGround("roomless_floor_share", -0.39),

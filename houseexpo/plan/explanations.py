@@ -33,7 +33,7 @@ GROUNDS: Final[Mapping[str, str]] = {
     "beyond_rooms": "the map shows free space or walls that the plan lacks",
     "ragged_room": "a ragged room: several that are one, or rays that went on through a door or glass",
     "free_wall": "a wall that stands free in a room: rooms may be one, or it is ground with obstacles",
-    "open_border": "a map that lies open: its border or unseen space ends most of it, not walls",
+    "open_border": "lies open: a map's border, unseen space or a guess ends a third of it or more, not walls",
 }
 """The meaning of each ground of a plan's quality, by its name in the file."""
 

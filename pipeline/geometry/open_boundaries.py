@@ -33,8 +33,10 @@ from pipeline.tolerances import (
     LARGELY,
     MOST,
     MOSTLY,
+    PLACE_M,
     POINT_M,
     SOME,
+    STANDS,
     WALL_M,
 )
 
@@ -193,6 +195,29 @@ def bands_at_open_fronts(tall: BaseGeometry, least_m2: float) -> list[Polygon]:
     bands = shapely.buffer(fronts, BESIDE_M, cap_style="square", join_style="mitre")
     inner = shapely.buffer(hull, -HAND_M, join_style="mitre")
     return [part for band in bands for part in polygons_of(subtract(band, unite([inner, tall])))]
+
+
+def bands_around_open_house(
+    floor: BaseGeometry, roof: BaseGeometry, tall: BaseGeometry, least_m2: float
+) -> list[Polygon]:
+    """Bands outside the edges of a floor of which walls leave most open, but where walls stand.
+
+    Each piece of the floor of ``least_m2`` or more counts that has walls along ``STANDS`` of its edge, or that lies
+    under a ``roof`` for the most part, on ``GROUP`` posts or walls at its edge.
+    """
+    standing = np.array(polygons_of(tall), np.object_)
+    near_walls = shapely.buffer(tall, BESIDE_M, quad_segs=2)
+    bands: list[Polygon] = []
+    for part in polygons_of(drop_thin_parts(floor, PLACE_M)):
+        edge = part.exterior
+        walled = shapely.intersection(edge, near_walls).length / edge.length
+        posts = int(shapely.dwithin(standing, edge, BESIDE_M).sum())
+        on_posts = posts >= GROUP and intersect(part, roof).area > MOST * part.area
+        if part.area < least_m2 or not (walled > STANDS or on_posts):
+            continue
+        band = subtract(shapely.buffer(part, 2 * HAND_M, join_style="mitre"), unite([part, tall]))
+        bands += grow_to_overlap(polygons_of(band))
+    return bands
 
 
 def bands_across_hall_openings(

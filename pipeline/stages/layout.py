@@ -7,11 +7,11 @@ R1  Where the source names no walls, a room that is most of what it draws may be
     (an artist's mesh, whose floor is called "Room"): the layout is found without it, and stands if it takes
     ``LARGELY`` of it. Otherwise that room closes at its edge, and parts at mouths (R6).
 R2  Where a scan ends and nothing stands (``Evidence.open_edge``), the house is closed as by its walls, and what closes
-    it there is the edge of its floor. That it was not seen whole makes it no stage (R10).
+    it there is the edge of its floor.
 R3  Walls that spell characters are no layout: strokes that stand apart from each other without a door in any of them,
-    and that enclose little of what they span. Characters have no floor of their own and no furniture; each takes a
-    small part of what all of them span, has its place to itself, and encloses no more than ``GROUP`` spaces. What the
-    source itself calls walls is no character.
+    and that enclose little of what they span; where the source marks no doors, they may enclose more, as O and D do.
+    Characters have no floor of their own and no furniture; each takes a small part of what all of them span, has its
+    place to itself, and encloses no more than ``GROUP`` spaces. What the source itself calls walls is no character.
 R4  A slit between two walls, too narrow for anybody, parts the rooms at its ends.
 R5  Where two rooms that the source draws meet between the ends of a wall (``geometry.doorless_openings``), and that
     parts them, there is an opening.
@@ -23,9 +23,9 @@ R6  Where a room is narrow between two broad parts of it, these are rooms of the
 R7  A door that the source names parts two rooms. Where both of its faces look into one, because its wall goes on under
     a beam or ends before another wall, what closes that line closes: lintels and gaps up to ``entrance_m``.
 R8  Where all that leaves no room, and walls surround one place nearly all round, what they leave open is its front.
+    Else an open house (on posts, with two walls) is closed along the edge of its floor, or of its roof where it has no
+    floor (``open_boundaries.bands_around_open_house``). It is doubtful (``quality_grounds``, R17).
 R9  What encloses less than ``area_m2`` after all this is no layout.
-R10 Nor has what has walls on two sides only (a stage): where what was guessed to close the house takes more than
-    ``OPEN_EDGE`` of the edges of all rooms together, and no room has a name, there is no layout.
 """
 
 from __future__ import annotations
@@ -54,19 +54,20 @@ from pipeline.geometry.closing_candidates import assign_sides, close_plane, grow
 from pipeline.geometry.doorless_openings import find_doorless_openings
 from pipeline.geometry.doorways import Doorway, box_around_polygon, box_polygon
 from pipeline.geometry.mouths import mouth_fillings
-from pipeline.geometry.open_boundaries import bands_at_open_fronts
+from pipeline.geometry.open_boundaries import bands_around_open_house, bands_at_open_fronts
+from pipeline.geometry.prisms import Prisms
 from pipeline.rejection import Reason, Rejection
 from pipeline.stages.closings import KNOWN, boundaries, find_closing_candidates, hall_closings, is_crack, lies_in_room
 from pipeline.stages.habitable import (
     clip_rooms_to_floor,
     filled_spaces,
     keep_habitable_spaces,
+    part_under_cover,
 )
 from pipeline.stages.separation import is_beam_in_room, keep_separating
 from pipeline.tolerances import (
     AROUND_M,
     BESIDE_M,
-    CRACK_M,
     DOORWAY_M,
     GROUP,
     HAIR_M,
@@ -75,7 +76,6 @@ from pipeline.tolerances import (
     LARGELY,
     MOST,
     MOSTLY,
-    OPEN_EDGE,
     PARALLEL,
     SOME,
     THICK_WALL_M,
@@ -136,7 +136,7 @@ def _close(
     is_named = level.only_walls and "layers" not in level.guesses
     is_shown = is_named or _is_floored(level, planes, whole[1]) or level.n_objects > 0
     if config.characters and (level.sills or not is_shown):
-        _reject_characters(planes, whole[1])
+        _reject_characters(planes, whole[1], marked=level.sills)
 
     def within(fixed: list[ClosingCandidate]) -> Layout:
         """Return the layout in which all of ``fixed`` closes, whether or not it separates anything."""
@@ -171,6 +171,10 @@ def _close(
         fronts := [ClosingCandidate(p, "wall_ends") for p in bands_at_open_fronts(planes.tall, config.area_m2)]
     ):  # R8
         found = within(fronts)
+    if not found.rooms and (
+        open_edges := [ClosingCandidate(p, "floor_edge") for p in _edges_of_open_house(level, planes, config)]
+    ):
+        found = within(open_edges)
     if not level.sills and (
         openings := [ClosingCandidate(p, "wall_ends") for p in hall_closings(found, config.area_m2)]
     ):
@@ -185,17 +189,16 @@ def _close(
             + _what_stands(planes, whole[1]),
             "walls must close at some height up to the ceiling, or the house needs a floor slab" + _guesses(level),
         )
-    is_named = any(room.polygon is not None for room in level.rooms)
-    if (
-        not (level.sills or level.walls.is_cloud or is_named) and (open_share := _open_share(found, ends)) > OPEN_EDGE
-    ):  # R10
-        raise Rejection(
-            "layout",
-            Reason.NOT_ENCLOSED,
-            f"nothing stands along {open_share:.0%} of the edge of the rooms: walls on two sides are no room",
-            "draw the walls that are missing, or give the rooms names",
-        )
     return found
+
+
+def _edges_of_open_house(level: Level, planes: Planes, config: LayoutConfig) -> list[Polygon]:
+    """Return the bands that close an open house along its floor or its roof (R8)."""
+    if level.sills or isinstance(level.walls, Prisms) or level.walls.is_cloud or planes.tall.is_empty:
+        return []
+    roof = part_under_cover(shapely.box(*planes.tall.bounds), level)
+    floor = level.floor if level.floor is not None else roof
+    return bands_around_open_house(floor, roof, planes.tall, config.area_m2)
 
 
 def _guesses(level: Level) -> str:
@@ -348,17 +351,6 @@ def _closed_by(
     return parts, closed
 
 
-def _open_share(found: Layout, unseen: Sequence[ClosingCandidate]) -> float:
-    """Return the share of the edges of all rooms that only guesses close (R10), without what was not seen (R2)."""
-    guessed = unite([c.polygon for c in found.candidates if c.kind in {"floor_edge", "wall_ends"} and c not in unseen])
-    if guessed.is_empty:
-        return 0.0
-    near = shapely.buffer(guessed, CRACK_M, quad_segs=2)
-    bare = shapely.difference(near, shapely.buffer(found.door, 2 * HAND_M, quad_segs=2))
-    edges = [room.exterior for room in found.rooms]
-    return float(shapely.length(shapely.intersection(edges, bare)).sum() / shapely.length(edges).sum())
-
-
 def _at_doorless_openings(
     level: Level, walls: BaseGeometry, ground: BaseGeometry, rooms: list[Polygon]
 ) -> tuple[list[ClosingCandidate], BaseGeometry, list[Polygon]]:
@@ -421,7 +413,7 @@ def _is_floored(level: Level, planes: Planes, rooms: list[Polygon]) -> bool:
     return bool(intersect(enclosed, level.floor).area > MOST * enclosed.area)
 
 
-def _reject_characters(planes: Planes, rooms: list[Polygon]) -> None:
+def _reject_characters(planes: Planes, rooms: list[Polygon], *, marked: bool) -> None:
     """R3."""
     strokes = [p for p in polygons_of(planes.door) if p.length > 2 * AROUND_M]
     if len(strokes) < GROUP or planes.doorways or not (planes.lintels.is_empty and planes.sills.is_empty):
@@ -430,7 +422,7 @@ def _reject_characters(planes: Planes, rooms: list[Polygon]) -> None:
         return
     spanned = shapely.convex_hull(unite(strokes)).area
     inside = sum(room.area for room in rooms)
-    if inside < 0.5 * spanned and _are_side_by_side(strokes, spanned):
+    if (inside < 0.5 * spanned or not marked) and _are_side_by_side(strokes, spanned):
         raise Rejection(
             "layout",
             Reason.CHARACTERS,

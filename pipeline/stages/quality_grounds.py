@@ -3,7 +3,7 @@
 R1  ``cut_share``: inner doors that are cuts, of all inner doors. ``cut_off_share``: rooms that only cuts lead into.
 R2  ``patch_share``: candidates that nobody passes, of all: guesses that mend walls with holes. ``given_edge``: 1 where
     the house is open, so that its edge was taken from its floor or from the ends of its walls, or (``EDGE`` among the
-    guesses) from the border of a map.
+    guesses) from the border of a map. Where the source draws a room that lies open, its edge is no guess.
 R3  ``guesses``: things that the reader had to guess (levels, units, scale, axis), of ``MAX_GUESSES``.
 R4  ``floorless_room``: the largest share of a room without the source's floor under it, and which no room of the
     source's covers, or 0 if the source has no floor, or no more than scraps of one.
@@ -25,7 +25,9 @@ R14 ``rail_share``: railings and low walls beside the rooms, of all walls: terra
     taken for rooms, or for what divides them.
 R15 ``small``: how far all rooms together are from the size of a home: a closet, a niche, a part of a house.
 R16 A house of which the source marks each door (``Level.sills``) has a storey for certain: no R13 to R15, R17, R19.
-R17 ``open_border``: 1 if a map's border or unseen space, and no wall, ends most of it (``EDGE`` among the guesses).
+R17 ``open_border``: 1 if a map's border or unseen space, and no wall, ends most of it (``EDGE`` among the guesses), or
+    if only guesses close more than ``OPEN_EDGE`` of the edges of all rooms together, and no room has a name: a house on
+    posts or with two walls, and many a stage. A scan is not seen whole.
 R18 ``doubtful_space``: how doubtful the most doubtful room is to be one of the house (``stages.room_doubt``).
 R19 ``bare``: 1 if a sealed plan (R11) has nothing that shows its use: the source names neither walls, furniture nor
     doors, and nothing stands in the rooms. Bodies of vehicles, blocks and arenas are such boxes, and few rooms are.
@@ -59,7 +61,18 @@ from pipeline.geometry.areas import (
 from pipeline.geometry.doorways import boxes_around_polygons
 from pipeline.geometry.room_shapes import are_rooms_misshapen, have_jutting_walls
 from pipeline.stages.room_doubt import doubt_spaces, of_rooms
-from pipeline.tolerances import BESIDE_M, CRACK_M, GROUP, HAND_M, MOST, SHOULDERS_M, SOME, SPECK, THICK_WALL_M
+from pipeline.tolerances import (
+    BESIDE_M,
+    CRACK_M,
+    GROUP,
+    HAND_M,
+    MOST,
+    OPEN_EDGE,
+    SHOULDERS_M,
+    SOME,
+    SPECK,
+    THICK_WALL_M,
+)
 from pipeline.values import EDGE, Evidence, Layout, Level, Passage, Spaces
 
 Floats = npt.NDArray[np.float64]
@@ -93,7 +106,7 @@ def measure_quality_grounds(
         "cut_share": _share(sum(p.kind == "cut" for p in inner), len(inner)),
         "cut_off_share": _cut_off(spaces),
         "patch_share": _share(sum(c.portal is None for c in layout.candidates), len(layout.candidates)),
-        "given_edge": float("boundary" in spaces.notes or EDGE in level.guesses),
+        "given_edge": float(spaces.notes.get("boundary", "room_edge") != "room_edge" or EDGE in level.guesses),
         "guesses": _share(len(level.guesses), MAX_GUESSES),
         **_floors(level, rooms, layout.ground, spaces.rooms),
         "roomless_wall_share": 0.0 if level.has_no_rooms else _roomless_share(evidence.walls, rooms, layout, far_walls),
@@ -124,9 +137,22 @@ def _as_a_storey(
         "tall": 0.0 if evidence.scanned else _tall(level),
         "rail_share": _rails(evidence.rails, rooms, layout.ground),
         "small": _share(max(SMALL_PLAN_M2[0] - rooms.area, 0.0), SMALL_PLAN_M2[1]),
-        "open_border": float(EDGE in level.guesses),
+        "open_border": float(EDGE in level.guesses or _open_share(level, evidence, layout) > OPEN_EDGE),
         "bare": float(_is_sealed(level, spaces) and not _shows_its_use(level, evidence, rooms)),
     }
+
+
+def _open_share(level: Level, evidence: Evidence, layout: Layout) -> float:
+    """Return the share of the edges of all rooms that only guesses close (R17)."""
+    guessed = unite([c.polygon for c in layout.candidates if c.kind in {"floor_edge", "wall_ends"}])
+    guessed = guessed if evidence.open_edge.is_empty else subtract(guessed, evidence.open_edge)
+    is_named = any(room.polygon is not None for room in level.rooms)
+    if guessed.is_empty or is_named or level.walls.is_cloud:
+        return 0.0
+    near = shapely.buffer(guessed, CRACK_M, quad_segs=2)
+    bare = shapely.difference(near, shapely.buffer(layout.door, 2 * HAND_M, quad_segs=2))
+    edges = [room.exterior for room in layout.rooms]
+    return float(shapely.length(shapely.intersection(edges, bare)).sum() / shapely.length(edges).sum())
 
 
 def _is_sealed(level: Level, spaces: Spaces) -> bool:

@@ -9,6 +9,8 @@ from pathlib import Path
 import numpy as np
 import pyarrow.parquet as pq
 import pytest
+import shapely
+import trimesh
 from PIL import Image
 
 from houseexpo.corrections import Override
@@ -27,6 +29,7 @@ from pipeline.quality import (
 )
 from pipeline.rejection import Reason, Rejection
 from tests.builders.batch import doubting, lines, one_room, run_build
+from tests.builders.houses import level, plan_of, wall
 from tests.builders.judged import (
     MOST,
     NAMES,
@@ -41,6 +44,7 @@ from tests.builders.judged import (
     split,
     threshold,
 )
+from tests.builders.meshes import box
 
 SQUARE = [(0.1, 0.1), (0.1, 4.1), (4.1, 4.1), (4.1, 0.1)]
 
@@ -245,3 +249,38 @@ def test_plans_of_one_house_stay_on_one_side() -> None:
     assert not {plan.house for plan in fitted} & {plan.house for plan in held_out}
     assert len(fitted) + len(held_out) == len(plans)
     assert 0.3 < len(held_out) / len(plans) < 0.5
+
+
+def open_house(*sides: str, posts: bool = False) -> FloorPlan:
+    """A house of 8 x 5 m with a floor and a roof, and walls on some of its sides or posts at its corners."""
+    walls = {
+        "back": (0.0, 4.8, 8.0, 5.0),
+        "left": (0.0, 0.0, 0.2, 4.8),
+        "right": (7.8, 0.0, 8.0, 4.8),
+    }
+    parts = [part for side in sides for part in wall(walls[side])]
+    if posts:
+        parts += [box((x, y, x + 0.2, y + 0.2), 0.0, 2.5) for x in (0.0, 7.8) for y in (0.0, 4.8)]
+    roof = box((0.0, 0.0, 8.0, 5.0), 2.5, 2.7)
+    return plan_of(level([*parts, roof], floor=shapely.box(0, 0, 8, 5)))
+
+
+@pytest.mark.parametrize(
+    ("sides", "posts"), [((), True), (("back", "left"), False), (("back", "left", "right"), False)]
+)
+def test_an_open_house_is_proposed_and_doubtful_and_says_why(sides: tuple[str, ...], posts: bool) -> None:
+    plan = open_house(*sides, posts=posts)
+    assert plan.area == pytest.approx(38.0, abs=2.0)
+    assert plan.provenance["notes"] == {"boundary": "floor_edge"}
+    assert plan.quality.score < 0.5
+    assert any("open" in reason for reason in main_grounds_in_words(plan.quality))
+
+
+def test_closed_walls_that_stand_apart_in_a_row_without_floor_and_door_are_characters() -> None:
+    rings = []
+    for k in range(3):
+        ring = trimesh.creation.annulus(r_min=1.8, r_max=2.0, height=2.5, sections=32)
+        rings.append(ring.apply_translation((4.6 * k, 0.0, 1.25)))
+    with pytest.raises(Rejection) as caught:
+        plan_of(level(rings))
+    assert caught.value.reason is Reason.CHARACTERS

@@ -417,12 +417,25 @@ def test_an_open_front_without_a_floor_is_closed_between_its_walls() -> None:
     assert {c.kind for c in found.candidates} == {"wall_ends"}
 
 
-def test_walls_on_two_sides_are_no_room() -> None:
+def test_walls_on_two_sides_are_a_room_along_the_edge_of_the_floor() -> None:
     floor, corner = shapely.box(0, 0, 5, 4), [*wall((-0.2, 0.0, 0.0, 4.2)), *wall((0.0, 4.0, 5.0, 4.2))]
-    with pytest.raises(Rejection, match="walls on two sides are no room") as caught:
-        layout(corner, floor=floor)
-    assert caught.value.reason is Reason.NOT_ENCLOSED
+    assert areas(layout(corner, floor=floor)) == [20.0]
     assert areas(layout([*corner, *wall((5.0, 0.0, 5.2, 4.2))], floor=floor)) == [20.0]
+    with pytest.raises(Rejection, match="expected at least 2 m2") as caught:  # nothing says how far the room reaches
+        layout(corner)
+    assert caught.value.reason is Reason.NOT_ENCLOSED
+
+
+def test_a_house_on_posts_is_closed_along_its_floor_or_its_roof() -> None:
+    places = [(x, y) for x in (0.0, 3.9, 7.8) for y in (0.0, 4.8)]
+    posts = [box((x, y, x + 0.2, y + 0.2), 0.0, 2.5) for x, y in places]
+    roof, floor = box((0.0, 0.0, 8.0, 5.0), 2.5, 2.7), shapely.box(0, 0, 8, 5)
+    for found in (layout([*posts, roof], floor=floor), layout([*posts, roof])):
+        assert areas(found) == [pytest.approx(40.0 - 6 * 0.04, abs=0.1)]
+    with pytest.raises(Rejection):  # a terrace with bollards
+        layout(posts, floor=floor)
+    with pytest.raises(Rejection):  # a sign on two legs
+        layout([*posts[:2], roof], floor=floor)
 
 
 def test_of_three_rooms_with_equal_open_fronts_none_is_left_out() -> None:
