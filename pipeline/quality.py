@@ -77,7 +77,7 @@ GROUNDS: Final = (
     QualityGround("rail_share", 0.00),
     QualityGround("small", -1.14),
     QualityGround("open_border", -4.50, most=-4.50),
-    QualityGround("bare", -1.50, most=-1.50),
+    QualityGround("bare", -4.50, most=-4.50),
 )
 SPREAD: Final = 1.95
 """How many times nearer to 0.8 a score lies, in log odds. 0.8 itself and the order of plans stay as they are."""

@@ -9,9 +9,9 @@ R1  Where the source names no walls, a room that is most of what it draws may be
 R2  Where a scan ends and nothing stands (``Evidence.open_edge``), the house is closed as by its walls, and what closes
     it there is the edge of its floor.
 R3  Walls that spell characters are no layout: strokes that stand apart from each other without a door in any of them,
-    and that enclose little of what they span; where the source marks no doors, they may enclose more, as O and D do.
-    Characters have no floor of their own and no furniture; each takes a small part of what all of them span, has its
-    place to itself, and encloses no more than ``GROUP`` spaces. What the source itself calls walls is no character.
+    and that enclose little of what they span. Characters have no floor of their own and no furniture; each takes a
+    small part of what all of them span, has its place to itself, and encloses no more than ``GROUP`` spaces. What the
+    source itself calls walls is no character.
 R4  A slit between two walls, too narrow for anybody, parts the rooms at its ends.
 R5  Where two rooms that the source draws meet between the ends of a wall (``geometry.doorless_openings``), and that
     parts them, there is an opening.
@@ -136,7 +136,7 @@ def _close(
     is_named = level.only_walls and "layers" not in level.guesses
     is_shown = is_named or _is_floored(level, planes, whole[1]) or level.n_objects > 0
     if config.characters and (level.sills or not is_shown):
-        _reject_characters(planes, whole[1], marked=level.sills)
+        _reject_characters(planes, whole[1])
 
     def within(fixed: list[ClosingCandidate]) -> Layout:
         """Return the layout in which all of ``fixed`` closes, whether or not it separates anything."""
@@ -413,7 +413,7 @@ def _is_floored(level: Level, planes: Planes, rooms: list[Polygon]) -> bool:
     return bool(intersect(enclosed, level.floor).area > MOST * enclosed.area)
 
 
-def _reject_characters(planes: Planes, rooms: list[Polygon], *, marked: bool) -> None:
+def _reject_characters(planes: Planes, rooms: list[Polygon]) -> None:
     """R3."""
     strokes = [p for p in polygons_of(planes.door) if p.length > 2 * AROUND_M]
     if len(strokes) < GROUP or planes.doorways or not (planes.lintels.is_empty and planes.sills.is_empty):
@@ -422,7 +422,7 @@ def _reject_characters(planes: Planes, rooms: list[Polygon], *, marked: bool) ->
         return
     spanned = shapely.convex_hull(unite(strokes)).area
     inside = sum(room.area for room in rooms)
-    if (inside < 0.5 * spanned or not marked) and _are_side_by_side(strokes, spanned):
+    if inside < 0.5 * spanned and _are_side_by_side(strokes, spanned):
         raise Rejection(
             "layout",
             Reason.CHARACTERS,

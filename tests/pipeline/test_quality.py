@@ -16,6 +16,8 @@ from PIL import Image
 from houseexpo.corrections import Override
 from houseexpo.floorplan import FloorPlan
 from houseexpo.plan import Quality, explanations
+from pipeline.algorithm import plan_level
+from pipeline.config import PipelineConfig
 from pipeline.quality import (
     BIAS,
     GROUNDS,
@@ -276,11 +278,10 @@ def test_an_open_house_is_proposed_and_doubtful_and_says_why(sides: tuple[str, .
     assert any("open" in reason for reason in main_grounds_in_words(plan.quality))
 
 
-def test_closed_walls_that_stand_apart_in_a_row_without_floor_and_door_are_characters() -> None:
-    rings = []
-    for k in range(3):
-        ring = trimesh.creation.annulus(r_min=1.8, r_max=2.0, height=2.5, sections=32)
-        rings.append(ring.apply_translation((4.6 * k, 0.0, 1.25)))
-    with pytest.raises(Rejection) as caught:
-        plan_of(level(rings))
-    assert caught.value.reason is Reason.CHARACTERS
+def test_closed_rings_in_which_nothing_shows_a_use_are_doubtful() -> None:
+    """As the letter O, three times."""
+    ring = trimesh.creation.annulus(r_min=1.8, r_max=2.0, height=2.5, sections=32)
+    word = [ring.copy().apply_translation((4.6 * k, 0.0, 1.25)) for k in range(3)]
+    plans = plan_level(level(word), PipelineConfig(), np.random.default_rng(0))
+    assert len(plans) == 3
+    assert max(plan.quality.score for plan in plans) < 0.5
