@@ -13,7 +13,6 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final
 
-from houseexpo.analysis.graph import open_borders
 from houseexpo.analysis.navigability import navigability
 from houseexpo.plan import Navigability, NavigabilityByRadius, PlanData
 from houseexpo.tolerances import ROBOT_M
@@ -168,12 +167,12 @@ def _doors_per_room(plan: PlanData) -> list[int]:
 
 
 def _neighbours(plan: PlanData) -> list[int]:
-    """Return the number of other rooms that doors and open borders of each room lead to: its degree."""
+    """Return the number of other rooms that the doors of each room lead to: its degree."""
     return [len(others) for others in _rooms_beside(plan).values()]
 
 
 def _loops(plan: PlanData) -> int | None:
-    """Return the number of independent cycles: doors and open borders minus rooms plus connected components."""
+    """Return the number of independent cycles: doors minus rooms plus connected components."""
     if not plan.rooms:
         return None
     beside, found, pieces = _rooms_beside(plan), set[int](), 0
@@ -181,7 +180,7 @@ def _loops(plan: PlanData) -> int | None:
         if room not in found:
             found.update(_steps_from([room], beside))
             pieces += 1
-    return len(_ways_inside(plan)) - len(beside) + pieces
+    return sum(None not in door.rooms for door in plan.doors) - len(beside) + pieces
 
 
 def _depth(plan: PlanData) -> int | None:
@@ -196,21 +195,13 @@ def _depth(plan: PlanData) -> int | None:
 
 
 def _rooms_beside(plan: PlanData) -> dict[int, set[int]]:
-    """Return for each room the other rooms that its doors and open borders lead to."""
+    """Return for each room the other rooms that its doors lead to."""
     found: dict[int, set[int]] = {room.id: set() for room in plan.rooms}
-    for one, other in _ways_inside(plan):
-        if one != other:
+    for one, other in (door.rooms for door in plan.doors):
+        if one is not None and other is not None and one != other:
             found[one].add(other)
             found[other].add(one)
     return found
-
-
-def _ways_inside(plan: PlanData) -> list[tuple[int, int]]:
-    """Return the two rooms of each inner door and of each open border."""
-    doors = [
-        (one, other) for one, other in (door.rooms for door in plan.doors) if one is not None and other is not None
-    ]
-    return doors + [border.rooms for border in open_borders(plan)]
 
 
 def _steps_from(starts: Sequence[int], beside: Mapping[int, set[int]]) -> dict[int, int]:
