@@ -270,6 +270,6 @@ def inspect(
         words = load_overrides(config, overrides)
         found = inspect_house(load_build_config(config, given), words, level, out, id_, replace=replace)
     show_inspection(found, source, out)
-    show_unapplied_corrections(found, tuple(words))
+    show_unapplied_corrections(found)
     if found.rejection is not None:
         raise typer.Exit(REJECTED)

@@ -15,7 +15,6 @@ from houseexpo.words import count_noun
 from pipeline.cli_common import NOT_DONE, load_build_config, show_outcomes
 
 if TYPE_CHECKING:
-    from houseexpo.corrections import Override
     from houseexpo.dataset.build_record import BuildRecord
     from pipeline.batch.assemble import BuildResult
     from pipeline.executors.local import Executor
@@ -136,16 +135,16 @@ def build_data_set(work: BuildRequest, others: str, check: Callable[[], None]) -
         if not data_set.unchanged:
             remove_common_settings(FolderStore(root))
             write_report(data_set, display.progress)
-    _say_without_effect(data_set, overrides)
+    _say_without_effect(data_set)
     return data_set
 
 
-def _say_without_effect(data_set: BuildResult, overrides: Mapping[str, Override]) -> None:
+def _say_without_effect(data_set: BuildResult) -> None:
     """Name the corrections by hand that did nothing, each with the reason."""
     from houseexpo.floorplan import load_plan
     from pipeline.overrides import corrections_without_effect, level_id_from
 
-    for name, override in overrides.items():
+    for name, override in data_set.overrides.items():
         ids = [each for each in data_set.ids if level_id_from(each) == level_id_from(name)]
         refused = next((each for each in data_set.refused if level_id_from(each.id) == level_id_from(name)), None)
         plans = [load_plan(data_set.root / "json" / f"{each}.json") for each in ids if override.corrections]

@@ -109,11 +109,12 @@ def show_inspection(found: Inspection, source: str, out: Path) -> None:
         print_name_and_text(printed, "implausible", f"{odd}; {ADVICE}", "yellow")
 
 
-def show_unapplied_corrections(found: Inspection, corrected: tuple[str, ...]) -> None:
+def show_unapplied_corrections(found: Inspection) -> None:
     """Say which corrections by hand belong to other houses than the inspected one."""
     from houseexpo.words import unknown_name_message
     from pipeline.overrides import is_id_of_input
 
+    corrected = found.shown.corrected if found.shown else ()
     if found.shown is None or not corrected or any(is_id_of_input(name, found.shown.house) for name in corrected):
         return
     typer.secho(

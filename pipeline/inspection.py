@@ -26,6 +26,7 @@ from pipeline.overrides import (
     is_id_of_input,
     level_id_from,
     override_for_level,
+    settle_override_ids,
 )
 from pipeline.pictures import compose_sheet, results_of_building, stage_pictures
 from pipeline.png import draw_top_view, encode_png
@@ -41,7 +42,10 @@ _STEPS = 10  # of one building without furniture
 
 @dataclass(frozen=True)
 class InspectedLevel:
-    """Which level of which house is shown: the id and number of the level and of the house, and of how many."""
+    """Which level of which house is shown: the id and number of the level and of the house, and of how many.
+
+    ``corrected`` are the ids for which corrections by hand were given.
+    """
 
     id: str
     level: int
@@ -49,6 +53,7 @@ class InspectedLevel:
     house: str
     number: int
     houses: int
+    corrected: tuple[str, ...] = ()
 
     def __str__(self) -> str:
         house = f"; house {self.number + 1} of {self.houses}: {self.house}" if self.houses > 1 else ""
@@ -115,6 +120,7 @@ def _inspect_input(
 ) -> Inspection:
     inputs = list(list_inputs(config))
     place = _find_input(inputs, name)
+    overrides = settle_override_ids(overrides, inputs)
     item = correct_input(inputs[place], overrides)
     make_folder(output.out)
     try:
@@ -123,7 +129,7 @@ def _inspect_input(
         return Inspection(None, _picture_of(rejection, output), rejection)
     number = _number(item, levels, number, name)
     level = levels[number]
-    shown = InspectedLevel(level.id, number, len(levels), item.id, place, len(inputs))
+    shown = InspectedLevel(level.id, number, len(levels), item.id, place, len(inputs), tuple(overrides))
     if isinstance(level, RejectedLevel):
         return Inspection(shown, _picture_of(level.rejection, output), level.rejection)
     override = override_for_level(level.id, overrides)

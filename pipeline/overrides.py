@@ -19,6 +19,8 @@ because its author saw the result of the other.
     h_d = 1.1
     [doll_house]           # of a whole file, under the id that the file has without a level
     scale = 20.0           # the model is 1:20
+    up = "z"               # its vertical axis, and the unit of its lengths
+    units = "cm"
     drop_nodes = ["Lamp*", "Car"]     # leave these nodes, groups and materials out
 
 Points are in metres along the source's plan axes, after units and scale: (X, Y) of a z-up source, (X, Z) of a y-up one.
@@ -46,6 +48,7 @@ from houseexpo.floorplan import FloorPlan
 from pipeline.config import PipelineConfig
 from pipeline.config_file import convert_to_type
 from pipeline.sources import OVERRIDABLE
+from pipeline.sources.files import slug
 from pipeline.values import Input, Level
 
 _LOG = logging.getLogger(__name__)
@@ -141,16 +144,38 @@ def _converted(value: Any, hint: Any, key: str) -> Any:
 #
 # R1  An id in ``overrides.toml`` is that of an input, or of a building (``_B2``) or a level (``_L1``) of one; eight
 #     digits of a hash may follow.
-# R2  ``scale`` and ``drop_nodes`` concern a whole file: they stand under the input's own id, and its reader must take
-#     them.
+# R2  ``up``, ``units``, ``scale`` and ``drop_nodes`` concern a whole file: they stand under the input's own id, and
+#     its reader must take them.
 # R3  What is said of a storey goes with its level, and is applied to the finished plan (``stages.corrections``).
 # R4  What is said under the id of a building belongs to its level, too. An id that no level has is refused once the
 #     levels are known.
+# R5  A file alone has another id than in its folder (docs/format.md, "Ids"). Corrections written for one are right for
+#     the other: an id that is the end of one file's path, from a folder's name on or its own, means that file.
 
 
 _BUILDING: Final = re.compile(r"_B\d+(?=_|$)")
 _DIGITS: Final = re.compile(r"_[0-9a-f]{8}$")
 _OF_AN_INPUT: Final = re.compile(r"(_B\d+)?(_L\d+)?(_[0-9a-f]{8})?")
+
+
+def settle_override_ids(overrides: Mapping[str, Override], inputs: Iterable[Input]) -> Mapping[str, Override]:
+    """Return the overrides under the ids of a build's inputs, where they were written for another source (R5)."""
+    listed = list(inputs) if overrides else []
+    known = {item.id for item in listed}
+    whole = [(item, slug(Path(item.path).absolute().with_suffix("").as_posix())) for item in listed if not item.key]
+    found: dict[str, Override] = {}
+    for name, override in overrides.items():
+        own = name
+        if known.isdisjoint(_inputs_of(name)):
+            meant = {
+                item.id + name[len(base) :]
+                for base in _inputs_of(name)
+                for item, path in whole
+                if f"_{path}".endswith(f"_{base}") and f"_{base}".endswith(f"_{slug(Path(item.path).stem)}")
+            }
+            own = meant.pop() if len(meant) == 1 else name
+        found[own] = found[own].joined(override) if own in found else override
+    return found
 
 
 def check_override_ids(overrides: Mapping[str, Override], inputs: Iterable[Input]) -> None:
@@ -191,12 +216,13 @@ def correct_input(item: Input, overrides: Mapping[str, Override]) -> Input:
     for name in own:
         if name != item.id:
             raise ConfigError(
-                f"corrections: {name}: scale and drop_nodes are of a whole file; put them under [{item.id}]"
+                f"corrections: {name}: up, units, scale and drop_nodes are of a whole file; put them under [{item.id}]"
             )
     if not own:
         return item
     override = own[item.id]
-    told = {"scale": override.scale and repr(override.scale), "drop_nodes": _patterns(override)}
+    scale = override.scale and repr(override.scale)
+    told = {"up": override.up, "units": override.units, "scale": scale, "drop_nodes": _patterns(override)}
     options = {key: value for key, value in told.items() if value}
     if unknown := sorted(set(options) - set(OVERRIDABLE.get(item.reader, ()))):
         raise ConfigError(f"corrections: {item.id}: its reader, {item.reader}, takes no {unknown[0]}; take it out")
@@ -221,7 +247,7 @@ def ids_without_level(overrides: Mapping[str, Override], levels: Collection[str]
     """Return the overridden ids of an input that belong to none of its levels."""
     found = []
     for name in sorted(overrides):
-        of_level = replace(overrides[name], scale=None, drop_nodes=(), why="") != Override()
+        of_level = replace(overrides[name], up=None, units=None, scale=None, drop_nodes=(), why="") != Override()
         known = {level_id_from(name), _DIGITS.sub("", level_id_from(name))} & set(levels)
         if of_level and not known:
             found.append(name)

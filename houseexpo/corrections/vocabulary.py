@@ -21,6 +21,9 @@ LOG: Final = "overrides.log.jsonl"
 FARTHEST_M: Final = 1e7
 """Coordinates beyond this are errors, metres: the earth's grids have seven digits."""
 
+UNITS: Final = ("m", "cm", "mm", "in", "ft")
+"""The units that ``units`` takes by name, as the option ``--units`` of a build does."""
+
 Point: TypeAlias = tuple[float, float]
 Line: TypeAlias = tuple[Point, Point]
 Label: TypeAlias = tuple[float, float, str]
@@ -74,7 +77,8 @@ class Override:
     """What a person says of a house or a storey: the table of one id in ``overrides.toml``.
 
     Each word of ``WORDS`` takes one value or a sequence of values. Points are in metres along the source's plan axes,
-    after units and scale: (X, Y) of a z-up source, (X, Z) of a y-up one. ``why`` is a note for people.
+    after units and scale: (X, Y) of a z-up source, (X, Z) of a y-up one. ``up``, ``units``, ``scale`` and
+    ``drop_nodes`` are of a whole mesh file, and inputs of its reading. ``why`` is a note for people.
 
     Raises
     ------
@@ -101,6 +105,8 @@ class Override:
     no_door: tuple[Point, ...] = ()
     no_room: tuple[Point, ...] = ()
     label: tuple[Label, ...] = ()
+    up: str | None = None
+    units: str | None = None
     scale: float | None = None
     drop_nodes: tuple[str, ...] = ()
     why: str = ""
@@ -114,6 +120,10 @@ class Override:
             raise ConfigError(f"expected h_d above h_g, found {self.h_d:g} and {self.h_g:g}")
         if self.scale is not None and not 0 < self.scale < math.inf:
             raise ConfigError(f"scale: expected more than 0, found {self.scale:g}")
+        if self.up not in {None, "y", "z"}:
+            raise ConfigError(f"up: expected y or z, found {self.up!r}")
+        if self.units is not None and self.units not in UNITS and not _is_size(self.units):
+            raise ConfigError(f"units: expected one of {', '.join(UNITS)}, or metres in a unit, found {self.units!r}")
 
     @property
     def corrections(self) -> tuple[Correction, ...]:
@@ -123,7 +133,7 @@ class Override:
     @property
     def of_file(self) -> bool:
         """Whether an override concerns a whole file rather than one of its levels."""
-        return self.scale is not None or bool(self.drop_nodes)
+        return bool(self.up or self.units or self.scale or self.drop_nodes)
 
     def joined(self, later: Override) -> Override:
         """Return what two tables say of one id; ``later`` counts where they contradict each other."""
@@ -139,10 +149,19 @@ class Override:
             drop=decided.drop,
             h_g=heights.h_g,
             h_d=heights.h_d,
+            up=later.up or self.up,
+            units=later.units or self.units,
             scale=self.scale if later.scale is None else later.scale,
             why=later.why or self.why,
             **{name: tuple(dict.fromkeys(values)) for name, values in lists.items()},
         )
+
+
+def _is_size(text: str) -> bool:
+    try:
+        return 0 < float(text) < math.inf
+    except ValueError:
+        return False
 
 
 def word_values(word: Word, value: Any) -> list[Any]:

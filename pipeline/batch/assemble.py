@@ -52,6 +52,7 @@ class BuildResult:
     ``not_done`` counts the inputs that a transient fault kept from being done; ``unchanged``: it stood so before;
     ``entries`` say what came of each input, ``ignored`` counts the files of its folders that are no houses, by suffix;
     ``passed_over`` says which sources hold no house;
+    ``overrides`` are the corrections, under the ids of its inputs;
     ``duplicates`` are the plans that it left out, each with the one that it repeats;
     ``licences`` are those that its sources state, "" among them where one states none; ``sources`` are those of this
     build, without others that it was added to.
@@ -69,6 +70,7 @@ class BuildResult:
     licences: tuple[str, ...] = ()
     sources: tuple[str, ...] = ()
     duplicates: tuple[Duplicate, ...] = ()
+    overrides: Mapping[str, Override] = field(default_factory=dict)
 
     @property
     def is_fruitless(self) -> bool:

@@ -42,7 +42,7 @@ from pipeline.batch.result_store import BUILD, FolderStore, Store
 from pipeline.config_file import BuildConfig
 from pipeline.executors import local
 from pipeline.executors.local import Executor
-from pipeline.overrides import check_override_ids
+from pipeline.overrides import check_override_ids, settle_override_ids
 
 __all__ = ["Progress", "build", "refuse_unlisted_sources"]
 
@@ -95,6 +95,7 @@ def build(
     listing.check()
     listing.check_apart(out)
     folder.check(config.digest(), others)
+    overrides = settle_override_ids(overrides or {}, (item for _, item in listing) if overrides else ())
     if (
         overrides and config.build.limit is None and others is not ExistingPlansPolicy.ADD
     ):  # else not all of the ids are known
@@ -127,6 +128,7 @@ def build(
                 passed_over=listing.passed_over,
                 licences=stated_licences(rights),
                 sources=listing.sources,
+                overrides=overrides,
             )
 
 

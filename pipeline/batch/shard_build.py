@@ -20,7 +20,7 @@ from pipeline.batch.result_store import FolderStore, Store, is_url, open_store
 from pipeline.batch.shards import CommonSettings, Shard, ShardJournal, read_common_settings, shard_number
 from pipeline.config_file import BuildConfig
 from pipeline.executors.local import Executor, Failure, Item, Limits, Result
-from pipeline.overrides import check_override_ids
+from pipeline.overrides import check_override_ids, settle_override_ids
 
 
 @dataclass(frozen=True)
@@ -45,6 +45,7 @@ def begin_shards(config: BuildConfig, out: str, shards: int, overrides: Mapping[
     listing.check()
     if not is_url(out):
         listing.check_apart(Path(out))
+    overrides = settle_override_ids(overrides, (item for _, item in listing) if overrides else ())
     if overrides and config.build.limit is None:
         check_override_ids(overrides, (item for _, item in listing))
     sources = tuple(map(absolute_source, config.build.sources))

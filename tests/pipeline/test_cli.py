@@ -250,10 +250,13 @@ def test_what_the_reader_rejects_is_shown_from_above(tmp_path: Path) -> None:
 
 def test_corrections_of_other_houses_only_are_said_to_be_so(tmp_path: Path) -> None:
     file, words = one_room(tmp_path / "street" / "villa.ply"), tmp_path / "overrides.toml"
-    words.write_text("[villa]\nno_room = [1.0, 1.0]\n")
+    words.write_text("[barn]\nno_room = [1.0, 1.0]\n")
     said = inspect(file, tmp_path / "out", "--overrides", str(words))[1]
     assert "no correction by hand is of this house" in said
-    assert "'villa'" in said
+    assert "'barn'" in said
+    words.write_text("[villa]\nno_room = [1.0, 1.0]\n")
+    said = inspect(file, tmp_path / "out", "--overrides", str(words))[1]
+    assert "no correction by hand" not in said
     said = inspect(file.parent, tmp_path / "out", "--id", "villa", "--overrides", str(words))[1]
     assert "no correction by hand" not in said
 

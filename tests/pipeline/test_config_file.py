@@ -92,7 +92,7 @@ def test_overrides_lie_beside_a_manifest(tmp_path: Path) -> None:
     found = load_overrides(manifest)
     assert found == {"a": Override(h_g=0.4, h_d=1.0), "b": Override(keep=True), "c": Override(drop=True, why="hall")}
     assert configure(PipelineConfig(), found["a"]).planes.door_m == 1.0
-    assert not found["b"].apply_to(PipelineConfig()).layout.characters
+    assert not configure(PipelineConfig(), found["b"]).layout.characters
 
 
 def test_a_manifests_own_overrides_come_before_those_of_its_folder(tmp_path: Path) -> None:

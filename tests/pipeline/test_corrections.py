@@ -26,6 +26,7 @@ from pipeline.overrides import (
     load_overrides,
     override_for_level,
     overrides_by_input,
+    settle_override_ids,
 )
 from pipeline.sources import find, reader
 from pipeline.values import Input, Level, Mesh
@@ -80,8 +81,43 @@ def test_scale_and_nodes_are_told_to_the_reader() -> None:
     assert correct_input(VILLA, {"villa": Override(keep=True), "other": override}) == VILLA
 
 
+def test_corrections_of_a_file_alone_work_in_its_folder_and_the_other_way_round(tmp_path: Path) -> None:
+    one_room(tmp_path / "street" / "a.ply")
+    one_room(tmp_path / "street" / "b.ply", 6.0)
+    (alone,) = find(str(tmp_path / "street" / "a.ply"))
+    both = list(find(str(tmp_path / "street")))
+    assert (alone.id, [item.id for item in both]) == ("street_a", ["a", "b"])
+    said = Override(drop=True)
+    assert settle_override_ids({"street_a": said, "b_L1": said}, both) == {"a": said, "b_L1": said}
+    assert settle_override_ids({"a_L1": said}, [alone]) == {"street_a_L1": said}
+    assert settle_override_ids({"a": said, "street_a": Override(keep=True)}, both)["a"].keep
+    with pytest.raises(ConfigError, match="other_a: expected an id of this build"):
+        check_override_ids(settle_override_ids({"other_a": said}, both), both)
+    one_room(tmp_path / "x" / "c" / "d.ply")
+    one_room(tmp_path / "y" / "c" / "d.ply", 6.0)
+    twice = list(find(str(tmp_path)))
+    assert settle_override_ids({"c_d": said}, twice) == {"c_d": said}  # of two files: refused as unknown
+    for source in ("street/a.ply", "street"):
+        out = tmp_path / f"plans_{Path(source).stem}"
+        run_build([tmp_path / source], out, overrides={"street_a": said})
+        assert [line["reason"] for line in lines(out / "rejected.jsonl")] == ["dropped_by_hand"]
+
+
+@pytest.mark.parametrize(("key", "value"), [("up", "x"), ("units", "furlong"), ("units", "-1"), ("scale", -1.0)])
+def test_a_size_or_an_axis_that_is_none_is_refused(key: str, value: str | float) -> None:
+    with pytest.raises(ConfigError, match=f"{key}: expected"):
+        Override(**{key: value})  # type: ignore[arg-type]
+
+
+def test_an_axis_and_a_unit_are_told_to_the_reader() -> None:
+    told = correct_input(VILLA, {"villa": Override(up="z", units="cm")})
+    assert told.options == (("units", "cm"), ("up", "z"))
+
+
 def test_scale_of_a_level_or_of_a_reader_that_takes_none_is_refused() -> None:
-    with pytest.raises(ConfigError, match=r"villa_L1: scale and drop_nodes are of a whole file; .* \[villa\]"):
+    with pytest.raises(
+        ConfigError, match=r"villa_L1: up, units, scale and drop_nodes are of a whole file; .* \[villa\]"
+    ):
         correct_input(VILLA, {"villa_L1": Override(scale=20.0)})
     with pytest.raises(ConfigError, match="0a1b: its reader, suncg, takes no drop_nodes"):
         correct_input(SCENE, {"0a1b": Override(drop_nodes=("Lamp",))})

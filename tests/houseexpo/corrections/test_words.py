@@ -11,11 +11,12 @@ from houseexpo.corrections.apply import Corrected, correct_plan
 from houseexpo.corrections.draft import Space
 from houseexpo.corrections.passages import WIDEST_DOOR_M
 from houseexpo.corrections.settling import CUT_M
-from houseexpo.corrections.vocabulary import WORDS
+from houseexpo.corrections.vocabulary import UNITS, WORDS
 from houseexpo.errors import ConfigError
 from houseexpo.floorplan import FloorPlan, decode
 from houseexpo.plan.json_codec import encode
 from pipeline.config import ConnectivityConfig, DoorsConfig
+from pipeline.sources.storeys import scale
 from tests.builders.services import furnished, two_rooms
 
 PLAN = two_rooms("a")
@@ -223,3 +224,4 @@ def test_each_word_has_a_form_a_python_name_and_an_effect() -> None:
 def test_numbers_that_the_pipeline_has_too_are_equal() -> None:
     assert DoorsConfig().widest_m == WIDEST_DOOR_M
     assert ConnectivityConfig().cut_width_m == CUT_M
+    assert tuple(scale.UNITS) == UNITS

@@ -796,12 +796,6 @@ def test_what_a_block_fills_is_no_room_and_has_no_entrance(deep_m: float, rooms:
     assert not any(OUTSIDE in c.portal.sides for c in found.candidates if c.portal is not None)
 
 
-def test_what_a_person_says_is_no_room_is_none() -> None:
-    assert len(layout(two_rooms(Hole(1, 1.9))).rooms) == 2
-    (room,) = layout(two_rooms(Hole(1, 1.9)), no_rooms=((5.5, 1.0),)).rooms
-    assert room.area == pytest.approx(12.0, abs=0.05)
-
-
 WELL = shapely.box(3.0, 1.0, 5.0, 4.0)
 FLOOR = shapely.box(0, 0, 5, 4).difference(WELL)
 GALLERY, AIR = shapely.box(0, 0, 2, 4), shapely.box(2, 0, 5, 4)

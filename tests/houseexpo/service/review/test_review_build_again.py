@@ -83,7 +83,9 @@ def test_build_again_does_what_was_decided(client: TestClient, home: Path) -> No
     post(client, "decide", plan=name, action="no_room", points=at(home, name, [PATIO]), seen=1)
     found = built(client)
     assert found["phase"] == "built", found["lines"]
-    assert found["outcomes"] == [{"plan": name, "became": "changed", "why": ""}]
+    (outcome,) = found["outcomes"]
+    assert (outcome["plan"], outcome["became"], outcome["why"], outcome["idle"]) == (name, "changed", "", [])
+    assert len(outcome["effects"]) == 2
     assert found["waiting"] == 0
     assert client.get(f"/plans/review/pictures/{name}.svg?when=before").text == before
     after = client.get("/plans/review/state", params={"plan": name}).json()
