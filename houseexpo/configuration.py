@@ -69,7 +69,7 @@ def config_from_mapping(
         A function for the values of fields that are not dataclasses, such as ``convert_value``. By default, lists
         become tuples, true and false are checked, and everything else is left to the dataclass.
     beside
-        Keys that may stand beside those of the dataclass; they are only suggested.
+        Keys that may stand beside those of the dataclass and are read elsewhere.
 
     Raises
     ------
@@ -107,9 +107,8 @@ def mapping_entries(
         if name not in known:
             near = get_close_matches(str(name), [*known, *beside], n=1, cutoff=0.5)
             advice = f"did you mean {_join(key, near[0])!r}? Known: " if near else "known: "
-            raise ConfigError(
-                f"unknown key {_join(key, str(name))!r}; {advice}{', '.join(_join(key, one) for one in known)}"
-            )
+            every = ", ".join(_join(key, one) for one in [*known, *beside])
+            raise ConfigError(f"unknown key {_join(key, str(name))!r}; {advice}{every}")
     return list(value.items())
 
 

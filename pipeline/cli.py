@@ -101,6 +101,19 @@ _KeepCopies = Annotated[
         "--keep-copies/--no-keep-copies", help="Keep plans with the same walls as others.", rich_help_panel=_FOLDER
     ),
 ]
+_Seconds = Annotated[
+    float | None,
+    typer.Option(
+        min=0.01, help="Processor time of one house, s; more is a rejection.", rich_help_panel=_RUN, show_default="300"
+    ),
+]
+_Memory = Annotated[
+    float | None,
+    typer.Option(
+        min=0.01, help="Memory of one worker, GiB; a house that needs more is rejected.", rich_help_panel=_RUN,
+        show_default="4",
+    ),
+]  # fmt: skip
 _MinQuality = Annotated[
     float | None,
     typer.Option(
@@ -134,6 +147,8 @@ def build(
     workers: Annotated[
         int | None, typer.Option(min=1, help="Number of processes.", rich_help_panel=_RUN, show_default="one per core")
     ] = None,
+    seconds: _Seconds = None,
+    memory: _Memory = None,
     limit: Annotated[
         int | None, typer.Option(min=1, help="Build only the first N inputs.", rich_help_panel=_RUN, show_default=False)
     ] = None,
@@ -215,6 +230,8 @@ def build(
         "min_quality": min_quality,
         "keep_stages": keep_stages,
         "keep_copies": keep_copies,
+        "seconds": seconds,
+        "memory": memory,
     }
     others = "add" if add else "replace" if replace_others else "refuse"
     work = BuildRequest(config, given, overrides, out, workers, executor, address, rehash)

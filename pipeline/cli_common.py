@@ -36,6 +36,10 @@ def resolve_manifest(given: Path | None) -> Path | None:
     return None if given is None else find_manifest(given)
 
 
+_LIMITS = {"seconds": "seconds", "memory": "memory_gb"}
+"""Options of a build that are limits, and their keys in a manifest."""
+
+
 def load_build_config(config: Path | None, given: Mapping[str, Any]) -> BuildConfig:
     """Return the manifest's settings, or the defaults, with what the command line gives in their place.
 
@@ -47,6 +51,8 @@ def load_build_config(config: Path | None, given: Mapping[str, Any]) -> BuildCon
     chosen = {name: value for name, value in given.items() if value not in (None, ())}
     if "model_path" in chosen:
         chosen["model_path"] = absolute_folders(chosen["model_path"], Path())
+    limits = {limit: chosen.pop(name) for name, limit in _LIMITS.items() if name in chosen}
+    settings = replace(settings, limits=replace(settings.limits, **limits))
     if "keep_copies" in chosen:
         dedupe = replace(settings.stages.dedupe, off=chosen.pop("keep_copies"))
         settings = replace(settings, stages=replace(settings.stages, dedupe=dedupe))

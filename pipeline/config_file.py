@@ -16,7 +16,7 @@ import difflib
 import hashlib
 import math
 import os
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import asdict, dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any, Literal
 
@@ -62,7 +62,7 @@ class BuildOptions:
 
 @dataclass(frozen=True)
 class LimitsConfig:
-    """The limits of one house; a house that exceeds them is rejected."""
+    """The limits of one house: processor time, s, and memory of its worker; a house that exceeds one is rejected."""
 
     seconds: float = 300.0
     memory_gb: float = 4.0
@@ -85,7 +85,8 @@ class BuildConfig:
     def parameters(self) -> dict[str, Any]:
         """Return the parameters that the plans depend on, as plain values to store and hash.
 
-        Whether copies are kept changes no plan, so that a build with other words on it goes on with its plans.
+        Whether copies are kept and how long a house may take change no plan, so that a build with other words on them
+        goes on with its plans. The default limits stand for all of them: earlier versions hashed them too.
         """
         options = asdict(self.build)
         names = ["seed", "up", "units", "scale", "storey_height", "furniture", "min_quality", "furnished"]
@@ -96,11 +97,15 @@ class BuildConfig:
         del stages["dedupe"]["off"]
         if stages["connectivity"]["closed_spaces"] == ConnectivityConfig.closed_spaces:  # as new
             del stages["connectivity"]["closed_spaces"]
-        return {"build": chosen, "limits": asdict(self.limits), **stages}
+        return {"build": chosen, "limits": asdict(LimitsConfig()), **stages}
 
     def digest(self) -> str:
         """SHA-256 of the parameters, in hex digits."""
         return hashlib.sha256(msgspec.json.encode(self.parameters(), order="deterministic")).hexdigest()
+
+
+_BESIDE = ("build", "limits", *(f"limits.{each.name}" for each in fields(LimitsConfig)))
+"""Keys of a manifest that are no stage's."""
 
 
 def find_manifest(given: Path) -> Path:
@@ -143,7 +148,7 @@ def load_config(path: Path) -> BuildConfig:
     tables = read_toml(path)
     own = {name: tables.pop(name) for name in ("build", "limits") if name in tables}
     with name_in_config_errors(path):
-        stages = config_from_mapping(PipelineConfig, tables, convert=convert_to_type, beside=("build", "limits"))
+        stages = config_from_mapping(PipelineConfig, tables, convert=convert_to_type, beside=_BESIDE)
         config = config_from_mapping(BuildConfig, own, convert=convert_to_type)
         for name in ("min_quality", "furnished"):
             if (share := getattr(config.build, name)) > 1:

@@ -24,6 +24,8 @@ def build(
     config: Place | None = None,
     overrides: Place | None = None,
     workers: int | None = None,
+    seconds: float | None = None,
+    memory: float | None = None,
     limit: int | None = None,
     seed: int | None = None,
     up: Literal["auto", "y", "z"] | None = None,
@@ -56,6 +58,8 @@ def build(
         A TOML file with manual corrections.
     workers
         Number of processes; by default one for each core.
+    seconds, memory
+        The limits of one house, 300 s of processor time and 4 GiB by default; a house that exceeds one is rejected.
     limit
         Take only this many houses, the first ones.
     seed
@@ -109,6 +113,8 @@ def build(
         config=None if config is None else Path(config),
         overrides=None if overrides is None else Path(overrides),
         workers=workers,
+        seconds=seconds,
+        memory=memory,
         limit=limit,
         seed=seed,
         up=up,

@@ -27,8 +27,8 @@ FILE = ".build/command.json"
 
 OPTIONS: Final = frozenset({
     *("config", "overrides", "model_path"),
-    *("add", "furniture", "keep_copies", "keep_stages", "limit", "min_quality", "resolution", "scale", "seed"),
-    *("storey_height", "units", "up"),
+    *("add", "furniture", "keep_copies", "keep_stages", "limit", "memory", "min_quality", "resolution", "scale"),
+    *("seconds", "seed", "storey_height", "units", "up"),
 })  # fmt: skip
 """The options of ``houseexpo build`` that a record may hold (R1)."""
 

@@ -100,7 +100,7 @@ class AssemblyParts:
             (str(file.relative_to(self.folder.root)), file.read_bytes()) for file in find_split_lists(self.folder.root)
         ]
         sources = (names_without_folders(self.sources), self.rights)
-        how = (self.config.parameters(), self.config.build.keep_stages, self.config.stages.dedupe.off)
+        how = (_parameters(self.config), self.config.build.keep_stages)
         parts = (outcomes, sources, how, words, sorted(lists), modules_digest(__name__))
         return hashlib.sha256(msgspec.json.encode(parts, order="deterministic")).hexdigest()
 
@@ -313,8 +313,8 @@ def _manifest(parts: AssemblyParts, own: Mapping[str, str], stats: Mapping[str, 
 
 
 def _parameters(config: BuildConfig) -> dict[str, Any]:
-    """Return the parameters of the plans, and that copies were kept if they were."""
-    found = config.parameters()
+    """Return the parameters of the plans, the limits, and that copies were kept if they were."""
+    found = {**config.parameters(), "limits": asdict(config.limits)}
     return {**found, "dedupe": {**found["dedupe"], "off": True}} if config.stages.dedupe.off else found
 
 

@@ -219,6 +219,7 @@ def _drop_by_hand(override: Override) -> Rejection:
     return Rejection("overrides", Reason.DROPPED_BY_HAND, why, "see overrides.toml")
 
 
+MORE_MEMORY = "allow more with --memory (limits.memory_gb in a manifest), or simplify the mesh"
 _NO_MEMORY = ("std::bad_alloc", "Insufficient memory")
 """What GEOS and OpenCV say, in errors of other kinds, where memory is short."""
 
@@ -229,7 +230,7 @@ def _as_rejection(error: Exception, item: Input) -> Rejection:
         return error
     if isinstance(error, MemoryError) or any(words in str(error) for words in _NO_MEMORY):
         detail = "needed more memory than a worker may take"
-        return Rejection("executor", Reason.OUT_OF_MEMORY, detail, "raise limits.memory_gb, or simplify the mesh")
+        return Rejection("executor", Reason.OUT_OF_MEMORY, detail, MORE_MEMORY)
     if isinstance(error, MissingDependencyError):
         return Rejection("source", Reason.UNREADABLE, str(error), "install it and build again")
     place = traceback.extract_tb(error.__traceback__)[-1]

@@ -18,12 +18,13 @@ from houseexpo.corrections import Override
 from pipeline.batch import WORKER_MODULES
 from pipeline.batch.entry import Entry
 from pipeline.batch.file_records import are_size_and_time_same, describe_all_files
-from pipeline.batch.job import Job, JobSettings, Plan, make_plans, not_done_rejection, run_job
+from pipeline.batch.job import MORE_MEMORY, Job, JobSettings, Plan, make_plans, not_done_rejection, run_job
 from pipeline.batch.listing import Listing
 from pipeline.batch.plan_store import PlanStore
 from pipeline.batch.recipe import library_versions, recipe_digest
 from pipeline.batch.shards import Shard
 from pipeline.batch.stage_pictures import make_plans_with_pictures
+from pipeline.config_file import LimitsConfig
 from pipeline.executors.local import Executor, Failure, Limits
 from pipeline.overrides import correct_input, overrides_by_input
 from pipeline.rejection import Reason, Rejection
@@ -39,8 +40,8 @@ def ignore_outcome(entry: Entry) -> None:
 
 
 _REASONS: Mapping[str, tuple[Reason, str]] = {
-    "timeout": (Reason.TIMEOUT, "raise limits.seconds, or simplify the mesh"),
-    "memory": (Reason.OUT_OF_MEMORY, "raise limits.memory_gb, or simplify the mesh"),
+    "timeout": (Reason.TIMEOUT, "allow more with --seconds (limits.seconds in a manifest), or simplify the mesh"),
+    "memory": (Reason.OUT_OF_MEMORY, MORE_MEMORY),
     "died": (Reason.INTERNAL, "a library crashes on it: please report it"),
     "raised": (Reason.INTERNAL, "this is a fault of the program: please report it"),
 }
@@ -105,7 +106,8 @@ class Planning:
 
     def jobs(self) -> Iterator[Job]:
         """Yield the jobs to do; inputs that are done and unchanged are only noted as listed."""
-        pictured = self.listing.config.build.keep_stages
+        config = self.listing.config
+        pictured = config.build.keep_stages
         overrides = overrides_by_input(self.overrides)
         for source, listed in self.listing:
             if not self.shard.holds(listed.id):
@@ -116,11 +118,11 @@ class Planning:
             self.listed.add(name)
             own = overrides.get(listed.id, {})
             item = correct_input(listed, own)
-            how = recipe_digest(self.listing.public(item), self.listing.config, own)
+            how = recipe_digest(self.listing.public(item), config, own)
             entry = self.known.get(name)
             if (
                 entry is None
-                or entry.recipe != how
+                or entry.recipe != _recipe_within(entry, how, config.limits)
                 or not all(self.plans.stands(kept, pictured=pictured) for kept in entry.plans)
             ):
                 yield Job(name, item, source, how, own)
@@ -150,7 +152,15 @@ class Planning:
         if entry.transient:
             self.unfinished[entry.input] = entry
         else:
-            self.known.put(entry)
+            recipe = _recipe_within(entry, entry.recipe, self.listing.config.limits)
+            self.known.put(msgspec.structs.replace(entry, recipe=recipe))
+
+
+def _recipe_within(entry: Entry, recipe: str, limits: LimitsConfig) -> str:
+    """Return the recipe of an outcome: what exceeded a limit depends on the limits too, and is redone with others."""
+    if not any(refused.reason in {Reason.TIMEOUT, Reason.OUT_OF_MEMORY} for refused in entry.refused):
+        return recipe
+    return f"{recipe.partition(' ')[0]} within {limits.seconds:g} s, {limits.memory_gb:g} GiB"
 
 
 def _entry_of_failure(job: Job, failure: Failure) -> Entry:

@@ -88,7 +88,7 @@ class CommonSettings(msgspec.Struct, frozen=True):
                 if before.shards != self.shards
                 else "other parameters"
                 if before.config.parameters() != self.config.parameters()
-                else "other sources, overrides or pictures"
+                else "other sources, overrides, pictures, limits or copies"
             )
             raise ConfigError(
                 f"{store.name}: a build with {what} was begun there; go on with those, or choose another --out (in a "

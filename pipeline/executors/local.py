@@ -9,6 +9,12 @@ Rules for workers that die:
 1. The item that a worker was doing goes to another worker at once, before all others; the items behind it lose nothing.
 2. An item whose workers have died three times is a failure of its own.
 3. A worker that dies before it was ready costs no item anything; where none gets ready, the run ends with an error.
+
+Rules for the limits:
+
+4. Time is the worker's processor time, so that a busy machine costs no item anything. A worker that hardly computes
+   hangs: it has as many seconds of wall clock. One that starves has ``_PATIENCE`` times as many.
+5. An item that exceeds a limit is tried once more when all others have ended, alone, by a new worker.
 """
 
 from __future__ import annotations
@@ -45,7 +51,7 @@ Kind = Literal["timeout", "memory", "killed", "died", "raised", "untried"]
 
 @dataclass(frozen=True)
 class Limits:
-    """The limits of one item: seconds of wall clock, and bytes of memory allocated by its worker."""
+    """The limits of one item: seconds of its worker's processor time, and bytes of memory allocated by its worker."""
 
     seconds: float
     memory: int
@@ -97,26 +103,53 @@ def load_ahead(preload: Sequence[str]) -> None:
 _GRACE_S = 10.0
 """How much longer than the limit a worker lives whose parent is gone."""
 _LONGEST_TIMER_S = 1e8
+_PATIENCE = 20.0  # wall clock for a second of processor time at most: twenty others share each core
+_IDLE = 0.05  # share of the wall clock: a worker that computed less waits for something; one of twenty has as much
+_LOOK_S = 0.05
 _LONGEST_FOLDER = 75  # bytes: a socket's path has 107, and 32 of them are multiprocessing's
 
 
 @dataclass
 class PendingItem(Generic[Item]):
-    """An item, and the number of workers that died on it."""
+    """An item, the number of workers that died on it, and whether it is tried again alone (R5)."""
 
     item: Item
     deaths: int = 0
+    alone: bool = False
 
 
 @dataclass
 class Worker(Generic[Item]):
-    """The parent's side; ``given`` are the items handed over, the first of which runs since ``since``."""
+    """The parent's side; ``given`` are the items handed over, the first of which runs since ``since``.
+
+    ``spent`` is the worker's processor time at that moment, s, and ``due`` when to look at it next.
+    """
 
     process: BaseProcess
     pipe: Connection
     ready: bool = False
     since: float = 0.0
+    spent: float | None = None
+    due: float = 0.0
     given: deque[PendingItem[Item]] = field(default_factory=deque)
+
+    def begin(self, limits: Limits) -> None:
+        """Note that the first item given begins."""
+        self.since, self.spent = time.monotonic(), _processor_s(self.process.pid)
+        self.due = self.since + limits.seconds
+
+    def is_late(self, limits: Limits) -> bool:
+        """Tell whether the item has exceeded its time (R4); if not, say when to look again."""
+        now, spent = time.monotonic(), _processor_s(self.process.pid)
+        if now < self.due:
+            return False
+        if spent is None or self.spent is None:
+            return True
+        used, passed = spent - self.spent, now - self.since
+        if used >= limits.seconds or used < _IDLE * passed or passed > _PATIENCE * limits.seconds:
+            return True
+        self.due = now + max(limits.seconds - used, _LOOK_S)
+        return False
 
     def kill(self) -> None:
         """End the process, whatever it is doing."""
@@ -133,6 +166,16 @@ class Worker(Generic[Item]):
             self.process.join()
         code = self.process.exitcode or 0
         return signal.Signals(-code).name if code < 0 else f"exit code {code}"
+
+
+def _processor_s(pid: int | None) -> float | None:
+    """Return the processor time of a process and its threads so far, s; None where the system does not say (Linux)."""
+    try:
+        with open(f"/proc/{pid}/stat", "rb") as file:  # noqa: PTH123 - thousands of times
+            fields = file.read().rpartition(b")")[2].split()
+    except OSError:
+        return None
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
 def start_worker(function: Callable[[Item], Any], limits: Limits, preload: Sequence[str]) -> Worker[Item]:
@@ -182,7 +225,7 @@ def serve_items(pipe: Connection, function: Callable[[Item], Any], limits: Limit
             return
         while True:
             item = pipe.recv()
-            signal.setitimer(signal.ITIMER_REAL, min(limits.seconds + _GRACE_S, _LONGEST_TIMER_S))
+            signal.setitimer(signal.ITIMER_REAL, min(_PATIENCE * limits.seconds + _GRACE_S, _LONGEST_TIMER_S))
             _answer(pipe, function, item, limits)
             signal.setitimer(signal.ITIMER_REAL, 0)
             if _peak_bytes() > limits.memory / 2:  # what it holds must not count against the next item
@@ -312,6 +355,7 @@ class _Pool(Generic[Item, Result]):
     preload: Sequence[str]
     workers: list[Worker[Item]] = field(default_factory=list)
     again: deque[PendingItem[Item]] = field(default_factory=deque)
+    last: deque[PendingItem[Item]] = field(default_factory=deque)
     failed_starts: int = 0
 
     def hand_over(self) -> bool:
@@ -322,6 +366,11 @@ class _Pool(Generic[Item, Result]):
                     self._give(worker, task)
         while len(self.workers) < self.size and self._too_few():
             self._start_worker()
+        if not self.again and self.last and not any(worker.given for worker in self.workers):
+            self.stop()
+            self.size = 1
+            self.again.append(self.last.popleft())  # R5
+            self._start_worker()
         return bool(self.again) or any(worker.given for worker in self.workers)
 
     def collect(self) -> Iterator[tuple[Item, Result | Failure]]:
@@ -331,17 +380,25 @@ class _Pool(Generic[Item, Result]):
         for worker in pipes.values():
             if id(worker) in heard:
                 yield from self._listen(worker)
-            elif worker.given and time.monotonic() >= worker.since + self.limits.seconds:
+            elif worker.given and worker.is_late(self.limits):
                 task = worker.given.popleft()
                 self._remove_worker(worker)
                 worker.kill()
-                yield task.item, Failure("timeout", f"took longer than {self.limits.seconds:g} s")
+                yield from self._end(task, Failure("timeout", f"took longer than {self.limits.seconds:g} s"))
 
     def stop(self) -> None:
         """Stop all workers at once."""
         for worker in self.workers:
             worker.kill()
         self.workers.clear()
+
+    def _end(self, task: PendingItem[Item], result: Result | Failure) -> Iterator[tuple[Item, Result | Failure]]:
+        """Yield an item and its result, unless it exceeded a limit and is to be tried again (R5)."""
+        if isinstance(result, Failure) and result.kind in {"timeout", "memory"} and not task.alone:
+            task.alone = True
+            self.last.append(task)
+            return
+        yield task.item, result
 
     def _next(self) -> PendingItem[Item] | None:
         if self.again:
@@ -356,7 +413,7 @@ class _Pool(Generic[Item, Result]):
 
     def _give(self, worker: Worker[Item], task: PendingItem[Item]) -> None:
         if not worker.given:
-            worker.since = time.monotonic()
+            worker.begin(self.limits)
         worker.given.append(task)
         try:
             worker.pipe.send(task.item)
@@ -378,8 +435,9 @@ class _Pool(Generic[Item, Result]):
             yield from self._handle_death(worker)
             return
         if kind == "answer":
-            worker.since = time.monotonic()
-            yield worker.given.popleft().item, content
+            task = worker.given.popleft()
+            worker.begin(self.limits)
+            yield from self._end(task, content)
         elif kind == "ready":
             worker.ready, self.failed_starts = True, 0
         else:
@@ -412,12 +470,12 @@ class _Pool(Generic[Item, Result]):
         if self.failed_starts > _FAILED_STARTS * self.size:
             raise HouseExpoError(
                 f"workers cannot be started: {self.failed_starts} in a row ended before their first house, the last "
-                f"since {why}; try fewer --workers, or a higher limits.memory_gb"
+                f"since {why}; try fewer --workers, or more --memory"
             )
 
     def _seconds_to_limit(self) -> float:
         """Return the seconds until the next time limit."""
-        ends = [worker.since + self.limits.seconds for worker in self.workers if worker.given]
+        ends = [worker.due for worker in self.workers if worker.given]
         return max(min([*ends, time.monotonic() + _LONGEST_S]) - time.monotonic(), 0.0)
 
 

@@ -45,6 +45,8 @@ def test_relative_model_folders_count_from_the_manifest(tmp_path: Path) -> None:
         ("[planes]\ndor_m = 1", "unknown key 'planes.dor_m'; did you mean 'planes.door_m'?"),
         ("[plans]\ndoor_m = 1", "unknown key 'plans'; did you mean 'planes'?"),
         ("[limit]\nseconds = 1", "unknown key 'limit'; did you mean 'limits'?"),
+        ("seconds = 1", "unknown key 'seconds'; did you mean 'limits.seconds'?"),
+        ("[lobby]\nseconds = 1", "build, limits, limits.seconds, limits.memory_gb"),
         ("[build]\nsed = 1", "unknown key 'build.sed'; did you mean 'build.seed'?"),
         ("planes = 3", "planes: expected a mapping of ground_m"),
         ('[planes]\ndoor_m = "x"', "planes.door_m = 'x': expected `float`, got `str`"),

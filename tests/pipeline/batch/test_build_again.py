@@ -163,7 +163,18 @@ def test_a_crash_and_a_timeout_cost_only_their_own_house(street: Path, tmp_path:
     rejected = {line["id"]: line for line in lines(tmp_path / "out" / "rejected.jsonl")}
     assert {name: line["reason"] for name, line in rejected.items()} == {"b_crash": "internal", "b_sleep": "timeout"}
     assert "SIGSEGV" in rejected["b_crash"]["detail"]
-    assert "limits.seconds" in rejected["b_sleep"]["advice"]
+    assert "--seconds (limits.seconds in a manifest)" in rejected["b_sleep"]["advice"]
+
+
+@pytest.mark.slow
+def test_other_limits_do_again_what_exceeded_them_and_nothing_else(street: Path, tmp_path: Path) -> None:
+    one_room(street / "b_sleep.ply", 8.0)
+    run_build([street], tmp_path / "out", seconds=1.0)
+    before = {file: file.stat().st_mtime_ns for file in (tmp_path / "out" / "json").iterdir()}
+    data_set = run_build([street], tmp_path / "out", seconds=1.2)
+    assert {file: file.stat().st_mtime_ns for file in (tmp_path / "out" / "json").iterdir()} == before
+    assert {entry.refused[0].detail for entry in data_set.entries if entry.refused} == {"took longer than 1.2 s"}
+    assert run_build([street], tmp_path / "out", seconds=1.2).unchanged
 
 
 def test_a_folder_of_something_else_is_refused(street: Path, tmp_path: Path) -> None:

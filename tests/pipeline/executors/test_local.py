@@ -104,6 +104,50 @@ def test_leaving_early_stops_the_workers(tmp_path: Path) -> None:
     assert not psutil.pid_exists(int((tmp_path / "0").read_text()))
 
 
+def compute_now_and_then(word: str) -> str:
+    """Take 0.4 s of processor time and more than 1.5 s of wall clock, as on a busy machine."""
+    end = time.process_time() + 0.4
+    while time.process_time() < end:
+        time.sleep(0.02)
+        rest = time.process_time() + 0.005
+        while time.process_time() < rest:
+            pass
+    return word
+
+
+def spin(word: str) -> str:
+    while word == "spin":
+        pass
+    return word
+
+
+def test_the_limit_is_processor_time_and_a_busy_machine_costs_nothing() -> None:
+    began = time.monotonic()
+    assert dict(run(compute_now_and_then, ["a"], workers=1, limits=LIMITS)) == {"a": "a"}
+    assert time.monotonic() - began > LIMITS.seconds
+    found = dict(run(spin, ["spin", "b"], workers=2, limits=LIMITS))
+    assert found == {"spin": Failure("timeout", "took longer than 1 s"), "b": "b"}
+
+
+def slow_at_first(folder: str) -> str:
+    """Hang the first time; each call leaves a mark, and notes those that have ended before."""
+    mark = Path(folder)
+    if not mark.name.startswith("slow"):
+        mark.touch()
+        return "done"
+    if not Path(f"{folder}.tried").exists():
+        Path(f"{folder}.tried").touch()
+        time.sleep(60)
+    return str(sorted(path.name for path in mark.parent.iterdir() if not path.name.startswith("slow")))
+
+
+def test_what_exceeded_a_limit_is_tried_once_more_when_all_others_have_ended(tmp_path: Path) -> None:
+    items = [str(tmp_path / name) for name in ("slow_1", "a", "slow_2", "b", "c")]
+    found = list(run(slow_at_first, items, workers=2, limits=LIMITS))
+    assert [item for item, _ in found[-2:]] == [items[0], items[2]]
+    assert {result for _, result in found[-2:]} == {"['a', 'b', 'c']"}
+
+
 class Fatal:
     """Ends the process that unpickles it."""
 
