@@ -64,16 +64,16 @@ class Metrics(NamedTuple):
     @classmethod
     def of(cls, constants: EpisodeConstants, pool: Episode, config: SimulatorConfig) -> Metrics:
         """Return the metrics of the episodes of a pool; later steps change nothing in them but ``constants``."""
-        counts, pose_px = pool.counts[:, 0].copy(), pool.pose.view(np.float64).copy()
+        counts, pose_px = _copy_rows(pool.counts), np.frombuffer(pool.pose.tobytes()).reshape(-1, 6)
         cell_m = 1.0 / config.pixels_per_metre
         poses = pose_px * _scale(config.pixels_per_metre, len(pose_px))
         poses += constants.corner_m
         explored, coverage = counts["known"] * cell_m**2, counts["covered"] / constants.observable
-        return cls(constants, counts, pool.readings[:, 0].copy(), pose_px, config, cell_m, explored, coverage, poses)
+        return cls(constants, counts, _copy_rows(pool.readings), pose_px, config, cell_m, explored, coverage, poses)
 
     def with_counts_of(self, pool: Episode) -> Metrics:
         """Return the metrics of the same episodes of a pool if only their counts have changed."""
-        counts = pool.counts[:, 0].copy()
+        counts = _copy_rows(pool.counts)
         explored, coverage = counts["known"] * self.cell_m**2, counts["covered"] / self.constants.observable
         return self._replace(counts=counts, explored_m2=explored, coverage=coverage)
 
@@ -98,7 +98,7 @@ class Metrics(NamedTuple):
     @property
     def collided(self) -> Bools:
         """Whether an obstacle blocked the last step."""
-        found: Bools = self.counts["blocked"] != 0
+        found: Bools = self.counts["blocked"].astype(bool)
         return found
 
     def truncated(self) -> Bools:
@@ -133,12 +133,24 @@ class Metrics(NamedTuple):
         found[:, 1] -= self.readings["start_y"] * scale[1]
         return found
 
+    def start(self) -> Floats:
+        """Return the place of the start (N, 2), (x, y) in the plan's metres."""
+        found: Floats = self.constants.corner_m[:, :2].copy()
+        found[:, 0] += self.readings["start_x"] * self.cell_m
+        found[:, 1] -= self.readings["start_y"] * self.cell_m
+        return found
+
     def goal_ahead(self) -> Floats:
         """Return the goal relative to the believed pose (N, 2): metres ahead and to the left."""
         x, y, heading = self.believed_pose.T
         right, up = self.constants.goal_m[:, 0] - x, self.constants.goal_m[:, 1] - y
         cos, sin = np.cos(heading), np.sin(heading)
         return np.stack([right * cos + up * sin, up * cos - right * sin], axis=1)
+
+
+def _copy_rows(rows: Rows) -> Rows:
+    """Return a read-only copy (N,) of records (N, 1), byte by byte, which is faster than record by record."""
+    return np.frombuffer(rows.tobytes(), rows.dtype)
 
 
 @lru_cache(maxsize=16)

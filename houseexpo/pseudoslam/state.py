@@ -6,6 +6,7 @@ is no deeper nesting. In a pool, each array has an additional first axis.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import cached_property
@@ -17,8 +18,9 @@ import numpy.typing as npt
 
 from houseexpo.pseudoslam.config.obstacles import Obstacle
 from houseexpo.pseudoslam.kernels.body_tracks import Bodies, Tracks
-from houseexpo.pseudoslam.kernels.episode import COUNTS, POSE, READINGS, Episode
-from houseexpo.pseudoslam.kernels.planning.fields import FlowField, GoalField
+from houseexpo.pseudoslam.kernels.episode import COUNTS, NO_CELL, POSE, READINGS, Blocks, Episode
+from houseexpo.pseudoslam.kernels.planning.fields import FlowField
+from houseexpo.pseudoslam.kernels.planning.goal_paths import GoalPaths
 from houseexpo.pseudoslam.kernels.planning.planner_types import new_graph, no_planner_memory
 from houseexpo.pseudoslam.kernels.types import Floats, Grid
 
@@ -135,6 +137,12 @@ class State:
         """The pose that odometry reports (3,), from which the map is drawn."""
         return self.poses_px[3:]
 
+    def note_new_map(self) -> None:
+        """Have the overview and the pictures drawn anew, after something else than scans has changed the map."""
+        rows, cols = self.known.shape
+        self.episode.changed[:] = 0, rows, 0, cols
+        self.counts.low, self.counts.high = 0, self.known.size
+
     @property
     def counts(self) -> Any:
         """The counters, a record ``kernels.episode.COUNTS``."""
@@ -164,10 +172,11 @@ def new_episode(
     rasters: tuple[Grid, Grid, Grid],
     shown: tuple[int, int, int],
     pose: Floats,
-    moving: tuple[Bodies, Tracks, FlowField, GoalField],
+    moving: tuple[Bodies, Tracks, FlowField, GoalPaths],
     *,
     key: int,
     best_px: float,
+    blocks_px: tuple[int, int, int] = (0, 0, 0),
 ) -> Episode:
     """Return an episode that has not begun and plans nothing.
 
@@ -180,18 +189,23 @@ def new_episode(
     pose
         (3,), the robot's pose, which is also the believed one.
     moving
-        Moving bodies and their tracks, the paths of people, and the distances to the goal.
+        Moving bodies and their tracks, the paths of people, and the paths to the goal.
     key
         The key of the episode's noise.
     best_px
         Length of the shortest path to the goal, pixels.
+    blocks_px
+        The side of the blocks of each picture, cells; 0 for none.
     """
     side, cells, beams = shown
-    bodies, tracks, flow, field = moving
+    rows, cols = rasters[0].shape
+    blocks = (np.zeros(math.ceil(rows / px) * math.ceil(cols / px) if px else 0, np.uint8) for px in blocks_px)
+    changed = np.tile(np.array([NO_CELL, 0]), (2, 2)) if cells or any(blocks_px) else np.zeros((0, 4), np.int64)
+    bodies, tracks, flow, goal_paths = moving
     return Episode(
         *rasters, np.zeros((side, side), np.uint8), np.zeros((cells, cells), np.uint8), np.zeros(beams),
         np.zeros(0, np.uint8),
-        np.array([(*pose, *pose)], POSE), np.array([(-1, 0, 0, 0, 0, 0, key)], COUNTS),
+        np.array([(*pose, *pose)], POSE), np.array([(-1, 0, 0, 0, 0, 0, key, 0, NO_CELL, 0)], COUNTS),
         np.array([(0.0, 0.0, best_px, pose[0], pose[1], 0.0, 0.0, 0.0)], READINGS),
-        bodies, tracks, flow, field, no_planner_memory(), new_graph(0, 0),
+        bodies, tracks, flow, goal_paths, no_planner_memory(), new_graph(0, 0), changed, Blocks(*blocks),
     )  # fmt: skip

@@ -31,7 +31,8 @@ from houseexpo.pseudoslam.kernels.body_tracks import no_tracks
 from houseexpo.pseudoslam.kernels.compiling import count_as_compiling, report_compiling_once
 from houseexpo.pseudoslam.kernels.episode import Episode, StepParams
 from houseexpo.pseudoslam.kernels.odometry import NO_MODEL, ROTATIONS, VELOCITY, WHEELS
-from houseexpo.pseudoslam.kernels.planning.fields import no_flow_field, no_goal_field
+from houseexpo.pseudoslam.kernels.planning.fields import no_flow_field
+from houseexpo.pseudoslam.kernels.planning.goal_paths import no_goal_paths
 from houseexpo.pseudoslam.kernels.planning.planner_types import PlannerRules, no_planner_rules
 from houseexpo.pseudoslam.kernels.tolerances import BETWEEN_DEG, BETWEEN_M
 from houseexpo.pseudoslam.kernels.types import (
@@ -279,7 +280,7 @@ def _end_all() -> None:
 def arguments_for_compiling() -> tuple[Any, ...]:
     """Return example arguments of step kernels, which are compiled for types of arrays, not for their lengths."""
     raster, config = np.zeros((1, 1), np.uint8), SimulatorConfig()
-    moving = new_bodies(0, 0), no_tracks(), no_flow_field(), no_goal_field()
+    moving = new_bodies(0, 0), no_tracks(), no_flow_field(), no_goal_paths()
     episode = new_episode((raster, raster, raster), (0, 0, 0), np.zeros(3), moving, key=0, best_px=0.0)
     return kernel_arguments(State(episode, 0), np.zeros((1, 2)), make_step_params(config), make_scratch(config))
 

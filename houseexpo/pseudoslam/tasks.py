@@ -193,8 +193,9 @@ class Navigation(Task):
     """The task of going to a place in a known house.
 
     The reward is the progress along the shortest path to the goal, metres, plus ``success_reward`` at the goal. An
-    episode terminates within ``config.goal.radius_m`` of the goal. ``spl`` in ``info`` is success weighted by path
-    length (Anderson et al., 2018): 0 without success, else the shortest path as a share of the distance travelled.
+    episode terminates within ``config.goal.radius_m`` of the goal; one that starts there terminates with its first
+    step. ``spl`` in ``info`` is success weighted by path length (Anderson et al., 2018): 0 without success, 1 if the
+    episode starts at the goal, else the shortest path as a share of the distance travelled.
     """
 
     success_reward: float = 2.5
@@ -215,8 +216,11 @@ class Navigation(Task):
         return saved + self.success_reward * success
 
     def success(self, after: Metrics) -> Bools:
-        """Return in which episodes the robot is at the goal."""
-        x, y = (after.constants.goal_m - after.pose[:, :2]).T
+        """Return in which episodes the robot is at the goal, or was at the start."""
+        return self._is_goal(after, after.pose[:, :2]) | self._is_goal(after, after.start())
+
+    def _is_goal(self, after: Metrics, place: Floats) -> Bools:
+        x, y = (after.constants.goal_m - place).T
         there: Bools = np.hypot(x, y) <= (after.config.goal or GoalConfig()).radius_m
         return there
 
@@ -230,7 +234,7 @@ class Navigation(Task):
             "to_goal_m": after.readings["to_goal"] * after.cell_m,
             "way_m": gone,
             "goal": after.constants.goal_m.copy(),
-            "spl": np.where(success, share, 0.0),
+            "spl": np.where(success, np.where(self._is_goal(after, after.start()), 1.0, share), 0.0),
         }
 
 

@@ -222,6 +222,11 @@ OBSERVATIONS: dict[str, dict[str, Any]] = {
 
 
 def test_steps_a_second_of_each_observation(houses: list[FloorPlan]) -> None:
+    """In many environments, and in one alone."""
+    alone = {
+        name: gymnasium.make("PseudoSLAM/Exploration-v0", dataset=houses, success_coverage=None, **given)
+        for name, given in OBSERVATIONS.items()
+    }
     envs = {
         name: gymnasium.make_vec(
             "PseudoSLAM/Exploration-v0", ENVS, dataset=houses, threads=1, success_coverage=None, **given
@@ -239,10 +244,55 @@ def test_steps_a_second_of_each_observation(houses: list[FloorPlan]) -> None:
                 *_, info = env.step((turns | blocked).astype(np.int64))
                 blocked = info["collided"]
             speeds[name].append(ENVS * STEPS / (time.perf_counter() - start))
-    table = Table("observation", "steps/s", title="Exploration, 25 px/m, 64 environments, one thread")
+    by_itself = {name: [] for name in OBSERVATIONS}
+    for round_ in range(ROUNDS + 1):
+        for name, env in alone.items():
+            by_itself[name].append(1e6 / step_us(env, round_))
+    title = f"Exploration, 25 px/m, one thread, steps a second: {ENVS} environments and one alone"
+    table = Table("observation", f"{ENVS}", "alone", title=title)
     for name, found in speeds.items():
-        table.add_row(name, f"{median(found[1:]):,.0f}")
+        table.add_row(name, f"{median(found[1:]):,.0f}", f"{median(by_itself[name][1:]):,.0f}")
     Console().print(table)
+
+
+def step_us(env: Any, seed: int, pose: tuple[float, float, float] | None = None) -> float:
+    """Microseconds of processor time for each of 400 steps of a robot that keeps moving."""
+    env.reset(seed=seed, options={"pose": pose} if pose else None)
+    rng, blocked = np.random.default_rng(seed), False
+    start = time.process_time()
+    for turn in rng.random(400) > 0.8:
+        *_, ended, _, info = env.step(int(turn or blocked))
+        blocked = info["collided"]
+        assert not ended
+    return (time.process_time() - start) / 400 * 1e6
+
+
+def reset_ms(env: Any, pose: tuple[float, float, float]) -> float:
+    start = time.process_time()
+    env.reset(options={"pose": pose})
+    return (time.process_time() - start) * 1e3
+
+
+def test_no_observation_costs_more_in_a_larger_map() -> None:
+    """In halls with pillars. A hall of 12 m would be smaller than what some lasers and views show."""
+    sides, title = (24, 160), "Processor time in a hall of 24 m and one of 160 m, 25 px/m (medians)"
+    table = Table("observation", "step, us", "ratio (asked: 1.2)", "reset, ms", "ratio (asked: 3)", title=title)
+    for name, given in {"dict, view-10m": {"config": "view-10m", "observation": "dict"}, **OBSERVATIONS}.items():
+        steps, resets = [], []
+        for side in sides:
+            env = gymnasium.make(
+                "PseudoSLAM/Exploration-v0",
+                dataset=lattice(side),
+                success_coverage=None,
+                max_episode_steps=10**6,
+                **given,
+            )
+            pose = (side / 2 + 1, side / 2 + 1, 0.5)
+            steps.append(median([step_us(env, seed, pose) for seed in range(ROUNDS + 1)][1:]))
+            resets.append(median([reset_ms(env, pose) for _ in range(30)][5:]))
+        texts = (f"{steps[0]:.0f}, {steps[1]:.0f}", f"{steps[1] / steps[0]:.2f}")
+        table.add_row(name, *texts, f"{resets[0]:.2f}, {resets[1]:.2f}", f"{resets[1] / resets[0]:.1f}")
+    Console(width=120).print(table)
 
 
 PUBLISHED = DATA / "houseexpo" / "plans_33717.jsonl.gz"

@@ -129,13 +129,13 @@ TRACKS: Final = (
         measures.AVOIDANCE, measures.measure_avoidance,
     ),
     Track(
-        "navigation", "navigation-v1",
+        "navigation", "navigation-v2",
         "Go to a place in a house whose map is known.",
         replace(Navigation.default, max_steps=1000), "navigation", {},
         measures.NAVIGATION, measures.measure_navigation,
     ),
     Track(
-        "pointgoal", "pointgoal-v1",
+        "pointgoal", "pointgoal-v2",
         "Go to a place in a house that nobody has seen yet.",
         replace(Navigation.default, max_steps=1000, known_map=False), "navigation", {},
         measures.NAVIGATION, measures.measure_navigation,
@@ -149,7 +149,7 @@ TRACKS: Final = (
         largest=500,
     ),
     Track(
-        "noisy", "exploration-noisy-v1",
+        "noisy", "exploration-noisy-v2",
         "See as much of a house as a budget allows, with drifting odometry and a laser that errs.",
         replace(_EXPLORER, noise=_NOISE), "exploration", {"success_coverage": 1.0},
         measures.budget_metrics(BUDGETS), measures.CoverageAtBudgets(BUDGETS), (("steps", 800), ("metres", 200)),
@@ -161,7 +161,7 @@ TRACKS: Final = (
         measures.budget_metrics(BUDGETS), measures.CoverageAtBudgets(BUDGETS), (("steps", 800), ("metres", 200)),
     ),
     Track(
-        "slam", "exploration-slam-v1",
+        "slam", "exploration-slam-v2",
         "See as much of a house as a budget allows, on the map of a SLAM that corrects the odometry of `noisy`.",
         replace(_EXPLORER, noise=_NOISE, laser=_FINE_LASER, max_steps=2000), "exploration", {"success_coverage": 1.0},
         (*measures.budget_metrics(BUDGETS), *measures.SLAM), measures.CoverageAndSlamErrors(BUDGETS),

@@ -214,7 +214,8 @@ class RandomObstacles:
     shapes
         The kinds of shapes, equally likely.
     gap_m
-        Smallest distance between two obstacles, and between an obstacle and a wall, metres.
+        Smallest distance between two obstacles, and between an obstacle and a wall, metres, on the grid: between the
+        near sides of the cells that they cover. Drawn shapes may be up to a cell closer to each other.
     """
 
     number: tuple[int, int] = (1, 5)

@@ -60,6 +60,7 @@ class EpisodeBatch:
         self._leaves: list[Array] = []
         self._shown: Array | None = None
         self._rest: dict[int, tuple[Any, ...]] = {}
+        self._houses: dict[int, tuple[Array, ...]] = {}  # the rasters of the worlds in places where nothing moves
         self._step: Callable[..., None]
         self._kernels: dict[bool, Callable[..., None]] = {}
         self._scratch = [make_scratch(config) for _ in range(self.threads)]
@@ -78,6 +79,7 @@ class EpisodeBatch:
         Its view is not drawn yet, since the array of the last views may belong to the caller.
         """
         parts = flatten_episode(state.episode)
+        houses = self._houses.get(i, ()), tuple(parts[:MAP])
         parts[:RASTERS] = [raster.ravel() for raster in parts[:RASTERS]]
         cells = state.episode.occupied.size if len(state.episode.plans.state) else 0
         if cells > len(self._scratch[0].ways.ways):
@@ -88,14 +90,27 @@ class EpisodeBatch:
             self._leaves = [_wider(pool, len(part)) for part, pool in zip(parts, self._leaves, strict=True)]
             self.arrays = unflatten_episode(state.episode, self._leaves)._replace(shown=self.arrays.shown)
         if not state.counts.known:
-            self._leaves[MAP][i, : len(parts[MAP])] = 0
+            self._clear_map(i)
             parts[MAP] = _NOTHING
+        if _are_kept(state.episode):
+            for k, (old, new) in enumerate(zip(*houses, strict=False)):
+                if old is new:
+                    parts[k] = _NOTHING  # the house's cells are there already
+            self._houses[i] = houses[1]
+        else:
+            self._houses.pop(i, None)
         parts[SHOWN] = _NOTHING
         for part, pool in zip(parts, self._leaves, strict=True):
             if part.size:  # half of them are empty
                 pool[i, : len(part)] = part
         self.sizes[i] = state.episode.occupied.shape
         self._rest[i] = state.observable_cells, state.obstacles, state.goal_m, state.shortest_path_m
+
+    def _clear_map(self, i: int) -> None:
+        """Make the map at place ``i`` unknown, where the scans of the episode there have drawn."""
+        counts = self.arrays.counts[i, 0]
+        scanned = slice(None) if self.arrays.fresh.shape[1] else slice(counts.low, counts.high)  # teams exchange maps
+        self._leaves[MAP][i, scanned] = 0
 
     def _begin(self, first: State, parts: list[Array]) -> None:
         """Make the pools, and find the kernel for steps of such episodes."""
@@ -188,6 +203,13 @@ def _batch_of(  # noqa: PLR0917  # what a batch is made of
     for i, state in states.items():
         batch.state(i).view[...] = state.view
     return batch
+
+
+def _are_kept(episode: Episode) -> bool:
+    """Return whether steps do not change the house's cells, and these are the world's, which nobody else changes."""
+    bodies = episode.bodies
+    moves = len(bodies.people) + len(bodies.clocks) > 0 or len(bodies.robots) > 1
+    return not (moves or episode.occupied.flags.writeable or episode.observable.flags.writeable)
 
 
 def _wider(pool: Array, length: int) -> Array:

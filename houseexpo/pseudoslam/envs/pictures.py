@@ -12,8 +12,9 @@ import numpy as np
 import numpy.typing as npt
 
 from houseexpo.pseudoslam.config import SimulatorConfig
-from houseexpo.pseudoslam.kernels.episode import Episode
+from houseexpo.pseudoslam.kernels.episode import Blocks, Episode
 from houseexpo.pseudoslam.kernels.map_pictures import GOAL, NEAR, ROBOT, PictureScales, draw_pictures
+from houseexpo.pseudoslam.kernels.mapping import side_of_block
 from houseexpo.pseudoslam.metrics import EpisodeConstants
 from houseexpo.pseudoslam.step_kernels import compiled_function
 
@@ -40,6 +41,26 @@ def near_pixel_width(config: SimulatorConfig) -> float:
     return 1.0 if view.pixels is None else view.size_m * config.pixels_per_metre / view.pixels
 
 
+def picture_scales(config: SimulatorConfig) -> PictureScales:
+    """Return the scales of the pictures of a configuration."""
+    side, view, ppm = picture_side_px(config), config.observation, config.pixels_per_metre
+    return PictureScales(
+        near_pixel_width(config),
+        view.far_size_m * ppm / side,
+        view.global_size_m * ppm / side,
+        float(config.robot.radius_m * ppm),  # an int would compile the kernel again
+        float(config.goal.radius_m * ppm) if config.goal else 0.0,
+    )
+
+
+def block_sides_px(config: SimulatorConfig, *, several: bool) -> tuple[int, int, int]:
+    """Return the side of the blocks of the near, the far and the whole picture in cells, 0 if its cells are shown."""
+    widths = picture_scales(config)[: len(Blocks._fields) if several else 1]
+    sides = [side if (side := side_of_block(width)) > 1 else 0 for width in widths]
+    near, far, whole = (*sides, 0, 0)[:3]
+    return near, far, whole
+
+
 class Pictures:
     """The pictures of N environments: (N, channels, side, side) uint8.
 
@@ -50,14 +71,8 @@ class Pictures:
     """
 
     def __init__(self, number: int, config: SimulatorConfig, *, several: bool) -> None:
-        side, view, ppm = picture_side_px(config), config.observation, config.pixels_per_metre
-        self._scales = PictureScales(
-            near_pixel_width(config),
-            view.far_size_m * ppm / side,
-            view.global_size_m * ppm / side,
-            float(config.robot.radius_m * ppm),  # an int would compile the kernel again
-            float(config.goal.radius_m * ppm) if config.goal else 0.0,
-        )
+        side, ppm = picture_side_px(config), config.pixels_per_metre
+        self._scales = picture_scales(config)
         self._pixels_per_metre = float(ppm)
         self._goals = np.full((number, 2), np.nan)
         self._draw: Callable[..., None] | None = None

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Any, Unpack
 
 import gymnasium
@@ -30,7 +30,13 @@ from houseexpo.pseudoslam.kernels.step import STEP
 from houseexpo.pseudoslam.metrics import Bools, Metrics
 from houseexpo.pseudoslam.simulator import Simulator
 from houseexpo.pseudoslam.state import State
-from houseexpo.pseudoslam.step_kernels import enlarge_scratch, step_episode, take_first_scan
+from houseexpo.pseudoslam.step_kernels import (
+    choose_kernel,
+    compiled_function,
+    enlarge_scratch,
+    kernel_arguments,
+    take_first_scan,
+)
 from houseexpo.pseudoslam.tasks import (
     ROOM,
     AvoidanceReward,
@@ -128,6 +134,7 @@ class PseudoSlamEnv(gymnasium.Env[Observation, Any]):
         self._after: Metrics
         self._trail: list[npt.NDArray[np.float64]] = []
         self._window: Window | None = None
+        self._run: Callable[..., None] | None = None  # the compiled step, which the first one finds
 
     @property
     def plan_ids(self) -> list[str] | None:
@@ -147,7 +154,10 @@ class PseudoSlamEnv(gymnasium.Env[Observation, Any]):
 
     @property
     def state(self) -> State:
-        """The state of this episode, which the next step changes; raises ResetNeeded before the first reset."""
+        """The state of this episode, which the next step or reset changes; raises ResetNeeded before the first reset.
+
+        Use ``state.copy()`` to keep one.
+        """
         if self._state is None:
             raise gymnasium.error.ResetNeeded("call reset() before anything else")
         return self._state
@@ -161,11 +171,14 @@ class PseudoSlamEnv(gymnasium.Env[Observation, Any]):
         pose = parse_pose(given.get("pose"))
         if seed is not None:
             self._env_spec.choice.start_over()
+        before, last = self._simulator, self._state
         self._simulator = self._state = None  # if the start fails, the old episode must not continue
         world = self._env_spec.choice.draw(self.np_random, given.get("plan_id"))
+        if before is None or before.world is not world or not self._env_spec.keeps_house:
+            last = None
         if self._env_spec.planner:
             self._scratch = enlarge_scratch(self._scratch, world.occupied.size)
-        state = self._env_spec.initial_state(world, self._params, self._scratch, self.np_random, pose_m=pose)
+        state = self._env_spec.initial_state(world, self._params, self._scratch, self.np_random, last=last, pose_m=pose)
         take_first_scan(state, self._params, self._scratch)
         self._simulator, self._state = Simulator(world, self.config, self._params, self._scratch), state
         self._believe(starts=True)
@@ -180,7 +193,10 @@ class PseudoSlamEnv(gymnasium.Env[Observation, Any]):
         state = self.state
         moves, ahead = self._env_spec.motions(action)
         before = self._after
-        step_episode(state, moves, self._params, self._scratch)
+        if self._run is None:
+            kernel = choose_kernel(state.episode, self._params)
+            self._run = compiled_function(kernel, *kernel_arguments(state, moves, self._params, self._scratch))
+        self._run(*kernel_arguments(state, moves, self._params, self._scratch))
         self._believe(starts=False)
         after = self._after = self._metrics()
         success = self.task.success(after)
@@ -222,8 +238,8 @@ class PseudoSlamEnv(gymnasium.Env[Observation, Any]):
             self._window = None
 
     def __getstate__(self) -> dict[str, Any]:
-        """Pickle and copy everything but the window; the copy continues from the same step and opens its own."""
-        return {**self.__dict__, "_window": None}
+        """Pickle and copy everything but the window and the compiled step; the copy continues from the same step."""
+        return {**self.__dict__, "_window": None, "_run": None}
 
     def _show(self) -> None:
         """Record the trail if pictures are drawn, and show a picture if ``render_mode`` is "human"."""
@@ -251,7 +267,9 @@ class PseudoSlamEnv(gymnasium.Env[Observation, Any]):
     def _info(self, after: Metrics, success: Bools) -> dict[str, Any]:
         report = self._env_spec.report(self.state.pool, after, success)
         info = {key: value[0] if value.ndim > 1 else value.item() for key, value in report.items()}
-        return {**info, "plan_id": self.simulator.world.plan_id} if self._env_spec.text_info else info
+        if self._env_spec.text_info:
+            info["plan_id"] = self.simulator.world.plan_id
+        return info
 
 
 class ExplorationMixin:

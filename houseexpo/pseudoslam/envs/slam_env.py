@@ -96,6 +96,7 @@ class SlamEnv(ExplorationEnv):
         self._corrected = self._slam.update(predicted, self._ranges())
         state.poses_px[3:] = self._corrected
         self._slam.draw(state.known)
+        state.note_new_map()
         seen = state.known != UNKNOWN
         state.episode.counts["known"][0] = np.count_nonzero(seen)
         state.episode.counts["covered"][0] = np.count_nonzero(seen & (state.episode.observable != 0))

@@ -19,7 +19,7 @@ from houseexpo.pseudoslam.config import SimulatorConfig
 from houseexpo.pseudoslam.config.checks import check_one_of, check_whole_number
 from houseexpo.pseudoslam.config.drive import DRIVES, Motion
 from houseexpo.pseudoslam.config.simulator import PRESETS, PlanningConfig, with_preset
-from houseexpo.pseudoslam.envs.pictures import Pictures, count_channels, picture_side_px
+from houseexpo.pseudoslam.envs.pictures import Pictures, block_sides_px, count_channels, picture_side_px
 from houseexpo.pseudoslam.envs.planner_actions import PlannerSpec, make_planner_spec
 from houseexpo.pseudoslam.envs.reset_options import Order, PlanChooser, Pose
 from houseexpo.pseudoslam.kernels.action_masks import find_free_steps
@@ -156,6 +156,18 @@ class EnvSpec:
         """Whether the observation has other maps than the plain view (``pictures``)."""
         return self.kind == "scales" or self.config.observation.pixels is not None
 
+    @property
+    def keeps_house(self) -> bool:
+        """Whether all episodes in a house have the same cells, because nothing is placed there and nothing moves."""
+        placed, config = self.config.obstacles, self.config
+        return not (placed.placed or placed.random or config.trajectories or config.people.number)
+
+    @cached_property
+    def _blocks_px(self) -> tuple[int, int, int]:
+        if not self.has_pictures:
+            return 0, 0, 0
+        return block_sides_px(self.config, several=self.kind == "scales")
+
     def pictures(self, number: int) -> Pictures | None:
         """Return the ``Pictures`` for a number of environments, None if the step draws their plain view."""
         return Pictures(number, self.config, several=self.kind == "scales") if self.has_pictures else None
@@ -211,6 +223,8 @@ class EnvSpec:
         ``actions`` are (N,) or (N, 2); without ``number`` they are a single one, () or (2,). Raise ConfigError for an
         invalid action.
         """
+        if not number and type(actions) in {int, np.int64} and actions in self._known_motions:
+            return self._known_motions[actions]
         discrete = self.planner.numbers > 0 if self.planner else self.actions == "discrete"
         shape = number if discrete else (*number, 2)
         try:
@@ -222,6 +236,13 @@ class EnvSpec:
         if self.planner:
             return self.planner.kernel_actions(values), np.zeros(math.prod(number), bool)
         return self._motions_by_number(values) if discrete else self._motions_by_share(values)
+
+    @cached_property
+    def _known_motions(self) -> dict[int, tuple[npt.NDArray[np.float64], npt.NDArray[np.bool_]]]:
+        """The results of ``motions`` for single numbers, of which a step changes none."""
+        if self.planner or self.actions != "discrete":
+            return {}
+        return {action: self._motions_by_number(np.array(action)) for action in range(len(ACTIONS))}
 
     def _motions_by_number(self, values: npt.NDArray[Any]) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.bool_]]:
         """Return ``motions`` of numbered actions."""
@@ -295,12 +316,13 @@ class EnvSpec:
         rng: np.random.Generator,
         *,
         own: bool = True,
+        last: State | None = None,
         pose_m: Pose | None = None,
     ) -> State:
         """Return the start of an episode (``worlds.reset``); the next step takes its first scan."""
         state = make_initial_state(
-            world, self.config, params, scratch, rng, complete=self.complete, own=own, pose_m=pose_m,
-            view_px=_NO_VIEW_PX if self.has_pictures else None,
+            world, self.config, params, scratch, rng, complete=self.complete, own=own, last=last, pose_m=pose_m,
+            view_px=_NO_VIEW_PX if self.has_pictures else None, blocks_px=self._blocks_px,
         )  # fmt: skip
         if self.planner:
             state.episode = state.episode._replace(
@@ -313,6 +335,8 @@ class EnvSpec:
         found = self.task.report(metrics, success)
         if self.config.robot.drive:
             found["velocity"] = metrics.velocity()
+        if self.config.noise.odometry:
+            found["lost_m2"] = metrics.counts["lost"] * metrics.cell_m**2
         if self.planner:
             found |= self.planner.report(episode, metrics.cell_m)
         return found if self.text_info else {key: part for key, part in found.items() if part.dtype != object}

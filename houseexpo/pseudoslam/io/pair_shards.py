@@ -32,7 +32,7 @@ from houseexpo.processes import map_in_processes
 from houseexpo.progress import show_progress
 from houseexpo.pseudoslam.config import SimulatorConfig
 from houseexpo.pseudoslam.io.pairs import ROOM_LABELS, Pair, PairConfig, simulate_pairs, stack_pairs
-from houseexpo.pseudoslam.worlds.cache import add_moving_obstacles, load_static_world
+from houseexpo.pseudoslam.worlds.cache import finish_world, load_static_world
 from houseexpo.pseudoslam.worlds.store import WorldStore
 
 VERSION: Final = 1
@@ -209,9 +209,8 @@ def _write_shard(out: Path, config: PairConfig, seed: int, job: Job) -> tuple[in
 def _pairs(plan: FloorPlan, episode: HouseVisit, config: PairConfig, seed: int) -> list[Pair]:
     world = _store(config.simulator).get(episode.digest) or load_static_world(plan, config.simulator)
     rng = np.random.default_rng([seed, 1, episode.number])  # R1
-    return list(
-        islice(simulate_pairs(plan, add_moving_obstacles(world, plan, config.simulator), config, rng), episode.pairs)
-    )
+    world = finish_world(world, plan, config.simulator)
+    return list(islice(simulate_pairs(plan, world, config, rng), episode.pairs))
 
 
 @lru_cache(maxsize=1)

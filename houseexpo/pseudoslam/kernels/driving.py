@@ -226,7 +226,7 @@ def _drive(
     _follow(episode, path, held, params, scratch, look)
     readings.path_length += np.abs(path[:, WAY]).sum()
     update_readings(episode, params)
-    measure_ranges(episode, params, math.inf if begins else 2.0 * params.sensor.range_px)
+    measure_ranges(episode, params)
 
 
 @njit(inline="always")

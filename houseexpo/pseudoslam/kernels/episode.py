@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 from numba import njit
@@ -10,15 +11,32 @@ from houseexpo.pseudoslam.kernels.body_tracks import Bodies, Tracks
 from houseexpo.pseudoslam.kernels.collision import placed_people
 from houseexpo.pseudoslam.kernels.hashing import uniform
 from houseexpo.pseudoslam.kernels.people import WalkParams
-from houseexpo.pseudoslam.kernels.planning.fields import FlowField, GoalField
+from houseexpo.pseudoslam.kernels.planning.fields import FlowField
+from houseexpo.pseudoslam.kernels.planning.goal_paths import GoalPaths
 from houseexpo.pseudoslam.kernels.planning.planner_types import Graph, PlannerMemory, PlannerRules
-from houseexpo.pseudoslam.kernels.types import Counts, Drive, Errors, Floats, Grid, Robot, Rows, Sensor, make_row_dtype
+from houseexpo.pseudoslam.kernels.types import (
+    Cells,
+    Counts,
+    Drive,
+    Errors,
+    Floats,
+    Grid,
+    Robot,
+    Rows,
+    Runs,
+    Sensor,
+    make_row_dtype,
+)
 
 POSE = make_row_dtype(x=float, y=float, heading=float, seen_x=float, seen_y=float, seen_heading=float)
 """The robot's pose and the believed pose, pixels and radians."""
-COUNTS = make_row_dtype(steps=int, collisions=int, known=int, covered=int, scans=int, blocked=int, key=int)
+COUNTS = make_row_dtype(
+    steps=int, collisions=int, known=int, covered=int, scans=int, blocked=int, key=int, lost=int, low=int,
+    high=int,
+)  # fmt: skip
 """Counts of steps, of collisions, of known cells and of scans; whether an obstacle blocked the last step; the key of
-the episode's noise."""
+the episode's noise; the number of cells that scans would have drawn beyond the map; and the flat indices between which
+scans have drawn, the second excluded."""
 READINGS = make_row_dtype(
     path_length=float, clearance=float, to_goal=float, start_x=float, start_y=float, speed=float, turning=float,
     bias=float,
@@ -28,6 +46,20 @@ pixels per second, and its speed of turning, radians per second, or its steering
 the heading by odometry drifts, radians per second."""
 BEAMS, ODOMETRY, REGISTRATION, PEOPLE, MODEL, SLIP, BIAS = range(1, 8)
 """Kinds of random numbers, each with its own key (``noise_key``)."""
+
+
+BY_OVERVIEW, BY_PICTURES = range(2)
+"""Who draws what has changed: the rows of ``Episode.changed``."""
+NO_CELL = 1 << 40
+"""The first row and column of a rectangle without cells."""
+
+
+class Blocks(NamedTuple):
+    """The highest values of blocks of the map (``mapping.max_of_blocks``) for pictures, flat; (0,) if none is kept."""
+
+    near: Grid
+    far: Grid
+    whole: Grid
 
 
 class Episode(NamedTuple):
@@ -56,9 +88,13 @@ class Episode(NamedTuple):
     bodies: Bodies
     tracks: Tracks
     flow: FlowField
-    field: GoalField
+    paths: GoalPaths
     plans: PlannerMemory
     graph: Graph
+    changed: Counts
+    """(2, 4), first row, end, first column and end of the cells that scans may have changed since the overview was
+    drawn, and since the pictures were; (0, 4) if neither is observed."""
+    blocks: Blocks
 
 
 class StepParams(NamedTuple):
@@ -81,7 +117,8 @@ def slice_episode(pool: Episode, sizes: Counts, i: int) -> Episode:
     """Return environment ``i`` of a pool, as views of its arrays; of people, only those who have a place."""
     rows, cols = sizes[i, 0], sizes[i, 1]
     cells = rows * cols
-    bodies, tracks, flow, field, plans, graph = pool.bodies, pool.tracks, pool.flow, pool.field, pool.plans, pool.graph
+    bodies, tracks, flow, paths, plans, graph = pool.bodies, pool.tracks, pool.flow, pool.paths, pool.plans, pool.graph
+    blocks = pool.blocks
     return Episode(
         pool.occupied[i, :cells].reshape((rows, cols)), pool.observable[i, :cells].reshape((rows, cols)),
         pool.known[i, :cells].reshape((rows, cols)), pool.shown[i], pool.overview[i], pool.ranges[i], pool.fresh[i],
@@ -89,9 +126,10 @@ def slice_episode(pool: Episode, sizes: Counts, i: int) -> Episode:
         Bodies(bodies.clocks[i], placed_people(bodies.people[i]), bodies.robots[i]),
         Tracks(tracks.times_s[i], tracks.poses[i], tracks.corners[i], tracks.shapes[i]),
         FlowField(flow.sizes[i], flow.toward[i], flow.spots[i], flow.goals[i]),
-        GoalField(field.sizes[i], field.distances[i]),
+        GoalPaths(paths.sizes[i], paths.standing[i], paths.corners[i]),
         PlannerMemory(plans.frontiers[i], plans.given_up[i], plans.state[i]),
         Graph(graph.nodes[i], graph.edges[i], graph.visited[i], graph.state[i]),
+        pool.changed[i], Blocks(blocks.near[i], blocks.far[i], blocks.whole[i]),
     )  # fmt: skip
 
 
@@ -99,3 +137,56 @@ def slice_episode(pool: Episode, sizes: Counts, i: int) -> Episode:
 def noise_key(key: int, kind: int) -> int:
     """Return the key of one kind of noise."""
     return int(uniform(key, kind + 0) * 4611686018427387904.0)  # numba would compile again for each constant
+
+
+@njit(cache=True, nogil=True)
+def note_runs(counts: Rows, changed: Counts, cols: int, runs: Runs, n_runs: int, hit: Cells, n_hit: int) -> None:
+    """Note that a scan has drawn these runs and cells of a map with ``cols`` columns.
+
+    Parameters
+    ----------
+    counts, changed
+        Those of the episode, which are updated.
+    """
+    low, high = NO_CELL, -1
+    for i in range(n_runs):
+        low, high = min(low, int(runs[i, 0])), max(high, int(runs[i, 1]))
+    for i in range(n_hit):
+        low, high = min(low, int(hit[i])), max(high, int(hit[i]))
+    if high < 0:
+        return
+    counts.low, counts.high = min(counts.low, low), max(counts.high, high + 1)
+    if len(changed) == 0:
+        return
+    left, right, per_col = cols, 0, 1.0 / cols  # half a cell more makes up for the rounding of the quotient
+    for i in range(n_runs):
+        col = int(runs[i, 0]) - int((runs[i, 0] + 0.5) * per_col) * cols
+        left, right = min(left, col), max(right, col + int(runs[i, 1]) - int(runs[i, 0]))
+    for i in range(n_hit):
+        col = int(hit[i]) - int((hit[i] + 0.5) * per_col) * cols
+        left, right = min(left, col), max(right, col)
+    _note(changed, low // cols, high // cols + 1, left, right + 1)
+
+
+@njit(cache=True, nogil=True)
+def note_square(counts: Rows, changed: Counts, shape: tuple[int, int], x: float, y: float, spread: float) -> None:
+    """Note that a scan may have drawn cells of a map of this shape within ``spread`` cells of (x, y), each way."""
+    rows, cols = shape
+    top, end = max(math.floor(y - spread), 0), min(math.ceil(y + spread), rows)
+    if top >= end:
+        return
+    counts.low, counts.high = min(counts.low, top * cols), max(counts.high, end * cols)
+    _note(changed, top, end, max(math.floor(x - spread), 0), min(math.ceil(x + spread), cols))
+
+
+@njit(cache=True, nogil=True)
+def _note(changed: Counts, top: int, end: int, left: int, right: int) -> None:
+    for who in range(len(changed)):
+        changed[who, 0], changed[who, 1] = min(changed[who, 0], top), max(changed[who, 1], end)
+        changed[who, 2], changed[who, 3] = min(changed[who, 2], left), max(changed[who, 3], right)
+
+
+@njit(inline="always")
+def forget_changes(changed: Counts) -> None:
+    """Note that a row of ``Episode.changed`` has been drawn."""
+    changed[0], changed[1], changed[2], changed[3] = NO_CELL, 0, NO_CELL, 0

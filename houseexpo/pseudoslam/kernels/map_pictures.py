@@ -7,8 +7,17 @@ from typing import NamedTuple
 
 from numba import njit
 
-from houseexpo.pseudoslam.kernels.episode import Episode
-from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE, UNKNOWN, crop_view, draw_coarse_view, draw_disc
+from houseexpo.pseudoslam.kernels.episode import BY_PICTURES, Episode, forget_changes
+from houseexpo.pseudoslam.kernels.mapping import (
+    FREE,
+    OBSTACLE,
+    UNKNOWN,
+    crop_view,
+    draw_disc,
+    draw_nearest_cells,
+    max_of_blocks,
+    side_of_block,
+)
 from houseexpo.pseudoslam.kernels.step import SKIP
 from houseexpo.pseudoslam.kernels.types import Counts, Floats, Grid, Rows, as_int64
 
@@ -49,22 +58,41 @@ def draw_pictures(
             continue
         rows, cols = sizes[i, 0], sizes[i, 1]
         known = pool.known[i, : rows * cols].reshape((rows, cols))
-        pose, pictures = pool.pose[i, 0], out[i]
+        pose, pictures, blocks, changed = pool.pose[i, 0], out[i], pool.blocks, pool.changed[i, BY_PICTURES]
         cos, sin = math.cos(pose.seen_heading), math.sin(pose.seen_heading)
         if scales.near_px == 1.0:
             crop_view(known, pose.seen_x, pose.seen_y, pose.seen_heading, pictures[NEAR])
         else:
-            draw_coarse_view(known, pose.seen_x, pose.seen_y, cos, sin, scales.near_px, pictures[NEAR])
+            _draw(known, blocks.near[i], changed, pose.seen_x, pose.seen_y, cos, sin, scales.near_px, pictures[NEAR])
         if len(pictures) > FAR:
-            draw_coarse_view(known, pose.seen_x, pose.seen_y, cos, sin, scales.far_px, pictures[FAR])
-            _draw_whole(known, pose, pool.readings[i, 0], goals[i], scales, pictures)
+            _draw(known, blocks.far[i], changed, pose.seen_x, pose.seen_y, cos, sin, scales.far_px, pictures[FAR])
+            _draw_whole(known, blocks.whole[i], changed, pose, pool.readings[i, 0], goals[i], scales, pictures)
+        forget_changes(changed)
 
 
 @njit(cache=True, nogil=True)
-def _draw_whole(known: Grid, pose: Rows, start: Rows, goal: Floats, scales: PictureScales, pictures: Grid) -> None:
+def _draw(
+    known: Grid, blocks: Grid, changed: Counts, x: float, y: float, cos: float, sin: float, pixel: float, out: Grid
+) -> None:
+    """Draw the same as ``draw_coarse_view`` from blocks that are kept, after those of cells that have changed."""
+    size, (rows, cols) = side_of_block(pixel), known.shape
+    if size == 1:
+        draw_nearest_cells(known, x, y, cos, sin, pixel, out)
+        return
+    high, wide = (rows + size - 1) // size, (cols + size - 1) // size
+    coarse = blocks[: high * wide].reshape((high, wide))
+    max_of_blocks(known, size, changed, coarse)
+    draw_nearest_cells(coarse, x / size, y / size, cos, sin, pixel / size, out)
+
+
+@njit(cache=True, nogil=True)
+def _draw_whole(
+    known: Grid, blocks: Grid, changed: Counts, pose: Rows, start: Rows, goal: Floats, scales: PictureScales,
+    pictures: Grid,
+) -> None:  # fmt: skip
     """Draw the whole map, the robot as a disc with a fainter one in front of it, and the goal if it is observed."""
     pixel, middle = scales.whole_px, pictures.shape[1] / 2
-    draw_coarse_view(known, start.start_x, start.start_y, 0.0, 1.0, pixel, pictures[WHOLE])
+    _draw(known, blocks, changed, start.start_x, start.start_y, 0.0, 1.0, pixel, pictures[WHOLE])
     x, y = (pose.seen_x - start.start_x) / pixel + middle, (pose.seen_y - start.start_y) / pixel + middle
     radius = max(scales.robot_px / pixel, 1.0)
     ahead_x, ahead_y = math.cos(pose.seen_heading) * 2.0 * radius, -math.sin(pose.seen_heading) * 2.0 * radius

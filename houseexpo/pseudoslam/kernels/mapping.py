@@ -12,6 +12,9 @@ R1  A pixel shows the block of cells that contains its centre: an obstacle if on
     map's corner. Therefore no wall disappears in a coarse picture, but it may look one block thicker.
 R2  Outside the map, everything is unknown.
 
+The cost of a picture does not depend on the size of the map: blocks are computed where the picture shows them
+(``draw_coarse_view``) or, if they are kept from step to step, where scans have changed cells (``max_of_blocks``).
+
 Positions in pictures are fixed-point numbers, whose lower bits are fractions of a cell or block, so that sums are exact
 and fast.
 """
@@ -24,7 +27,7 @@ import numpy as np
 from numba import njit
 
 from houseexpo.pseudoslam.kernels.tolerances import WHOLE_PX
-from houseexpo.pseudoslam.kernels.types import Cells, Grid, Kinds, Runs
+from houseexpo.pseudoslam.kernels.types import Cells, Counts, Grid, Kinds, Runs
 
 UNKNOWN, FREE, OBSTACLE = 0, 127, 255
 """The values of a map: black, gray and white in the paper's figure."""
@@ -83,40 +86,44 @@ def merge_runs(known: Grid, observable: Grid, runs: Runs, n_runs: int, value: in
 
 
 @njit(cache=True, nogil=True)
-def draw_overview(
-    known: Grid, middle_x: float, middle_y: float, side_px: float, x: float, y: float, spread: float, out: Grid
-) -> None:
-    """Draw the overview of the map (cells, cells) around a centre, row 0 on top, within ``spread`` of (x, y).
+def draw_overview(known: Grid, middle_x: float, middle_y: float, side_px: float, changed: Counts, out: Grid) -> None:
+    """Draw the overview of the map (cells, cells) around a centre, row 0 on top, where cells have ``changed``.
 
     A coarse cell, ``side_px`` wide, is an obstacle if one of its cells is one, else free if one is free, else unknown.
+    Its cells are those that start in it, at least one. ``changed`` is a row of ``Episode.changed``.
     """
-    cells = len(out)
+    cells, (rows, cols) = len(out), known.shape
     left, top = middle_x - cells / 2 * side_px, middle_y - cells / 2 * side_px
-    first, last = _near(y - top, spread, side_px, cells)
-    first_col, last_col = _near(x - left, spread, side_px, cells)
+    first, last = _coarse_cells(changed[0], changed[1], top, side_px, cells)
+    first_col, last_col = _coarse_cells(changed[2], changed[3], left, side_px, cells)
+    if first >= last or first_col >= last_col:
+        return
+    begin = min(max(math.floor(left + first_col * side_px), 0), cols)
+    end = max(min(math.floor(left + last_col * side_px) + 1, cols), begin)
+    flat, most = known.ravel(), np.empty(end - begin, np.uint8)
     for i in range(first, last):
-        one, other = top + i * side_px, top + (i + 1) * side_px
+        one = math.floor(top + i * side_px)
+        other = max(math.floor(top + (i + 1) * side_px), one + 1)
+        most[:] = UNKNOWN
+        for row in range(max(one, 0), min(other, rows)):
+            start = row * cols + begin
+            for k in range(len(most)):
+                most[np.uint64(k)] = max(most[np.uint64(k)], flat[np.uint64(start + k)])
         for j in range(first_col, last_col):
-            out[i, j] = _max_of_cells(known, one, other, left + j * side_px, left + (j + 1) * side_px)
+            col = math.floor(left + j * side_px)
+            stop = max(math.floor(left + (j + 1) * side_px), col + 1)
+            value = np.uint8(UNKNOWN)
+            for k in range(max(col, begin) - begin, min(stop, end) - begin):
+                value = max(value, most[k])
+            out[i, j] = value
 
 
 @njit(cache=True, nogil=True)
-def _near(at: float, spread: float, side_px: float, cells: int) -> tuple[int, int]:
-    """Return the first and the last (excluded) coarse cell within ``spread``, which may be infinite, of a place."""
-    first, last = max((at - spread) / side_px, 0.0), min((at + spread) / side_px, float(cells))
-    return math.floor(first), math.ceil(last)
-
-
-@njit(cache=True, nogil=True)
-def _max_of_cells(known: Grid, top: float, bottom: float, left: float, right: float) -> int:
-    """Return the highest value of the cells that start in a coarse one, at least one; unknown outside the map."""
-    first_row, first_col = math.floor(top), math.floor(left)
-    last_row, last_col = max(math.floor(bottom), first_row + 1), max(math.floor(right), first_col + 1)
-    most = UNKNOWN
-    for row in range(max(first_row, 0), min(last_row, known.shape[0])):
-        for col in range(max(first_col, 0), min(last_col, known.shape[1])):
-            most = max(most, known[row, col])
-    return most
+def _coarse_cells(first: int, end: int, start: float, side_px: float, cells: int) -> tuple[int, int]:
+    """Return the first and the last (excluded) coarse cell with cells from ``first`` to ``end``, or slightly more."""
+    if first >= end:
+        return 0, 0
+    return max(math.floor((first - start) / side_px) - 1, 0), min(math.ceil((end - start) / side_px) + 1, cells)
 
 
 _CELL_BITS = 16  # for fractions of a cell, in a signed word of 32 for positions in a view of up to 20,000 cells
@@ -247,11 +254,23 @@ def draw_coarse_view(known: Grid, x: float, y: float, cos: float, sin: float, pi
     out
         (side, side).
     """
-    size = max(math.ceil(pixel - WHOLE_PX), 1)
+    size, (rows, cols) = side_of_block(pixel), known.shape
     if size == 1:
         draw_nearest_cells(known, x, y, cos, sin, pixel, out)
-    else:
-        draw_nearest_cells(max_of_blocks(known, size), x / size, y / size, cos, sin, pixel / size, out)
+        return
+    spread = pixel * len(out) / 2 * (abs(cos) + abs(sin)) + size
+    shown = np.empty(4, np.int64)
+    shown[0], shown[1] = max(math.floor(y - spread), 0), min(math.ceil(y + spread), rows)
+    shown[2], shown[3] = max(math.floor(x - spread), 0), min(math.ceil(x + spread), cols)
+    coarse = np.empty(((rows + size - 1) // size, (cols + size - 1) // size), np.uint8)
+    max_of_blocks(known, size, shown, coarse)
+    draw_nearest_cells(coarse, x / size, y / size, cos, sin, pixel / size, out)
+
+
+@njit(cache=True, nogil=True)
+def side_of_block(pixel: float) -> int:
+    """Return the width of the blocks that a pixel ``pixel`` cells wide shows, in cells (R1)."""
+    return max(math.ceil(pixel - WHOLE_PX), 1)
 
 
 @njit(cache=True, nogil=True)
@@ -274,32 +293,44 @@ def draw_nearest_cells(grid: Grid, x: float, y: float, cos: float, sin: float, p
 
 
 @njit(cache=True, nogil=True)
-def max_of_blocks(known: Grid, size: int) -> Grid:
-    """Return the highest value of each block of ``size`` x ``size`` cells; the last ones may have fewer cells.
+def max_of_blocks(known: Grid, size: int, changed: Counts, out: Grid) -> None:
+    """Write the highest value of each block of ``size`` x ``size`` cells; the last ones may have fewer cells.
 
     The maximum over the rows of a block is computed for all columns at once, and then the maximum of each cell and
     a growing number of cells to its right, in loops that the compiler can vectorise.
+
+    Parameters
+    ----------
+    changed
+        (4,) the first row, the row after the last, the first column and the column after the last of the cells whose
+        blocks are computed; none if the first is not below the last.
+    out
+        (blocks down, blocks across).
     """
     rows, cols = known.shape
-    high, wide = (rows + size - 1) // size, (cols + size - 1) // size
-    out, flat, lines = np.empty((high, wide), np.uint8), known.ravel(), np.zeros((2, (wide + 1) * size), np.uint8)
-    for i in range(high):
+    first, left = changed[0] // size, changed[2] // size
+    last, right = (min(changed[1], rows) + size - 1) // size, (min(changed[3], cols) + size - 1) // size
+    if changed[0] >= changed[1] or first >= last or left >= right:
+        return
+    begin, wide = left * size, right - left
+    length = min(wide * size, cols - begin)
+    flat, lines = known.ravel(), np.zeros((2, (wide + 1) * size), np.uint8)
+    for i in range(first, last):
         most, other = lines[0], lines[1]
         most[:] = UNKNOWN
         for row in range(i * size, min((i + 1) * size, rows)):
-            first = row * cols
-            for col in range(cols):
-                most[np.uint64(col)] = max(most[np.uint64(col)], flat[np.uint64(first + col)])
+            start = row * cols + begin
+            for k in range(length):
+                most[np.uint64(k)] = max(most[np.uint64(k)], flat[np.uint64(start + k)])
         span = 1
         while span < size:
             more = min(span, size - span)
-            for col in range(wide * size):
-                other[np.uint64(col)] = max(most[np.uint64(col)], most[np.uint64(col + more)])
+            for k in range(wide * size):
+                other[np.uint64(k)] = max(most[np.uint64(k)], most[np.uint64(k + more)])
             most, other = other, most
             span += more
         for j in range(wide):
-            out[i, j] = most[np.uint64(j * size)]
-    return out
+            out[i, left + j] = most[np.uint64(j * size)]
 
 
 @njit(cache=True, nogil=True)

@@ -221,7 +221,7 @@ def _travel(
             graph.state[0].visits = 0
     else:
         start_travel(episode.known, pose, plan, graph, choice, rules, found)
-    turn, forward, gone_px = 0.0, 0.0, 0.0
+    turn, forward = 0.0, 0.0
     if not begins and state.outcome == NOTHING:
         turn = rules.travel.turn_rad
     while True:
@@ -232,16 +232,14 @@ def _travel(
             )  # fmt: skip
             if state.outcome != GOING and state.steps > 0:
                 break
-        from_x, from_y = pose.seen_x, pose.seen_y
         step(episode, turn, forward, params, scratch, move, look, full)
-        gone_px += math.hypot(pose.seen_x - from_x, pose.seen_y - from_y)
         if begins:
             state.outcome, state.steps, state.target = NOTHING, 0, -1
             break
         update_travel(episode.known, pose, episode.counts, plan, rules.travel)
         if state.outcome != GOING:
             break
-    if full:  # once an action: the overview within reach of every scan on the way
-        measure_ranges(episode, params, math.inf if begins else gone_px + 2.0 * params.sensor.range_px)
+    if full:  # once an action
+        measure_ranges(episode, params)
     state.gone_px = readings.path_length - before_px
     update_choices(episode.known, pose, plan, graph, rules, scratch)

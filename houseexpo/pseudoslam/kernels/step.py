@@ -22,17 +22,21 @@ from numba import njit
 from houseexpo.pseudoslam.kernels.collision import Disc, clearance, distance_to_people, free_distance, wrap_angle
 from houseexpo.pseudoslam.kernels.episode import (
     BEAMS,
+    BY_OVERVIEW,
     PEOPLE,
     REGISTRATION,
     Episode,
     StepParams,
+    forget_changes,
     noise_key,
+    note_runs,
+    note_square,
     slice_episode,
 )
 from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE, crop_view, draw_overview, merge_cells, merge_runs
 from houseexpo.pseudoslam.kernels.odometry import draw_odometry_errors, grip_share
 from houseexpo.pseudoslam.kernels.people import move_bodies
-from houseexpo.pseudoslam.kernels.planning.fields import goal_distance_at
+from houseexpo.pseudoslam.kernels.planning.goal_paths import goal_distance_at
 from houseexpo.pseudoslam.kernels.sensing.noise import (
     HIT,
     LOST,
@@ -145,7 +149,7 @@ def _act(
 ) -> None:
     step(episode, motion[0], motion[1], params, scratch, move, look, full)
     if full:
-        measure_ranges(episode, params, 2.0 * params.sensor.range_px if episode.counts.steps > 0 else math.inf)
+        measure_ranges(episode, params)
 
 
 @njit(inline="always")
@@ -196,15 +200,15 @@ def update_readings(episode: Episode, params: StepParams) -> None:
         readings.clearance = clearance(
             episode.occupied, pose.x, pose.y, params.robot.radius_px, params.robot.radius_px + params.clearance_px
         )
-    if len(episode.field.distances) > 0:
-        way = goal_distance_at(episode.field, pose.x, pose.y)
-        if way < math.inf:  # in a gap without a block to stand on, the last distance is kept
+    if len(episode.paths.corners) > 0:
+        way = goal_distance_at(episode.paths, pose.x, pose.y)
+        if way < math.inf:  # in a gap without a cell to stand in, the last distance is kept
             readings.to_goal = way
 
 
 @njit(inline="always")
-def measure_ranges(episode: Episode, params: StepParams, spread_px: float) -> None:
-    """Measure the ranges from the robot's pose, and redraw the overview within ``spread_px``, as far as observed."""
+def measure_ranges(episode: Episode, params: StepParams) -> None:
+    """Measure the ranges from the robot's pose, and redraw the overview where scans have drawn, as far as observed."""
     pose, readings, sensor = episode.pose, episode.readings, params.sensor
     if len(episode.ranges) > 0:
         cast_beams(
@@ -214,10 +218,9 @@ def measure_ranges(episode: Episode, params: StepParams, spread_px: float) -> No
         if params.errors.any:
             _add_range_noise(episode.ranges, episode.counts, params)
     if len(episode.overview) > 0:
-        draw_overview(
-            episode.known, readings.start_x, readings.start_y, params.overview_px, pose.seen_x, pose.seen_y,
-            spread_px, episode.overview,
-        )  # fmt: skip
+        changed = episode.changed[BY_OVERVIEW]
+        draw_overview(episode.known, readings.start_x, readings.start_y, params.overview_px, changed, episode.overview)
+        forget_changes(changed)
 
 
 @njit(inline="always")
@@ -323,6 +326,7 @@ def scan_sector_into_map(episode: Episode, params: StepParams, scratch: Scratch)
     )  # fmt: skip
     new, covered = merge_runs(episode.known, episode.observable, scratch.runs, n_runs, as_int64(FREE), episode.fresh)
     _count(episode, scratch, n_hit, new, covered)
+    note_runs(episode.counts, episode.changed, episode.known.shape[1], scratch.runs, n_runs, scratch.hit, n_hit)
 
 
 @njit(inline="always")
@@ -336,6 +340,7 @@ def scan_rays_into_map(episode: Episode, params: StepParams, scratch: Scratch) -
         sensor.fan_sin, sensor.range_px, scratch.hit, settled, episode.fresh,
     )  # fmt: skip
     _count(episode, scratch, n_hit, new, covered)
+    note_square(episode.counts, episode.changed, episode.known.shape, pose.x, pose.y, sensor.range_px + 2.0)
 
 
 @njit(inline="always")
@@ -380,10 +385,13 @@ def _look_with_errors(episode: Episode, params: StepParams, scratch: Scratch) ->
         scratch.patch, episode.occupied.shape[1], x, y, heading, sensor, runs, n_runs, hit, n_hit, shift_px, fate
     )
     right, down, turn = registration_error(errors, noise_key(counts.key, REGISTRATION), counts.steps)
-    new, covered = merge_patch(
+    new, covered, lost = merge_patch(
         episode.known, episode.observable, scratch.patch, x, y, pose.seen_x - x + right, pose.seen_y - y + down,
         pose.seen_heading - heading + turn, episode.fresh,
     )  # fmt: skip
+    counts.lost += lost
+    spread = len(scratch.patch) * 0.5 * (abs(math.cos(turn)) + abs(math.sin(turn))) * math.sqrt(2.0) + 3.0
+    note_square(counts, episode.changed, episode.known.shape, pose.seen_x + right, pose.seen_y + down, spread)
     _count(episode, scratch, as_int64(0), new, covered)
 
 

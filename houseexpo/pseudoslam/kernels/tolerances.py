@@ -59,10 +59,6 @@ NO_PUSH_M = 1.5
 """Distance beyond which the force of a person is less than 1%, metres: it is left out."""
 GAIN_PER_M = 0.2
 """The factor exp(-0.2) of an explorer's gain for each metre of the path (Gonzalez-Banos and Latombe, 2002)."""
-GOAL_BLOCK_OF_RADIUS = 0.85
-"""Largest side of the blocks for distances to a goal as a share of the robot's radius. A wall keeps standing cells on
-its two sides more than two radii apart; cells of blocks that are linked, or that ``goal_distance_at`` mixes, are at
-most sqrt(5) sides apart."""
 OFF_CENTRE_PX = 1.5
 """Pixels from the robot within which a line need not be in standing cells, since it need not be at a cell's centre."""
 BESIDE_CELLS = 3
@@ -82,8 +78,9 @@ LEAST_GAIN_PX = 0.5
 """Pixels by which a step must reduce the distance to the goal."""
 ENOUGH = 0.95
 """A step with this share of the best progress is taken if it needs fewer turns: 18 degrees cost 5% of the way."""
-GOAL_BLOCK_M = 0.1
-"""Largest side of the blocks for distances to a goal, metres."""
+GOAL_LINE_M = 20.0
+"""Longest straight part of a path to a goal between two corners, metres: longer than most houses. In a hall, a longer
+one passes corners beside it, which lengthens it by much less than 1%."""
 FOLLOWED_M = 0.4
 """Largest distance between the robot's rim and the wall that the policy ``wall`` follows, metres."""
 ARC_RAD = math.pi / 6
@@ -140,5 +137,6 @@ SWEEP_PX = 0.5
 
 # Decisions: how often something is tried
 
-PERSON_TRIES, START_TRIES, OBSTACLE_TRIES, OBSTACLE_ROUNDS = 64, 200, 100, 3
-"""Draws of a place for a person, for the robot and for an obstacle, and rounds in which all obstacles are drawn."""
+PERSON_TRIES, START_TRIES, GOAL_TRIES, OBSTACLE_TRIES, OBSTACLE_ROUNDS = 64, 200, 200, 100, 3
+"""Draws of a place for a person, for the robot, for its goal and for an obstacle, and rounds in which all obstacles are
+drawn."""

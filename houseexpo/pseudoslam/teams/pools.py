@@ -151,6 +151,9 @@ class TeamPools:
                 around.gather(pool, sizes, others, shared, part)
 
         batch.share_scratch(work)
+        if robots > 1:  # they tell each other of cells that the scans have not drawn
+            for state in (state for team in self.placed if team is not None for state in team.states):
+                state.note_new_map()
         seen = self.metrics()
         return seen, self._exchange(seen, active)
 

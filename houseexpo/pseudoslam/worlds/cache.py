@@ -15,6 +15,7 @@ from houseexpo.dataset import Dataset
 from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.config import SimulatorConfig
 from houseexpo.pseudoslam.worlds.maps import House, MapHouse, Plans, open_houses
+from houseexpo.pseudoslam.worlds.margin import add_margin
 from houseexpo.pseudoslam.worlds.moving_obstacles import make_flow_field, make_tracks
 from houseexpo.pseudoslam.worlds.store import WorldStore, encode_world, unpack_raster
 from houseexpo.pseudoslam.worlds.world import World, make_world, make_world_from_raster
@@ -31,7 +32,7 @@ OF_A_CELL = 8
 
 
 def world_for(plan: House, config: SimulatorConfig) -> World:
-    """Return the world of a plan or a map for a configuration, including the paths of people and trajectories.
+    """Return the world of a plan or a map for a configuration, including what moves and the margin for noise.
 
     Raises
     ------
@@ -41,11 +42,11 @@ def world_for(plan: House, config: SimulatorConfig) -> World:
     PlanError
         The plan has no free cell.
     """
-    return add_moving_obstacles(load_static_world(plan, config), plan, config)
+    return finish_world(load_static_world(plan, config), plan, config)
 
 
 def load_static_world(plan: House, config: SimulatorConfig) -> World:
-    """Return the world of a plan or a map like ``world_for``, but without moving obstacles."""
+    """Return the world of a plan or a map like ``world_for``, but without moving obstacles and the margin."""
     if isinstance(plan, MapHouse):
         house = plan.resample(config.pixels_per_metre).with_border()
         return make_world_from_raster(
@@ -54,8 +55,9 @@ def load_static_world(plan: House, config: SimulatorConfig) -> World:
     return make_world(plan, config.pixels_per_metre, config.robot.radius_m, config.laser.range_m)
 
 
-def add_moving_obstacles(world: World, plan: House, config: SimulatorConfig) -> World:
-    """Return a world with the paths of people and trajectories added, like ``world_for``."""
+def finish_world(world: World, plan: House, config: SimulatorConfig) -> World:
+    """Return a static world with the margin for noise and the paths of people and trajectories, as ``world_for``."""
+    world = add_margin(world, config)
     if config.trajectories:
         world = replace(world, tracks=make_tracks(config.trajectories, world.occupied, world.frame, plan.id))
     if config.people.number:
@@ -105,10 +107,10 @@ class WorldCache:
     def _world_for_unpacking(self, number: int) -> World:
         """Return the world of a plan that is not unpacked: from memory, from disk, or newly made."""
         if self._stored is not None and not self._moves:
-            return self._static_world(number)
+            return add_margin(self._static_world(number), self._config)
         packed = self._kept.get(number)
         if packed is None:
-            packed = _Packed(add_moving_obstacles(self._static_world(number), self._plans[number], self._config))
+            packed = _Packed(finish_world(self._static_world(number), self._plans[number], self._config))
             self._kept.keep(number, packed, packed.size)
         return packed.unpack()
 

@@ -11,18 +11,16 @@ from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.config import GoalConfig, SimulatorConfig, StartConfig
 from houseexpo.pseudoslam.kernels.collision import Disc, disc_is_free, placed_people
 from houseexpo.pseudoslam.kernels.episode import StepParams
-from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE
+from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE, UNKNOWN
 from houseexpo.pseudoslam.kernels.people import mark_bodies
 from houseexpo.pseudoslam.kernels.placement import count_before_rows, nth_cell
-from houseexpo.pseudoslam.kernels.planning.fields import (
-    FIELD_SIZES,
-    GoalField,
-    fast_march,
-    find_open_blocks,
+from houseexpo.pseudoslam.kernels.planning.goal_paths import (
+    GoalPaths,
+    find_goal_paths,
     goal_distance_at,
-    no_goal_field,
+    no_goal_paths,
 )
-from houseexpo.pseudoslam.kernels.tolerances import GOAL_BLOCK_M, GOAL_BLOCK_OF_RADIUS, START_TRIES
+from houseexpo.pseudoslam.kernels.tolerances import GOAL_LINE_M, GOAL_TRIES, START_TRIES
 from houseexpo.pseudoslam.kernels.types import Grid, Scratch, as_read_only
 from houseexpo.pseudoslam.state import State, new_episode
 from houseexpo.pseudoslam.worlds.moving_obstacles import find_track_cells, new_bodies, start_people
@@ -41,8 +39,10 @@ def make_initial_state(
     *,
     complete: bool = False,
     own: bool = True,
+    last: State | None = None,
     pose_m: tuple[float, float, float] | None = None,
     view_px: int | None = None,
+    blocks_px: tuple[int, int, int] = (0, 0, 0),
 ) -> State:
     """Return the state at the start of an episode in a world, before its first scan (``step_kernels.take_first_scan``).
 
@@ -52,10 +52,15 @@ def make_initial_state(
         Whether to draw also the overview and the ranges.
     own
         Whether the state has its own rasters; otherwise they may be the world's, which are read-only.
+    last
+        The state of an earlier episode in this world, with the same configuration, in which nothing is placed and
+        nothing moves. Its arrays are used again, so that the cost does not grow with the house.
     pose_m
         The robot's start instead of the configured one: x, y in the plan's metres, heading in radians.
     view_px
         Number of cells per side of the view instead of the configured one.
+    blocks_px
+        The side of the blocks that are kept for pictures, cells (``state.new_episode``).
 
     Raises
     ------
@@ -73,7 +78,7 @@ def make_initial_state(
         pose = _given_pose(pose_m, placed.traversable, occupied, world, config, key="options['pose']")
     elif not config.start.random:
         pose = _given_pose(_start_m(config.start, world), placed.traversable, occupied, world, config)
-    goal, field, best = _goal(config, placed.traversable, world, pose, rng)
+    goal, paths, best = _goal(config, placed.traversable, world, pose, rng)
     robot = Disc(float(pose[0]), float(pose[1]), params.robot.radius_px)
     if config.people.number:
         # a writable grid, as where people walk: the kernels are compiled once
@@ -81,20 +86,32 @@ def make_initial_state(
         start_people(config.people, static, bodies, world.tracks, world.flow, params.walk, key, robot, world.plan_id)
         mark_bodies(occupied, bodies._replace(people=placed_people(bodies.people)), world.tracks, params.walk)
     observable, observable_cells = _observable(world, placed, config, scratch)
-    known = np.zeros(occupied.shape, np.uint8) if own or config.known_map else world.unknown
+    known = _empty_map(occupied.shape, last) if own or config.known_map else world.unknown
     if own and occupied is world.occupied:
-        occupied = occupied.copy()
+        occupied = occupied.copy() if last is None else last.occupied
     if own and observable is world.observable:
-        observable = observable.copy()
+        observable = observable.copy() if last is None else last.episode.observable
     side, cells = view_px or config.side_px, config.observation.global_cells if complete else 0
     beams = len(params.sensor.fan_cos) if complete else 0
-    moving = bodies, world.tracks, world.flow, field
-    episode = new_episode((occupied, observable, known), (side, cells, beams), pose, moving, key=key, best_px=best)
+    moving = bodies, world.tracks, world.flow, paths
+    episode = new_episode(
+        (occupied, observable, known), (side, cells, beams), pose, moving, key=key, best_px=best, blocks_px=blocks_px
+    )
     state = State(episode, observable_cells, placed.obstacles, goal, best / config.pixels_per_metre)
     if config.known_map:
-        episode.known[:] = np.where(placed.occupied != 0, OBSTACLE, FREE)
-        episode.counts["known"], episode.counts["covered"] = occupied.size, observable_cells
+        house = world.inside_margin
+        episode.known[house] = np.where(placed.occupied[house] != 0, OBSTACLE, FREE)
+        episode.counts["known"], episode.counts["covered"] = known[house].size, observable_cells
+        state.note_new_map()
     return state
+
+
+def _empty_map(shape: tuple[int, int], last: State | None) -> Grid:
+    """Return an unknown map (rows, cols): the last one, cleared where scans have drawn, or a new one."""
+    if last is None:
+        return np.zeros(shape, np.uint8)
+    last.known.reshape(-1)[last.counts.low : last.counts.high] = UNKNOWN
+    return last.known
 
 
 def _place_obstacles(world: World, config: SimulatorConfig, rng: np.random.Generator) -> PlacedObstacles:
@@ -195,31 +212,42 @@ def _goal(
     world: World,
     pose: Floats,
     rng: np.random.Generator,
-) -> tuple[tuple[float, float] | None, GoalField, float]:
-    """Return the goal (x, y) in metres, the distances to it, and the one from the start, pixels; None without a goal.
+) -> tuple[tuple[float, float] | None, GoalPaths, float]:
+    """Return the goal (x, y) in metres, the paths to it, and the one from the start, pixels; None without a goal.
 
-    A random goal is a standing cell with at least the configured walking distance from the start, or else the farthest.
+    A random goal is a standing cell with at least the configured walking distance from the start, or else the farthest
+    of ``GOAL_TRIES``.
     """
     if config.goal is None:
-        return None, no_goal_field(), 0.0
-    x, y = pose[0], pose[1]
+        return None, no_goal_paths(), 0.0
+    x, y = float(pose[0]), float(pose[1])
+    standing, reach_px = traversable.copy(), GOAL_LINE_M * config.pixels_per_metre
     if config.goal.random:
-        away = _ways(traversable, y, x, config)
-        side, cols = int(away.sizes[0].side_px), int(away.sizes[0].cols)
-        reached = np.where(np.isfinite(away.distances), away.distances, -1.0)
-        far = np.flatnonzero(reached >= min(config.goal.least_way_m * config.pixels_per_metre, reached.max()))
-        block = int(far[rng.integers(len(far))])
-        row, col = block // cols * side, block % cols * side
-        cells = np.argwhere(traversable[row : row + side, col : col + side])
-        down, right = cells[rng.integers(len(cells))]
-        goal_x, goal_y = col + right + 0.5, row + down + 0.5
+        goal_x, goal_y = _random_goal(config, standing, find_goal_paths(standing, x, y, reach_px), rng)
     else:
         goal_x, goal_y = _given_goal(config.goal, traversable, world)
-    field = _ways(traversable, goal_y, goal_x, config)
+    paths = find_goal_paths(standing, goal_x, goal_y, reach_px)
     goal = tuple(world.frame.points_from_pixels([goal_x, goal_y]).tolist())
-    way, straight = float(goal_distance_at(field, x, y)), math.hypot(goal_x - x, goal_y - y)
+    way, straight = float(goal_distance_at(paths, x, y)), math.hypot(goal_x - x, goal_y - y)
     best = max(way, straight) if math.isfinite(way) else straight
-    return (goal[0], goal[1]), field, best
+    return (goal[0], goal[1]), paths, best
+
+
+def _random_goal(
+    config: SimulatorConfig, standing: Grid, from_start: GoalPaths, rng: np.random.Generator
+) -> tuple[float, float]:
+    """Return the centre of a random standing cell that is far enough from the start, of which there are the paths."""
+    least_px = (config.goal or GoalConfig()).least_way_m * config.pixels_per_metre
+    cells = as_read_only(standing)
+    before, best, found = count_before_rows(cells, 1), -1.0, (0.0, 0.0)
+    for _ in range(GOAL_TRIES):
+        row, col = nth_cell(cells, 1, before, int(rng.integers(before[-1])))
+        way = float(goal_distance_at(from_start, col + 0.5, row + 0.5))
+        if math.isfinite(way) and way > best:
+            best, found = way, (col + 0.5, row + 0.5)
+        if best >= least_px:
+            break
+    return found
 
 
 def _given_goal(goal: GoalConfig, traversable: npt.NDArray[np.uint8], world: World) -> tuple[float, float]:
@@ -231,14 +259,3 @@ def _given_goal(goal: GoalConfig, traversable: npt.NDArray[np.uint8], world: Wor
             "get there; set another goal, or a random one"
         )
     return x, y
-
-
-def _ways(traversable: npt.NDArray[np.uint8], y: float, x: float, config: SimulatorConfig) -> GoalField:
-    """Return the distances to a place; paths do not cross even thin walls if the robot's radius is at least a cell."""
-    ppm = config.pixels_per_metre
-    side = max(min(round(GOAL_BLOCK_M * ppm), int(GOAL_BLOCK_OF_RADIUS * config.robot.radius_m * ppm)), 1)
-    shape = math.ceil(traversable.shape[0] / side), math.ceil(traversable.shape[1] / side)
-    is_open, distances = np.zeros(shape, np.uint8), np.empty(shape, np.float32)
-    find_open_blocks(as_read_only(traversable), side, is_open)
-    fast_march(is_open, int(y) // side, int(x) // side, side, distances)
-    return GoalField(np.array([(*shape, side)], FIELD_SIZES), distances.ravel())

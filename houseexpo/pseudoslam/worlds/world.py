@@ -52,6 +52,8 @@ class World:
         The trajectories of moving shapes, if there are any.
     flow
         The paths of people to the rooms, if there are any.
+    margin_px
+        Width of the margin for what noise moves out of the house (``worlds.margin``), cells.
     """
 
     plan_id: str
@@ -61,11 +63,18 @@ class World:
     observable: Cells
     tracks: Tracks = field(default_factory=no_tracks)
     flow: FlowField = field(default_factory=no_flow_field)
+    margin_px: int = 0
 
     @cached_property
     def observable_cells(self) -> int:
         """The number of cells that coverage counts."""
         return int(np.count_nonzero(self.observable))
+
+    @property
+    def inside_margin(self) -> tuple[slice, slice]:
+        """The rows and columns of the house, without the margin."""
+        rows, cols = self.occupied.shape
+        return slice(self.margin_px, rows - self.margin_px), slice(self.margin_px, cols - self.margin_px)
 
     @cached_property
     def unknown(self) -> Cells:

@@ -44,8 +44,8 @@ def test_obstacles_move_along_their_rays_by_the_deviation_in_metres(pixels_per_m
     simulator = Simulator.of(corner(), at(3.0, 2.0, 0.0, replace(config, noise=NoiseConfig(laser_m=0.05))))
     rng, found = np.random.default_rng(4), []
     for _ in range(60):
-        rows, cols = np.nonzero(simulator.start(rng).known == 255)
-        x, y = (cols + 0.5 - 1) / pixels_per_metre - 3.0, 2.0 - (rows + 0.5 - 1) / pixels_per_metre
+        cells = np.argwhere(simulator.start(rng).known == 255)
+        x, y = (simulator.world.frame.points_from_cells(cells) - (3.0, 2.0)).T
         found.append(np.hypot(x, y) * (1 - (2.0 + 0.5 / pixels_per_metre) / x))  # beyond the wall, along the ray
     beyond = np.concatenate(found)
     assert beyond.mean() == pytest.approx(0, abs=0.005)
@@ -109,7 +109,7 @@ def test_a_wrong_registration_shifts_all_of_a_step_alike() -> None:
         simulator.step(state, "left")  # four scans
         wall = np.nonzero(state.known == 255)[1]
         assert np.ptp(wall) <= 1  # it stays straight, and thin
-        found.append((wall.mean() - 126) / 25)
+        found.append((wall.mean() - 126 - simulator.world.margin_px) / 25)
     assert np.std(found) == pytest.approx(0.1, rel=0.12)
     assert np.mean(found) == pytest.approx(0.0, abs=0.03)
 
@@ -207,7 +207,7 @@ def test_the_map_is_drawn_where_the_robot_believes_to_be() -> None:
             simulator.step(state, "forward")
         offs.append(simulator.believed_pose(state)[0] - simulator.pose(state)[0])
         wall = np.nonzero(state.known == 255)[1]
-        assert (wall.max() - 126) / 25 == pytest.approx(offs[-1], abs=0.05)
+        assert (wall.max() - 126 - simulator.world.margin_px) / 25 == pytest.approx(offs[-1], abs=0.05)
     assert max(map(abs, offs)) > 0.5
 
 
@@ -229,11 +229,12 @@ def test_as_many_beams_are_lost_or_see_through_as_told(rule) -> None:
     assert all((state.known[:, 241] == 127).any() for state in states)  # the wall is free there
 
 
-def end_of(config: SimulatorConfig) -> tuple[bytes, bytes]:
-    """The map and the real pose after twenty steps."""
+def end_of(config: SimulatorConfig) -> tuple[bytes, list[float]]:
+    """The map of the house and the real pose after twenty steps, whatever the margin."""
     simulator, state, _ = started(config)
     wander(simulator, state, np.random.default_rng(3), 20)
-    return state.known.tobytes(), state.pose_px.tobytes()
+    pose = np.round(simulator.pose(state), 9).tolist()
+    return state.known[simulator.world.inside_margin].tobytes(), pose
 
 
 def test_what_is_off_changes_nothing_bit_by_bit() -> None:

@@ -20,16 +20,17 @@ def episode() -> Episode:
 def test_all_arrays_in_their_order(episode: Episode) -> None:
     found = flatten_episode(episode)
     assert all(isinstance(leaf, np.ndarray) for leaf in found)
-    assert len(found) == 10 + 3 + 4 + 4 + 2 + 3 + 4
+    assert len(found) == 10 + 3 + 4 + 4 + 3 + 3 + 4 + 1 + 3
     assert found[0] is episode.occupied
     assert found[10] is episode.bodies.clocks
-    assert found[22] is episode.field.distances
-    assert found[-1] is episode.graph.state
+    assert found[23] is episode.paths.corners
+    assert found[-4] is episode.changed
+    assert found[-1] is episode.blocks.whole
 
 
 def test_the_same_tuples_of_other_arrays(episode: Episode) -> None:
     numbered = unflatten_episode(episode, (np.array(k) for k, _ in enumerate(flatten_episode(episode))))
-    assert [int(leaf) for leaf in flatten_episode(numbered)] == list(range(30))
+    assert [int(leaf) for leaf in flatten_episode(numbered)] == list(range(35))
     assert list(map(type, numbered)) == list(map(type, episode))
     assert int(numbered.flow.sizes) == 10 + 3 + 4
 

@@ -16,9 +16,11 @@ from houseexpo import FloorPlan
 from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.config import GoalConfig, ObservationConfig, RobotConfig, SimulatorConfig, StartConfig
 from houseexpo.pseudoslam.config.obstacles import ObstaclesConfig, RandomObstacles
+from houseexpo.pseudoslam.envs.single import NavigationEnv
 from houseexpo.pseudoslam.kernels.collision import disc_is_free
+from houseexpo.pseudoslam.tasks import Navigation
 from houseexpo.pseudoslam.worlds.world import traversable_cells
-from tests.builders.simulations import HUTS
+from tests.builders.simulations import HUTS, at, hall
 
 HALL = FloorPlan("hall", [(0, 0), (0, 4), (8, 4), (8, 0)], 1, {})
 CORRIDOR = FloorPlan("corridor", [(0, 0), (0, 1), (10, 1), (10, 0)], 1, {})
@@ -237,3 +239,15 @@ def test_continuous_actions_are_executed_exactly_the_turn_first() -> None:
 def test_wrong_tasks_are_refused(task: str, given: dict[str, Any], text: str) -> None:
     with pytest.raises(ConfigError, match=text):
         gymnasium.make(f"PseudoSLAM/{task}-v0", dataset=HALL, **given)
+
+
+def test_an_episode_that_starts_at_its_goal_ends_with_its_first_step() -> None:
+    config = at(2.0, 2.0, 0.0, replace(Navigation.default, goal=GoalConfig(random=False, x_m=2.1, y_m=2.0)))
+    env = NavigationEnv(hall(), config)
+    _, info = env.reset(seed=0)
+    assert info["is_success"]
+    for action in (0, 1):  # whether it leaves or stays
+        env.reset(seed=0)
+        _, reward, terminated, truncated, info = env.step(action)
+        assert (terminated, truncated, info["is_success"], info["spl"]) == (True, False, True, 1.0)
+        assert reward > 2.0

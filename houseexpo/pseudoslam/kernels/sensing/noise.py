@@ -85,11 +85,12 @@ def draw_noisy_scan(
 @njit(cache=True, nogil=True)
 def merge_patch(
     known: Grid, observable: Grid, patch: Grid, x: float, y: float, right: float, down: float, turn: float, fresh: Grid
-) -> tuple[int, int]:
+) -> tuple[int, int, int]:
     """Merge a patch into the map, rotated by ``turn`` about (x, y) and then shifted; the patch is empty afterwards.
 
     Every cell of the map gets the patch's cell at its position, so that rotation leaves no holes. Return how many cells
-    were unknown before, and how many of those count. ``fresh`` is that of ``mapping.merge_cells``.
+    were unknown before, how many of those count, and how many cells of the patch lie beyond the map. ``fresh`` is that
+    of ``mapping.merge_cells``.
     """
     rows, cols = known.shape
     side = patch.shape[0]
@@ -98,6 +99,7 @@ def merge_patch(
     middle_x, middle_y = left + side / 2 + right, top + side / 2 + down  # the centre of the patch on the map
     spread = math.ceil((abs(cos) + abs(sin)) * side / 2) + 2
     new, covered = 0, 0
+    leaves = not (0.0 <= x + right < cols and 0.0 <= y + down < rows)  # or a scan passes the border's cells
     for row in range(max(math.floor(middle_y) - spread, 0), min(math.floor(middle_y) + spread, rows)):
         for col in range(max(math.floor(middle_x) - spread, 0), min(math.floor(middle_x) + spread, cols)):
             dx, dy = col + 0.5 - x - right, row + 0.5 - y - down
@@ -111,8 +113,17 @@ def merge_patch(
                 if len(fresh) > 0:
                     fresh[np.uint64((row * cols + col) >> CHUNK_BITS)] = 1
             known[row, col] = patch[from_row, from_col]
+            leaves |= row == 0 or col == 0 or row == rows - 1 or col == cols - 1
+    lost = 0
+    if leaves:
+        for row in range(side):
+            for col in range(side):
+                if patch[row, col] != UNKNOWN:
+                    dx, dy = left + col + 0.5 - x, top + row + 0.5 - y
+                    to_x, to_y = x + right + cos * dx + sin * dy, y + down - sin * dx + cos * dy
+                    lost += not (0.0 <= to_x < cols and 0.0 <= to_y < rows)
     patch[:] = UNKNOWN
-    return new, covered
+    return new, covered, lost
 
 
 @njit(cache=True, nogil=True)

@@ -17,12 +17,12 @@ FIXED: dict[str, dict[str, Any]] = {
     "exploration-budget-v1": {"pixels_per_metre": 25.0, "max_steps": 4000, "known_map": False, "goal": None},
     "exploration-quality-v1": {"pixels_per_metre": 25.0, "max_steps": 4000, "known_map": False, "goal": None},
     "avoidance-v2": {"pixels_per_metre": 33.0, "max_steps": 200, "known_map": False, "goal": None},
-    "navigation-v1": {"pixels_per_metre": 25.0, "max_steps": 1000, "known_map": True},
-    "pointgoal-v1": {"pixels_per_metre": 25.0, "max_steps": 1000, "known_map": False},
+    "navigation-v2": {"pixels_per_metre": 25.0, "max_steps": 1000, "known_map": True},
+    "pointgoal-v2": {"pixels_per_metre": 25.0, "max_steps": 1000, "known_map": False},
     "exploration-large-v1": {"pixels_per_metre": 25.0, "max_steps": 6000, "known_map": False, "goal": None},
-    "exploration-noisy-v1": {"pixels_per_metre": 25.0, "max_steps": 4000, "known_map": False, "goal": None},
+    "exploration-noisy-v2": {"pixels_per_metre": 25.0, "max_steps": 4000, "known_map": False, "goal": None},
     "exploration-people-v1": {"pixels_per_metre": 25.0, "max_steps": 4000, "known_map": False, "goal": None},
-    "exploration-slam-v1": {"pixels_per_metre": 25.0, "max_steps": 2000, "known_map": False, "goal": None},
+    "exploration-slam-v2": {"pixels_per_metre": 25.0, "max_steps": 2000, "known_map": False, "goal": None},
 }
 
 
@@ -37,12 +37,12 @@ def test_every_track_is_held_to() -> None:
 def test_what_an_id_fixes(name: str) -> None:
     config = find_track(name).config
     assert config.robot == RobotConfig(0.2, 0.3, 10.0)
-    assert config.laser == LaserConfig(5.0, 180.0, 0.25 if name == "exploration-slam-v1" else 0.7, "sector")
+    assert config.laser == LaserConfig(5.0, 180.0, 0.25 if name == "exploration-slam-v2" else 0.7, "sector")
     noise = NoiseConfig(0.02, odometry_way=0.02, odometry_turn=0.02, odometry_deg_per_m=0.5, drop_out=0.05)
-    assert config.noise == (noise if name in {"exploration-noisy-v1", "exploration-slam-v1"} else NoiseConfig())
+    assert config.noise == (noise if name in {"exploration-noisy-v2", "exploration-slam-v2"} else NoiseConfig())
     assert config.start.random
     assert config.people.number == (4 if name == "exploration-people-v1" else 0)
-    assert find_track(name).slam == (name == "exploration-slam-v1")
+    assert find_track(name).slam == (name == "exploration-slam-v2")
     assert find_track(name).largest == (500 if name == "exploration-large-v1" else 0)
     assert bool(config.obstacles.random) == (name == "avoidance-v2")
     for key, value in FIXED[name].items():

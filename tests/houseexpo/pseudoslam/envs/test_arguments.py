@@ -40,8 +40,7 @@ def test_the_overview_after_a_planners_action_is_that_of_the_whole_map() -> None
         for i in range(3):
             state, wanted = env.state(i), np.zeros((128, 128), np.uint8)
             start, side_px = state.episode.readings[0], 32.0 / 128 * 25.0
-            draw_overview(
-                state.known, start.start_x, start.start_y, side_px, start.start_x, start.start_y, np.inf, wanted
-            )
+            everything = np.array([0, state.known.shape[0], 0, state.known.shape[1]])
+            draw_overview(state.known, start.start_x, start.start_y, side_px, everything, wanted)
             assert np.array_equal(seen["global_map"][i, 0], wanted)
         seen, *_ = env.step(np.zeros(3, np.int64))

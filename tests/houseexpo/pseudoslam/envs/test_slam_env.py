@@ -45,7 +45,7 @@ def test_the_slam_errs_less_than_its_odometry() -> None:
     for seed in (4, 5):
         walked(env, seed)
         errors = env.errors()
-        assert errors["ate_m"] < 0.06
+        assert errors["ate_m"] < 0.08
         assert errors["odometry_ate_m"] > 1.5 * errors["ate_m"]
         assert errors["iou_seen_free"] > 0.95
         assert errors["iou_seen_walls"] > 0.4

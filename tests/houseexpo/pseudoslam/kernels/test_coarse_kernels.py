@@ -47,7 +47,24 @@ def slow_coarse(known: Grid, x: float, y: float, heading: float, pixel: float, s
 @pytest.mark.parametrize("size", [1, 2, 3, 7, 40])
 def test_blocks_hold_the_most_of_their_cells(size: int) -> None:
     known = np.random.default_rng(size).choice(VALUES, (23, 31), p=[0.7, 0.25, 0.05])
-    assert np.array_equal(max_of_blocks(known, size), slow_blocks(known, size))
+    expected = slow_blocks(known, size)
+    found = np.full_like(expected, 9)
+    max_of_blocks(known, size, np.array([0, 23, 0, 31]), found)
+    assert np.array_equal(found, expected)
+
+
+@pytest.mark.parametrize("size", [1, 2, 3, 7])
+@pytest.mark.parametrize(
+    "changed", [(0, 1, 0, 1), (5, 9, 30, 31), (22, 23, 3, 17), (7, 7, 0, 31), (1 << 40, 0, 1 << 40, 0)]
+)
+def test_only_blocks_of_changed_cells_are_computed(size: int, changed: tuple[int, int, int, int]) -> None:
+    known = np.random.default_rng(size).choice(VALUES, (23, 31), p=[0.7, 0.25, 0.05])
+    expected = slow_blocks(known, size)
+    found, touched = np.full_like(expected, 9), np.zeros(known.shape, bool)
+    touched[changed[0] : changed[1], changed[2] : changed[3]] = True
+    max_of_blocks(known, size, np.array(changed), found)
+    blocks = slow_blocks(touched.view(np.uint8), size) != 0
+    assert np.array_equal(found, np.where(blocks, expected, 9))
 
 
 @pytest.mark.parametrize("pixel", [0.4, 1.0, 1.3, 2.0, 2.5, 3.9, 8.0])

@@ -19,6 +19,7 @@ from houseexpo.pseudoslam.kernels.mapping import (
 from tests.builders.scans import UNASKED, crop_ties, slow_crop
 
 VALUES = np.array([UNKNOWN, FREE, OBSTACLE], np.uint8)
+ALL = np.array([0, 1 << 40, 0, 1 << 40])
 
 
 def test_merging_counts_what_was_unknown() -> None:
@@ -100,29 +101,27 @@ def test_the_overview_is_what_its_twin_says(side_px: float) -> None:
     rng = np.random.default_rng(2)
     known = rng.choice(VALUES, (14, 11), p=(0.8, 0.15, 0.05))
     for x, y in ((5.3, 7.7), (0.0, 0.0), (11.0, 20.0)):
-        out = np.full((6, 6), 9, np.uint8)
-        draw_overview(known, x, y, side_px, x, y, 100.0, out)
+        out = np.zeros((6, 6), np.uint8)  # outside the map nothing changes
+        draw_overview(known, x, y, side_px, ALL, out)
         assert np.array_equal(out, slow_shrink(known, x, y, side_px, 6))
 
 
-def test_of_the_overview_only_what_is_near_is_drawn_anew() -> None:
-    known = np.full((40, 40), FREE, np.uint8)
-    out = np.zeros((10, 10), np.uint8)
-    draw_overview(known, 20.0, 20.0, 4.0, 6.0, 30.0, 5.0, out)
-    assert np.argwhere(out == FREE).tolist() == [[row, col] for row in (6, 7, 8) for col in (0, 1, 2)]
-    draw_overview(known, 20.0, 20.0, 4.0, 20.0, 20.0, 1e9, out)
-    assert (out == FREE).all()
-
-
-def test_the_whole_overview_is_drawn_within_infinity() -> None:
-    """A known map is drawn once, at the start, as far as it goes."""
-    out = np.zeros((4, 4), np.uint8)
-    draw_overview(np.full((8, 8), OBSTACLE, np.uint8), 4.0, 4.0, 2.0, 4.0, 4.0, math.inf, out)
-    assert (out == OBSTACLE).all()
+@pytest.mark.parametrize("side_px", [1.3, 2.5, 4.0])
+def test_of_the_overview_only_what_has_changed_is_drawn_anew(side_px: float) -> None:
+    rng, cells = np.random.default_rng(4), math.ceil(44 / side_px)
+    known, out = np.zeros((40, 40), np.uint8), np.zeros((cells, cells), np.uint8)
+    for _ in range(30):
+        (top, end), (left, right) = np.sort(rng.integers(0, 41, (2, 2)), axis=1)
+        known[top:end, left:right] = rng.choice(VALUES, (end - top, right - left), p=(0.8, 0.15, 0.05))
+        draw_overview(known, 20.3, 19.6, side_px, np.array([top, end, left, right]), out)
+        assert np.array_equal(out, slow_shrink(known, 20.3, 19.6, side_px, cells))
+    before = out.copy()
+    draw_overview(np.full((40, 40), FREE, np.uint8), 20.3, 19.6, side_px, np.array([1 << 40, 0, 1 << 40, 0]), out)
+    assert np.array_equal(out, before)  # nothing has changed
 
 
 def test_an_overview_finer_than_the_map_has_no_gaps() -> None:
     known, out = np.full((4, 4), FREE, np.uint8), np.zeros((10, 10), np.uint8)
-    draw_overview(known, 2.0, 2.0, 0.5, 2.0, 2.0, 9.0, out)
+    draw_overview(known, 2.0, 2.0, 0.5, ALL, out)
     assert (out[1:9, 1:9] == FREE).all()
     assert out[0].max() == UNKNOWN  # off the map

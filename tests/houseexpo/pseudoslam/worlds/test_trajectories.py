@@ -160,7 +160,6 @@ def test_starts_hand_kernels_one_kind_of_grid(monkeypatch: pytest.MonkeyPatch) -
         (moving_obstacles, "find_track_collision"),
         (place_obstacles, "nth_cell"),
         (reset, "nth_cell"),
-        (reset, "find_open_blocks"),
     ):
         monkeypatch.setattr(module, name, partial(_note, getattr(module, name), given.setdefault(name, set())))
     goal, people, obstacles = GoalConfig(), PeopleConfig(number=1), ObstaclesConfig(random=RandomObstacles((1, 1)))
@@ -178,7 +177,6 @@ def test_starts_hand_kernels_one_kind_of_grid(monkeypatch: pytest.MonkeyPatch) -
         "place_people": {True},
         "find_track_collision": {False},
         "nth_cell": {False},
-        "find_open_blocks": {False},
     }
 
 

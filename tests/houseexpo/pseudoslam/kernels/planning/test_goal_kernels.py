@@ -1,122 +1,164 @@
-"""Ways to a goal, against what they are, and where they can be read."""
+"""Lengths of paths to a goal, against an exact twin on the same cells and the exact paths in plans."""
 
 from __future__ import annotations
 
 import math
 
+import networkx as nx
 import numpy as np
 import pytest
+import shapely
 
-from houseexpo.pseudoslam.kernels.planning.fields import (
-    FIELD_SIZES,
-    GoalField,
-    fast_march,
-    find_open_blocks,
+from houseexpo import FloorPlan
+from houseexpo.pseudoslam.kernels.planning.goal_paths import (
+    SIGN,
+    X,
+    Y,
+    find_goal_paths,
     goal_distance_at,
+    is_straight,
+    list_corners,
 )
+from houseexpo.pseudoslam.worlds.world import make_world
+
+FAR = 1e6
 
 
-def marched(is_open: np.ndarray, row: int, col: int, side: int = 1) -> np.ndarray:
-    distances = np.empty(is_open.shape, np.float32)
-    fast_march(is_open, row, col, side, distances)
-    return distances
+def area_of(standing: np.ndarray) -> shapely.Geometry:
+    """The squares of the cells, as one shape."""
+    rows, cols = np.nonzero(standing)
+    return shapely.union_all(shapely.box(cols, rows, cols + 1, rows + 1))
 
 
-def slow_march(is_open: np.ndarray, row: int, col: int, side: float) -> np.ndarray:
-    """The same equation, cell by cell until nothing changes: |grad d| = 1 by the nearer neighbour of each axis."""
-    found = np.full(np.array(is_open.shape) + 2, np.inf)
-    found[row + 1, col + 1] = 0.0
-    for _ in range(is_open.size):
-        before = found.copy()
-        for i, j in np.argwhere(is_open).tolist():
-            a, b = sorted((min(found[i + 1, j], found[i + 1, j + 2]), min(found[i, j + 1], found[i + 2, j + 1])))
-            if a < np.inf:
-                best = a + side if b - a >= side else (a + b + math.sqrt(2 * side**2 - (a - b) ** 2)) / 2
-                found[i + 1, j + 1] = min(found[i + 1, j + 1], best)
-        if np.array_equal(before, found):
-            break
-    return found[1:-1, 1:-1]
+def slow_distance(standing: np.ndarray, start: tuple[float, float], goal: tuple[float, float]) -> float:
+    """Dijkstra over all points of the outline that see each other inside the cells."""
+    area, graph = area_of(standing).buffer(1e-6, join_style="mitre"), nx.Graph()
+    corners = {tuple(point) for point in shapely.get_coordinates(area_of(standing)).tolist()}
+    points = [start, goal, *sorted(corners)]
+    for i, one in enumerate(points):
+        for other in points[i + 1 :]:
+            if area.covers(shapely.LineString([one, other])) or one == other:
+                graph.add_edge(one, other, weight=math.dist(one, other))
+    try:
+        return float(nx.dijkstra_path_length(graph, start, goal))
+    except (nx.NetworkXNoPath, nx.NodeNotFound):
+        return math.inf
 
 
-def test_it_is_what_its_twin_says() -> None:
+def connected(standing: np.ndarray) -> np.ndarray:
+    """Only the largest piece, as the cells of a world."""
+    import cv2
+
+    _, labels, stats, _ = cv2.connectedComponentsWithStats(standing, connectivity=4)
+    return (labels == 1 + stats[1:, cv2.CC_STAT_AREA].argmax()).astype(np.uint8)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_it_is_what_its_twin_says(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    standing = np.zeros((14, 17), np.uint8)
+    standing[1:-1, 1:-1] = rng.random((12, 15)) < (0.8 if seed % 2 else 0.65)
+    standing = connected(standing)
+    for _ in range(4):
+        start, goal = (tuple((cell[::-1] + rng.random(2)).tolist()) for cell in rng.choice(np.argwhere(standing), 2))
+        paths = find_goal_paths(standing, *goal, FAR)
+        assert goal_distance_at(paths, *start) == pytest.approx(slow_distance(standing, start, goal), rel=1e-6)
+
+
+def test_in_sight_it_is_the_straight_line() -> None:
+    standing = np.ones((30, 40), np.uint8)
+    paths = find_goal_paths(standing, 3.3, 4.7, FAR)
+    for x, y in ((35.2, 20.9), (3.3, 29.5), (3.3, 4.7), (39.9, 4.7)):
+        assert goal_distance_at(paths, x, y) == pytest.approx(math.hypot(x - 3.3, y - 4.7))
+
+
+def test_round_a_corner_it_is_the_path_by_the_corner() -> None:
+    standing = np.ones((50, 60), np.uint8)
+    standing[:30, 20:] = 0  # an L: down the left, then right
+    paths = find_goal_paths(standing, 5.5, 3.5, FAR)
+    assert len(paths.corners) == 2
+    assert paths.corners[1, [X, Y]].tolist() == [20.0, 30.0]
+    by_corner = math.hypot(20 - 5.5, 30 - 3.5) + math.hypot(55.5 - 20, 31.0 - 30)
+    assert goal_distance_at(paths, 55.5, 31.0) == pytest.approx(by_corner)
+
+
+def test_short_lines_lengthen_a_path_hardly() -> None:
+    """In a hall of pillars, lines are as long as two pillars are apart, or as long as they can be."""
+    standing = np.ones((120, 200), np.uint8)
+    for row in range(10, 120, 20):
+        for col in range(10, 200, 20):
+            standing[row : row + 4, col : col + 4] = 0
     rng = np.random.default_rng(0)
-    for _ in range(5):
-        is_open = (rng.random((12, 15)) < 0.75).astype(np.uint8)
-        row, col = rng.choice(np.argwhere(is_open)).tolist()
-        assert np.allclose(marched(is_open, row, col, 3), slow_march(is_open, row, col, 3.0), rtol=1e-5, equal_nan=True)
+    for _ in range(20):
+        (x, y), (to_x, to_y) = rng.uniform((0, 0), (200, 120), (2, 2)).tolist()
+        exact = goal_distance_at(find_goal_paths(standing, to_x, to_y, FAR), x, y)
+        short = goal_distance_at(find_goal_paths(standing, to_x, to_y, 45.0), x, y)
+        assert exact <= short + 1e-9 or exact == math.inf
+        assert short <= 1.005 * exact or exact == math.inf
 
 
-def test_on_an_open_floor_it_is_the_straight_line() -> None:
-    """Never shorter, longer by at most 1.3 blocks, and by 10% and 0.3 blocks; along rows and columns it is exact."""
-    found = marched(np.ones((61, 81), np.uint8), 20, 30, 2)
-    rows, cols = np.mgrid[:61, :81]
-    straight = 2.0 * np.hypot(rows - 20, cols - 30)
-    assert (found >= straight - 1e-3).all()
-    assert (found - straight).max() <= 1.3 * 2
-    assert (found <= 1.1 * straight + 2 * 0.3).all()
-    assert np.array_equal(found[20], straight[20].astype(np.float32))
-    assert np.array_equal(found[:, 30], straight[:, 30].astype(np.float32))
+def test_behind_walls_there_is_no_path() -> None:
+    standing = np.ones((5, 9), np.uint8)
+    standing[:, 4] = 0
+    paths = find_goal_paths(standing, 1.5, 2.5, FAR)
+    assert goal_distance_at(paths, 7.5, 2.5) == math.inf
+    assert goal_distance_at(paths, 3.9, 0.1) < math.inf
+    assert goal_distance_at(paths, -5.0, 2.5) == math.inf
 
 
-def test_round_a_corner_it_is_the_way_by_the_corner() -> None:
-    """Straight in sight, else by the last open block before the corner; by at most 1.8 blocks or 8% too long."""
-    is_open = np.ones((50, 60), np.uint8)
-    is_open[:30, 20:] = 0  # an L: down the left, then right
-    found = marched(is_open, 3, 5)
-    rows, cols = np.mgrid[:50, :60]
-    corner_row, corner_col = 30, 19
-    by_corner = math.hypot(corner_row - 3, corner_col - 5) + np.hypot(rows - corner_row, cols - corner_col)
-    straight = np.hypot(rows - 3, cols - 5)
-    hidden = (cols > corner_col) & ((cols - 5) * (corner_row - 3) > (rows - 3) * (corner_col - 5))
-    way = np.where(hidden, by_corner, straight)
-    is_way = is_open != 0
-    assert np.isinf(found[~is_way]).all()
-    assert (found >= way - 0.5)[is_way].all()
-    assert (found - way)[is_way].max() <= 1.8
-    assert ((found - way)[is_way & (way > 10)] / way[is_way & (way > 10)]).max() <= 0.08
+def test_beside_the_cells_it_is_the_path_from_the_nearest_one() -> None:
+    standing = np.zeros((9, 9), np.uint8)
+    standing[4, 2:7] = 1
+    paths = find_goal_paths(standing, 2.5, 4.5, FAR)
+    assert goal_distance_at(paths, 6.5, 3.5) == pytest.approx(math.hypot(4.0, 1.0))
+    assert goal_distance_at(paths, 6.5, 1.0) == math.inf
 
 
-def test_behind_walls_there_is_no_way() -> None:
-    is_open = np.ones((5, 9), np.uint8)
-    is_open[:, 4] = 0
-    found = marched(is_open, 2, 1)
-    assert np.isinf(found[:, 4:]).all()
-    assert np.isfinite(found[:, :4]).all()
+def test_lines_along_sides_need_an_open_cell_beside_them() -> None:
+    standing = np.ones((6, 6), np.uint8)
+    standing[2, 2:5] = standing[3, 2:5] = 0
+    for line, is_free in (
+        ((2.0, 1.0, 2.0, 5.0), True), ((1.0, 2.0, 6.0, 2.0), True), ((1.0, 3.0, 6.0, 3.0), False),
+        ((3.0, 0.0, 3.0, 6.0), False), ((1.0, 1.0, 5.5, 5.5), False), ((0.0, 4.0, 6.0, 4.0), True),
+    ):  # fmt: skip
+        assert is_straight(standing, *line) is is_free, line
+        assert is_straight(standing, *line[2:], *line[:2]) is is_free, line
 
 
-def test_diagonal_neighbours_are_no_way() -> None:
-    found = marched(np.eye(4, dtype=np.uint8), 0, 0)
-    assert np.isfinite(found).sum() == 1
+def test_corners_are_where_one_cell_of_four_is_closed() -> None:
+    standing = np.ones((5, 6), np.uint8)
+    standing[2, 2:4] = 0
+    corners = np.empty((4, 4))
+    assert list_corners(standing, np.empty((0, 4))) == list_corners(standing, corners) == 4
+    assert corners[:, [X, Y]].tolist() == [[2, 2], [4, 2], [2, 3], [4, 3]]
+    assert corners[:, SIGN].tolist() == [-1.0, 1.0, 1.0, -1.0]
 
 
-def test_a_block_is_open_where_the_robot_can_stand_in_some_cell() -> None:
-    traversable = np.zeros((7, 8), np.uint8)
-    traversable[2, 5] = traversable[6, 7] = traversable[0, 0] = 1
-    is_open = np.zeros((3, 3), np.uint8)
-    find_open_blocks(traversable, 3, is_open)
-    assert is_open.tolist() == [[1, 1, 0], [0, 0, 0], [0, 0, 1]]
+WALLS = {
+    "corner": (FloorPlan("l", [(0, 0), (0, 6), (3, 6), (3, 2), (8, 2), (8, 0)], 1, {}), (1.5, 5.5), (7.4, 1.0)),
+    "wall": (
+        FloorPlan("w", [(0, 0), (0, 5), (8, 5), (8, 0)], 1, {}, holes=[[(4, 1.0), (4.2, 1.0), (4.2, 5), (4, 5)]]),
+        (2.0, 4.0), (7.0, 4.0),
+    ),
+}  # fmt: skip
 
 
-def field(distances: list[list[float]], side: int) -> GoalField:
-    found = np.array(distances, np.float32)
-    return GoalField(np.array([(*found.shape, side)], FIELD_SIZES), found.ravel())
-
-
-def test_between_blocks_it_is_read_linearly() -> None:
-    plane = field([[0.0, 4.0, 8.0], [2.0, 6.0, 10.0]], 4)
-    for x, y in ((2.0, 2.0), (4.0, 2.0), (3.0, 5.0), (9.5, 3.25)):
-        assert goal_distance_at(plane, x, y) == pytest.approx((x - 2.0) + (y - 2.0) / 2, abs=1e-6)
-
-
-def test_beyond_the_outer_middles_it_is_the_outer_blocks() -> None:
-    plane = field([[1.0, 5.0]], 4)
-    assert goal_distance_at(plane, 0.0, 0.0) == pytest.approx(1.0)
-    assert goal_distance_at(plane, 7.9, 3.0) == pytest.approx(5.0)
-
-
-def test_blocks_without_a_way_have_no_say() -> None:
-    some = field([[3.0, math.inf], [math.inf, math.inf]], 2)
-    assert goal_distance_at(some, 2.4, 1.9) == pytest.approx(3.0)
-    assert goal_distance_at(some, 2.9, 2.9) == pytest.approx(3.0)
-    assert goal_distance_at(some, 3.0, 3.0) == math.inf
-    assert goal_distance_at(field([[math.inf]], 2), 1.0, 1.0) == math.inf
+@pytest.mark.parametrize("pixels_per_metre", [16.0, 20.0, 25.0, 33.0])
+@pytest.mark.parametrize("name", WALLS)
+def test_in_a_plan_it_is_the_path_of_a_disc(name: str, pixels_per_metre: float) -> None:
+    """Within 1% of the shortest path around walls that are grown by the robot's radius."""
+    plan, start, goal = WALLS[name]
+    world = make_world(plan, pixels_per_metre, 0.2, 5.0)
+    (x, y), (to_x, to_y) = world.frame.pixels_from_points([start, goal]).tolist()
+    found = goal_distance_at(find_goal_paths(world.traversable.copy(), to_x, to_y, FAR), x, y) / pixels_per_metre
+    room = shapely.Polygon(plan.verts, plan.holes).buffer(-0.2, quad_segs=64)
+    graph = nx.Graph()
+    points = [start, goal, *map(tuple, shapely.get_coordinates(room).tolist())]
+    inside = room.buffer(1e-6)
+    shapely.prepare(inside)
+    for i, one in enumerate(points):
+        for other in points[i + 1 :]:
+            if inside.covers(shapely.LineString([one, other])):
+                graph.add_edge(one, other, weight=math.dist(one, other))
+    exact = nx.dijkstra_path_length(graph, start, goal)
+    assert found == pytest.approx(exact, rel=0.01)

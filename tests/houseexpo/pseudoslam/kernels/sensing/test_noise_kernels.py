@@ -80,7 +80,7 @@ def test_a_patch_is_turned_about_the_robot_then_shifted_and_empties() -> None:
     patch[10, 10:16] = FREE
     patch[10, 16] = OBSTACLE
     known, observable = np.zeros((40, 40), np.uint8), np.ones((40, 40), np.uint8)
-    new, covered = merge_patch(known, observable, patch, 20.5, 20.5, 0.0, -2.0, math.pi / 2, UNASKED)
+    new, covered, _ = merge_patch(known, observable, patch, 20.5, 20.5, 0.0, -2.0, math.pi / 2, UNASKED)
     assert (new, covered) == (7, 7)
     assert known[12, 20] == OBSTACLE  # six ahead, turned left to look up, shifted two up
     assert (known[13:19, 20] == FREE).all()
@@ -91,7 +91,7 @@ def test_a_patch_is_turned_about_the_robot_then_shifted_and_empties() -> None:
 def test_turning_leaves_no_holes(turn: float) -> None:
     patch = np.full((61, 61), FREE, np.uint8)
     known, observable = np.zeros((101, 101), np.uint8), np.zeros((101, 101), np.uint8)
-    new, covered = merge_patch(known, observable, patch, 50.3, 50.6, 0.4, 0.2, turn, UNASKED)
+    new, covered, _ = merge_patch(known, observable, patch, 50.3, 50.6, 0.4, 0.2, turn, UNASKED)
     assert (known[26:76, 26:76] == FREE).all()
     assert new == pytest.approx(61 * 61, rel=0.01)
     assert covered == 0
@@ -100,13 +100,18 @@ def test_turning_leaves_no_holes(turn: float) -> None:
 def test_what_a_shift_takes_off_the_map_is_lost() -> None:
     """The published simulator fails where a cell leaves the map."""
     known, observable = np.zeros((30, 30), np.uint8), np.zeros((30, 30), np.uint8)
-    new, _ = merge_patch(known, observable, np.full((21, 21), FREE, np.uint8), 5.5, 25.5, -3.0, 4.0, 0.0, UNASKED)
+    new, _, lost = merge_patch(known, observable, np.full((21, 21), FREE, np.uint8), 5.5, 25.5, -3.0, 4.0, 0.0, UNASKED)
     assert new == int((known == FREE).sum()) == 13 * 11
+    assert lost == 21 * 21 - new
 
 
 def test_more_than_a_byte_can_count_counts() -> None:
     known, ones = np.zeros((30, 30), np.uint8), np.ones((30, 30), np.uint8)
-    assert merge_patch(known, ones, np.full((31, 31), FREE, np.uint8), 15.0, 15.0, 0.0, 0.0, 0.0, UNASKED) == (900, 900)
+    assert merge_patch(known, ones, np.full((31, 31), FREE, np.uint8), 15.0, 15.0, 0.0, 0.0, 0.0, UNASKED) == (
+        900,
+        900,
+        61,
+    )
     assert (known != UNKNOWN).all()
 
 

@@ -1,0 +1,189 @@
+"""Compute the exact lengths of the robot's shortest paths to its goal, in the cells where it can stand.
+
+R1  The robot may be anywhere in the squares of these cells. A line may touch other cells, but not cross one.
+R2  A shortest path turns only at corners: where one of four cells that meet is closed, or two that are diagonal.
+R3  It turns around the closed cell. So a line of the path that ends at a corner leads into a quadrant beside that cell,
+    which leaves out most lines before anything is looked at.
+R4  Lines between two corners are at most ``reach_px`` long. A longer one, in a hall, passes corners nearby.
+
+``GoalPaths`` has the distance from each corner; from a place, the path leads to the best corner in sight, or straight
+to the goal.
+"""
+
+from __future__ import annotations
+
+import heapq
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from houseexpo.pseudoslam.kernels.types import Floats, Grid, Rows, make_row_dtype
+
+PATHS = make_row_dtype(rows=int, cols=int, corners=int, reach_px=float)
+"""Rows and columns of the cells, the number of corners with the goal, and the longest line between two of them."""
+X, Y, WAY, SIGN = range(4)
+"""The columns of ``GoalPaths.corners``: the place in pixels, the distance to the goal in pixels, and the sign of the
+product of right and down on lines that may end there (R3); 0 for the goal, where all may."""
+_EPS = 1e-7  # pixels by which a line may graze a cell because of rounding
+
+
+class GoalPaths(NamedTuple):
+    """The paths to a goal. In a pool, the arrays have an additional first axis and the length of the longest."""
+
+    sizes: Rows
+    """(1,) ``PATHS``."""
+    standing: Grid
+    """(rows * cols,), 1 for cells where the robot can stand."""
+    corners: Floats
+    """(corners, 4), the goal first and then the corners from top to bottom."""
+
+
+def no_goal_paths() -> GoalPaths:
+    """Return no paths, for no goal."""
+    return GoalPaths(np.zeros(1, PATHS), np.zeros(0, np.uint8), np.zeros((0, 4)))
+
+
+def find_goal_paths(standing: Grid, x: float, y: float, reach_px: float) -> GoalPaths:
+    """Return the paths to the goal (x, y), pixels, in cells (rows, cols) where the robot can stand."""
+    corners = np.empty((1 + list_corners(standing, np.empty((0, 4))), 4))
+    corners[0] = x, y, 0.0, 0.0
+    list_corners(standing, corners[1:])
+    measure_corners(standing, corners, reach_px)
+    return GoalPaths(np.array([(*standing.shape, len(corners), reach_px)], PATHS), standing.ravel(), corners)
+
+
+@njit(cache=True, nogil=True)
+def list_corners(standing: Grid, corners: Floats) -> int:
+    """Write the corners of the standing cells (R2) into as many rows as there are; return their number."""
+    rows, cols = standing.shape
+    count = 0
+    for row in range(1, rows):
+        for col in range(1, cols):
+            one, two = standing[row - 1, col - 1], standing[row - 1, col]
+            three, four = standing[row, col - 1], standing[row, col]
+            free = int(one) + int(two) + int(three) + int(four)
+            if free == 3 or (free == 2 and one == four):
+                if count < len(corners):
+                    corners[count, X], corners[count, Y], corners[count, WAY] = col, row, math.inf
+                    corners[count, SIGN] = -1.0 if one == 0 or four == 0 else 1.0
+                count += 1
+    return count
+
+
+@njit(cache=True, nogil=True)
+def measure_corners(standing: Grid, corners: Floats, reach_px: float) -> None:
+    """Write the distances of the corners to the first row, the goal (Dijkstra, 1959)."""
+    done, heap = np.zeros(len(corners), np.uint8), [(0.0, 0)]
+    while len(heap) > 0:
+        way, here = heapq.heappop(heap)
+        if done[here] != 0:
+            continue
+        done[here] = 1
+        x, y, sign = corners[here, X], corners[here, Y], corners[here, SIGN]
+        first, last = 1, len(corners)
+        if here > 0:
+            first, last = _rows_within(corners, y - reach_px, y + reach_px)
+        for there in range(first, last):
+            right, down = corners[there, X] - x, corners[there, Y] - y
+            if done[there] != 0 or right * down * sign < 0.0 or right * down * corners[there, SIGN] < 0.0:
+                continue  # R3
+            length = math.hypot(right, down)
+            if way + length >= corners[there, WAY] - _EPS or (here > 0 and length > reach_px):
+                continue
+            if is_straight(standing, x, y, corners[there, X], corners[there, Y]):
+                corners[there, WAY] = way + length
+                heapq.heappush(heap, (way + length, there))
+
+
+@njit(cache=True, nogil=True)
+def goal_distance_at(paths: GoalPaths, x: float, y: float) -> float:
+    """Return the length of the shortest path from a place to the goal, pixels; infinite if there is none.
+
+    A robot that is not in a standing cell, since it need not be at a cell's centre, goes to the nearest one first.
+    """
+    size = paths.sizes[0]
+    rows, cols, number = size.rows, size.cols, size.corners
+    standing, corners = paths.standing[: rows * cols].reshape((rows, cols)), paths.corners[:number]
+    from_x, from_y, best = _nearest_standing(standing, x, y)
+    if best == math.inf:
+        return best
+    if is_straight(standing, from_x, from_y, corners[0, X], corners[0, Y]):
+        return math.hypot(x - corners[0, X], y - corners[0, Y])
+    off, best = best, math.inf
+    first, last = _rows_within(corners, from_y - size.reach_px, from_y + size.reach_px)
+    for there in range(first, last):
+        right, down = corners[there, X] - from_x, corners[there, Y] - from_y
+        way = off + math.hypot(right, down) + corners[there, WAY]
+        if way >= best or right * down * corners[there, SIGN] < 0.0:
+            continue
+        if is_straight(standing, from_x, from_y, corners[there, X], corners[there, Y]):
+            best = way
+    return best
+
+
+@njit(cache=True, nogil=True)
+def is_straight(standing: Grid, x: float, y: float, end_x: float, end_y: float) -> bool:
+    """Return whether a line crosses no closed cell (R1); a line along a side of cells needs an open one beside it."""
+    rows, cols = standing.shape
+    if x > end_x:
+        x, y, end_x, end_y = end_x, end_y, x, y
+    if end_x - x < _EPS:
+        left, right = max(math.ceil(x - _EPS) - 1, 0), min(math.floor(x + _EPS), cols - 1)
+        for row in range(math.floor(min(y, end_y) + _EPS), math.ceil(max(y, end_y) - _EPS)):
+            if standing[row, left] == 0 and standing[row, right] == 0:
+                return False
+        return True
+    slope = (end_y - y) / (end_x - x)
+    for col in range(math.floor(x + _EPS), math.ceil(end_x - _EPS)):
+        one = y + (max(float(col), x) - x) * slope
+        other = y + (min(float(col + 1), end_x) - x) * slope
+        top, bottom = min(one, other), max(one, other)
+        first, last = math.floor(top + _EPS), math.ceil(bottom - _EPS)
+        along = last <= first  # along a side
+        if along and standing[min(first, rows - 1), col] == 0 and standing[max(last - 1, 0), col] == 0:
+            return False
+        for row in range(first, last):
+            if standing[row, col] == 0:
+                return False
+    return True
+
+
+@njit(cache=True, nogil=True)
+def _rows_within(corners: Floats, top: float, bottom: float) -> tuple[int, int]:
+    """Return the first and the last (excluded) corner after the goal with y from ``top`` to ``bottom``."""
+    first, last = 1, len(corners)
+    low, high = first, last
+    while low < high:
+        middle = (low + high) // 2
+        if corners[middle, Y] < top:
+            low = middle + 1
+        else:
+            high = middle
+    first, high = low, last
+    while low < high:
+        middle = (low + high) // 2
+        if corners[middle, Y] <= bottom:
+            low = middle + 1
+        else:
+            high = middle
+    return first, low
+
+
+@njit(cache=True, nogil=True)
+def _nearest_standing(standing: Grid, x: float, y: float) -> tuple[float, float, float]:
+    """Return the nearest place in a standing cell at most two cells away, and its distance; infinite if none is."""
+    rows, cols = standing.shape
+    row, col = math.floor(y), math.floor(x)
+    if 0 <= row < rows and 0 <= col < cols and standing[row, col] != 0:
+        return x, y, 0.0
+    best, to_x, to_y = math.inf, x, y
+    for r in range(max(row - 2, 0), min(row + 3, rows)):
+        for c in range(max(col - 2, 0), min(col + 3, cols)):
+            if standing[r, c] != 0:
+                near_x, near_y = min(max(x, float(c)), float(c + 1)), min(max(y, float(r)), float(r + 1))
+                off = math.hypot(near_x - x, near_y - y)
+                if off < best:
+                    best, to_x, to_y = off, near_x, near_y
+    return to_x, to_y, best
