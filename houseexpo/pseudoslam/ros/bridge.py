@@ -21,6 +21,7 @@ import queue
 import re
 import threading
 from collections.abc import Callable, Iterator, Mapping
+from functools import partial
 from typing import Any, Final
 
 import numpy as np
@@ -30,6 +31,7 @@ from houseexpo.pseudoslam.io.robot_topics import TopicQuality
 from houseexpo.pseudoslam.io.ros_messages import FIELDS, Fields, Message, empty_fields
 from houseexpo.pseudoslam.ros.dds import Subscription
 from houseexpo.pseudoslam.ros.services import RequestQueue, ServiceCall
+from houseexpo.pseudoslam.ros.threads import describe_error, start_lasting_thread
 
 _RETRY_S: Final = 1.0
 _CLOSE_S, _POLL_S = 1.0, 0.2
@@ -206,13 +208,14 @@ class _Line:
         self._lock = threading.Lock()
         self._closed = threading.Event()
         self._connection: Any = None
+        self._connections = 0
         first: queue.Queue[Exception | None] = queue.Queue()
         self._threads = [
-            threading.Thread(target=self._stay, args=[first.put], name="rosbridge-in", daemon=True),
-            threading.Thread(target=self._write_all, name="rosbridge-out", daemon=True),
+            start_lasting_thread(
+                partial(self._stay, first.put), f"{url}: listening", closed=self._closed, warn=warn_once
+            ),
+            start_lasting_thread(self._write_all, f"{url}: sending", closed=self._closed, warn=warn_once),
         ]
-        for thread in self._threads:
-            thread.start()
         if (refused := first.get()) is not None:
             self._closed.set()
             said = f"bridge: no rosbridge answers at {url}: {refused}; start rosbridge_server there"
@@ -258,14 +261,13 @@ class _Line:
 
     def _stay(self, first: Callable[[Exception | None], None]) -> None:
         """Connect and read until closed; ``first`` is called with how the first attempt ended."""
-        came = 0
         while not self._closed.is_set():
             error: Exception | None = None
             try:
                 with self._connect(self._url, **_OPTIONS) as connection:
                     self._meet(connection)
-                    came += 1
-                    if came == 1:
+                    self._connections += 1
+                    if self._connections == 1:
                         first(None)
                     else:
                         self._warn(f"{self._url}: connected again")
@@ -273,7 +275,7 @@ class _Line:
                         self._read(said)
             except (OSError, _refusals()) as caught:
                 error = caught
-            if came == 0:
+            if self._connections == 0:
                 first(error)
                 return
             with self._lock:
@@ -298,14 +300,17 @@ class _Line:
         """Take what the rosbridge says; other operations than those of the protocol's client are left out."""
         try:
             found = json.loads(said)
-        except ValueError:
+        except (ValueError, RecursionError):
             self._warn_once(f"{self._url}: expected JSON, found {said[:40]!r}; check that it is a rosbridge")
             return
         operation = found.get("op") if isinstance(found, dict) else None
-        if operation == "status" and found.get("level") in {"error", "warning"}:
-            self._warn_once(f"{self._url}: the rosbridge reports: {str(found.get('msg', ''))[:500]}")
-        elif operation is not None:
-            self._take(operation, found)
+        try:
+            if operation == "status" and found.get("level") in {"error", "warning"}:
+                self._warn_once(f"{self._url}: the rosbridge reports: {str(found.get('msg', ''))[:500]}")
+            elif operation is not None:
+                self._take(operation, found)
+        except Exception as error:  # noqa: BLE001 - a message from the network costs itself, whatever it holds
+            self._warn_once(f"{self._url}: {describe_error(error)}: {said[:40]!r} was left out")
 
 
 def _refusals() -> type[Exception]:

@@ -40,6 +40,7 @@ _ACKNACK, _HEARTBEAT, _GAP, _INFO_SOURCE, _INFO_TARGET = 0x06, 0x07, 0x08, 0x0C,
 _NACK_FRAGMENT, _DATA, _FRAGMENT = 0x12, 0x15, 0x16
 _LITTLE, _FINAL, _INLINE, _PAYLOAD, _KEY = 0x01, 0x02, 0x02, 0x04, 0x08
 _BITS_MOST: Final = 256
+_HIGH_MOST: Final = 2**30  # of a sequence number's upper 32 bits: what is added to such a number still fits
 
 
 @dataclass(frozen=True)
@@ -120,8 +121,12 @@ def parse_submessages(message: bytes, own: bytes) -> Iterator[ReceivedSubmessage
                 raise ValueError("a submessage ends after its message")
             body, at = message[at + 4 : end], end
             if kind == _INFO_TARGET:
+                if len(body) < 12:
+                    raise ValueError("a target that is too short")
                 target = body[:12] if body[:12] != NOBODY else own
             elif kind == _INFO_SOURCE:
+                if len(body) < 20:
+                    raise ValueError("a source that is too short")
                 vendor, prefix = body[6:8], body[8:20]
             elif target == own and (part := _part(kind, flags, order, body)) is not None:
                 yield ReceivedSubmessage(prefix, vendor, part)
@@ -156,6 +161,8 @@ def _data(flags: int, order: str, body: bytes, *, is_fragment: bool) -> Data:
 
 def _number(order: str, body: bytes, at: int) -> int:
     high, low = struct.unpack_from(f"{order}iI", body, at)
+    if high > _HIGH_MOST:
+        raise ValueError("a number that no writer counts to")
     return int(high) << 32 | int(low)
 
 

@@ -31,6 +31,7 @@ from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.io.ros_messages import Fields, Message
 from houseexpo.pseudoslam.ros import rtps
 from houseexpo.pseudoslam.ros.idl import decode_message, encode_message
+from houseexpo.pseudoslam.ros.threads import describe_error, start_lasting_thread
 
 _CYCLONE: Final = b"\x01\x10"
 """Vendor of Eclipse CycloneDDS."""
@@ -127,8 +128,7 @@ class ServiceServer:
         self._learned = _Reader(rtps.WRITERS_READER), _Reader(rtps.READERS_READER)
         self._waiting: deque[tuple[float, _Offered, _Answer]] = deque(maxlen=_WAITING_MOST)
         self._closed = threading.Event()
-        self._thread = threading.Thread(target=self._run, name="ros-services", daemon=True)
-        self._thread.start()
+        self._thread = start_lasting_thread(self._run, "ROS 2 services", closed=self._closed, warn=self._warn_once)
 
     def offer(self, name: str, kind: str) -> RequestQueue:
         """Offer a service of a ROS type, such as ``/houseexpo/reset`` and ``std_srvs/srv/Empty``."""
@@ -208,7 +208,7 @@ class ServiceServer:
 
     def _read(self, packet: bytes) -> None:
         """Take a packet; what is not understood is left out, as RTPS asks (8.3.4.1)."""
-        with contextlib.suppress(ValueError):
+        try:
             for each in rtps.parse_submessages(packet, self._prefix):
                 if each.prefix == self._prefix:
                     continue
@@ -221,6 +221,10 @@ class ServiceServer:
                     guid = each.prefix + each.part.writer
                     for reader in self._readers(guid, each.part.reader):
                         self._send(reader.take_part(guid, each.part))
+        except ValueError:
+            return
+        except Exception as error:  # noqa: BLE001 - a packet from the network costs itself, whatever it holds
+            self._warn_once(f"ROS 2 services: {describe_error(error)}: a packet was left out")
 
     def _writers(self, entity: bytes) -> Iterator[_Writer]:
         return (w for w in (*self._told, *(one.answers for one in self._offered)) if w.entity == entity)

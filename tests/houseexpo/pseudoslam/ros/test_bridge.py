@@ -23,6 +23,7 @@ from houseexpo.errors import ConfigError, MissingDependencyError
 from houseexpo.pseudoslam.config import LaserConfig, NoiseConfig, SimulatorConfig
 from houseexpo.pseudoslam.io.ros_messages import FIELDS, Message, empty_fields, heading_from_quaternion
 from houseexpo.pseudoslam.ros import bridge as bridge_module
+from houseexpo.pseudoslam.ros import threads
 from houseexpo.pseudoslam.ros.bridge import Bridge
 from houseexpo.pseudoslam.ros.fleet import Fleet
 from houseexpo.pseudoslam.ros.node import COMMANDS, Node, NodeConfig
@@ -124,6 +125,42 @@ def test_an_answer_does_not_wait_behind_messages(server: Rosbridge, robot: Robot
         assert server.call("/houseexpo/get_simulator_features", {}, limit_s=15.0)["features"]
     finally:
         server.slow_s = 0.0
+
+
+HOSTILE = (
+    "[" * 200_000,
+    '{"op": "publish", "topic": ["/cmd_vel"], "msg": {}}',
+    '{"op": "call_service", "service": {}}',
+    '{"op": "status", "level": ["error"]}',
+    '{"op": "publish", "topic": "/cmd_vel", "msg": {"linear": {"x": 1' + 400 * "0" + "}}}",
+    '{"op": "publish", "topic": "/cmd_vel", "msg": {"linear": {"x": 1' + 5000 * "0" + "}}}",
+)
+
+
+def test_hostile_messages_cost_themselves_and_the_robot_listens_on(server: Rosbridge, robot: Robot) -> None:
+    for hostile in HOSTILE:
+        server.say(hostile)
+    server.publish("/cmd_vel", {"linear": {**ZERO, "x": 0.5}, "angular": ZERO})
+    server.wait(lambda: server.heard["/odom"][-1]["pose"]["pose"]["position"]["x"] > 0.1)
+    assert server.call("/houseexpo/get_simulator_features", {})["features"]
+    assert robot.said
+    assert "begins again" not in "".join(robot.said)
+
+
+def test_a_thread_that_ends_by_an_error_says_so_and_begins_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(threads, "_AGAIN_S", 0.01)
+    said, times = list[str](), list[int]()
+
+    def work() -> None:
+        times.append(1)
+        if len(times) < 3:
+            raise RuntimeError("as told")
+
+    thread = threads.start_lasting_thread(work, "listening", closed=threading.Event(), warn=said.append)
+    thread.join(5.0)
+    assert not thread.is_alive()
+    assert len(times) == 3
+    assert said == ["listening: RuntimeError: as told; it begins again in 0.01 s"] * 2
 
 
 def test_what_does_not_fit_is_told_and_left_out(server: Rosbridge, robot: Robot) -> None:

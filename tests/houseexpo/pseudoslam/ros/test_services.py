@@ -251,6 +251,40 @@ def test_packets_of_others_do_no_harm(domain: int, served: Callable[[str, str], 
     assert found == request
 
 
+HEADER = b"RTPS\x02\x03\x00\x00" + OTHER
+
+
+@pytest.mark.parametrize(
+    "part",
+    [
+        b"\x0c\x01\x04\x00" + bytes(4),  # INFO_SOURCE with a short body
+        b"\x0e\x01\x04\x00" + bytes(4),  # INFO_DESTINATION with one
+        rtps.build_heartbeat(READER, WRITER, 1, 2**63 - 1, 3),
+        rtps.build_heartbeat(READER, WRITER, 2**63 - 1, 2**63 - 1, 3),
+    ],
+)
+def test_a_packet_that_no_participant_sends_is_refused(part: bytes) -> None:
+    with pytest.raises(ValueError, match=r"too short|no writer counts to"):
+        list(rtps.parse_submessages(HEADER + part, bytes(12)))
+
+
+def test_a_packet_costs_itself_and_the_services_go_on(monkeypatch: pytest.MonkeyPatch) -> None:
+    said: list[str] = []
+    served = ServiceServer(DOMAIN + 40, local=True, warn=said.append)
+    try:
+        monkeypatch.setattr(rtps, "parse_submessages", lambda *_: 1 / 0)
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
+            for _ in range(3):
+                sender.sendto(HEADER, served._address)
+        ends = time.monotonic() + 5.0
+        while not said and time.monotonic() < ends:
+            time.sleep(0.01)
+        assert said == ["ROS 2 services: ZeroDivisionError: division by zero: a packet was left out"]
+        assert served._thread.is_alive()
+    finally:
+        served.close()
+
+
 @pytest.mark.slow
 def test_rclpy_asks_for_houses(tmp_path: Path) -> None:
     need(modules=["cyclonedds", "rclpy"], how="make ros")
