@@ -1,7 +1,8 @@
 """Erase a small part of the house that stands far from the main one, as the authors did with garages (section II).
 
 Both must hold: its wall outline stands more than ``distance_m`` from the main part's, and its rooms have less than
-``share`` of the main part's area. What is nearer or larger stays, and stage ``connectivity`` joins it.
+``share`` of the main part's area. What is nearer or larger stays, and is a plan of its own (``stages.buildings``), or,
+wall to wall with the main part, is joined by stage ``connectivity``.
 """
 
 from __future__ import annotations
