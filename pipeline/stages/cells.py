@@ -3,8 +3,8 @@
 The paper lists n = 500 points for this check, and no step of it uses them: labelling covers every point. A cell is a
 room together with all rooms that can be reached from it; a small room with a door is part of a larger cell and stays.
 
-What else of such a size the walls enclose, and the layout found to be no room (a terrace, a void, a block), is noted
-here: nothing is left out without a note.
+What else the walls enclose, from ``PATCH_M2`` on, and the layout found to be no room (a terrace, a void, a block), is
+noted here: nothing is left out without a note.
 """
 
 from __future__ import annotations
@@ -14,14 +14,14 @@ from dataclasses import replace
 from pipeline.config import CellsConfig
 from pipeline.geometry.areas import shares_inside, unite
 from pipeline.geometry.rooms_and_passages import connected_rooms
-from pipeline.tolerances import MOST
+from pipeline.tolerances import MOST, PATCH_M2
 from pipeline.values import Layout, Spaces
 
 
 def drop_small_cells(spaces: Spaces, config: CellsConfig, layout: Layout | None = None) -> Spaces:
-    """Drop every cell of less than ``area_m2``, and note how many larger spaces of the ``layout`` are no rooms."""
+    """Drop every cell of less than ``area_m2``, and note how many spaces of the ``layout`` are no rooms."""
     if layout is not None:
-        large = [space for space in layout.spaces if space.area >= config.area_m2]
+        large = [space for space in layout.spaces if space.area >= PATCH_M2]
         gone = int((shares_inside(large, unite(layout.rooms)) < MOST).sum())
         spaces = replace(spaces, notes={**spaces.notes, "no_rooms": gone}) if gone else spaces
     keep, filled = [], 0
