@@ -24,7 +24,6 @@ myst_enable_extensions = ["colon_fence"]
 
 autodoc_typehints = "signature"
 autodoc_typehints_format = "short"
-python_maximum_signature_line_length = 80
 autodoc_member_order = "bysource"
 autodoc_mock_imports = ["torch", "stable_baselines3"]
 napoleon_google_docstring = False
@@ -38,3 +37,19 @@ html_title = f"HouseExpo {version}"
 html_show_sphinx = False
 html_copy_source = False
 html_theme_options = {"navigation_with_keys": True}
+
+
+def make_accessible(_app: object, _page: str, _template: str, context: dict[str, object], _doctree: object) -> None:
+    """Name the level of the headings in the sidebar, and let the keyboard reach what scrolls: code and wide tables."""
+    for key, old, new in (
+        ("furo_navigation_tree", 'role="heading"', 'role="heading" aria-level="2"'),
+        ("body", "<pre>", '<pre tabindex="0">'),
+        ("body", '<div class="table-wrapper', '<div tabindex="0" class="table-wrapper'),
+    ):
+        if isinstance(text := context.get(key), str):
+            context[key] = text.replace(old, new)
+
+
+def setup(app: object) -> None:
+    """Connect what changes pages; it comes after the theme, which makes the sidebar."""
+    app.connect("html-page-context", make_accessible, priority=900)  # type: ignore[attr-defined]
