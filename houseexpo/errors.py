@@ -1,14 +1,19 @@
-"""Define the exceptions that houseexpo raises on purpose, and two exit codes of its commands.
+"""Define the exceptions that houseexpo raises on purpose, and exit codes of its commands.
 
 Each message names the object, what was expected, what was found and what to do.
 """
 
 from __future__ import annotations
 
+import errno
+from collections.abc import Iterator
 from pathlib import Path
 
 INTERRUPTED = 130
 """The exit code of a command that was interrupted with Ctrl-C."""
+
+NOT_DONE = 3
+"""The exit code of a command that a transient fault, such as a full disk, kept from doing all of its work."""
 
 NO_PLAN = 4
 """The exit code of a build that produced no plan because every input was rejected."""
@@ -75,3 +80,39 @@ class TrainingError(HouseExpoError):
 
 class WorkerError(HouseExpoError):
     """A worker process ended before it returned a result."""
+
+
+# Transient faults, such as a full disk: what kept something from being done says nothing about the thing.
+
+_TRANSIENT = frozenset(
+    {
+        errno.EAGAIN,
+        errno.EBUSY,
+        errno.EDQUOT,
+        errno.EIO,
+        errno.EMFILE,
+        errno.ENFILE,
+        errno.ENOMEM,
+        errno.ENOSPC,
+        errno.EROFS,
+        errno.ESTALE,
+        errno.ETIMEDOUT,
+    }
+)
+_NO_SCRATCH = "No usable temporary directory"  # how Python says that none of them can be written
+
+
+def find_transient_fault(error: BaseException) -> OSError | None:
+    """Return the transient fault that an error comes from, or None if it comes from none."""
+    for cause in _causes(error):
+        if isinstance(cause, OSError) and (cause.errno in _TRANSIENT or _NO_SCRATCH in str(cause)):
+            return cause
+    return None
+
+
+def _causes(error: BaseException | None) -> Iterator[BaseException]:
+    seen: set[int] = set()
+    while error is not None and id(error) not in seen:
+        seen.add(id(error))
+        yield error
+        error = error.__cause__ or error.__context__

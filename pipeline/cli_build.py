@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING, Any
 
 import typer
 
+from houseexpo.errors import NOT_DONE
 from houseexpo.progress import is_quiet
 from houseexpo.words import count_noun
-from pipeline.cli_common import NOT_DONE, load_build_config, show_outcomes
+from pipeline.cli_common import load_build_config, show_outcomes
 
 if TYPE_CHECKING:
     from houseexpo.dataset.build_record import BuildRecord

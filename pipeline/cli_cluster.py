@@ -8,9 +8,9 @@ from typing import Annotated
 
 import typer
 
-from houseexpo.errors import HouseExpoError
+from houseexpo.errors import NOT_DONE, HouseExpoError
 from houseexpo.words import count_noun
-from pipeline.cli_common import NOT_DONE, end_cleanly, load_build_config, resolve_manifest, show_outcomes
+from pipeline.cli_common import end_cleanly, load_build_config, resolve_manifest, show_outcomes
 
 _NAMED = 8
 """How many houses are named that a shard has not done."""

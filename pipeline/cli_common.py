@@ -15,18 +15,13 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 from houseexpo.commands.printing import current_command_line, make_console, print_name_and_text
-from houseexpo.errors import INTERRUPTED, NO_PLAN
+from houseexpo.errors import INTERRUPTED, NO_PLAN, NOT_DONE, find_transient_fault
 from houseexpo.progress import is_quiet, is_verbose
-from pipeline.batch.disk import find_transient_fault
 
 if TYPE_CHECKING:
     from pipeline.batch.assemble import BuildResult
     from pipeline.config_file import BuildConfig
     from pipeline.inspection import Inspection
-
-
-NOT_DONE = 3
-"""The exit code where a transient fault kept some inputs from being done, or a shard has not done them yet."""
 
 
 def resolve_manifest(given: Path | None) -> Path | None:

@@ -20,7 +20,7 @@ from typer.core import TyperGroup
 from houseexpo import __version__
 from houseexpo.commands.examples import examples_text
 from houseexpo.commands.printing import current_command_line, discard_output
-from houseexpo.errors import INTERRUPTED, HouseExpoError, MissingDependencyError
+from houseexpo.errors import INTERRUPTED, NOT_DONE, HouseExpoError, MissingDependencyError, find_transient_fault
 from houseexpo.words import suggest_name
 
 GROUP = "houseexpo.commands"
@@ -60,7 +60,7 @@ class _Commands(TyperGroup):
             raise typer.Exit(INTERRUPTED) from None
         except (HouseExpoError, OSError) as error:  # OSError: a folder that cannot be written, a full disk
             typer.secho(f"houseexpo: {_message_of(error)}", fg=typer.colors.RED, err=True)
-            raise typer.Exit(2) from None
+            raise typer.Exit(2 if find_transient_fault(error) is None else NOT_DONE) from None
 
 
 def _message_of(error: Exception) -> str:

@@ -14,7 +14,7 @@ R5  A client has a limited number of requests per second and of open sockets; th
 R6  Every answer, including errors, tells browsers to load content only from this server, and not to show the page in a
     frame of another site.
 R7  A request that announces a larger body than is allowed is refused before it is read.
-R8  A connection is closed if no request began since the last look and none is being answered; a look takes place every
+R8  A connection is closed if no request began since the last look and none is being answered; two looks take place in
     ``IDLE_TIMEOUT_S``. An incomplete head is not a request. Neither is a request whose body is incomplete at the second
     look: bodies are small here, and one that never arrives would occupy a worker. (uvicorn limits only the time after
     an answer.)
@@ -234,7 +234,7 @@ async def _answer(refusal: Refusal, scope: Scope, receive: Receive, send: Send) 
 
 
 IDLE_TIMEOUT_S: Final = 10.0
-"""Seconds between two looks at a connection (R8)."""
+"""Seconds after which a connection on which nothing happens is closed at the latest (R8)."""
 MAX_PER_ADDRESS: Final = 128
 """Connections of one address (R9)."""
 
@@ -248,7 +248,7 @@ class LimitedProtocol(H11Protocol):
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]  # as uvicorn has it
         """Start looking; abort a connection beyond the limit."""
         super().connection_made(transport)
-        self._look = self.loop.call_later(IDLE_TIMEOUT_S, self._close_if_idle)
+        self._look = self.loop.call_later(IDLE_TIMEOUT_S / 2, self._close_if_idle)
         address = _address(self)
         if sum(_address(other) == address for other in self.connections) > MAX_PER_ADDRESS:  # R9
             transport.abort()
@@ -266,7 +266,7 @@ class LimitedProtocol(H11Protocol):
             self.transport.close()
             return
         self._before = self.cycle
-        self._look = self.loop.call_later(IDLE_TIMEOUT_S, self._close_if_idle)
+        self._look = self.loop.call_later(IDLE_TIMEOUT_S / 2, self._close_if_idle)
 
 
 def _address(connection: Any) -> str | None:

@@ -14,10 +14,9 @@ import msgspec
 import numpy as np
 
 from houseexpo.corrections import Override
-from houseexpo.errors import MissingDependencyError
+from houseexpo.errors import MissingDependencyError, find_transient_fault
 from houseexpo.floorplan import FloorPlan
 from houseexpo.plan.json_codec import encode
-from pipeline.batch.disk import find_transient_fault
 from pipeline.batch.entry import Entry, Outcome, StoredPlan, StoredRejection, display_name
 from pipeline.batch.file_records import describe_if_unchanged, describe_opened_files, readable_folders
 from pipeline.batch.plan_store import PlanStore

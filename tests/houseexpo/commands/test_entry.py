@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import subprocess
 import sys
@@ -10,6 +11,7 @@ from pathlib import Path
 import pytest
 
 import houseexpo
+from houseexpo.commands import app
 
 _INTERRUPTS_AN_IMPORT = """
 import sys
@@ -48,3 +50,19 @@ def test_a_module_in_a_downloaded_folder_is_not_run(tmp_path: Path, package: str
     )
     assert done.returncode == 0, done.stderr
     assert "trap" not in done.stdout + done.stderr
+
+
+@pytest.mark.parametrize(("number", "code"), [(errno.ENOSPC, 3), (errno.EDQUOT, 3), (errno.EACCES, 2)])
+def test_a_full_disk_is_a_transient_fault_in_every_command(
+    number: int, code: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def full(*_: object, **__: object) -> None:
+        raise OSError(number, os.strerror(number), "map.pgm")
+
+    monkeypatch.setattr("houseexpo.dataset.open_dataset", full)
+    monkeypatch.setattr("houseexpo.dataset.dataset.open_dataset", full)
+    monkeypatch.setattr(sys, "argv", ["houseexpo", "split", str(tmp_path)])
+    with pytest.raises(SystemExit) as ended:
+        app.main()
+    assert ended.value.code == code
+    assert "map.pgm" in capsys.readouterr().err

@@ -12,7 +12,8 @@ from pathlib import Path
 import pytest
 import typer
 
-from pipeline.cli_common import NOT_DONE, end_cleanly
+from houseexpo.errors import NOT_DONE
+from pipeline.cli_common import end_cleanly
 from tests.builders.batch import contents, lines, one_room
 from tests.builders.clusters import Disk, disks
 

@@ -6,8 +6,7 @@ import errno
 
 import pytest
 
-from houseexpo.errors import ConfigError
-from pipeline.batch.disk import find_transient_fault
+from houseexpo.errors import ConfigError, find_transient_fault
 from pipeline.batch.result_store import translate_store_errors
 
 
