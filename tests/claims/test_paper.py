@@ -9,8 +9,9 @@ import pytest
 from tests.claims.places import ROOT, is_code, is_test
 
 PAGE = (ROOT / "docs" / "paper.md").read_text()
-ENTRIES = re.findall(r"^- \*\*(.*?)(?=^- \*\*|^#|^\||\Z)", PAGE, re.DOTALL | re.MULTILINE)
-ROWS = re.findall(r"^\| (?!the paper|---)(.*) \|$", PAGE, re.MULTILINE)
+STATEMENTS = PAGE.partition("## What was looked at")[0]
+ENTRIES = re.findall(r"^- \*\*(.*?)(?=^- \*\*|^#|^\||\Z)", STATEMENTS, re.DOTALL | re.MULTILINE)
+ROWS = re.findall(r"^\| (?!the paper|---)(.*) \|$", STATEMENTS, re.MULTILINE)
 TEST = r"`(tests/[\w/]+\.py::\w+)`"
 CODE = r"`([a-z]\w*(?:\.\w+)+:\w+(?:\.\w+)*)`"
 
