@@ -48,22 +48,23 @@ def overrides(folder: Path) -> dict[str, Any]:
 def test_the_keyboard_alone_is_enough(page: Any, folder: Path) -> None:
     press = page.keyboard.press
     press("d")
-    for _ in range(3):
-        press("Shift+ArrowLeft")
-    for _ in range(3):
+    press("Shift+ArrowRight")
+    press("Shift+ArrowUp")
+    for _ in range(6):
         press("ArrowUp")
     press("Enter")
     for _ in range(9):
         press("ArrowDown")
     look(page, "review-door")
     press("Enter")
-    says(page, "Door drawn in doubtful")
+    says(page, "In the next build of doubtful: a door of 0.90 m joins")
+    assert "door, in the next build: a door of 0.90 m joins" in page.inner_text("#effects")
     ((x1, y1), (x2, y2)) = overrides(folder)["doubtful"]["door"]
     assert (x2 - x1, y2 - y1) == pytest.approx((0.0, -0.9), abs=0.001)
     press("r")
-    press("Shift+ArrowRight")
+    press("Shift+ArrowLeft")
     press("Enter")
-    says(page, "Marked as no room")
+    says(page, "is no room")
     press("n")
     page.keyboard.type("seen on site")
     press("Enter")
@@ -105,7 +106,7 @@ def test_a_door_is_two_clicks_where_it_is_seen(page: Any, folder: Path) -> None:
         across = (x - at["origin"][0]) * at["ppm"] / at["size"][0]
         down = 1 - (y - at["origin"][1]) * at["ppm"] / at["size"][1]
         page.mouse.click(box["x"] + across * box["width"], box["y"] + down * box["height"])
-    says(page, "Door drawn in doubtful")
+    says(page, "In the next build of doubtful: an entrance of 1.00 m")
     assert overrides(folder)["doubtful"]["door"] == [
         pytest.approx([10.0, 0.0], abs=0.02), pytest.approx([10.0, 1.0], abs=0.02)
     ]  # fmt: skip
