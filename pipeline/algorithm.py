@@ -119,6 +119,7 @@ class _Whole:
 def _of_building(
     level: Level, spaces: Spaces, whole: _Whole, config: PipelineConfig, rng: np.random.Generator
 ) -> Iterator[StageResult]:
+    said, level = level.corrections, replace(level, corrections=())  # no input of what comes before the plan
     spaces = connect_rooms(
         spaces,
         config.connectivity,
@@ -142,12 +143,12 @@ def _of_building(
     planned = without_unlikely_entrances(rated)
     provenance = _provenance(level, whole.planes, planned.spaces)
     plan = vectorise(level, planned.spaces, planned.named, provenance, obstacles)
-    if level.corrections:
-        corrected = correct(level, whole.layout, whole.rooms, plan)
+    if said:
+        corrected = correct(level, said, whole.layout, whole.rooms, plan)
         if corrected.has_changed:
             final = spaces_of_plan(level, corrected.plan, planned.spaces)
             whole = replace(whole, doubts=doubts_left(level, whole.layout, whole.doubts, corrected.plan))
-            grounds = _grounds(level_of_corrected(level, plan, corrected.plan), whole, final)
+            grounds = _grounds(level_of_corrected(level, plan, corrected), whole, final)
         plan = corrected.plan
     quality = score_quality(grounds, marked=level.sills)
     yield StageResult("plan", replace(plan, navigability=navigability(plan), quality=quality), level.id)

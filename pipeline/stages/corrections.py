@@ -20,6 +20,7 @@ import numpy as np
 import shapely
 from shapely import Polygon
 
+from houseexpo.corrections import Correction
 from houseexpo.corrections.apply import Corrected, correct_plan
 from houseexpo.corrections.draft import Space
 from houseexpo.floorplan import FloorPlan
@@ -47,15 +48,17 @@ def corrections_by_building(level: Level, buildings: Sequence[tuple[Level, Space
     return found
 
 
-def correct(level: Level, layout: Layout, unreached: Sequence[Polygon], plan: FloorPlan) -> Corrected[FloorPlan]:
-    """Return the plan with the words of its level (R1), and what they did.
+def correct(
+    level: Level, said: Sequence[Correction], layout: Layout, unreached: Sequence[Polygon], plan: FloorPlan
+) -> Corrected[FloorPlan]:
+    """Return the plan with what is said of it (R1), and what that did.
 
     ``unreached`` are the rooms that were found, before those were left out into which nothing leads (R3).
     """
     shift = -_origin(level, plan)
     spaces = [Space(_moved(room, shift), reachable=False) for room in unreached]
     spaces += [Space(_moved(space, shift)) for space in layout.spaces]
-    found = correct_plan(plan, level.corrections, spaces)
+    found = correct_plan(plan, said, spaces)
     told: dict[str, Any] = {"corrections": [effect.as_record() for effect in found.effects]}
     if found.followed:
         told["followed"] = list(found.followed)
@@ -83,8 +86,10 @@ def doubts_left(level: Level, layout: Layout, doubts: Floats, plan: FloorPlan) -
     return found
 
 
-def level_of_corrected(level: Level, before: FloorPlan, after: FloorPlan) -> Level:
-    """Return a level whose named rooms and their count do not contradict a person's words (R4)."""
+def level_of_corrected(level: Level, before: FloorPlan, corrected: Corrected[FloorPlan]) -> Level:
+    """Return a level with the words that had an effect, the rooms of which do not contradict them (R4)."""
+    after = corrected.plan
+    level = replace(level, corrections=tuple(e.correction for e in corrected.effects if e.outcome == "done"))
     count = None if level.room_count is None else max(level.room_count + len(after.rooms) - len(before.rooms), 0)
     drawn = [room for room in level.rooms if room.polygon is not None]
     if not drawn:
