@@ -174,7 +174,7 @@ def find_axis_and_unit(
         found = likeliest
     is_cut = found is not None and shape.is_cut(found)
     if found is None or not shape.fits_width(found):
-        raise _bad_units(shape, axis, None if tried else found, wish, name)
+        raise _bad_units(shape, axis, found if wish.is_about_size else None, wish, name)
     guesses = [] if wish.up in UPS or axis == convention.up else ["up"]
     if not wish.is_about_size:
         guesses += [TRIED] if tried and not is_cut else _guesses(found, convention)
