@@ -6,7 +6,8 @@ one above it, as Isaac Sim, GRScenes and InternScenes write them. USDZ archives 
 
 R1  Every layer lies in the file's folder or below it. One that names a layer elsewhere, on a network, or that is not
     there, is refused before the scene is put together.
-R2  A scene in which no prim is called a wall or a room is refused with that reason.
+R2  A text in which more than ``MOST_DEPTH`` braces stand within each other is refused before the library reads it.
+R3  A scene in which no prim is called a wall or a room is refused with that reason.
 """
 
 from __future__ import annotations
@@ -39,8 +40,11 @@ MOST_FACES = 200_000_000
 """Instances counted as often as they stand. They are read one mesh at a time; a file of 1 GB may have 60 million."""
 MOST_PRIMS = 1_000_000
 MOST_LAYERS = 20_000
+MOST_DEPTH = 1_000
+"""Prims within each other. The library calls itself for each, and ends the process at some ten thousand."""
 _LAYERS = (".usd", ".usda", ".usdc")
 _ADVICE = "export the scene again, with all its layers beside it"
+_BRACE = re.compile(rb"[{}]")
 _LABEL = re.compile(r"semantics:labels:\w+|semantic:\w+:params:semanticData|semanticLabel")
 
 
@@ -92,6 +96,9 @@ def _check_layers(sdf: Any, path: Path) -> None:
         seen.add(file)
         if len(seen) > MOST_LAYERS:
             raise Rejection("source", Reason.TOO_LARGE, f"{path.name} has more than {MOST_LAYERS:,} layers", _ADVICE)
+        if _depth(file) > MOST_DEPTH:  # R2
+            told = f"has more than {MOST_DEPTH:,} prims within each other"
+            raise Rejection("source", Reason.TOO_LARGE, f"{path.name}: {file.name} {told}", _ADVICE)
         layer = sdf.Layer.OpenAsAnonymous(str(file))
         if layer is None:
             raise ValueError(file.name)
@@ -106,6 +113,19 @@ def _check_layers(sdf: Any, path: Path) -> None:
             else:
                 told = f"refers to {Path(asset).name[:80]!r}, which is no layer that can be checked"
                 raise Rejection("source", Reason.UNREADABLE, f"{path.name}: {file.name} {told}", _ADVICE)
+
+
+def _depth(file: Path) -> int:
+    """Return how many braces of a text layer stand within each other, up to the limit; 0 for a binary one."""
+    deepest = depth = 0
+    with file.open("rb") as stream:
+        if stream.read(5) != b"#usda":
+            return 0
+        while (data := stream.read(1 << 20)) and deepest <= MOST_DEPTH:
+            for brace in _BRACE.findall(data):
+                depth += 1 if brace == b"{" else -1
+                deepest = max(deepest, depth)
+    return deepest
 
 
 def _bodies(usd: Any, geometry: Any, stage: Any, path: Path, left_out: LeftOutParts) -> Iterator[SceneBody]:

@@ -231,6 +231,15 @@ def test_usd_that_refers_to_what_is_not_beside_it(tmp_path, asset):
     assert "refers to" in found.detail
 
 
+@pytest.mark.parametrize("end", [True, False])
+def test_usd_that_is_nested_too_deeply_is_refused_before_the_library_ends_the_process(tmp_path, end):
+    pytest.importorskip("pxr")
+    deep = 'def Xform "a"\n{\n' * 20_000 + "}\n" * 20_000 * end
+    (tmp_path / "deep.usda").write_text(f"#usda 1.0\n{deep}")
+    found = rejected(tmp_path / "deep.usda")
+    assert (found.reason, "more than 1,000 prims within each other" in found.detail) == (Reason.TOO_LARGE, True)
+
+
 def test_usd_that_refers_to_itself_ends(tmp_path):
     pytest.importorskip("pxr")
     for one, other in (("a", "b"), ("b", "a")):
