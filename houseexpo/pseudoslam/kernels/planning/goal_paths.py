@@ -21,8 +21,9 @@ from numba import njit
 
 from houseexpo.pseudoslam.kernels.types import Floats, Grid, Rows, make_row_dtype
 
-PATHS = make_row_dtype(rows=int, cols=int, corners=int, reach_px=float)
-"""Rows and columns of the cells, the number of corners with the goal, and the longest line between two of them."""
+PATHS = make_row_dtype(rows=int, cols=int, corners=int, reach_px=float, last=int)
+"""Rows and columns of the cells, the number of corners with the goal, the longest line between two of them, and the
+corner to which the last path led."""
 X, Y, WAY, SIGN = range(4)
 """The columns of ``GoalPaths.corners``: the place in pixels, the distance to the goal in pixels, and the sign of the
 product of right and down on lines that may end there (R3); 0 for the goal, where all may."""
@@ -51,7 +52,7 @@ def find_goal_paths(standing: Grid, x: float, y: float, reach_px: float) -> Goal
     corners[0] = x, y, 0.0, 0.0
     list_corners(standing, corners[1:])
     measure_corners(standing, corners, reach_px)
-    return GoalPaths(np.array([(*standing.shape, len(corners), reach_px)], PATHS), standing.ravel(), corners)
+    return GoalPaths(np.array([(*standing.shape, len(corners), reach_px, 0)], PATHS), standing.ravel(), corners)
 
 
 @njit(cache=True, nogil=True)
@@ -101,6 +102,8 @@ def measure_corners(standing: Grid, corners: Floats, reach_px: float) -> None:
 def goal_distance_at(paths: GoalPaths, x: float, y: float) -> float:
     """Return the length of the shortest path from a place to the goal, pixels; infinite if there is none.
 
+    The corner to which it leads is noted, which only makes the next call faster.
+
     A robot that is not in a standing cell, since it need not be at a cell's centre, goes to the nearest one first.
     """
     size = paths.sizes[0]
@@ -111,15 +114,19 @@ def goal_distance_at(paths: GoalPaths, x: float, y: float) -> float:
         return best
     if is_straight(standing, from_x, from_y, corners[0, X], corners[0, Y]):
         return math.hypot(x - corners[0, X], y - corners[0, Y])
-    off, best = best, math.inf
-    first, last = _rows_within(corners, from_y - size.reach_px, from_y + size.reach_px)
-    for there in range(first, last):
-        right, down = corners[there, X] - from_x, corners[there, Y] - from_y
-        way = off + math.hypot(right, down) + corners[there, WAY]
-        if way >= best or right * down * corners[there, SIGN] < 0.0:
+    off, best, reach = best, math.inf, size.reach_px
+    first, last = _rows_within(corners, from_y - reach, from_y + reach)
+    for k in range(first - 1, last):
+        there = k if k >= first else max(size.last, 1)  # first that of the last step: few others promise less then
+        if there >= number:
             continue
-        if is_straight(standing, from_x, from_y, corners[there, X], corners[there, Y]):
+        right, down = corners[there, X] - from_x, corners[there, Y] - from_y
+        if abs(right) > reach or right * down * corners[there, SIGN] < 0.0:
+            continue
+        way = off + math.hypot(right, down) + corners[there, WAY]
+        if way < best and is_straight(standing, from_x, from_y, corners[there, X], corners[there, Y]):
             best = way
+            size.last = there
     return best
 
 

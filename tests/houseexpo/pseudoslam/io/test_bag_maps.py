@@ -174,7 +174,7 @@ def test_the_command_writes_a_map_that_the_simulator_opens(tmp_path: Path) -> No
     words = ["replay", str(tmp_path / "run.mcap"), "--out", str(tmp_path / "maps"), "--resolution", "0.1"]
     done = CliRunner().invoke(make_app(), words)
     assert done.exit_code == 0, done.output
-    assert "m2 free" in done.output
+    assert "m² free" in done.output
     (house,) = open_maps(tmp_path / "maps" / "map.yaml")
     assert house.pixels_per_metre == pytest.approx(10.0)
     assert (house.occupied == 0).sum() > 500
