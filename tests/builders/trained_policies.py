@@ -20,6 +20,8 @@ from houseexpo.pseudoslam.worlds.maps import Plans
 from tests.builders.shared import DATA
 
 EXPERIMENTS = {
+    "avoidance": "paper",
+    "exploration": "paper",
     "exploration-view-10m": "beyond",
     "exploration-view-10m-cnn": "beyond",
     "exploration-frontiers": "beyond",

@@ -66,7 +66,7 @@ def test_a_narrow_table_goes_on_below_and_breaks_no_number(monkeypatch: pytest.M
     assert all(len(row) <= 80 for row in rows)
     cells = [cell for row in rows for cell in re.split(" {2,}", row.strip())[1:]]
     assert cells
-    assert all(re.fullmatch(r"-|< 0\.001|[-+.\d]+( \[[-+.\d]+, [-+.\d]+\])?", cell) for cell in cells), cells
+    assert all(re.fullmatch(r"-|no|< 0\.001|[-+.\d]+( \[[-+.\d]+, [-+.\d]+\])?", cell) for cell in cells), cells
     for head in ("100 steps", "200 steps", "400 steps", "800 steps", "collisions"):
         assert head in done.output
 

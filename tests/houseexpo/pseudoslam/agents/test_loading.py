@@ -63,7 +63,7 @@ def test_a_module_is_found_in_the_working_directory(file: Path, monkeypatch: pyt
 @pytest.mark.parametrize(
     ("name", "said"),
     [
-        ("frontiers", "policy: no 'frontiers'; known: random, forward"),
+        ("frontiers", "policy: no 'frontiers'; known: random, spin, forward"),
         ("none.py", r"policy 'none.py': expected a file, found none at none.py; check the path"),
         ("no_such_module:policy", r"policy 'no_such_module:policy': cannot be imported: ModuleNotFoundError"),
         ("math:no_such_name", "expected a class or function 'no_such_name' there, found none"),

@@ -13,6 +13,7 @@ from houseexpo.configuration import config_from_mapping, read_config
 from houseexpo.dataset import open_dataset
 from houseexpo.errors import ConfigError, MissingDependencyError
 from houseexpo.pseudoslam import learning as needs
+from houseexpo.pseudoslam.config.obstacles import ObstaclesConfig
 from houseexpo.pseudoslam.learning.config import EnvironmentConfig, TrainConfig
 from houseexpo.pseudoslam.learning.environments import (
     check_task_options,
@@ -79,16 +80,25 @@ def test_a_file_that_is_not_there_is_named(tmp_path: Path) -> None:
         read_config(TrainConfig, tmp_path / "none.toml")
 
 
-@pytest.mark.parametrize("name", ["avoidance", "exploration"])
-def test_the_papers_experiments_can_be_read(name: str) -> None:
+@pytest.mark.parametrize(("name", "view_m", "reward"), [("avoidance", 3.0, "paper"), ("exploration", 4.0, "area")])
+def test_the_papers_experiments_can_be_read(name: str, view_m: float, reward: str) -> None:
     found = read_config(TrainConfig, ROOT / "experiments" / f"{name}.toml")
     check_task_options(name, found.environment)
     assert (found.policy, found.memory) == ("cnn-lstm", 128)
-    assert make_simulator_config(name, found.environment).max_steps == 200
+    assert dict(found.environment.task) == {"reward": reward}  # and so no coverage at which an episode ends
+    config = make_simulator_config(name, found.environment)
+    assert (config.laser.range_m, config.observation.size_m, config.max_steps) == (5.0, view_m, 200)
     if name == "avoidance":
-        assert make_simulator_config(name, found.environment).obstacles == ObstacleAvoidance.default.obstacles
-    without = read_config(TrainConfig, ROOT / "experiments" / f"{name}-cnn.toml")
-    assert without == replace(found, policy="cnn"), "all but the network is the same"
+        assert config.obstacles == ObstacleAvoidance.default.obstacles
+    else:
+        assert config.obstacles == ObstaclesConfig()
+
+
+def test_the_experiment_without_a_memory_is_else_the_same() -> None:
+    found, without = (
+        read_config(TrainConfig, ROOT / "experiments" / f"exploration-view-10m{ending}.toml") for ending in ("", "-cnn")
+    )
+    assert without == replace(found, policy="cnn")
 
 
 def test_a_simulator_is_the_tasks_with_changes() -> None:
