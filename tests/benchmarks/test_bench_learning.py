@@ -265,6 +265,7 @@ def test_the_papers_scenes() -> None:
         found = [drive(policy, scene) for scene in range(len(OBJECTS))]
         shown = f"learned, seed {policy}" if policy.isdigit() else policy
         table.add_row(shown, "collisions", *(str(sum(hits)) for hits, _ in found))
+        table.add_row("", "episodes with one", *(str(np.count_nonzero(hits)) for hits, _ in found))
         table.add_row("", "mean, m", *(f"{np.mean(ways):.2f}" for _, ways in found))
         table.add_row("", "variance, m2", *(f"{np.var(ways):.2f}" for _, ways in found))
         total[policy] = sum(sum(hits) for hits, _ in found), float(np.mean([ways for _, ways in found]))
