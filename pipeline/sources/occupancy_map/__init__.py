@@ -13,6 +13,8 @@ R6  Where a room ends at unseen space or at the picture's border, its edge is a 
     bounds the rooms: they are open ground, as in R8.
 R7  Where the file says that what is not free is wall (``RobotMap.walls_only``), nothing is furniture or noise: only the
     steps of the cells are straightened. Its plan has the quality of a drawing's, that of any other map its own (R10).
+R11 A wall that hangs in a room, or stands free in it, stays (``seen_walls``): it is a slit or a hole of the room.
+R12 A gap in a straight side of a room, beyond which nothing was seen, is an entrance (``seen_walls``).
 R10 What the cells say against the plan is measured as grounds of its quality (``signs``).
 R9  A doorway is as wide as both of its rooms reach along it: where a wall stands before a part of it, there is no way.
     It ends before a wider one that meets it, or lies before it. If nothing is left of it so, there is only the other.
@@ -58,8 +60,10 @@ from pipeline.sources.occupancy_map.rooms import (
     Segmentation,
     free_share_of_border,
     label_boxes,
+    main_edge_direction,
     segment_rooms,
 )
+from pipeline.sources.occupancy_map.seen_walls import cut_walls, entrance_gaps, walls_in_rooms
 from pipeline.sources.occupancy_map.signs import measure_signs
 from pipeline.sources.tolerances import DOOR_M as HEAD_M
 from pipeline.sources.tolerances import OUTER_WALL_M, WALL_HEIGHT_M
@@ -159,6 +163,9 @@ def _storey(found: RobotMap, name: str) -> DrawnStorey:
     if not rooms.keys() - parts.outside:
         raise _no_room(name, "none")
     outlines, holes = _flatten_doorways(slots, rooms, parts.outside)
+    if not found.walls_only:
+        outlines = _with_seen_walls(outlines, free, occupied, found.resolution_m)
+        holes += _entrances(outlines, holes, free, occupied, found.resolution_m)
     unseen, rooms_in_part = _unseen_shares(parts, free, occupied, found.resolution_m)
     about: dict[str, Any] = {"resolution_m": found.resolution_m, "unseen_edge": round(unseen, 3)}
     if rooms_in_part:
@@ -178,6 +185,34 @@ def _storey(found: RobotMap, name: str) -> DrawnStorey:
         about=about,
         signs={} if found.walls_only else measure_signs(free, occupied, found.resolution_m, outlines, doorways),
     )
+
+
+def _with_seen_walls(outlines: list[Polygon], free: Bools, occupied: Bools, cell_m: float) -> list[Polygon]:
+    """R11: return the rooms without the walls that hang or stand in them."""
+    height_m = free.shape[0] * cell_m
+    inside = np.zeros(free.shape, np.uint8)
+    for outline in outlines:
+        rings = [shapely.get_coordinates(outline.exterior), *map(shapely.get_coordinates, outline.interiors)]
+        cv2.fillPoly(
+            inside, [np.rint((ring * (1, -1) + (0, height_m)) / cell_m - 0.5).astype(np.int32) for ring in rings], 1
+        )
+    found = walls_in_rooms(inside.view(bool), free, occupied, cell_m, main_edge_direction(free))
+    walls = [Polygon(corners * (cell_m, -cell_m) + (0.0, height_m)) for corners in found]
+    return [cut_walls(outline, walls) for outline in outlines] if walls else outlines
+
+
+def _entrances(outlines: list[Polygon], holes: list[Hole], free: Bools, occupied: Bools, cell_m: float) -> list[Hole]:
+    """R12: return the entrances to what was not seen."""
+    found: list[Hole] = []
+    for number, outline in enumerate(outlines):
+        rest = [*outlines[:number], *outlines[number + 1 :], *(hole.shape for hole in (*holes, *found))]
+        for (a, b), out in entrance_gaps(outline, free, occupied, shapely.union_all(rest), cell_m):
+            deep = out * (OUTER_WALL_M + STEP_M)
+            is_door = float(np.hypot(*(b - a))) < DOOR_M
+            found.append(
+                Hole(Polygon([a, b, b + deep, a + deep]), 0.0, HEAD_M, is_door, (float(out[0]), float(out[1])))
+            )
+    return found
 
 
 def _guesses(level: Level) -> tuple[str, ...]:

@@ -50,7 +50,7 @@ def fill_clutter(free: Bools, cell_m: float, occupied: Bools | None = None) -> B
     length_m = np.hypot(wide, high) * cell_m
     alone = inside & (length_m < ALONE_M)
     alone[0] = False
-    numbers, ends = _slender_pieces(pieces, stats, np.flatnonzero(alone & (length_m >= PIECE_M)), cell_m)
+    numbers, ends = slender_pieces(pieces, stats, np.flatnonzero(alone & (length_m >= PIECE_M)), cell_m)
     if len(numbers):
         clutter = alone.copy()
         clutter[numbers] = False
@@ -67,7 +67,7 @@ def _hanging_walls(
     """R4: return the cells (rows, cols) on the lines of walls that hang on others; ``alone`` is by piece."""
     thin = alone & (stats[:, [cv2.CC_STAT_WIDTH, cv2.CC_STAT_HEIGHT]].min(axis=1) * cell_m <= ALONE_M / 2)
     numbers = np.flatnonzero(thin & (np.hypot(stats[:, 2], stats[:, 3]) * cell_m >= DASH_M))
-    _, ends = _slender_pieces(pieces, stats, numbers, cell_m, DASH_M)
+    _, ends = slender_pieces(pieces, stats, numbers, cell_m, DASH_M)
     dashes, wall = _thickened(alone[pieces], cell_m), taken & ~alone[pieces]
     found = np.zeros(taken.shape, np.uint8)
     left = list(ends)
@@ -133,12 +133,13 @@ def drop_scraps(clear: Bools, cell_m: float) -> Bools:
     return np.asarray(large[pieces])
 
 
-def _slender_pieces(
+def slender_pieces(  # noqa: PLR0917 - the pieces, and what is asked of them
     pieces: npt.NDArray[Any],
     stats: npt.NDArray[Any],
     numbers: npt.NDArray[np.int64],
     cell_m: float,
     least_m: float = PIECE_M,
+    thickest_m: float = THICKEST_M,
 ) -> tuple[npt.NDArray[np.int64], Floats]:
     """R2: return those of the pieces that are long and thin, and their ends (n, 2, 2), (across, down) in cells."""
     found, ends = [], []
@@ -153,7 +154,7 @@ def _slender_pieces(
         across = np.array([-along[1], along[0]])
         far, aside = x * along[0] + y * along[1], x * across[0] + y * across[1]
         long, thick = float(np.ptp(far)) + 1, float(np.ptp(aside)) + 1
-        if long * cell_m >= least_m and thick * cell_m <= THICKEST_M and long >= SLENDER * thick:
+        if long * cell_m >= least_m and thick * cell_m <= thickest_m and long >= SLENDER * thick:
             line = middle + across * (float(aside.max() + aside.min()) / 2)
             found.append(number)
             ends.append([line + along * float(far.min()), line + along * float(far.max())])
