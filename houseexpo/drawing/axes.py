@@ -31,24 +31,27 @@ def plot_plan(
     title: str | None = None,
     figsize: tuple[float, float] | None = None,
 ) -> Axes:
-    """Draw a plan on an axis; ``FloorPlan.plot`` describes the parameters."""
+    """Draw a plan on an axis; ``FloorPlan.plot`` describes the parameters.
+
+    Its parts have z-orders below 1, so that what is drawn on the axis later lies on top.
+    """
     if ax is not None and figsize is not None:
         raise ConfigError("plot: expected ax or figsize, found both; figsize is the size of a new figure")
     ax = ax if ax is not None else _pyplot().subplots(figsize=figsize)[1]
     if walls:
         around = plan.outline.buffer(2 * wall_thickness, join_style="mitre").buffer(-wall_thickness, join_style="mitre")
-        _fill(ax, around, WALL, zorder=1)
-    _fill(ax, plan.free_space, FLOOR, zorder=2)
+        _fill(ax, around, WALL, zorder=0.1)
+    _fill(ax, plan.free_space, FLOOR, zorder=0.2)
     for room in plan.rooms if rooms else ():
-        _fill(ax, room.polygon, label_colour(room.label), zorder=3)
+        _fill(ax, room.polygon, label_colour(room.label), zorder=0.3)
     for thing in plan.objects if objects else ():
-        _fill(ax, thing.polygon, FURNITURE, edge=FURNITURE_EDGE, zorder=4)
+        _fill(ax, thing.polygon, FURNITURE, edge=FURNITURE_EDGE, zorder=0.4)
     for door in plan.doors if doors else ():
         (x1, y1), (x2, y2) = door.segment
-        ax.plot([x1, x2], [y1, y2], color=DOOR_COLOURS[door.kind], linewidth=2.5, solid_capstyle="butt", zorder=5)
+        ax.plot([x1, x2], [y1, y2], color=DOOR_COLOURS[door.kind], linewidth=2.5, solid_capstyle="butt", zorder=0.5)
     for room in plan.rooms if rooms and labels else ():
         x, y = room.polygon.representative_point().coords[0]
-        ax.text(x, y, room.label.replace("_", " "), ha="center", va="center", fontsize=7, color=INK, zorder=6)
+        ax.text(x, y, room.label.replace("_", " "), ha="center", va="center", fontsize=7, color=INK, zorder=0.6)
     x1, y1, x2, y2 = plan.outline.bounds
     margin = 0.02 * max(x2 - x1, y2 - y1) + (2 * wall_thickness if walls else 0.0)
     ax.set(xlim=(x1 - margin, x2 + margin), ylim=(y1 - margin, y2 + margin), aspect="equal")
