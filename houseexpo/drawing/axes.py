@@ -83,7 +83,7 @@ def plot_sheet(
     return figure
 
 
-def _fill(ax: Axes, shape: BaseGeometry, face: str, *, zorder: int, edge: str = "none") -> None:
+def _fill(ax: Axes, shape: BaseGeometry, face: str, *, zorder: float, edge: str = "none") -> None:
     from shapely.plotting import patch_from_polygon
 
     if not shape.is_empty:
