@@ -237,7 +237,7 @@ def _count_obj(path: Path) -> int:
 
 def _count_gltf(path: Path, head: bytes) -> int | None:
     try:
-        if path.suffix.lower() == ".glb":
+        if gltf.is_binary(head, path):
             (length,) = struct.unpack("<I", head[12:16])
             if 20 + length > path.stat().st_size:
                 return None  # it is cut off, or says so of itself; the loader says what is wrong

@@ -41,7 +41,7 @@ def read_json_and_binary(path: Path) -> tuple[dict[str, Any], bytes]:
     """
     data = path.read_bytes()
     binary = b""
-    if path.suffix.lower() == ".glb":
+    if is_binary(data, path):
         magic, version, length = struct.unpack_from("<4sII", data)
         if magic != b"glTF" or version != 2:
             raise ValueError(f"expected glTF 2, found {magic!r} version {version}")
@@ -60,6 +60,11 @@ def read_json_and_binary(path: Path) -> tuple[dict[str, Any], bytes]:
     if not isinstance(tree, dict):
         raise ValueError(f"expected an object, found {type(tree).__name__}")  # noqa: TRY004 - one kind for bad bytes
     return tree, binary
+
+
+def is_binary(head: bytes, path: Path) -> bool:
+    """Return whether a file that begins so is binary (GLB): by its magic or, if it is no JSON either, by its suffix."""
+    return head.startswith(b"glTF") or (path.suffix.lower() == ".glb" and not head.lstrip().startswith(b"{"))
 
 
 def load(path: Path, max_faces: int) -> Iterator[NamedPiece]:

@@ -1,7 +1,7 @@
 """Read GeoJSON of walls, rooms and doors: our own export, and what else names its features so.
 
-R1  A feature is what its ``kind``, ``type``, ``class``, ``category``, ``feature_type`` or ``layer`` says. Others are
-    passed over.
+R1  A feature is what its ``kind``, ``type``, ``class``, ``category``, ``feature_type`` or ``layer`` says, or where it
+    has none of these, its ``name``. Others are passed over.
 R2  Coordinates are metres where ``crs`` says so, or where they are no degrees; degrees become metres about the middle.
     What is neither, and larger than any site, is in centimetres or millimetres, whichever makes the areas as large as
     rooms; the plan says that this is a guess.
@@ -132,7 +132,7 @@ def _word_of_area(feature: Any) -> str:
     if not isinstance(geometry, dict) or geometry.get("type") not in {"Polygon", "MultiPolygon"}:
         return ""
     about = _properties(feature)
-    word = next((each for key in _KEYS if isinstance(each := about.get(key), str)), "")
+    word = next((each for key in _keys_of(about) if isinstance(each := about.get(key), str)), "")
     return "" if word in _OWN_MARKS else word
 
 
@@ -146,12 +146,16 @@ def _kind(feature: Any) -> str:
     if not isinstance(feature, dict):
         return ""
     about = _properties(feature)
-    said = [
-        str(holder.get(key, "")) for holder in (about, feature) for key in _KEYS if key != "type" or holder is about
-    ]
+    said = [str(about.get(key, "")) for key in _keys_of(about)]
+    said += [str(feature.get(key, "")) for key in _KEYS if key != "type"]
     if any(word in _OWN_MARKS for word in said):
         return ""
     return next((each for word in said if (each := kind_from_name(word))), "")
+
+
+def _keys_of(about: Mapping[str, Any]) -> tuple[str, ...]:
+    """Return the keys that say what a feature is (R1)."""
+    return _KEYS if any(key in about for key in _KEYS) else ("name",)
 
 
 def _shapes_of(features: list[Any]) -> list[Any]:
@@ -249,7 +253,7 @@ def _features_of(level: list[tuple[str, Any, Mapping[str, Any]]]) -> DrawnFeatur
             label = str(about.get("label") or "")
             said = about.get("source_labels") or [about.get("name") or about.get("room_type") or label]
             words = tuple(_word(each) for each in (said if isinstance(said, list) else [said]) if each)
-            function = next((function_of_room(each) or "" for key in _KEYS if (each := about.get(key))), "")
+            function = next((function_of_room(each) or "" for key in _keys_of(about) if (each := about.get(key))), "")
             exact = next(iter(labels_for(words)), "") if function == "Room" else ""
             label = label or exact or function
             drawn.rooms += [(area, words, label) for area in areas]

@@ -87,3 +87,9 @@ def test_a_map_of_countries_says_what_is_missing(tmp_path):
         list(reader(item.reader).read(item))
     assert caught.value.reason is Reason.NO_LEVEL
     assert "found none of 1" in caught.value.detail
+
+
+def test_features_whose_only_property_is_a_name_are_what_it_says(tmp_path):
+    path = written(tmp_path / "flat.geojson", area((0, 0, 4, 3), name="Kitchen"), area((4.1, 0, 8, 3), name="Bedroom"))
+    (plan,) = plans_of(path)
+    assert sorted(room.label for room in plan.rooms) == ["Bedroom", "Kitchen"]

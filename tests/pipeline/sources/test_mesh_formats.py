@@ -12,6 +12,7 @@ import trimesh
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.meshes.collada import load
 from pipeline.sources.meshes.formats import load_scene
+from pipeline.sources.meshes.gltf import read_json_and_binary
 from pipeline.sources.meshes.scene import NamedPiece, PartNames, triangulate_polygons
 from tests.builders.formats.meshopt import TriangleEncoder, encode_attributes
 from tests.builders.meshes import one_level, y_up
@@ -350,3 +351,13 @@ def test_polygons_of_several_sizes_keep_their_order():
     faces, owner = triangulate_polygons(ring, np.array([0, 1, 2, 0, 1, 2, 3, 1, 0]), np.array([3, 4, 2]))
     assert faces.tolist() == [[0, 1, 2], [0, 1, 2], [0, 2, 3]]
     assert owner.tolist() == [0, 1, 1]
+
+
+def test_a_binary_gltf_is_known_by_its_bytes_whatever_it_is_called(tmp_path):
+    box = trimesh.creation.box((4.0, 2.5, 3.0))
+    (tmp_path / "house.gltf").write_bytes(box.export(file_type="glb"))
+    tree, binary = read_json_and_binary(tmp_path / "house.gltf")
+    assert tree["meshes"]
+    assert len(binary) > 100
+    (tmp_path / "house.glb").write_bytes(json.dumps({"asset": {"version": "2.0"}}).encode())
+    assert read_json_and_binary(tmp_path / "house.glb") == ({"asset": {"version": "2.0"}}, b"")
