@@ -79,12 +79,6 @@ def maps_of_others() -> list[str]:
     return _not_among(tables, known)
 
 
-def results_of_slam() -> list[str]:
-    """docs/pseudoslam/slam.md: errors of the SLAM in the loop."""
-    blocks = [b for b in _section("docs/pseudoslam/slam.md", "A SLAM in the loop") if b.text.startswith("On 100 plans")]
-    return _not_among(blocks, list(_recorded("exploration-slam-")))
-
-
 def plans_of_a_benchmark() -> list[str]:
     """docs/benchmark-exploration.md: a run takes 500 plans of a list of 1,000."""
     found = (DEFAULT_PLANS, len(read_test_ids()))
