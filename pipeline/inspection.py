@@ -180,7 +180,7 @@ def _write(results: list[StageResult], level: Level, output: CommandOutput) -> t
     names = [f"{i:02d}_{name.replace(' ', '_')}.png" for i, (name, _) in enumerate(pictures)]
     for name, (_, image) in zip(names, pictures, strict=True):
         output.write(output.out / name, encode_png(image))
-    output.write(output.out / SHEET, compose_sheet(pictures))
+    output.write(output.out / SHEET, compose_sheet(results, level.frame))
     return (*names, SHEET)
 
 

@@ -26,7 +26,8 @@ from pipeline.values import Evidence, JoinedPoints, Layout, Planes, Spaces
 OUTSIDE = "#e4e6e8"
 FLOOR = "#f6f4ef"
 GONE = "#e07a6b"
-_COLUMNS = 5  # of the sheet
+SIDE_PX = 900
+_COLUMNS, _TILE_PX = 3, 480  # of the sheet: 1,650 pixels wide, so that its words can be read
 PATH = "#7a4fb5"
 DOOR, OPENING = DOOR_COLOURS["entrance"], "#f0c987"
 LINTEL, SILL, GAP, RAIL, BOUNDARY = "#2f6da8", "#4aa3a2", "#8fbde0", "#a68fd0", "#d98a1f"
@@ -45,10 +46,11 @@ CANDIDATES = {
 }
 
 
-def stage_pictures(results: Sequence[StageResult], frame: Frame) -> list[tuple[str, Picture]]:
+def stage_pictures(results: Sequence[StageResult], frame: Frame, side_px: int = SIDE_PX) -> list[tuple[str, Picture]]:
     """Return name and picture (rows, cols, 3) of each stage, in order; y points up, as in the level frame.
 
-    ``frame`` is the level's: the picture of the evidence has the source's metres on its edges.
+    ``frame`` is the level's: the picture of the evidence has the source's metres on its edges. ``side_px`` is the
+    longer side of a picture.
     """
     if not results:
         return []
@@ -58,13 +60,13 @@ def stage_pictures(results: Sequence[StageResult], frame: Frame) -> list[tuple[s
     for result in results:
         value = result.value
         if isinstance(value, FloorPlan):
-            pictures.append(("plan", draw_plan(value, size=SIDE_PX)))
+            pictures.append(("plan", draw_plan(value, size=side_px)))
             continue
-        canvas = Canvas(bounds)
+        canvas = Canvas(bounds, side_px)
         if isinstance(value, Evidence):
-            pictures.append(("evidence", draw_evidence(value, bounds, frame)))
+            pictures.append(("evidence", draw_evidence(value, bounds, frame, side_px)))
         elif isinstance(value, Planes):
-            pictures += _draw_planes(value, bounds)
+            pictures += _draw_planes(value, bounds, side_px)
         elif isinstance(value, Layout):
             pictures.append(("layout", _draw_layout(canvas, value)))
         elif isinstance(value, Spaces):
@@ -78,9 +80,16 @@ def results_of_building(results: Sequence[StageResult], level_id: str, building_
     return [result for result in results if result.id in {level_id, building_id}]
 
 
-def compose_sheet(pictures: Sequence[tuple[str, Picture]]) -> bytes:
-    """Lay the pictures of the stages out on one sheet, a PNG, each with its name."""
-    titles, images = zip(*pictures, strict=True)
+def compose_sheet(results: Sequence[StageResult], frame: Frame) -> bytes:
+    """Lay the pictures of the stages out on one sheet, a PNG, each with its name; equal ones in a row are one."""
+    shown: list[tuple[str, Picture]] = []
+    for title, image in stage_pictures(results, frame, _TILE_PX):
+        same = shown and np.array_equal(shown[-1][1][:-_WORDS_PX], image[:-_WORDS_PX])
+        if same:
+            shown[-1] = f"{shown[-1][0]}, {title}", shown[-1][1]
+        else:
+            shown.append((title, image))
+    titles, images = zip(*shown, strict=True)
     return encode_png(contact_sheet(images, min(len(images), _COLUMNS), titles))
 
 
@@ -97,8 +106,8 @@ def _bounds(results: Sequence[StageResult]) -> Box:
     return float(low[0]), float(low[1]), float(high[0]), float(high[1])
 
 
-def _draw_planes(planes: Planes, bounds: Box) -> list[tuple[str, Picture]]:
-    door = Canvas(bounds)
+def _draw_planes(planes: Planes, bounds: Box, side_px: int) -> list[tuple[str, Picture]]:
+    door = Canvas(bounds, side_px)
     door.fill(planes.door, WALL)
     known = shapely.union_all([doorway.polygon for doorway in planes.doorways])
     layers = [
@@ -108,7 +117,7 @@ def _draw_planes(planes: Planes, bounds: Box) -> list[tuple[str, Picture]]:
         ("known doorway", DOOR, known),
         ("wall", WALL, planes.door),
     ]
-    ground = Canvas(bounds)
+    ground = Canvas(bounds, side_px)
     for _, colour, shape in layers:
         ground.fill(shape, colour)
     legend = [(name, colour) for name, colour, shape in layers if not shape.is_empty]
@@ -182,7 +191,7 @@ def _draw_floors(canvas: Canvas, rooms: Iterable[BaseGeometry]) -> None:
 
 Legend = Sequence[tuple[str, str]]
 
-SIDE_PX = 900
+_WORDS_PX = 84  # below a picture: its title, and two lines of its legend
 FINE = 2  # drawn larger by this and scaled down, so that edges are smooth
 MARGIN_M, MARGIN_SHARE = 0.5, 0.03
 TICKS = 12  # at most, along one edge
@@ -193,13 +202,13 @@ RULER = "#9aa0a6"
 class Canvas:
     """Areas in metres painted over each other, with a legend below."""
 
-    def __init__(self, bounds: Box) -> None:
+    def __init__(self, bounds: Box, side_px: int = SIDE_PX) -> None:
         x1, y1, x2, y2 = bounds
         margin = max(MARGIN_M, MARGIN_SHARE * max(x2 - x1, y2 - y1))
         self.bounds = x1 - margin, y1 - margin, x2 + margin, y2 + margin
         self.origin = np.array([x1 - margin, y2 + margin])
         width, height = x2 - x1 + 2 * margin, y2 - y1 + 2 * margin
-        self.scale = SIDE_PX * FINE / max(width, height)
+        self.scale = side_px * FINE / max(width, height)
         self.image = Image.new("RGB", (round(width * self.scale), round(height * self.scale)), PAPER)
 
     def fill(self, shape: BaseGeometry, colour: str) -> None:
@@ -244,15 +253,19 @@ class Canvas:
         """Scale down, and add title and legend."""
         width, height = self.image.size
         small = self.image.reduce(FINE).crop((0, 0, width // FINE, height // FINE))
-        page = Image.new("RGB", (max(small.width, 520), small.height + 64), PAPER)
+        page = Image.new("RGB", (max(small.width, 520), small.height + _WORDS_PX), PAPER)
         page.paste(small, ((page.width - small.width) // 2, 0))
         pen = ImageDraw.Draw(page)
         pen.text((12, small.height + 6), title, fill=INK, font=load_font(17))
         x = 12.0
+        y = small.height
         for name, colour in legend:
-            pen.rectangle((x, small.height + 38, x + 14, small.height + 52), fill=colour, outline=INK)
-            pen.text((x + 20, small.height + 36), name, fill=INK, font=load_font(14))
-            x += 34 + pen.textlength(name, font=load_font(14))
+            wide = 34 + pen.textlength(name, font=load_font(14))
+            if x + wide > page.width and x > 12:
+                x, y = 12.0, y + 20
+            pen.rectangle((x, y + 38, x + 14, y + 52), fill=colour, outline=INK)
+            pen.text((x + 20, y + 36), name, fill=INK, font=load_font(14))
+            x += wide
         return np.asarray(page, np.uint8)
 
     def _pixel(self, at: tuple[float, float]) -> tuple[float, float]:
@@ -288,7 +301,7 @@ DOORWAY = "#f2b134"
 LEAF = "#c4451c"
 
 
-def draw_evidence(evidence: Evidence, bounds: Box, frame: Frame) -> Picture:
+def draw_evidence(evidence: Evidence, bounds: Box, frame: Frame, side_px: int = SIDE_PX) -> Picture:
     """Paint the evidence, (rows, cols, 3); what is small and telling lies above what is large."""
     layers: list[tuple[str, str, BaseGeometry]] = [
         ("floor", EVIDENCE_FLOOR, evidence.floor or shapely.Polygon()),
@@ -299,10 +312,10 @@ def draw_evidence(evidence: Evidence, bounds: Box, frame: Frame) -> Picture:
         ("known doorway", DOORWAY, shapely.union_all([doorway.polygon for doorway in evidence.doorways])),
         ("door leaf", LEAF, shapely.union_all(evidence.leaves)),
     ]
-    canvas = Canvas(bounds)
+    canvas = Canvas(bounds, side_px)
     for _, colour, shape in layers:
         canvas.fill(shape, colour)
     canvas.ruler(frame)
     legend = [(name, colour) for name, colour, shape in layers if not shape.is_empty]
     axes = "X and Y" if frame.up == "z" else "X and Z"
-    return canvas.finish(f"evidence: what is taken for what; at the edges the source's {axes}, metres", legend)
+    return canvas.finish(f"evidence, with the source's {axes}, metres", legend)

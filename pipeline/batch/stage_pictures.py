@@ -33,11 +33,11 @@ def make_plans_with_pictures(
 
 
 def _outcomes(seen: Sequence[StageResult], level: Level) -> Iterator[PlanWithPicture | RejectedLevel]:
-    from pipeline.pictures import compose_sheet, results_of_building, stage_pictures
+    from pipeline.pictures import compose_sheet, results_of_building
 
     for result in seen:
         if isinstance(result.value, RejectedLevel):
             yield result.value
         elif isinstance(result.value, FloorPlan):
             own = results_of_building(seen, level.id, result.id)
-            yield PlanWithPicture(result.value, compose_sheet(stage_pictures(own, level.frame)))
+            yield PlanWithPicture(result.value, compose_sheet(own, level.frame))

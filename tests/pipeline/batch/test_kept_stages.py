@@ -90,7 +90,7 @@ def test_workers_and_shards_give_the_same_bytes(houses: Path, tmp_path: Path) ->
     one = contents(tmp_path / "one")
     assert pictures(tmp_path / "one") == PICTURES
     assert one == contents(tmp_path / "two") == contents(tmp_path / "shards")
-    with pytest.raises(ConfigError, match="other sources, overrides or pictures"):
+    with pytest.raises(ConfigError, match="other sources, overrides, pictures"):
         run_shard(config_for([houses]), tmp_path / "shards", "0/2")
 
 
