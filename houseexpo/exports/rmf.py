@@ -41,7 +41,7 @@ def rmf(
 
     The building has one level. In the plan's own frame, its coordinates are pixels of the picture, y down, which
     traffic_editor shows below it; a measurement gives the scale (``reference_image``). In the source's frame, they are
-    metres, y up, and no picture lies below (``cartesian_meters``).
+    metres, y up, and the picture is named but does not lie below (``cartesian_meters``).
 
     Walls of Open-RMF are lines that its tools make 0.1 m thick: a thicker wall is drawn by a ring of lines just inside
     its faces, so that rooms keep their size, and a thinner one by a line with a parameter ``thickness`` in metres,
@@ -101,7 +101,7 @@ def _level(
     gaps = shapely.union_all([each.shape for each in doors]) if doors else shapely.Polygon()
     bodies = [part for part in shapely.get_parts(shapely.difference(walls, gaps)) if part.area > CRUMB_M2]
     level = {
-        **({} if in_metres else {"drawing": {"filename": f"{storey.plan.id}.png"}}),
+        "drawing": {"filename": f"{storey.plan.id}.png"},
         "elevation": storey.pose.z,
         "fiducials": [[*sheet.fiducial(corner), word] for word, corner in (corners or {}).items()],
         "walls": [sheet.edge(a, b, parameters) for body in bodies for a, b, parameters in _lines(body)],
