@@ -161,6 +161,8 @@ def main(out: str, *sources: str) -> None:
                 found = stages_of(level, number)
             except Rejection:
                 continue
+            if "plan" not in found:  # of several buildings, the last was rejected
+                continue
             for name, examples in SHEETS.items():
                 if each := list(examples(level, found)):
                     kept[name].append(each[int(rng.integers(len(each)))])  # one of a house
