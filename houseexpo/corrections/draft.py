@@ -111,7 +111,11 @@ class Draft:
     def room_at(self, place: Sequence[float] | Vector) -> DraftRoom | None:
         """Return the room that holds a point, furniture in it included, or None."""
         point = shapely.Point(*place)
-        return next((room for room in self.rooms if Polygon(room.shape.exterior).covers(point)), None)
+        found = next((room for room in self.rooms if room.shape.covers(point)), None)
+        if found is None and any(thing.polygon.covers(point) for thing in self.plan.objects):
+            around = [room for room in self.rooms if Polygon(room.shape.exterior).covers(point)]
+            found = min(around, key=lambda room: Polygon(room.shape.exterior).area, default=None)
+        return found
 
     def door_at(self, place: Sequence[float] | Vector, within_m: float) -> DraftDoor | None:
         """Return the nearest passage within a distance of a point, or None."""

@@ -14,10 +14,11 @@ from houseexpo.corrections.settling import CUT_M
 from houseexpo.corrections.vocabulary import UNITS, WORDS
 from houseexpo.errors import ConfigError
 from houseexpo.floorplan import FloorPlan, decode
+from houseexpo.plan import Door, Room
 from houseexpo.plan.json_codec import encode
 from pipeline.config import ConnectivityConfig, DoorsConfig
 from pipeline.sources.storeys import scale
-from tests.builders.services import furnished, two_rooms
+from tests.builders.services import box, furnished, two_rooms
 
 PLAN = two_rooms("a")
 """A kitchen of 4 x 3 m, a bedroom of 3 x 3 m, a wall from x = 4.1 to 4.2 between them, its door from y = 1.1 to 1.9."""
@@ -197,6 +198,17 @@ def test_a_space_between_walls_becomes_a_room() -> None:
     back = correct_plan(PLAN, Override(door=[[7.25, 1.0], [7.25, 1.9]]).corrections, [lost])
     assert areas(back.plan) == [6.0, 9.0, 12.0]
     assert "which nothing led into, is a room now" in back.effects[0].sentence
+
+
+def test_a_wall_round_which_a_corridor_runs_lies_in_no_room() -> None:
+    ring = [(0.1, 0.1), (0.1, 8.1), (8.1, 8.1), (8.1, 0.1)]
+    hole, inside = box(2.0, 2.0, 6.0, 6.0), box(2.1, 2.1, 5.9, 5.9)
+    rooms = (Room(0, "Hallway", ring, (hole,)), Room(1, "Office", inside))
+    shaft = Door(0, "door", ((2.05, 5.0), (2.05, 5.6)), 0.6, box(2.0, 5.0, 2.1, 5.6), (0, 1))
+    plan = FloorPlan("ring", ring, 2, {}, (hole,), rooms=rooms, doors=(shaft,))
+    found = corrected(plan, door=[[2.05, 3.0], [2.05, 3.9]])
+    assert "joins the hallway" in found.effects[0].said or "joins the office" in found.effects[0].said
+    assert kinds(found.plan) == ["door", "door"]
 
 
 def test_furniture_goes_with_its_room() -> None:
