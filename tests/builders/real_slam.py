@@ -22,6 +22,7 @@ from pathlib import Path
 
 import cv2
 import numpy as np
+import pytest
 import numpy.typing as npt
 from scipy.ndimage import binary_fill_holes
 
@@ -128,8 +129,9 @@ def need_icp_slam() -> None:
 
 
 def need_gmapping() -> None:
-    """The same for GMapping."""
-    need(folders=[_GMAPPING], how="make gmapping")
+    """Skip where GMapping is not built, in CI too: its source comes from a public repository, not from a registry."""
+    if not _GMAPPING.is_dir():
+        pytest.skip("not there: gmapping; make gmapping")
 
 
 def explore(plan: FloorPlan, seed: int = 0) -> Run:
