@@ -22,8 +22,8 @@ from pathlib import Path
 
 import cv2
 import numpy as np
-import pytest
 import numpy.typing as npt
+import pytest
 from scipy.ndimage import binary_fill_holes
 
 from houseexpo.floorplan import FloorPlan
