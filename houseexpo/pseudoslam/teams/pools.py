@@ -25,6 +25,7 @@ from houseexpo.pseudoslam.teams.team import (
     moves_people,
     new_knowledge,
     new_radio_contact,
+    note_exchange,
     shares_map_changes,
 )
 
@@ -151,9 +152,8 @@ class TeamPools:
                 around.gather(pool, sizes, others, shared, part)
 
         batch.share_scratch(work)
-        if robots > 1:  # they tell each other of cells that the scans have not drawn
-            for state in (state for team in self.placed if team is not None for state in team.states):
-                state.note_new_map()
+        if robots > 1:
+            note_exchange(pool, sizes)
         seen = self.metrics()
         return seen, self._exchange(seen, active)
 

@@ -52,6 +52,12 @@ _LEVELS: Final = "90", "99"
 
 
 @dataclass(frozen=True)
+def note_exchange(pool: Episode, sizes: npt.NDArray[np.int64]) -> None:
+    """Have overviews and pictures drawn anew: robots tell each other of cells that their scans have not drawn."""
+    pool.changed[..., 0], pool.changed[..., 1] = 0, sizes[:, :1]
+    pool.changed[..., 2], pool.changed[..., 3] = 0, sizes[:, 1:]
+
+
 class TeamMeasures:
     """What a team has done so far; ``row`` is its row of ``kernels.team_step.TOGETHER``, as an array (1,)."""
 
@@ -437,6 +443,8 @@ class Team:
         for k in range(len(self)):
             self._act(k)
         after = self.metrics()
+        if len(self) > 1:
+            note_exchange(self.pool, self.sizes)
         self.exchange()
         ways_px = after.readings["path_length"].reshape(1, -1)
         self._around.update_measures(self.together, _ACTIVE, self.contact.joined, ways_px, self.observable)
