@@ -52,12 +52,6 @@ _LEVELS: Final = "90", "99"
 
 
 @dataclass(frozen=True)
-def note_exchange(pool: Episode, sizes: npt.NDArray[np.int64]) -> None:
-    """Have overviews and pictures drawn anew: robots tell each other of cells that their scans have not drawn."""
-    pool.changed[..., 0], pool.changed[..., 1] = 0, sizes[:, :1]
-    pool.changed[..., 2], pool.changed[..., 3] = 0, sizes[:, 1:]
-
-
 class TeamMeasures:
     """What a team has done so far; ``row`` is its row of ``kernels.team_step.TOGETHER``, as an array (1,)."""
 
@@ -67,6 +61,12 @@ class TeamMeasures:
     def steps(self) -> int:
         """The number of steps."""
         return int(self.row["steps"][0])
+
+
+def note_exchange(pool: Episode, sizes: npt.NDArray[np.int64]) -> None:
+    """Have overviews and pictures drawn anew: robots tell each other of cells that their scans have not drawn."""
+    pool.changed[..., 0], pool.changed[..., 1] = 0, sizes[:, :1]
+    pool.changed[..., 2], pool.changed[..., 3] = 0, sizes[:, 1:]
 
 
 def moves_people(config: SimulatorConfig, robot: int) -> bool:
