@@ -29,6 +29,7 @@ FAMILIES = (
     "scene_state",
     "dxf",
     "imdf",
+    "indoorgml",
     "geojson",
     "scene_text",
     "interior_gs",

@@ -39,6 +39,7 @@ from pipeline.sources.drawn_storeys import (
 from pipeline.sources.files import LeftOutParts, level_id
 from pipeline.sources.roles import labels_for
 from pipeline.sources.tolerances import (
+    CRACK_M,
     DEEPEST_WALL_M,
     DOOR_M,
     FAR_M,
@@ -47,6 +48,7 @@ from pipeline.sources.tolerances import (
     LONGEST_SITE_M,
     NAME_BOX_M,
     OFF_LINE_M,
+    OUTER_WALL_M,
     SAME_M,
     SHORTEST_M,
     THICKEST_WALL_M,
@@ -129,6 +131,19 @@ def walls_between_faces(shapes: Iterable[Polygon]) -> list[Polygon]:
     voids = polygons_of(shapely.difference(whole, body))
     slits = [void for void in voids if drop_thin_parts(void, THICKEST_WALL_M).is_empty]
     return polygons_of(shapely.union_all([body, *slits], grid_size=SAME_M))
+
+
+def walls_between_rooms(rooms: Sequence[Polygon], walled: Sequence[bool] | None = None) -> list[Polygon]:
+    """Return walls along the edges at which rooms touch others, of those rooms that are ``walled`` (all by default)."""
+    areas = shapely.STRtree(rooms)
+    edges = []
+    for number, room in enumerate(rooms):
+        if walled is None or walled[number]:
+            edge = shapely.boundary(room)
+            beside = [rooms[k] for k in areas.query(edge, "dwithin", distance=CRACK_M) if k != number]
+            edges.append(shapely.intersection(edge, shapely.buffer(shapely.union_all(beside), CRACK_M)))
+    lines = shapely.union_all(edges, grid_size=SAME_M)
+    return polygons_of(shapely.buffer(lines, OUTER_WALL_M / 2, cap_style="flat", join_style="mitre"))
 
 
 def passage_rectangles(shapes: Sequence[BaseGeometry]) -> list[tuple[Polygon, Point] | None]:

@@ -36,15 +36,19 @@ from pipeline.sources.drawn_storeys import Wall, unite_rooms, walls_around
 from pipeline.sources.files import LARGEST_BYTES, LeftOutParts, archive_members, read_member
 from pipeline.sources.roles import labels_for
 from pipeline.sources.tolerances import (
-    CRACK_M,
     EDGE_REACH_M,
-    OUTER_WALL_M,
-    SAME_M,
     SPECK_M2,
     STOREY_HEIGHT_M,
     WALL_HEIGHT_M,
 )
-from pipeline.sources.vector_plans.drawing import Drawing, DrawnStorey, Point, door_hole, named_room
+from pipeline.sources.vector_plans.drawing import (
+    Drawing,
+    DrawnStorey,
+    Point,
+    door_hole,
+    named_room,
+    walls_between_rooms,
+)
 from pipeline.sources.vector_plans.geojson import (
     decode_collection,
     degrees_to_metres,
@@ -218,16 +222,12 @@ def _walls_between(units: list[tuple[Polygon, Mapping[str, Any]]], ways: list[tu
     if not ways:
         return []
     middles = shapely.STRtree([LineString(ends).centroid for ends in ways])
-    areas = shapely.STRtree([area for area, _ in units])
-    edges = []
-    for number, (area, about) in enumerate(units):
-        edge = shapely.boundary(area)
-        is_walkway = str(about.get("category") or "").lower() in _WALKWAYS
-        if not is_walkway and len(middles.query(edge, "dwithin", distance=EDGE_REACH_M)):
-            beside = [areas.geometries[k] for k in areas.query(edge, "dwithin", distance=CRACK_M) if k != number]
-            edges.append(shapely.intersection(edge, shapely.buffer(shapely.union_all(beside), CRACK_M)))
-    lines = shapely.union_all(edges, grid_size=SAME_M)
-    return polygons_of(shapely.buffer(lines, OUTER_WALL_M / 2, cap_style="flat", join_style="mitre"))
+    walled = [
+        str(about.get("category") or "").lower() not in _WALKWAYS
+        and len(middles.query(shapely.boundary(area), "dwithin", distance=EDGE_REACH_M)) > 0
+        for area, about in units
+    ]
+    return walls_between_rooms([area for area, _ in units], walled)
 
 
 def _rooms(units: list[tuple[Polygon, Mapping[str, Any]]], walls: list[Polygon]) -> Iterator[SourceRoom]:
