@@ -44,7 +44,7 @@ def test_a_data_set_of_the_last_version_opens(home: Path) -> None:
     assert plans.ids == IDS
     rooms = [len(plan.rooms) for plan in plans]
     assert plans.column("rooms", compute=False) == plans.column("rooms") == rooms == [2, 4, 3]
-    assert list(plans.to_pandas()["rooms"]) == rooms
+    assert plans.to_arrow()["rooms"].to_pylist() == rooms
     assert plans.select(rooms=(3, None)).ids == IDS[1:]
     assert [len(plans.split(name)) for name in ("train", "test")] == [1, 2]
     with pytest.warns(DeprecationWarning, match="'room_num' is now 'source_rooms'"):

@@ -62,16 +62,22 @@ def test_9_navigation_ends_at_a_goal_that_it_is_paid_for() -> None:
     assert info["spl"] == pytest.approx(1.0)
 
 
-def test_9_avoidance_pays_for_room_and_motion_and_fines_collisions() -> None:
+def test_9_avoidance_pays_for_what_is_new_and_for_motion_and_fines_collisions() -> None:
     """There: the paper's reward exists nowhere in the code."""
     config = at(1.0, 2.0, 0.0, SimulatorConfig(33.0, observation=ObservationConfig(3.0)))
     env = make("ObstacleAvoidance", dataset=hall(4.0, 4.0), config=config)
     env.reset(seed=0)
-    rewards = [env.step(0)[1] for _ in range(10)]
-    assert rewards[:6] == pytest.approx([1.0] * 6)  # 1.0 m to 3.3 m: half a metre of room and more
-    assert rewards[8] == pytest.approx(0.9 * 0.1 / 0.5 + 0.1, abs=1e-6)
+    rewards = []
+    for action in [0] * 10 + [1] * 18:
+        _, reward, *_, info = env.step(action)
+        rewards.append(reward)
+        if len(rewards) == 10:
+            driven_m2 = info["explored_m2"]
+    assert rewards[:6] == pytest.approx([0.1] * 6)  # going forward in what is known already
     assert rewards[9] == -1.0
-    assert env.step(1)[1] == pytest.approx(0.0, abs=1e-3)  # touching: no room, and no way gone
+    shown_m2 = info["explored_m2"] - driven_m2
+    assert shown_m2 > 0.0
+    assert sum(rewards[10:]) == pytest.approx(0.9 * shown_m2)  # what turns show, and nothing for going forward
 
 
 def test_10_every_cell_of_an_open_sector_is_decided_and_diagonal_walls_hold() -> None:

@@ -421,7 +421,7 @@ def test_walls_on_two_sides_are_a_room_along_the_edge_of_the_floor() -> None:
     floor, corner = shapely.box(0, 0, 5, 4), [*wall((-0.2, 0.0, 0.0, 4.2)), *wall((0.0, 4.0, 5.0, 4.2))]
     assert areas(layout(corner, floor=floor)) == [20.0]
     assert areas(layout([*corner, *wall((5.0, 0.0, 5.2, 4.2))], floor=floor)) == [20.0]
-    with pytest.raises(Rejection, match="expected at least 2 m2") as caught:  # nothing says how far the room reaches
+    with pytest.raises(Rejection, match="expected at least 2 m²") as caught:  # nothing says how far the room reaches
         layout(corner)
     assert caught.value.reason is Reason.NOT_ENCLOSED
 
@@ -515,7 +515,7 @@ def test_an_open_terrace_beside_a_closed_room_is_a_room_too() -> None:
     ("shape", "told"),
     [
         ("one wall", r"walls stand in one piece on 5\.0 x 0\.2 m, and close no place all round"),
-        ("a box of a metre", r"the largest of 1 closed places has 1\.0 m2"),
+        ("a box of a metre", r"the largest of 1 closed places has 1\.0 m²"),
     ],
 )
 def test_what_encloses_next_to_nothing_is_rejected(shape: str, told: str) -> None:

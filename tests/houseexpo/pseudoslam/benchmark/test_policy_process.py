@@ -222,7 +222,7 @@ def test_arrays_come_through_shared_memory_as_they_were() -> None:
 
 def test_an_environment_that_something_changed_ends_the_episode() -> None:
     trace = Trace()
-    trace.add(3, 1.0, {"coverage": 0.5})
+    trace.add(3, 1.0, {"coverage": 0.5, "collisions": 0})
     with pytest.raises(ValueError, match="a coverage of 114"):
         trace.add(4, 1.1, {"coverage": 1.14})
     with pytest.raises(ValueError, match="reset the environment"):
