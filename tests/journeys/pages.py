@@ -14,9 +14,12 @@ def python_block(page: str, word: str) -> str:
     return block
 
 
-def commands(page: str, word: str) -> list[str]:
-    """The ``houseexpo`` commands, without comments, of the one block of a page that contains a word."""
-    [block] = [lines for lines in blocks(page, "") if word in lines]
+def commands(page: str, word: str, language: str = "") -> list[str]:
+    """The ``houseexpo`` commands, without comments, of the one block of a page that contains a word.
+
+    Blocks of "text" are those that run only with a file of the reader's.
+    """
+    [block] = [lines for lines in blocks(page, language) if word in lines]
     lines = [re.sub(r"\s+#.*", "", line) for line in block.splitlines() if line.startswith("houseexpo ")]
     return [command.strip() for line in lines for command in line.split("&&")]
 

@@ -45,7 +45,7 @@ def test_storeys_of_an_ifc_are_corrected_and_read_by_other_libraries(
     monkeypatch.chdir(tmp_path)
     Path("houses").mkdir()
     write_office(Path("houses/office.ifc"))
-    build, again, *exports = commands("docs/readers/houses.md", "office.toml")
+    build, again, *exports = commands("docs/readers/houses.md", "office.toml", "text")
 
     def run(command: str) -> None:
         done = CliRunner().invoke(make_app(), [*shlex.split(command)[1:]])

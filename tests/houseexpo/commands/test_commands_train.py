@@ -72,7 +72,7 @@ def test_the_papers_experiments_run_on_a_small_scale(tmp_path: Path) -> None:
     """As ``make experiments`` does, with its own files; only with fewer steps and fewer tests."""
     need(modules=["torch", "stable_baselines3", "sb3_contrib", "tensorboard"], how="make learn")
     plans = write_split_huts(tmp_path)
-    for name in ("avoidance", "exploration", "avoidance-cnn", "exploration-cnn"):
+    for name in ("avoidance", "exploration", "exploration-view-10m", "exploration-view-10m-cnn"):
         task = name.partition("-")[0]
         more = ["--dataset", plans] if task == "exploration" else []
         config = tmp_path / f"{name}.toml"

@@ -226,7 +226,9 @@ def test_as_many_beams_are_lost_or_see_through_as_told(rule) -> None:
     through = Simulator.of(plan, replace(near, noise=NoiseConfig(max_range=0.2)))
     states = [through.start(rng) for _ in range(30)]
     assert np.mean([(state.known == 255).sum() / walls for state in states]) == pytest.approx(0.8, abs=0.04)
-    assert all((state.known[:, 241] == 127).any() for state in states)  # the wall is free there
+    assert all(
+        (state.known[:, 241 + through.world.margin_px] == 127).any() for state in states
+    )  # the wall is free there
 
 
 def end_of(config: SimulatorConfig) -> tuple[bytes, list[float]]:

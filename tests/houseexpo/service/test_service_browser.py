@@ -117,8 +117,8 @@ def test_plans_are_sorted_by_what_is_known_and_say_it_first(chromium: Any, addre
         words = page.locator('[data-number="0"] .facts').inner_text()
         assert words.startswith("vertices ")  # the end of a line is cut off
         shown = page.locator("#sort option:not([hidden])").evaluate_all("(all) => all.map((each) => each.value)")
-        assert {"id", "rooms", "area", "vertices"} <= set(shown)
-        assert not {"quality", "doors", "reach"} & set(shown)  # published plans record none of them
+        assert {"id", "source_rooms", "area", "vertices"} <= set(shown)
+        assert not {"quality", "rooms", "doors", "reach"} & set(shown)  # published plans record none of them
 
 
 def test_a_range_is_brushed(chromium: Any, address: str) -> None:
@@ -277,6 +277,7 @@ def test_a_table_has_the_columns_that_were_chosen_and_is_sorted_by_its_head(chro
           const labels = [...document.querySelectorAll("#column-names label")];
           for (const words of ["Labels", "Longer side"]) labels.find((each) => each.textContent === words).click();
         }""")
+        page.click("#choose summary")  # its list lies over the head
         page.click('#head [data-column="area"]')
         page.click('#head [data-column="area"]')
         page.wait_for_url(re.compile("sort=-area"))

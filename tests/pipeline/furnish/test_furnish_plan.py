@@ -54,11 +54,11 @@ def pairs(plain: Path) -> list[tuple[FloorPlan, FloorPlan]]:
 @pytest.mark.slow
 def test_a_share_of_the_houses_is_furnished_and_the_others_are_as_they_were(built: Path, plain: Path) -> None:
     plans, empty = open_dataset(built), open_dataset(plain)
-    assert plans.ids == empty.ids  # furniture makes no copy another house
+    assert set(plans.ids) >= set(empty.ids)  # of two copies, one with furniture is another plan
     with_some = [plan for plan in plans if plan.objects]
     assert 0.2 < len(with_some) / len(plans) < 0.8
     for plan in plans:
-        if not plan.objects:
+        if not plan.objects and plan.id in empty:
             other = empty[plan.id]
             assert (plan.verts == other.verts).all()
             assert plan.doors == other.doors
