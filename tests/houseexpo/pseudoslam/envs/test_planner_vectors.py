@@ -23,7 +23,10 @@ SMALL = SimulatorConfig(pixels_per_metre=16.0, observation=ObservationConfig(3.0
 HOUSES = [*HUTS, hut("hall", 9.0)]
 ACROSS = Trajectory(Circle(0.2), (0, 2, 4), ((1, 1, 0), (3, 1, 0), (1, 1, 0)), loop=True)
 CASES: dict[str, tuple[str, dict[str, Any]]] = {
-    "frontiers": ("Exploration", {"dataset": HOUSES, "config": SMALL, "actions": "frontier"}),
+    "frontiers": (
+        "Exploration",
+        {"dataset": HOUSES, "config": SMALL, "actions": "frontier", "success_coverage": 0.95},
+    ),
     "frontiers, noise, people, dict": (
         "Exploration",
         {
