@@ -73,8 +73,8 @@ def cuts(level: Level, found: dict[str, Any]) -> Iterator[Example]:
 def left_out(level: Level, found: dict[str, Any]) -> Iterator[Example]:
     """Yield each closed space that was filled or left out: of P_g', but of no room."""
     before, after = found["doors"], found["connectivity"]
-    erased = [room for room in found["cells"].rooms if not any(room.equals(other) for other in found["isolated"].rooms)]
-    stay = shapely.union_all([*after.rooms, *erased])
+    apart = [room for room in found["cells"].rooms if not any(room.equals(other) for other in found["isolated"].rooms)]
+    stay = shapely.union_all([*after.rooms, *apart])
     gone = [room for room in before.rooms if not room.intersects(stay)]
     for space in [*gone, *after.closed]:
         yield Example(level.id, before.walls, space, ((*space.centroid.coords[0], f"{space.area:.1f}"),))

@@ -20,6 +20,11 @@ benchmark = typer.Typer(
     pretty_exceptions_enable=False,
 )
 
+Resolution = Annotated[
+    float | None, typer.Option(help="Side of a cell of maps without a yaml, metres.", show_default="the track's")
+]
+Workers = Annotated[int | None, typer.Option(min=1, help="Number of processes.", show_default="one per core")]
+
 TRACK_NAMES = (
     *("budget", "quality", "avoidance", "navigation", "pointgoal", "large", "noisy", "people", "slam"),
     *("kth", "dare", "ariadne"),
@@ -53,9 +58,7 @@ def run(
         Path | None,
         typer.Option(help="Folder of maps instead of a data set; all of them are run.", show_default="none"),
     ] = None,
-    resolution: Annotated[
-        float | None, typer.Option(help="Side of a cell of maps without a yaml, metres.", show_default="the track's")
-    ] = None,
+    resolution: Resolution = None,
     split: Annotated[str, typer.Option(help="The list from which plans are chosen.")] = "test",
     plans: Annotated[
         int | None,
@@ -64,9 +67,7 @@ def run(
         ),
     ] = None,
     seed: Annotated[int, typer.Option(min=0, help="Seed of the policy; starts are the same for all.")] = 0,
-    workers: Annotated[
-        int | None, typer.Option(min=1, help="Number of processes.", show_default="one per core")
-    ] = None,
+    workers: Workers = None,
     decision_limit: Annotated[float, typer.Option(min=0.001, help="Time limit of an action, seconds.")] = 60.0,
     prediction: Annotated[
         str | None,
@@ -118,12 +119,8 @@ def verify(
     maps: Annotated[
         Path | None, typer.Option(help="Folder of the maps of the results, instead of a data set.", show_default="none")
     ] = None,
-    resolution: Annotated[
-        float | None, typer.Option(help="Side of a cell of maps without a yaml, metres.", show_default="the track's")
-    ] = None,
-    workers: Annotated[
-        int | None, typer.Option(min=1, help="Number of processes.", show_default="one per core")
-    ] = None,
+    resolution: Resolution = None,
+    workers: Workers = None,
 ) -> None:
     """Play the actions that results store again, and compare every value; mark the results whose values are right.
 

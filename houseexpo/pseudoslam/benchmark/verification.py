@@ -150,9 +150,8 @@ def _cases_of(
 
 def _differences(track: Track, result: results.Result, outcomes: list[EpisodeOutcome]) -> Iterator[str]:
     """Yield what the replay has otherwise than the result says."""
-    own = {metric.key for metric in prediction_metrics(track.budgets_m)} if result.policy.prediction else set()
-    if result.policy.prediction != OF_POLICY:
-        own = set()
+    is_own = result.policy.prediction == OF_POLICY
+    own = {metric.key for metric in prediction_metrics(track.budgets_m)} if is_own else set()
     columns = results.make_episode_columns(outcomes)
     for key in sorted((columns.keys() | result.episodes.keys()) - own):
         if key not in columns or key not in result.episodes:
