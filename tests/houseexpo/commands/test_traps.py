@@ -13,6 +13,7 @@ import pytest
 from houseexpo.processes import SAFE_PATH, child_environment, map_in_processes
 from pipeline.executors import local
 from tests.builders.batch import one_room
+from tests.builders.needs import need
 
 ROOT = Path(__file__).resolve().parents[3]
 LIBRARIES = (
@@ -99,5 +100,5 @@ def test_no_command_runs_a_file_of_the_folder(trapped: Path) -> None:
 
 @pytest.mark.slow
 def test_the_workers_of_a_cluster_run_no_file_of_the_folder(trapped: Path) -> None:
-    pytest.importorskip("ray")
+    need(modules=["ray"], how="make cluster")  # imported here, it would keep its settings for the tests that follow
     run(trapped, "build", "house.ply", "--out", str(trapped.parent / "plans"), "--executor", "ray")
