@@ -36,6 +36,6 @@ _leave_working_directory()
 
 import lazy_loader  # noqa: E402
 
-__version__ = "0.2.0"
+__version__ = "0.3.0"
 
 __getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
