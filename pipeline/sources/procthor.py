@@ -42,7 +42,14 @@ from pipeline.sources.drawn_storeys import (
     wall_mesh,
 )
 from pipeline.sources.files import check_lengths, decode_document, id_from_file_name
-from pipeline.sources.reader_choice import LONGEST_JSON, begins_with_list, objects_in_list, open_unpacked
+from pipeline.sources.reader_choice import (
+    LONGEST_JSON,
+    begins_with_list,
+    has_house_lines,
+    objects_in_list,
+    open_unpacked,
+    reader_for_json,
+)
 from pipeline.sources.tolerances import SHEET_M
 from pipeline.values import Input, Level, SourceObject, SourceRoom
 
@@ -225,11 +232,14 @@ def _parts(file: Path) -> Iterable[tuple[int, int]] | None:
     with contextlib.suppress(OSError, EOFError, zlib.error):
         if begins_with_list(file):
             with open_unpacked(file) as stream:
-                return list(objects_in_list(bytes(stream.read(LONGEST_JSON)))) or None
+                data = bytes(stream.read(LONGEST_JSON))
+            if not has_house_lines(file) or reader_for_json(data) == "procthor":
+                return list(objects_in_list(data)) or None
     lines = _lines(file)
     first, second = next(lines, None), next(lines, None)
-    of_lines = file.name.lower().removesuffix(".gz").endswith(".jsonl")  # whatever some of them hold
-    if first is None or second is None or not (of_lines or any(_is_house(file, each) for each in (first, second))):
+    if first is None or second is None:
+        return None
+    if not has_house_lines(file) and not any(_is_house(file, each) for each in (first, second)):
         return None
     return itertools.chain((first, second), lines)
 

@@ -50,7 +50,6 @@ _BY_SUFFIX = {
     ".usdz": "roomplan",
     ".world": "gazebo",
     ".sdf": "gazebo",
-    ".jsonl": "procthor",
     ".pcd": "points",
     ".xyz": "points",
     ".las": "points",
@@ -95,8 +94,8 @@ def reader_for_file(path: Path) -> str | None:
             head = stream.read(HEAD_BYTES)
     except OSError:
         return None
-    if path.name.endswith(_HABITAT_SCENE):
-        return "habitat"
+    if named := _by_name(path, head):
+        return named
     if suffix not in _MESHES and is_vector_plan(path, head):
         return "vector_plans"
     if suffix in BAGS or (suffix in YAMLS and is_map_yaml(head)) or (suffix == WORLD and is_stage_world(head)):
@@ -105,6 +104,19 @@ def reader_for_file(path: Path) -> str | None:
         return None
     found = _by_content(path, head) or _BY_SUFFIX.get(suffix)
     return "procthor" if found is None and suffix == ".json" and not _is_json(path) else found
+
+
+def _by_name(path: Path, head: bytes) -> str | None:
+    if path.name.endswith(_HABITAT_SCENE):
+        return "habitat"
+    if has_house_lines(path):
+        return (_in_zip(path) if head.startswith(_ZIP) else None) or "procthor"
+    return None
+
+
+def has_house_lines(path: Path) -> bool:
+    """Whether a file's name says that each line is a house, whatever some of them hold: a bad one costs itself."""
+    return path.name.lower().removesuffix(".gz").endswith(".jsonl")
 
 
 def _by_content(path: Path, head: bytes) -> str | None:

@@ -149,13 +149,27 @@ def test_one_bad_line_is_one_bad_house(tmp_path):
         next(procthor.read(bad))
 
 
-def test_a_first_line_of_garbage_is_one_bad_house(tmp_path):
+@pytest.mark.parametrize("name", ["many.jsonl", "many.jsonl.gz"])
+@pytest.mark.parametrize(
+    "first",
+    [b"garbage", b"{garb", b'{"a": }', b'{"a": 1}', b"[garb", b'[{"a": 1}]', b"<home>", b"PK\x03\x04", b"\0", b"null"],
+)
+def test_a_first_line_of_garbage_is_one_bad_house(tmp_path, name, first):
     path = tiny.write(tmp_path / "many.jsonl", [tiny.house(), tiny.house(2.0)])
-    path.write_bytes(b"garbage\n" + path.read_bytes())
-    bad, good, _ = find(str(path))
+    data = first + b"\n" + path.read_bytes()
+    path = tmp_path / name
+    path.write_bytes(gzip.compress(data) if name.endswith(".gz") else data)
+    bad, good, other = find(str(path))
     assert next(procthor.read(good)).rooms
-    with pytest.raises(Rejection, match="JSON"):
+    assert next(procthor.read(other)).rooms
+    with pytest.raises(Rejection, match=r"JSON|object|missing"):
         next(procthor.read(bad))
+
+
+def test_a_list_in_a_file_for_lines_is_a_list_of_houses(tmp_path):
+    path = tmp_path / "many.jsonl"
+    path.write_text(json.dumps([tiny.house(), tiny.house(2.0)]))
+    assert len(list(find(str(path)))) == 2
 
 
 def test_a_packed_file_that_breaks_off_gives_the_houses_before(tmp_path):
