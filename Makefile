@@ -112,7 +112,7 @@ leaderboard: setup ## make docs/leaderboard.md from the results in docs/leaderbo
 	@$(BIN)/houseexpo benchmark compare docs/leaderboard --curves --title Leaderboard --out docs/leaderboard.md --replace
 
 test: setup ## run the quick tests (3 to 5 minutes on two cores, kernels compiled)
-	@PYTHONDONTWRITEBYTECODE= OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 $(BIN)/python -m pytest -q -m 'not slow' -n auto --maxprocesses 8 --dist loadfile
+	@OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 $(BIN)/python -m pytest -q -m 'not slow' -n auto --maxprocesses 8 --dist loadfile
 
 test-all: setup ## run the slow tests too
 	@$(BIN)/python -m pytest -q -n auto --maxprocesses 8 --dist loadfile

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import gc
+import os
 import re
+import sys
 from collections.abc import Generator, Iterator
 from multiprocessing import forkserver
 from pathlib import Path
@@ -41,16 +43,21 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 def pytest_configure(config: pytest.Config) -> None:
+    """Keep bytecode, whatever the environment says: to compile the tests takes two thirds of a collection."""
+    sys.dont_write_bytecode = False
+    os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
     if config.option.markexpr == QUICK:
         try_half()
 
 
 def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:
     """Leave files that have no quick test out of the quick run: to read them takes seconds."""
-    if config.option.markexpr != QUICK or not collection_path.name.startswith("test_"):
+    if config.option.markexpr != QUICK:
         return None
     if "benchmarks" in collection_path.parts and not config.option.benchmarks:
         return True
+    if not collection_path.name.startswith("test_"):
+        return None
     return True if ALL_SLOW.search(collection_path.read_text()) else None
 
 

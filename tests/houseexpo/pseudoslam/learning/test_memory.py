@@ -2,20 +2,25 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import pytest
 
-torch = pytest.importorskip("torch")
-pytest.importorskip("sb3_contrib")
+if TYPE_CHECKING:  # to import them takes a second, which each worker would wait for
+    import torch
 
-from sb3_contrib.common.recurrent.policies import RecurrentActorCriticPolicy  # noqa: E402
-
-from houseexpo.pseudoslam.learning.model import States, run_lstm  # noqa: E402
+    from houseexpo.pseudoslam.learning.model import States
 
 SEQUENCES, STEPS, WIDTH, HIDDEN = 5, 7, 6, 4
 
 
+@pytest.mark.usefixtures("learn")
 @pytest.mark.parametrize("begins", ["nowhere", "first", "within"])
 def test_whole_sequences_are_the_librarys_step_by_step(begins: str) -> None:
+    import torch
+
+    from houseexpo.pseudoslam.learning.model import run_lstm
+
     torch.manual_seed(0)
     lstm = torch.nn.LSTM(WIDTH, HIDDEN)
     states = (torch.randn(1, SEQUENCES, HIDDEN), torch.randn(1, SEQUENCES, HIDDEN))
@@ -37,6 +42,9 @@ def step_by_step(
     features: torch.Tensor, states: States, starts: torch.Tensor, lstm: torch.nn.LSTM
 ) -> tuple[torch.Tensor, States]:
     """Ask the library for each step by itself."""
+    import torch
+    from sb3_contrib.common.recurrent.policies import RecurrentActorCriticPolicy
+
     said, first, second = [], [], []
     for k in range(SEQUENCES):
         state = states[0][:, k : k + 1], states[1][:, k : k + 1]
