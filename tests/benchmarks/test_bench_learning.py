@@ -70,7 +70,7 @@ COMPARISONS = {
 }
 COLOURS = (ONE, OTHER)
 LABELS = {
-    "return": "return in 200 steps", "explored_m2": "explored in 200 steps, m2", "coverage": "seen in 200 steps, %",
+    "return": "return in 200 steps", "explored_m2": "explored in 200 steps, m²", "coverage": "seen in 200 steps, %",
 }  # fmt: skip
 
 
