@@ -15,13 +15,15 @@ from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE, UNKNOWN
 from houseexpo.pseudoslam.kernels.people import mark_bodies
 from houseexpo.pseudoslam.kernels.placement import count_before_rows, nth_cell
 from houseexpo.pseudoslam.kernels.planning.goal_paths import (
+    CornerGraph,
     GoalPaths,
     find_goal_paths,
     goal_distance_at,
+    make_corner_graph,
     no_goal_paths,
 )
 from houseexpo.pseudoslam.kernels.tolerances import GOAL_LINE_M, GOAL_TRIES, START_TRIES
-from houseexpo.pseudoslam.kernels.types import Grid, Scratch, as_read_only
+from houseexpo.pseudoslam.kernels.types import Counts, Grid, Scratch, as_read_only
 from houseexpo.pseudoslam.state import State, new_episode
 from houseexpo.pseudoslam.worlds.moving_obstacles import find_track_cells, new_bodies, start_people
 from houseexpo.pseudoslam.worlds.place_obstacles import PlacedObstacles, place_obstacles
@@ -100,7 +102,7 @@ def make_initial_state(
     state = State(episode, observable_cells, placed.obstacles, goal, best / config.pixels_per_metre)
     if config.known_map:
         house = world.inside_margin
-        episode.known[house] = np.where(placed.occupied[house] != 0, OBSTACLE, FREE)
+        episode.known[house] = np.where(placed.occupied[house], np.uint8(OBSTACLE), np.uint8(FREE))
         episode.counts["known"], episode.counts["covered"] = known[house].size, observable_cells
         state.note_new_map()
     return state
@@ -221,12 +223,16 @@ def _goal(
     if config.goal is None:
         return None, no_goal_paths(), 0.0
     x, y = float(pose[0]), float(pose[1])
-    standing, reach_px = traversable.copy(), GOAL_LINE_M * config.pixels_per_metre
+    if traversable is world.traversable:
+        graph, before = world.corner_graph, world.traversable_before
+    else:
+        graph = make_corner_graph(traversable.copy(), GOAL_LINE_M * config.pixels_per_metre)
+        before = count_before_rows(as_read_only(traversable), 1)
     if config.goal.random:
-        goal_x, goal_y = _random_goal(config, standing, find_goal_paths(standing, x, y, reach_px), rng)
+        goal_x, goal_y = _random_goal(config, graph, before, (x, y), rng)
     else:
         goal_x, goal_y = _given_goal(config.goal, traversable, world)
-    paths = find_goal_paths(standing, goal_x, goal_y, reach_px)
+    paths = find_goal_paths(graph, goal_x, goal_y)
     goal = tuple(world.frame.points_from_pixels([goal_x, goal_y]).tolist())
     way, straight = float(goal_distance_at(paths, x, y)), math.hypot(goal_x - x, goal_y - y)
     best = max(way, straight) if math.isfinite(way) else straight
@@ -234,17 +240,24 @@ def _goal(
 
 
 def _random_goal(
-    config: SimulatorConfig, standing: Grid, from_start: GoalPaths, rng: np.random.Generator
+    config: SimulatorConfig, graph: CornerGraph, before: Counts, start: tuple[float, float], rng: np.random.Generator
 ) -> tuple[float, float]:
-    """Return the centre of a random standing cell that is far enough from the start, of which there are the paths."""
+    """Return the centre of a random standing cell that is far enough from the start.
+
+    No path is shorter than the straight line, so paths from the start are only needed for a cell that is close to it.
+    """
     least_px = (config.goal or GoalConfig()).least_way_m * config.pixels_per_metre
-    cells = as_read_only(standing)
-    before, best, found = count_before_rows(cells, 1), -1.0, (0.0, 0.0)
+    cells = as_read_only(graph.standing)
+    best, found, from_start = -1.0, (0.0, 0.0), None
     for _ in range(GOAL_TRIES):
         row, col = nth_cell(cells, 1, before, int(rng.integers(before[-1])))
-        way = float(goal_distance_at(from_start, col + 0.5, row + 0.5))
+        place = col + 0.5, row + 0.5
+        if math.dist(place, start) >= least_px:
+            return place
+        from_start = from_start or find_goal_paths(graph, *start)
+        way = float(goal_distance_at(from_start, *place))
         if math.isfinite(way) and way > best:
-            best, found = way, (col + 0.5, row + 0.5)
+            best, found = way, place
         if best >= least_px:
             break
     return found

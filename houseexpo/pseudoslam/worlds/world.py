@@ -18,12 +18,13 @@ from houseexpo.grids.raster import free_mask
 from houseexpo.pseudoslam.kernels.body_tracks import Tracks, no_tracks
 from houseexpo.pseudoslam.kernels.placement import count_before_rows
 from houseexpo.pseudoslam.kernels.planning.fields import FlowField, no_flow_field
+from houseexpo.pseudoslam.kernels.planning.goal_paths import CornerGraph, make_corner_graph
 from houseexpo.pseudoslam.kernels.sensing.visibility import (
     find_nearest_standing_cells,
     mark_seen_from_nearest,
     mark_visible_cells,
 )
-from houseexpo.pseudoslam.kernels.tolerances import FREE_HALF_PX
+from houseexpo.pseudoslam.kernels.tolerances import FREE_HALF_PX, GOAL_LINE_M
 from houseexpo.pseudoslam.kernels.types import Offsets
 
 MAX_CELLS = 100_000_000
@@ -110,6 +111,12 @@ class World:
     def traversable_before(self) -> npt.NDArray[np.int64]:
         """``count_before_rows`` of the standing cells."""
         return count_before_rows(self.traversable, 1)
+
+    @cached_property
+    def corner_graph(self) -> CornerGraph:
+        """The corners round which paths to a goal lead, the same for all goals."""
+        standing = self.traversable.copy()  # kernels are compiled again for read-only arrays
+        return make_corner_graph(standing, GOAL_LINE_M * self.frame.pixels_per_metre)
 
 
 def make_world(plan: FloorPlan, pixels_per_metre: float, robot_radius_m: float, range_m: float) -> World:

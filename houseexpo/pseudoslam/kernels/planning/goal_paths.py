@@ -6,8 +6,9 @@ R3  It turns around the closed cell. So a line of the path that ends at a corner
     which leaves out most lines before anything is looked at.
 R4  Lines between two corners are at most ``reach_px`` long. A longer one, in a hall, passes corners nearby.
 
-``GoalPaths`` has the distance from each corner; from a place, the path leads to the best corner in sight, or straight
-to the goal.
+``CornerGraph`` has what belongs to a house: its corners, and which of them see each other. ``GoalPaths`` has what belongs
+to a goal: the distance from each corner; from a place, the path leads to the best corner in sight, or straight to the
+goal.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from houseexpo.pseudoslam.kernels.types import Floats, Grid, Rows, make_row_dtype
+from houseexpo.pseudoslam.kernels.types import Cells, Counts, Floats, Grid, Rows, make_row_dtype
 
 PATHS = make_row_dtype(rows=int, cols=int, corners=int, reach_px=float, last=int)
 """Rows and columns of the cells, the number of corners with the goal, the longest line between two of them, and the
@@ -46,13 +47,34 @@ def no_goal_paths() -> GoalPaths:
     return GoalPaths(np.zeros(1, PATHS), np.zeros(0, np.uint8), np.zeros((0, 4)))
 
 
-def find_goal_paths(standing: Grid, x: float, y: float, reach_px: float) -> GoalPaths:
-    """Return the paths to the goal (x, y), pixels, in cells (rows, cols) where the robot can stand."""
+class CornerGraph(NamedTuple):
+    """The corners of the cells where the robot can stand, and the lines between them that paths may follow."""
+
+    standing: Grid
+    """(rows, cols), 1 for cells where the robot can stand."""
+    corners: Floats
+    """(corners, 4), the rows of ``GoalPaths.corners`` before there is a goal, whose place is the first row."""
+    starts: Counts
+    """(corners + 1,), where each corner's part of ``others`` begins."""
+    others: Cells
+    """The corners in sight of each corner (R3, R4), in order."""
+    reach_px: float
+
+
+def make_corner_graph(standing: Grid, reach_px: float) -> CornerGraph:
+    """Return the corners of cells (rows, cols), and which of them see each other over at most ``reach_px`` (R4)."""
     corners = np.empty((1 + list_corners(standing, np.empty((0, 4))), 4))
-    corners[0] = x, y, 0.0, 0.0
+    corners[0] = 0.0, 0.0, math.inf, 0.0
     list_corners(standing, corners[1:])
-    measure_corners(standing, corners, reach_px)
-    return GoalPaths(np.array([(*standing.shape, len(corners), reach_px, 0)], PATHS), standing.ravel(), corners)
+    return CornerGraph(standing, corners, *link_corners(standing, corners, reach_px), reach_px)
+
+
+def find_goal_paths(graph: CornerGraph, x: float, y: float) -> GoalPaths:
+    """Return the paths to the goal (x, y), pixels."""
+    standing, corners = graph.standing, graph.corners.copy()
+    corners[0] = x, y, 0.0, 0.0
+    measure_corners(standing, corners, graph.starts, graph.others)
+    return GoalPaths(np.array([(*standing.shape, len(corners), graph.reach_px, 0)], PATHS), standing.ravel(), corners)
 
 
 @njit(cache=True, nogil=True)
@@ -74,28 +96,63 @@ def list_corners(standing: Grid, corners: Floats) -> int:
 
 
 @njit(cache=True, nogil=True)
-def measure_corners(standing: Grid, corners: Floats, reach_px: float) -> None:
-    """Write the distances of the corners to the first row, the goal (Dijkstra, 1959)."""
-    done, heap = np.zeros(len(corners), np.uint8), [(0.0, 0)]
-    while len(heap) > 0:
-        way, here = heapq.heappop(heap)
-        if done[here] != 0:
-            continue
-        done[here] = 1
+def link_corners(standing: Grid, corners: Floats, reach_px: float) -> tuple[Counts, Cells]:
+    """Return ``CornerGraph.starts`` and ``CornerGraph.others`` of corners, of which the first row is no corner."""
+    number, count = len(corners), 0
+    pairs = np.empty((4 * number + 4, 2), np.int32)  # from top to bottom
+    for here in range(1, number):
         x, y, sign = corners[here, X], corners[here, Y], corners[here, SIGN]
-        first, last = 1, len(corners)
-        if here > 0:
-            first, last = _rows_within(corners, y - reach_px, y + reach_px)
-        for there in range(first, last):
+        _, last = _rows_within(corners, y, y + reach_px)
+        for there in range(here + 1, last):
             right, down = corners[there, X] - x, corners[there, Y] - y
-            if done[there] != 0 or right * down * sign < 0.0 or right * down * corners[there, SIGN] < 0.0:
+            if right * down * sign < 0.0 or right * down * corners[there, SIGN] < 0.0:
                 continue  # R3
-            length = math.hypot(right, down)
-            if way + length >= corners[there, WAY] - _EPS or (here > 0 and length > reach_px):
+            if math.hypot(right, down) > reach_px:
                 continue
             if is_straight(standing, x, y, corners[there, X], corners[there, Y]):
-                corners[there, WAY] = way + length
-                heapq.heappush(heap, (way + length, there))
+                if count == len(pairs):
+                    more = np.empty((2 * count, 2), np.int32)
+                    more[:count] = pairs
+                    pairs = more
+                pairs[count, 0], pairs[count, 1] = here, there
+                count += 1
+    starts = np.zeros(number + 1, np.int64)
+    for k in range(count):
+        starts[pairs[k, 0] + 1] += 1
+        starts[pairs[k, 1] + 1] += 1
+    for here in range(number):
+        starts[here + 1] += starts[here]
+    others, filled = np.empty(2 * count, np.int32), starts[:-1].copy()
+    for k in range(count):
+        for one, two in ((pairs[k, 0], pairs[k, 1]), (pairs[k, 1], pairs[k, 0])):
+            others[filled[one]] = two
+            filled[one] += 1
+    return starts, others
+
+
+@njit(cache=True, nogil=True)
+def measure_corners(standing: Grid, corners: Floats, starts: Counts, others: Cells) -> None:
+    """Write the distances of the corners to the first row, the goal (Dijkstra, 1959)."""
+    heap = [(0.0, 0)]
+    x, y = corners[0, X], corners[0, Y]
+    for there in range(1, len(corners)):
+        right, down = corners[there, X] - x, corners[there, Y] - y
+        if right * down * corners[there, SIGN] < 0.0:
+            continue  # R3
+        if is_straight(standing, x, y, corners[there, X], corners[there, Y]):
+            corners[there, WAY] = math.hypot(right, down)
+            heapq.heappush(heap, (corners[there, WAY], there))
+    while len(heap) > 0:
+        way, here = heapq.heappop(heap)
+        if way > corners[here, WAY]:
+            continue
+        x, y = corners[here, X], corners[here, Y]
+        for k in range(starts[here], starts[here + 1]):
+            there = np.int64(others[k])
+            far = way + math.hypot(corners[there, X] - x, corners[there, Y] - y)
+            if far < corners[there, WAY] - _EPS:
+                corners[there, WAY] = far
+                heapq.heappush(heap, (far, there))
 
 
 @njit(cache=True, nogil=True)

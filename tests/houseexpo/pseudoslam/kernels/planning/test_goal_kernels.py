@@ -14,14 +14,20 @@ from houseexpo.pseudoslam.kernels.planning.goal_paths import (
     SIGN,
     X,
     Y,
+    GoalPaths,
     find_goal_paths,
     goal_distance_at,
     is_straight,
     list_corners,
+    make_corner_graph,
 )
 from houseexpo.pseudoslam.worlds.world import make_world
 
 FAR = 1e6
+
+
+def paths_to(standing: np.ndarray, x: float, y: float, reach_px: float = FAR) -> GoalPaths:
+    return find_goal_paths(make_corner_graph(standing, reach_px), x, y)
 
 
 def area_of(standing: np.ndarray) -> shapely.Geometry:
@@ -61,13 +67,49 @@ def test_it_is_what_its_twin_says(seed: int) -> None:
     standing = connected(standing)
     for _ in range(4):
         start, goal = (tuple((cell[::-1] + rng.random(2)).tolist()) for cell in rng.choice(np.argwhere(standing), 2))
-        paths = find_goal_paths(standing, *goal, FAR)
+        paths = paths_to(standing, *goal)
         assert goal_distance_at(paths, *start) == pytest.approx(slow_distance(standing, start, goal), rel=1e-6)
+
+
+@pytest.mark.parametrize("reach_px", [FAR, 5.0])
+def test_corners_are_linked_if_a_path_may_turn_at_both(reach_px: float) -> None:
+    """A path may turn at a corner around its closed cell if the line to it, drawn on, passes beside that cell."""
+    rng = np.random.default_rng(3)
+    standing = np.ones((14, 17), np.uint8)
+    standing[1:-1, 1:-1] = rng.random((12, 15)) < 0.8
+    graph = make_corner_graph(standing, reach_px)
+    number, found = len(graph.corners), 0
+    assert graph.starts[0] == graph.starts[1] == 0
+    assert graph.starts[-1] == len(graph.others)
+    for one in range(1, number):
+        links = graph.others[graph.starts[one] : graph.starts[one + 1]].tolist()
+        assert links == sorted(set(links))
+        for other in range(1, number):
+            (x, y, _, sign), (to_x, to_y, _, to_sign) = graph.corners[one].tolist(), graph.corners[other].tolist()
+            product = (to_x - x) * (to_y - y)
+            wanted = (
+                one != other and product * sign >= 0 and product * to_sign >= 0
+                and math.dist((x, y), (to_x, to_y)) <= reach_px and is_straight(standing, x, y, to_x, to_y)
+            )  # fmt: skip
+            assert (other in links) == wanted, (one, other)
+            found += wanted
+    assert found > 100 if reach_px == FAR else found > 50
+
+
+def test_goals_of_one_house_do_not_change_its_corners() -> None:
+    standing = np.ones((20, 20), np.uint8)
+    standing[5:15, 5:15] = 0
+    graph = make_corner_graph(standing, FAR)
+    first = find_goal_paths(graph, 2.5, 2.5)
+    find_goal_paths(graph, 17.5, 9.5)
+    again = find_goal_paths(graph, 2.5, 2.5)
+    assert first.corners.tobytes() == again.corners.tobytes()
+    assert goal_distance_at(again, 17.5, 17.5) == pytest.approx(2 * math.hypot(12.5, 2.5))
 
 
 def test_in_sight_it_is_the_straight_line() -> None:
     standing = np.ones((30, 40), np.uint8)
-    paths = find_goal_paths(standing, 3.3, 4.7, FAR)
+    paths = paths_to(standing, 3.3, 4.7)
     for x, y in ((35.2, 20.9), (3.3, 29.5), (3.3, 4.7), (39.9, 4.7)):
         assert goal_distance_at(paths, x, y) == pytest.approx(math.hypot(x - 3.3, y - 4.7))
 
@@ -75,7 +117,7 @@ def test_in_sight_it_is_the_straight_line() -> None:
 def test_round_a_corner_it_is_the_path_by_the_corner() -> None:
     standing = np.ones((50, 60), np.uint8)
     standing[:30, 20:] = 0  # an L: down the left, then right
-    paths = find_goal_paths(standing, 5.5, 3.5, FAR)
+    paths = paths_to(standing, 5.5, 3.5)
     assert len(paths.corners) == 2
     assert paths.corners[1, [X, Y]].tolist() == [20.0, 30.0]
     by_corner = math.hypot(20 - 5.5, 30 - 3.5) + math.hypot(55.5 - 20, 31.0 - 30)
@@ -91,8 +133,8 @@ def test_short_lines_lengthen_a_path_hardly() -> None:
     rng = np.random.default_rng(0)
     for _ in range(20):
         (x, y), (to_x, to_y) = rng.uniform((0, 0), (200, 120), (2, 2)).tolist()
-        exact = goal_distance_at(find_goal_paths(standing, to_x, to_y, FAR), x, y)
-        short = goal_distance_at(find_goal_paths(standing, to_x, to_y, 100.0), x, y)
+        exact = goal_distance_at(paths_to(standing, to_x, to_y), x, y)
+        short = goal_distance_at(paths_to(standing, to_x, to_y, 100.0), x, y)
         assert exact <= short + 1e-9 or exact == math.inf
         assert short <= 1.005 * exact or exact == math.inf
 
@@ -100,7 +142,7 @@ def test_short_lines_lengthen_a_path_hardly() -> None:
 def test_behind_walls_there_is_no_path() -> None:
     standing = np.ones((5, 9), np.uint8)
     standing[:, 4] = 0
-    paths = find_goal_paths(standing, 1.5, 2.5, FAR)
+    paths = paths_to(standing, 1.5, 2.5)
     assert goal_distance_at(paths, 7.5, 2.5) == math.inf
     assert goal_distance_at(paths, 3.9, 0.1) < math.inf
     assert goal_distance_at(paths, -5.0, 2.5) == math.inf
@@ -109,7 +151,7 @@ def test_behind_walls_there_is_no_path() -> None:
 def test_beside_the_cells_it_is_the_path_from_the_nearest_one() -> None:
     standing = np.zeros((9, 9), np.uint8)
     standing[4, 2:7] = 1
-    paths = find_goal_paths(standing, 2.5, 4.5, FAR)
+    paths = paths_to(standing, 2.5, 4.5)
     assert goal_distance_at(paths, 6.5, 3.5) == pytest.approx(math.hypot(4.0, 1.0))
     assert goal_distance_at(paths, 6.5, 1.0) == math.inf
 
@@ -150,7 +192,7 @@ def test_in_a_plan_it_is_the_path_of_a_disc(name: str, pixels_per_metre: float) 
     plan, start, goal = WALLS[name]
     world = make_world(plan, pixels_per_metre, 0.2, 5.0)
     (x, y), (to_x, to_y) = world.frame.pixels_from_points([start, goal]).tolist()
-    found = goal_distance_at(find_goal_paths(world.traversable.copy(), to_x, to_y, FAR), x, y) / pixels_per_metre
+    found = goal_distance_at(paths_to(world.traversable.copy(), to_x, to_y), x, y) / pixels_per_metre
     room = shapely.Polygon(plan.verts, plan.holes).buffer(-0.2, quad_segs=64)
     graph = nx.Graph()
     points = [start, goal, *map(tuple, shapely.get_coordinates(room).tolist())]
