@@ -12,9 +12,9 @@ import shapely
 from houseexpo import FloorPlan
 from houseexpo.pseudoslam.kernels.planning.goal_paths import (
     SIGN,
+    GoalPaths,
     X,
     Y,
-    GoalPaths,
     find_goal_paths,
     goal_distance_at,
     is_straight,
