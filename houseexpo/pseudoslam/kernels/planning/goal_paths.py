@@ -6,9 +6,9 @@ R3  It turns around the closed cell. So a line of the path that ends at a corner
     which leaves out most lines before anything is looked at.
 R4  Lines between two corners are at most ``reach_px`` long. A longer one, in a hall, passes corners nearby.
 
-``CornerGraph`` has what belongs to a house: its corners, and which of them see each other. ``GoalPaths`` has what belongs
-to a goal: the distance from each corner; from a place, the path leads to the best corner in sight, or straight to the
-goal.
+``CornerGraph`` has what belongs to a house: its corners, and which of them see each other. ``GoalPaths`` has what
+belongs to a goal: the distance from each corner; from a place, the path leads to the best corner in sight, or straight
+to the goal.
 """
 
 from __future__ import annotations
