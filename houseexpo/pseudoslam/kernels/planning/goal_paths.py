@@ -20,7 +20,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from houseexpo.pseudoslam.kernels.types import Cells, Counts, Floats, Grid, Rows, make_row_dtype
+from houseexpo.pseudoslam.kernels.types import Cells, Counts, Floats, Grid, Rows, as_int64, make_row_dtype
 
 PATHS = make_row_dtype(rows=int, cols=int, corners=int, reach_px=float, last=int)
 """Rows and columns of the cells, the number of corners with the goal, the longest line between two of them, and the
@@ -148,7 +148,7 @@ def measure_corners(standing: Grid, corners: Floats, starts: Counts, others: Cel
             continue
         x, y = corners[here, X], corners[here, Y]
         for k in range(starts[here], starts[here + 1]):
-            there = np.int64(others[k])
+            there = as_int64(others[k])
             far = way + math.hypot(corners[there, X] - x, corners[there, Y] - y)
             if far < corners[there, WAY] - _EPS:
                 corners[there, WAY] = far
