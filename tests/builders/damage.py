@@ -122,6 +122,13 @@ def outcome(path: Path, **options: str) -> list[Level | RejectedLevel] | Rejecti
     return rejection
 
 
+def rejected(path: Path, **options: str) -> Rejection:
+    """Return why a file gives nothing."""
+    found = outcome(path, **options)
+    assert isinstance(found, Rejection)
+    return found
+
+
 def _place(data: bytes, rng: np.random.Generator) -> tuple[int, int]:
     start = int(rng.integers(len(data)))
     return start, min(start + int(rng.integers(1, 200)), len(data))

@@ -13,7 +13,6 @@ from pipeline.sources.storeys.levels import find_levels
 from pipeline.values import Level, Mesh
 
 Rectangle = tuple[float, float, float, float]
-THICKNESS = 0.2
 
 # A chiral house: an L of 8 x 6 m without its upper right corner, one inner wall with a door gap, one window.
 L_WALLS: tuple[Rectangle, ...] = (

@@ -18,6 +18,8 @@ from tests.builders.kinds.rowhouses import random_row
 from tests.builders.kinds.values import LEADS_IN, OUTSIDE
 from tests.builders.shared import needs_shared
 
+EXACT = [kind for kind in RAW if kind.startswith("raw_")]
+"""Homes in the formats of docs/sources.md."""
 HEAVY = {"scan5", "scan20", "office", "artist_unnamed", "scale_models"}
 
 
@@ -115,8 +117,7 @@ def test_layouts_differ_and_are_homes(made):
     assert all(0.55 <= o.width <= 2.4 for s in homes for o in s.openings if o.kind in LEADS_IN)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("kind", each(KINDS))
+@pytest.mark.parametrize("kind", [*(pytest.param(kind, marks=pytest.mark.slow) for kind in KINDS), *EXACT])
 def test_a_seed_gives_the_same_bytes_and_another_others(kind, tmp_path):
     first, again = (make_member(kind, 1, 5, tmp_path / name) for name in ("a", "b"))
     other = make_member(kind, 1, 6, tmp_path / "c")
@@ -183,21 +184,6 @@ def test_a_house_on_another_axis_in_another_unit_has_its_truth_in_metres_on_that
     mirrored = np.array(z_up["rooms"][0]["polygon"]) * (1, -1)
     assert np.allclose(y_up["rooms"][0]["polygon"], mirrored)
     assert np.allclose(Placing(up="y", unit_m=0.01).in_file([[1.0, 2.0, 3.0]]), [[100.0, 300.0, -200.0]])
-
-
-# Homes in the formats of docs/sources.md: the same bytes for a seed, and plans that are right.
-
-
-EXACT = [kind for kind in RAW if kind.startswith("raw_")]
-
-
-@pytest.mark.parametrize("kind", EXACT)
-def test_a_seed_gives_the_same_files_and_another_others(kind, tmp_path):
-    first, again = (make_member(kind, 1, 5, tmp_path / name) for name in ("a", "b"))
-    other = make_member(kind, 1, 6, tmp_path / "c")
-    assert first.path.read_bytes() == again.path.read_bytes()
-    assert first.truths == again.truths
-    assert first.truths != other.truths
 
 
 @needs_shared

@@ -99,22 +99,10 @@ def test_unknown_keys_of_a_file_are_named_with_it(tmp_path: Path) -> None:
         (lambda: RandomObstacles(gap_m=1e9), "obstacles.random.gap_m: expected at most 10, found"),
         (lambda: Circle(1e9), "circle.radius_m: expected at most 1000, found"),
         (lambda: Polygon(((0, 0), (1, 0), (0, 1e9))), r"polygon.points_m\[2\]: expected at most 1000, found"),
-        (
-            lambda: Trajectory(Circle(0.1), (0, 2, 1), ((1, 1, 0),) * 3),
-            r"trajectory.times_s\[2\]: expected a time after 2 s, found 1 s",
-        ),
-        (
-            lambda: Trajectory(Circle(0.1), (0, 0), ((1, 1, 0),) * 2),
-            r"times_s\[1\]: expected a time after 0 s, found 0 s",
-        ),
-        (
-            lambda: Trajectory(Circle(0.1), (0, 1e-9), ((1, 1, 0), (2, 1, 0))),
-            r"poses\[1\]: .* at most 20 can be simulated",
-        ),
-        (
-            lambda: Trajectory(Circle(0.1), (0, 1e-9), ((1, 1, 0), (1, 1, 180))),
-            r"poses\[1\]: from 0 s to 1e-09 s it turns at 1.8e\+11 degrees/s, at most 3600 can be simulated",
-        ),
+        (lambda: Trajectory(Circle(0.1), (0, 2, 1), ((1, 1, 0),) * 3), r"trajectory.times_s\[2\]: expected"),
+        (lambda: Trajectory(Circle(0.1), (0, 0), ((1, 1, 0),) * 2), r"times_s\[1\]: expected a time after 0 s"),
+        (lambda: Trajectory(Circle(0.1), (0, 1e-9), ((1, 1, 0), (2, 1, 0))), r"poses\[1\]: .* at most 20"),
+        (lambda: Trajectory(Circle(0.1), (0, 1e-9), ((1, 1, 0), (1, 1, 180))), r"poses\[1\]: from 0 s to 1e-09 s"),
     ],
 )
 def test_values_that_no_house_has_are_refused(make: Callable[[], object], text: str) -> None:
@@ -139,22 +127,14 @@ def test_values_that_no_house_has_are_refused(make: Callable[[], object], text: 
             {"obstacles": ObstaclesConfig((Obstacle(Rectangle(0.5, 0.5), 4.0, 2.0),))},
             r"obstacles.placed\[0\]: the rectangle at \(4, 2\) m in plan 'wall' overlaps a wall",
         ),
-        (
-            WALL,
-            {"obstacles": ObstaclesConfig((Obstacle(Circle(0.3), 4.0, 0.4),))},
-            r"obstacles.placed\[0\]: .* closes off a part of the house for the robot",
-        ),
+        (WALL, {"obstacles": ObstaclesConfig((Obstacle(Circle(0.3), 4.0, 0.4),))}, r"obstacles.placed\[0\]: .* closes"),
         (
             WALL,
             {"trajectories": (Trajectory(Circle(0.2), (0, 4), ((3, 3, 0), (5, 3, 0))),)},
             r"trajectories\[0\]: at 1\.\d+ s, at \(3\.\d+, 3\.00\) m, its shape meets .* 'wall'; move the trajectory",
         ),
         (HALL, {"people": PeopleConfig(200, least=200)}, "people.least: 200 people .* do not fit .* ask for fewer"),
-        (
-            FIELD,
-            {"pixels_per_metre": 200.0},
-            r"pixels_per_metre: 200 makes 1.4e\+08 cells of plan 'field' \(60 x 60 m\)",
-        ),
+        (FIELD, {"pixels_per_metre": 200.0}, r"pixels_per_metre: 200 makes 1.4e\+08 cells of plan 'field' \(60 x 60"),
         (HUGE, {}, r"pixels_per_metre: 16 makes 2.3e\+09 cells of plan 'huge' .* use a coarser grid"),
         (CRACK, {}, "plan 'crack': verts: expected free space, found no free cell at 16 px/m; use a finer grid"),
     ],
@@ -219,13 +199,9 @@ def test_what_holds_no_plans_is_refused(dataset: object) -> None:
         (
             "Navigation",
             {"dataset": HALL, "foo": 1},
-            r"Navigation(Vector)?Env.. got an unexpected keyword argument 'foo'; it takes .*actions,",
+            "Navigation.* keyword argument 'foo'; it takes .*actions,",
         ),
-        (
-            "Navigation",
-            {"dataset": HALL, "reward": "coverage"},
-            "Navigation(Vector)?Env.. got an unexpected keyword argument 'reward'",
-        ),
+        ("Navigation", {"dataset": HALL, "reward": "coverage"}, "Navigation.* keyword argument 'reward'"),
         ("Exploration", {"dataset": HALL, "config": {"max_steps": 5}}, "config: expected a SimulatorConfig, one of "),
     ],
 )

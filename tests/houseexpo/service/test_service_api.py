@@ -57,6 +57,10 @@ def test_plans_come_by_the_page(client: TestClient) -> None:
         ("plans?rooms=%EF%BC%92", "rooms: expected a number"),
         ("plans?area=inf", "area: expected a number"),
         ("plans/a1/way?from=1,1&to=1e308,1", "to: expected a point"),
+        ("export/svg?idd=a1", "found 'idd'; did you mean 'ids'?"),
+        ("plans/a1/reach?raduis=0.3", "query: expected radius; found 'raduis'; did you mean 'radius'?"),
+        ("plans/a1/similar?most=3", "query: expected no parameter; found 'most'"),
+        ("plans/a1/reach?radius=0.2&radius=0.3", "radius: expected once, found 2 of it"),
     ],
 )
 def test_what_means_nothing_here_is_not_passed_over(client: TestClient, asked: str, words: str) -> None:
@@ -75,24 +79,6 @@ def test_every_address_refuses_parameters_that_it_does_not_take(client: TestClie
             found = client.post(f"{path}?{asked}", content=b"{}")
         assert found.status_code == 400
         assert "query: expected" in found.json()["error"]
-
-
-@pytest.mark.parametrize(
-    ("asked", "words"),
-    [
-        ("export/svg?idd=a1", "found 'idd'; did you mean 'ids'?"),
-        ("plans/a1/reach?raduis=0.3", "query: expected radius; found 'raduis'; did you mean 'radius'?"),
-        ("plans/a1/similar?most=3", "query: expected no parameter; found 'most'"),
-        ("plans/a1/export/ros?resolution=0.1", "query: expected no parameter; found 'resolution'"),
-        ("plans?are=3..", "found 'are'; did you mean 'area'?"),
-        ("plans/a1/reach?radius=0.2&radius=0.3", "radius: expected once, found 2 of it"),
-        ("refused?ofset=3", "did you mean 'offset'?"),
-    ],
-)
-def test_the_nearest_parameter_is_named(client: TestClient, asked: str, words: str) -> None:
-    found = client.get(f"/api/homes/{asked}")
-    assert found.status_code == 400
-    assert words in found.json()["error"]
 
 
 def test_parameters_of_a_page_may_stand_in_its_filter(client: TestClient) -> None:

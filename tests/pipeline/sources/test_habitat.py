@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 import trimesh
 
-from pipeline.rejection import Reason, Rejection
-from pipeline.sources import find, reader
+from pipeline.rejection import Reason
 from tests.builders.batch import plans_of
+from tests.builders.damage import rejected
 from tests.builders.houses import Hole, three_rooms
 from tests.builders.meshes import joined
 
@@ -33,13 +33,6 @@ def data_set(folder: Path, template: str, *, objects: int = 0) -> Path:
     document = {"stage_instance": {"template_name": template}, "object_instances": [sofa] * objects}
     scene.write_text(json.dumps(document))
     return scene
-
-
-def rejected(scene: Path) -> Rejection:
-    (item,) = find(str(scene))
-    with pytest.raises(Rejection) as caught:
-        list(reader(item.reader).read(item))
-    return caught.value
 
 
 def test_the_stage_of_a_scene_gives_the_plan_of_its_mesh(tmp_path: Path, house: bytes) -> None:

@@ -381,18 +381,12 @@ def test_a_storey_is_one_whose_rooms_are_not_drawn_yet(tmp_path, height, size, f
     assert [level.frame.floor for level in levels] == floors
 
 
-def test_an_attic_with_a_room_is_a_level_although_its_walls_stop_early(tower, tmp_path):
+@pytest.mark.parametrize(("top", "floors"), [(5.2, [0.0, 2.8]), (4.2, [0.0])])
+def test_an_attic_with_a_room_is_a_level_although_its_walls_stop_early_and_a_void_is_none(tower, tmp_path, top, floors):
     attic = tower.house.storey("DG", 2.8)
     tower.house.walls_around(attic, (0, 0, 2.8, 8, 6, 3.8))
-    tower.house.space(attic, (0.2, 0.2, 2.8, 7.8, 5.8, 5.2), "2", "Studio")
-    assert tower.floors(tmp_path) == [0.0, 2.8]
-
-
-def test_a_void_under_the_roof_is_none_although_it_has_a_space(tower, tmp_path):
-    attic = tower.house.storey("Spitzboden", 2.8)
-    tower.house.walls_around(attic, (0, 0, 2.8, 8, 6, 3.8))
-    tower.house.space(attic, (0.2, 0.2, 2.8, 7.8, 5.8, 4.2), "2", "Spitzboden")
-    assert tower.floors(tmp_path) == [0.0]
+    tower.house.space(attic, (0.2, 0.2, 2.8, 7.8, 5.8, top), "2", "Studio")
+    assert tower.floors(tmp_path) == floors
 
 
 @pytest.mark.parametrize("kind", ["EXTERNAL", "GFA"])

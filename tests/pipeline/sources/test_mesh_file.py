@@ -297,42 +297,39 @@ def test_coordinates_that_are_no_numbers_to_reckon_with(tmp_path, suffix, value)
     assert rejection(path).reason is Reason.NOT_FINITE
 
 
+NO_FACES, UNREADABLE = {Reason.EMPTY, Reason.UNREADABLE}, {Reason.UNREADABLE}
+STL = "solid x\nfacet normal a b c\nouter loop\nvertex 1 2\nendloop\nendfacet\nendsolid\n"
+
+
 @pytest.mark.parametrize(
-    ("name", "text"),
+    ("suffix", "text", "reasons"),
     [
-        ("none.obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\n"),
-        ("none.off", "OFF\n3 0 0\n0 0 0\n1 0 0\n1 1 0\n"),
-        ("none.stl", "solid nothing\nendsolid nothing\n"),
+        pytest.param(".obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\n", NO_FACES, id="obj without faces"),
+        pytest.param(".off", "OFF\n3 0 0\n0 0 0\n1 0 0\n1 1 0\n", NO_FACES, id="off without faces"),
+        pytest.param(".stl", "solid nothing\nendsolid nothing\n", NO_FACES, id="stl without faces"),
+        pytest.param(".stl", STL, NO_FACES, id="words for numbers"),
+        pytest.param(".obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 9\n", UNREADABLE, id="missing vertices"),
+        pytest.param(".off", "OFF\n" + "# \n" * 60_000 + "x\n", UNREADABLE, id="a header full of comments"),
+        pytest.param(".gltf", "[" * 100_000, UNREADABLE, id="nested too deep"),
+        pytest.param(".dae", '<!DOCTYPE x [<!ENTITY a "aa">]><COLLADA>&a;</COLLADA>', UNREADABLE, id="entities"),
     ],
 )
-def test_no_faces(tmp_path, name, text):
-    path = tmp_path / name
+def test_broken_text_is_refused_and_no_logger_of_a_library_prints(tmp_path, suffix, text, reasons, capfd, caplog):
+    path = tmp_path / f"broken{suffix}"
     path.write_text(text)
-    assert rejection(path).reason in {Reason.EMPTY, Reason.UNREADABLE}
+    assert rejection(path).reason in reasons
+    assert not caplog.records
+    assert capfd.readouterr() == ("", "")
 
 
-def test_faces_that_name_missing_vertices(tmp_path):
-    path = tmp_path / "broken.obj"
-    path.write_text("v 0 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 9\n")
-    assert rejection(path).reason is Reason.UNREADABLE
-
-
-def test_a_house_of_one_kilometre(tmp_path):
-    mesh = one_level()
-    path = tmp_path / "long.ply"
-    as_trimesh(Mesh(mesh.vertices * (125.0, 125.0, 1.0), mesh.faces)).export(path)
-    found = rejection(path)
+@pytest.mark.parametrize(
+    ("scale", "options", "said"),
+    [((125.0, 125.0, 1.0), {}, "1000"), ((1000.0, 1000.0, 1000.0), {"units": "m"}, "say --units mm")],
+)
+def test_a_house_of_one_kilometre_is_in_another_unit(tmp_path, scale, options, said):
+    found = rejection(write(scaled(one_level(), scale), tmp_path / "long.ply"), **options)
     assert found.reason is Reason.BAD_UNITS
-    assert "1000" in found.detail
-
-
-def test_millimetres_taken_for_metres(tmp_path):
-    mesh = one_level()
-    path = tmp_path / "mm.ply"
-    as_trimesh(Mesh(mesh.vertices * 1000.0, mesh.faces)).export(path)
-    found = rejection(path, units="m")
-    assert found.reason is Reason.BAD_UNITS
-    assert found.advice == "say --units mm"
+    assert said in found.detail + found.advice
 
 
 def test_a_table_is_no_house(tmp_path):
@@ -357,18 +354,6 @@ def test_one_bad_file_does_not_stop_the_listing(tmp_path):
     items = list(mesh_file.find(str(tmp_path)))
     assert [item.id for item in items] == ["a", "b"]
     assert len(list(mesh_file.read(items[1]))) == 1
-
-
-def test_an_off_header_full_of_comments_is_read_at_once(tmp_path):
-    path = tmp_path / "comments.off"
-    path.write_bytes(b"OFF\n" + b"# \n" * 60_000 + b"x\n")
-    assert rejection(path).reason is Reason.UNREADABLE
-
-
-def test_json_nested_too_deep(tmp_path):
-    path = tmp_path / "deep.gltf"
-    path.write_text("[" * 100_000)
-    assert rejection(path).reason is Reason.UNREADABLE
 
 
 @pytest.mark.parametrize("material", ["/etc/passwd", "../../secret.mtl", "http://localhost/x.mtl", "%00"])
@@ -408,20 +393,6 @@ def test_a_header_that_announces_more_than_the_file_holds(tmp_path, element):
     found = rejection(path)
     assert found.reason is Reason.UNREADABLE
     assert "announces" in found.detail
-
-
-def test_a_collada_file_with_a_document_type(tmp_path):
-    path = tmp_path / "bomb.dae"
-    path.write_text('<!DOCTYPE x [<!ENTITY a "aaaa">]><COLLADA>&a;</COLLADA>')
-    assert rejection(path).reason is Reason.UNREADABLE
-
-
-def test_no_logger_of_a_library_prints(tmp_path, capfd, caplog):
-    path = tmp_path / "broken.stl"
-    path.write_text("solid x\nfacet normal a b c\nouter loop\nvertex 1 2\nendloop\nendfacet\nendsolid\n")
-    assert rejection(path).reason in {Reason.UNREADABLE, Reason.EMPTY}
-    assert not caplog.records
-    assert capfd.readouterr() == ("", "")
 
 
 def test_a_few_faces_without_a_place_cost_themselves(tmp_path):

@@ -16,7 +16,7 @@ from houseexpo.exports import export
 from houseexpo.floorplan import FloorPlan
 from houseexpo.grids.frame import source_points_from_plan
 from pipeline.config import PipelineConfig
-from pipeline.rejection import Reason, Rejection
+from pipeline.rejection import Reason
 from pipeline.sources import find, reader
 from pipeline.sources.occupancy_map import _flatten_doorways, _Slot
 from pipeline.sources.occupancy_map.gaps import find_gaps
@@ -24,6 +24,7 @@ from pipeline.sources.occupancy_map.rays import fill_between_rays
 from pipeline.sources.occupancy_map.rooms import RoomConnection
 from pipeline.stages.drawn_layout import read_drawn_layout
 from tests.builders.batch import likeness, plans_of
+from tests.builders.damage import rejected
 from tests.builders.shared import DATA, needs_shared
 
 CELL_M = 0.05
@@ -51,13 +52,6 @@ def saved(folder: Path, shades: np.ndarray, name: str = "map", **keys: Any) -> P
 
 def areas(plan: FloorPlan) -> list[float]:
     return sorted(room.polygon.area for room in plan.rooms)
-
-
-def rejected(path: Path, **options: str) -> Rejection:
-    (item,) = find(str(path), **options)
-    with pytest.raises(Rejection) as caught:
-        list(reader(item.reader).read(item))
-    return caught.value
 
 
 def test_two_rooms_and_their_door(tmp_path: Path) -> None:

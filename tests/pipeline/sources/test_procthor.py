@@ -9,7 +9,7 @@ import shapely
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources import find, procthor
 from pipeline.sources.reader_choice import reader_for_file
-from tests.builders.damage import mutated, outcome
+from tests.builders.damage import mutated, rejected
 from tests.builders.formats import procthor as tiny
 from tests.builders.houses import kinds, plan_of
 
@@ -18,12 +18,6 @@ ROOMS = {"Bedroom": (0.0, 0.0, 3.0, 4.0), "Kitchen": (3.0, 0.0, 8.0, 4.0)}
 
 def levels(path):
     return [level for item in find(str(path)) for level in procthor.read(item)]
-
-
-def rejection(path):
-    found = outcome(path)
-    assert isinstance(found, Rejection)
-    return found
 
 
 def test_rooms_doors_and_frame_are_the_files_own(tmp_path):
@@ -117,7 +111,7 @@ def test_a_hole_may_be_written_as_a_box(tmp_path):
 def test_a_door_without_a_hole_is_named(tmp_path):
     house = tiny.house()
     house["doors"][0]["holePolygon"] = []
-    assert "no hole in 'wall|2|2'" in rejection(tiny.write(tmp_path / "house.json", house)).detail
+    assert "no hole in 'wall|2|2'" in rejected(tiny.write(tmp_path / "house.json", house)).detail
 
 
 def test_an_indented_house_is_one_house(tmp_path):
@@ -193,7 +187,7 @@ def test_a_packed_file_that_breaks_off_gives_the_houses_before(tmp_path):
     ],
 )
 def test_bad_house(tmp_path, change, reason):
-    assert rejection(tiny.write(tmp_path / "house.json", tiny.house() | change)).reason is reason
+    assert rejected(tiny.write(tmp_path / "house.json", tiny.house() | change)).reason is reason
 
 
 def test_damaged_files_end_as_levels_or_rejections(tmp_path):

@@ -139,18 +139,16 @@ def test_only_what_stands_in_the_bounds_is_taken() -> None:
     assert weigh_scale(usual(100.0), 1.0, None, 10.0, 0.5) == 1.0
 
 
-def test_a_house_that_is_too_large_is_told_by_what_stands_in_it(tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("suffix", "ceiling_m", "within", "guesses"), [(".obj", 2.7, 0.12, ("scale",)), (".glb", 5.94, 0.02, ())]
+)
+def test_a_house_that_is_too_large_is_told_by_what_stands_in_it_unless_the_format_lays_down_metres(
+    tmp_path: Path, suffix: str, ceiling_m: float, within: float, guesses: tuple[str, ...]
+) -> None:
     """Its storey of 5.9 m is possible in metres, and no usual scale of models makes a door of its openings."""
-    (level,) = read(written(tmp_path / "large.obj", 2.2, things()))
-    assert level.ceiling_m == pytest.approx(2.7, rel=0.12)
-    assert level.guesses == ("scale",)
-
-
-def test_metres_that_the_format_lays_down_stand(tmp_path: Path) -> None:
-    """The same house in glTF, which is in metres, is a house for giants."""
-    (level,) = read(written(tmp_path / "large.glb", 2.2, things()))
-    assert level.ceiling_m == pytest.approx(5.94, rel=0.02)
-    assert level.guesses == ()
+    (level,) = read(written(tmp_path / f"large{suffix}", 2.2, things()))
+    assert level.ceiling_m == pytest.approx(ceiling_m, rel=within)
+    assert level.guesses == guesses
 
 
 def test_walls_in_one_plane_stand_at_no_scale():

@@ -19,6 +19,7 @@ from pipeline.sources.drawn_storeys import Hole, Wall, deepen_to_wall_faces
 from pipeline.sources.vector_plans import is_vector_plan
 from pipeline.sources.vector_plans.tables import list_plan_names
 from tests.builders.batch import plans_of
+from tests.builders.damage import rejected
 from tests.builders.formats import published_plans as published
 
 NAMED = {"Kitchen", "Bedroom"}
@@ -32,13 +33,6 @@ FILES = {
     "geometries.csv": (published.swiss_dwellings, NAMED),
     "ResPlan.pkl": (published.resplan, NAMED),
 }
-
-
-def rejected(path) -> Rejection:
-    (item,) = find(str(path))
-    with pytest.raises(Rejection) as caught:
-        list(reader(item.reader).read(item))
-    return caught.value
 
 
 def written(path, content):

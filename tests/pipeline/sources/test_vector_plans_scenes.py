@@ -27,6 +27,7 @@ from pipeline.sources.vector_plans.scene_bodies import (
     box_mesh,
 )
 from tests.builders.batch import plans_of
+from tests.builders.damage import rejected
 
 MOLMO = """<mujoco model="house">
   <compiler angle="radian"/>
@@ -48,13 +49,6 @@ MOLMO = """<mujoco model="house">
     <body name="sofa_1" pos="7 7 0.4"><freejoint/><geom type="box" size="0.9 0.4 0.4"/></body>
   </worldbody>
 </mujoco>"""
-
-
-def rejected(path) -> Rejection:
-    (item,) = find(str(path))
-    with pytest.raises(Rejection) as caught:
-        list(reader(item.reader).read(item))
-    return caught.value
 
 
 def test_mjcf_as_molmospaces_names_it(tmp_path):
@@ -583,10 +577,7 @@ def plan_of_world(tmp_path: Path, text: str) -> FloorPlan:
 
 def refused(tmp_path: Path, text: str) -> Rejection:
     (tmp_path / "house.wbt").write_text(text)
-    (item,) = find(str(tmp_path / "house.wbt"))
-    with pytest.raises(Rejection) as caught:
-        list(reader(item.reader).read(item))
-    return caught.value
+    return rejected(tmp_path / "house.wbt")
 
 
 @pytest.mark.parametrize("y_up", [False, True])

@@ -16,7 +16,6 @@ from numpy.random import Generator
 from shapely import Polygon, box
 
 GRID_M = 0.05
-WET = ("Bathroom", "Toilet")
 
 
 @dataclass

@@ -85,10 +85,7 @@ def test_equal_cases_are_equal_and_know_no_other() -> None:
         (at_step(2, lambda: np.stack([])), r"step 2: it raised ValueError: .* \(.*policies.py, line \d+\)$"),
         (at_step(2, sys.exit), r"step 2: it raised SystemExit \(.*policies.py, line \d+\)$"),
         (lambda _robot, _seed: 1 / 0, r"step 0: it raised ZeroDivisionError: division by zero"),
-        (
-            lambda _robot, _seed: 0,
-            r"step 0: expected a test to be a factory: .* it returned 0$",
-        ),
+        (lambda _robot, _seed: 0, r"step 0: expected a test to be a factory: .* it returned 0$"),
     ],
 )
 def test_a_policy_that_fails_is_named_with_plan_and_step(factory: Callable[..., Any], said: str) -> None:

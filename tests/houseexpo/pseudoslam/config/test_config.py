@@ -28,14 +28,8 @@ def test_the_defaults_are_the_papers() -> None:
     ("make", "text"),
     [
         (lambda: RobotConfig(radius_m=0), "robot.radius_m: expected more than 0, found 0"),
-        (
-            lambda: RobotConfig(radius_m=np.float32(0.5)),
-            "found np.float32(0.5); convert it to a Python number with .item()",
-        ),
-        (
-            lambda: SimulatorConfig(max_steps=np.int64(9)),
-            "found np.int64(9); convert it to a Python number with .item()",
-        ),
+        (lambda: RobotConfig(radius_m=np.float32(0.5)), "found np.float32(0.5); convert it to a Python number"),
+        (lambda: SimulatorConfig(max_steps=np.int64(9)), "found np.int64(9); convert it to a Python number"),
         (lambda: PeopleConfig(number=np.int64(3)), "found np.int64(3); convert it to a Python number with .item()"),
         (lambda: RobotConfig(step_m=math.nan), "robot.step_m: expected a finite number, found nan"),
         (lambda: RobotConfig(turn_deg="10"), "robot.turn_deg: expected a finite number, found '10'"),
@@ -46,10 +40,7 @@ def test_the_defaults_are_the_papers() -> None:
         (lambda: StartConfig(origin="here"), "start.origin: expected one of plan, centre; found 'here'"),
         (lambda: SimulatorConfig(pixels_per_metre=0), "pixels_per_metre: expected more than 0, found 0"),
         (lambda: SimulatorConfig(max_steps=0), "max_steps: expected a whole number of at least 1, found 0"),
-        (
-            lambda: SimulatorConfig(observation=ObservationConfig(0.01)),
-            "size_m: 0.01 m are fewer than two cells",
-        ),
+        (lambda: SimulatorConfig(observation=ObservationConfig(0.01)), "size_m: 0.01 m are fewer than two cells"),
     ],
 )
 def test_what_cannot_be_is_refused_by_name(make, text: str) -> None:

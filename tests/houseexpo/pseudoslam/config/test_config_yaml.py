@@ -111,18 +111,9 @@ def test_a_published_file_can_be_simulated(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("content", "text"),
     [
-        (
-            changed(noise=1),
-            "expected the published simulator's keys or those of SimulatorConfig, found both: 'json_dir'",
-        ),
-        (
-            changed(robotSize=1),
-            "unknown key 'robotSize'; did you mean 'robotRadius'? Known: json_dir, map_id_set, meter2pixel, mode",
-        ),
-        (
-            changed(laser={"reach": 5}),
-            "unknown key 'laser.reach'; known: laser.range, laser.fov, laser.resolution, laser",
-        ),
+        (changed(noise=1), "expected the published simulator's keys or those of SimulatorConfig, found both"),
+        (changed(robotSize=1), "unknown key 'robotSize'; did you mean 'robotRadius'? Known: json_dir, map_id_set"),
+        (changed(laser={"reach": 5}), "unknown key 'laser.reach'; known: laser.range, laser.fov, laser.resolution"),
         (changed(laser=5), "laser: expected a mapping of range, fov, resolution, noiseSigma; found 5"),
         (changed(robotRadius="20 cm"), "robotRadius: expected a finite number, found '20 cm'"),
         (changed(robotRadius=-1), "robotRadius: robot.radius_m: expected more than 0, found -1"),
@@ -130,15 +121,9 @@ def test_a_published_file_can_be_simulated(tmp_path: Path) -> None:
         (changed(mode=2), "mode: expected 0 or 1, found 2"),
         (changed(mode=[0]), "mode: expected 0 or 1, found [0]"),
         (changed(stateSize={"x": 7, "y": 5}), "stateSize.y: expected x's 7, found 5"),
-        (
-            changed(obstacle={"number": 2.5}),
-            "obstacle.number: obstacles.random.number: expected whole numbers, found (2.5",
-        ),
+        (changed(obstacle={"number": 2.5}), "obstacle.number: obstacles.random.number: expected whole numbers"),
         (changed(stepLength={"linear": None}), "stepLength.linear: expected a finite number, found None"),
-        (
-            {"robot": {"radius": 0.2}},
-            "unknown key 'robot.radius'; did you mean 'robot.radius_m'? Known: robot.radius_m, robot.step_m",
-        ),
+        ({"robot": {"radius": 0.2}}, "unknown key 'robot.radius'; did you mean 'robot.radius_m'"),
         ({"robots": 2}, "unknown key 'robots'; did you mean 'robot'? Known: pixels_per_metre, robot, laser, noise"),
         ({"robot": {"radius_m": "wide"}}, "robot.radius_m: expected a finite number, found 'wide'"),
         ({"known_map": "yes, please"}, "known_map: expected true or false, found 'yes, please'"),

@@ -75,22 +75,10 @@ def test_obstacles_stand_where_they_are_told_to() -> None:
 @pytest.mark.parametrize(
     ("obstacle", "message"),
     [
-        (
-            Obstacle(Circle(0.3), 0.2, 2.0),
-            "[1]: the circle at (0.2, 2) m in plan 'house' overlaps a wall, or lies outside",
-        ),
-        (
-            Obstacle(Circle(0.3), 9.0, 2.0),
-            "[1]: the circle at (9, 2) m in plan 'house' overlaps a wall, or lies outside",
-        ),
-        (
-            Obstacle(Ellipse(0.3, 0.1), 2.3, 2.0),
-            "[1]: the ellipse at (2.3, 2) m in plan 'house' overlaps obstacles.placed[0]",
-        ),
-        (
-            Obstacle(Rectangle(0.2, 1.7), 2.0, 0.85),
-            "[1]: the rectangle at (2, 0.85) m in plan 'house' closes off a part of the house",
-        ),
+        (Obstacle(Circle(0.3), 0.2, 2.0), "[1]: the circle at (0.2, 2) m in plan 'house' overlaps a wall"),
+        (Obstacle(Circle(0.3), 9.0, 2.0), "[1]: the circle at (9, 2) m in plan 'house' overlaps a wall"),
+        (Obstacle(Ellipse(0.3, 0.1), 2.3, 2.0), "[1]: the ellipse at (2.3, 2) m in plan 'house' overlaps"),
+        (Obstacle(Rectangle(0.2, 1.7), 2.0, 0.85), "[1]: the rectangle at (2, 0.85) m in plan 'house' closes"),
     ],
 )
 def test_a_place_that_cannot_be_is_named(obstacle: Obstacle, message: str) -> None:
