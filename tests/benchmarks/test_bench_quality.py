@@ -9,6 +9,9 @@ from __future__ import annotations
 
 import time
 from collections import Counter
+from collections.abc import Callable, Iterable
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import msgspec
@@ -20,7 +23,9 @@ from rich.table import Table
 from pipeline.rejection import Rejection
 from pipeline.sources import suncg
 from pipeline.sources.procedural import write_houses
+from pipeline.values import Level
 from research.quality_fit import by_kind, quality_table
+from tests.builders import shared
 from tests.builders.judged import NAMES, judged, met_of, split
 from tests.builders.kinds.registry import KINDS
 from tests.builders.shared import CASES, DATA, NOT_YET, as_json, case, needs_shared, plan_nearest, planned, scorer
@@ -39,6 +44,8 @@ COLUMNS = {
     "label_accuracy": "labels",
     "valid": "valid",
 }
+
+PLANES = ("free_iou", "room_recall", "room_precision", "door_recall", "door_precision")
 
 
 def table_of(title: str, *headings: str) -> Table:
@@ -77,6 +84,35 @@ def test_real_houses() -> None:
             table.add_row(f"{name} ({key})", *(shown(score.get(c)) for c in COLUMNS), f"{seconds:.1f}")
             assert score["valid"] or name in NOT_YET
     Console(width=180).print(table)
+
+
+@needs_shared
+def test_real_meshes_by_the_papers_planes(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What the walls of several heights bring: meshes read by the two planes of the paper, and as they are."""
+    levels = shared.levels
+    table = table_of("Real meshes, means", "planes", "plans", *(COLUMNS[key] for key in PLANES))
+    recall = {}
+    for name, sills in (("the paper's two", True), ("of several heights", False)):
+        found = partial(_with_sills, levels, sills=sills)
+        monkeypatch.setattr(shared, "levels", found)
+        scores, cases = [], [each for each in CASES if "mesh" in case(each)]
+        for each in cases:
+            truth = case(each)
+            try:
+                plan = as_json(plan_nearest(DATA / truth["mesh"], truth["floor_z"]))
+            except LookupError:
+                continue
+            scores.append(scorer()(plan, truth))
+        known = {key: [score[key] for score in scores if score.get(key) is not None] for key in PLANES}
+        table.add_row(name, f"{len(scores)} of {len(cases)}", *(f"{np.mean(known[key]):.2f}" for key in PLANES))
+        recall[sills] = np.mean(known["door_recall"])
+    Console(width=140).print(table)
+    assert recall[False] > recall[True]
+
+
+def _with_sills(levels: Callable[[Path], Iterable[Level]], path: Path, *, sills: bool) -> list[Level]:
+    """The levels of a file, all of them read as those of SUNCG if ``sills``."""
+    return [replace(level, sills=level.sills or sills) for level in levels(path)]
 
 
 @needs_shared
