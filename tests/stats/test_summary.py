@@ -7,10 +7,7 @@ from houseexpo.floorplan import FloorPlan
 from houseexpo.plan import Door, Navigability, Room
 from houseexpo.summary_plugins import new_summaries
 from stats.summary import PlanSummary
-
-
-def box(x1: float, y1: float, x2: float, y2: float) -> list[tuple[float, float]]:
-    return [(x1, y1), (x1, y2), (x2, y2), (x2, y1)]
+from tests.stats.conftest import box
 
 
 def flat(name: str, components: int = 1) -> FloorPlan:
