@@ -2,10 +2,11 @@
 
 A house is made where it is read, so that any worker can.
 
-``procedural:COUNT``, or ``procedural:COUNT?style=home`` in full, makes sound homes whose numbers and shapes follow the
-published plans. ``procedural:COUNT?style=test`` makes houses in SUNCG's layout, in some of which the cases that the
-paper names as hard are planted; they are written to a scratch folder and read by the SUNCG reader. A house depends on
-the seed and its number, a home also on the statistics that homes follow.
+``procedural:COUNT``, or ``procedural:COUNT?style=home`` in full, makes homes whose numbers and shapes follow the
+published plans. ``procedural:COUNT?style=sound`` makes homes in which one could live. ``procedural:COUNT?style=test``
+makes houses in SUNCG's layout, in some of which the cases that the paper names as hard are planted; they are written to
+a scratch folder and read by the SUNCG reader. A house depends on the seed and its number, a home of the style ``home``
+also on the statistics that such homes follow.
 """
 
 from __future__ import annotations
@@ -21,7 +22,9 @@ from pipeline.sources.homes.home import home_id, make_home
 from pipeline.sources.homes.level import level_from_home
 from pipeline.sources.homes.wishes import distributions_digest
 from pipeline.sources.procedural import scene_id, write_house
-from pipeline.sources.reader_choice import HOME, parse_made_houses
+from pipeline.sources.reader_choice import HOME, SOUND, parse_made_houses
+from pipeline.sources.sound_homes.home import make_sound_home, sound_home_id
+from pipeline.sources.sound_homes.level import level_from_sound_home
 from pipeline.values import MADE, Input, Level, RejectedLevel
 
 
@@ -31,16 +34,19 @@ def find(path: str, **options: str) -> Iterator[Input]:
     if made is None or made.count < 1:
         expected = "expected procedural:COUNT or procedural:COUNT?style=test with a COUNT of at least 1"
         raise ConfigError(f"source {path!r}: {expected}")
-    homes = made.style == HOME
-    kind = f":home:{distributions_digest()}" if homes else ""
+    kind = {HOME: f":home:{distributions_digest()}", SOUND: ":sound"}.get(made.style, "")
+    name_of = {HOME: home_id, SOUND: sound_home_id}.get(made.style, scene_id)
     for index in range(made.count):
-        name = home_id(index, int(seed)) if homes else scene_id(index, int(seed))
+        name = name_of(index, int(seed))
         yield Input(name, "generated", "procedural", key=f"{seed}:{index}{kind}")
 
 
 def read(item: Input) -> Iterator[Level | RejectedLevel]:
     """Make the house; one in SUNCG's layout is read back, which raises Rejection as the SUNCG reader does."""
     seed, index, *kind = item.key.split(":")
+    if kind == [SOUND]:
+        yield level_from_sound_home(make_sound_home(int(index), int(seed)))
+        return
     if kind:
         yield level_from_home(make_home(int(index), int(seed)))
         return

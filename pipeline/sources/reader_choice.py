@@ -266,8 +266,8 @@ def how_to_export(suffixes: Iterable[str]) -> str:
 # The names of sources that are made: ``procedural:COUNT``, and ``procedural:COUNT?style=test``.
 
 
-HOME, TEST = "home", "test"
-STYLES = {HOME: HOME, TEST: TEST, "plain": TEST}
+HOME, SOUND, TEST = "home", "sound", "test"
+STYLES = {HOME: HOME, SOUND: SOUND, TEST: TEST, "plain": TEST}
 """The styles by the names that a source may give them; "plain" is what the style "test" was called before."""
 
 _NAME = re.compile(r"procedural:(\d+)(?:\?style=(\w+))?", re.ASCII)
@@ -275,7 +275,7 @@ _NAME = re.compile(r"procedural:(\d+)(?:\?style=(\w+))?", re.ASCII)
 
 @dataclass(frozen=True)
 class MadeHouses:
-    """How many houses, of which style: sound homes, or houses with planted faults for tests."""
+    """How many houses, of which style: homes like the published plans, sound homes, or houses with planted faults."""
 
     count: int
     style: str

@@ -7,6 +7,7 @@ sill lies and a lintel hangs, as in SUNCG. Front doors lead through the outer wa
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Sequence
 from typing import Final
 
 import numpy as np
@@ -62,8 +63,13 @@ def _walls(home: Home) -> Mesh:
     open_ = shapely.union_all(gaps)
     standing = [(each, 0.0, WALL_TOP_M) for each in _pieces(shapely.difference(solid, open_))]
     crossed = _pieces(shapely.intersection(solid, open_))
-    meshes = [prism_mesh(*each) for each in standing]
-    meshes += [prism_mesh(each, *heights) for each in crossed for heights in ((0.0, SILL_M), (DOOR_HEAD_M, WALL_TOP_M))]
+    hanging = [(each, *heights) for each in crossed for heights in ((0.0, SILL_M), (DOOR_HEAD_M, WALL_TOP_M))]
+    return prisms_mesh([*standing, *hanging])
+
+
+def prisms_mesh(prisms: Sequence[tuple[shapely.Polygon, float, float]]) -> Mesh:
+    """Return one mesh of closed prisms, each given by its polygon and the heights between which it stands."""
+    meshes = [prism_mesh(*each) for each in prisms]
     starts = np.cumsum([0] + [len(points) for points, _, _ in meshes[:-1]])
     return Mesh(
         np.concatenate([points for points, _, _ in meshes]),

@@ -1,0 +1,210 @@
+"""Put doors and windows into the walls of a layout, and a balcony before the living room.
+
+O1  A door stands near a corner, so that it opens against a wall; its width is that of the room that it leads into.
+O2  A way between day rooms has no leaf and takes most of a narrow wall, or 1.6 to 2.4 m of a wide one.
+O3  Every room has a window in each outer wall with light that is long enough; living rooms have wide ones.
+O4  A balcony lies before the living room, as wide as its wall allows; a house that stands free has a terrace door.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Final, NamedTuple
+
+import numpy as np
+import shapely
+
+from pipeline.sources.procedural.values import DOOR_HEAD_M
+from pipeline.sources.sound_homes.values import HALL, SIDES, Cell, Doorway, Join, Layout, Rect, Side, Window
+
+DOORS_M: Final = {
+    "Toilet": (0.70, 0.80),
+    "Storage": (0.70, 0.80),
+    "Wardrobe": (0.70, 0.80),
+    "Bathroom": (0.80,),
+    "Living_Room": (0.90, 1.00, 1.20),
+    "Garage": (0.90,),
+}
+"""Clear widths of doors by the room that they lead into, metres."""
+_DOOR_M: Final = (0.80, 0.90)
+FRONT_M: Final = (0.90, 1.00, 1.10)
+_FRONT_JAMB_M: Final = 0.15
+_JAMB_M: Final = 0.25
+_WIDE_M: Final = (1.6, 2.4)
+
+
+class _Glazing(NamedTuple):
+    """The least and the largest width of a window, its part of the wall, the height of its sill, metres."""
+
+    least_m: float
+    most_m: float
+    part: float
+    sill_m: float
+
+
+WINDOWS: Final = {
+    "Living_Room": _Glazing(1.2, 3.2, 0.6, 0.6),
+    "Kitchen": _Glazing(0.8, 1.6, 0.5, 1.05),
+    "Dining_Room": _Glazing(1.2, 2.6, 0.6, 0.6),
+    "Bathroom": _Glazing(0.5, 0.9, 0.4, 1.2),
+    "Toilet": _Glazing(0.4, 0.6, 0.4, 1.2),
+    "Storage": _Glazing(0.4, 0.6, 0.4, 1.2),
+    "Wardrobe": _Glazing(0.4, 0.6, 0.4, 1.2),
+    "Garage": _Glazing(0.6, 1.0, 0.3, 1.2),
+    "Hallway": _Glazing(0.5, 1.0, 0.5, 0.9),
+}
+_WINDOW: Final = _Glazing(1.0, 2.0, 0.5, 0.9)
+_CORNER_M: Final = 0.3
+_BESIDE_DOOR_M: Final = 0.15
+WINDOW_HEAD_M: Final = DOOR_HEAD_M
+
+
+class Stretch(NamedTuple):
+    """A stretch of a cell's side: the side, where it lies across, and from where to where."""
+
+    side: Side
+    at: float
+    low: float
+    high: float
+
+
+def outer_stretches(cells: tuple[Cell, ...], place: int) -> Iterator[Stretch]:
+    """Yield the stretches of a cell's sides at which no other cell lies."""
+    rect = cells[place].rect
+    for k, side in enumerate(SIDES):
+        across = k % 2
+        at, low, high = rect[k], rect[1 - across], rect[3 - across]
+        free = [(low, high)]
+        for other, cell in enumerate(cells):
+            if other == place or abs(cell.rect[(k + 2) % 4] - at) > 1e-6:
+                continue
+            one, two = cell.rect[1 - across], cell.rect[3 - across]
+            free = [part for a, b in free for part in ((a, min(b, one)), (max(a, two), b)) if part[1] - part[0] > 1e-6]
+        yield from (Stretch(side, at, a, b) for a, b in free)
+
+
+def shared_stretches(cells: tuple[Cell, ...], one: int, other: int) -> Iterator[Stretch]:
+    """Yield the walls between two rooms, as stretches of the sides of the first room's cells."""
+    for cell in cells:
+        for beside in cells:
+            if cell.room != one or beside.room != other:
+                continue
+            for k, side in enumerate(SIDES):
+                across = k % 2
+                if abs(cell.rect[k] - beside.rect[(k + 2) % 4]) < 1e-6:
+                    low = max(cell.rect[1 - across], beside.rect[1 - across])
+                    high = min(cell.rect[3 - across], beside.rect[3 - across])
+                    if high - low > 1e-6:
+                        yield Stretch(side, cell.rect[k], low, high)
+
+
+def rect_in_wall(stretch: Stretch, low: float, high: float, inner_m: float, outer_m: float = 0.0) -> Rect:
+    """Return the part of a wall from ``low`` to ``high``; an outer wall lies outwards from its inner face."""
+    half = inner_m / 2
+    outward = -1.0 if stretch.side in {"west", "south"} else 1.0
+    faces = (stretch.at - outward * half, stretch.at + outward * (outer_m - half if outer_m else half))
+    a, b = round(min(faces), 4), round(max(faces), 4)
+    low, high = round(low, 2), round(high, 2)
+    return (a, low, b, high) if stretch.side in {"west", "east"} else (low, a, high, b)
+
+
+def place_doors(layout: Layout, inner_m: float, rng: np.random.Generator) -> list[Doorway] | None:
+    """Return the doors that a layout asks for (O1, O2), or None where a wall is too short for one."""
+    doors = []
+    for join in layout.joins:
+        walls = sorted(shared_stretches(layout.cells, join.one, join.other), key=lambda each: each.low - each.high)
+        found = _door_in(walls[0], join, layout.labels[join.other], inner_m, rng) if walls else None
+        if found is None and not join.wide:
+            return None
+        if found is not None:
+            doors.append(Doorway(found, (join.one, join.other)))
+    return doors
+
+
+def _door_in(wall: Stretch, join: Join, label: str, inner_m: float, rng: np.random.Generator) -> Rect | None:
+    low, high = wall.low + inner_m / 2 + _JAMB_M, wall.high - inner_m / 2 - _JAMB_M
+    if join.wide:
+        width = min(float(rng.uniform(*_WIDE_M)), high - low)
+        if width < 0.9:
+            return None
+        start = (low + high - width) / 2
+    else:
+        width = float(rng.choice(DOORS_M.get(label, _DOOR_M)))
+        if high - low < width:
+            width = min(DOORS_M.get(label, _DOOR_M))
+        if high - low < width - 1e-6:
+            return None
+        start = low if rng.random() < 0.5 else high - width
+    return rect_in_wall(wall, start, start + width, inner_m)
+
+
+def place_front_door(layout: Layout, inner_m: float, outer_m: float, rng: np.random.Generator) -> Doorway | None:
+    """Return the front door, in the middle of the outer wall at the entrance, or None if that is too short."""
+    place, side = layout.entrance
+    walls = [each for each in outer_stretches(layout.cells, place) if each.side == side]
+    wall = max(walls, key=lambda each: each.high - each.low, default=None)
+    if wall is None or wall.high - wall.low < FRONT_M[0] + inner_m + 2 * _FRONT_JAMB_M:
+        return None
+    width = min(float(rng.choice(FRONT_M)), wall.high - wall.low - inner_m - 2 * _FRONT_JAMB_M)
+    middle = (wall.low + wall.high) / 2
+    return Doorway(rect_in_wall(wall, middle - width / 2, middle + width / 2, inner_m, outer_m), (HALL, None))
+
+
+def place_windows(
+    layout: Layout, light: frozenset[Side], walls_m: tuple[float, float], taken: list[Rect], rng: np.random.Generator
+) -> list[Window]:
+    """Return the windows (O3), which keep clear of the doors in the outer walls, ``taken``."""
+    inner_m, outer_m = walls_m
+    blocked = shapely.union_all([shapely.box(*rect).buffer(_BESIDE_DOOR_M) for rect in taken])
+    found = []
+    for place, cell in enumerate(layout.cells):
+        glazing = WINDOWS.get(layout.labels[cell.room], _WINDOW)
+        for wall in outer_stretches(layout.cells, place):
+            free = wall.high - wall.low - inner_m - 2 * _CORNER_M
+            if wall.side not in light or free < glazing.least_m:
+                continue
+            width = min(
+                max(glazing.part * free * float(rng.uniform(0.85, 1.15)), glazing.least_m), glazing.most_m, free
+            )
+            for shift in (0.0, -0.5, 0.5):
+                start = (wall.low + wall.high - width) / 2 + shift * (free - width)
+                rect = rect_in_wall(wall, start, start + width, inner_m, outer_m)
+                if not shapely.box(*rect).intersects(blocked):
+                    found.append(Window(rect, cell.room, glazing.sill_m, WINDOW_HEAD_M))
+                    break
+    return found
+
+
+def place_outdoors(
+    layout: Layout, light: frozenset[Side], walls_m: tuple[float, float], area_m2: float, rng: np.random.Generator
+) -> tuple[Rect | None, Doorway] | None:
+    """Return a balcony's inner rectangle (None for a terrace, ``area_m2`` of 0) and the way to it (O4), or None."""
+    inner_m, outer_m = walls_m
+    living = layout.labels.index("Living_Room")
+    walls = [
+        wall
+        for place, cell in enumerate(layout.cells)
+        if cell.room == living
+        for wall in outer_stretches(layout.cells, place)
+        if wall.side in light and wall.high - wall.low > 2.4
+    ]
+    house = shapely.union_all([shapely.box(*cell.rect) for cell in layout.cells]).buffer(outer_m - inner_m / 2 - 0.01)
+    for k in rng.permutation(len(walls)).tolist():
+        wall = walls[k]
+        length = wall.high - wall.low
+        door = float(rng.choice([0.9, 1.0, 1.4] if length < 4 else [1.4, 1.6, 1.8]))
+        start = wall.low + inner_m / 2 + 0.3
+        way = Doorway(rect_in_wall(wall, start, start + door, inner_m, outer_m), (living, None))
+        if not area_m2:
+            return None, way
+        wide = min(length - inner_m, max(area_m2 / 1.6, 2.2))
+        deep = min(max(area_m2 / wide, 1.2), 2.6)
+        low = wall.low + inner_m / 2
+        near, far = outer_m - inner_m / 2, outer_m - inner_m / 2 + deep
+        outward = -1.0 if wall.side in {"west", "south"} else 1.0
+        a, b = sorted((round(wall.at + outward * near, 4), round(wall.at + outward * far, 2)))
+        low, high = round(low, 2), round(low + wide, 2)
+        rect = (a, low, b, high) if wall.side in {"west", "east"} else (low, a, high, b)
+        if not shapely.box(*rect).intersects(house):
+            return rect, way
+    return None
