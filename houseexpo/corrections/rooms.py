@@ -155,5 +155,5 @@ def name_room(draft: Draft, placed: Placed) -> Said:
     if room.label == label:
         raise AlreadySoError(f"{draft.name(room)} has this label already")
     text = f"{draft.name(room)} is called {label} now"
-    room.label = label
+    room.label, room.words = label, ()  # the source's words name it no more
     return Said(text)

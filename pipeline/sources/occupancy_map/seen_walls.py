@@ -166,13 +166,14 @@ def entrance_gaps(
     """
     sides = _Sides(free, occupied, cell_m)
     ring = shapely.get_coordinates(shapely.orient_polygons(room).exterior)[:-1]
+    has_recess = len(ring) >= 6  # a recess and the wall beside it have five sides
     found = []
     for k, (a, b) in enumerate(zip(ring, np.roll(ring, -1, axis=0), strict=True)):
         length = float(np.hypot(*(b - a)))
         way = (b - a) / max(length, 1e-9)
         out = np.array([way[1], -way[0]])  # the ring turns counter-clockwise
         gaps = sides.gaps_in(a, way, length)
-        if GAP_M[0] <= length <= GAP_M[1] and sides.is_recess(np.roll(ring, 2 - k, axis=0)[:6]):
+        if has_recess and GAP_M[0] <= length <= GAP_M[1] and sides.is_recess(np.roll(ring, 2 - k, axis=0)[:6]):
             gaps = [np.stack([a, b])]
         for gap in gaps:
             span = shapely.LineString(gap + out * NEAR_M)

@@ -183,6 +183,7 @@ def test_a_label_is_one_of_the_data_sets() -> None:
     found = corrected(label=[1.0, 1.0, "living room"])
     assert [room.label for room in found.plan.rooms] == ["Living_Room", "Bedroom"]
     assert sorted(found.plan.room_category) == ["Bedroom", "Living_Room"]
+    assert found.plan.rooms[0].source_labels == (), "an export states the person's label, not the source's word"
     with pytest.raises(ConfigError, match=r"label: expected one of .*Kitchen.*; found 'Palace'"):
         Override(label=[1.0, 1.0, "Palace"])
 

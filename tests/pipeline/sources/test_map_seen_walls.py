@@ -127,3 +127,16 @@ def test_a_gap_at_the_pictures_border_is_an_entrance(crop: int, tmp_path: Path) 
     cells[120:, WIDE - crop - 1 :] = 0
     plan, _ = built(Image.fromarray(cells), tmp_path)
     assert [door.kind for door in plan.doors] == ["entrance"]
+
+
+def test_a_closet_with_few_corners_has_no_recess(tmp_path: Path) -> None:
+    picture = Image.new("L", (200, 120), 205)
+    draw = ImageDraw.Draw(picture)
+    draw.rectangle((7, 7, 192, 112), fill=0)
+    draw.rectangle((10, 10, 189, 109), fill=254)
+    draw.rectangle((166, 10, 169, 109), fill=0)
+    draw.rectangle((166, 50, 169, 68), fill=254)
+    picture.save(tmp_path / "m.pgm")
+    (tmp_path / "m.yaml").write_text("image: m.pgm\nresolution: 0.05\norigin: [0, 0, 0]\n")
+    [plan] = plans_of(tmp_path / "m.yaml")
+    assert len(plan.rooms) == 2
