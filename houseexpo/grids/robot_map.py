@@ -44,6 +44,7 @@ import numpy as np
 import numpy.typing as npt
 
 from houseexpo.errors import HouseExpoError, MissingDependencyError, install_command
+from houseexpo.file_kinds import HEAD_BYTES, PICTURES, format_suffix
 from houseexpo.files import decode_yaml, is_device, real_path
 from houseexpo.grids.stage_world import FREE_FROM, WorldError, is_stage_world, read_floor_model
 from houseexpo.tolerances import SAME_PX
@@ -72,14 +73,12 @@ TURNED_SHARE: Final = 0.5
 TURNED_BORDER: Final = 0.9
 """R2: the shares of the grey cells and of the border that are unknown in map_saver's pictures that somebody turned."""
 BAGS: Final = (".mcap", ".db3")
-PICTURES: Final = (".pgm", ".png", ".bmp", ".gif", ".jpg", ".jpeg", ".tif", ".tiff", ".webp")
 YAMLS: Final = (".yaml", ".yml")
 WORLD: Final = ".world"
 YAML_BYTES: Final = 1 << 20
 STRETCHED: Final = 0.005
 """Cells of a world's bitmap whose sides differ by less are square."""
 _DEEPEST: Final = 20
-HEAD_BYTES: Final = 1 << 12
 WALLS_ONLY: Final = "walls_only"
 """R8."""
 
@@ -272,7 +271,7 @@ def read_map(
 
 
 def _read(file: Path, resolution: float | None, topic: str | None, shading: _Shading) -> RobotMap:
-    suffix = file.suffix.lower()
+    suffix = format_suffix(file)
     if suffix in BAGS or is_bag_folder(file):
         return _from_bag(file, topic)
     if not file.is_file():
@@ -302,7 +301,7 @@ def is_map_yaml(head: bytes) -> bool:
 
 def is_map_file(path: Path) -> bool:
     """Whether a file may be a map by itself: a ``map.yaml``, a picture, an array or Stage's world."""
-    suffix = path.suffix.lower()
+    suffix = format_suffix(path)
     if suffix in (*YAMLS, WORLD):
         with path.open("rb") as stream:
             head = stream.read(HEAD_BYTES)

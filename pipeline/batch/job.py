@@ -15,6 +15,7 @@ import numpy as np
 
 from houseexpo.corrections import Override
 from houseexpo.errors import MissingDependencyError, find_transient_fault
+from houseexpo.file_kinds import format_note
 from houseexpo.floorplan import FloorPlan
 from houseexpo.plan.json_codec import encode
 from pipeline.batch.entry import Entry, Outcome, StoredPlan, StoredRejection, display_name
@@ -145,6 +146,7 @@ def _outcomes(job: Job, settings: JobSettings) -> Iterator[Outcome]:
     Raises OSError for a transient fault.
     """
     item, levels = job.item, list[str]()
+    note = format_note(Path(job.item.path))
     try:
         for level in time_stages(reader(item.reader).read(item), lambda _: "source"):
             levels.append(level.id)
@@ -152,7 +154,8 @@ def _outcomes(job: Job, settings: JobSettings) -> Iterator[Outcome]:
                 _raise_transient(level.rejection)
                 yield StoredRejection.of(level.id, level.rejection)
             else:
-                yield from _of_level(level, job, settings)
+                told = replace(level, provenance={**level.provenance, "format": note}) if note else level
+                yield from _of_level(told, job, settings)
     except Exception as error:  # noqa: BLE001 - one input's fault must not stop the batch
         yield StoredRejection.of(item.id, _as_rejection(error, item))
     else:

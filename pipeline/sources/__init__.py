@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import cast
 
 from houseexpo.errors import ConfigError
+from houseexpo.file_kinds import format_suffix
 from houseexpo.files import is_device
 from houseexpo.grids.robot_map import is_map_file
 from pipeline.rejection import Rejection
@@ -123,6 +124,6 @@ def _readers(source: str) -> tuple[str, ...]:
         return ("suncg",)
     if path.is_dir():
         return ("reader_choice", "ifc", "mesh_file")
-    if path.suffix.lower() == ".ifc":
+    if format_suffix(path) == ".ifc":
         return ("ifc",)
     return ("reader_choice",) if path.is_file() and (is_map_file(path) or reader_for_file(path)) else ("mesh_file",)

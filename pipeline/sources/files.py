@@ -26,6 +26,7 @@ import msgspec
 import numpy as np
 import numpy.typing as npt
 
+from houseexpo.file_kinds import format_suffix
 from houseexpo.files import real_path
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.tolerances import LONGEST_LENGTH_M
@@ -67,8 +68,8 @@ def walk_source_files(folder: Path) -> Iterator[Path]:
         yield from (file for name in names if (file := Path(place, name)).is_file())
 
 
-def list_files_by_suffix(path: str, suffixes: Iterable[str]) -> Iterator[tuple[Path, str]]:
-    """Yield (file, relative name) for each file with one of the suffixes, sorted by relative name.
+def list_files_of_format(path: str, suffixes: Iterable[str]) -> Iterator[tuple[Path, str]]:
+    """Yield (file, relative name) for each file of a format with one of the suffixes, sorted by relative name.
 
     The name is relative to the SOURCE given; a single file carries its folder's name. Bytes of it that are no UTF-8
     stand as U+FFFD. A single file is listed even where it is missing, so that the batch records it as one rejection.
@@ -76,15 +77,15 @@ def list_files_by_suffix(path: str, suffixes: Iterable[str]) -> Iterator[tuple[P
     Raises
     ------
     Rejection
-        Where ``path`` has no such suffix and is no folder.
+        Where there is nothing at ``path``.
     """
     known = frozenset(suffixes)
     source = Path(path)
     if source.is_dir():
-        files = (file for file in walk_source_files(source) if file.suffix.lower() in known)
+        files = (file for file in walk_source_files(source) if format_suffix(file) in known)
         named = ((file, displayable_name(file.relative_to(source).as_posix())) for file in files)
         yield from sorted(named, key=lambda pair: (pair[1], pair[0]))
-    elif source.suffix.lower() in known:
+    elif format_suffix(source) in known:
         yield source, displayable_name(f"{source.absolute().parent.name}/{source.name}").lstrip("/")
     elif not source.exists():
         raise Rejection("source", Reason.MISSING_FILE, f"{source.name} does not exist", "check the path")
@@ -278,8 +279,6 @@ DEEPEST: Final = 100
 """How deep trees of XML, YAML and scenes may be nested."""
 LARGEST_BYTES: Final = 1 << 28
 """The largest text of a plan or a scene that is read: 256 MB."""
-HEAD_BYTES: Final = 1 << 16
-"""How much of a file's start is read to tell what the file is, or what it holds."""
 
 
 def parse_xml(data: bytes, name: str, left_out: LeftOutParts | None = None) -> Element:

@@ -41,6 +41,7 @@ import numpy.typing as npt
 import shapely
 import shapely.affinity
 
+from houseexpo.file_kinds import format_suffix
 from houseexpo.files import real_path
 from pipeline.geometry.meshes import NO_MESH, merge_meshes
 from pipeline.geometry.prisms import Prism, Prisms, extrude_polygon
@@ -181,7 +182,7 @@ class GeometryMeshes:
         uri = (shape.findtext("uri") or "").strip()
         scale = parse_numbers(shape.findtext("scale") or "1 1 1", 3, f"scale of {what}")
         path = self._places.find(uri, folder)
-        if path is None or not path.is_file() or path.suffix.lower() not in SUFFIXES:
+        if path is None or not path.is_file() or format_suffix(path) not in SUFFIXES:
             self.missing[uri_without_folders(uri)] = None
             return None
         if path not in self._meshes:
@@ -198,7 +199,7 @@ class GeometryMeshes:
         scene = load_scene(path)
         if scene.left_out:
             self._left_out.add(f"{path.name}: {scene.left_out}")
-        metres = frame_convention(path).metres if path.suffix.lower() == ".dae" else None
+        metres = frame_convention(path).metres if format_suffix(path) == ".dae" else None
         return scene.mesh if metres is None else Mesh(scene.mesh.vertices * metres, scene.mesh.faces)
 
 

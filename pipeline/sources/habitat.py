@@ -20,6 +20,7 @@ from typing import Any, Final
 
 import msgspec
 
+from houseexpo.file_kinds import format_suffix
 from houseexpo.files import sha256_of
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources import mesh_file
@@ -101,7 +102,7 @@ def _stage_of(path: Path, template: str) -> tuple[Path, str]:
                     return mesh, _axis(said.up)
             for name in (template, *(template + suffix for suffix in _MESHES)):
                 mesh = file_inside(folder, name, start)
-                if mesh is not None and mesh.suffix.lower() in _MESHES:
+                if mesh is not None and format_suffix(mesh) in _MESHES:
                     return mesh, ""
     detail = f"{path.name}: its stage {template[:80]!r} is not in its folder or the {MOST_FOLDERS} above it"
     raise Rejection("source", Reason.MISSING_FILE, detail, _ADVICE)

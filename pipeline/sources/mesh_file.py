@@ -21,7 +21,7 @@ from houseexpo.plan import Frame
 from pipeline.png import draw_top_view
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.files import KEY as LEFT_OUT
-from pipeline.sources.files import id_from_file_name, level_id, list_files_by_suffix
+from pipeline.sources.files import id_from_file_name, level_id, list_files_of_format
 from pipeline.sources.meshes.formats import SUFFIXES, frame_convention, load_scene
 from pipeline.sources.meshes.scene import Scene
 from pipeline.sources.named_scene import divide_among_levels, named_door_heights, sort_faces_by_role, structural_mesh
@@ -58,7 +58,7 @@ def find(path: str, **options: str) -> Iterator[Input]:
         MISSING_FILE where the path does not exist.
     """
     _requested_size(options)
-    for file, name in list_files_by_suffix(path, SUFFIXES):
+    for file, name in list_files_of_format(path, SUFFIXES):
         yield Input(
             id_from_file_name(name), "mesh_file", str(file), options=tuple(sorted({**options, "file": name}.items()))
         )

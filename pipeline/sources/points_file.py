@@ -27,8 +27,9 @@ import numpy as np
 import numpy.typing as npt
 
 from houseexpo.errors import MissingDependencyError, install_command
+from houseexpo.file_kinds import HEAD_BYTES
 from pipeline.rejection import Reason, Rejection
-from pipeline.sources.files import HEAD_BYTES, check_file
+from pipeline.sources.files import check_file
 
 
 def decompress_lzf(data: bytes, size: int) -> bytes:

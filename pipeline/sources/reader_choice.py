@@ -25,9 +25,10 @@ from typing import Any
 
 import msgspec
 
+from houseexpo.file_kinds import HEAD_BYTES, format_suffix, xml_root
 from houseexpo.grids.robot_map import BAGS, WORLD, YAMLS, drop_map_pictures, is_map_file, is_map_yaml
 from houseexpo.grids.stage_world import is_stage_world
-from pipeline.sources.files import HEAD_BYTES, walk_source_files
+from pipeline.sources.files import walk_source_files
 from pipeline.sources.vector_plans import is_vector_plan
 from pipeline.sources.vector_plans.imdf import is_part_of_archive
 from pipeline.values import Input
@@ -88,12 +89,12 @@ def reader_for_file(path: Path) -> str | None:
 
     A damaged file is what its suffix says, where that leaves no doubt: its reader then says what is wrong.
     """
-    suffix = path.suffix.lower()
     try:
         with path.open("rb") as stream:
             head = stream.read(HEAD_BYTES)
     except OSError:
         return None
+    suffix = format_suffix(path, head)
     if named := _by_name(path, head):
         return named
     if suffix not in _MESHES and is_vector_plan(path, head):
@@ -126,8 +127,7 @@ def _by_content(path: Path, head: bytes) -> str | None:
     if head.startswith(_GZIP) or text[:1] in {b"{", b"["}:
         return reader_for_json(read_first_document(path))
     if text[:1] == b"<":
-        root = re.search(rb"<([A-Za-z_][\w.-]*)", re.sub(rb"<!--.*?-->", b"", text, flags=re.DOTALL))
-        return {b"sdf": "gazebo", b"home": "sweethome"}.get(root[1]) if root else None
+        return {b"sdf": "gazebo", b"home": "sweethome"}.get(xml_root(head)[1])
     return _points(head)
 
 

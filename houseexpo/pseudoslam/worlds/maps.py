@@ -22,11 +22,11 @@ import numpy.typing as npt
 
 from houseexpo.dataset import Dataset, open_dataset
 from houseexpo.errors import ConfigError
+from houseexpo.file_kinds import PICTURES
 from houseexpo.floorplan import FloorPlan
 from houseexpo.grids.frame import GridFrame
 from houseexpo.grids.robot_map import (
     OCCUPIED_THRESH,
-    PICTURES,
     MapError,
     RobotMap,
     drop_map_pictures,

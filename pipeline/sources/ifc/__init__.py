@@ -50,7 +50,7 @@ from pipeline.geometry.meshes import box_around, merge_meshes
 from pipeline.geometry.prisms import extrude_polygon
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.drawn_storeys import walls_around
-from pipeline.sources.files import id_from_file_name, level_id, list_files_by_suffix
+from pipeline.sources.files import id_from_file_name, level_id, list_files_of_format
 from pipeline.sources.ifc.model import Building, ElementBody, WallHole, load_building
 from pipeline.sources.ifc.rooms_and_openings import (
     WallFootprints,
@@ -371,7 +371,7 @@ def find(path: str, **options: str) -> Iterator[Input]:
     """
     if options:
         raise ConfigError(f"IFC files take no option, {', '.join(sorted(options))} given")
-    for file, name in list_files_by_suffix(path, SUFFIXES):
+    for file, name in list_files_of_format(path, SUFFIXES):
         yield Input(id_from_file_name(name), "ifc", str(file), options=(("file", name),))
 
 

@@ -16,8 +16,8 @@ from xml.etree import ElementTree as Xml
 import numpy as np
 import numpy.typing as npt
 
+from houseexpo.file_kinds import HEAD_BYTES
 from pipeline.rejection import Reason, Rejection
-from pipeline.sources.files import HEAD_BYTES
 from pipeline.sources.meshes.scene import NamedPiece, PartNames, transform_triangles, triangulate_polygons
 
 Floats = npt.NDArray[np.float64]

@@ -22,9 +22,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from houseexpo.file_kinds import HEAD_BYTES, format_suffix
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources import roomplan_scan
-from pipeline.sources.files import HEAD_BYTES, check_file
+from pipeline.sources.files import check_file
 from pipeline.sources.meshes import collada, gltf, obj
 from pipeline.sources.meshes.scene import NamedPiece, PartNames, Scene, triangulate_polygons
 from pipeline.sources.named_scene import drop_default_cube
@@ -58,7 +59,7 @@ class FrameConvention:
 
 def frame_convention(path: Path) -> FrameConvention:
     """Return the format's convention; COLLADA and USDZ write their own into the file."""
-    suffix = path.suffix.lower()
+    suffix = format_suffix(path)
     if suffix == ".dae":
         with path.open("rb") as stream:
             head = stream.read(HEAD_BYTES)
@@ -107,13 +108,13 @@ def load_scene(path: Path, max_faces: int = MAX_FACES) -> Scene:
         raise
     except Exception as error:  # the loaders raise whatever broken bytes lead them to
         found = " ".join(str(error).replace(f"{path.parent}/", "").split())[:200]
-        detail = f"{path.name} cannot be read as {path.suffix[1:]}: {type(error).__name__}: {found}"
+        detail = f"{path.name} cannot be read as {format_suffix(path)[1:]}: {type(error).__name__}: {found}"
         raise Rejection("source", Reason.UNREADABLE, detail, "export or copy the file again") from error
     return drop_default_cube(_check_scene(path, scene, declared, max_faces)).without_strays()
 
 
 def _reader(path: Path) -> Callable[[Path, int], Iterator[NamedPiece]]:
-    suffix = path.suffix.lower()
+    suffix = format_suffix(path)
     if suffix in GLTF:
         return gltf.load
     known = {".dae": collada.load, ".obj": obj.load, ".off": load_off, ".usdz": roomplan_scan.load_usdz_pieces}
@@ -124,7 +125,7 @@ def _load_plain(path: Path, _max_faces: int) -> Iterator[NamedPiece]:
     """Yield the one mesh of a format that holds no names."""
     import trimesh
 
-    scene = trimesh.load_scene(path, process=False, skip_materials=True)
+    scene = trimesh.load_scene(path, file_type=format_suffix(path)[1:], process=False, skip_materials=True)
     for part in scene.geometry.values():
         if isinstance(part, trimesh.Trimesh):
             yield NamedPiece(PartNames(), np.asarray(part.vertices, np.float64), np.asarray(part.faces, np.int64))
@@ -132,12 +133,12 @@ def _load_plain(path: Path, _max_faces: int) -> Iterator[NamedPiece]:
 
 def _can_hold(path: Path, declared: int) -> bool:
     """Tell a large mesh from garbage where a header's count should be: a face takes at least 6 bytes."""
-    return path.suffix.lower() == ".gltf" or path.stat().st_size >= 6 * declared
+    return format_suffix(path) == ".gltf" or path.stat().st_size >= 6 * declared
 
 
 def _check_size(path: Path) -> None:
     """Refuse a PLY whose header announces more than the file can hold, before room is made for it."""
-    if path.suffix.lower() == ".ply":
+    if format_suffix(path) == ".ply":
         with path.open("rb") as stream:
             found = parse_ply_header(stream.read(HEAD_BYTES))
         if found and found[1] > path.stat().st_size:
@@ -166,7 +167,7 @@ def _silence_readers() -> Iterator[None]:
 
 def _check_scene(path: Path, scene: Scene, declared: int | None, max_faces: int) -> Scene:
     vertices, faces = scene.mesh.vertices, scene.mesh.faces
-    if declared is not None and len(faces) < declared and path.suffix.lower() not in GLTF:
+    if declared is not None and len(faces) < declared and format_suffix(path) not in GLTF:
         detail = f"{path.name} announces {declared:,} faces and holds {len(faces):,}"
         raise Rejection("source", Reason.UNREADABLE, detail, "the file is truncated: copy it again")
     if len(faces) == 0:
@@ -198,7 +199,7 @@ def declared_face_count(path: Path) -> int | None:
     Polygons count once here, so the loaded triangles may be more, but never fewer. The meshes of a glTF may be fewer:
     its scene shows some of them, and its reader tells by itself when bytes are missing.
     """
-    suffix = path.suffix.lower()
+    suffix = format_suffix(path)
     with path.open("rb") as stream:
         if suffix == ".obj":
             return _count_obj(path)
@@ -237,7 +238,7 @@ def _count_obj(path: Path) -> int:
 
 def _count_gltf(path: Path, head: bytes) -> int | None:
     try:
-        if gltf.is_binary(head, path):
+        if gltf.is_binary(head):
             (length,) = struct.unpack("<I", head[12:16])
             if 20 + length > path.stat().st_size:
                 return None  # it is cut off, or says so of itself; the loader says what is wrong

@@ -41,7 +41,7 @@ def read_json_and_binary(path: Path) -> tuple[dict[str, Any], bytes]:
     """
     data = path.read_bytes()
     binary = b""
-    if is_binary(data, path):
+    if is_binary(data):
         magic, version, length = struct.unpack_from("<4sII", data)
         if magic != b"glTF" or version != 2:
             raise ValueError(f"expected glTF 2, found {magic!r} version {version}")
@@ -62,9 +62,9 @@ def read_json_and_binary(path: Path) -> tuple[dict[str, Any], bytes]:
     return tree, binary
 
 
-def is_binary(head: bytes, path: Path) -> bool:
-    """Return whether a file that begins so is binary (GLB): by its magic or, if it is no JSON either, by its suffix."""
-    return head.startswith(b"glTF") or (path.suffix.lower() == ".glb" and not head.lstrip().startswith(b"{"))
+def is_binary(head: bytes) -> bool:
+    """Return whether a file that begins so is meant to be binary (GLB): it is no JSON."""
+    return not head.lstrip(b"\xef\xbb\xbf \t\r\n").startswith(b"{")
 
 
 def load(path: Path, max_faces: int) -> Iterator[NamedPiece]:

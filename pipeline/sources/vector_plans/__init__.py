@@ -16,8 +16,9 @@ from typing import Any, Protocol, cast
 
 import shapely
 
+from houseexpo.file_kinds import HEAD_BYTES
 from pipeline.rejection import Reason, Rejection
-from pipeline.sources.files import HEAD_BYTES, check_file, id_from_file_name, input_from_file, slug
+from pipeline.sources.files import check_file, id_from_file_name, input_from_file, slug
 from pipeline.sources.vector_plans.drawing import Drawing, levels_from_drawing
 from pipeline.values import Input, Level
 

@@ -31,6 +31,7 @@ import shapely
 from shapely import LineString, Polygon
 
 from houseexpo.errors import MissingDependencyError, install_command
+from houseexpo.file_kinds import format_suffix
 from pipeline.geometry.areas import polygons_of
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.files import LARGEST_BYTES, LeftOutParts, archive_members, read_member
@@ -94,7 +95,7 @@ def can_read(path: Path, head: bytes) -> bool:
     """By its name; a zip by the names in it."""
     if path.suffix.lower() == ".zip" and head.startswith(_ZIP):
         return bool(_drawings_in_zip(path))
-    return path.suffix.lower() == ".dxf" and bool(head)
+    return format_suffix(path, head) == ".dxf" and bool(head)
 
 
 def list_plan_names(path: Path) -> list[str]:

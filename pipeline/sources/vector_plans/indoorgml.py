@@ -27,6 +27,7 @@ import shapely
 from shapely import LineString, Polygon
 from shapely.geometry.base import BaseGeometry
 
+from houseexpo.file_kinds import format_suffix
 from pipeline.geometry.areas import polygons_of
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.drawn_storeys import Hole, Wall, unite_rooms, walls_around
@@ -65,7 +66,7 @@ class _Map:
 
 def can_read(path: Path, head: bytes) -> bool:
     """By the root of the document."""
-    return path.suffix.lower() in {".gml", ".xml", ".indoorgml"} and _ROOT.search(head) is not None
+    return format_suffix(path, head) in {".gml", ".xml", ".indoorgml"} and _ROOT.search(head) is not None
 
 
 def read_drawing(path: Path) -> Drawing:

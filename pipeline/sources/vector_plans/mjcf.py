@@ -20,6 +20,7 @@ import numpy as np
 import numpy.typing as npt
 import shapely
 
+from houseexpo.file_kinds import format_suffix
 from houseexpo.files import real_path
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.files import Element, LeftOutParts, file_inside, parse_xml
@@ -39,7 +40,7 @@ Matrix = npt.NDArray[np.float64]
 
 def can_read(path: Path, head: bytes) -> bool:
     """By its root element."""
-    return path.suffix.lower() in {".xml", ".mjcf"} and b"<mujoco" in head
+    return format_suffix(path, head) in {".xml", ".mjcf"} and b"<mujoco" in head
 
 
 def read_drawing(path: Path) -> Drawing:

@@ -27,6 +27,7 @@ import shapely
 from shapely import MultiPolygon, Polygon
 from shapely.geometry.base import BaseGeometry
 
+from houseexpo.file_kinds import format_suffix
 from houseexpo.plan.room_labels import canonical
 from pipeline.geometry.areas import buffer_mitred, polygons_of
 from pipeline.geometry.noding import round_to_grid
@@ -228,7 +229,7 @@ def load_mesh_beside(
         The file is not in the folder, of another format, too large, or damaged.
     """
     file = file_inside(folder, name)
-    if file is None or file.suffix.lower() not in _MESHES:
+    if file is None or format_suffix(file) not in _MESHES:
         raise ValueError(f"its mesh {name[:80]!r} is not in the folder, or no .obj, .stl or .dae")
     if file.stat().st_size > LARGEST_MESH:
         raise ValueError(f"its mesh has {file.stat().st_size >> 20} MB")
@@ -239,7 +240,7 @@ def load_mesh_beside(
     if scene.left_out:
         left_out.add(f"{file.name}: {scene.left_out}")
     points, faces = scene.mesh.vertices, scene.mesh.faces
-    if file.suffix.lower() != ".dae":
+    if format_suffix(file) != ".dae":
         return points, faces
     points = points * (said.metres or 1.0)
     return (points[:, [0, 2, 1]] * (1.0, -1.0, 1.0) if said.up == "y" else points), faces

@@ -22,6 +22,7 @@ import numpy as np
 import numpy.typing as npt
 from shapely import Polygon
 
+from houseexpo.file_kinds import format_suffix
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.files import Element, LeftOutParts, parse_xml
 from pipeline.sources.tolerances import DOOR_WIDTH_M, STOREY_HEIGHT_M
@@ -56,7 +57,7 @@ _NAMES: Final = {
 
 def can_read(path: Path, head: bytes) -> bool:
     """By its name, and by the groups of either."""
-    if path.suffix.lower() != ".svg":
+    if format_suffix(path, head) != ".svg":
         return False
     return (
         _OWN in head

@@ -20,6 +20,7 @@ from typing import Any
 import numpy as np
 
 from houseexpo.errors import MissingDependencyError, install_command
+from houseexpo.file_kinds import format_suffix
 from houseexpo.files import real_path
 from houseexpo.plan.room_labels import canonical
 from pipeline.rejection import Reason, Rejection
@@ -50,7 +51,7 @@ _LABEL = re.compile(r"semantics:labels:\w+|semantic:\w+:params:semanticData|sema
 
 def can_read(path: Path, head: bytes) -> bool:
     """By what the file begins with, or its name."""
-    return path.suffix.lower() in _LAYERS and (head.startswith((b"#usda", b"PXR-USDC")) or not head)
+    return format_suffix(path, head) in _LAYERS and (head.startswith((b"#usda", b"PXR-USDC")) or not head)
 
 
 def read_drawing(path: Path) -> Drawing:
@@ -108,7 +109,7 @@ def _check_layers(sdf: Any, path: Path) -> None:
             if ":" in asset or folder not in inner.parents or not inner.is_file():
                 told = f"refers to {Path(asset).name[:80]!r}, which is not beside it"
                 raise Rejection("source", Reason.UNREADABLE, f"{path.name}: {file.name} {told}", _ADVICE)
-            if inner.suffix.lower() in _LAYERS:
+            if format_suffix(inner) in _LAYERS:
                 waiting.append(inner)
             else:
                 told = f"refers to {Path(asset).name[:80]!r}, which is no layer that can be checked"

@@ -25,7 +25,7 @@ from pipeline.sources import find
 def test_a_file_of_a_design_program_is_refused_with_how_to_export_it(
     tmp_path: Path, name: str, form: str, folder: bool
 ) -> None:
-    (tmp_path / name).write_text("#usda 1.0")
+    (tmp_path / name).write_bytes(b"\x00design")
     source = tmp_path if folder else tmp_path / name
     with pytest.raises(ConfigError) as refused:
         list(find(str(source)))
