@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
+from houseexpo.commands.arguments import POLICIES, make_completion
 from houseexpo.errors import ConfigError
 
 if TYPE_CHECKING:
@@ -36,6 +37,15 @@ def ros(
     resolution: Annotated[
         float | None, typer.Option(help="Side of a cell of a map without a yaml, metres.", show_default="the yaml's")
     ] = None,
+    policy: Annotated[
+        str | None,
+        typer.Option(
+            help="Let a policy drive: a name such as frontier, a file, or module:name. It explores as on the track "
+            "quality of the benchmark; cmd_vel_teleop overrules it.",
+            show_default="none",
+            autocompletion=make_completion(*POLICIES),
+        ),
+    ] = None,
     robots: Annotated[int, typer.Option(help="Number of robots; several are /robot1, /robot2, ...")] = 1,
     people: Annotated[int | None, typer.Option(help="Number of people who walk.", show_default="none")] = None,
     start: Annotated[
@@ -50,9 +60,13 @@ def ros(
         typer.Option(help="Standard deviation of each step's way and turn, as a share of it.", show_default="0"),
     ] = None,
     maps: Annotated[
-        Literal["none", "slam", "house"],
-        typer.Option("--map", help="Topic map: none, the robot's own map as it grows, or the whole house."),
-    ] = "none",
+        Literal["none", "slam", "house"] | None,
+        typer.Option(
+            "--map",
+            help="Topic map: none, the robot's own map as it grows, or the whole house.",
+            show_default="none; slam, with a policy",
+        ),
+    ] = None,
     speed: Annotated[float, typer.Option(help="Simulated seconds per second; inf: as fast as possible.")] = 1.0,
     stepped: Annotated[
         bool,
@@ -82,7 +96,10 @@ def ros(
     ] = False,
     config: Annotated[
         Path | None,
-        typer.Option(help="YAML file of a SimulatorConfig.", show_default="a laser of 12 m that looks all round"),
+        typer.Option(
+            help="YAML file of a SimulatorConfig.",
+            show_default="a laser of 12 m that looks all round; the track quality's, with a policy",
+        ),
     ] = None,
     seed: Annotated[int, typer.Option(min=0, help="Seed of starts, people and noise.")] = 0,
     seconds: Annotated[
@@ -94,13 +111,16 @@ def ros(
     Topics and frames are those of nav2's loopback simulator: cmd_vel and initialpose in; clock, tf, odom, scan and map
     out.
     """
+    from contextlib import ExitStack
     from dataclasses import replace
 
     from houseexpo.commands.printing import make_console
+    from houseexpo.pseudoslam.benchmark.policy_process import PolicyProcess
     from houseexpo.pseudoslam.ros.bridge import Bridge
     from houseexpo.pseudoslam.ros.dds import Network
     from houseexpo.pseudoslam.ros.fleet import Fleet
     from houseexpo.pseudoslam.ros.node import COMMANDS, EVENTS, Node, NodeConfig
+    from houseexpo.pseudoslam.ros.policy_driver import TRACK, PolicyDriver, check_interface, first_pose
     from houseexpo.pseudoslam.worlds.maps import MapHouse
 
     shown = make_console()
@@ -114,34 +134,52 @@ def ros(
         raise ConfigError("stamped: with DDS, both types of cmd_vel are heard; --stamped is for --bridge")
     if bridge is not None and (domain is not None or local):
         raise ConfigError("bridge: the rosbridge chooses the domain; leave --domain and --local out")
+    maps = maps or ("slam" if policy else "none")
     node_config = NodeConfig(
         scan_hz=scan_hz, maps=maps, speed=speed, stepped=stepped, wall_time=wall_time, static=static_tf,
         localised=map_odom_tf, base=base_frame, scan=scan_frame,
         commands=COMMANDS if bridge is None else COMMANDS[int(stamped) :][:1],
     )  # fmt: skip
-    simulated = _config(config, people, laser_noise, odometry_noise)
+    simulated = _config(config, people, laser_noise, odometry_noise, TRACK.config if policy else None)
     starts = [_pose(text) for text in start or ()]
     houses = _Houses(dataset, plan, resolution)
     if config is None and isinstance(houses.first, MapHouse):
         simulated = replace(simulated, pixels_per_metre=houses.first.pixels_per_metre)
 
+    processes: list[PolicyProcess] = []
+
     def fleet_in(one: House, starts: list[Pose]) -> Fleet:
+        if policy and not starts:
+            starts = [first_pose(one, simulated, seed)]
         return Fleet(one, simulated, robots=robots, seed=seed, starts=starts, tick_s=1.0 / rate)
+
+    def drivers_of(fleet: Fleet, tell: Callable[[str], None]) -> list[PolicyDriver]:
+        return [
+            PolicyDriver(process.policy, fleet, k, seed=seed, step_s=simulated.step_s, say=tell)
+            for k, process in enumerate(processes)
+        ]
 
     network = Bridge(bridge, warn=say) if bridge else Network(domain, local=True if local else None, warn=say)
     where = f"rosbridge {network.url}" if isinstance(network, Bridge) else f"ROS domain {network.domain}"
-    try:
+    with ExitStack() as opened:
+        opened.callback(network.close)
         with shown.status("making the house ready"):
+            for _ in range(robots if policy else 0):
+                processes.append(opened.enter_context(PolicyProcess(str(policy))))
+                check_interface(processes[-1].policy)
+            if processes and (view := processes[0].policy.interface.view):
+                simulated = replace(simulated, observation=view)
             fleet = fleet_in(houses.first, starts)
             if isinstance(network, Network):
                 network.refuse_second(EVENTS)
-            node = Node(network, fleet, node_config, house=lambda name: fleet_in(houses.load(name), []), say=say)
+            node = Node(
+                network, fleet, node_config, house=lambda name: fleet_in(houses.load(name), []),
+                drivers=drivers_of if policy else None, say=say,
+            )  # fmt: skip
         with suppress(KeyboardInterrupt), _watch_signals() as is_told:
             say(f"{len(fleet)} robot{'s' * (len(fleet) > 1)} in {houses.first.id}, {where}; Ctrl-C ends it")
             node.run(float("inf") if seconds is None else seconds, until=is_told)
         say(f"ended after {node.elapsed_s:.1f} simulated seconds")
-    finally:
-        network.close()
 
 
 class _Houses:
@@ -176,7 +214,11 @@ class _Houses:
 
 
 def _config(
-    path: Path | None, people: int | None, laser_noise: float | None, odometry_noise: float | None
+    path: Path | None,
+    people: int | None,
+    laser_noise: float | None,
+    odometry_noise: float | None,
+    track: SimulatorConfig | None,
 ) -> SimulatorConfig:
     from dataclasses import replace
 
@@ -184,6 +226,8 @@ def _config(
 
     if path:
         config = SimulatorConfig.from_yaml(path)
+    elif track:
+        config = track
     else:
         config = SimulatorConfig(laser=LaserConfig(_RANGE_M, 360.0, _RESOLUTION_DEG))
     noise = config.noise

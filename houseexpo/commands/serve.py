@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import secrets
 import socket
+from collections.abc import Sequence
 from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Final
@@ -30,6 +31,13 @@ def serve(
         typer.Option(help="Address to listen on. A token is needed for all but this machine's own.", metavar="ADDRESS"),
     ] = "127.0.0.1",
     review: Annotated[bool, typer.Option("--review", help="Add pages for reviewing plans.")] = False,
+    policy: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="A policy to choose as driver: a Python file, trained weights, or module:name; repeat it for several.",
+            show_default="the benchmark's explorers",
+        ),
+    ] = None,
     read_only: Annotated[bool, typer.Option("--read-only", help="Do not write any files.")] = False,
     measure: Annotated[
         bool,
@@ -59,11 +67,12 @@ def serve(
         raise ConfigError("serve: --review writes decisions, --read-only forbids it; leave one out")
     for place in dataset or () if review else ():
         files_at(place, "serve --review")  # decisions are stored beside the data set
+    policies = _check_policies(policy or ())
     token = "" if is_loopback(host) and not with_token else secrets.token_urlsafe(_TOKEN_BYTES)
     listening = _listening_socket(host, port)
     with listening:
         names = (socket.gethostname(),) if is_any_address(host) else ()
-        settings = ServiceSettings(host, listening.getsockname()[1], names, read_only, review, token)
+        settings = ServiceSettings(host, listening.getsockname()[1], names, read_only, review, token, policies)
         service = Service(open_collections(dataset or [_published_data_set()]), settings)
         for shown in service.collections.values():
             for name in ("rooms", "navigability") if measure else ():
@@ -73,6 +82,23 @@ def serve(
                 typer.echo(f"decisions go to {_check_decisions(shown.path)}")
         typer.echo(f"open {browser_address(settings)} in a browser; Ctrl-C ends it")
         _run(service, listening)
+
+
+def _check_policies(names: Sequence[str]) -> dict[str, str]:
+    """Return policies by the names of drivers, their last folder and file, so that the page shows no paths."""
+    from houseexpo.errors import ConfigError
+    from houseexpo.pseudoslam.benchmark.policy_process import PolicyProcess
+    from houseexpo.pseudoslam.ros.policy_driver import check_interface
+
+    found: dict[str, str] = {}
+    for name in names:
+        with PolicyProcess(name) as process:
+            check_interface(process.policy)
+        shown = "/".join(Path(name).parts[-2:])
+        if shown in found:
+            raise ConfigError(f"--policy: {found[shown]} and {name} would both be called {shown}; rename a folder")
+        found[shown] = name
+    return found
 
 
 def browser_address(settings: ServiceSettings) -> str:

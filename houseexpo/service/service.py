@@ -49,6 +49,8 @@ class ServiceSettings:
         Whether it has pages for judging plans.
     token
         The token that clients must show, "" for none.
+    policies
+        The policies that drive beside the benchmark's explorers: the names for ``load_policy``, by those of drivers.
     """
 
     host: str = LOOPBACK
@@ -57,6 +59,7 @@ class ServiceSettings:
     read_only: bool = False
     review: bool = False
     token: str = ""
+    policies: Mapping[str, str] = field(default_factory=dict)
     limits: ServerLimits = ServerLimits()
 
     def knows(self, host: str) -> bool:

@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from houseexpo.errors import ConfigError, PolicyError
 from houseexpo.pseudoslam.agents.loading import NamedPolicy, describe_exception, describe_no_policy
-from houseexpo.pseudoslam.agents.protocol import make_knowledge, make_robot
+from houseexpo.pseudoslam.agents.protocol import Policy, make_knowledge, make_robot
 from houseexpo.pseudoslam.benchmark.cases import Case, policy_seed_at_start
 from houseexpo.pseudoslam.benchmark.measures import MEAN_DIGITS
 from houseexpo.pseudoslam.benchmark.policy_process import PolicyProcess, PolicyProcessError
@@ -125,9 +125,7 @@ class EpisodeRunner:
         observation, info = env.reset(seed=case.seed, options={"plan_id": case.plan_id, "pose": case.pose})
         self._add(trace, case, info, 0.0)
         note(0)
-        robot = make_robot(env, self.policy.interface)
-        seed = policy_seed_at_start(self.policy_seed, make_knowledge(env.simulator, env.state)["map"])
-        policy = self._ask(case, 0, lambda: self.policy.factory(robot, seed))
+        policy = self._ask(case, 0, lambda: start_policy(self.policy, env, self.policy_seed))
         if not callable(policy):
             raise PolicyError(f"{self._where(case, 0)}: {describe_no_policy(self.policy, policy)}")
         if scoring is not None:
@@ -198,6 +196,15 @@ class EpisodeRunner:
 
     def _where(self, case: Case, step: int) -> str:
         return f"policy {self.policy.name!r}: plan {case.plan_id!r}, step {step}"
+
+
+def start_policy(policy: NamedPolicy, env: PseudoSlamEnv, run_seed: int = 0) -> Policy:
+    """Return the policy of an episode that has just begun in an environment, with the seed that the benchmark gives it.
+
+    Wherever a policy drives in the same house from the same start, it is this one.
+    """
+    seed = policy_seed_at_start(run_seed, make_knowledge(env.simulator, env.state)["map"])
+    return policy.factory(make_robot(env, policy.interface), seed)
 
 
 def curve_sample_points(most: int) -> npt.NDArray[np.float64]:

@@ -205,6 +205,30 @@ class PseudoSlamEnv(gymnasium.Env[Observation, Any]):
         self._show()
         return self._observation(after), reward, *ends, self._info(after, success)
 
+    def look_from(
+        self, pose: tuple[float, float, float], occupied: npt.NDArray[np.uint8]
+    ) -> tuple[Observation, dict[str, Any]]:
+        """Put the robot at a pose among other obstacles, take a step in place, which scans there, and return as reset.
+
+        For a robot that something else moves. Its map stays.
+
+        Parameters
+        ----------
+        pose
+            x, y in the plan's metres, heading in radians.
+        occupied
+            (rows, cols) of the state's ``occupied``.
+        """
+        state, frame = self.state, self.simulator.world.frame
+        state.occupied[:] = occupied
+        for pose_px in (state.pose_px, state.believed_px):
+            pose_px[:] = *frame.pixels_from_points(pose[:2]).tolist(), pose[2]
+        take_first_scan(state, self._params, self._scratch)
+        self._believe(starts=False)
+        after = self._after = self._metrics()
+        self._show()
+        return self._observation(after), self._info(after, self.task.success(after))
+
     def render(self) -> npt.NDArray[np.uint8] | None:
         """Return the map with the robot on it, (rows, cols, 3) uint8, row 0 at the highest y, or show it in a window.
 

@@ -199,12 +199,15 @@ def odometry_message(
             "header": _header(nanoseconds, frame),
             "child_frame_id": child,
             "pose": {"pose": _pose(pose), "covariance": unknown},
-            "twist": {
-                "twist": {"linear": _xyz(ahead, left), "angular": _xyz(0.0, 0.0, turning)},
-                "covariance": unknown,
-            },
+            "twist": {"twist": _twist(ahead, left, turning), "covariance": unknown},
         },
     )
+
+
+def velocity_message(nanoseconds: int, frame: str, kind: str, speed: tuple[float, float, float]) -> Message:
+    """Return a velocity of ``odometry_message``, as a Twist or a TwistStamped, whichever ``kind`` names."""
+    twist = _twist(*speed)
+    return Message(kind, twist if kind.endswith("/Twist") else {"header": _header(nanoseconds, frame), "twist": twist})
 
 
 def laser_scan_message(
@@ -275,8 +278,8 @@ def entity_state_message(nanoseconds: int, frame: str, pose: Pose, speed: tuple[
         {
             "header": _header(nanoseconds, frame),
             "pose": _pose(pose),
-            "twist": {"linear": _xyz(right, up), "angular": _xyz(0.0, 0.0, turning)},
-            "acceleration": {"linear": _xyz(0.0, 0.0), "angular": _xyz(0.0, 0.0)},
+            "twist": _twist(right, up, turning),
+            "acceleration": _twist(0.0, 0.0, 0.0),
         },
     )
 
@@ -306,6 +309,10 @@ def _header(nanoseconds: int, frame: str) -> Fields:
 
 def _xyz(x: float, y: float, z: float = 0.0) -> Fields:
     return {"x": x, "y": y, "z": z}
+
+
+def _twist(x: float, y: float, turning: float) -> Fields:
+    return {"linear": _xyz(x, y), "angular": _xyz(0.0, 0.0, turning)}
 
 
 def _quaternion(heading: float) -> Fields:

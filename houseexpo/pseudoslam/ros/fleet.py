@@ -194,6 +194,11 @@ class Fleet:
         one = self._robots[robot]
         return one.simulator.map(one.state)
 
+    def occupied(self, robot: int) -> npt.NDArray[np.uint8]:
+        """Return the cells (rows, cols) that are not free for a robot now: walls, obstacles, people, other robots."""
+        self._refresh(robot)
+        return self._robots[robot].state.occupied.copy()
+
     def people_m(self) -> Floats:
         """Return the centres of the people (n, 2), metres."""
         if not self._robots:

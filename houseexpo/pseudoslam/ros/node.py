@@ -6,6 +6,8 @@ Each robot, in its namespace if there are several:
 topic              type                                            what
 =================  ==============================================  ===============================================
 ``cmd_vel`` in     Twist, TwistStamped                             velocity; stops when none came for a second
+                                                                   (out if a policy drives, which ``cmd_vel_teleop``,
+                                                                   in, overrules)
 ``initialpose`` in PoseWithCovarianceStamped                       puts the robot there
 ``odom`` out       Odometry                                        by the wheels, with their noise
 ``scan`` out       LaserScan                                       in the frame of the laser
@@ -28,7 +30,7 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import partial
-from typing import Final, Literal, Protocol
+from typing import Final, Literal, Protocol, TypeAlias
 
 import numpy as np
 
@@ -55,15 +57,18 @@ from houseexpo.pseudoslam.io.ros_messages import (
     occupancy_grid_message,
     odometry_message,
     transforms_message,
+    velocity_message,
 )
 from houseexpo.pseudoslam.ros.control import STEPS_MOST, ControlServices, Time
 from houseexpo.pseudoslam.ros.dds import Subscription
 from houseexpo.pseudoslam.ros.fleet import Fleet, Velocity
+from houseexpo.pseudoslam.ros.policy_driver import PolicyDriver
 from houseexpo.pseudoslam.ros.services import RequestQueue
 from houseexpo.pseudoslam.simulator import OccupancyGrid
 from houseexpo.pseudoslam.worlds.maps import MapHouse
 
 Maps = Literal["none", "slam", "house"]
+Drivers: TypeAlias = Callable[[Fleet, Callable[[str], None]], Sequence[PolicyDriver]]
 
 COMMANDS: Final = ("geometry_msgs/msg/Twist", "geometry_msgs/msg/TwistStamped")
 EVENTS: Final = "/houseexpo/event"
@@ -156,6 +161,8 @@ class _Endpoints:
     """One robot's topics, and what it was told last."""
 
     prefix: str
+    hears: str
+    """The topic of commands."""
     commands: tuple[Subscription, ...]
     placed: Subscription
     velocity: Velocity = field(default_factory=Velocity)
@@ -169,6 +176,10 @@ class Node:
     ----------
     house
         Called with a plan's id; returns the fleet in that house, or raises HouseExpoError.
+    drivers
+        Called with a fleet whenever an episode begins, and with ``tell``; returns the policy that drives each robot.
+        Then ``cmd_vel`` is what the robots do; who drives one by ``cmd_vel_teleop`` has it until a second after the
+        last command.
     say
         Called with a sentence about what happened.
     """
@@ -180,9 +191,11 @@ class Node:
         config: NodeConfig,
         *,
         house: Callable[[str], Fleet] | None = None,
+        drivers: Drivers | None = None,
         say: Callable[[str], None] = lambda _: None,
     ) -> None:
         self._graph, self.fleet, self._config, self._house, self._say = graph, fleet, config, house, say
+        self._make_drivers = drivers
         self._tick_ns = round(fleet.tick_s * NANOSECONDS)
         self._now_ns = START_NS
         self._next_scan_ns = self._next_map_ns = self._now_ns
@@ -200,6 +213,7 @@ class Node:
             self._advertise("", "clock")
         self._published_map: list[bytes] = [b""] * len(self._ends)
         self._control = ControlServices(graph, self)
+        self.drivers = self._start_drivers()
         self._report()
 
     @property
@@ -248,9 +262,14 @@ class Node:
         """Do what was asked for, go on by one tick, and publish."""
         self._listen()
         now_s = self.now_s
-        for end in self._ends:
+        for k, end in enumerate(self._ends):
+            driver = self.drivers[k] if self.drivers else None
             if now_s - end.told_s > _STALE_S:
-                end.velocity = Velocity()
+                end.velocity = driver.velocity() if driver else Velocity()
+            elif driver:
+                driver.give_way()
+            if driver:
+                self._send_velocity(end)
         self.fleet.advance([end.velocity for end in self._ends])
         self._now_ns += self._tick_ns
         self._ticks += 1
@@ -264,6 +283,8 @@ class Node:
         if state:
             self.fleet.reset()
         self._begin_again("reset" if state else "reset of time")
+        if state:
+            self.drivers = self._start_drivers()
         self._report()
 
     def move_to_house(self, plan_id: str) -> None:
@@ -273,6 +294,7 @@ class Node:
         self.fleet = self._house(plan_id)
         self._stop_steps()
         self._begin_again(f"house {plan_id}")
+        self.drivers = self._start_drivers()
 
     def house_map(self) -> Message:
         """Return the map of the whole house."""
@@ -333,9 +355,13 @@ class Node:
         if self._config.static:
             self._advertise(prefix, "tf_static")
             graph.publish(f"{prefix}/tf_static", fixed_frames_message(self._config.base, self._config.scan))
-        commands = tuple(graph.subscribe(f"{prefix}/cmd_vel", kind) for kind in self._config.commands)
+        hears = f"{prefix}/cmd_vel"
+        if self._make_drivers:
+            graph.advertise(hears, self._config.commands[0], TopicQuality())
+            hears = f"{prefix}/cmd_vel_teleop"
+        commands = tuple(graph.subscribe(hears, kind) for kind in self._config.commands)
         placed = graph.subscribe(f"{prefix}/initialpose", "geometry_msgs/msg/PoseWithCovarianceStamped")
-        return _Endpoints(prefix, commands, placed)
+        return _Endpoints(prefix, hears, commands, placed)
 
     def _listen(self) -> None:
         """Take what arrived: velocities, poses, and what was asked of the simulation."""
@@ -343,7 +369,7 @@ class Node:
             for command in end.commands:
                 for message in command.take():
                     twist = message.fields.get("twist", message.fields)
-                    self._try(f"{end.prefix}/cmd_vel", partial(self.drive, k, _velocity(twist)))
+                    self._try(end.hears, partial(self.drive, k, _velocity(twist)))
             for message in end.placed.take():
                 self._try(f"{end.prefix}/initialpose", partial(self._put, k, message.fields))
         if self._reset.take():
@@ -353,6 +379,18 @@ class Node:
         for message in self._steps.take():
             self._try("/houseexpo/step", partial(self._step, int(message.fields["data"])))
         self._control.serve()
+
+    def _start_drivers(self) -> Sequence[PolicyDriver]:
+        return self._make_drivers(self.fleet, self.tell) if self._make_drivers else ()
+
+    def _send_velocity(self, end: _Endpoints) -> None:
+        self._graph.publish(
+            f"{end.prefix}/cmd_vel",
+            velocity_message(
+                self.stamp_ns, self._config.base, self._config.commands[0],
+                (end.velocity.ahead_m_s, end.velocity.left_m_s, end.velocity.turn_rad_s),
+            ),
+        )  # fmt: skip
 
     def _step(self, ticks: int) -> None:
         if self.time != "paused":
@@ -426,7 +464,10 @@ class Node:
         """Publish a map that has changed since the last time; a growing one only if somebody listens."""
         if self._config.maps == "slam" and not self._graph.has_subscribers(f"{self._ends[robot].prefix}/map"):
             return
-        grid = self.fleet.map(robot) if self._config.maps == "slam" else _whole(self.fleet)
+        if self._config.maps == "house":
+            grid = _whole(self.fleet)
+        else:
+            grid = self.drivers[robot].map() if self.drivers else self.fleet.map(robot)
         data = grid.data.tobytes()
         if data != self._published_map[robot]:
             self._published_map[robot] = data

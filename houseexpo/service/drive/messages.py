@@ -39,17 +39,17 @@ Share = Annotated[float, Meta(ge=-1, le=1)]
 class StartDrive(
     msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True, tag="start", tag_field="do"
 ):
-    """Place a robot; ``driver`` is "you" or the name of an explorer."""
+    """Place a robot; ``driver`` is "you", or the name of an explorer or of one of the server's policies."""
 
     plan: Annotated[str, Meta(min_length=1, max_length=300)]
-    driver: Annotated[str, Meta(max_length=60)] = YOU
+    driver: Annotated[str, Meta(max_length=300)] = YOU
     range_m: Annotated[float, Meta(ge=1, le=20)] = 5.0
     fov_deg: Annotated[float, Meta(ge=30, le=360)] = 180.0
     noise: Literal["none", "some", "much"] = "none"
     people: Annotated[int, Meta(ge=0, le=20)] = 0
     obstacles: Annotated[int, Meta(ge=0, le=20)] = 0
     speed: Literal["slow", "normal", "fast"] = "normal"
-    seed: Annotated[int, Meta(ge=0, lt=2**31)] = 0
+    seed: Annotated[int, Meta(ge=0, lt=2**32)] = 0
 
     @property
     def config(self) -> SimulatorConfig:

@@ -61,6 +61,7 @@ def routes(service: Service) -> list[BaseRoute]:
             "words": words,
             "other": other if other != name else "",
             "explorers": known,
+            "policies": list(service.settings.policies),
         }
         return service.page(request, "drive/drive.html", here="drive", shown=shown, **told)
 
@@ -81,7 +82,7 @@ def routes(service: Service) -> list[BaseRoute]:
         try:
             if not threads:
                 threads.append(anyio.CapacityLimiter(count_cores()))
-            await DriveSession(websocket, found.plan, threads[0]).run()
+            await DriveSession(websocket, found.plan, threads[0], service.settings.policies).run()
         finally:
             robots.pop()
 

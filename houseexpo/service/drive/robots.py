@@ -1,10 +1,13 @@
-"""Simulate one robot in a plan, driven by a person, a benchmark's explorer or a recording, and make its frames.
+"""Simulate one robot in a plan, driven by a person, an explorer, a server's policy or a recording, and make its frames.
 
 It does not know the socket.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable, Mapping
+from contextlib import ExitStack
+from dataclasses import replace
 from functools import cache
 from typing import Any, Final
 
@@ -15,12 +18,15 @@ from houseexpo.files import zip_bytes
 from houseexpo.floorplan import FloorPlan
 from houseexpo.pseudoslam.agents.driving import DriveSession
 from houseexpo.pseudoslam.agents.loading import NAMES, NamedPolicy, load_policy
-from houseexpo.pseudoslam.agents.protocol import make_knowledge, make_robot
+from houseexpo.pseudoslam.agents.protocol import Interface, make_knowledge
+from houseexpo.pseudoslam.benchmark.episodes import start_policy
+from houseexpo.pseudoslam.benchmark.policy_process import PolicyProcess, PolicyProcessError
 from houseexpo.pseudoslam.envs.single import ExplorationEnv
 from houseexpo.pseudoslam.render.sight import measure_sight
+from houseexpo.pseudoslam.simulator import ACTIONS
 from houseexpo.service.drive.frames import COLLIDED, ENDED, SUCCESS, RobotReport, SentMap, encode_frame
 from houseexpo.service.drive.messages import YOU, StartDrive
-from houseexpo.service.drive.recordings import FULL, Action, DriveEnd, Recorder, Recording, hash_geometry
+from houseexpo.service.drive.recordings import FULL, DriveEnd, Recorder, Recording, hash_geometry
 
 BEAMS: Final = 181
 """Beams of the laser that the browser draws."""
@@ -53,31 +59,55 @@ class DrivenRobot:
     ----------
     replayed
         What it does, where it replays a drive; ``start`` is the recording's then.
+    policies
+        The server's own policies: the names of files or functions, by the names of drivers.
 
     Raises
     ------
     ConfigError, PlanError
         There is no such driver, or the house cannot take what was asked for: it is too narrow, or has no room for it.
+    PolicyError
+        The policy cannot be started.
     """
 
-    def __init__(self, plan: FloorPlan, start: StartDrive, replayed: Recording | None = None) -> None:
+    def __init__(
+        self,
+        plan: FloorPlan,
+        start: StartDrive,
+        replayed: Recording | None = None,
+        policies: Mapping[str, str] | None = None,
+    ) -> None:
         self._start, self._replayed = start, replayed
         self._by_hand = start.driver == YOU
-        policy = None if self._by_hand else _explorer(start.driver)
-        spaces: dict[str, Any] = {"actions": "continuous"}
-        if policy is not None:
-            spaces = {"actions": policy.interface.actions, "observation": policy.interface.observation}
-        self._env = ExplorationEnv([plan], start.config, success_coverage=_ALL_SEEN, **spaces)
-        self._drive = DriveSession(self._env, start.seed)
-        self._script = replayed.actions() if replayed else iter(())
-        self._mind = None
-        if policy is not None and replayed is None:
-            self._mind = policy.factory(make_robot(self._env, policy.interface), start.seed)
+        self._opened, self._mind = ExitStack(), None
+        with ExitStack() as undone:
+            undone.callback(self.close)
+            policy = None if self._by_hand or replayed else self._load(start.driver, policies or {})
+            shown = Interface("continuous") if self._by_hand else policy.interface if policy else Interface()
+            config = start.config if shown.view is None else replace(start.config, observation=shown.view)
+            self._env = ExplorationEnv(
+                [plan], config, success_coverage=_ALL_SEEN, actions=shown.actions, observation=shown.observation,
+                action_mask=shown.action_mask,
+            )  # fmt: skip
+            self._drive = DriveSession(self._env, start.seed)
+            self._script = replayed.actions() if replayed else iter(())
+            if policy is not None:
+                self._mind = self._ask(lambda: start_policy(policy, self._env))
+            undone.pop_all()
         self._is_same_house = replayed is None or replayed.shape == hash_geometry(plan)
         self._recorder = Recorder(start, plan)
         self._done = False
         self._sent = SentMap(self._env.state.known.shape)
         self._number, self._steps, self._bumps = 0, 0, BumpCounter()
+
+    def _load(self, driver: str, policies: Mapping[str, str]) -> NamedPolicy:
+        if driver not in policies:
+            return _explorer(driver, policies)
+        return self._opened.enter_context(PolicyProcess(policies[driver])).policy
+
+    def close(self) -> None:
+        """End the policy's process, if there is one."""
+        self._opened.close()
 
     def hello(self) -> dict[str, Any]:
         """Return the values that the browser needs before the first frame."""
@@ -130,31 +160,59 @@ class DrivenRobot:
         """
         if self.ended:
             return False
-        action = next(self._script, None) if self._mind is None else self._decide()
+        action = self._decide() if self._mind is not None else next(self._script, None)
+        if action is not None and self._mind is None and not self._by_hand:
+            action = action[0]
         if action is None:
             self._done = True
         else:
             self._act(action)
         return True
 
-    def _decide(self) -> Action | None:
-        assert self._mind is not None  # noqa: S101  # only explorers are asked
+    def take_over(self, linear: float, angular: float) -> bool:
+        """Take a step by a person's keys in place of the explorer's, and return whether there was one.
+
+        Forward comes before turning, since a step is one or the other. The explorer goes on from where the robot is.
+        """
+        keys = ("forward", linear > 0), ("left", angular > 0), ("right", angular < 0)
+        pressed = [ACTIONS.index(name) for name, is_down in keys if is_down]
+        if self.ended or not pressed or self._env.actions != "discrete":
+            return False
+        self._act(pressed[0])
+        return True
+
+    def _decide(self) -> Any:
+        """Return an action of the environment, or None when the policy is done."""
+        mind = self._mind
+        assert mind is not None  # noqa: S101  # only explorers are asked
+        known = make_knowledge(self._env.simulator, self._env.state)
+        return self._ask(lambda: mind(self._drive.observation, known))
+
+    def _ask(self, question: Callable[[], Any]) -> Any:
         try:
-            action = self._mind(self._drive.observation, make_knowledge(self._env.simulator, self._env.state))
+            return question()
+        except PolicyProcessError as error:
+            raise PolicyError(f"the policy {self._start.driver!r} failed: {error}") from None
         except Exception as error:
             raise PolicyError(f"the explorer failed: {type(error).__name__}: {error}") from error
-        return None if action is None else (int(action), 0)
 
-    def _act(self, action: Action) -> None:
+    def _act(self, action: Any) -> None:
         before_m = self._path_m
         if self._by_hand:
             linear, angular = action[0] / FULL, action[1] / FULL
             self._drive.act(np.array([linear, angular]), _name(linear, angular))
+            self._recorder.add(action)
         else:
-            self._drive.act(action[0], str(action[0]))
-        self._recorder.add(action)
+            self._ask(lambda: self._drive.act(action, str(action)))
+            if self._is_recorded:
+                self._recorder.add((int(action), 0))
         self._steps += 1
         self._bumps.step(blocked=bool(self._drive.info["collided"]), moved_m=self._path_m - before_m)
+
+    @property
+    def _is_recorded(self) -> bool:
+        """Whether a recording can hold the actions."""
+        return self._by_hand or self._env.actions == "discrete"
 
     @property
     def _path_m(self) -> float:
@@ -196,7 +254,7 @@ class DrivenRobot:
             "path_m": self._path_m,
             "bumps": self._bumps.count,
             "time_s": self._steps * self._env.config.step_s,
-            "recording": self._recorder.recording(end).as_text() if replay is None else "",
+            "recording": self._recorder.recording(end).as_text() if replay is None and self._is_recorded else "",
             "replay": replay,
         }
 
@@ -211,10 +269,11 @@ def explorer_names() -> tuple[str, ...]:
     return tuple(name for name in NAMES if "exploration" in (load_policy(name).interface.tasks or ("exploration",)))
 
 
-def _explorer(name: str) -> NamedPolicy:
-    """Return an explorer by its name; files and modules, which other commands accept, are refused here."""
+def _explorer(name: str, policies: Iterable[str]) -> NamedPolicy:
+    """Return an explorer by its name; files and modules, which only the server's command may name, are refused."""
     if name not in explorer_names():
-        raise ConfigError(f"driver: expected {YOU} or one of {', '.join(explorer_names())}; found {name!r}")
+        known = ", ".join([*explorer_names(), *policies])
+        raise ConfigError(f"driver: expected {YOU} or one of {known}; found {name!r}")
     return load_policy(name)
 
 

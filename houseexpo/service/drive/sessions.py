@@ -16,7 +16,7 @@ R6  An explorer that was slow catches up for a third of a second, to keep the st
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any, Final, TypeVar
 
 import anyio
@@ -53,6 +53,8 @@ LEFT_ALONE_S: Final = 900.0
 """Seconds after which a silent browser and an unattended robot end the session (R2)."""
 MAX_MESSAGES_A_S: Final = 200
 STEPS_PER_S: Final = 30.0
+TAKEN_OVER_STEPS_PER_S: Final = 5.0
+"""Steps of an explorer's robot that a person drives: 1.5 m/s or 50 degrees per second."""
 LONG_S: Final = 0.7
 """The browser is told about work that takes longer, seconds (R5)."""
 TOLD_S: Final = 0.5
@@ -73,10 +75,21 @@ class _EndError(Exception):
 
 
 class DriveSession:
-    """One socket; ``plan_of`` returns a plan by its id, ``threads`` limits the robots that move at once."""
+    """One socket; ``plan_of`` returns a plan by its id, ``threads`` limits the robots that move at once.
 
-    def __init__(self, socket: WebSocket, plan_of: Callable[[str], FloorPlan], threads: anyio.CapacityLimiter) -> None:
+    ``policies`` are the server's own, see ``DrivenRobot``.
+    """
+
+    def __init__(
+        self,
+        socket: WebSocket,
+        plan_of: Callable[[str], FloorPlan],
+        threads: anyio.CapacityLimiter,
+        policies: Mapping[str, str] | None = None,
+    ) -> None:
         self._socket, self._plan_of, self._threads = socket, plan_of, threads
+        self._policies = policies
+        self._robot: DrivenRobot | None = None
         self._turn, self._sending = anyio.Lock(), anyio.Lock()
         self._move = MoveRobot(0.0, 0.0)
         self._steps_per_s = STEPS_PER_S
@@ -96,6 +109,9 @@ class DriveSession:
             return
         except HouseExpoError as error:
             await self._close(str(error), REFUSED)
+        finally:
+            if self._robot is not None:
+                self._robot.close()
 
     async def _serve(self) -> None:
         first = None
@@ -116,7 +132,8 @@ class DriveSession:
 
     def _place(self, first: StartDrive | ReplayDrive) -> DrivenRobot:
         if isinstance(first, StartDrive):
-            return DrivenRobot(self._plan_of(first.plan), first)
+            self._robot = DrivenRobot(self._plan_of(first.plan), first, policies=self._policies)
+            return self._robot
         recording = decode_recording(first.recording)
         return DrivenRobot(self._plan_of(recording.start.plan), recording.start, recording)
 
@@ -163,7 +180,8 @@ class DriveSession:
                 if now - self._seen_s > GONE_S:
                     raise _EndError("The browser has stopped drawing.", ENDED)
             else:
-                share = self._steps_per_s / FRAMES_PER_S
+                steers = robot.goes_by_itself and bool(self._move.linear or self._move.angular)
+                share = (TAKEN_OVER_STEPS_PER_S if steers else self._steps_per_s) / FRAMES_PER_S
                 owed = min(owed + share, max(share, 1.0))
                 steps = int(owed) if robot.goes_by_itself else 1
                 owed -= steps if robot.goes_by_itself else 0
@@ -184,7 +202,9 @@ class DriveSession:
         move = self._move
 
         def work() -> bytes | None:
-            if robot.goes_by_itself:
+            if robot.goes_by_itself and (move.linear or move.angular):
+                changed = sum(robot.take_over(move.linear, move.angular) for _ in range(steps)) > 0
+            elif robot.goes_by_itself:
                 changed = sum(robot.advance() for _ in range(steps)) > 0
             else:
                 changed = robot.move(move.linear, move.angular)

@@ -61,7 +61,8 @@ function beginAll() {
 function steer() {
   const linear = down.has("forward") - down.has("back");
   const angular = down.has("left") - down.has("right");
-  for (const panel of panels) panel.move(linear, angular);
+  const hands = panels.filter((panel) => panel.byHand); // beside a person's robot, explorers are left alone
+  for (const panel of hands.length ? hands : panels) panel.move(linear, angular);
 }
 
 function lay() {

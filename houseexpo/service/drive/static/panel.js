@@ -57,7 +57,7 @@ export class Panel {
     this.#wait("Placing the robot…");
     Object.assign(this.one(".hold"), { hidden: this.byHand, textContent: "Pause", disabled: false });
     Object.assign(this.one(".finish"), { hidden: Boolean(this.replaying), disabled: true });
-    this.one(".pad").hidden = !this.byHand;
+    this.one(".pad").hidden = Boolean(this.replaying);
     const socket = new WebSocket(new URL(this.address, location.href.replace(/^http/, "ws")));
     socket.binaryType = "arraybuffer";
     let opened = false; // a server that has no room for another socket does not open it, and cannot say why
@@ -81,10 +81,10 @@ export class Panel {
     socket?.close();
   }
 
-  // Moves by shares of the full speed, ahead and to the left.
+  // Moves by shares of the full speed, ahead and to the left; an explorer's robot is taken over meanwhile.
   move(linear, angular) {
     const moving = `${linear} ${angular}`;
-    if (!this.byHand || !this.hello || moving === this.moving) return;
+    if (this.replaying || !this.hello || moving === this.moving) return;
     this.moving = moving;
     this.one(".hint").hidden = true;
     this.#send({ do: "move", linear, angular });
@@ -221,7 +221,7 @@ export class Panel {
     this.one(".result-doubt").textContent = found.replay === "another place"
       ? "The replay ended at another place than the drive: the house or the simulator has changed." : "";
     this.one(".replay").disabled = this.one(".copy").disabled = !this.link;
-    this.one(".copy").title = this.link ? "" : "This drive is too long for a link; save its path and map instead.";
+    this.one(".copy").title = this.link ? "" : "A link cannot hold this drive; save its path and map instead.";
     this.one(".link").hidden = true;
     this.one(".hint").hidden = true;
     this.one(".result").hidden = false;

@@ -14,7 +14,7 @@ import msgspec
 import numpy as np
 import pytest
 
-from houseexpo.errors import ConfigError
+from houseexpo.errors import ConfigError, PolicyError
 from houseexpo.pseudoslam.config import LaserConfig
 from houseexpo.service.drive.frames import COLLIDED, ENDED, SUCCESS
 from houseexpo.service.drive.messages import StartDrive
@@ -201,3 +201,44 @@ def test_explorers_are_those_of_the_benchmark_and_explore() -> None:
 def test_files_and_modules_are_no_explorers(driver: str) -> None:
     with pytest.raises(ConfigError, match="driver: expected you or one of"):
         robot(driver=driver)
+
+
+def test_a_person_takes_over_from_an_explorer_and_the_recording_has_both() -> None:
+    watched = robot(driver="frontier", seed=1)
+    for number in range(400):
+        if 5 <= number < 12:
+            assert watched.take_over(0.0, 1.0)
+        elif not watched.advance():
+            break
+    assert watched.ended
+    rows = watched._drive.rows
+    assert [row.action for row in rows[6:13]] == ["1"] * 7
+    assert not watched.take_over(1.0, 0.0)
+    figures = watched.finish()
+    assert figures["coverage"] > 0.98
+    recording = decode_recording(figures["recording"])
+    again = DrivenRobot(two_rooms(), recording.start, recording)
+    while again.advance():
+        pass
+    assert again._drive.rows == rows
+
+
+@pytest.mark.slow
+def test_a_policy_of_the_server_drives_in_a_process_of_its_own() -> None:
+    start = StartDrive("two_rooms", driver="mine")
+    watched = DrivenRobot(two_rooms(), start, policies={"mine": "tests.builders.policies:Continuous"})
+    for _ in range(30):
+        assert watched.advance()
+    assert not watched.take_over(1.0, 0.0)  # its actions are continuous
+    figures = watched.finish()
+    assert figures["steps"] == 30
+    assert figures["recording"] == ""
+    watched.close()
+    with pytest.raises(ConfigError, match="driver: expected you or one of .*, mine; found 'other'"):
+        DrivenRobot(two_rooms(), StartDrive("two_rooms", driver="other"), policies={"mine": "mine.py"})
+    broken = DrivenRobot(two_rooms(), start, policies={"mine": "tests.builders.policies:dies"})
+    for _ in range(3):
+        broken.advance()
+    with pytest.raises(PolicyError, match="policy 'mine' failed: its process died"):
+        broken.advance()
+    broken.close()
