@@ -234,7 +234,7 @@ def test_a_policy_of_the_server_drives_in_a_process_of_its_own() -> None:
     assert figures["steps"] == 30
     assert figures["recording"] == ""
     watched.close()
-    with pytest.raises(ConfigError, match="driver: expected you or one of .*, mine; found 'other'"):
+    with pytest.raises(ConfigError, match=r"driver: expected you or one of .*, mine; found 'other'"):
         DrivenRobot(two_rooms(), StartDrive("two_rooms", driver="other"), policies={"mine": "mine.py"})
     broken = DrivenRobot(two_rooms(), start, policies={"mine": "tests.builders.policies:dies"})
     for _ in range(3):
