@@ -137,7 +137,7 @@ def test_in_the_browser_it_goes_where_it_went_in_the_benchmark(policy: str, tmp_
             page.wait_for_selector(".panel[data-state=ended]", timeout=240_000)
             assert page.inner_text(".result-words") in {"The whole house is seen", "The explorer is done"}
             with page.expect_download() as download:
-                page.click(".controls .save")
+                page.click(".result .save")
             download.value.save_as(tmp_path / "saved.zip")
             page.click(".result .again")  # a person takes over, and the policy goes on
             page.wait_for_selector(".panel[data-state=driving]", timeout=60_000)

@@ -132,9 +132,9 @@ def finished(socket: WebSocketTestSession) -> dict[str, Any]:
 
 
 def test_what_takes_long_is_explained(client: TestClient, monkeypatch: pytest.MonkeyPatch) -> None:
-    def slow(*words: Any) -> DrivenRobot:
+    def slow(*words: Any, **more: Any) -> DrivenRobot:
         time.sleep(1.0)
-        return DrivenRobot(*words)
+        return DrivenRobot(*words, **more)
 
     monkeypatch.setattr(sessions, "DrivenRobot", slow)
     monkeypatch.setattr(sessions, "LONG_S", 0.0)
