@@ -295,7 +295,8 @@ def _read(file: Path, resolution: float | None, topic: str | None, shading: _Sha
 
 def is_map_yaml(head: bytes) -> bool:
     """Whether the first bytes of a YAML file are those of a ``map.yaml``."""
-    lines = {line.split(b":")[0].strip() for line in head.split(b"\n") if not line.startswith((b" ", b"\t", b"#"))}
+    text = head.removeprefix(b"\xef\xbb\xbf")  # a byte order mark, as editors under Windows write
+    lines = {line.split(b":")[0].strip() for line in text.split(b"\n") if not line.startswith((b" ", b"\t", b"#"))}
     return {b"image", b"resolution"} <= lines
 
 

@@ -140,3 +140,10 @@ def test_a_closet_with_few_corners_has_no_recess(tmp_path: Path) -> None:
     (tmp_path / "m.yaml").write_text("image: m.pgm\nresolution: 0.05\norigin: [0, 0, 0]\n")
     [plan] = plans_of(tmp_path / "m.yaml")
     assert len(plan.rooms) == 2
+
+
+def test_a_byte_order_mark_hides_no_map(tmp_path: Path) -> None:
+    hall().save(tmp_path / "m.pgm")
+    text = "image: m.pgm\nresolution: 0.05\norigin: [0, 0, 0]\n"
+    (tmp_path / "m.yaml").write_text(text, encoding="utf-8-sig")
+    assert len(plans_of(tmp_path / "m.yaml")) == 1
