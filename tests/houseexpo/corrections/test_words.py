@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import pytest
@@ -183,9 +184,14 @@ def test_a_label_is_one_of_the_data_sets() -> None:
     found = corrected(label=[1.0, 1.0, "living room"])
     assert [room.label for room in found.plan.rooms] == ["Living_Room", "Bedroom"]
     assert sorted(found.plan.room_category) == ["Bedroom", "Living_Room"]
-    assert found.plan.rooms[0].source_labels == (), "an export states the person's label, not the source's word"
     with pytest.raises(ConfigError, match=r"label: expected one of .*Kitchen.*; found 'Palace'"):
         Override(label=[1.0, 1.0, "Palace"])
+
+
+def test_a_label_takes_the_place_of_the_sources_words() -> None:
+    named = replace(PLAN, rooms=tuple(replace(room, source_labels=("Saal",)) for room in PLAN.rooms))
+    found = correct_plan(named, Override(label=[1.0, 1.0, "Office"]).corrections)
+    assert [room.source_labels for room in found.plan.rooms] == [(), ("Saal",)]
 
 
 def test_a_space_between_walls_becomes_a_room() -> None:

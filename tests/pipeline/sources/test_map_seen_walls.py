@@ -13,6 +13,7 @@ from PIL import Image, ImageDraw
 
 from houseexpo import FloorPlan
 from houseexpo.grids.frame import source_points_from_plan
+from pipeline.sources.occupancy_map.seen_walls import entrance_gaps
 from tests.builders.batch import plans_of
 
 CELL_M = 0.05
@@ -129,17 +130,11 @@ def test_a_gap_at_the_pictures_border_is_an_entrance(crop: int, tmp_path: Path) 
     assert [door.kind for door in plan.doors] == ["entrance"]
 
 
-def test_a_closet_with_few_corners_has_no_recess(tmp_path: Path) -> None:
-    picture = Image.new("L", (200, 120), 205)
-    draw = ImageDraw.Draw(picture)
-    draw.rectangle((7, 7, 192, 112), fill=0)
-    draw.rectangle((10, 10, 189, 109), fill=254)
-    draw.rectangle((166, 10, 169, 109), fill=0)
-    draw.rectangle((166, 50, 169, 68), fill=254)
-    picture.save(tmp_path / "m.pgm")
-    (tmp_path / "m.yaml").write_text("image: m.pgm\nresolution: 0.05\norigin: [0, 0, 0]\n")
-    [plan] = plans_of(tmp_path / "m.yaml")
-    assert len(plan.rooms) == 2
+@pytest.mark.parametrize("corners", [3, 4, 5])
+def test_a_closet_with_few_corners_has_no_recess(corners: int) -> None:
+    room = shapely.Polygon([(1, 1), (2, 1), (2, 3), (1.5, 3.5), (1, 3)][:corners])
+    free, occupied = np.zeros((100, 100), np.bool_), np.ones((100, 100), np.bool_)
+    assert entrance_gaps(room, free, occupied, shapely.Polygon(), CELL_M) == []
 
 
 def test_a_byte_order_mark_hides_no_map(tmp_path: Path) -> None:
