@@ -20,6 +20,8 @@ from pipeline.sources.sound_homes.values import SoundHome
 from pipeline.values import MADE, Level, SourceOpening, SourceRoom
 
 _MIN_M2: Final = 1e-4
+_PARAPET_M: Final = 1.0
+"""What building codes ask of a parapet."""
 
 
 def level_from_sound_home(home: SoundHome) -> Level:
@@ -63,7 +65,13 @@ def _walls(home: SoundHome) -> Mesh:
         for piece in _pieces(shapely.intersection(solid, shapely.box(*window.rect))):
             prisms += [(piece, 0.0, window.sill_m), (piece, window.head_m, WALL_TOP_M)]
     panes = shapely.union_all([shapely.box(*window.rect) for window in home.windows])
-    standing = shapely.difference(solid, shapely.union_all([doors, panes]))
+    house = [
+        shapely.buffer(r, home.outer_m, join_style="mitre") for k, r in enumerate(home.rooms) if k not in home.balconies
+    ]
+    parapets = shapely.difference(solid, shapely.union_all(house))
+    for piece in _pieces(parapets):
+        prisms += [(piece, 0.0, _PARAPET_M), (piece, DOOR_HEAD_M, WALL_TOP_M)]
+    standing = shapely.difference(solid, shapely.union_all([doors, panes, parapets]))
     prisms += [(piece, 0.0, WALL_TOP_M) for piece in _pieces(standing)]
     for piece in _pieces(shapely.intersection(solid, doors)):
         prisms += [(piece, 0.0, SILL_M), (piece, DOOR_HEAD_M, WALL_TOP_M)]

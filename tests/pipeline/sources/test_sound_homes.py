@@ -91,6 +91,15 @@ def test_doors_and_windows_lie_in_walls(homes: list[SoundHome]) -> None:
             assert all(gap.distance(pane) > 0.1 for pane in panes), home.id
 
 
+def test_a_balcony_has_parapets_that_one_sees_over(homes: list[SoundHome]) -> None:
+    seen = 0
+    for home in homes:
+        heights = level_from_sound_home(home).walls.vertices[:, 2]
+        assert np.isclose(heights, 1.0).any() == bool(home.balconies), home.id  # nothing else ends there
+        seen += len(home.balconies)
+    assert seen
+
+
 @pytest.mark.slow
 def test_the_pipeline_reads_back_what_was_made(homes: list[SoundHome]) -> None:
     same = 0
