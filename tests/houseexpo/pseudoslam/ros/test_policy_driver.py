@@ -151,6 +151,10 @@ def test_what_cannot_drive_is_refused_and_what_fails_is_said() -> None:
         driver_of(named(lambda _robot, _seed: None), fleet_of())  # type: ignore[arg-type, return-value]
     fleet = fleet_of()
     driver = driver_of(named(not_a_number), fleet)
-    with pytest.raises(PolicyError, match=r"step 4: "):
+
+    def drive() -> None:
         for _ in range(200):
             fleet.advance([driver.velocity()])
+
+    with pytest.raises(PolicyError, match=r"step 4: "):
+        drive()
