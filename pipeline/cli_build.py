@@ -115,6 +115,7 @@ def build_data_set(work: BuildRequest, others: str, check: Callable[[], None]) -
     from pipeline.display import make_display
     from pipeline.html_report import write_report
     from pipeline.overrides import load_overrides
+    from pipeline.terminal_report import outcomes_by_id
 
     check()
     root, adds = Path(work.out), others == ExistingPlansPolicy.ADD
@@ -136,25 +137,10 @@ def build_data_set(work: BuildRequest, others: str, check: Callable[[], None]) -
         if not data_set.unchanged:
             remove_common_settings(FolderStore(root))
             write_report(data_set, display.progress)
-    _say_without_effect(data_set)
+    for name, outcome, sentence in outcomes_by_id(data_set):
+        if outcome == "none":
+            typer.secho(f"correction without effect: {name}: {sentence}", fg="yellow", err=True)
     return data_set
-
-
-def _say_without_effect(data_set: BuildResult) -> None:
-    """Name the corrections by hand that did nothing, each with the reason."""
-    from houseexpo.floorplan import load_plan
-    from pipeline.overrides import corrections_without_effect, level_id_from
-
-    for name, override in data_set.overrides.items():
-        ids = [each for each in data_set.ids if level_id_from(each) == level_id_from(name)]
-        refused = next((each for each in data_set.refused if level_id_from(each.id) == level_id_from(name)), None)
-        plans = [load_plan(data_set.root / "json" / f"{each}.json") for each in ids if override.corrections]
-        idle = corrections_without_effect(override, plans)
-        if not ids and refused is not None and not override.drop:
-            said = [*(["keep"] if override.keep else []), *map(str, override.corrections)]
-            idle = [f"{word}: there is no plan: {refused.reason.replace('_', ' ')}" for word in said]
-        for line in idle:
-            typer.secho(f"correction without effect: {name}: {line}", fg="yellow", err=True)
 
 
 def build_one_shard(work: BuildRequest, shard: str, check: Callable[[], None]) -> int:

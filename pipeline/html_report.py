@@ -31,7 +31,7 @@ from pipeline.batch.plan_store import DamagedPlanError, PlanStore
 from pipeline.batch.result_store import FolderStore
 from pipeline.png import encode_png
 from pipeline.quality import main_grounds_in_words
-from pipeline.terminal_report import slowest_inputs, sorted_rejections, stage_seconds
+from pipeline.terminal_report import outcomes_by_id, slowest_inputs, sorted_rejections, stage_seconds
 
 SHOWN: Final = 50
 """How many of the other plans are drawn, at random: enough to look at, quick to make."""
@@ -92,6 +92,7 @@ def _write(data_set: BuildResult, progress: Progress) -> None:
     some = ", some at random" if len(data_set.ids) > SHOWN else ""
     parts = (
         table_html((), list(_counts(data_set))),
+        *_corrections(data_set),
         section_html(f"Doubtful plans: {count}", [_plan_figure(plans[name]) for name in doubtful], _GROUNDS),
         *_rejections(data_set),
         section_html(f"Duplicates: {len(copies)}", [_duplicate_figure(copy) for copy in copies[:MAX_SHOWN]]),
@@ -103,6 +104,13 @@ def _write(data_set: BuildResult, progress: Progress) -> None:
     )
     html = page_html(data_set.root.name, parts)
     write_atomically(data_set.root / ".build" / "report.html", html.encode(), durable=True)
+
+
+def _corrections(data_set: BuildResult) -> Iterator[str]:
+    """Yield what became of each correction by hand, those without effect first."""
+    told = sorted(outcomes_by_id(data_set), key=lambda each: each[1] != "none")
+    yield section_html(f"Corrections: {len(told)}", [])
+    yield table_html(("id", "outcome", "correction"), told)
 
 
 def _draw_plan(plan: FloorPlan, *, in_pixels: bool) -> str | bytes | None:

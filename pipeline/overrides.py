@@ -49,7 +49,7 @@ from pipeline.config import PipelineConfig
 from pipeline.config_file import convert_to_type
 from pipeline.sources import OVERRIDABLE
 from pipeline.sources.files import slug
-from pipeline.values import Input, Level
+from pipeline.values import IDLE, Input, Level
 
 _LOG = logging.getLogger(__name__)
 
@@ -255,23 +255,30 @@ def ids_without_level(overrides: Mapping[str, Override], levels: Collection[str]
 
 
 def correct_level(level: Level, override: Override) -> Level:
-    """Return the level with what an override says of its storey (R3)."""
-    return replace(level, corrections=(*level.corrections, *override.corrections))
+    """Return the level with what an override says of its storey (R3), and what of it does nothing here."""
+    heights = () if level.sills else [word for word in ("h_g", "h_d") if getattr(override, word) is not None]
+    idle = [f"{word}: only houses in SUNCG's layout are cut at such a height" for word in heights]
+    told = {**level.provenance, IDLE: [*level.provenance.get(IDLE, ()), *idle]} if idle else level.provenance
+    return replace(level, corrections=(*level.corrections, *override.corrections), provenance=told)
 
 
-def corrections_without_effect(override: Override, plans: Iterable[FloorPlan]) -> list[str]:
-    """Return the corrections of a storey that did nothing, with the reason, from the provenance of its plans.
+def outcomes_of_corrections(override: Override, plans: Iterable[FloorPlan]) -> list[tuple[str, str]]:
+    """Return what became of each correction, by the plans' provenance: ``done``, ``already`` or ``none``, and a sentence.
 
     A correction of a storey with several buildings did something if it did in one of them.
     """
     found: dict[str, tuple[str, str]] = {}
+    idle: dict[str, None] = {}
     for plan in plans:
-        for told in (plan.provenance or {}).get("corrections", []):
+        provenance = plan.provenance or {}
+        idle |= dict.fromkeys(provenance.get(IDLE, ()))
+        for told in provenance.get("corrections", []):
             key = json.dumps([told["word"], told["value"]])
             if found.get(key, ("none", ""))[0] == "none":
                 found[key] = told["outcome"], told["said"]
     wanted = {json.dumps([each.word, _listed(each.value)]): str(each) for each in override.corrections}
-    return [f"{wanted[key]}: {said}" for key, (outcome, said) in found.items() if outcome == "none" and key in wanted]
+    outcomes = [(outcome, f"{wanted[key]}: {said}") for key, (outcome, said) in found.items() if key in wanted]
+    return outcomes + [("none", sentence) for sentence in idle]
 
 
 def _listed(value: Any) -> Any:

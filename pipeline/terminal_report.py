@@ -27,6 +27,7 @@ from houseexpo.plan.parts import SURE
 from houseexpo.words import count_noun
 from pipeline.batch.assemble import BuildResult, make_unique_ids
 from pipeline.batch.entry import Entry, StoredRejection
+from pipeline.overrides import is_id_of_input, level_id_from, outcomes_of_corrections
 from pipeline.quality import main_grounds_in_words
 from pipeline.sources import is_path
 from pipeline.sources.reader_choice import how_to_export
@@ -38,6 +39,23 @@ _FIRST: Final = 8
 _REFUSED: Final = 8
 _SLOW: Final = 10
 """The number of inputs that are listed as the slowest."""
+
+
+def outcomes_by_id(data_set: BuildResult) -> Iterator[tuple[str, str, str]]:
+    """Yield what became of each correction by hand: the id it stands under, done, already or none, and a sentence."""
+    for name, override in data_set.overrides.items():
+        ids = [
+            each
+            for each in data_set.ids
+            if level_id_from(each) == level_id_from(name) or (override.of_file and is_id_of_input(each, name))
+        ]
+        plans = (load_plan(data_set.root / "json" / f"{each}.json") for each in ids)
+        for outcome, sentence in outcomes_of_corrections(override, plans):
+            yield name, outcome, sentence
+        refused = next((each for each in data_set.refused if level_id_from(each.id) == level_id_from(name)), None)
+        if not ids and refused is not None and not override.drop:
+            for word in [*(["keep"] if override.keep else []), *map(str, override.corrections)]:
+                yield name, "none", f"{word}: there is no plan: {refused.reason.replace('_', ' ')}"
 
 
 def read_index_rows(root: Path) -> list[dict[str, Any]]:

@@ -39,7 +39,7 @@ from pipeline.sources.storeys.interior import check_interior
 from pipeline.sources.storeys.levels import FoundLevel, Shift, find_levels, shift_to_origin
 from pipeline.sources.storeys.scale import metres_per_unit, parse_positive_option
 from pipeline.sources.tolerances import MARGIN_M, USUAL_STOREY_M
-from pipeline.values import Input, Level, Mesh
+from pipeline.values import IDLE, Input, Level, Mesh
 
 OPTIONS = ("up", "units", "scale", "storey_height")
 
@@ -76,7 +76,9 @@ def read(item: Input) -> Iterator[Level]:
     """
     options = dict(item.options)
     path = Path(item.path)
-    raw = load_scene(path).without(json.loads(options.get("drop_nodes", "[]"))).without_sky()
+    whole, dropped = load_scene(path), json.loads(options.get("drop_nodes", "[]"))
+    idle = [f"drop_nodes {name!r}: nothing in {path.name} has this name" for name in whole.unknown_names(dropped)]
+    raw = whole.without(dropped).without_sky()
     if not len(raw.mesh.faces):
         detail = f"{path.name} holds nothing but what {options['drop_nodes']} names"
         raise Rejection("source", Reason.EMPTY, detail, "take a pattern out of drop_nodes")
@@ -113,6 +115,7 @@ def read(item: Input) -> Iterator[Level]:
         **({LEFT_OUT: raw.left_out} if raw.left_out else {}),
         **({"wall_height": _raised(*found.cut_off)} if found.cut_off else {}),
         **({"scale": float(options["scale"])} if options.get("scale", "1") != "1" else {}),
+        **({IDLE: idle} if idle else {}),
     }
     for number, (level, share) in enumerate(zip(levels, shares, strict=True)):
         yield Level(

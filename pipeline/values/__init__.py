@@ -11,6 +11,7 @@ from pipeline.geometry.rooms_and_passages import JoinedPoints, Passage, Spaces
 from pipeline.values.source import (
     CUT_OFF,
     EDGE,
+    IDLE,
     MADE,
     Input,
     Level,
@@ -25,6 +26,7 @@ from pipeline.values.stages import Evidence, Layout, NamedRoom, Obstacle, Planes
 __all__ = [
     "CUT_OFF",
     "EDGE",
+    "IDLE",
     "MADE",
     "CandidateKind",
     "ClosingCandidate",

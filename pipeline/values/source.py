@@ -25,6 +25,8 @@ from pipeline.rejection import Rejection
 
 EDGE: Final = "edge"
 """Among the guesses: nothing in the source ends the rooms."""
+IDLE: Final = "without_effect"
+"""The key of a provenance for what a person has said of a file or a section and what does nothing here."""
 CUT_OFF: Final = "cut walls"
 """Among the guesses: the walls are cut off low, and the reader has drawn them up to the usual height of a storey."""
 

@@ -220,6 +220,8 @@ def test_a_door_or_a_point_of_another_form_is_refused_with_the_form(tmp_path: Pa
     [
         ("door = [[50.0, 1.0], [50.0, 1.9]]", "houses_bungalow: door [[50.0, 1.0], [50.0, 1.9]]: it lies 41.0 m from"),
         ("no_room = [70.0, 4.7]", "no_room [70.0, 4.7]: no room is there; the nearest is 61.00 m away"),
+        ('drop_nodes = ["Lamp*"]', "houses_bungalow: drop_nodes 'Lamp*': nothing in bungalow.obj has this name"),
+        ("h_g = 0.4\nh_d = 1.1", "houses_bungalow: h_d: only houses in SUNCG's layout are cut at such a height"),
         ("door = [[5.1, 1.0], [5.1, 1.9]]\nno_room = [7.1, 4.7]", ""),
     ],
 )
@@ -227,6 +229,9 @@ def test_what_has_no_effect_is_named(tmp_path: Path, corrections: str, said: str
     output = built(tmp_path, corrections)
     assert ("correction without effect" in output) == bool(said)
     assert said in output
+    page = (tmp_path / "plans" / ".build" / "report.html").read_text()
+    assert "Corrections: " in page
+    assert ("<td>none" in page) == bool(said)
 
 
 # The corrections that the guide shows improve the house that it names.

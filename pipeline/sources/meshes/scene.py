@@ -72,6 +72,10 @@ class Scene:
         keep = ~np.array([part.matches(patterns) for part in self.parts], np.bool_)[self.owner]
         return self.of_faces(keep, self.left_out)
 
+    def unknown_names(self, patterns: Sequence[str]) -> list[str]:
+        """Return the patterns that no name of a node, group, mesh or material matches."""
+        return [pattern for pattern in patterns if not any(part.matches([pattern]) for part in self.parts)]
+
     def without_strays(self) -> Scene:
         """Leave out the faces that reach ``STRAY_REACH`` times as far as nine in ten corners: damage, or a sun."""
         if not len(self.mesh.faces):
