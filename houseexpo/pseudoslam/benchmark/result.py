@@ -198,12 +198,9 @@ def _faults(result: Result) -> Iterator[str]:
         for plan, value in zip(plans, columns[key], strict=True):
             if value is not None and (fault := _fault_of(key, value)):
                 yield f"plan {plan!r}: {key}: {fault}"
-    for key, said in result.summary.items():
-        known = [value for value in columns.get(key, []) if value is not None]
-        if known and said.mean is not None:
-            mean = sum(known) / len(known)
-            if abs(mean - said.mean) > _ROUNDED * (1 + abs(mean)):
-                yield f"summary of {key}: expected {mean:g}, the mean of its episodes, found {said.mean:g}"
+    yield from _summary_faults(result)
+    if result.plans.number != len(plans):
+        yield f"expected {len(plans)} plans, one for each row, found {result.plans.number}"
     if result.actions is not msgspec.UNSET and len(result.actions) != len(plans):
         yield f"expected the actions of {len(plans)} episodes, found {len(result.actions)}"
     if not _is_hash(result.plans.ids_sha256) or (result.policy.sha256 and not _is_hash(result.policy.sha256)):
@@ -217,6 +214,20 @@ def _faults(result: Result) -> Iterator[str]:
     decided_s = times.decision_ms.get("number", 0.0) * times.decision_ms.get("mean", 0.0) / 1000
     if decided_s > times.wall_s * max(times.workers, 1) * _SLACK + 1.0:
         yield f"decisions of {decided_s:.1f} s in a run of {times.wall_s:g} s with {times.workers} processes"
+
+
+def _summary_faults(result: Result) -> Iterator[str]:
+    """Yield what the summary has otherwise than the episodes give: means, intervals, numbers, or more entries."""
+    for key, said in result.summary.items():
+        if key not in result.episodes:
+            yield f"summary of {key}: its episodes have no such column"
+            continue
+        found = estimate_mean(result.column(key))
+        for name in Estimate.__struct_fields__:
+            one, other = getattr(said, name), getattr(found, name)
+            both = one is not None and other is not None
+            if abs(one - other) > _ROUNDED * (1 + abs(other)) if both else one is not other:
+                yield f"summary of {key}: {name}: expected {other}, as its episodes give, found {one}"
 
 
 def _is_hash(text: str) -> bool:

@@ -34,6 +34,7 @@ from houseexpo.pseudoslam.benchmark.maps import map_cases, maps_sha256
 from houseexpo.pseudoslam.benchmark.prediction import OF_POLICY, prediction_metrics
 from houseexpo.pseudoslam.benchmark.supervise import run_cases
 from houseexpo.pseudoslam.benchmark.tracks import MAP_TRACKS, Houses, Track, find_track
+from houseexpo.pseudoslam.config import SimulatorConfig
 from houseexpo.pseudoslam.tasks import ROOM
 from houseexpo.pseudoslam.worlds.maps import MapHouse
 
@@ -102,6 +103,7 @@ def verify_result(
         An action is not one of the track.
     """
     track = find_track(result.track_id)
+    _check_config(track, result, name)
     if result.actions is msgspec.UNSET:
         raise ConfigError(f"{name}: has no actions, so that it cannot be played again; run the benchmark again")
     houses, cases = _cases_of(track, result, plans, name)
@@ -112,6 +114,16 @@ def verify_result(
     fault = next(_differences(track, result, [outcomes[number] for number in range(len(cases))]), "")
     if fault:
         raise ConfigError(f"{name}: {fault}; its actions do not give its values, so it is refused")
+
+
+def _check_config(track: Track, result: results.Result, name: str) -> None:
+    """Raise ConfigError if a result states other settings than its track; what it leaves out is the default."""
+    try:
+        said = SimulatorConfig.from_mapping(result.track["config"])
+    except (KeyError, TypeError, ConfigError) as error:
+        raise ConfigError(f"{name}: expected the settings of track {track.id}, found {error}; it is refused") from None
+    if dataclasses.replace(said, observation=track.config.observation) != track.config:
+        raise ConfigError(f"{name}: its settings are not those of track {track.id}, so it is refused")
 
 
 def _make_runner(
@@ -139,6 +151,8 @@ def _cases_of(
             houses = plans.only(listed)
         except DatasetError as error:
             raise ConfigError(f"{name}: {error}; name the data set of the result with --dataset") from None
+        if not set(listed) <= set(plans.splits.get(result.plans.split, listed)):
+            raise ConfigError(f"{name}: its plans are not those of the list {result.plans.split!r}, so it is refused")
         cases, found = make_cases(track.id, listed), content_sha256(houses)
     if [case.plan_id for case in cases] != listed or [case.seed for case in cases] != result.episodes["seed"]:
         raise ConfigError(f"{name}: its starts are not those of track {track.id} in these plans, so it is refused")

@@ -325,8 +325,10 @@ def test_a_policy_with_several_predictions_is_one_row_but_in_their_table(tmp_pat
     plain = budget_result("frontier", 0.5)
     for name in ("free", "solid"):
         policy = msgspec.structs.replace(plain.policy, prediction=name)
-        scored = {metric.key: Estimate(0.25, 0.2, 0.3, 3) for metric in prediction_metrics(BUDGET.budgets_m)}
-        result = msgspec.structs.replace(plain, policy=policy, summary={**plain.summary, **scored})
+        keys = [metric.key for metric in prediction_metrics(BUDGET.budgets_m)]
+        summary = {**plain.summary, **dict.fromkeys(keys, Estimate(0.25, 0.25, 0.25, 3))}
+        episodes = {**plain.episodes, **dict.fromkeys(keys, [0.25] * 3)}
+        result = msgspec.structs.replace(plain, policy=policy, summary=summary, episodes=episodes)
         write_result(result, tmp_path / f"{name}.json")
     (compared,) = read_results([*written(tmp_path, budget_result("other", 0.4)), tmp_path / "free.json"])
     assert [entry.name for entry in compared.plain] == ["frontier, prediction free", "other"]
@@ -334,4 +336,4 @@ def test_a_policy_with_several_predictions_is_one_row_but_in_their_table(tmp_pat
     assert [entry.name for entry in compared.plain] == ["frontier"]
     text = format_markdown([compared])
     assert text.count("| frontier |") == 2
-    assert text.count("| frontier, prediction solid | 25.0 [20.0, 30.0] |") == 1
+    assert text.count("| frontier, prediction solid | 25.0 [25.0, 25.0] |") == 1

@@ -21,6 +21,7 @@ from tests.builders.simulations import hut
 from tests.houseexpo.pseudoslam.benchmark.test_benchmark_cases import data_set
 from tests.houseexpo.pseudoslam.benchmark.test_comparison import budget_result, quality_result, written
 
+SURE = {"mean": 0.5, "low": 0.5, "high": 0.5, "number": 3}
 PLANS = [hut(f"hut_{side}", float(side)) for side in (3, 4)]
 
 
@@ -81,6 +82,23 @@ def test_other_plans_and_missing_actions_are_named(tmp_path: Path) -> None:
         verify_result(msgspec.structs.replace(result, actions=msgspec.UNSET), plans, 1, "mine")
 
 
+@pytest.mark.slow
+def test_a_result_that_states_other_settings_or_another_list_is_refused(tmp_path: Path) -> None:
+    plans = data_set(tmp_path / "plans", {"test": PLANS, "train": [hut("hut_5", 5.0)]})
+    result = run_benchmark(find_track("budget"), "forward", plans, RunSettings(number=2))
+    verify_result(result, plans, 1)
+    config = result.track["config"]
+    for part, said in (("laser", {"range_m": 20.0}), ("robot", {"radius_m": 0.1})):
+        other = {**result.track, "config": {**config, part: {**config[part], **said}}}
+        with pytest.raises(ConfigError, match="its settings are not those of track exploration-budget-v1"):
+            verify_result(msgspec.structs.replace(result, track=other), plans, 1)
+    with pytest.raises(ConfigError, match="expected the settings of track exploration-budget-v1, found"):
+        verify_result(msgspec.structs.replace(result, track={"id": result.track_id}), plans, 1)
+    train = msgspec.structs.replace(result, plans=msgspec.structs.replace(result.plans, split="train"))
+    with pytest.raises(ConfigError, match="its plans are not those of the list 'train'"):
+        verify_result(train, plans, 1)
+
+
 def test_a_mark_is_lost_when_the_result_changes(tmp_path: Path) -> None:
     result = budget_result("mine", 0.5)
     (file,) = written(tmp_path, result)
@@ -103,6 +121,10 @@ def test_a_mark_is_lost_when_the_result_changes(tmp_path: Path) -> None:
         ({"policy": {"sha256": "f" * 63}}, "expected hashes of plans and policy"),
         ({"episodes": {"steps": [4001.0] * 3}}, "an episode of more than 4000 steps"),
         ({"actions": ["", ""]}, "expected the actions of 3 episodes, found 2"),
+        ({"plans": {"number": 500}}, "expected 3 plans, one for each row, found 500"),
+        ({"summary": {"coverage_50_steps": SURE}}, "summary of coverage_50_steps: its episodes have no such column"),
+        ({"summary": {"coverage_100_steps": {**SURE, "low": 0.4}}}, "summary of coverage_100_steps: low: expected 0.5"),
+        ({"summary": {"coverage_100_steps": {**SURE, "number": 500}}}, "number: expected 3, as its episodes give"),
     ],
 )
 def test_what_no_run_gives_is_refused_when_it_is_read(change: dict[str, Any], said: str, tmp_path: Path) -> None:
