@@ -330,7 +330,8 @@ class FloorPlan(PlanData):
     def to_geojson(self, **options: Any) -> str:
         """Return the text that ``houseexpo export --to geojson`` writes; rooms and doors are those of ``divided``.
 
-        ``options`` are those of ``houseexpo.exports.geojson``.
+        It shows the house as seen from above, in the frame of its source if it has one; ``orientation="plan"`` and
+        ``frame="plan"`` keep the plan's own coordinates. ``options`` are those of ``houseexpo.exports.geojson``.
         """
         from houseexpo.exports.geojson import geojson
 
@@ -339,10 +340,13 @@ class FloorPlan(PlanData):
 
     @property
     def __geo_interface__(self) -> dict[str, Any]:
-        """The GeoJSON as values: ``geopandas.GeoDataFrame.from_features(plan)``, ``folium.GeoJson(plan)``."""
+        """The GeoJSON as values, in the plan's own axes, as ``walls`` and ``shortest_path`` have them.
+
+        ``geopandas.GeoDataFrame.from_features(plan)`` and ``folium.GeoJson(plan)`` read it.
+        """
         import json
 
-        values: dict[str, Any] = json.loads(self.to_geojson())
+        values: dict[str, Any] = json.loads(self.to_geojson(orientation="plan", frame="plan"))
         return values
 
     def shortest_path(self, start: npt.ArrayLike, goal: npt.ArrayLike, radius: float = 0.0) -> WalkingPath | None:

@@ -29,18 +29,29 @@ if TYPE_CHECKING:
 
 _ELSEWHERE: Final = {
     "apply": "[function(plan) for plan in plans]; measure_cached keeps the results",
+    "columns": "plans.to_pandas().columns; plans.column(name) is one of them",
     "describe": "plans.to_pandas().describe()",
+    "df": "plans.to_pandas()",
+    "export": "houseexpo.export(plans, format, folder)",
     "filter": "plans.select(where=function), whose other arguments select without reading plans",
+    "groupby": "plans.to_pandas().groupby(column)",
     "iloc": "plans[...], with numbers, slices, masks, lists of numbers or ids",
     "loc": "plans[...], with numbers, slices, masks, lists of numbers or ids",
     "map": "[function(plan) for plan in plans]; measure_cached keeps the results",
     "query": "plans.select(...), or plans[mask]",
+    "save": 'houseexpo.export(plans, "json", folder)',
+    "shape": "len(plans), or plans.to_pandas().shape",
     "shuffle": "plans.sample(len(plans), seed=0)",
     "sort_values": "plans.sort(column)",
     "tail": "plans[-5:]",
+    "to_csv": "plans.to_pandas().to_csv(file)",
+    "to_dataframe": "plans.to_pandas()",
     "to_geojson": "plan.to_geojson() of each plan, or plans.to_geopandas(layer).to_json()",
     "to_polars": "polars.from_arrow(plans.to_arrow())",
+    "to_json": 'plans.to_pandas().to_json(file), or houseexpo.export(plans, "json", folder)',
     "train_test_split": "plans.split(train=0.7, test=0.3, seed=0), which keeps copies of a house together",
+    "value_counts": "plans.to_pandas()[column].value_counts()",
+    "write": 'houseexpo.export(plans, "json", folder)',
 }
 """What does here the work of methods of pandas, polars and Hugging Face's data sets."""
 

@@ -6,7 +6,7 @@ Published plans do not record all columns; the missing values are computed once 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import asdict
 from functools import partial
 from numbers import Real
@@ -86,7 +86,12 @@ def parse_label(word: str) -> str:
 
 
 def parse_labels(words: Iterable[str]) -> set[str]:
-    """Return the labels that words spell; a single string is one label, not a sequence of letters."""
+    """Return the labels that words spell; a single string is one label; raise ConfigError for a mapping."""
+    if isinstance(words, Mapping):
+        raise ConfigError(
+            f"select: labels: expected labels that must occur, found a mapping, {words!r}; to count them, use "
+            "where=lambda plan: sum(room.label == 'Bedroom' for room in plan.divided.rooms) == 2"
+        )
     return {parse_label(word) for word in ([words] if isinstance(words, str) else words)}
 
 

@@ -195,15 +195,28 @@ def test_names_of_other_libraries_lead_to_ours(plans: Dataset) -> None:
     assert pickle.loads(pickle.dumps(plans)).ids == copy.copy(plans).ids == plans.ids  # noqa: S301
 
 
+def test_numbers_of_labels_are_not_ignored(plans: Dataset) -> None:
+    with pytest.raises(ConfigError, match="labels: expected labels that must occur, found a mapping"):
+        plans.select(labels={"Bedroom": 2})
+
+
 def test_a_plan_is_geojson(plans: Dataset) -> None:
     need(modules=["geopandas"], how="make readers")
     import geopandas
 
     plan = plans[0]
-    assert json.loads(plan.to_geojson()) == plan.__geo_interface__
+    assert json.loads(plan.to_geojson(orientation="plan", frame="plan")) == plan.__geo_interface__
     table = geopandas.GeoDataFrame.from_features(plan)
     assert (table["kind"] == "room").sum() == len(plan.rooms)
     assert table.area[table["kind"] == "free_space"].sum() == pytest.approx(plan.area, abs=0.1)
+
+
+def test_what_reads_a_published_plans_shapes_has_its_axes() -> None:
+    plan = FloorPlan("corner", [(0, 0), (6, 0), (6, 6), (3, 6), (3, 3), (0, 3)], 1, {})
+    read = shapely.geometry.shape(plan.__geo_interface__["features"][0]["geometry"])
+    assert read.symmetric_difference(plan.free_space).area < 0.01
+    above = shapely.from_geojson(plan.to_geojson()).geoms[0]
+    assert above.symmetric_difference(plan.free_space).area > 1.0
 
 
 def test_the_way_between_two_points(plans: Dataset) -> None:
