@@ -263,7 +263,7 @@ def correct_level(level: Level, override: Override) -> Level:
 
 
 def outcomes_of_corrections(override: Override, plans: Iterable[FloorPlan]) -> list[tuple[str, str]]:
-    """Return what became of each correction, by the plans' provenance: ``done``, ``already`` or ``none``, and a sentence.
+    """Return what became of each correction (``done``, ``already`` or ``none``) and a sentence, by provenance of plans.
 
     A correction of a storey with several buildings did something if it did in one of them.
     """
