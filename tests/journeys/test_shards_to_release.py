@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import re
 import shlex
@@ -19,6 +20,7 @@ from tests.builders.needs import need
 from tests.journeys.pages import blocks, commands, python_block
 
 SHARDS, RELEASE = "docs/guide-cluster.md", "docs/guide-release.md"
+PRINT_ROWS = "\nimport json; print(json.dumps([[row['id'], row['rooms'], row['doors']] for row in plans]))"
 
 
 def start(command: str, machine: Path) -> subprocess.Popen[str]:
@@ -73,14 +75,17 @@ def test_shards_of_which_one_dies_become_a_release(tmp_path: Path, monkeypatch: 
     made = commands(RELEASE, "a folder that can be uploaded")[0]
     run(made.replace("plans/demo", str(shared / "plans")), tmp_path)
     monkeypatch.chdir(tmp_path)
-    for name in ("HF_HUB_OFFLINE", "HF_DATASETS_OFFLINE"):
-        monkeypatch.setenv(name, "1")
-    monkeypatch.setenv("HF_HOME", str(tmp_path / "home"))
-    names: dict[str, object] = {}
-    exec(python_block(RELEASE, "load_dataset"), names)  # noqa: S102 - the page's own lines
+    apart = {"HF_HUB_OFFLINE": "1", "HF_DATASETS_OFFLINE": "1", "HF_HOME": str(tmp_path / "home")}
+    script = python_block(RELEASE, "load_dataset") + PRINT_ROWS  # a process of its own: datasets keeps its first cache
+    done = subprocess.run(
+        [sys.executable, "-c", script], env={**os.environ, **apart}, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
     plans = open_dataset(shared / "plans")
-    for row in names["plans"]:
-        assert (row["rooms"], row["doors"]) == (len(plans[row["id"]].rooms), len(plans[row["id"]].doors))
+    rows = json.loads(done.stdout.splitlines()[-1])
+    assert rows
+    for name, rooms, doors in rows:
+        assert (rooms, doors) == (len(plans[name].rooms), len(plans[name].doors))
 
     import duckdb
 
