@@ -269,7 +269,7 @@ def test_a_coverage_above_one_and_a_mean_that_is_not_that_of_its_episodes_are_re
         (lambda whole: whole["episodes"]["coverage"].__setitem__(0, 1.14), "coverage: expected 0 to 1, found 1.14"),
         (
             lambda whole: whole["summary"]["area_800_steps"].__setitem__("mean", 0.99),
-            "summary of area_800_steps: expected 0",
+            "summary of area_800_steps: mean: expected 0",
         ),
     ):
         whole = msgspec.json.decode(published.read_bytes())
