@@ -55,8 +55,7 @@ _STARTS: Final = (
 )
 """How other text formats begin."""
 _BLANK: Final = b"\xef\xbb\xbf \t\r\n"
-_COMMENT: Final = re.compile(rb"<!--.*?-->", re.DOTALL)
-_ROOT: Final = re.compile(rb"<([A-Za-z_][\w.-]*)(?::([\w.-]+))?")
+_COMMENT_OR_ROOT: Final = re.compile(rb"<!--.*?(?:-->|\Z)|<([A-Za-z_][\w.-]*)(?::([\w.-]+))?", re.DOTALL)
 _GLTF: Final = re.compile(rb'"asset"\s*:\s*\{[^{}]{0,400}"version"\s*:\s*"[12]\.')
 _OBJ: Final = frozenset({b"mtllib", b"usemtl", b"o", b"g", b"s"})
 _STL_HEAD, _STL_FACE = 84, 50
@@ -87,7 +86,7 @@ def format_note(path: Path) -> str:
 def xml_root(head: bytes) -> tuple[bytes, bytes]:
     """Return the prefix and the name of an XML document's root element; both are empty for what is no XML."""
     text = head.lstrip(_BLANK)
-    found = _ROOT.search(_COMMENT.sub(b"", text)) if text.startswith(b"<") else None
+    found = next((each for each in _COMMENT_OR_ROOT.finditer(text) if each[1]), None) if text.startswith(b"<") else None
     if found is None:
         return b"", b""
     return (found[1], found[2]) if found[2] else (b"", found[1])

@@ -10,7 +10,7 @@ import pytest
 from PIL import Image
 
 from houseexpo.exports.formats import export
-from houseexpo.file_kinds import format_note, format_suffix
+from houseexpo.file_kinds import format_note, format_suffix, xml_root
 from houseexpo.floorplan import load_plan
 from houseexpo.grids.robot_map import read_map
 from pipeline.sources import find, reader
@@ -87,3 +87,9 @@ def test_json_of_others_is_no_gltf(tmp_path: Path) -> None:
     path = tmp_path / "house.json"
     path.write_text(json.dumps({"walls": [], "assetId": "a", "asset": {"name": "x"}, "version": "2.0"}))
     assert format_suffix(path) == ".json"
+
+
+def test_comments_before_the_root_are_no_root_however_they_end() -> None:
+    assert xml_root(b"<?xml version='1.0'?><!-- <svg> --><!-- <sdf> -->\n<ns:mujoco a='1'>") == (b"ns", b"mujoco")
+    assert xml_root(b"<!-- <svg>") == (b"", b"")
+    assert xml_root(b"<?xml?>" + b"<!--" * (1 << 14) + b"<svg>") == (b"", b"")  # 6 s, once, by a search per comment
