@@ -18,7 +18,7 @@ import numpy as np
 import shapely
 from shapely.affinity import affine_transform
 
-from pipeline.sources.homes.values import snap_wall_line
+from pipeline.sources.homes.values import Rect, snap_wall_line
 from pipeline.sources.sound_homes.layout import lay_out_rooms
 from pipeline.sources.sound_homes.openings import (
     place_doors,
@@ -35,7 +35,6 @@ from pipeline.sources.sound_homes.values import (
     Doorway,
     Layout,
     Programme,
-    Rect,
     SoundHome,
     Window,
 )

@@ -21,7 +21,8 @@ from typing import Final
 
 import numpy as np
 
-from pipeline.sources.sound_homes.values import HALL, Cell, Join, Layout, Programme, Rect, Side
+from pipeline.sources.homes.values import Rect
+from pipeline.sources.sound_homes.values import HALL, Cell, Join, Layout, Programme, Side
 
 _NARROW: Final = frozenset({"row house", "studio"})
 _FREE: Final = frozenset({"bungalow", "villa"})

@@ -14,8 +14,9 @@ from typing import Final, NamedTuple
 import numpy as np
 import shapely
 
+from pipeline.sources.homes.values import Rect
 from pipeline.sources.procedural.values import DOOR_HEAD_M
-from pipeline.sources.sound_homes.values import HALL, SIDES, Cell, Doorway, Join, Layout, Rect, Side, Window
+from pipeline.sources.sound_homes.values import HALL, SIDES, Cell, Doorway, Join, Layout, Side, Window
 
 DOORS_M: Final = {
     "Toilet": (0.70, 0.80),

@@ -11,8 +11,8 @@ from typing import Final, Literal, TypeAlias
 
 import shapely
 
-Rect: TypeAlias = tuple[float, float, float, float]
-"""x1, y1, x2, y2."""
+from pipeline.sources.homes.values import Rect
+
 Side: TypeAlias = Literal["west", "south", "east", "north"]
 SIDES: Final[tuple[Side, ...]] = ("west", "south", "east", "north")
 """In the order of a rectangle's numbers."""
