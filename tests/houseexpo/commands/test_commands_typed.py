@@ -90,7 +90,8 @@ def test_ids_are_given_alike_in_every_command(data, tmp_path):
     assert "Errno" not in said
 
 
-def test_info_and_validate_answer_programs(data, two_rooms, tmp_path):
+def test_info_and_validate_answer_programs(data, two_rooms, tmp_path, monkeypatch):
+    monkeypatch.setenv("HOUSEEXPO_CACHE", str(tmp_path / "cache"))  # another test may know rooms of the same plans
     told = json.loads(call("info", data, "--json"))
     assert told["plans"] == 6
     assert told["rooms"] == {}
