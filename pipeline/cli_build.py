@@ -134,10 +134,11 @@ def build_data_set(work: BuildRequest, others: str, check: Callable[[], None]) -
         )
         record = work.record(add=adds)
         write_build_record(root, record.with_earlier(read_build_record(root)) if adds else record)
+        corrections = list(outcomes_by_id(data_set))
         if not data_set.unchanged:
             remove_common_settings(FolderStore(root))
-            write_report(data_set, display.progress)
-    for name, outcome, sentence in outcomes_by_id(data_set):
+            write_report(data_set, display.progress, corrections)
+    for name, outcome, sentence in corrections:
         if outcome == "none":
             typer.secho(f"correction without effect: {name}: {sentence}", fg="yellow", err=True)
     return data_set

@@ -114,7 +114,7 @@ def assemble_and_show(out: str, check: Callable[[], None], *, partial: bool) -> 
     )
     from pipeline.display import make_display
     from pipeline.html_report import write_report
-    from pipeline.terminal_report import read_index_rows
+    from pipeline.terminal_report import outcomes_by_id, read_index_rows
 
     begun = require_common_settings(out)
     left = unfinished_inputs(begun, out)
@@ -127,7 +127,7 @@ def assemble_and_show(out: str, check: Callable[[], None], *, partial: bool) -> 
             assemble_shards(begun, out, display.progress, partial=partial) as data_set,
         ):
             if not data_set.unchanged:
-                write_report(data_set, display.progress)
+                write_report(data_set, display.progress, list(outcomes_by_id(data_set)))
             rows = read_index_rows(data_set.root)  # the root of one in an object store is gone after this
     except DamagedShardsError as damaged:
         _show_left(damaged.left, begun.shards, "damaged")

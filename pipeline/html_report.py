@@ -31,7 +31,7 @@ from pipeline.batch.plan_store import DamagedPlanError, PlanStore
 from pipeline.batch.result_store import FolderStore
 from pipeline.png import encode_png
 from pipeline.quality import main_grounds_in_words
-from pipeline.terminal_report import outcomes_by_id, slowest_inputs, sorted_rejections, stage_seconds
+from pipeline.terminal_report import slowest_inputs, sorted_rejections, stage_seconds
 
 SHOWN: Final = 50
 """How many of the other plans are drawn, at random: enough to look at, quick to make."""
@@ -47,8 +47,10 @@ _ROWS: Final = 2000
 _TILE_PX: Final = 320
 
 
-def write_report(data_set: BuildResult, progress: Progress) -> None:
+def write_report(data_set: BuildResult, progress: Progress, corrections: Sequence[tuple[str, str, str]] = ()) -> None:
     """Write the page and the pictures that it shows; a page that cannot be made is said, and costs nothing else.
+
+    ``corrections`` are those of ``terminal_report.outcomes_by_id``.
 
     Raises
     ------
@@ -56,14 +58,14 @@ def write_report(data_set: BuildResult, progress: Progress) -> None:
         Where the folder cannot be written to.
     """
     try:
-        _write(data_set, progress)
+        _write(data_set, progress, corrections)
     except OSError:
         raise
     except Exception as error:  # noqa: BLE001 - the data set stands already
         _LOG.warning("%s: the report cannot be made: %s", data_set.root, error)
 
 
-def _write(data_set: BuildResult, progress: Progress) -> None:
+def _write(data_set: BuildResult, progress: Progress, corrections: Sequence[tuple[str, str, str]]) -> None:
     folder = data_set.root / ".build" / "pictures"
     folder.mkdir(exist_ok=True)
     for old in (*folder.rglob("*.png"), *folder.rglob("*.svg")):
@@ -92,7 +94,8 @@ def _write(data_set: BuildResult, progress: Progress) -> None:
     some = ", some at random" if len(data_set.ids) > SHOWN else ""
     parts = (
         table_html((), list(_counts(data_set))),
-        *_corrections(data_set),
+        section_html(f"Corrections: {len(corrections)}", []),
+        table_html(("id", "outcome", "correction"), sorted(corrections, key=lambda each: each[1] != "none")),
         section_html(f"Doubtful plans: {count}", [_plan_figure(plans[name]) for name in doubtful], _GROUNDS),
         *_rejections(data_set),
         section_html(f"Duplicates: {len(copies)}", [_duplicate_figure(copy) for copy in copies[:MAX_SHOWN]]),
@@ -104,13 +107,6 @@ def _write(data_set: BuildResult, progress: Progress) -> None:
     )
     html = page_html(data_set.root.name, parts)
     write_atomically(data_set.root / ".build" / "report.html", html.encode(), durable=True)
-
-
-def _corrections(data_set: BuildResult) -> Iterator[str]:
-    """Yield what became of each correction by hand, those without effect first."""
-    told = sorted(outcomes_by_id(data_set), key=lambda each: each[1] != "none")
-    yield section_html(f"Corrections: {len(told)}", [])
-    yield table_html(("id", "outcome", "correction"), told)
 
 
 def _draw_plan(plan: FloorPlan, *, in_pixels: bool) -> str | bytes | None:

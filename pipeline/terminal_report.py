@@ -11,6 +11,7 @@ from __future__ import annotations
 import contextlib
 import shlex
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from operator import itemgetter
 from pathlib import Path
 from typing import Any, Final
@@ -20,6 +21,7 @@ from rich.table import Table
 from rich.text import Text
 
 from houseexpo.commands.printing import new_table
+from houseexpo.corrections import Override
 from houseexpo.errors import HouseExpoError
 from houseexpo.floorplan import load_plan
 from houseexpo.plan import explanations
@@ -43,19 +45,22 @@ _SLOW: Final = 10
 
 def outcomes_by_id(data_set: BuildResult) -> Iterator[tuple[str, str, str]]:
     """Yield what became of each correction by hand: the id it stands under, done, already or none, and a sentence."""
+    of_level: dict[str, list[str]] = {}
+    for name in data_set.ids:
+        of_level.setdefault(level_id_from(name), []).append(name)
+    refused = {level_id_from(each.id): each for each in reversed(data_set.refused)}
     for name, override in data_set.overrides.items():
-        ids = [
-            each
-            for each in data_set.ids
-            if level_id_from(each) == level_id_from(name) or (override.of_file and is_id_of_input(each, name))
-        ]
-        plans = (load_plan(data_set.root / "json" / f"{each}.json") for each in ids)
-        for outcome, sentence in outcomes_of_corrections(override, plans):
-            yield name, outcome, sentence
-        refused = next((each for each in data_set.refused if level_id_from(each.id) == level_id_from(name)), None)
-        if not ids and refused is not None and not override.drop:
+        level = level_id_from(name)
+        ids = of_level.get(level, [])
+        if override.of_file:
+            ids = [each for each in data_set.ids if is_id_of_input(each, name)] or ids
+        if replace(override, keep=False, drop=False, why="") != Override():
+            plans = (load_plan(data_set.root / "json" / f"{each}.json") for each in ids)
+            for outcome, sentence in outcomes_of_corrections(override, plans):
+                yield name, outcome, sentence
+        if not ids and level in refused and not override.drop:
             for word in [*(["keep"] if override.keep else []), *map(str, override.corrections)]:
-                yield name, "none", f"{word}: there is no plan: {refused.reason.replace('_', ' ')}"
+                yield name, "none", f"{word}: there is no plan: {refused[level].reason.replace('_', ' ')}"
 
 
 def read_index_rows(root: Path) -> list[dict[str, Any]]:
