@@ -132,19 +132,19 @@ def test_in_the_browser_it_goes_where_it_went_in_the_benchmark(policy: str, tmp_
     own = _check_policies([str(tmp_path / policy)] if policy == "mine.py" else [])
     (driver,) = own or [policy]
     with running(service_of(tmp_path / "huts", policies=own)) as address:
-        where = f"/huts/drive?plan={found.plan}&seed={found.seed}&driver={driver}&pace=120"
-        with visited(address, where, accept_downloads=True) as page:
+        where = f"/huts/drive?plan={found.plan}&seed={found.seed}&driver={driver}"
+        with visited(address, f"{where}&pace=120", accept_downloads=True) as page:
             page.wait_for_selector(".panel[data-state=ended]", timeout=240_000)
             assert page.inner_text(".result-words") in {"The whole house is seen", "The explorer is done"}
             with page.expect_download() as download:
                 page.click(".result .save")
             download.value.save_as(tmp_path / "saved.zip")
-            page.click(".result .again")  # a person takes over, and the policy goes on
+        with visited(address, f"{where}&pace=15") as page:  # a person takes over, and the policy goes on
             page.wait_for_selector(".panel[data-state=driving]", timeout=60_000)
             page.keyboard.down("ArrowLeft")
             page.wait_for_timeout(600)
             page.keyboard.up("ArrowLeft")
-            page.wait_for_selector(".panel[data-state=ended]", timeout=60_000)
+            page.wait_for_selector(".panel[data-state=ended]", timeout=120_000)
     with zipfile.ZipFile(tmp_path / "saved.zip") as saved:
         rows = list(csv.DictReader(io.StringIO(saved.read("trajectory.csv").decode())))
     poses = np.array([[float(row[key]) for key in ("x_m", "y_m", "heading_rad")] for row in rows])
