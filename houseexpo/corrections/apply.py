@@ -8,9 +8,12 @@ R3  ``door``, ``opening``: in a wall between two rooms it joins them; in an oute
     parts the room (``openings``), if the rest of its line is at most a metre. A wider door than any is an opening.
     What stands there gives way. Behind it, a space into which nothing led becomes a room.
 R4  ``entrance``: a door to the outside, whatever lies there. ``wall``: parts the rooms that it crosses.
-R5  ``one_room``: rooms and the passages and walls between them become one. ``no_door``: the passage there is wall.
-R6  ``room``: a space between walls that the plan does not have is one. ``no_room``: the room there is none, and its
-    doors to others lead outside. ``label``: names a room.
+R5  ``one_room``: rooms and the passages and walls between them become one. ``no_wall``: so do the rooms at both sides
+    of a line in a wall, joined by what of the wall is drawn. ``no_door``: the passage there is wall; ``window``: it is
+    a window, which plans do not have.
+R6  ``room``: a space between walls that the plan does not have is one; ``room_outline``: an area is one, as far as it
+    is free. ``no_room``: the room there is none, and its doors to others lead outside. ``outside``: so do they, and
+    where rooms meet it without a wall, they are open. ``label``: names a room.
 R7  At last the rooms must be joined: where words have parted them, the thinnest wall between them is cut, and that is
     said. What no cut reaches is left out. A cut that a person's door makes needless goes.
 R8  A part that a person has said has confidence 1.
@@ -30,7 +33,15 @@ from houseexpo.corrections.draft import (
     Vector,
 )
 from houseexpo.corrections.passages import place_passage, remove_passage
-from houseexpo.corrections.rooms import add_room, join_rooms, name_room, place_wall, remove_room
+from houseexpo.corrections.rooms import (
+    add_room,
+    draw_room,
+    join_rooms,
+    name_room,
+    place_wall,
+    remove_room,
+    remove_wall,
+)
 from houseexpo.corrections.saying import AlreadySoError, NoEffectError, Placed, Said
 from houseexpo.corrections.settling import settle
 from houseexpo.corrections.vocabulary import Correction, Word
@@ -123,23 +134,29 @@ def _in_plan(plan: PlanData, correction: Correction) -> Vector:
 
 def _apply(draft: Draft, placed: Placed) -> Effect:
     correction = placed.correction
+    before = list(draft.rooms), list(draft.doors)
     try:
         said = _WORDS[correction.word](draft, placed)
     except AlreadySoError as stands:
         return Effect(correction, "already", str(stands))
     except NoEffectError as refused:
+        draft.rooms, draft.doors = before
         return Effect(correction, "none", str(refused))
     return Effect(correction, "done", said.text, tuple(said.also))
 
 
 _WORDS: Final[Mapping[Word, Callable[[Draft, Placed], Said]]] = {
     "room": add_room,
+    "room_outline": draw_room,
     "wall": place_wall,
+    "no_wall": remove_wall,
     "door": place_passage,
     "opening": place_passage,
     "entrance": place_passage,
     "one_room": join_rooms,
     "no_door": remove_passage,
+    "window": remove_passage,
     "no_room": remove_room,
+    "outside": remove_room,
     "label": name_room,
 }

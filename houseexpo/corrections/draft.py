@@ -32,13 +32,18 @@ Vector = npt.NDArray[np.float64]
 
 @dataclass(eq=False)
 class DraftRoom:
-    """A room; ``before`` is the plan's own, None if it is new or its shape has changed."""
+    """A room; ``before`` is the plan's own, None if it is new or its shape has changed.
+
+    ``said`` is the correction that says that it is a room, and ``named`` the one that names it.
+    """
 
     shape: Polygon
     label: str = UNLABELLED
     words: tuple[str, ...] = ()
     confidence: float | None = None
     before: Room | None = None
+    said: str = ""
+    named: str = ""
 
     def change(self, shape: Polygon) -> None:
         """Give the room another shape."""
@@ -72,6 +77,14 @@ class DraftDoor:
 
 
 @dataclass(frozen=True, eq=False)
+class Place:
+    """An area of which a correction has said something: ``said`` is its value."""
+
+    shape: Polygon
+    said: str
+
+
+@dataclass(frozen=True, eq=False)
 class Space:
     """A space between walls that the plan does not have. ``reachable`` is False if nothing led into it, only."""
 
@@ -101,7 +114,10 @@ class Draft:
             for door in plan.doors
         ]
         self.spaces = list(spaces)
-        self.edges_of_doors = [door.shape for door in self.doors]
+        self.walls: list[Place] = []
+        """The walls that a person has said."""
+        self.taken_out: list[Place] = []
+        """The rooms that a person has taken out."""
 
     @property
     def inner_doors(self) -> list[DraftDoor]:
@@ -150,6 +166,7 @@ class Draft:
         ordered = sorted(parts, key=lambda part: -part.area)
         made = [DraftRoom(part, confidence=room.confidence) for part in ordered]
         made[0].label, made[0].words = room.label, room.words
+        made[0].said, made[0].named = room.said, room.named
         place = self.rooms.index(room)
         self.rooms[place : place + 1] = made
         for door in self.doors:

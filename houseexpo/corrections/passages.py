@@ -16,6 +16,7 @@ from houseexpo.corrections.openings import (
     ONWARD_M,
     SNAP_M,
     STEP_M,
+    TOUCH_M,
     WALL_REACH_M,
     Faces,
     Strip,
@@ -27,7 +28,7 @@ from houseexpo.corrections.openings import (
     strip_of,
     wall_beside,
 )
-from houseexpo.corrections.saying import AlreadySoError, NoEffectError, Placed, Said
+from houseexpo.corrections.saying import AlreadySoError, NoEffectError, Placed, Said, contradiction
 from houseexpo.corrections.vocabulary import Word
 from houseexpo.plan.parts import DoorKind
 from houseexpo.tolerances import MIN_DOOR_M, ROUNDED_M2, SMALLEST_ROOM_M2
@@ -48,12 +49,7 @@ def place_passage(draft: Draft, placed: Placed) -> Said:
         return _confirm(there, placed)
     if there is not None:
         draft.doors.remove(there)
-    try:
-        said = _new_passage(draft, strip, word, str(placed.correction))
-    except (NoEffectError, AlreadySoError):
-        if there is not None:
-            draft.doors.append(there)
-        raise
+    said = _new_passage(draft, strip, word, str(placed.correction))
     if there is not None:
         said.also.append(f"the {there.kind} of {there.width:.2f} m there gave way")
     return said
@@ -107,7 +103,7 @@ def _kind(word: Word, width_m: float) -> DoorKind:
 
 
 def _new_passage(draft: Draft, strip: Strip, word: Word, text: str) -> Said:
-    strip = _in_its_wall(draft, strip)
+    strip = in_its_wall(draft, strip)
     room = draft.room_at(strip.centre)
     if room is not None:
         return _on_floor(draft, strip, room, word, text)
@@ -116,33 +112,34 @@ def _new_passage(draft: Draft, strip: Strip, word: Word, text: str) -> Said:
     one, other = (draft.rooms[k] if k >= 0 else None for k in faces.shapes)
     said = Said("")
     if (one is None) != (other is None) and word != "entrance":
-        behind = _space_behind(draft, strip, 0 if one is None else 1, faces)
+        behind = space_behind(draft, strip, 0 if one is None else 1, faces)
         if behind is not None:
             draft.rooms.append(behind)
             said.also.append(f"a space of {behind.shape.area:.1f} m2 behind it, which nothing led into, is a room now")
             one, other = (behind, other) if one is None else (one, behind)
             faces = faces_beside(strip, [each.shape for each in draft.rooms])
     if one is None and other is None:
-        raise NoEffectError(_far_from_rooms(draft, strip))
+        raise NoEffectError(far_from_rooms(draft, strip))
     if one is not None and other is not None:
         if word == "entrance":
             raise NoEffectError(
                 f"it lies between {draft.name(one)} and {draft.name(other)}; say door, or no_room of one"
             )
         if one is other:
-            return _opened_wall(draft, strip, one, faces)
+            return opened_wall(draft, strip, one, faces)
         return _between(draft, strip, rooms=(one, other), faces=faces, word=word, text=text, said=said)
     return _to_outside(draft, strip, rooms=(one, other), faces=faces, text=text, said=said)
 
 
-def _far_from_rooms(draft: Draft, strip: Strip) -> str:
+def far_from_rooms(draft: Draft, strip: Strip) -> str:
+    """Say of a line beside which no room lies how far it is from one."""
     far = draft.distance_to_rooms(strip.centre)
     if far > WALL_REACH_M:
         return f"it lies {far:,.1f} m from the nearest room; draw it in a wall of the house"
     return f"no room looks at it from either side within {WALL_REACH_M} m; draw it along the wall"
 
 
-def _in_its_wall(draft: Draft, strip: Strip) -> Strip:
+def in_its_wall(draft: Draft, strip: Strip) -> Strip:
     """Return a line in the wall beside which it was drawn (openings R1), else the line itself."""
     beside = wall_beside(strip, draft.rooms)
     room = draft.room_at(strip.centre)
@@ -150,14 +147,17 @@ def _in_its_wall(draft: Draft, strip: Strip) -> Strip:
         return strip
     start, way, off = beside
     turned = Strip(strip.centre, way, strip.length, 0.0)
-    if room is None or off == 0.0:
+    if room is None:
         return turned
     into = dot(start - strip.centre, turned.across)
-    moved = Strip(strip.centre + turned.across * (into + math.copysign(_INTO_M, into)), way, strip.length, 0.0)
-    return moved if draft.room_at(moved.centre) is not room else strip
+    ways = (
+        (1.0, -1.0) if off < TOUCH_M else (math.copysign(1.0, into),)
+    )  # on the face itself, the wall is at either side
+    moved = (Strip(strip.centre + turned.across * (into + way_in * _INTO_M), way, strip.length, 0.0) for way_in in ways)
+    return next((line for line in moved if draft.room_at(line.centre) is not room), strip)
 
 
-def _space_behind(draft: Draft, strip: Strip, side: int, faces: Faces) -> DraftRoom | None:
+def space_behind(draft: Draft, strip: Strip, side: int, faces: Faces) -> DraftRoom | None:
     """Return the space into which nothing led, on one side of a line (R3)."""
     lost = [space for space in draft.spaces if not space.reachable]
     free = [free_part(draft, space.shape) for space in lost]
@@ -193,7 +193,7 @@ def _between(
     kind = _kind(word, fitted.length)
     draft.doors.append(DraftDoor(kind, area, fitted.ends, rooms, 1.0, said=text))
     said.text = f"{with_article(kind)} of {fitted.length:.2f} m joins {draft.name(rooms[0])} and {draft.name(rooms[1])}"
-    said.also += _narrowed(strip, fitted)
+    said.also += narrowed(strip, fitted)
     if word == "door" and kind == "opening":
         said.also.append(f"wider than any door ({WIDEST_DOOR_M} m), it is an opening")
     return said
@@ -211,7 +211,8 @@ def fit_to_wall(strip: Strip, faces: Faces) -> Strip:
     return Strip(centre, strip.along, high - low, right + left)
 
 
-def _narrowed(strip: Strip, fitted: Strip) -> Iterator[str]:
+def narrowed(strip: Strip, fitted: Strip) -> Iterator[str]:
+    """Say how much of a line is clear, if that is not all of it."""
     if strip.length - fitted.length > STEP_M:
         yield f"of the {strip.length:.2f} m that were drawn, {fitted.length:.2f} m are clear"
 
@@ -259,11 +260,11 @@ def _to_outside(
     said.also += _give_way(draft, area)
     draft.doors.append(DraftDoor("entrance", area, fitted.ends, (room, None), 1.0, said=text))
     said.text = f"an entrance of {fitted.length:.2f} m leads into {draft.name(room)}"
-    said.also += _narrowed(strip, fitted)
+    said.also += narrowed(strip, fitted)
     return said
 
 
-def _opened_wall(draft: Draft, strip: Strip, room: DraftRoom, faces: Faces) -> Said:
+def opened_wall(draft: Draft, strip: Strip, room: DraftRoom, faces: Faces) -> Said:
     """Open a wall that stands in one room."""
     fitted = fit_to_wall(strip, faces)
     area = clear_part(fitted.polygon(deeper_m=STEP_M), [room.shape], fitted.centre)
@@ -323,6 +324,7 @@ def remove_passage(draft: Draft, placed: Placed) -> Said:
             f"no passage is there; the nearest is {far:,.2f} m away" if draft.doors else "the plan has none"
         )
     if door.said:
-        raise NoEffectError(f"{door.said} is said too; take one of the two out")
+        raise contradiction(door.said)
     draft.doors.remove(door)
-    return Said(f"the {door.kind} of {door.width:.2f} m there is wall")
+    what = "a window" if placed.correction.word == "window" else "wall"
+    return Said(f"the {door.kind} of {door.width:.2f} m there is {what}")

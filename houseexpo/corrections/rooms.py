@@ -1,21 +1,49 @@
-"""Change the rooms of a draft: ``wall``, ``room``, ``no_room``, ``one_room``, ``label`` (rules in ``apply``)."""
+"""Change the rooms of a draft: walls, rooms, their names, and what is none (rules in ``apply``)."""
 
 from __future__ import annotations
 
-import shapely
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from itertools import pairwise
+from operator import itemgetter
+from typing import Final
 
-from houseexpo.corrections.draft import Draft, DraftRoom, Vector, is_room_sized, split_pieces
+import shapely
+from shapely import Polygon
+
+from houseexpo.corrections.draft import Draft, DraftDoor, DraftRoom, Place, Vector, is_room_sized, split_pieces
 from houseexpo.corrections.openings import (
     PARTITION_M,
     SNAP_M,
+    STEP_M,
+    TOUCH_M,
     WALL_REACH_M,
     Strip,
+    depth_of_entrances,
+    faces_beside,
     squared,
     strip_of,
 )
-from houseexpo.corrections.passages import free_part, with_article
-from houseexpo.corrections.saying import AlreadySoError, NoEffectError, Placed, Said
-from houseexpo.tolerances import ROUNDED_M2
+from houseexpo.corrections.passages import (
+    clear_part,
+    far_from_rooms,
+    fit_to_wall,
+    free_part,
+    in_its_wall,
+    narrowed,
+    opened_wall,
+    space_behind,
+    with_article,
+)
+from houseexpo.corrections.saying import AlreadySoError, NoEffectError, Placed, Said, contradiction
+from houseexpo.plan.room_labels import UNLABELLED
+from houseexpo.tolerances import GRID_M, MIN_DOOR_M, ROUNDED_M2
+
+FARTHEST_ROOM_M: Final = 5.0
+"""A room that a person draws farther from the others is a mistake of a digit, metres: it belongs to no such house."""
+_SAME: Final = 0.2
+"""A drawn room and one of the plan are the same where they share all but this of both; so much a hand is off."""
 
 
 def place_wall(draft: Draft, placed: Placed) -> Said:
@@ -26,6 +54,7 @@ def place_wall(draft: Draft, placed: Placed) -> Said:
         far = draft.distance_to_rooms(strip.centre)
         if far > WALL_REACH_M:
             raise NoEffectError(f"it lies {far:,.1f} m from the nearest room")
+        draft.walls.append(Place(strip.polygon(), str(placed.correction)))
         raise AlreadySoError("no floor is there: it lies in a wall already")
     strip = squared(strip, crossed[0].shape)
     starts, ends = strip.ends
@@ -53,6 +82,7 @@ def place_wall(draft: Draft, placed: Placed) -> Said:
             room.change(kept[0])
         for each in made:
             each.confidence = None if each.confidence is None else 1.0
+    draft.walls.append(Place(area, str(placed.correction)))
     if not taken:
         raise AlreadySoError("no floor is there: it lies in a wall already")
     shut = [door for door in draft.doors if shapely.intersection(door.shape, area).area > door.shape.area / 2]
@@ -61,11 +91,47 @@ def place_wall(draft: Draft, placed: Placed) -> Said:
     return Said(f"a wall of {strip.length:.2f} m stands there", also)
 
 
+def remove_wall(draft: Draft, placed: Placed) -> Said:
+    """Take a wall out, from end to end: what lies at both sides is one room (R5)."""
+    drawn = in_its_wall(draft, strip_of(*placed.points))
+    if (there := draft.room_at(drawn.centre)) is not None:
+        raise AlreadySoError(f"no wall is there: it lies in {draft.name(there)}")
+    if over := next((wall for wall in draft.walls if wall.shape.intersects(shapely.LineString(drawn.ends))), None):
+        raise contradiction(over.said)
+    faces = faces_beside(drawn, [room.shape for room in draft.rooms])
+    found = [draft.rooms[k] for k in faces.shapes if k >= 0]
+    if not found:
+        raise NoEffectError(far_from_rooms(draft, drawn))
+    if len(found) == 1:
+        behind = space_behind(draft, drawn, 0 if faces.shapes[0] < 0 else 1, faces)
+        if behind is None:
+            raise NoEffectError(
+                f"only {draft.name(found[0])} lies beside it; if it is open to the outside, say entrance; if a room "
+                "lies behind it, say room or room_outline"
+            )
+        draft.rooms.append(behind)
+        found.append(behind)
+        faces = faces_beside(drawn, [room.shape for room in draft.rooms])
+    if found[0] is found[1]:
+        return opened_wall(draft, drawn, found[0], faces)
+    fitted = fit_to_wall(drawn, faces)
+    gap = clear_part(fitted.polygon(deeper_m=STEP_M), (room.shape for room in draft.rooms), fitted.centre)
+    said = Said(f"{fitted.length:.2f} m of wall are gone: one room are now " + _names(draft, found))
+    said.also += _merge(draft, found, [gap], str(placed.correction))
+    said.also += narrowed(drawn, fitted)
+    return said
+
+
+def _names(draft: Draft, rooms: Sequence[DraftRoom]) -> str:
+    return " and ".join(draft.name(room) for room in rooms)
+
+
 def add_room(draft: Draft, placed: Placed) -> Said:
     """Make a room of a space (R6)."""
     place = placed.points[0]
     if (there := draft.room_at(place)) is not None:
         there.confidence = None if there.confidence is None else 1.0
+        there.said = there.said or str(placed.correction)
         raise AlreadySoError(f"{draft.name(there)} is there already")
     point = shapely.Point(place)
     free = [free_part(draft, space.shape) for space in draft.spaces if space.shape.covers(point)]
@@ -73,11 +139,38 @@ def add_room(draft: Draft, placed: Placed) -> Said:
     if shape is None:
         raise NoEffectError(
             f"no closed space between walls is known there; the nearest room is "
-            f"{draft.distance_to_rooms(place):,.1f} m away"
+            f"{draft.distance_to_rooms(place):,.1f} m away; draw its corners with room_outline"
         )
-    room = DraftRoom(shape, confidence=1.0)
+    room = DraftRoom(shape, confidence=1.0, said=str(placed.correction))
     draft.rooms.append(room)
     return Said(f"the space of {shape.area:.1f} m2 there is a room")
+
+
+def draw_room(draft: Draft, placed: Placed) -> Said:
+    """Make a room of the area between corners, as far as no other room, and no wall around one, takes it (R6)."""
+    drawn = Polygon(placed.points)
+    shares = [(shapely.intersection(room.shape, drawn).area / drawn.area, room) for room in draft.rooms]
+    most, there = max(shares, key=itemgetter(0), default=(0.0, None))
+    if there is not None and most > 1 - _SAME and drawn.area > (1 - _SAME) * there.shape.area:
+        there.confidence = None if there.confidence is None else 1.0
+        there.said = there.said or str(placed.correction)
+        raise AlreadySoError(f"{draft.name(there)} is there already")
+    if there is not None and sum(share for share, _ in shares) > _SAME:
+        raise NoEffectError(
+            f"{draft.name(there)} takes {100 * most:.0f}% of it; to part a room, draw a wall or an opening; to take it "
+            "out, say no_room"
+        )
+    walled = shapely.union_all([room.shape for room in draft.rooms]).buffer(PARTITION_M, join_style="mitre")
+    shape = free_part(draft, shapely.difference(drawn, walled))
+    if shape is None or not is_room_sized(shape):
+        raise NoEffectError("other rooms and passages take all of it")
+    if (far := draft.distance_to_rooms(placed.points[0])) > FARTHEST_ROOM_M:
+        raise NoEffectError(f"it lies {far:,.1f} m from the nearest room; draw it at the house")
+    draft.rooms.append(DraftRoom(shape, confidence=1.0, said=str(placed.correction)))
+    also = [f"of the {drawn.area:.1f} m2 that were drawn, {shape.area:.1f} m2 are free"]
+    return Said(
+        f"a room of {shape.area:.1f} m2 is there", also if drawn.area - shape.area > _SAME * drawn.area / 2 else []
+    )
 
 
 def _room_there(draft: Draft, place: Vector) -> DraftRoom:
@@ -86,27 +179,53 @@ def _room_there(draft: Draft, place: Vector) -> DraftRoom:
         return room
     if (door := draft.door_at(place, 0.0)) is not None:
         raise NoEffectError(f"the point lies in {with_article(door.kind)}; choose one in a room")
+    point = shapely.Point(place)
+    if gone := next((each for each in draft.taken_out if each.shape.covers(point)), None):
+        raise contradiction(gone.said, "takes the room there out, and")
     raise NoEffectError(f"no room is there; the nearest is {draft.distance_to_rooms(place):,.2f} m away")
 
 
 def remove_room(draft: Draft, placed: Placed) -> Said:
     """Take a room out (R6)."""
     room = _room_there(draft, placed.points[0])
+    if room.said:
+        raise contradiction(room.said)
     if len(draft.rooms) == 1:
         raise NoEffectError("it is the only room of the plan; drop the plan if it is no house")
     before = {id(door) for door in draft.doors}
     gone = [door for door in draft.doors if any(side is room for side in door.rooms)]
     kinds = {id(door.shape): door.kind for door in gone}
     if said := next((door.said for door in gone if door.said and door.rooms[1] is None), ""):
-        raise NoEffectError(f"{said} leads into it, and is said too; take one of the two out")
-    text = f"{draft.name(room)} is no room"
+        raise contradiction(said, "leads into it, and")
+    is_outside = placed.correction.word == "outside"
+    text = f"{draft.name(room)} {'lies outside' if is_outside else 'is no room'}"
     draft.remove_room(room, open_outside=True)
+    draft.taken_out.append(Place(room.shape, str(placed.correction)))
     outside = [door for door in draft.doors if id(door) not in before]
     also = [f"its {kinds[id(door.shape)]} of {door.width:.2f} m leads outside now" for door in outside]
     shut = len(gone) - len(also)
+    if is_outside:
+        also += _open_sides(draft, room.shape, str(placed.correction))
     if shut:
         also.append(f"{shut} of its passages {'are' if shut > 1 else 'is'} gone")
     return Said(text, also)
+
+
+def _open_sides(draft: Draft, outside: Polygon, text: str) -> Iterator[str]:
+    """Make entrances where rooms meet what lies outside without a wall; yield what was done."""
+    for room in draft.rooms:
+        shared = shapely.intersection(room.shape.boundary, outside.buffer(TOUCH_M))
+        for side in shapely.get_parts(shapely.line_merge(shared)):
+            points = shapely.get_coordinates(shapely.simplify(side, GRID_M))
+            for a, b in pairwise(points):
+                if math.dist(a, b) < MIN_DOOR_M:
+                    continue
+                strip = strip_of(a, b, depth_m=depth_of_entrances(draft))
+                away = 1 if outside.covers(shapely.Point(strip.before(1, 0.0))) else -1
+                strip = replace(strip, centre=strip.centre + away * strip.across * strip.depth / 2)
+                area = clear_part(strip.polygon(), [each.shape for each in draft.rooms], strip.centre)
+                draft.doors.append(DraftDoor("entrance", area, strip.ends, (room, None), 1.0, said=text))
+                yield f"{draft.name(room)} is open to it for {strip.length:.2f} m"
 
 
 def join_rooms(draft: Draft, placed: Placed) -> Said:
@@ -114,10 +233,16 @@ def join_rooms(draft: Draft, placed: Placed) -> Said:
     rooms = list({id(room): room for room in (_room_there(draft, place) for place in placed.points)}.values())
     if len(rooms) == 1:
         raise AlreadySoError("the points lie in one room already")
+    text = "one room are now " + _names(draft, rooms)
+    return Said(text, _merge(draft, rooms, [], str(placed.correction)))
+
+
+def _merge(draft: Draft, rooms: Sequence[DraftRoom], gaps: Sequence[Polygon], text: str) -> list[str]:
+    """Make rooms one with the passages between them, and with some gaps or else the walls; return what else changed."""
     inner = [door for door in draft.inner_doors if all(any(side is room for room in rooms) for side in door.rooms)]
     if said := next((door.said for door in inner if door.said), ""):
-        raise NoEffectError(f"{said} parts them, and is said too; take one of the two out")
-    whole = shapely.union_all([room.shape for room in rooms] + [door.shape for door in inner])
+        raise contradiction(said, "parts them, and")
+    whole = shapely.union_all([*(room.shape for room in rooms), *(door.shape for door in inner), *gaps])
     others = [room.shape for room in draft.rooms if all(room is not each for each in rooms)]
     others += [door.shape for door in draft.doors if all(door is not each for each in inner)]
     parts = split_pieces(whole)
@@ -125,33 +250,38 @@ def join_rooms(draft: Draft, placed: Placed) -> Said:
     if filled:
         reach = WALL_REACH_M / 4
         closed = whole.buffer(reach, join_style="mitre").buffer(-reach, join_style="mitre")
-        whole = shapely.union_all([whole, shapely.difference(closed, shapely.union_all(others))])
+        filling = shapely.difference(shapely.difference(closed, whole), shapely.union_all(others))
+        if wall := next((wall for wall in draft.walls if wall.shape.intersection(filling).area > ROUNDED_M2), None):
+            raise contradiction(wall.said, "parts them, and")
+        whole = shapely.union_all([whole, filling])
         parts = split_pieces(whole)
     if len(parts) > 1:
         raise NoEffectError(
             f"more than {WALL_REACH_M / 2:g} m of wall stand between them; draw a door or an opening there"
         )
-    text = "one room are now " + " and ".join(draft.name(room) for room in rooms)
-    first = max(rooms, key=lambda room: (room.label != "Unlabelled", room.shape.area))
+    first = max(rooms, key=lambda room: (room.label != UNLABELLED, room.shape.area))
     words = tuple(dict.fromkeys(word for room in rooms for word in room.words))
-    made = DraftRoom(parts[0], first.label, words, None if first.confidence is None else 1.0)
+    made = DraftRoom(parts[0], first.label, words, None if first.confidence is None else 1.0, said=text)
     place = draft.rooms.index(rooms[0])
     draft.rooms[place] = made
     draft.rooms = [room for room in draft.rooms if all(room is not each for each in rooms)]
     draft.doors = [door for door in draft.doors if all(door is not each for each in inner)]
     for door in draft.doors:
-        one, other = (made if any(side is room for room in rooms) else side for side in door.rooms)
-        assert one is not None  # noqa: S101  # the first side of a door is a room
-        door.rooms = (one, other)
+        one_side, other_side = (made if any(side is room for room in rooms) else side for side in door.rooms)
+        assert one_side is not None  # noqa: S101  # the first side of a door is a room
+        door.rooms = (one_side, other_side)
     also = [f"the {door.kind} of {door.width:.2f} m between them is part of it" for door in inner]
     if filled:
         also.append("the wall between them is gone")
-    return Said(text, also)
+    return also
 
 
 def name_room(draft: Draft, placed: Placed) -> Said:
     """Name a room (R6)."""
     room, label = _room_there(draft, placed.points[0]), placed.correction.value[2]
+    if room.named and room.label != label:
+        raise contradiction(room.named)
+    room.named = str(placed.correction)
     if room.label == label:
         raise AlreadySoError(f"{draft.name(room)} has this label already")
     text = f"{draft.name(room)} is called {label} now"

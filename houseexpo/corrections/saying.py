@@ -16,6 +16,11 @@ class AlreadySoError(Exception):
     """The plan says so already."""
 
 
+def contradiction(said: str, what: str = "") -> NoEffectError:
+    """Return the error of a word that contradicts an earlier one, which it names; ``what`` is what that one does."""
+    return NoEffectError(f"{said}{f' {what}' if what else ''} is said too; take one of the two out")
+
+
 @dataclass(frozen=True, eq=False)
 class Placed:
     """A correction, and its points (n, 2) in the plan's coordinates."""

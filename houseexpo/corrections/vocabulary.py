@@ -13,7 +13,7 @@ from typing import Any, Final, Literal, NamedTuple, TypeAlias
 
 from houseexpo.errors import ConfigError
 from houseexpo.plan.room_labels import LABELS, UNLABELLED, canonical
-from houseexpo.tolerances import MIN_DOOR_M
+from houseexpo.tolerances import MIN_DOOR_M, SMALLEST_ROOM_M2
 
 NAME: Final = "overrides.toml"
 LOG: Final = "overrides.log.jsonl"
@@ -27,7 +27,21 @@ UNITS: Final = ("m", "cm", "mm", "in", "ft")
 Point: TypeAlias = tuple[float, float]
 Line: TypeAlias = tuple[Point, Point]
 Label: TypeAlias = tuple[float, float, str]
-Word: TypeAlias = Literal["room", "wall", "door", "opening", "entrance", "one_room", "no_door", "no_room", "label"]
+Word: TypeAlias = Literal[
+    "room",
+    "room_outline",
+    "wall",
+    "no_wall",
+    "door",
+    "opening",
+    "entrance",
+    "one_room",
+    "no_door",
+    "window",
+    "no_room",
+    "outside",
+    "label",
+]
 
 
 class Form(NamedTuple):
@@ -41,17 +55,23 @@ class Form(NamedTuple):
 _LINE: Final = "[[x, y], [x, y]]"
 WORDS: Final[dict[Word, Form]] = {
     "room": Form("[x, y]", 1, "the space between walls around this point is a room"),
+    "room_outline": Form("[[x, y], [x, y], [x, y], ...]", 2, "the area between these corners is a room"),
     "wall": Form(_LINE, 2, "a wall stands here, from end to end"),
+    "no_wall": Form(_LINE, 2, "no wall stands here, from end to end: what lies at both sides is one room"),
     "door": Form(_LINE, 2, "there is a door here, from jamb to jamb"),
     "opening": Form(_LINE, 2, "there is an opening without a door here, from jamb to jamb"),
     "entrance": Form(_LINE, 2, "a door leads outside here, from jamb to jamb"),
     "one_room": Form("[[x, y], [x, y], ...]", 2, "the rooms around these points are one room"),
     "no_door": Form("[x, y]", 1, "there is no door, opening, entrance or cut here"),
+    "window": Form("[x, y]", 1, "what the plan has as a passage here is a window: nobody walks through it"),
     "no_room": Form("[x, y]", 1, "the region around this point is no room"),
+    "outside": Form("[x, y]", 1, "the region around this point lies outside, and is open to the rooms beside it"),
     "label": Form('[x, y, "Kitchen"]', 1, "the room around this point has this label"),
 }
 """The words of a storey, in the order in which they are applied. A word takes one value or a list of these. Points are
 in metres along the source's plan axes."""
+_FEWEST: Final[dict[Word, int]] = {"room_outline": 3, "one_room": 2}
+"""The fewest points of the words that take any number of them."""
 
 
 @dataclass(frozen=True)
@@ -97,13 +117,17 @@ class Override:
     h_g: float | None = None
     h_d: float | None = None
     room: tuple[Point, ...] = ()
+    room_outline: tuple[tuple[Point, ...], ...] = ()
     wall: tuple[Line, ...] = ()
+    no_wall: tuple[Line, ...] = ()
     door: tuple[Line, ...] = ()
     opening: tuple[Line, ...] = ()
     entrance: tuple[Line, ...] = ()
     one_room: tuple[tuple[Point, ...], ...] = ()
     no_door: tuple[Point, ...] = ()
+    window: tuple[Point, ...] = ()
     no_room: tuple[Point, ...] = ()
+    outside: tuple[Point, ...] = ()
     label: tuple[Label, ...] = ()
     up: str | None = None
     units: str | None = None
@@ -204,14 +228,27 @@ def _checked(word: Word, value: Any) -> Any:
             raise _other_form(word, value)
         return _point(word, value)
     count = len(value) if isinstance(value, list | tuple) else 0
-    if count < 2 or (word != "one_room" and count != 2) or not all(map(_is_point, value)):
+    if count < _FEWEST.get(word, 2) or (word not in _FEWEST and count != 2) or not all(map(_is_point, value)):
         raise _other_form(word, value)
     points = tuple(_point(word, each) for each in value)
+    if word == "room_outline":
+        return _checked_outline(points)
     if word == "one_room":
         return points
     if (length := math.dist(*points)) < MIN_DOOR_M:
-        ends, found = "jambs" if word != "wall" else "ends", f"{length:.2f} m: {_plain(points)}"
+        ends, found = "ends" if word in {"wall", "no_wall"} else "jambs", f"{length:.2f} m: {_plain(points)}"
         raise ConfigError(f"{word}: expected {ends} {MIN_DOOR_M} m apart or more, found {found}")
+    return points
+
+
+def _checked_outline(points: tuple[Point, ...]) -> tuple[Point, ...]:
+    from shapely import Polygon, is_valid_reason
+
+    shape = Polygon(points)
+    if not shape.is_valid:
+        raise ConfigError(f"room_outline: expected sides that do not cross, found {is_valid_reason(shape)}")
+    if shape.area < SMALLEST_ROOM_M2:
+        raise ConfigError(f"room_outline: expected {SMALLEST_ROOM_M2} m2 or more, found {shape.area:.2f} m2")
     return points
 
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+import re
+from dataclasses import fields, replace
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +13,7 @@ from typer.testing import CliRunner
 
 from houseexpo.commands.app import make_app
 from houseexpo.corrections import Override
+from houseexpo.corrections.vocabulary import WORDS
 from houseexpo.dataset import open_dataset
 from houseexpo.errors import ConfigError
 from houseexpo.floorplan import FloorPlan
@@ -272,3 +274,17 @@ def test_the_example_says_what_is_true_of_the_house(tmp_path: Path) -> None:
 
 def test_the_guide_shows_the_example_as_it_is() -> None:
     assert f"```toml\n{OVERRIDES.read_text()}```" in GUIDE.read_text()
+
+
+def test_the_guide_has_each_key_with_an_example_that_is_read(tmp_path: Path) -> None:
+    table = GUIDE.read_text().partition("| key | of | meaning |")[2].partition("\n\n")[0]
+    examples = dict(re.findall(r"^\| `(\w+) = (.+?)` \| a (?:storey|file) \| .+ \|$", table, re.MULTILINE))
+    assert set(examples) == {field.name for field in fields(Override)}
+    for key, value in examples.items():
+        (tmp_path / "mine.toml").write_text(f"[villa]\n{key} = {value}\n")
+        (override,) = load_overrides(None, tmp_path / "mine.toml").values()
+        assert override != Override(), key
+    words = re.findall(
+        r"`(\w+)`", GUIDE.read_text().partition("Words are applied in this order: ")[2].partition(".")[0]
+    )
+    assert words == list(WORDS)

@@ -39,7 +39,7 @@ def kinds(plan: FloorPlan) -> list[str]:
     return sorted(door.kind for door in plan.doors)
 
 
-@pytest.mark.parametrize("x", [4.0, 4.12, 4.15, 4.18, 4.3])
+@pytest.mark.parametrize("x", [4.0, 4.1, 4.12, 4.15, 4.18, 4.2, 4.3])
 def test_a_door_beside_a_wall_opens_the_wall(x: float) -> None:
     found = corrected(door=[[x, 2.1], [x, 2.9]])
     assert [effect.outcome for effect in found.effects] == ["done"]
@@ -108,6 +108,12 @@ def test_a_door_where_one_stands_is_already_so() -> None:
         ({"room": [500.0, 1.0]}, "no closed space"),
         ({"label": [500.0, 1.0, "Office"]}, "no room is there"),
         ({"one_room": [[1.0, 1.0], [500.0, 1.0]]}, "no room is there"),
+        ({"no_wall": [[500.0, 1.0], [500.0, 1.9]]}, "m from the nearest room"),
+        ({"no_wall": [[0.0, 1.0], [0.0, 1.9]]}, "only the kitchen of 12.0 m2 lies beside it"),
+        ({"window": [500.0, 1.5]}, "no passage is there; the nearest is"),
+        ({"outside": [500.0, 1.5]}, "no room is there; the nearest is"),
+        ({"room_outline": [[500, 1], [503, 1], [503, 4]]}, "492.8 m from the nearest room"),
+        ({"room_outline": [[1, 1], [3, 1], [3, 3], [1, 3]]}, "the kitchen of 12.0 m2 takes 100% of it"),
     ],
 )
 def test_what_has_no_effect_says_why_and_changes_nothing(words: dict[str, Any], why: str) -> None:
@@ -131,6 +137,100 @@ def test_words_that_contradict_each_other_are_both_named() -> None:
     found = corrected(door=[[4.15, 2.1], [4.15, 2.9]], no_door=[4.15, 2.5])
     assert [effect.outcome for effect in found.effects] == ["done", "none"]
     assert "door [[4.15, 2.1], [4.15, 2.9]] is said too" in found.effects[1].said
+
+
+@pytest.mark.parametrize(
+    ("words", "first", "second"),
+    [
+        ({"wall": [[4.15, 2.0], [4.15, 3.0]], "no_wall": [[4.15, 2.1], [4.15, 2.9]]}, "wall", "no_wall"),
+        ({"wall": [[2.0, 0.1], [2.0, 3.1]], "no_wall": [[2.0, 0.3], [2.0, 1.9]]}, "wall", "no_wall"),
+        ({"wall": [[2.0, 0.1], [2.0, 3.1]], "one_room": [[1.0, 1.0], [3.0, 1.0]]}, "wall", "one_room"),
+        ({"room": [1.0, 1.0], "no_room": [2.0, 2.0]}, "room", "no_room"),
+        ({"room": [1.0, 1.0], "outside": [2.0, 2.0]}, "room", "outside"),
+        ({"room_outline": [[8, 1], [10, 1], [10, 3], [8, 3]], "no_room": [9.0, 2.0]}, "room_outline", "no_room"),
+        ({"no_wall": [[4.15, 2.0], [4.15, 3.0]], "no_room": [1.0, 1.0]}, "no_wall", "no_room"),
+        ({"no_room": [[1.0, 1.0]], "outside": [[2.0, 2.0]]}, "no_room", "outside"),
+        ({"no_room": [[1.0, 1.0]], "label": [2.0, 2.0, "Office"]}, "no_room", "label"),
+        ({"door": [[4.15, 2.1], [4.15, 2.9]], "window": [4.15, 2.5]}, "door", "window"),
+        ({"label": [[1.0, 1.0, "Kitchen"], [2.0, 2.0, "Office"]]}, "label", "label"),
+    ],
+)
+def test_each_contradiction_is_refused_and_names_the_other_entry(words: Any, first: str, second: str) -> None:
+    found = corrected(**words)
+    refused = found.effects[-1]
+    assert (found.effects[0].correction.word, refused.correction.word, refused.outcome) == (first, second, "none")
+    assert str(found.effects[0].correction) in refused.said
+    alone = correct_plan(PLAN, [found.effects[0].correction])
+    assert encode(found.plan) == encode(alone.plan)  # the later one changed nothing
+
+
+def test_without_a_wall_the_rooms_beside_it_are_one_with_what_was_drawn_between_them() -> None:
+    found = corrected(no_wall=[[4.12, 2.1], [4.12, 2.9]])
+    assert areas(found.plan) == [21.16]  # the door's 0.08 m2 and the gap's
+    assert found.plan.rooms[0].confidence is None
+    assert "the door of 0.80 m between them is part of it" in found.effects[0].also
+    whole = corrected(no_wall=[[4.2, 0.0], [4.2, 3.2]])
+    assert areas(whole.plan) == [21.3]
+    assert "3.00 m of wall are gone" in whole.effects[0].said
+
+
+def test_a_wall_stub_without_a_wall_is_floor_again() -> None:
+    stub = corrected(wall=[[2.0, 0.1], [2.0, 2.0]]).plan
+    found = corrected(stub, no_wall=[[2.0, 0.1], [2.0, 2.0]])
+    assert areas(found.plan) == pytest.approx([9.0, 12.0], abs=0.03)
+
+
+def test_where_a_wall_is_gone_what_nothing_led_into_belongs_to_the_room() -> None:
+    from shapely import box
+
+    lost = Space(box(7.3, 0.1, 9.3, 3.1), reachable=False)
+    found = correct_plan(PLAN, Override(no_wall=[[7.25, 0.1], [7.25, 3.1]]).corrections, [lost])
+    assert areas(found.plan) == [12.0, 15.3]
+
+
+def test_a_window_is_no_passage() -> None:
+    entered = corrected(entrance=[[0.0, 1.0], [0.0, 1.9]]).plan
+    found = corrected(entered, window=[0.05, 1.4])
+    assert kinds(found.plan) == ["door"]
+    assert found.plan.rooms == entered.rooms
+    assert found.effects[0].said == "the entrance of 0.90 m there is a window"
+
+
+def test_what_lies_outside_is_open_to_the_rooms_that_meet_it() -> None:
+    rooms = (Room(0, "Kitchen", box(0.1, 0.1, 4.1, 3.1)), Room(1, "Unlabelled", box(4.1, 1.0, 6.1, 2.5)))
+    ring = [(0.1, 0.1), (4.1, 0.1), (4.1, 1.0), (6.1, 1.0), (6.1, 2.5), (4.1, 2.5), (4.1, 3.1), (0.1, 3.1)]
+    plan = FloorPlan("porch", ring, 2, {}, rooms=rooms)
+    found = corrected(plan, outside=[5.0, 2.0])
+    (way,) = found.plan.doors
+    assert (way.kind, way.width, way.rooms, way.confidence) == ("entrance", 1.5, (0, None), 1.0)
+    assert way.polygon.bounds == pytest.approx((4.1, 1.0, 4.3, 2.5))
+    assert not corrected(plan, no_room=[5.0, 2.0]).plan.doors
+    assert found.plan.area == pytest.approx(12.0)
+
+
+def test_a_room_is_drawn_by_its_corners_and_a_door_leads_into_it() -> None:
+    corners = [[7.0, 0.1], [9.3, 0.1], [9.3, 3.1], [7.3, 3.1]]  # one lies in the bedroom
+    found = corrected(room_outline=corners, door=[[7.25, 2.0], [7.25, 2.8]])
+    assert [effect.outcome for effect in found.effects] == ["done", "done"]
+    assert len(found.plan.rooms) == 3
+    assert found.plan.room_num == 3
+    assert not found.followed
+    alone = corrected(room_outline=corners)
+    assert "nothing else led into" in alone.followed[0]
+    assert corrected(alone.plan, room_outline=corners).effects[0].outcome == "already"
+
+
+@pytest.mark.parametrize(
+    ("corners", "why"),
+    [
+        ([[0, 0], [2, 2], [2, 0], [0, 2]], "expected sides that do not cross, found Self-intersection"),
+        ([[0, 0], [0.5, 0], [0.5, 0.5]], "expected 0.8 m2 or more, found 0.12 m2"),
+        ([[0, 0], [2, 0]], r"expected \[\[x, y\], \[x, y\], \[x, y\], ...\]"),
+    ],
+)
+def test_corners_that_enclose_no_room_are_refused(corners: list[list[float]], why: str) -> None:
+    with pytest.raises(ConfigError, match=f"room_outline: {why}"):
+        Override(room_outline=corners)  # type: ignore[arg-type]
 
 
 def test_a_region_that_is_no_room_goes_alone_and_its_door_leads_outside() -> None:
@@ -234,6 +334,7 @@ def test_each_word_has_a_form_a_python_name_and_an_effect() -> None:
     given = {1: (1.0, 1.0), 2: ((1.0, 1.0), (1.0, 2.0))}
     for word, form in WORDS.items():
         value: Any = (1.0, 1.0, "Office") if word == "label" else given[form.depth]
+        value = ((1.0, 1.0), (3.0, 1.0), (3.0, 3.0)) if word == "room_outline" else value
         assert Override(**{word: value}).corrections == (Correction(word, value),)
         assert Override(**{word: [value]}) == Override(**{word: value})
         (effect,) = correct_plan(PLAN, Override(**{word: value}).corrections).effects
