@@ -83,7 +83,7 @@ _TO_DO: Final = {
 
 PANELS: Final = {
     "Make plans": ("demo", "build", "inspect", "assemble", "slurm", "fetch"),
-    "Look at plans": ("info", "show", "serve", "stats", "validate"),
+    "Look at plans": ("info", "show", "serve", "review", "stats", "validate"),
     "Use and pass on": ("export", "split", "release"),
     "Simulate": ("play", "record", "replay", "ros", "benchmark", "train", "observe", "prepare"),
 }

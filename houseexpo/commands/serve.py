@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import secrets
 import socket
-from collections.abc import Sequence
-from contextlib import ExitStack
+from collections.abc import Iterator, Sequence
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Final
+from typing import TYPE_CHECKING, Annotated, Any, Final
 
 import typer
 
@@ -53,6 +53,38 @@ def serve(
     from houseexpo.dataset.store import files_at
     from houseexpo.errors import ConfigError
 
+    if review and read_only:
+        raise ConfigError("serve: --review writes decisions, --read-only forbids it; leave one out")
+    for place in dataset or () if review else ():
+        files_at(place, "serve --review")  # decisions are stored beside the data set
+    policies = _check_policies(policy or ())
+    choices = {"read_only": read_only, "review": review, "policies": policies}
+    with listening_service(host, port, with_token=with_token, **choices) as (settings, listening):
+        from houseexpo.service.collection import open_collections
+        from houseexpo.service.service import Service
+
+        service = Service(open_collections(dataset or [_published_data_set()]), settings)
+        for shown in service.collections.values():
+            for name in ("rooms", "navigability") if measure else ():
+                shown.dataset.column(name)
+        announce(service)
+        typer.echo(f"open {browser_address(settings)} in a browser; Ctrl-C ends it")
+        run_service(service, listening)
+
+
+@contextmanager
+def listening_service(
+    host: str, port: int, *, with_token: bool, **choices: Any
+) -> Iterator[tuple[ServiceSettings, socket.socket]]:
+    """Yield the settings of a service and its listening socket; other ``choices`` are those of ``ServiceSettings``.
+
+    Raises
+    ------
+    MissingDependencyError
+        A package of the extra ``serve`` is missing.
+    ConfigError
+        The address cannot be used.
+    """
     try:
         import starlette  # noqa: F401
         import uvicorn  # noqa: F401
@@ -60,28 +92,20 @@ def serve(
         from houseexpo.errors import MissingDependencyError, install_command
 
         raise MissingDependencyError(f"serve needs {error.name}: {install_command('serve')}") from None
-    from houseexpo.service.collection import open_collections
-    from houseexpo.service.service import Service, ServiceSettings, is_any_address, is_loopback
+    from houseexpo.service.service import ServiceSettings, is_any_address, is_loopback
 
-    if review and read_only:
-        raise ConfigError("serve: --review writes decisions, --read-only forbids it; leave one out")
-    for place in dataset or () if review else ():
-        files_at(place, "serve --review")  # decisions are stored beside the data set
-    policies = _check_policies(policy or ())
     token = "" if is_loopback(host) and not with_token else secrets.token_urlsafe(_TOKEN_BYTES)
-    listening = _listening_socket(host, port)
-    with listening:
+    with _listening_socket(host, port) as listening:
         names = (socket.gethostname(),) if is_any_address(host) else ()
-        settings = ServiceSettings(host, listening.getsockname()[1], names, read_only, review, token, policies)
-        service = Service(open_collections(dataset or [_published_data_set()]), settings)
-        for shown in service.collections.values():
-            for name in ("rooms", "navigability") if measure else ():
-                shown.dataset.column(name)
-            typer.echo(f"{shown.name}: {count_noun(len(shown.now.views.table), 'plan')}")
-            if review:
-                typer.echo(f"decisions go to {_check_decisions(shown.path)}")
-        typer.echo(f"open {browser_address(settings)} in a browser; Ctrl-C ends it")
-        _run(service, listening)
+        yield ServiceSettings(host, listening.getsockname()[1], names, token=token, **choices), listening
+
+
+def announce(service: Service) -> None:
+    """Say what a service shows, and where the decisions of a review go."""
+    for shown in service.collections.values():
+        typer.echo(f"{shown.name}: {count_noun(len(shown.now.views.table), 'plan')}")
+        if service.settings.review:
+            typer.echo(f"decisions go to {_check_decisions(shown.path)}")
 
 
 def _check_policies(names: Sequence[str]) -> dict[str, str]:
@@ -101,11 +125,11 @@ def _check_policies(names: Sequence[str]) -> dict[str, str]:
     return found
 
 
-def browser_address(settings: ServiceSettings) -> str:
-    """Return the address to open in a browser, with the token if there is one."""
+def browser_address(settings: ServiceSettings, path: str = "") -> str:
+    """Return the address to open in a browser, with the token if there is one; ``path`` is that of a page."""
     host = f"[{settings.host}]" if ":" in settings.host else settings.host
     host = settings.names[0] if settings.names else host
-    return f"http://{host}:{settings.port}/" + (f"?token={settings.token}" if settings.token else "")
+    return f"http://{host}:{settings.port}/{path}" + (f"?token={settings.token}" if settings.token else "")
 
 
 def _check_decisions(dataset: Path) -> Path:
@@ -143,7 +167,8 @@ def _listening_socket(host: str, port: int) -> socket.socket:
     return found
 
 
-def _run(service: Service, listening: socket.socket) -> None:
+def run_service(service: Service, listening: socket.socket) -> None:
+    """Run a service on a listening socket until it is interrupted."""
     import uvicorn
 
     from houseexpo.service.app import make_app

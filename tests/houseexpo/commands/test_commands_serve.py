@@ -30,7 +30,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 def started(monkeypatch: pytest.MonkeyPatch) -> list[Service]:
     """The services that would run."""
     found: list[Service] = []
-    monkeypatch.setattr(command, "_run", lambda service, _: found.append(service))
+    monkeypatch.setattr(command, "run_service", lambda service, _: found.append(service))
     return found
 
 
