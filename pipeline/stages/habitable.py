@@ -15,7 +15,8 @@ R1  Where the house has floors, a space without one is no room, unless walls and
     railings bound all spaces, those along walls (boards under windows) count for nothing. Nor is one a room that
     lies open for 0.35 of its edge, under lintels too wide for a door with one leaf or at the edge of the floor, to
     the outside or to another such space (a porch, a terrace, what lies under eaves), unless all do; the edge of the
-    floor counts for nothing where rooms with 0.15 of their edge at it are most of the house, which then is cut open;
+    floor counts for nothing where rooms with 0.15 of their edge at it are most of the house, which then is cut open,
+    or where the source marks each door (``Level.sills``), because it draws the floors of rooms only (an open front);
     and a space to which two rooms or more, which nothing else joins, open by more than the width of a door with one
     leaf, is their hall. Nor is one under the sky that a fence or a lower wall bounds and that is larger than all the
     others together (a garden), nor one too low to stand in (a void under a roof), nor, without a way to another
@@ -113,7 +114,8 @@ def keep_habitable_spaces(
     fences = shapely.buffer(planes.rails, CRACK_M, quad_segs=2)
     house = EMPTY if planes.rails.is_empty else fill_enclosed(unite([planes.door, planes.rails, *rooms]))
     outer = intersect(fences, shapely.buffer(house.boundary, WALL_M, quad_segs=2))
-    edge = shapely.buffer(unite([c.polygon for c in candidates if c.kind == "floor_edge"]), CRACK_M, quad_segs=2)
+    ends = [] if level.sills else [c.polygon for c in candidates if c.kind == "floor_edge"]
+    edge = shapely.buffer(unite(ends), CRACK_M, quad_segs=2)
     beyond = {k for k, room in enumerate(rooms) if k not in entered and _along(room, edge) > MOST}
     outdoors = _gardens(rooms, area, planes, evidence, level) | (beyond if len(beyond) < len(rooms) else set())
     railed = {k for k, room in enumerate(rooms) if _along(room, outer) > STANDS}

@@ -145,6 +145,7 @@ def test_houses_with_a_known_truth(tmp_path: Path) -> None:
     console.print(table)
     console.print(dict(worst))
     assert worst["unreachable"] == worst["invalid"] == 0
+    assert min(map(min, iou.values())) > 0.98, "a plan lacks a part of its house"
 
 
 @needs_shared

@@ -651,6 +651,19 @@ def test_a_terrace_that_ends_at_the_edge_of_the_floor_is_no_room() -> None:
     assert areas(layout([*house, *wall((-0.2, -3.0, 0.0, -0.2))], floor=floor)) == [24.0]
 
 
+@pytest.mark.parametrize("deep_m", [1.6, 2.2, 3.2])
+@pytest.mark.parametrize("marked", [True, False])
+def test_a_room_that_lies_open_along_its_long_side_is_a_room_where_the_source_marks_each_door(
+    deep_m: float, marked: bool
+) -> None:
+    """Open for 0.39, 0.37 or 0.33 of its edge; SUNCG draws the floors of rooms only, others those of terraces too."""
+    house = shell((0, 0, 6, 4), front=[Hole(1, 1.9, low=0.04)])
+    sides = [*wall((-0.2, -0.2 - deep_m, 0.0, -0.2)), *wall((6.0, -0.2 - deep_m, 6.2, -0.2))]
+    floor = shapely.union_all([shapely.box(0, -0.2 - deep_m, 6, -0.2), shapely.box(0, 0, 6, 4)])
+    found = layout([*house, *sides], floor=floor, sills=marked)
+    assert len(found.rooms) == (2 if marked or deep_m > 3 else 1)
+
+
 def test_rooms_at_the_edge_of_the_floor_are_rooms_where_the_house_is_cut_open() -> None:
     walls = [*wall((-0.2, 4, 9.2, 4.2)), *wall((-0.2, 0, 0, 4)), *wall((9, 0, 9.2, 4)), *wall((6, 0, 6.2, 4))]
     found = layout([*walls, *wall((6.2, 0, 9, 0.2))], floor=shapely.box(0, 0, 9, 4))
