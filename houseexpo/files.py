@@ -42,7 +42,7 @@ MAX_RECORD_BYTES: Final = 256 << 20
 """Largest size of a file that describes a data set: its manifest, a list of ids, what was rejected."""
 
 
-_CHUNK: Final = 1 << 20
+_CHUNK_BYTES: Final = 1 << 20
 
 
 def read_file(path: Path, most_bytes: int = MAX_RECORD_BYTES) -> bytes:
@@ -57,7 +57,8 @@ def read_file(path: Path, most_bytes: int = MAX_RECORD_BYTES) -> bytes:
         raise OSError(errno.EINVAL, "expected a file, found a folder, a device or a pipe", str(path))
     parts, left = [], most_bytes + 1
     with path.open("rb") as stream:
-        while left and (part := stream.read(min(left, _CHUNK))):  # one read would take memory for the largest file
+        # one read would take memory for the largest file
+        while left and (part := stream.read(min(left, _CHUNK_BYTES))):
             parts.append(part)
             left -= len(part)
     if not left:

@@ -24,7 +24,7 @@ from houseexpo.errors import WorkerError
 Item = TypeVar("Item")
 Answer = TypeVar("Answer")
 
-_AHEAD: Final = 4
+_CHUNKS_AHEAD: Final = 4
 """Number of chunks per process that are requested in advance."""
 
 
@@ -87,7 +87,7 @@ def map_in_processes(
                 waiting.append(executor.submit(_answers, work, each))
 
     try:
-        ask(_AHEAD * workers)
+        ask(_CHUNKS_AHEAD * workers)
         while waiting:
             yield from waiting.popleft().result()
             ask(1)  # R1

@@ -35,7 +35,7 @@ STRAIGHTEN_LARGE_M: Final = (STRAIGHTEN_PATH_M, 0.05, 0.1, 0.2, 0.4)  # for path
 
 # Dimensions of houses.
 
-SPECK_M2: Final = 0.1  # a robot's area that is smaller is not counted: it is less than a disc of 18 cm radius
+ROBOT_SPECK_M2: Final = 0.1  # a robot's area that is smaller is not counted: it is less than a disc of 18 cm radius
 SMALLEST_ROOM_M2: Final = 0.8  # a smaller space is part of the room behind its least likely door
 TILE_M2: Final = 0.05  # rooms and doors cover the free space up to this area (docs/format.md)
 ROUNDED_M2: Final = 0.01  # the area that rounding to the grid moves along a wall
@@ -45,8 +45,8 @@ MIN_DOOR_M: Final = 0.3  # a door that is added by hand is at least this wide; a
 DOOR_M: Final = (0.4, 2.2)  # the width of doors in outlines: from hatches to double doors
 COMMON_DOOR_M: Final = 1.1  # most doors are narrower; wider ones need better evidence
 COMMON_OPENING_M: Final = 1.2  # wider openings may be part of one room; most areas also split at a narrower passage
-THIN_WALL_M: Final = 0.3  # a partition: a narrow passage through it is a door even if little widens behind it
-THICK_WALL_M: Final = 0.5  # most walls are thinner; deeper passages need better evidence
+SHALLOW_M: Final = 0.3  # a partition: a narrow passage through it is a door even if little widens behind it
+USUAL_DEPTH_M: Final = 0.5  # most walls are thinner; deeper passages need better evidence
 DEEPEST_DOOR_M: Final = 0.8  # the thickest wall that a door goes through
 SHALLOWEST_DOOR_M: Final = 0.005  # half of the grid: two faces of one wall are at least this far apart
 
@@ -56,12 +56,12 @@ SHALLOWEST_DOOR_M: Final = 0.005  # half of the grid: two faces of one wall are 
 CORNER: Final = math.sin(math.radians(35.0))  # a wall ends where the outline turns by more
 AXIS_STEP_M: Final = 0.025  # an edge that deviates less from an axis is parallel to it, because of steps of 1 cm
 INWARD_M: Final = 0.012  # rays start this far inside a neck: along the face itself, they would graze the other side
-ONWARD_M: Final = 0.02  # rays start this far past the end of a wall, beyond its steps
-SNAP_M: Final = 0.08  # the end of a front that is closer to a corner ends there
+RAY_START_M: Final = 0.02  # rays start this far past the end of a wall, beyond its steps
+FRONT_SNAP_M: Final = 0.08  # the end of a front that is closer to a corner ends there
 LOOKS_M: Final = (0.15, 0.3)  # how far in front of a front the width of the space is measured
-STAND_M: Final = 0.4  # the space in front of a front is at least this deep
+FRONT_DEPTH_M: Final = 0.4  # the space in front of a front is at least this deep
 FARTHEST_LOOK_M: Final = 10.0  # wider spaces are equally wide
-FACING: Final = -0.95  # cosine: two fronts face each other within 18 degrees
+FRONTS_FACING: Final = -0.95  # cosine: two fronts face each other within 18 degrees
 ASIDE: Final = 0.35  # share of the width by which two fronts may be displaced
 WIDER_M: Final = 0.12  # the space on both sides of a door is wider than the door by this
 HINT_M: Final = 0.015  # or, on one side of a narrow door, by this: a closet hardly wider than its door
@@ -69,7 +69,7 @@ OPEN_ALONE: Final = 0.65  # share of a wall from which one opening joins two roo
 OPEN_ROW: Final = 0.6  # share of a wall from which several openings in a row join two rooms
 IN_LINE_M: Final = 0.3  # doors that are displaced less are in one wall
 APART_M: Final = 0.02  # candidates for doors that are closer overlap
-BESIDE_M: Final = 0.03  # a point this far in front of a door lies in the room there
+BEFORE_DOOR_M: Final = 0.03  # a point this far in front of a door lies in the room there
 OVERLAP_M: Final = 0.02  # lines across doors extend into walls by this, which straightening may have removed
 JAGS_M2: Final = 0.02  # area by which steps of walls may change the area of a door
 BOX_FITS: Final = 0.3  # intersection over union from which a label's box is that of a room

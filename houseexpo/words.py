@@ -6,11 +6,11 @@ from collections.abc import Iterable, Sequence
 from itertools import pairwise
 from typing import Final
 
-_LOOKED_AT: Final = 5000  # names that are looked at; a data set may have millions of ids
-_COMPARED: Final = 20  # names that are compared letter by letter
-_LETTERS: Final = 120  # of an unknown name that are compared and shown
-_NEAR: Final = 0.5  # share of common letters from which a name is similar
-_FEW: Final = 25  # names that are listed one by one
+_NAMES_LOOKED_AT: Final = 5000  # names that are looked at; a data set may have millions of ids
+_NAMES_COMPARED: Final = 20  # names that are compared letter by letter
+_COMPARED_LETTERS: Final = 120  # of an unknown name that are compared and shown
+_SIMILAR_SHARE: Final = 0.5  # share of common letters from which a name is similar
+_FEW_NAMES: Final = 25  # names that are listed one by one
 
 
 def count_noun(number: int, noun: str) -> str:
@@ -35,7 +35,7 @@ def suggest_name(word: str, known: Iterable[str]) -> str:
     from difflib import get_close_matches
 
     names = {name.lower(): name for name in known}
-    found = get_close_matches(word.lower(), names, n=1, cutoff=_NEAR)
+    found = get_close_matches(word.lower(), names, n=1, cutoff=_SIMILAR_SHARE)
     return f"; did you mean {names[found[0]]!r}?" if found else ""
 
 
@@ -50,15 +50,15 @@ def unknown_name_message(word: str, known: Sequence[str]) -> str:
     from difflib import get_close_matches
     from heapq import nsmallest
 
-    word = word[:_LETTERS]
+    word = word[:_COMPARED_LETTERS]
     pairs = _pairs(word)
-    likely = nsmallest(_COMPARED, known[:_LOOKED_AT], key=lambda other: len(pairs ^ _pairs(other)))
-    near = get_close_matches(word, likely, n=1, cutoff=_NEAR)
+    likely = nsmallest(_NAMES_COMPARED, known[:_NAMES_LOOKED_AT], key=lambda other: len(pairs ^ _pairs(other)))
+    near = get_close_matches(word, likely, n=1, cutoff=_SIMILAR_SHARE)
     if not near and word:
-        near = [other for other in known[:_LOOKED_AT] if other.startswith(word)][:1]
+        near = [other for other in known[:_NAMES_LOOKED_AT] if other.startswith(word)][:1]
     if near:
         return f"no {word!r}; the nearest is {near[0]!r}"
-    names, are_few = list(map(repr, known[:_FEW])), len(known) <= _FEW
+    names, are_few = list(map(repr, known[:_FEW_NAMES])), len(known) <= _FEW_NAMES
     listed = ", ".join(names if are_few else names[:3]) + ("" if are_few else " and others")
     return f"no {word!r}" + (f"; there are {listed}" if known else "")
 

@@ -129,7 +129,7 @@ def show_unapplied_corrections(found: Inspection) -> None:
 # Ctrl-C ends a command cleanly and in time, also where a library swallows it while it is imported.
 
 
-_TIMEOUT_S = 4.0
+_ENDS_WITHIN_S = 4.0
 
 
 @contextmanager
@@ -146,7 +146,7 @@ def handle_ctrl_c(last_words: str) -> Iterator[Callable[[], None]]:
         sys.stderr.flush()
         os._exit(INTERRUPTED)
 
-    deadline = threading.Timer(_TIMEOUT_S, end)
+    deadline = threading.Timer(_ENDS_WITHIN_S, end)
     deadline.daemon = True
 
     def interrupt(*_: object) -> None:

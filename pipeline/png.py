@@ -26,7 +26,7 @@ def encode_png(image: Picture, *, smallest: bool = True) -> bytes:
     return stream.getvalue()
 
 
-SIDE_PX: Final = 200
+PNG_SIDE_PX: Final = 200
 SAMPLES: Final = 120_000
 _PAPER: Final = 255
 _LOWEST, _HIGHEST = 190, 30  # grey of the lowest and of the highest place
@@ -34,7 +34,7 @@ _SHADES: Final = 8  # few, so that the file is small
 
 
 def draw_top_view(mesh: Mesh, up: int = 2) -> bytes:
-    """Return a PNG, 8 bits grey, at most ``SIDE_PX`` wide and high: the higher, the darker; nothing is white.
+    """Return a PNG, 8 bits grey, at most ``PNG_SIDE_PX`` wide and high: the higher, the darker; nothing is white.
 
     Points are spread evenly over the faces, always the same ones. ``up`` is the axis of ``mesh`` that points up; the
     picture's x runs right and its y up, as in a plan. A mesh without area gives no bytes.
@@ -48,8 +48,8 @@ def draw_top_view(mesh: Mesh, up: int = 2) -> bytes:
         points = np.column_stack([points[:, 0], -points[:, 2], points[:, 1]])
     low, high = points.min(axis=0), points.max(axis=0)
     extent = np.maximum(high - low, 1e-9)
-    cells = np.floor((points[:, :2] - low[:2]) / extent[:2].max() * (SIDE_PX - 1)).astype(np.int64)
-    tallest = np.full(np.ceil(extent[:2] / extent[:2].max() * SIDE_PX).astype(int).clip(8, SIDE_PX), -1.0)
+    cells = np.floor((points[:, :2] - low[:2]) / extent[:2].max() * (PNG_SIDE_PX - 1)).astype(np.int64)
+    tallest = np.full(np.ceil(extent[:2] / extent[:2].max() * PNG_SIDE_PX).astype(int).clip(8, PNG_SIDE_PX), -1.0)
     cells = np.minimum(cells, np.array(tallest.shape) - 1)
     np.maximum.at(tallest, (cells[:, 0], cells[:, 1]), (points[:, 2] - low[2]) / extent[2])
     shade = np.round(tallest * _SHADES) / _SHADES

@@ -35,7 +35,7 @@ from houseexpo.plan.parts import SURE, Quality
 from pipeline.rejection import Reason, Rejection
 from pipeline.stages.logistic import load_models
 
-_DIGITS: Final = 4
+_SCORE_DIGITS: Final = 4
 _TELLING: Final = 0.1  # what moves the exponent by less is not worth a person's time
 _PICTURE_PX: Final = 240
 _SURE: Final = math.log(SURE / (1 - SURE))
@@ -125,7 +125,7 @@ def score_quality(grounds: Mapping[str, float], *, marked: bool = False) -> Qual
 
     ``marked``: the source marks each door (SUNCG, homes that the project makes), so little of such a plan is a guess.
     """
-    kept = {name: round(float(value), _DIGITS) for name, value in grounds.items()}
+    kept = {name: round(float(value), _SCORE_DIGITS) for name, value in grounds.items()}
     return Quality(_model_of(grounds, marked=marked).score(grounds), kept)
 
 
@@ -170,7 +170,7 @@ class _Model:
 
     def score(self, grounds: Mapping[str, float]) -> float:
         exponent = _SURE + (self.log_odds(grounds) - _SURE) / self.spread
-        return round(1 / (1 + math.exp(-exponent)), _DIGITS)
+        return round(1 / (1 + math.exp(-exponent)), _SCORE_DIGITS)
 
 
 _WEIGHTS: Final = {ground.name: ground.weight for ground in GROUNDS}

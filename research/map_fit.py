@@ -116,7 +116,7 @@ def curves_of(weights: Floats) -> dict[str, tuple[float, ...]]:
 
 def using(weights: Floats) -> mock._patch_dict:
     """Have the weights used instead of the module's."""
-    return mock.patch.dict(vars(separation_odds), BIAS=float(weights[0]), CURVES=curves_of(weights))
+    return mock.patch.dict(vars(separation_odds), SEPARATION_BIAS=float(weights[0]), CURVES=curves_of(weights))
 
 
 def scores(made: TrueMap) -> RoomScores:
@@ -156,7 +156,7 @@ def main() -> None:
         told = (f"{name} {100 * value:.2f}" for name, value in pairs if name not in {"found", "true"})
         console.print(f"left out, {kind}:", *told)
     weights = fit_on(list(range(len(maps))))
-    console.print(f"BIAS: Final = {weights[0]:.3f}\nCURVES: Final[dict[str, tuple[float, ...]]] = {{")
+    console.print(f"SEPARATION_BIAS: Final = {weights[0]:.3f}\nCURVES: Final[dict[str, tuple[float, ...]]] = {{")
     for name, curve in curves_of(weights).items():
         console.print(f'    "{name}": ({", ".join(f"{value:.2f}" for value in curve)}),')
     console.print("}")

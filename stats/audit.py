@@ -49,7 +49,7 @@ MAX_OVERLAP: Final = 0.02
 """R1: share of the area that the rooms cover together."""
 MAX_HOLES: Final = 0.02
 """R2: share of the footprint."""
-WALL_M: Final = 0.6
+BETWEEN_ROOMS_M: Final = 0.6
 """R2, R3: the thickest wall, metres; data sets drawn from images leave as much between rooms."""
 SHARED_WALL_M: Final = 0.5
 """R3: the least length of wall that two adjoining rooms share, metres."""
@@ -241,10 +241,10 @@ def _hole_share(covered: Polygon | MultiPolygon) -> float:
     """Return the share of the footprint that is enclosed and wider than a wall (R2)."""
     import shapely
 
-    grown = shapely.buffer(covered, WALL_M / 2, join_style="mitre")
+    grown = shapely.buffer(covered, BETWEEN_ROOMS_M / 2, join_style="mitre")
     if not any(part.interiors for part in shapely.get_parts(grown)):
         return 0.0
-    closed = shapely.buffer(grown, -WALL_M / 2, join_style="mitre")
+    closed = shapely.buffer(grown, -BETWEEN_ROOMS_M / 2, join_style="mitre")
     footprint = shapely.union_all([shapely.Polygon(part.exterior) for part in shapely.get_parts(closed)])
     return max(0.0, 1.0 - float(closed.area / footprint.area))
 
@@ -256,10 +256,10 @@ def _adjoining(shapes: list[Polygon]) -> list[tuple[int, int]]:
     """
     import shapely
 
-    grown = shapely.buffer(shapes, WALL_M / 2)
+    grown = shapely.buffer(shapes, BETWEEN_ROOMS_M / 2)
     one, other = shapely.STRtree(grown).query(grown, predicate="intersects")
     one, other = one[one < other], other[one < other]
-    shared = shapely.area(shapely.intersection(grown[one], grown[other])) / WALL_M
+    shared = shapely.area(shapely.intersection(grown[one], grown[other])) / BETWEEN_ROOMS_M
     return sorted(zip(one[shared >= SHARED_WALL_M].tolist(), other[shared >= SHARED_WALL_M].tolist(), strict=True))
 
 

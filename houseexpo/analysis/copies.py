@@ -3,14 +3,14 @@
 Two plans are copies if one of them, turned by a multiple of 90 degrees or mirrored and laid on the other by the middle
 of its bounds, satisfies all of these:
 
-R1  *Walls*: every point of the walls of either plan lies within ``WALL_M`` of a wall of the other one. So a partition
-    counts as much as an outer wall, however thin it is.
-R2  *Openings*: each door has a partner whose middle is within ``WALL_M`` and whose width differs by at most
+R1  *Walls*: every point of the walls of either plan lies within ``SAME_WALL_M`` of a wall of the other one. So a
+    partition counts as much as an outer wall, however thin it is.
+R2  *Openings*: each door has a partner whose middle is within ``SAME_WALL_M`` and whose width differs by at most
     ``OPENING_M``. Entrances are doors. Where a plan has no rooms and doors of its own, as published ones, the narrow
     places of the free space stand for them.
-R3  *Rooms*: each room has a partner whose bounds are within ``WALL_M``, and no two partners have different labels.
+R3  *Rooms*: each room has a partner whose bounds are within ``SAME_WALL_M``, and no two partners have different labels.
     Published plans have no outlines of rooms; their boxes and labels are not compared.
-R4  *Furniture*: each object has a partner of the same name whose bounds are within ``WALL_M``.
+R4  *Furniture*: each object has a partner of the same name whose bounds are within ``SAME_WALL_M``.
 R5  *Area*: the pixel difference (``analysis.similarity``) is at most the threshold.
 
 R5 is the paper's rule. By itself, it takes a hall for a copy of a flat, since thin walls have hardly any area.
@@ -29,7 +29,7 @@ import numpy as np
 import numpy.typing as npt
 
 from houseexpo.analysis.similarity import (
-    KEPT,
+    KEPT_MASKS,
     PIXELS_PER_METRE,
     SHIFT_PX,
     SYMMETRIES,
@@ -51,12 +51,12 @@ if TYPE_CHECKING:
 
 Floats = npt.NDArray[np.float64]
 
-WALL_M: Final = 0.1
+SAME_WALL_M: Final = 0.1
 """The same wall, as two exporters write it, lies within a hand's breadth."""
 OPENING_M: Final = 0.03
 """The same door, rounded to centimetres at both jambs, has widths that differ by less; another door differs by more."""
 
-_STEP_M: Final = 0.05  # between points of a wall: half of ``WALL_M``, so that no gap of a wall lies between two points
+_STEP_M: Final = 0.05  # between points of a wall: half of ``SAME_WALL_M``, so that no gap lies between two points
 _WIDEST_M: Final = 1.5  # a wider place of a free space without doors is no opening whose width is compared
 
 
@@ -156,7 +156,7 @@ def find_copies(
 ) -> PairSearchResult:
     """Find all pairs of plans that are copies (R1 to R5). ``find_similar_pairs`` has the same parameters."""
 
-    @lru_cache(maxsize=KEPT)
+    @lru_cache(maxsize=KEPT_MASKS)
     def walls(number: int) -> WallsAndParts:
         return walls_and_parts(load(number), pixels_per_metre)
 
@@ -228,7 +228,7 @@ def copy_symmetry(one: WallsAndParts, other: WallsAndParts, *, symmetries: bool 
     """Return the first symmetry under which the second plan is a copy of the first (R1 to R4), or None."""
     for name in SYMMETRIES if symmetries else ("identity",):
         width, height = other.size[::-1] if SYMMETRIES[name][0] else other.size
-        may_be = abs(one.size[0] - width) <= 2 * WALL_M and abs(one.size[1] - height) <= 2 * WALL_M
+        may_be = abs(one.size[0] - width) <= 2 * SAME_WALL_M and abs(one.size[1] - height) <= 2 * SAME_WALL_M
         if may_be and _are_copies(one, other, name):
             return name
     return None
@@ -243,7 +243,7 @@ def _are_copies(one: WallsAndParts, other: WallsAndParts, symmetry: str) -> bool
         return all_near(one.edges, edges, limit, _STEP_M) and all_near(edges, one.edges, limit, _STEP_M)
 
     same_widths = within(OPENING_M / 2)  # no wall moved further, so that no width changed by more than OPENING_M
-    if not same_widths and not within(WALL_M):  # R1
+    if not same_widths and not within(SAME_WALL_M):  # R1
         return False
     if not _match(one.objects, other.objects, symmetry):  # R4
         return False
@@ -261,7 +261,7 @@ def _match(parts: _Parts, others: _Parts, symmetry: str) -> bool:
     boxes = _moved(others.boxes, symmetry)
     low, high = np.minimum(boxes[:, :2], boxes[:, 2:]), np.maximum(boxes[:, :2], boxes[:, 2:])
     apart = np.abs(parts.boxes[:, None] - np.column_stack([low, high])[None]).max(axis=2)
-    alike = (apart <= WALL_M) & (np.abs(parts.widths[:, None] - others.widths[None]) <= OPENING_M)
+    alike = (apart <= SAME_WALL_M) & (np.abs(parts.widths[:, None] - others.widths[None]) <= OPENING_M)
     named = np.array([[a == b or UNLABELLED in {a, b} for b in others.names] for a in parts.names])
     alike &= named
     return bool(alike.any(axis=0).all() and alike.any(axis=1).all())
@@ -285,7 +285,7 @@ def _openings_recur(passages: Passages, others: Passages, edges: Floats) -> bool
 
     apart = np.abs(passages.middle[:, None] - others.middle[None]).max(axis=2, initial=0.0)
     wider = np.abs(passages.radius[:, None] - others.radius[None])
-    recurs = ((apart <= WALL_M) & (2 * wider <= OPENING_M)).any(axis=1)
+    recurs = ((apart <= SAME_WALL_M) & (2 * wider <= OPENING_M)).any(axis=1)
     recurs |= 2 * np.abs(distances(np.ascontiguousarray(passages.middle), edges) - passages.radius) <= OPENING_M
     return bool(recurs.all())
 

@@ -16,7 +16,7 @@ from houseexpo.plan.model import PlanData
 Layer: TypeAlias = Literal["plans", "rooms", "doors", "walls", "objects"]
 Row: TypeAlias = dict[str, Any]
 
-_WALL_M: Final = 0.1
+_OUTLINE_WALL_M: Final = 0.1
 """Thickness of the walls, as ``FloorPlan.walls`` has it by default."""
 
 
@@ -62,7 +62,7 @@ def _doors(plan: PlanData) -> Iterator[Row]:
 
 
 def _walls(plan: PlanData) -> Iterator[Row]:
-    for wall in walls_around(plan.floor, _WALL_M):
+    for wall in walls_around(plan.floor, _OUTLINE_WALL_M):
         yield {"plan_id": plan.id, "area": round(wall.area, 2), "geometry": wall}
 
 

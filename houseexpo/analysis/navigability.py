@@ -16,13 +16,13 @@ import numpy as np
 from houseexpo.analysis.passages import Floats, find_passages
 from houseexpo.errors import PlanError
 from houseexpo.plan import RADII_M, Navigability, NavigabilityByRadius, PlanData
-from houseexpo.tolerances import COMMON_OPENING_M, ROUND, SPECK_M2, SPLIT_M, SPLIT_STEP_M, STRAIGHTEN_AREA_M
+from houseexpo.tolerances import COMMON_OPENING_M, ROBOT_SPECK_M2, ROUND, SPLIT_M, SPLIT_STEP_M, STRAIGHTEN_AREA_M
 
 if TYPE_CHECKING:
     from shapely import MultiPolygon, Polygon
 
 
-_SPECK_RADIUS_M: Final = (SPECK_M2 / np.pi) ** 0.5
+_SPECK_RADIUS_M: Final = (ROBOT_SPECK_M2 / np.pi) ** 0.5
 
 
 def navigability(space: PlanData | Polygon | MultiPolygon, radii: Sequence[float] = RADII_M) -> NavigabilityByRadius:
@@ -76,7 +76,7 @@ def straighten_walls(shape: Polygon | MultiPolygon) -> Polygon | MultiPolygon:
     return quick if alike else shape.simplify(STRAIGHTEN_AREA_M)
 
 
-def erode(shape: Polygon | MultiPolygon, radius: float, least_m2: float = SPECK_M2) -> list[Polygon]:
+def erode(shape: Polygon | MultiPolygon, radius: float, least_m2: float = ROBOT_SPECK_M2) -> list[Polygon]:
     """Return the areas in which the centre of a disc can be, the largest first, without those under ``least_m2``."""
     import shapely
 

@@ -67,10 +67,10 @@ SYMMETRIES: Final[Mapping[str, tuple[bool, bool, bool]]] = {
 
 _BINS: Final = 64
 _BIN_PX: Final = 8
-_BLOCK: Final = 256  # fingerprints for one task of a thread
+_FINGERPRINTS_PER_TASK: Final = 256  # fingerprints for one task of a thread
 _TASK: Final = 64  # pairs for one task of a thread
-_AHEAD: Final = 64  # tasks that are prepared before their results are needed
-KEPT: Final = 16_384  # masks in memory, 15 kB each in the median; others are made again when they are needed
+_TASKS_AHEAD: Final = 64  # tasks that are prepared before their results are needed
+KEPT_MASKS: Final = 16_384  # masks in memory, 15 kB each in the median; others are made again when they are needed
 
 Fingerprint = npt.NDArray[np.int32]
 Load = Callable[[int], PlanData | Mask]
@@ -247,7 +247,7 @@ def find_similar_pairs(
     fresh = np.array([i not in known.fingerprints for i in range(count)], bool)
     prints = np.zeros((count, 1 + 2 * _BINS), np.int32)
     profiles_of = cache(lambda number: mask_profiles(mask_of(number)))
-    packed_of = lru_cache(maxsize=KEPT)(lambda number: pack_mask(mask_of(number)))
+    packed_of = lru_cache(maxsize=KEPT_MASKS)(lambda number: pack_mask(mask_of(number)))
     for i in show_progress(range(count), label, count) if label else range(count):
         prints[i] = fingerprint_from_profiles(profiles_of(i)) if fresh[i] else known.fingerprints[i]
     with ThreadPoolExecutor(threads) as pool:
@@ -300,8 +300,10 @@ def _possible_pairs(
     ordered, new = np.ascontiguousarray(prints[order]), fresh[order]
     areas, groups = np.ascontiguousarray(ordered[:, 0]), pool_fingerprints(ordered)
     blocks = pool.map(
-        lambda at: near_fingerprint_pairs(ordered, areas, groups, new, threshold, at, min(at + _BLOCK, len(ordered))),
-        range(0, len(ordered), _BLOCK),
+        lambda at: near_fingerprint_pairs(
+            ordered, areas, groups, new, threshold, at, min(at + _FINGERPRINTS_PER_TASK, len(ordered))
+        ),
+        range(0, len(ordered), _FINGERPRINTS_PER_TASK),
     )
     found = np.sort(order[np.concatenate([np.zeros((0, 2), np.int64), *blocks])], axis=1)
     return [(int(first), int(second)) for first, second in found]
@@ -316,7 +318,7 @@ def _in_threads(pool: ThreadPoolExecutor, work: Callable[[list[_T]], list[_R]], 
     remaining = iter(items)
     while some := list(islice(remaining, _TASK)):
         waiting.append(pool.submit(work, some))
-        if len(waiting) > _AHEAD:
+        if len(waiting) > _TASKS_AHEAD:
             yield from waiting.popleft().result()
     for future in waiting:
         yield from future.result()

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from rich.table import Table
 
 
-_REFUSED = 10
+_PROBLEMS_PRINTED = 10
 """The number of problems that are printed one by one."""
 _PIPED_WIDTH = 160
 """The columns of output to a file or a pipe: ids, files and rules stay whole, so that programs can find them."""
@@ -116,7 +116,7 @@ def current_command_line() -> str:
 
 def print_problems(out: Console, what: str, problems: Sequence[str]) -> None:
     """Print the first problems, each after ``what``, and the number of further ones."""
-    for problem in problems[:_REFUSED]:
+    for problem in problems[:_PROBLEMS_PRINTED]:
         out.print(f"{what}: {problem}", highlight=False, soft_wrap=True)
-    if len(problems) > _REFUSED:
-        out.print(f"and {len(problems) - _REFUSED} more", highlight=False)
+    if len(problems) > _PROBLEMS_PRINTED:
+        out.print(f"and {len(problems) - _PROBLEMS_PRINTED} more", highlight=False)

@@ -21,13 +21,13 @@ Progress = Callable[[str, int, int], None]
 """A function that is called with the name of the download, the bytes received and the bytes in all (0 if unknown)."""
 
 MAX_FILES: Final = 100_000
-MAX_BYTES: Final = 4 * 2**30
+MAX_DOWNLOAD_BYTES: Final = 4 * 2**30
 MAX_FILE_BYTES: Final = 64 * 2**20
 
 _SUBSETS: Final = get_args(Subset)
 _RETRIES: Final = 3
-_CHUNK: Final = 1 << 16
-_TIMEOUT_S: Final = 30.0
+_PART_BYTES: Final = 1 << 16
+_SILENCE_S: Final = 30.0
 _MAX_BYTES: Final = 2 * 2**30
 
 
@@ -115,7 +115,7 @@ def _describe_error(error: Exception) -> str:
     if isinstance(error, requests.exceptions.SSLError):
         return "the connection is not safe: the server's certificate is not accepted"
     if isinstance(error, requests.Timeout):
-        return f"the server said nothing for {_TIMEOUT_S:.0f} s"
+        return f"the server said nothing for {_SILENCE_S:.0f} s"
     if isinstance(error, requests.ConnectionError):
         return "the server cannot be reached, or the connection broke"
     return str(error)
@@ -125,7 +125,7 @@ def git_blob_id(file: Path) -> str:
     """Return a file's git blob id: the hexadecimal SHA-1 of ``blob <size>``, a zero byte and its bytes."""
     digest = hashlib.sha1(b"blob %d\0" % file.stat().st_size, usedforsecurity=False)
     with file.open("rb") as stream:
-        while data := stream.read(_CHUNK):
+        while data := stream.read(_PART_BYTES):
             digest.update(data)
     return digest.hexdigest()
 
@@ -150,7 +150,7 @@ class _Resuming:
 
         have = self._partial.stat().st_size if self._partial.exists() else 0
         headers = {"Accept-Encoding": "identity"} | ({"Range": f"bytes={have}-"} if have else {})
-        with requests.get(url, headers=headers, stream=True, timeout=_TIMEOUT_S) as answer:
+        with requests.get(url, headers=headers, stream=True, timeout=_SILENCE_S) as answer:
             if answer.status_code == requests.codes.requested_range_not_satisfiable:
                 return  # the download is complete; the blob id verifies it
             answer.raise_for_status()
@@ -159,7 +159,7 @@ class _Resuming:
                 have = 0
             start, length = have, int(answer.headers.get("Content-Length") or 0)
             with self._partial.open("ab" if have else "wb") as stream:
-                for data in answer.iter_content(_CHUNK):
+                for data in answer.iter_content(_PART_BYTES):
                     stream.write(data)
                     have += len(data)
                     if self._progress is not None:
@@ -175,7 +175,7 @@ def unpack_archive(
     wanted: Callable[[str], bool] = lambda name: True,  # noqa: ARG005 - a parameter's name
     beside: Iterable[Path] = (),
     max_files: int = MAX_FILES,
-    max_bytes: int = MAX_BYTES,
+    max_bytes: int = MAX_DOWNLOAD_BYTES,
 ) -> int:
     """Unpack the files of a ``.tar.gz`` into the folder ``target``, which must not exist, and return how many.
 
@@ -210,7 +210,7 @@ def unpack_archive(
 def archive_names(archive: Path) -> list[str]:
     """Return the names of the files in a ``.tar.gz``; raise DatasetError for what ``unpack_archive`` refuses."""
     with damage_as_dataset_error(archive):
-        return [name for name, _ in _members(archive, MAX_FILES, MAX_BYTES)]
+        return [name for name, _ in _members(archive, MAX_FILES, MAX_DOWNLOAD_BYTES)]
 
 
 def _is_plan(name: str) -> bool:

@@ -35,8 +35,8 @@ Broken = tuple[str, str]
 _CORNER: Final = (0.1, 0.1)
 _PUBLISHED_ID: Final = re.compile(r"[0-9a-f]{32}")
 _RADII: Final = frozenset(f"{radius:.2f}" for radius in RADII_M)
-_CHUNK: Final = 256
-_FEW: Final = 1024  # for fewer plans, starting a second process takes longer than the check
+_PLANS_PER_CHUNK: Final = 256
+_FEW_PLANS: Final = 1024  # for fewer plans, starting a second process takes longer than the check
 
 
 def _rings(plan: FloorPlan) -> Iterator[tuple[str, Ring, bool]]:
@@ -315,9 +315,9 @@ def check_stored_plans(chunk: list[StoredPlan]) -> tuple[list[tuple[str, str]], 
 
 def _check_chunks(path: Path, workers: int) -> Iterator[tuple[list[tuple[str, str]], list[RuleViolation]]]:
     waiting = read_stored_plans(path)
-    first = list(islice(waiting, _FEW))
-    chunks = split_into_chunks(chain(first, waiting), _CHUNK)
-    if workers <= 1 or len(first) < _FEW:
+    first = list(islice(waiting, _FEW_PLANS))
+    chunks = split_into_chunks(chain(first, waiting), _PLANS_PER_CHUNK)
+    if workers <= 1 or len(first) < _FEW_PLANS:
         yield from map(check_stored_plans, chunks)
         return
     yield from map_in_processes(check_stored_plans, chunks, workers)

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from shapely.geometry.base import BaseGeometry
 
 _NAMES: Final = uuid.UUID("6f6d6a0e-9a0f-5d3e-8d0b-2f5c1a9e7b44")
-_LEAF_M: Final = 0.04
+_DOOR_LEAF_M: Final = 0.04
 _TIME: Final = "1970-01-01T00:00:00"  # a plan gives one file, whenever it is written
 
 
@@ -245,7 +245,7 @@ class _Writer:
                     RelatedOpeningElement=opening,
                 )
             if each.has_leaf:
-                leaf = shapely.LineString(each.segment).buffer(_LEAF_M / 2, cap_style="flat")
+                leaf = shapely.LineString(each.segment).buffer(_DOOR_LEAF_M / 2, cap_style="flat")
                 door = self._element("IfcDoor", f"door {name}", f"Door {name}", leaf, 0.0, height)
                 door.OverallHeight, door.OverallWidth = height, float(each.door.width)
                 self._root(

@@ -44,7 +44,7 @@ drawing, a scan or a simulator's world, people note goals, zones and measured po
 """
 LEFT_HANDED: Final = frozenset({"procthor", "sweethome"})
 """Sources, by their word in the provenance, whose axes are left-handed: Unity's, and x, y down and the height."""
-_DIGITS = 9  # removes the rounding error of the sum from coordinates on the 1 cm grid
+_PLACED_DIGITS = 9  # removes the rounding error of the sum from coordinates on the 1 cm grid
 _RIGID: Final = 1e-6
 """Frames whose axes are longer or less square by more change a plan's size or shape."""
 
@@ -65,7 +65,7 @@ class Pose:
     def points(self, points: npt.ArrayLike) -> npt.NDArray[np.float64]:
         """Return the places in the export, metres, of points (..., 2) of the oriented plan."""
         given: npt.NDArray[np.float64] = np.asarray(points, np.float64)
-        return np.round(given @ self._turn.T + (self.x, self.y), _DIGITS) + 0.0 if self else given
+        return np.round(given @ self._turn.T + (self.x, self.y), _PLACED_DIGITS) + 0.0 if self else given
 
     def point(self, at: Sequence[float]) -> tuple[float, float]:
         """Return the place in the export of one point, as ``points`` does."""
@@ -139,7 +139,7 @@ def world_from_plan(plan: FloorPlan, orientation: Orientation = "world", frame: 
     if orientation == "plan" or not is_mirrored(plan):
         return (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)
     _, low, _, high = plan.bbox
-    return (1.0, 0.0, 0.0), (0.0, -1.0, round(low + high, _DIGITS))
+    return (1.0, 0.0, 0.0), (0.0, -1.0, round(low + high, _PLACED_DIGITS))
 
 
 def _world_from_source(plan: FloorPlan, orientation: Orientation) -> Matrix:
@@ -168,7 +168,9 @@ def pose_in_export(plan: FloorPlan, orientation: Orientation = "world", frame: E
     b, d = b * sign, d * sign
     is_source = plan.frame is not None and (frame or default_frame(plan)) == "source"
     z = plan.frame.floor if plan.frame is not None and is_source else 0.0
-    return Pose(round(x - b * shift, _DIGITS) + 0.0, round(y - d * shift, _DIGITS) + 0.0, z, math.atan2(c, a))
+    return Pose(
+        round(x - b * shift, _PLACED_DIGITS) + 0.0, round(y - d * shift, _PLACED_DIGITS) + 0.0, z, math.atan2(c, a)
+    )
 
 
 def orient_plan(plan: FloorPlan, orientation: Orientation = "world") -> FloorPlan:
@@ -178,11 +180,11 @@ def orient_plan(plan: FloorPlan, orientation: Orientation = "world") -> FloorPla
         return plan
 
     def ring(points: Ring) -> Ring:
-        flipped = np.column_stack([points[:, 0], np.round(shift - points[:, 1], _DIGITS)])
+        flipped = np.column_stack([points[:, 0], np.round(shift - points[:, 1], _PLACED_DIGITS)])
         return flipped[::-1]  # mirroring reverses the direction of a ring; this restores it
 
     def point(x: float, y: float) -> tuple[float, float]:
-        return x, round(shift - y, _DIGITS)
+        return x, round(shift - y, _PLACED_DIGITS)
 
     def box(found: Box) -> Box:
         x1, y1, x2, y2 = found

@@ -18,7 +18,7 @@ from houseexpo.tolerances import GRID_M, SLIVER_M2
 if TYPE_CHECKING:
     from shapely import Polygon
 
-_DIGITS = 2  # the format's 1 cm grid
+_GRID_DIGITS = 2  # the format's 1 cm grid
 _AXES: Final = ((1, 0), (-1, 0), (0, 1), (0, -1))
 
 
@@ -55,7 +55,7 @@ def _join_one_hole(polygon: Polygon, avoid: Sequence[Polygon]) -> Polygon:
     hole = shapely.Polygon(polygon.interiors[0])
     for slit in _slits(polygon, hole, avoid):
         cut = shapely.difference(polygon, slit)
-        cut = shapely.simplify(shapely.transform(cut, lambda points: points.round(_DIGITS)), 0.0)
+        cut = shapely.simplify(shapely.transform(cut, lambda points: points.round(_GRID_DIGITS)), 0.0)
         if cut.geom_type == "Polygon" and cut.is_valid and len(cut.interiors) == len(polygon.interiors) - 1:
             return cut
     where = hole.representative_point()
@@ -67,7 +67,7 @@ def _join_one_hole(polygon: Polygon, avoid: Sequence[Polygon]) -> Polygon:
 
 def _slits(polygon: Polygon, hole: Polygon, avoid: Sequence[Polygon]) -> list[Any]:
     """Return possible slits, the best first: parts of the polygon in strips along an axis from the hole's corners."""
-    corners = shapely.get_coordinates(hole)[:-1].round(_DIGITS)
+    corners = shapely.get_coordinates(hole)[:-1].round(_GRID_DIGITS)
     reach = float(np.hypot(*np.subtract(polygon.bounds[2:], polygon.bounds[:2])))
     strips = [_strip(corner, axis, side, reach) for corner in corners for axis in _AXES for side in (1, -1)]
     starts = shapely.points(np.repeat(corners, 2 * len(_AXES), axis=0))

@@ -12,7 +12,7 @@ from houseexpo.exports.placement import ExportFrame, Orientation, orient_plan, p
 from houseexpo.exports.polygons import join_holes_by_slits
 from houseexpo.floorplan import FloorPlan
 from houseexpo.plan import Ring
-from houseexpo.plan.checks import FARTHEST_M
+from houseexpo.plan.checks import LARGEST_COORDINATE_M
 from houseexpo.plan.json_codec import encode
 
 
@@ -44,7 +44,7 @@ def published_json(
         label: [pose.shape(shapely.box(*box)).bounds for box in found] for label, found in turned.room_category.items()
     }
     verts = pose.points(ring)
-    if abs(verts).max() > FARTHEST_M:
+    if abs(verts).max() > LARGEST_COORDINATE_M:
         found = f"{abs(verts).max():,.0f} m from its origin"
         raise PlanError(
             f"expected a place that the format can have in the source, found {found}; use the plan's frame",

@@ -22,9 +22,9 @@ from typing import Any, Final
 from houseexpo.files import real_path
 
 FREE_FROM: Final = 128
-LARGEST_BYTES: Final = 1 << 20
+LARGEST_WORLD_BYTES: Final = 1 << 20
 MOST_INCLUDES: Final = 100
-_DEEPEST: Final = 50
+_DEEPEST_BRACKETS: Final = 50
 _START: Final = re.compile(rb'^\s*(?:define\s+\w+\s+\w+|include\s+"|resolution\s+[\d.]|\w+\s*\()', re.MULTILINE)
 _TOKEN: Final = re.compile(
     r'\s+|#[^\n]*|"(?P<text>[^"\n]*)"|(?P<word>[^\s()\[\]"#]+(?:\[\d+\][^\s()\[\]"#]*)*)|(?P<mark>[()\[\]])'
@@ -85,7 +85,7 @@ def read_floor_model(path: Path) -> FloorModel:
 
 
 def _read_into(world: _Entity, path: Path, folder: Path, seen: set[Path]) -> None:
-    if path.stat().st_size > LARGEST_BYTES:
+    if path.stat().st_size > LARGEST_WORLD_BYTES:
         raise WorldError(f"{path.name} has {path.stat().st_size:,} bytes, which no world of Stage's has")
     tokens = list(_tokens(path.read_text("utf-8", "replace"), path.name))
     at = 0
@@ -117,8 +117,8 @@ def _statement(entity: _Entity, tokens: list[tuple[str, str]], at: int, name: st
     """Read a definition, an entity or a property; return where the next one begins."""
 
     def token(index: int) -> tuple[str, str]:
-        if index >= len(tokens) or depth > _DEEPEST:
-            raise WorldError(f"{name} breaks off, or its brackets are deeper than {_DEEPEST}")
+        if index >= len(tokens) or depth > _DEEPEST_BRACKETS:
+            raise WorldError(f"{name} breaks off, or its brackets are deeper than {_DEEPEST_BRACKETS}")
         return tokens[index]
 
     kind, word = token(at)

@@ -13,7 +13,7 @@ from houseexpo.inference.necks import Floats, Neck
 from houseexpo.inference.snapping import enclosed_faces
 from houseexpo.tolerances import (
     APART_M,
-    BESIDE_M,
+    BEFORE_DOOR_M,
     COMMON_OPENING_M,
     IN_LINE_M,
     JAGS_M2,
@@ -128,7 +128,7 @@ def _faces_filled_by_necks(faces: npt.NDArray[np.object_], necks: list[Neck]) ->
 
 def _points_in_front(neck: Neck) -> Floats:
     """Return the middle of a neck and a point in front of each of its fronts, (3, 2)."""
-    return np.vstack([neck.middle[None], neck.fronts.mean(axis=1) - BESIDE_M * neck.into])
+    return np.vstack([neck.middle[None], neck.fronts.mean(axis=1) - BEFORE_DOOR_M * neck.into])
 
 
 def _drop_until_stable(faces: npt.NDArray[np.object_], links: list[_Link]) -> tuple[list[_Link], list[list[int]]]:

@@ -27,19 +27,19 @@ from houseexpo.tolerances import (
     CORNER,
     DEEPEST_DOOR_M,
     DOOR_M,
-    FACING,
     FARTHEST_LOOK_M,
+    FRONT_DEPTH_M,
+    FRONT_SNAP_M,
+    FRONTS_FACING,
     HINT_M,
     INWARD_M,
     LOOKS_M,
-    ONWARD_M,
+    RAY_START_M,
     SAME_M,
+    SHALLOW_M,
     SHALLOWEST_DOOR_M,
-    SNAP_M,
-    STAND_M,
     STRAIGHTEN_WALLS_M,
-    THICK_WALL_M,
-    THIN_WALL_M,
+    USUAL_DEPTH_M,
     WIDER_M,
 )
 
@@ -49,7 +49,7 @@ if TYPE_CHECKING:
 Floats = npt.NDArray[np.float64]
 
 
-_CHUNK: Final = 500_000  # rays times walls at once: 4 MB per array
+_RAY_WALL_PAIRS: Final = 500_000  # rays times walls at once: 4 MB per array
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,7 +113,7 @@ def _opposite(fronts: _Fronts) -> tuple[npt.NDArray[np.intp], npt.NDArray[np.int
     to = fronts.middle[j] - fronts.middle[i]
     depth = (to * fronts.into[i]).sum(axis=1)
     aside = np.abs(to[:, 0] * fronts.into[i, 1] - to[:, 1] * fronts.into[i, 0])
-    facing = (fronts.into[i] * fronts.into[j]).sum(axis=1) < FACING
+    facing = (fronts.into[i] * fronts.into[j]).sum(axis=1) < FRONTS_FACING
     near = (
         (depth > SHALLOWEST_DOOR_M)
         & (depth <= DEEPEST_DOOR_M)
@@ -133,9 +133,9 @@ def _neck(fronts: _Fronts, i: int, j: int) -> Neck | None:
     across = float(width.min())
     widens = np.sort(fronts.room[[i, j]] - width)
     narrow = across <= COMMON_DOOR_M and whole > 0
-    if widens[0] < (HINT_M if narrow and depth <= THIN_WALL_M else WIDER_M) or widens[1] < WIDER_M:  # R3
+    if widens[0] < (HINT_M if narrow and depth <= SHALLOW_M else WIDER_M) or widens[1] < WIDER_M:  # R3
         return None
-    if not narrow and (depth > THICK_WALL_M or (across > COMMON_DOOR_M and not whole)):  # R4
+    if not narrow and (depth > USUAL_DEPTH_M or (across > COMMON_DOOR_M and not whole)):  # R4
         return None
     cost = across + 0.5 * depth + 0.35 * (2 - whole) + float(np.ptp(width)) - 0.3 * min(float(widens[0]), 0.5)
     return Neck(line, fronts.into[[i, j]], across, depth, float(fronts.room[[i, j]].min()), whole, cost)
@@ -171,7 +171,7 @@ def find_wall_fronts(shape: Polygon | MultiPolygon, walls: _Walls) -> _Fronts:
     start = np.concatenate([corner, corner])
     along = np.concatenate([leading, -leaving])  # either wall at a corner may be the ending one
     into = np.concatenate([_right_of(leading), -_right_of(-leaving)])
-    reach = ONWARD_M + walls.distance(start + INWARD_M * into + ONWARD_M * along, along)
+    reach = RAY_START_M + walls.distance(start + INWARD_M * into + RAY_START_M * along, along)
     found = (reach >= DOOR_M[0]) & (reach <= DOOR_M[1])
     line = np.stack([start[found], start[found] + reach[found, None] * along[found]], axis=1)
     line, ends_at_corner = _snap_ends(line, corner)
@@ -218,7 +218,7 @@ def _snap_ends(line: Floats, corner: Floats) -> tuple[Floats, npt.NDArray[np.boo
 
     if not len(line):
         return line, np.zeros(0, dtype=bool)
-    apart, nearest = cKDTree(corner).query(line[:, 1], distance_upper_bound=SNAP_M)
+    apart, nearest = cKDTree(corner).query(line[:, 1], distance_upper_bound=FRONT_SNAP_M)
     close = np.isfinite(apart)
     snapped = line.copy()
     snapped[close, 1] = corner[nearest[close]]
@@ -241,7 +241,7 @@ def _space_in_front(line: Floats, into: Floats, walls: _Walls) -> Floats:
         at = middle - look * into
         wide = walls.distance(at, along) + walls.distance(at, -along)
         widest = np.maximum(widest, np.minimum(wide, FARTHEST_LOOK_M))
-    return np.where(walls.distance(middle, -into) >= STAND_M, widest, 0.0)
+    return np.where(walls.distance(middle, -into) >= FRONT_DEPTH_M, widest, 0.0)
 
 
 class _Walls:
@@ -260,7 +260,7 @@ class _Walls:
 
         It is infinite if there is no wall. A ray along a wall does not hit it.
         """
-        step = max(1, _CHUNK // max(1, len(self._start)))
+        step = max(1, _RAY_WALL_PAIRS // max(1, len(self._start)))
         parts = [self._nearest(origins[k : k + step], directions[k : k + step]) for k in range(0, len(origins), step)]
         return np.concatenate(parts) if parts else np.empty(0)
 

@@ -17,7 +17,7 @@ _UNSAFE = re.compile(r"[/\\\x00-\x1f\x7f\ud800-\udfff]")  # the last are surroga
 _FLOAT = {float}
 _LONGEST_ID = 200  # leaves room for an extension in a file name
 
-FARTHEST_M = 20_000.0
+LARGEST_COORDINATE_M = 20_000.0
 """Largest distance from the origin, metres; larger ones are in another unit, in map coordinates, or damaged."""
 
 MAX_VERTICES = 100_000
@@ -47,10 +47,10 @@ def check_ring(value: object, key: str) -> npt.NDArray[np.float64]:
         raise PlanError(f"expected a list of [x, y] in metres, found {_short(value)}", key) from None
     if array.ndim != 2 or array.shape[1] != 2 or len(array) < 3:
         raise PlanError(f"expected at least 3 vertices [x, y], found an array of shape {array.shape}", key)
-    if not (array.min() >= -FARTHEST_M and array.max() <= FARTHEST_M):
-        row = int(np.flatnonzero(~(np.abs(array) <= FARTHEST_M).all(axis=1))[0])
+    if not (array.min() >= -LARGEST_COORDINATE_M and array.max() <= LARGEST_COORDINATE_M):
+        row = int(np.flatnonzero(~(np.abs(array) <= LARGEST_COORDINATE_M).all(axis=1))[0])
         raise PlanError(
-            f"expected finite metres, {FARTHEST_M:g} from the origin at most, found {array[row].tolist()}",
+            f"expected finite metres, {LARGEST_COORDINATE_M:g} from the origin at most, found {array[row].tolist()}",
             f"{key}[{row}]",
         )
     if len(array) > MAX_VERTICES:

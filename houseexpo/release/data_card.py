@@ -115,7 +115,7 @@ _SHEET_COLUMNS: Final = 6
 _SHEET_PX: Final = 300
 _INK, _MUTED, _LINE, _BAR = "#2f343b", "#6b7280", "#d9dce1", "#2f6da8"
 _LABELS_SHOWN: Final = 14
-_TAIL: Final = 0.99  # the last bar includes everything beyond this share
+_CARD_TAIL: Final = 0.99  # the last bar includes everything beyond this share
 _STYLE: Final[Any] = plot_style(_INK, _MUTED, _LINE) | {
     "font.family": "DejaVu Sans",  # comes with matplotlib, the same on every machine
     "font.size": 9,
@@ -159,7 +159,7 @@ def _histogram(axes: Axes, tally: Mapping[str, Any], title: str, unit: str) -> N
     found = sorted((float(start), count) for start, count in tally["histogram"].items())
     starts, counts = np.array(found).T
     width = float(np.diff(starts).min()) if len(starts) > 1 else 1.0
-    last = int(np.searchsorted(np.cumsum(counts), _TAIL * counts.sum()))
+    last = int(np.searchsorted(np.cumsum(counts), _CARD_TAIL * counts.sum()))
     heights = np.append(counts[:last], counts[last:].sum())
     axes.bar(starts[: last + 1], heights, width * 0.9, align="edge" if unit else "center", color=_BAR)
     axes.axvline(tally["median"], color=_INK, linewidth=1, linestyle=(0, (3, 2)))

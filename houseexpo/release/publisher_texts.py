@@ -10,8 +10,8 @@ from typing import Final
 from houseexpo.errors import ConfigError
 
 CREATORS: Final = ("HouseExpo contributors",)
-_LONGEST: Final = 300
-LINE: Final = f"a line of at most {_LONGEST} letters"
+_LINE_LETTERS: Final = 300
+LINE: Final = f"a line of at most {_LINE_LETTERS} letters"
 
 
 @dataclass(frozen=True)
@@ -59,7 +59,7 @@ class PublisherTexts:
 
 def fits_one_line(text: str) -> bool:
     """Return whether a text fits in one line of a description: printable, not too long, no space at the ends."""
-    return len(text) <= _LONGEST and text.isprintable() and text == text.strip()
+    return len(text) <= _LINE_LETTERS and text.isprintable() and text == text.strip()
 
 
 def _match(text: str, pattern: str, name: str, expected: str) -> None:

@@ -84,14 +84,14 @@ def _names_in_sums(sums: Path) -> Iterator[str]:
         yield line.partition("  ")[2]
 
 
-_LEVEL: Final = 6
+_GZIP_LEVEL: Final = 6
 
 
 def write_archive(file: Path, members: Iterable[tuple[str, bytes]]) -> None:
     """Write members (name, content) in the given order."""
     with (
         file.open("wb") as raw,
-        gzip.GzipFile(filename="", mode="wb", compresslevel=_LEVEL, fileobj=raw, mtime=0) as packed,
+        gzip.GzipFile(filename="", mode="wb", compresslevel=_GZIP_LEVEL, fileobj=raw, mtime=0) as packed,
         tarfile.open(fileobj=packed, mode="w|", format=tarfile.PAX_FORMAT) as archive,
     ):
         for name, content in members:

@@ -42,7 +42,7 @@ from houseexpo.release.splits import ReleaseSplits, release_splits
 from houseexpo.release.tables import OBJECTS, TABLES, ReleasePlan, ReleaseTable, Row, TableWriter
 
 PICTURE_PX: Final = 256
-_CHUNK: Final = 32
+_IDS_PER_PART: Final = 32
 
 
 @dataclass(frozen=True)
@@ -118,8 +118,8 @@ def _write_tables(
 def _chunks(parts: ReleaseSplits) -> Iterator[tuple[str, tuple[str, ...]]]:
     """Yield ids with their part, a few at a time."""
     for part, ids in parts.lists.items():
-        for start in range(0, len(ids), _CHUNK):
-            yield part, ids[start : start + _CHUNK]
+        for start in range(0, len(ids), _IDS_PER_PART):
+            yield part, ids[start : start + _IDS_PER_PART]
 
 
 def _rows_of(chunk: tuple[str, list[tuple[bytes, str]]]) -> tuple[str, dict[str, list[Row]]]:

@@ -29,7 +29,7 @@ RESERVED: Final = frozenset({"api", "static", "data", "openapi.json"})
 
 _LOG = logging.getLogger(__name__)
 _SUFFIXES: Final = (".tar.gz", ".tgz", ".zip", ".jsonl.gz", ".jsonl")
-_LOOK_S: Final = 2.0
+_REBUILT_LOOK_S: Final = 2.0
 """Seconds between two looks at whether a data set was rebuilt."""
 _PICTURES_BYTES: Final = 48 << 20
 """Size of the small pictures that stay in memory."""
@@ -127,7 +127,7 @@ class Collection:
 
     def look(self) -> None:
         """Reopen the data set in its own thread if it has been rebuilt; look at most every two seconds."""
-        if time.monotonic() - self._looked_s < _LOOK_S:
+        if time.monotonic() - self._looked_s < _REBUILT_LOOK_S:
             return
         self._looked_s = time.monotonic()
         stamp = _stamp(self.path)

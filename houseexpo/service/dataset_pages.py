@@ -27,12 +27,12 @@ from houseexpo.service.service import Service
 
 _KINDS: Final = {"procedural": "homes made by houseexpo"}
 """Kinds of sources that people know by another name."""
-_BYTES: Final = 4 << 20
+_SHOWN_FILE_BYTES: Final = 4 << 20
 """The largest file that is read."""
-_LETTERS: Final = 600
+_SHOWN_LETTERS: Final = 600
 """The longest text that is shown."""
 _PICTURES: Final = 12
-_FEW: Final = 6
+_FEW_SOURCES: Final = 6
 """The number of sources listed, and of pictures on the page of all data sets."""
 
 
@@ -56,7 +56,7 @@ def routes(service: Service) -> list[BaseRoute]:
     def start(request: Request) -> Response:
         if len(service.collections) == 1:
             return RedirectResponse(f"/{next(iter(service.collections))}/")
-        listed = [(shown, dataset_facts(shown, _FEW)) for shown in service.collections.values()]
+        listed = [(shown, dataset_facts(shown, _FEW_SOURCES)) for shown in service.collections.values()]
         return service.page(request, "start.html", listed=listed)
 
     def gallery(request: Request) -> Response:
@@ -111,9 +111,11 @@ def _outcome_counts(now: OpenedDataset) -> list[tuple[str, int]]:
 def _sentence(now: OpenedDataset, described: Mapping[str, str]) -> str:
     names, codes = now.views.table.groups["source"]
     counts = Counter(codes[codes >= 0].tolist())
-    kinds = ", ".join(f"{_KINDS.get(names[code], names[code])} ({count:,})" for code, count in counts.most_common(_FEW))
-    if len(counts) > _FEW:
-        kinds += f" and others ({counts.total() - sum(count for _, count in counts.most_common(_FEW)):,})"
+    kinds = ", ".join(
+        f"{_KINDS.get(names[code], names[code])} ({count:,})" for code, count in counts.most_common(_FEW_SOURCES)
+    )
+    if len(counts) > _FEW_SOURCES:
+        kinds += f" and others ({counts.total() - sum(count for _, count in counts.most_common(_FEW_SOURCES)):,})"
     count = len(now.views.table)
     told = [f"{count:,} floor plan{'' if count == 1 else 's'}."]
     if kinds:
@@ -135,7 +137,7 @@ def _read_description(path: Path) -> dict[str, str]:
     own = OWN if isinstance(sources, list) and sources and all(str(each).startswith(MADE) for each in sources) else ""
     found = {
         "generator": " ".join(made),
-        "sources": ", ".join(named[:_FEW]),
+        "sources": ", ".join(named[:_FEW_SOURCES]),
         "license": _text(croissant.get("license")) or _text(manifest.get("licence")) or own,
         **{key: _text(croissant.get(key)) for key in ("name", "description", "version")},
     }
@@ -146,14 +148,14 @@ def _json(file: Path) -> dict[str, Any]:
     try:
         if file.is_symlink():
             return {}
-        found = decode_json(read_file(file, _BYTES), object)
+        found = decode_json(read_file(file, _SHOWN_FILE_BYTES), object)
     except (OSError, msgspec.DecodeError):
         return {}
     return found if isinstance(found, dict) else {}
 
 
 def _text(value: Any) -> str:
-    return " ".join(value[:_LETTERS].split()) if isinstance(value, str) else ""
+    return " ".join(value[:_SHOWN_LETTERS].split()) if isinstance(value, str) else ""
 
 
 def _spread_evenly(count: int, most: int) -> Sequence[int]:

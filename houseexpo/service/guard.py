@@ -44,7 +44,7 @@ from houseexpo.service.service import ServerLimits, ServiceSettings
 _READS: Final = frozenset({"GET", "HEAD", "OPTIONS"})
 _CLIENTS: Final = 4096
 """Clients whose rate is remembered."""
-_DIGITS: Final = 18
+_LENGTH_DIGITS: Final = 18
 """Digits of a length that are read; more would only cost time."""
 _OF_COOKIE: Final = f"Path=/; Max-Age={30 * 24 * 3600}; HttpOnly; SameSite=Strict"
 
@@ -115,7 +115,7 @@ class Guard:
 
     def _refuse_overload(self, scope: Scope, headers: Headers, client: str) -> Refusal | None:
         most, length = self._settings.limits.body_bytes, headers.get("content-length", "")
-        if length.isdecimal() and int(length[:_DIGITS]) > most:  # R7
+        if length.isdecimal() and int(length[:_LENGTH_DIGITS]) > most:  # R7
             return Refusal(413, f"A request may have at most {most:,} bytes.", {"connection": "close"})
         if not self._rate.allows(client):  # R5
             return Refusal(429, "Too many requests from this address; wait a second.", {"retry-after": "1"})

@@ -70,7 +70,7 @@ LONGEST_TEXT: Final = 200
 """Letters of a text to search for; more are ignored."""
 BINS: Final = 32
 """Bars of a histogram, at most."""
-_TAIL: Final = 0.995
+_HISTOGRAM_TAIL: Final = 0.995
 """The last bar of a histogram begins at this quantile or below, so that a few huge plans do not hide the others."""
 _EXACT: Final = 1e-9
 """Numbers this close below a bar, as a share of its width, belong to it, because decimals are inexact in binary."""
@@ -534,7 +534,7 @@ def choose_bins(values: Numbers, *, whole: bool) -> HistogramBins:
     known = values[~np.isnan(values)]
     if not len(known):
         return HistogramBins(0.0, 1.0, 0, np.zeros(len(values), dtype=np.int16))
-    low, high = float(known.min()), float(np.quantile(known, _TAIL, method="higher"))
+    low, high = float(known.min()), float(np.quantile(known, _HISTOGRAM_TAIL, method="higher"))
     step = _round_step((high - low) / (BINS - 1), whole=whole)
     first = math.floor(low / step + _EXACT) * step
     number = min(int((max(high, low) - first) / step + _EXACT) + 1, BINS)

@@ -44,13 +44,13 @@ _STRANGERS: Final = 3
 """Random plans that repel a plan in each step."""
 _LABELS: Final = 0.8
 """The weight of a label; a standard deviation of a measure has 1."""
-_NEAR: Final = 1e-3
+_LEAST_SQUARE: Final = 1e-3
 """Keeps the repulsion of equal points finite."""
-_STEP: Final = 4.0
+_LONGEST_STEP: Final = 4.0
 """The longest step of a coordinate."""
 _FENCE: Final = 2.0
 """Plans farther than this number of interquartile ranges from the middle half lie at the edge of the map."""
-_KEPT: Final = 8
+_MAPS_KEPT: Final = 8
 """Maps that stay in memory."""
 _VERSION: Final = "1"
 """Part of the place of maps in the cache; change it when the layout changes."""
@@ -61,7 +61,7 @@ _LOG: Final = logging.getLogger(__name__)
 
 def routes(service: Service) -> list[BaseRoute]:
     """Return the routes of ``/DATA/map`` and of its positions."""
-    maps: LruCache[SimilarityMap] = LruCache(_KEPT)
+    maps: LruCache[SimilarityMap] = LruCache(_MAPS_KEPT)
 
     def page(request: Request) -> Response:
         query = str(parse_query(request.query_params))
@@ -181,14 +181,16 @@ def lay_out_by_similarity(features: Floats) -> Floats:
         rate = 1.0 - epoch / _EPOCHS
         apart = places[one] - places[other]
         square = np.sum(apart**2, axis=1, keepdims=True)
-        pull = np.clip(2.0 * apart / (1.0 + square), -_STEP, _STEP)
+        pull = np.clip(2.0 * apart / (1.0 + square), -_LONGEST_STEP, _LONGEST_STEP)
         moved = -_sum_by_row(one, pull, count) + _sum_by_row(other, pull, count)
         for _ in range(_STRANGERS):
             stranger = rng.integers(0, count, count)
             apart = places - places[stranger]
             square = np.sum(apart**2, axis=1, keepdims=True)
-            moved += np.clip(_NEIGHBOURS * apart / ((_NEAR + square) * (1.0 + square)), -_STEP, _STEP)
-        places = places + 0.1 * rate * np.clip(moved, -10 * _STEP, 10 * _STEP)
+            moved += np.clip(
+                _NEIGHBOURS * apart / ((_LEAST_SQUARE + square) * (1.0 + square)), -_LONGEST_STEP, _LONGEST_STEP
+            )
+        places = places + 0.1 * rate * np.clip(moved, -10 * _LONGEST_STEP, 10 * _LONGEST_STEP)
     return _to_unit_square(places)
 
 

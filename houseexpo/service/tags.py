@@ -22,13 +22,13 @@ from houseexpo.dataset.store.folders import overrides_path
 from houseexpo.errors import ConfigError
 from houseexpo.files import write_atomically
 
-MOST: Final = 500
+MOST_TAGS: Final = 500
 """The largest number of tags of a data set, and of views."""
 
-LONGEST: Final = 60
+LONGEST_TAG: Final = 60
 """Letters in the longest name."""
 
-_BYTES: Final = 64 << 20
+_TAGS_FILE_BYTES: Final = 64 << 20
 
 
 @dataclass(frozen=True)
@@ -98,8 +98,8 @@ class TagStore:
             raise ConfigError("tags: this data set is on another machine; tag its plans on the server there")
         with self._thread, self._lock(self.file):
             made = change(self.now())
-            if max(len(made.tags), len(made.views)) > MOST:
-                raise ConfigError(f"tags: expected at most {MOST} tags and views; remove some first")
+            if max(len(made.tags), len(made.views)) > MOST_TAGS:
+                raise ConfigError(f"tags: expected at most {MOST_TAGS} tags and views; remove some first")
             write_atomically(self.file, _text(made).encode(), durable=True)
             self._read = (self._stamp(), made)
         return made
@@ -134,15 +134,15 @@ class TagStore:
 def check_name(name: str) -> str:
     """Return the name of a tag or a view as one line; raise ConfigError if it is not valid."""
     plain = " ".join(name.split())
-    if not 0 < len(plain) <= LONGEST or "," in plain or not plain.isprintable():
-        raise ConfigError(f"tags: expected a name of 1 to {LONGEST} letters without a comma, found {name[:80]!r}")
+    if not 0 < len(plain) <= LONGEST_TAG or "," in plain or not plain.isprintable():
+        raise ConfigError(f"tags: expected a name of 1 to {LONGEST_TAG} letters without a comma, found {name[:80]!r}")
     return plain
 
 
 def _read(file: Path) -> TagsAndViews:
     try:
         with file.open("rb") as stream:
-            data = stream.read(_BYTES)
+            data = stream.read(_TAGS_FILE_BYTES)
         table = tomllib.loads(data.decode())
     except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
         raise ConfigError(f"{file.name}: cannot be read ({error}); mend it or remove it") from None

@@ -22,7 +22,7 @@ SIDE: Final = 200
 """Side of a picture, px; all are square."""
 
 _TENTHS: Final = 10 * SIDE
-_MARGIN: Final = 60.0
+_MARGIN_TENTHS: Final = 60.0
 _WALL: Final = "#6b7380"
 _FLOOR: Final = "#f6f4ef"
 _FURNITURE: Final = "#cfc8ba"
@@ -35,7 +35,7 @@ _MANY: Final = 400
 def draw_thumbnail(plan: FloorPlan) -> bytes:
     """Return a plan as a small square SVG, x right and y up, with a transparent background."""
     x1, y1, x2, y2 = plan.bbox
-    scale = (_TENTHS - 2 * _MARGIN) / max(x2 - x1, y2 - y1, 1e-6)
+    scale = (_TENTHS - 2 * _MARGIN_TENTHS) / max(x2 - x1, y2 - y1, 1e-6)
     left, top = (_TENTHS - (x2 - x1) * scale) / 2 - x1 * scale, (_TENTHS + (y2 - y1) * scale) / 2 + y1 * scale
 
     def path(rings: Iterable[Any]) -> str:

@@ -30,7 +30,7 @@ _NAMES_ONLY, _BEGINNINGS, _WHOLE = 0o600, 0o620, 0o400
 """A file's mode says how much of it is here."""
 
 _HEAD_BYTES = 1 << 16
-_AT_ONCE = 256
+_HEADS_AT_ONCE = 256
 _LOOK_FURTHER = (b"{", b"PK\x03\x04", b"\x1f\x8b")
 
 _mounted: dict[str, tuple[Mirror, bool]] = {}
@@ -84,8 +84,8 @@ class Mirror:
     def fetch_heads(self, folder: Path) -> None:
         """Fetch the beginnings of all files of a folder that have none yet (R2)."""
         bare = sorted(file for file in folder.iterdir() if file.is_file() and _mode(file) == _NAMES_ONLY)
-        for at in range(0, len(bare), _AT_ONCE):
-            self._fetch_heads(bare[at : at + _AT_ONCE])
+        for at in range(0, len(bare), _HEADS_AT_ONCE):
+            self._fetch_heads(bare[at : at + _HEADS_AT_ONCE])
 
     def _fetch_heads(self, files: Sequence[Path]) -> None:
         system, path = open_file_system(self.url)

@@ -13,7 +13,7 @@ Rules for workers that die:
 Rules for the limits:
 
 4. Time is the worker's processor time, so that a busy machine costs no item anything. A worker that hardly computes
-   hangs: it has as many seconds of wall clock. One that starves has ``_PATIENCE`` times as many.
+   hangs: it has as many seconds of wall clock. One that starves has ``_WALL_CLOCK_PER_CPU`` times as many.
 5. An item that exceeds a limit is tried once more when all others have ended, alone, by a new worker.
 """
 
@@ -103,9 +103,9 @@ def load_ahead(preload: Sequence[str]) -> None:
 _GRACE_S = 10.0
 """How much longer than the limit a worker lives whose parent is gone."""
 _LONGEST_TIMER_S = 1e8
-_PATIENCE = 20.0  # wall clock for a second of processor time at most: twenty others share each core
+_WALL_CLOCK_PER_CPU = 20.0  # wall clock for a second of processor time at most: twenty others share each core
 _IDLE = 0.05  # share of the wall clock: a worker that computed less waits for something; one of twenty has as much
-_LOOK_S = 0.05
+_SOONEST_LOOK_S = 0.05
 _LONGEST_FOLDER = 75  # bytes: a socket's path has 107, and 32 of them are multiprocessing's
 
 
@@ -146,9 +146,9 @@ class Worker(Generic[Item]):
         if spent is None or self.spent is None:
             return True
         used, passed = spent - self.spent, now - self.since
-        if used >= limits.seconds or used < _IDLE * passed or passed > _PATIENCE * limits.seconds:
+        if used >= limits.seconds or used < _IDLE * passed or passed > _WALL_CLOCK_PER_CPU * limits.seconds:
             return True
-        self.due = now + max(limits.seconds - used, _LOOK_S)
+        self.due = now + max(limits.seconds - used, _SOONEST_LOOK_S)
         return False
 
     def kill(self) -> None:
@@ -225,7 +225,7 @@ def serve_items(pipe: Connection, function: Callable[[Item], Any], limits: Limit
             return
         while True:
             item = pipe.recv()
-            signal.setitimer(signal.ITIMER_REAL, min(_PATIENCE * limits.seconds + _GRACE_S, _LONGEST_TIMER_S))
+            signal.setitimer(signal.ITIMER_REAL, min(_WALL_CLOCK_PER_CPU * limits.seconds + _GRACE_S, _LONGEST_TIMER_S))
             _answer(pipe, function, item, limits)
             signal.setitimer(signal.ITIMER_REAL, 0)
             if _peak_bytes() > limits.memory / 2:  # what it holds must not count against the next item
@@ -310,10 +310,10 @@ def _hold_interrupts() -> Iterator[None]:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
-_AHEAD = 4  # items handed over to each worker, so that none of them waits for the next
+_ITEMS_AHEAD = 4  # items handed over to each worker, so that none of them waits for the next
 _DEATHS = 3  # R2
 _FAILED_STARTS = 8  # R3: how many workers in a row may die before they are ready, for each that is wanted
-_PAUSE_S = 0.1
+_POLL_S = 0.1
 _LONGEST_S = 3600.0  # how long to sleep at most
 
 
@@ -360,7 +360,7 @@ class _Pool(Generic[Item, Result]):
 
     def hand_over(self) -> bool:
         """Give every worker that is ready something to do, or False if all is done."""
-        for ahead in range(_AHEAD):
+        for ahead in range(_ITEMS_AHEAD):
             for worker in self.workers:
                 if worker.ready and len(worker.given) <= ahead and (task := self._next()) is not None:
                     self._give(worker, task)
@@ -425,7 +425,7 @@ class _Pool(Generic[Item, Result]):
             self.workers.append(start_worker(self.function, self.limits, self.preload))
         except (OSError, EOFError) as error:  # the server has just been killed, or there is no room for a process
             self._note_failed_start(f"{type(error).__name__}: {error}")
-            time.sleep(_PAUSE_S)
+            time.sleep(_POLL_S)
 
     def _listen(self, worker: Worker[Item]) -> Iterator[tuple[Item, Result | Failure]]:
         """Handle one message of a worker, or its death."""

@@ -28,7 +28,7 @@ from pipeline.executors.local import Failure, Item, Limits, Result
 
 _ITEMS = 8
 _AHEAD = 2  # tasks that wait for each core
-_TRIES = 10
+_NODE_TRIES = 10
 _WAIT_S, _KNOCK_S = 1.0, 10.0
 
 
@@ -67,7 +67,7 @@ def run(
 
 def _run(ray: Any, work: tuple[Any, ...], items: Iterator[Item]) -> Iterator[tuple[Item, Any]]:
     shared = ray.put(work)
-    remote = ray.remote(num_cpus=1, max_retries=_TRIES)(_task)  # R2
+    remote = ray.remote(num_cpus=1, max_retries=_NODE_TRIES)(_task)  # R2
     given: dict[Any, list[Item]] = {}
     while True:
         most = _AHEAD * max(int(ray.cluster_resources().get("CPU", 1)), 1)  # R3
@@ -86,7 +86,7 @@ def _results(ray: Any, reference: Any, task: list[Item]) -> list[tuple[Item, Any
     except ray.exceptions.RayTaskError as error:
         raise HouseExpoError(f"a node of the Ray cluster cannot do the work: {error.cause or error}") from None
     except ray.exceptions.RayError as error:
-        lost = Failure("killed", f"its nodes were lost {_TRIES} times ({type(error).__name__})")
+        lost = Failure("killed", f"its nodes were lost {_NODE_TRIES} times ({type(error).__name__})")
         return [(item, lost) for item in task]
 
 

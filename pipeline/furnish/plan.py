@@ -20,7 +20,7 @@ from houseexpo.floorplan import FloorPlan
 from houseexpo.inference.snapping import snap_polygon, snap_ring
 from houseexpo.plan import NavigabilityByRadius, PlanObject, Room
 from houseexpo.tolerances import ROBOT_M
-from pipeline.furnish.room import CM, PlacedPiece, RoomFurnisher, has_simple_rings, round_to_cm
+from pipeline.furnish.room import CM_PER_M, PlacedPiece, RoomFurnisher, has_simple_rings, round_to_cm
 
 _Furniture = Mapping[int, list[PlacedPiece]]
 """By room."""
@@ -80,13 +80,13 @@ def _objects(found: _Furniture) -> list[PlanObject]:
     pieces = [(room, each) for room in sorted(found) for each in found[room]]
     rings = [snap_ring(_in_metres(shapely.box(*each.box.tolist())).exterior, clockwise=True) for _, each in pieces]
     return [
-        PlanObject(number, each.piece.label, room, ring, each.piece.height / CM)
+        PlanObject(number, each.piece.label, room, ring, each.piece.height / CM_PER_M)
         for number, ((room, each), ring) in enumerate(zip(pieces, rings, strict=True))
     ]
 
 
 def _in_metres(shape: Polygon) -> Polygon:
-    return shapely.transform(shape, lambda points: points / CM)
+    return shapely.transform(shape, lambda points: points / CM_PER_M)
 
 
 def _unreached_rooms(before: FloorPlan, after: FloorPlan) -> set[int]:

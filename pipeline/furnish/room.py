@@ -23,7 +23,7 @@ from shapely import MultiPolygon, Polygon
 from houseexpo.plan import Door, Room
 from pipeline.furnish.catalogue import WANTS, FurnitureKind
 
-CM: Final = 100.0
+CM_PER_M: Final = 100.0
 GAP_CM: Final = 5
 ROBOT_CM: Final = 20
 WAY_CM: Final = 30
@@ -34,7 +34,7 @@ _DOOR_CM: Final = 80  # free before a door, from its wall
 _SMALL_DOOR_CM: Final = 45
 _SMALL_M2: Final = 5.0
 _SPECK_CM2: Final = 1000.0
-_TRIES: Final = 12
+_PLACES_TRIED: Final = 12
 
 
 class _Left(NamedTuple):
@@ -95,7 +95,7 @@ class RoomFurnisher:
                 continue
             allowed = np.flatnonzero(self._free_places(piece, places.boxes, places.facings))
             clear = (k for k in allowed.tolist() if self._flush_or_clear(places.boxes[k]))
-            for k in islice(clear, _TRIES):
+            for k in islice(clear, _PLACES_TRIED):
                 left = self._left.without(places.boxes[k])
                 if self._keeps_ways(left):
                     self._left = left
@@ -155,13 +155,13 @@ class RoomFurnisher:
             along = np.array([bx - ax, by - ay])
             extra = along / max(float(np.hypot(*along)), 1.0) * GAP_CM
             line = shapely.LineString([np.array([ax, ay]) - extra, np.array([bx, by]) + extra])
-            wall = door.polygon.area / max(door.width, 0.1) * CM
+            wall = door.polygon.area / max(door.width, 0.1) * CM_PER_M
             yield shapely.buffer(line, reach + wall / 2, cap_style="flat")
 
 
 def round_to_cm(shape: Polygon) -> Polygon:
     """Return a shape of metres in whole centimetres."""
-    return shapely.transform(shape, lambda points: np.round(points * CM))
+    return shapely.transform(shape, lambda points: np.round(points * CM_PER_M))
 
 
 def has_simple_rings(shape: Polygon) -> bool:
@@ -186,9 +186,9 @@ def _places(shape: Polygon | MultiPolygon) -> list[Polygon]:
 
 def _entry(door: Door, room: Polygon) -> npt.NDArray[np.float64]:
     """Return the point before a door's middle, on the room's side, where a person stands."""
-    a, b = np.array(door.segment) * CM
+    a, b = np.array(door.segment) * CM_PER_M
     across = np.array([a[1] - b[1], b[0] - a[0]]) / max(float(np.hypot(*(b - a))), 1.0)
-    wall = door.polygon.area / max(door.width, 0.1) * CM / 2
+    wall = door.polygon.area / max(door.width, 0.1) * CM_PER_M / 2
     sides = [(a + b) / 2 + sign * across * (wall + WAY_CM + 2) for sign in (1, -1)]
     return min(sides, key=lambda point: room.distance(shapely.Point(point)))
 

@@ -98,7 +98,7 @@ def are_pieces_closed(faces: npt.NDArray[np.int64], label: npt.NDArray[np.int64]
 #     these are joined where their corners are at one place.
 # ---------------------------------------------------------------------------------------------------------------------
 
-MAX_FACES = 500_000
+SCAN_FACES = 500_000
 """A mesh of more faces is a scan: one body, in which nothing can be told apart this way."""
 
 Floats = npt.NDArray[np.float64]
@@ -139,7 +139,7 @@ class Bodies:
     def of(cls, mesh: Mesh) -> Bodies:
         """Take a mesh apart."""
         faces = mesh.faces
-        if not len(faces) or len(faces) > MAX_FACES:
+        if not len(faces) or len(faces) > SCAN_FACES:
             low = mesh.vertices.min(axis=0, initial=np.inf)[None]
             return cls(mesh, np.zeros(len(faces), np.int64), low, mesh.vertices.max(axis=0, initial=-np.inf)[None])
         label = label_pieces(faces, len(mesh.vertices))

@@ -40,7 +40,7 @@ from pipeline.tolerances import (
     WALL_M,
 )
 
-FARTHEST_M = 10.0
+LONGEST_SIDE_M = 10.0
 DISCS_M = (1.0, 1.5, 2.0, 2.5)
 
 
@@ -74,7 +74,7 @@ def bands_at_floor_edge(
         going_on = [
             gap
             for end in ends
-            if (gap := gap_beyond_wall_end(end, ground, FARTHEST_M)) is not None and _lies_along(gap, bare)
+            if (gap := gap_beyond_wall_end(end, ground, LONGEST_SIDE_M)) is not None and _lies_along(gap, bare)
         ]
         bands += going_on
         rest = shapely.difference(bare, shapely.buffer(unite(going_on), BESIDE_M, cap_style="flat"))
@@ -138,7 +138,7 @@ def closings_between_wall_ends(tall: BaseGeometry, ground: BaseGeometry, least_m
     Once half of what the walls span is enclosed, only fronts no wider than those closed so far are closed.
     """
     ends = list(wall_ends(tall))
-    straight = [gap_beyond_wall_end(end, ground, FARTHEST_M) for end in ends]
+    straight = [gap_beyond_wall_end(end, ground, LONGEST_SIDE_M) for end in ends]
     candidates = [c for c in straight if c is not None] + _bands_between_ends(ends, ground)
     candidates.sort(key=lambda c: (round(c.length, 6), c.bounds))
     kept: list[Polygon] = []
@@ -262,7 +262,7 @@ def _bands_between_ends(ends: Sequence[WallEnd], ground: BaseGeometry) -> list[P
     widths = np.array([np.hypot(*(end.b - end.a)) for end in ends])
     one, other = np.triu_indices(len(ends), 1)
     lengths = np.hypot(*(middles[other] - middles[one]).T)
-    near = (lengths > 0.05) & (lengths <= FARTHEST_M)
+    near = (lengths > 0.05) & (lengths <= LONGEST_SIDE_M)
     one, other = one[near], other[near]
     lines = shapely.linestrings(np.stack([middles[one], middles[other]], axis=1))
     parts = np.array(polygons_of(ground), dtype=np.object_)

@@ -240,7 +240,7 @@ def free_intervals(portal: Portal, standing: BaseGeometry) -> list[tuple[float, 
 # door plane.
 # ---------------------------------------------------------------------------------------------------------------------
 
-STEP_M = 0.08
+EDGE_STEP_M = 0.08
 
 
 @dataclass(frozen=True, eq=False)
@@ -308,7 +308,7 @@ def _stretches(pieces: Sequence[Polygon], rooms: list[Polygon], walls: BaseGeome
     outline = trace_outlines(pieces, 2 * LAP_M)
     start = outline.points
     edge = start[outline.after] - start
-    steps = np.maximum(1, np.ceil(np.hypot(*edge.T) / STEP_M)).astype(np.int64)
+    steps = np.maximum(1, np.ceil(np.hypot(*edge.T) / EDGE_STEP_M)).astype(np.int64)
     edges = np.repeat(np.arange(len(edge)), steps)
     step = np.arange(len(edges)) - np.repeat(np.cumsum(steps) - steps, steps)
     each = 1.0 / steps[edges]

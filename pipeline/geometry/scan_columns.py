@@ -41,8 +41,8 @@ DENSE_M = 0.35
 """The faces of a scan have shorter edges; the walls of a drawn house have few and large faces."""
 SAMPLE = 30000
 CLOSE_DEG = np.arange(-4.0, 4.1, 0.25)
-MAX_CELLS = 4_000_000
-SPREAD = 1
+MAX_SCAN_CELLS = 4_000_000
+CUT_SPREAD_CELLS = 1
 """So many cells on each side of a cut are marked too."""
 
 Floats = npt.NDArray[np.float64]
@@ -129,7 +129,7 @@ def columns_of_mesh(mesh: Mesh, low_m: float, high_m: float, cell_m: float) -> C
     if len(ends):
         points, at = _points(ends, plane, raster.cell_m)
         stands.reshape(len(heights), -1)[at, raster.cells(points)] = True
-    square = np.ones((2 * SPREAD + 1, 2 * SPREAD + 1), np.uint8)
+    square = np.ones((2 * CUT_SPREAD_CELLS + 1, 2 * CUT_SPREAD_CELLS + 1), np.uint8)
     for layer in stands:
         layer[:] = cv2.dilate(layer.view(np.uint8), square).view(bool)
     low = flat & (corners[:, :, 2].max(axis=1) < 1.2)
@@ -162,7 +162,7 @@ def raster_around_points(plan: Floats, along: Floats, cell_m: float) -> Raster:
     turned = plan @ axes.T
     low = turned.min(axis=0, initial=0.0 if not len(turned) else np.inf) - AROUND_M
     high = turned.max(axis=0, initial=0.0 if not len(turned) else -np.inf) + AROUND_M
-    while np.prod((high - low) / cell_m) > MAX_CELLS:
+    while np.prod((high - low) / cell_m) > MAX_SCAN_CELLS:
         cell_m *= 1.25
     columns, rows = (np.ceil((high - low) / cell_m).astype(int) + 1).tolist()
     return Raster(low, cell_m, (rows, columns), along)
@@ -274,12 +274,12 @@ def _blur(image: Floats, sigma_px: float) -> Floats:
 # The columns of a point cloud: what stands over each spot of it, height by height, as of a scanned surface.
 #
 # R1  The raster lies in the direction in which the points that stand fall on the fewest rows and columns.
-# R2  A layer of heights is as thick as it takes for a wall to have ENOUGH points before each cell: a thin cloud has few
-#     and thick layers.
+# R2  A layer of heights is as thick as it takes for a wall to have ENOUGH_POINTS before each cell: a thin cloud has
+#     few and thick layers.
 # R3  Ground is where the points about the floor's height lie as close as most of them do; outliers lie far apart.
 # ---------------------------------------------------------------------------------------------------------------------
 
-ENOUGH = 3.0
+ENOUGH_POINTS = 3.0
 TURNS_DEG = np.arange(0.0, 90.0, 1.5)
 
 
@@ -295,7 +295,7 @@ def columns_of_points(points: Floats, low_m: float, high_m: float, cell_m: float
     layer = np.minimum(((standing[:, 2] - low_m) / step).astype(np.int64), count - 1)
     stands = np.zeros((count, *raster.shape), bool)
     stands.reshape(count, -1)[layer, cells] = True
-    square = np.ones((2 * SPREAD + 1, 2 * SPREAD + 1), np.uint8)
+    square = np.ones((2 * CUT_SPREAD_CELLS + 1, 2 * CUT_SPREAD_CELLS + 1), np.uint8)
     for each in stands:
         each[:] = cv2.dilate(each.view(np.uint8), square).view(bool)
     floor = points[np.abs(points[:, 2]) < HAND_M, :2]
@@ -315,9 +315,9 @@ def _step(cells: npt.NDArray[np.int64], height_m: float) -> float:
     mass = np.bincount(cells)
     if not len(cells):
         return STAND_M
-    beside = 2 * SPREAD + 1
+    beside = 2 * CUT_SPREAD_CELLS + 1
     per_metre = beside * float(np.quantile(mass[mass > 0], ALMOST_ALL)) / max(height_m, STAND_M)
-    return float(np.clip(ENOUGH / per_metre, STAND_M, THIN_WALL_M))
+    return float(np.clip(ENOUGH_POINTS / per_metre, STAND_M, THIN_WALL_M))
 
 
 def _ground_points(floor: Floats, raster: Raster) -> Bools:

@@ -13,7 +13,7 @@ from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
 from pipeline.geometry.areas import buffer_mitred, drop_lines_and_points, subtract, unite
-from pipeline.geometry.scan_columns import SPREAD, Bools, Columns, Floats, Raster
+from pipeline.geometry.scan_columns import CUT_SPREAD_CELLS, Bools, Columns, Floats, Raster
 from pipeline.tolerances import (
     AROUND_M,
     BLOCK_M,
@@ -202,7 +202,7 @@ def _gaps_in_line(reaching: Bools, ending: Bools, angle: float, cells: int, with
 def _as_sheets(found: Bools, reaching: Bools) -> Bools:
     """Return what was found beyond what reaches the top, as wide as what was seen."""
     thin = found & ~reaching & ~open_mask(found, square_kernel(SHEET))
-    return found | grow_mask(thin, SPREAD)
+    return found | grow_mask(thin, CUT_SPREAD_CELLS)
 
 
 def _across(by_turn: list[Bools], turn: int) -> Bools:
@@ -382,7 +382,7 @@ def _open_edge(band: Bools, walls: Bools, columns: Columns) -> Bools:
     if not bare.any():
         return bare
     body = columns.stands[(columns.heights >= EDGE_BAND_M) & (columns.heights <= HEAD_M)]
-    beside = [grow_mask(layer, SPREAD) for layer in body]
+    beside = [grow_mask(layer, CUT_SPREAD_CELLS) for layer in body]
     standing = _without_specks(np.asarray(np.mean(beside, axis=0, dtype=np.float32) >= STANDS), raster)
     return _longer_than_a_hole(bare & ~grow_mask(standing, far), raster)
 
@@ -416,7 +416,7 @@ def _unseen_cells(air: Bools, columns: Columns) -> Bools:
 def _regions_without_walls(air: Bools, walls: Bools) -> Bools:
     """R5: return all regions but the largest that have walls along less than ``SOME`` of their edge."""
     count, label, boxes, _ = cv2.connectedComponentsWithStats(air.view(np.uint8), connectivity=4)
-    found, margin = np.zeros_like(air), 2 * SPREAD
+    found, margin = np.zeros_like(air), 2 * CUT_SPREAD_CELLS
     largest = 1 + int(np.argmax(boxes[1:, cv2.CC_STAT_AREA])) if count > 1 else 0
     for k in range(1, count):
         x, y, w, h = (int(v) for v in boxes[k, :4])
@@ -431,9 +431,9 @@ def _regions_without_walls(air: Bools, walls: Bools) -> Bools:
 def _shrink(solid: Bools) -> Bools:
     """Drawn in by what noise and raster have spread the faces; a lone sheet, which would vanish, is kept."""
     core = open_mask(
-        cv2.erode(solid.view(np.uint8), square_kernel(2 * SPREAD + 1)).view(bool), square_kernel(SHEET)
+        cv2.erode(solid.view(np.uint8), square_kernel(2 * CUT_SPREAD_CELLS + 1)).view(bool), square_kernel(SHEET)
     ).view(bool)
-    return core | (solid & ~grow_mask(core, SPREAD + 1))
+    return core | (solid & ~grow_mask(core, CUT_SPREAD_CELLS + 1))
 
 
 def _doorways(free: Bools, air: Bools, raster: Raster) -> tuple[Floats, ...]:
@@ -481,7 +481,7 @@ def _stretch_to_jambs(box: Floats) -> Floats:
     length, depth = float(np.hypot(*along)), float(np.hypot(*across))
     along /= length
     across = np.array([-along[1], along[0]])
-    half_along, half_across = along * (length / 2 + SPREAD), across * (depth / 2 + 2 * SPREAD)
+    half_along, half_across = along * (length / 2 + CUT_SPREAD_CELLS), across * (depth / 2 + 2 * CUT_SPREAD_CELLS)
     return np.array([centre + i * half_along + j * half_across for i, j in ((-1, -1), (1, -1), (1, 1), (-1, 1))])
 
 
@@ -489,7 +489,7 @@ def _stretch_to_jambs(box: Floats) -> Floats:
 # Masks on a raster as areas with few, straight edges.
 # ---------------------------------------------------------------------------------------------------------------------
 
-ROUGH_M = 0.045
+CONTOUR_ROUGH_M = 0.045
 """Contours are drawn with as few corners as this allows."""
 EDGE = 0.25
 """Cells by which a contour, drawn through the middles of cells, lies inside: a face is in the middle of its cell."""
@@ -517,7 +517,7 @@ def mask_to_area(mask: Bools, raster: Raster) -> BaseGeometry:
 
 def _ring(points: Floats, raster: Raster) -> Floats:
     """Return the corners of a contour (n, 2), its edges along the raster where they nearly are."""
-    loose = ROUGH_M / raster.cell_m
+    loose = CONTOUR_ROUGH_M / raster.cell_m
     corners = cv2.approxPolyDP(points.astype(np.int32)[:, None], loose, closed=True)[:, 0].astype(float)
     return (
         _square_edges(_sharpen_corners(corners, THIN_WALL_M / raster.cell_m), SHEET_M / raster.cell_m)

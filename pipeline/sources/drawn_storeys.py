@@ -36,17 +36,17 @@ from pipeline.sources.tolerances import (
     CRACK_M,
     DEEPEST_WALL_M,
     EDGE_REACH_M,
-    HEAD_M,
+    FILE_GRID_M,
+    HOLE_LAP_M,
     INTO_ROOM_M,
     KNEE_M,
-    LAP_M,
+    LEFTOVER_M2,
+    LOWEST_HEAD_M,
     MIN_DEPTH_M,
-    OPEN_EDGE,
+    OPEN_AIR_EDGE,
     OUTER_WALL_M,
     SAME_DOOR,
     SAME_DOOR_M,
-    SAME_M,
-    SPECK_M2,
     STOREYS_APART_M,
     THICKEST_WALL_M,
     TINY,
@@ -82,7 +82,7 @@ class Hole:
     @property
     def is_passage(self) -> bool:
         """R1."""
-        return not self.is_window and self.bottom_m <= KNEE_M and self.top_m >= HEAD_M
+        return not self.is_window and self.bottom_m <= KNEE_M and self.top_m >= LOWEST_HEAD_M
 
 
 def wall_prisms(walls: Iterable[Wall], holes: Sequence[Hole], *, filled_to_m: float | None = None) -> Prisms:
@@ -98,8 +98,8 @@ def wall_prisms(walls: Iterable[Wall], holes: Sequence[Hole], *, filled_to_m: fl
     if bottom != 0.0 or others or drawn.keys() != filled.keys() or not crossed:
         return Prisms(_bodies(filled, passages))
     shapes = drawn[bottom, top]
-    whole = shapes[0] if len(shapes) == 1 else shapely.union_all(shapes, grid_size=SAME_M)
-    grown = shapely.buffer([hole.shape for hole in passages], LAP_M, join_style="mitre")
+    whole = shapes[0] if len(shapes) == 1 else shapely.union_all(shapes, grid_size=FILE_GRID_M)
+    grown = shapely.buffer([hole.shape for hole in passages], HOLE_LAP_M, join_style="mitre")
     standing = shapely.difference(whole, shapely.union_all(grown))  # all fillings lie in passages
     return WallsWithOpenings(standing, (hole.shape for hole in passages), top, partial(_bodies, filled, passages))
 
@@ -119,9 +119,9 @@ def _bodies(courses: Courses, passages: Sequence[Hole]) -> list[Prism]:
     """R2."""
     parts = []
     for (bottom, top), shapes in sorted(courses.items()):
-        whole = shapely.union_all(shapes, grid_size=SAME_M)  # R3
+        whole = shapely.union_all(shapes, grid_size=FILE_GRID_M)  # R3
         across = [hole for hole in passages if hole.bottom_m < top and hole.top_m > bottom]
-        grown = shapely.buffer([hole.shape for hole in across], LAP_M, join_style="mitre")
+        grown = shapely.buffer([hole.shape for hole in across], HOLE_LAP_M, join_style="mitre")
         parts.append(Prism(shapely.difference(whole, shapely.union_all(grown)), bottom, top))
         for hole, shape in zip(across, _walls_in(whole, grown), strict=True):
             parts += [Prism(shape, bottom, hole.bottom_m), Prism(shape, hole.top_m, top)]
@@ -150,12 +150,12 @@ def passage_openings(holes: Iterable[Hole]) -> tuple[SourceOpening, ...]:
 
 def unite_rooms(shapes: Iterable[Polygon]) -> Polygon | MultiPolygon | None:
     """Return the area that rooms cover together, or None without rooms."""
-    area = shapely.union_all(list(shapes), grid_size=SAME_M)
+    area = shapely.union_all(list(shapes), grid_size=FILE_GRID_M)
     return area if isinstance(area, Polygon | MultiPolygon) and not area.is_empty else None
 
 
 def drop_outdoor_rooms(rooms: Sequence[SourceRoom], walls: Sequence[Wall]) -> tuple[SourceRoom, ...]:
-    """R4: return the rooms but those whose edge is open for more than OPEN_EDGE of its length."""
+    """R4: return the rooms but those whose edge is open for more than OPEN_AIR_EDGE of its length."""
     shapes = [room.polygon for room in rooms if room.polygon is not None]
     near = shapely.buffer(shapely.union_all([wall.shape for wall in walls]), EDGE_REACH_M)
     kept = []
@@ -163,7 +163,7 @@ def drop_outdoor_rooms(rooms: Sequence[SourceRoom], walls: Sequence[Wall]) -> tu
         if room.polygon is not None:
             others = shapely.union_all([shape for shape in shapes if shape is not room.polygon])
             edge = shapely.difference(room.polygon.exterior, shapely.union(near, shapely.buffer(others, EDGE_REACH_M)))
-            if edge.length > OPEN_EDGE * room.polygon.exterior.length:
+            if edge.length > OPEN_AIR_EDGE * room.polygon.exterior.length:
                 continue
         kept.append(room)
     return tuple(kept)
@@ -196,7 +196,7 @@ def walls_between_rooms(
     shapes = [room.polygon for room in rooms if room.polygon is not None]
     if not shapes or not walls:
         return [], list(holes)
-    taken = shapely.union_all([*shapes, *(wall.shape for wall in walls)], grid_size=SAME_M)
+    taken = shapely.union_all([*shapes, *(wall.shape for wall in walls)], grid_size=FILE_GRID_M)
     whole = shapely.union_all([Polygon(part.exterior) for part in polygons_of(taken)])
     free = polygons_of(shapely.difference(whole, taken))
     slits = shapely.union_all([part for part in free if drop_thin_parts(part, THICKEST_WALL_M).is_empty])
@@ -215,7 +215,7 @@ def _through(hole: Hole, slits: BaseGeometry) -> Hole:
     """Let a hole go on through what is left between its wall and the rooms."""
     step = np.array(hole.across) * THICKEST_WALL_M
     lane = shapely.convex_hull(shapely.union_all([translate(hole.shape, *step), translate(hole.shape, *-step)]))
-    beside = shapely.buffer(hole.shape, LAP_M)
+    beside = shapely.buffer(hole.shape, HOLE_LAP_M)
     parts = [part for part in polygons_of(shapely.intersection(slits, lane)) if part.intersects(beside)]
     shape = shapely.convex_hull(shapely.union_all([hole.shape, *parts]))
     return replace(hole, shape=shape) if isinstance(shape, Polygon) else hole
@@ -240,7 +240,7 @@ def polygon_from_ring(ring: Iterable[Sequence[float]]) -> Polygon | None:
     parts = shapely.get_parts(shapely.make_valid(Polygon(points)))
     polygons = [part for part in parts if isinstance(part, Polygon)]
     largest = max(polygons, key=lambda part: part.area, default=Polygon())
-    return largest if largest.area > SPECK_M2 else None
+    return largest if largest.area > LEFTOVER_M2 else None
 
 
 # Walls of which a source shows the surfaces only: their bodies are what lies between and around the rooms' floors.
@@ -253,7 +253,7 @@ def polygon_from_ring(ring: Iterable[Sequence[float]]) -> Polygon | None:
 
 def walls_around(floors: Sequence[Polygon], top_m: float) -> list[Wall]:
     """Return the walls of a storey, from its floor to ``top_m``."""
-    floor = shapely.union_all(floors, grid_size=SAME_M)
+    floor = shapely.union_all(floors, grid_size=FILE_GRID_M)
     whole = buffer_mitred(buffer_mitred(floor, CRACK_M / 2), -CRACK_M / 2)  # R1
     closed = buffer_mitred(buffer_mitred(whole, THICKEST_WALL_M / 2), -THICKEST_WALL_M / 2)  # R2
     filled = shapely.union_all([Polygon(part.exterior) for part in polygons_of(shapely.union(closed, whole))])
@@ -270,7 +270,7 @@ def deepen_to_wall_faces(hole: Hole, walls: Sequence[Wall]) -> Hole | None:
     around = x1 - DEEPEST_WALL_M, y1 - DEEPEST_WALL_M, x2 + DEEPEST_WALL_M, y2 + DEEPEST_WALL_M
     near = [clip_to_box(wall.shape, *around) for wall in walls if wall.shape.intersects(lane)]
     standing: BaseGeometry = near[0] if len(near) == 1 else shapely.union_all(near)
-    within = shapely.intersection(standing, lane, grid_size=SAME_M)  # not the face that it runs along
+    within = shapely.intersection(standing, lane, grid_size=FILE_GRID_M)  # not the face that it runs along
     parts = polygons_of(within)
     beside = shapely.dwithin(parts, hole.shape, CRACK_M) if parts else []
     kept = [_without_crossing_wall(part, hole) for part, is_near in zip(parts, beside, strict=True) if is_near]
@@ -300,7 +300,7 @@ def _is_deep(part: BaseGeometry, hole: Hole) -> bool:
     """Return whether a wall goes on to an end of the lane through a hole."""
     across = np.array(hole.across)
     deep, ends = shapely.get_coordinates(part) @ across, shapely.get_coordinates(hole.shape) @ across
-    far = DEEPEST_WALL_M - LAP_M
+    far = DEEPEST_WALL_M - HOLE_LAP_M
     return bool(len(deep) and (deep.min() < ends.min() - far or deep.max() > ends.max() + far))
 
 

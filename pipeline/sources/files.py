@@ -165,7 +165,7 @@ KEY: Final = "left_out"
 """Under which name the note stands in a plan's provenance."""
 
 _LACKS: Final = {"missing": "missing", KEY: "left out as damaged"}
-_NAMED: Final = 5
+_REASONS_NAMED: Final = 5
 _LETTERS: Final = 300
 
 
@@ -198,8 +198,8 @@ class LeftOutParts:
     @property
     def note(self) -> str:
         """The first parts with their reasons and the number of all, or "" if nothing was left out."""
-        named = "; ".join(list(self._why)[:_NAMED])
-        more = len(self._why) - _NAMED
+        named = "; ".join(list(self._why)[:_REASONS_NAMED])
+        more = len(self._why) - _REASONS_NAMED
         return f"{named}; and {more} more" if more > 0 else named
 
     @property

@@ -46,7 +46,7 @@ from pipeline.sources.drawn_storeys import (
 from pipeline.sources.files import LeftOutParts, check_file, check_lengths, decode_document, input_from_file, level_id
 from pipeline.sources.reader_choice import LONGEST_JSON
 from pipeline.sources.roles import labels_for
-from pipeline.sources.tolerances import CLEAR_M, FRONT3D_WALL_M, SAME_M, SHEET_M, SLIVER_M2, STOREYS_APART_M
+from pipeline.sources.tolerances import CLEAR_M, DRAWN_SHEET_M, FILE_GRID_M, FRONT3D_WALL_M, STOREYS_APART_M, UPRIGHT_M2
 from pipeline.values import Input, Level, Mesh, SourceObject, SourceRoom
 
 FLOOR = "Floor"
@@ -258,7 +258,7 @@ def _floor(room: SceneRoom) -> _Floor | None:
     meshes = [surface.mesh for surface in room.surfaces if surface.kind == "Floor" and len(surface.mesh.faces)]
     if not meshes:
         return None
-    parts = polygons_of(shapely.union_all([_plan_area(mesh) for mesh in meshes], grid_size=SAME_M))
+    parts = polygons_of(shapely.union_all([_plan_area(mesh) for mesh in meshes], grid_size=FILE_GRID_M))
     height = float(np.median(np.concatenate([mesh.vertices[:, 1] for mesh in meshes])))
     return _Floor(room, parts[0], height) if parts else None
 
@@ -266,7 +266,7 @@ def _floor(room: SceneRoom) -> _Floor | None:
 def _plan_area(mesh: Mesh) -> shapely.Geometry:
     """Return the plan area of a mesh."""
     triangles = shapely.polygons(_in_plan(mesh.vertices)[mesh.faces])
-    return shapely.union_all(triangles[shapely.area(triangles) > SLIVER_M2], grid_size=SAME_M)
+    return shapely.union_all(triangles[shapely.area(triangles) > UPRIGHT_M2], grid_size=FILE_GRID_M)
 
 
 def _in_plan(points: np.ndarray) -> np.ndarray:
@@ -325,7 +325,7 @@ def _holes(rooms: Sequence[SceneRoom], height: float, top: float) -> list[Hole]:
         low, high = (float(end(surface.mesh.vertices[:, 1])) - height for end in (np.min, np.max))
         shape = shapely.convex_hull(shapely.MultiPoint(_in_plan(surface.mesh.vertices)))
         if isinstance(shape, LineString):
-            shape = shape.buffer(SHEET_M / 2, cap_style="flat")
+            shape = shape.buffer(DRAWN_SHEET_M / 2, cap_style="flat")
         if isinstance(shape, Polygon) and low < top and high > 0:
             found.append(Hole(shape, low, high, surface.kind == "Door"))
     return merge_parallel_holes(found)

@@ -49,7 +49,7 @@ from pipeline.rejection import Reason, Rejection
 from pipeline.sources.drawn_storeys import polygon_from_ring
 from pipeline.sources.files import Element, LeftOutParts, parse_xml
 from pipeline.sources.meshes.formats import MAX_FACES, SUFFIXES, frame_convention, load_scene
-from pipeline.sources.tolerances import LONGEST_PLACEMENT_M, LONGEST_SOLID_M, ROUND_SIDES, SAME, SAME_M, TINY
+from pipeline.sources.tolerances import FILE_GRID_M, LONGEST_PLACEMENT_M, LONGEST_SOLID_M, ROUND_SIDES, SAME, TINY
 from pipeline.values import Mesh
 
 Matrix = npt.NDArray[np.float64]
@@ -473,9 +473,9 @@ def _unite_upright(parts: list[Mesh]) -> Iterator[Mesh]:
             yield part
             continue
         for each in part.bodies:
-            standing.setdefault((round(each.bottom_m / SAME_M), round(each.top_m / SAME_M)), []).append(each)
+            standing.setdefault((round(each.bottom_m / FILE_GRID_M), round(each.top_m / FILE_GRID_M)), []).append(each)
     for same in standing.values():
-        area = shapely.union_all([each.area for each in same], grid_size=SAME_M) if len(same) > 1 else same[0].area
+        area = shapely.union_all([each.area for each in same], grid_size=FILE_GRID_M) if len(same) > 1 else same[0].area
         yield extrude_polygon(area, same[0].bottom_m, same[0].top_m)
 
 

@@ -38,7 +38,7 @@ from pipeline.sources.storeys.axis_and_unit import (
 from pipeline.sources.storeys.interior import check_interior
 from pipeline.sources.storeys.levels import FoundLevel, Shift, find_levels, shift_to_origin
 from pipeline.sources.storeys.scale import metres_per_unit, parse_positive_option
-from pipeline.sources.tolerances import MARGIN_M, USUAL_STOREY_M
+from pipeline.sources.tolerances import COVER_MARGIN_M, USUAL_STOREY_M
 from pipeline.values import IDLE, Input, Level, Mesh
 
 OPTIONS = ("up", "units", "scale", "storey_height")
@@ -160,7 +160,7 @@ def _turn_and_scale(raw: Mesh, found: AxisAndUnit) -> Mesh:
 def _raise_walls(mesh: Mesh, foot: float, top: float) -> Mesh:
     """Draw walls that are cut off (``axis_and_unit``, R10) up to the usual height; what ends elsewhere stays."""
     z = mesh.vertices[:, 2]
-    raised = np.where(np.abs(z - top) < MARGIN_M, foot + USUAL_STOREY_M, z)
+    raised = np.where(np.abs(z - top) < COVER_MARGIN_M, foot + USUAL_STOREY_M, z)
     return Mesh(np.column_stack([mesh.vertices[:, :2], raised]), mesh.faces)
 
 

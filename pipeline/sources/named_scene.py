@@ -42,19 +42,21 @@ from pipeline.sources.tolerances import (
     BESIDE_HOLE_M,
     DEEPEST_WALL_M,
     DOOR_SHAPE,
+    FILE_GRID_M,
     FILLS_M,
     FILLS_SHARE,
     FLAT_SHARE,
     HANDLE_M,
     HOLE_AT,
-    HOLE_M,
     HOUSE_M2,
     LEAF_HEIGHT_M,
     LEFT_FACES,
     LEFT_STANDING,
     MIN_DOORS,
     NAMED_FLAT,
+    NAMED_HOLE_M,
     NARROWEST_DOOR_M,
+    ONE_OBJECT_M,
     OPENING_FOOT_M,
     OPENING_HEIGHT_M,
     PIECE_DOOR_DEPTH_M,
@@ -62,17 +64,15 @@ from pipeline.sources.tolerances import (
     PIECE_DOOR_WIDTH_M,
     ROUGH_M,
     SAME,
-    SAME_M,
     SAME_ROOM,
-    SLIVER_M2,
-    SMALLEST_ROOM_M2,
+    SMALLEST_NAMED_ROOM_M2,
     SPACE_HEIGHT_M,
     TERRAIN_BEYOND,
     TINY,
-    TOUCH_M,
     UNDER_FLOOR_M,
+    UPRIGHT_M2,
     WAIST_M,
-    WIDEST_DOOR_M,
+    WIDEST_DOOR_BODY_M,
 )
 from pipeline.values import Mesh, SourceObject, SourceOpening, SourceRoom
 
@@ -81,14 +81,14 @@ Indices = npt.NDArray[np.int64]
 
 
 def connected_pieces(mesh: Mesh, faces: Indices) -> list[Indices]:
-    """Divide face numbers (k,) into connected pieces; corners closer than SAME_M are one."""
+    """Divide face numbers (k,) into connected pieces; corners closer than FILE_GRID_M are one."""
     if not len(faces):
         return []
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
 
     corners = mesh.vertices[mesh.faces[faces]].reshape(-1, 3)
-    cells = np.round((corners - corners.min(axis=0)) / SAME_M).astype(np.int64)
+    cells = np.round((corners - corners.min(axis=0)) / FILE_GRID_M).astype(np.int64)
     _, point = np.unique(cells, axis=0, return_inverse=True)
     point = point.reshape(-1, 3)
     rows, columns = np.repeat(point[:, 0], 2), point[:, 1:].ravel()
@@ -143,7 +143,7 @@ def may_be_door(mesh: Mesh, faces: Indices, sure: bool) -> bool:
     height = float(high[2] - low[2])
     if width > PIECE_DOOR_WIDTH_M or height > PIECE_DOOR_HEIGHT_M or (depth > PIECE_DOOR_DEPTH_M and width > AJAR_M):
         return False
-    if not sure and not (LEAF_HEIGHT_M[0] <= height <= LEAF_HEIGHT_M[1] and width >= HOLE_M):
+    if not sure and not (LEAF_HEIGHT_M[0] <= height <= LEAF_HEIGHT_M[1] and width >= NAMED_HOLE_M):
         return False
     return depth > PIECE_DOOR_DEPTH_M or not _is_wall_with_hole(mesh, faces, low, height)
 
@@ -182,7 +182,7 @@ def plan_sides(mesh: Mesh, faces: Indices) -> tuple[float, float]:
 def _is_wall_with_hole(mesh: Mesh, faces: Indices, low: npt.NDArray[np.float64], height: float) -> bool:
     """Tell whether a piece is a wall around a hole, looking at it at 0.45 of its height."""
     surfaces = Surfaces.of(Mesh(mesh.vertices, mesh.faces[faces]))
-    segments = cut_at_height(surfaces, np.ones(len(faces), np.bool_), float(low[2]) + HOLE_AT * height + SAME_M)
+    segments = cut_at_height(surfaces, np.ones(len(faces), np.bool_), float(low[2]) + HOLE_AT * height + FILE_GRID_M)
     if not len(segments):
         return False
     points = segments.reshape(-1, 2)
@@ -193,7 +193,7 @@ def _is_wall_with_hole(mesh: Mesh, faces: Indices, low: npt.NDArray[np.float64],
     reached = np.maximum.accumulate(spans[:, 1])
     gaps = np.maximum(spans[1:, 0] - reached[:-1], 0.0)
     solid = float(reached[-1] - spans[0, 0] - gaps.sum())
-    return bool(len(gaps) and gaps.max() >= HOLE_M and solid >= BESIDE_HOLE_M)
+    return bool(len(gaps) and gaps.max() >= NAMED_HOLE_M and solid >= BESIDE_HOLE_M)
 
 
 Bools = npt.NDArray[np.bool_]
@@ -363,7 +363,7 @@ class _Sorter:
             found = connected_pieces(self.mesh, faces)
             if any(self._fills(piece) for piece in found):
                 continue
-            for thing in unite_near_pieces(self.mesh, found, TOUCH_M):
+            for thing in unite_near_pieces(self.mesh, found, ONE_OBJECT_M):
                 self.out[thing] = True
                 yield SourceObject((named.words,), take_faces(self.mesh, thing))
 
@@ -479,8 +479,10 @@ def _rooms(body: NamedBody) -> list[SourceRoom]:
     """Rooms of a body, one for each part of its plan."""
     corners = body.mesh.vertices[body.mesh.faces][:, :, :2]
     triangles = shapely.polygons(corners)
-    area = shapely.union_all(triangles[shapely.area(triangles) > SLIVER_M2], grid_size=ROUGH_M)
-    parts = [part for part in shapely.get_parts(area) if isinstance(part, Polygon) and part.area >= SMALLEST_ROOM_M2]
+    area = shapely.union_all(triangles[shapely.area(triangles) > UPRIGHT_M2], grid_size=ROUGH_M)
+    parts = [
+        part for part in shapely.get_parts(area) if isinstance(part, Polygon) and part.area >= SMALLEST_NAMED_ROOM_M2
+    ]
     return [SourceRoom(body.words, labels_for(body.words), part) for part in parts]
 
 
@@ -525,7 +527,7 @@ def _over_thresholds(bodies: Sequence[NamedBody], solid: Mesh, z: float) -> Iter
     for body in bodies:
         on_floor = abs(float(body.mesh.vertices[:, 2].max()) - z) <= OPENING_FOOT_M
         wide, deep = plan_sides(body.mesh, np.arange(len(body.mesh.faces)))
-        if on_floor and NARROWEST_DOOR_M <= wide <= WIDEST_DOOR_M and deep <= min(DEEPEST_WALL_M, wide):
+        if on_floor and NARROWEST_DOOR_M <= wide <= WIDEST_DOOR_BODY_M and deep <= min(DEEPEST_WALL_M, wide):
             box_ = shapely.minimum_rotated_rectangle(shapely.multipoints(body.mesh.vertices[:, :2]))
             if isinstance(box_, Polygon) and _is_crossed(box_, standing):
                 yield SourceOpening(box_, has_door="opening" not in body.words)

@@ -54,11 +54,11 @@ from pipeline.sources.tolerances import (
     CLOUD_TOP,
     FEWEST_VOXELS,
     FLOOR_NOISE_M,
-    HEAD_M,
     LAYER_APART_M,
     LEVEL_LAYER,
     LEVELLED,
     LONGEST_CLOUD_M,
+    LOWEST_HEAD_M,
     SLAB_BETWEEN_M,
     STRAY,
     STRAY_M,
@@ -223,7 +223,7 @@ def find_storeys(voxels: Voxels) -> list[StoreyHeights]:
         lowest = round(float(np.quantile(z - low, 1 - CLOUD_TOP)))
         depth = (peaks[-1] - lowest) * VOXEL_M
         walls = float(np.median(counts[lowest : peaks[-1]])) if depth > 0 else np.inf
-        if HEAD_M <= depth <= CLOUD_STOREY_M[1] and walls < LEVEL_LAYER * counts[peaks[-1]]:
+        if LOWEST_HEAD_M <= depth <= CLOUD_STOREY_M[1] and walls < LEVEL_LAYER * counts[peaks[-1]]:
             found.append((peaks[-1] - round(max(depth, CLOUD_STOREY_M[0]) / VOXEL_M), peaks[-1]))
     bottom = float(voxels.origin[2]) + (low + 0.5) * VOXEL_M
     plain = np.bincount(z - low, minlength=len(counts))

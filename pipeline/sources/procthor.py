@@ -4,8 +4,8 @@ Frame: Unity's axes are left-handed, so that x = X and y = Z show the house from
 each has a line, or all are one JSON list. A file of lines is read as a stream: a build lists where each begins, a
 worker goes there, and only one house is in memory.
 
-R1  A wall is a sheet, drawn once for each of its rooms; here it stands once, SHEET_M thick about the sheet. A wall
-    marked ``empty`` divides two rooms without standing.
+R1  A wall is a sheet, drawn once for each of its rooms; here it stands once, DRAWN_SHEET_M thick about the sheet. A
+    wall marked ``empty`` divides two rooms without standing.
 R2  A door's or window's hole is measured along ``wall0`` from its first corner; older houses write it as a box
     (``boundingBox``). What has no leaf (a doorframe) is an opening without a door.
 R3  Objects are furniture where the file has their boxes (``axisAlignedBoundingBox``); it names most by a model only.
@@ -50,7 +50,7 @@ from pipeline.sources.reader_choice import (
     open_unpacked,
     reader_for_json,
 )
-from pipeline.sources.tolerances import SHEET_M
+from pipeline.sources.tolerances import DRAWN_SHEET_M
 from pipeline.values import Input, Level, SourceObject, SourceRoom
 
 _ADVICE = "copy it again from the data set"
@@ -271,7 +271,7 @@ def _walls(house: House) -> list[Wall]:
     for wall in house.walls:
         ends = _wall_ends(wall)
         if not wall.empty and ends is not None:
-            shape = shapely.buffer(shapely.LineString(ends), SHEET_M / 2, cap_style="square")
+            shape = shapely.buffer(shapely.LineString(ends), DRAWN_SHEET_M / 2, cap_style="square")
             heights = [corner.y for corner in wall.polygon]
             found.append(Wall(shape, min(heights), max(heights)))
     return found
@@ -283,7 +283,7 @@ def _wall_ends(wall: WallRectangle) -> tuple[tuple[float, float], tuple[float, f
     if len(corners) < 3:
         return None
     end = max(corners[1:], key=lambda corner: math.dist(corners[0], corner))
-    return (corners[0], end) if math.dist(corners[0], end) > SHEET_M else None
+    return (corners[0], end) if math.dist(corners[0], end) > DRAWN_SHEET_M else None
 
 
 def _holes(house: House, name: str) -> list[Hole]:
@@ -306,7 +306,7 @@ def _hole(slot: DoorOrWindow, ends: Any, foot: float, is_door: bool) -> Hole:
     along = (ends[1] - ends[0]) / np.hypot(*(ends[1] - ends[0]))
     reach = [corner.x for corner in slot.hole]
     line = shapely.LineString([ends[0] + min(reach) * along, ends[0] + max(reach) * along])
-    shape = shapely.buffer(line, SHEET_M / 2, cap_style="flat")
+    shape = shapely.buffer(line, DRAWN_SHEET_M / 2, cap_style="flat")
     heights = [foot + corner.y for corner in slot.hole]
     has_leaf = is_door and not slot.asset.startswith("Doorframe")
     return Hole(shape, min(heights), max(heights), has_leaf)

@@ -47,15 +47,15 @@ from pipeline.sources.reader_choice import LONGEST_JSON
 from pipeline.sources.roles import labels_for
 from pipeline.sources.roomplan_scan import Floor, LabelledSection, Scan, UprightBox, parse_scan
 from pipeline.sources.tolerances import (
+    DRAWN_SHEET_M,
     EDGE_REACH_M,
+    FILE_GRID_M,
     NAME_BOX_M,
     NARROWEST_DOOR_M,
-    NARROWEST_ROOM_M,
+    NARROWEST_SCANNED_ROOM_M,
     ROOMPLAN_WALL_M,
-    SAME_M,
     SCAN_CORNER_M,
     SCAN_INSIDE_M,
-    SHEET_M,
     STOREYS_APART_M,
     TINY,
 )
@@ -159,7 +159,7 @@ def _level(scan: Scan, height: float, provenance: dict[str, str]) -> Level:
 
 def _walls(scan: Scan, floors: Sequence[Polygon], top: float) -> list[Wall]:
     """R1."""
-    strips = shapely.union_all([_strip(wall.shape, ROOMPLAN_WALL_M, 0.0) for wall in scan.walls], grid_size=SAME_M)
+    strips = shapely.union_all([_strip(wall.shape, ROOMPLAN_WALL_M, 0.0) for wall in scan.walls], grid_size=FILE_GRID_M)
     if not floors:
         return [Wall(part, 0.0, top) for part in polygons_of(strips)]
     inner = shapely.intersection(strips, buffer_mitred(close_cracks(shapely.union_all(floors)), -SCAN_INSIDE_M))
@@ -172,9 +172,9 @@ def _open_sides(scan: Scan) -> list[Polygon]:
     """R5: return strips along the stretches of the floors' edges where nothing was seen."""
     seen = shapely.union_all([thing.shape for thing in (*scan.walls, *scan.doors, *scan.openings)])
     near, found = shapely.buffer(seen, EDGE_REACH_M), []
-    floor = close_cracks(shapely.union_all([each.shape for each in scan.floors], grid_size=SAME_M))
+    floor = close_cracks(shapely.union_all([each.shape for each in scan.floors], grid_size=FILE_GRID_M))
     for ring in shapely.get_parts(shapely.boundary(floor)):
-        corners = shapely.get_coordinates(shapely.simplify(ring, SHEET_M))
+        corners = shapely.get_coordinates(shapely.simplify(ring, DRAWN_SHEET_M))
         for start, end in itertools.pairwise(corners):
             side = shapely.LineString([start, end])
             for open_ in shapely.get_parts(shapely.difference(side, near)):
@@ -183,15 +183,17 @@ def _open_sides(scan: Scan) -> list[Polygon]:
                         shapely.line_locate_point(side, shapely.points(shapely.get_coordinates(open_)[[0, -1]]))
                     )
                     wide = shapely.ops.substring(side, max(0.0, ends[0] - EDGE_REACH_M), ends[1] + EDGE_REACH_M)
-                    found.append(wide.buffer(SHEET_M / 2, cap_style="flat"))
+                    found.append(wide.buffer(DRAWN_SHEET_M / 2, cap_style="flat"))
     return found
 
 
 def _enclosed_spaces(walls: Sequence[UprightBox]) -> list[Polygon]:
     """Return what surfaces close all round, except the inside of walls between two of them."""
-    strips = shapely.union_all([_strip(wall.shape, SHEET_M, SCAN_CORNER_M) for wall in walls], grid_size=SAME_M)
-    areas = [buffer_mitred(area, SHEET_M / 2) for area in enclosed_pieces(strips)[1]]
-    return [area for area in areas if not drop_thin_parts(area, NARROWEST_ROOM_M).is_empty]
+    strips = shapely.union_all(
+        [_strip(wall.shape, DRAWN_SHEET_M, SCAN_CORNER_M) for wall in walls], grid_size=FILE_GRID_M
+    )
+    areas = [buffer_mitred(area, DRAWN_SHEET_M / 2) for area in enclosed_pieces(strips)[1]]
+    return [area for area in areas if not drop_thin_parts(area, NARROWEST_SCANNED_ROOM_M).is_empty]
 
 
 def _strip(shape: Polygon, thick_m: float, longer_m: float) -> Polygon:

@@ -30,7 +30,7 @@ from pipeline.rejection import Reason, Rejection
 from pipeline.sources.drawn_storeys import polygon_from_ring
 from pipeline.sources.files import LARGEST_BYTES, archive_members, check_lengths, decode_document, quiet_usd, usd_fault
 from pipeline.sources.meshes.scene import NamedPiece, PartNames, transform_triangles, triangulate_polygons
-from pipeline.sources.tolerances import NARROWEST_DOOR_M, ROOMPLAN_WALL_M, SAME_M, SHEET_M, SLIVER_M2
+from pipeline.sources.tolerances import DRAWN_SHEET_M, FILE_GRID_M, NARROWEST_DOOR_M, ROOMPLAN_WALL_M, UPRIGHT_M2
 
 _ADVICE = "export the scan again"
 
@@ -120,11 +120,11 @@ def parse_scan(data: bytes, name: str) -> Scan:
 def upright_box(word: str, points: np.ndarray) -> UprightBox | None:
     """Return the upright box around points (n, 3) of plan x, y and height, or None if they have no extent in plan."""
     around = shapely.minimum_rotated_rectangle(shapely.MultiPoint(points[:, :2]))
-    if around.length < SHEET_M:
+    if around.length < DRAWN_SHEET_M:
         return None
-    if around.area < SHEET_M * around.length / 2:
+    if around.area < DRAWN_SHEET_M * around.length / 2:
         line = shapely.LineString(_farthest(points[:, :2]))
-        around = line.buffer(SHEET_M / 2, cap_style="flat")
+        around = line.buffer(DRAWN_SHEET_M / 2, cap_style="flat")
     return UprightBox(word, around, float(points[:, 2].min()), float(points[:, 2].max()))
 
 
@@ -377,12 +377,12 @@ def _holes(wall: UprightBox, points: np.ndarray, faces: np.ndarray) -> list[Upri
     first, along, across = corners[k], sides[k] / np.hypot(*sides[k]), sides[(k + 1) % 4]
     seen = np.column_stack([(points[:, :2] - first) @ along, points[:, 2]])[faces]
     legs = seen[:, 1:] - seen[:, :1]
-    broad = np.abs(legs[:, 0, 0] * legs[:, 1, 1] - legs[:, 0, 1] * legs[:, 1, 0]) > SLIVER_M2
-    solid = shapely.union_all(shapely.polygons(seen[broad]), grid_size=SAME_M)
+    broad = np.abs(legs[:, 0, 0] * legs[:, 1, 1] - legs[:, 0, 1] * legs[:, 1, 0]) > UPRIGHT_M2
+    solid = shapely.union_all(shapely.polygons(seen[broad]), grid_size=FILE_GRID_M)
     length = float(np.hypot(*sides[k]))
     found = []
     free = shapely.difference(shapely.box(0.0, wall.low_m, length, wall.high_m), solid)
-    for part in polygons_of(drop_thin_parts(free, SHEET_M)):
+    for part in polygons_of(drop_thin_parts(free, DRAWN_SHEET_M)):
         start, low, end, high = part.bounds
         if end - start >= NARROWEST_DOOR_M:
             a, b = first + start * along, first + end * along
@@ -398,7 +398,7 @@ def _beside_walls(floors: list[Floor], walls: tuple[UprightBox, ...]) -> Iterato
         return
     depth, covered = max(_depth(shape) for shape in bodies), shapely.union_all(bodies)
     for floor in floors:
-        for part in polygons_of(drop_thin_parts(shapely.difference(floor.shape, covered), depth + SHEET_M)):
+        for part in polygons_of(drop_thin_parts(shapely.difference(floor.shape, covered), depth + DRAWN_SHEET_M)):
             yield Floor(part, floor.height_m)
 
 
@@ -422,5 +422,5 @@ def _floors(body: _Body) -> list[Floor]:
     """Return the plan area of a floor's faces."""
     rings = np.split(body.points[body.corners][:, :2], np.cumsum(body.counts)[:-1])
     faces = [shapely.make_valid(shapely.Polygon(ring)) for ring in rings if len(ring) > 2]
-    area = shapely.union_all([face for face in faces if face.area > SLIVER_M2], grid_size=SAME_M)
+    area = shapely.union_all([face for face in faces if face.area > UPRIGHT_M2], grid_size=FILE_GRID_M)
     return [Floor(part, float(np.median(body.points[:, 2]))) for part in polygons_of(area)]

@@ -27,7 +27,7 @@ from houseexpo.plan.room_labels import canonical
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.files import displayable_name, record_file
 from pipeline.sources.meshes import obj
-from pipeline.sources.tolerances import FAR_M, LONGEST_ROOM_M, SUNCG_GRID_M, TINY
+from pipeline.sources.tolerances import FAR_FROM_ORIGIN_M, LONGEST_ROOM_M, SUNCG_GRID_M, TINY
 from pipeline.values import Input, Level, Mesh, RejectedLevel, SourceObject, SourceRoom
 
 _ADVICE = "copy it again from the data set"
@@ -259,7 +259,7 @@ def _datum(walls: Mesh, floors: Mesh, name: str) -> tuple[float, npt.NDArray[np.
         raise Rejection("source", Reason.BAD_UNITS, detail, "check scaleToMeters in house.json")
     foot = float((walls.vertices if len(walls.vertices) else floors.vertices)[:, 1].min())
     centre = ((low + high) / 2)[[0, 2]]
-    return foot, np.round(centre) if np.abs(centre).max() > FAR_M else np.zeros(2)
+    return foot, np.round(centre) if np.abs(centre).max() > FAR_FROM_ORIGIN_M else np.zeros(2)
 
 
 def _in_level(mesh: Mesh, origin: npt.NDArray[np.float64]) -> Mesh:

@@ -95,7 +95,7 @@ from pipeline.sources.tolerances import (
     TINY,
     TURN_RAD,
     WALL_HEIGHT_M,
-    WIDEST_DOOR_M,
+    WIDEST_DOOR_BODY_M,
 )
 from pipeline.tolerances import HAND_M, HEAD_M, MOST, SHOULDERS_M
 from pipeline.values import Input, Level, SourceObject, SourceRoom
@@ -305,7 +305,7 @@ def _called_door(piece: FurniturePiece, walls: Sequence[DrawnWall]) -> DoorOrWin
     if named is None or named.role is not Role.DOOR or piece.elevation_m > KNEE_M:
         return None
     high = NAMED_DOOR_M[0] <= piece.height_m <= NAMED_DOOR_M[1]
-    if not (high and NARROWEST_DOOR_M <= piece.width_m <= WIDEST_DOOR_M and piece.depth_m <= THICKEST_WALL_M):
+    if not (high and NARROWEST_DOOR_M <= piece.width_m <= WIDEST_DOOR_BODY_M and piece.depth_m <= THICKEST_WALL_M):
         return None
     door = DoorOrWindow(
         **vars(piece),

@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from houseexpo import FloorPlan
-from houseexpo.service.drive.frames import FINE, HEAD, KIND
+from houseexpo.service.drive.frames import HEAD, KIND, STEPS_PER_CELL
 from tests.builders.needs import need
 
 
@@ -116,7 +116,7 @@ def frame_from(data: bytes) -> Frame:
     at = HEAD.size
     places = np.frombuffer(data, "<f4", 6 * bodies, at).reshape(-1, 6)
     at += 24 * bodies
-    ranges = np.frombuffer(data, "<u2", beams, at) / FINE
+    ranges = np.frombuffer(data, "<u2", beams, at) / STEPS_PER_CELL
     cells: list[int] = []
     for run in np.frombuffer(data, "<u2", offset=at + 2 * beams).tolist():
         cells += [int(VALUES[run >> 14])] * (run & 0x3FFF)

@@ -9,7 +9,7 @@ import pytest
 import trimesh
 from PIL import Image
 
-from pipeline.png import SIDE_PX, draw_top_view
+from pipeline.png import PNG_SIDE_PX, draw_top_view
 from pipeline.rejection import Rejection
 from pipeline.sources import find, reader
 from pipeline.values import Mesh
@@ -29,7 +29,7 @@ STEPS = block([[0, 0, 0], [4, 4, 0.1]], [[4, 0, 0], [8, 4, 3]])  # low on the le
 
 def test_what_is_higher_is_darker_and_nothing_is_white() -> None:
     view = seen(STEPS)
-    assert view.shape == (SIDE_PX // 2, SIDE_PX)
+    assert view.shape == (PNG_SIDE_PX // 2, PNG_SIDE_PX)
     assert view[50, 150] < view[50, 50] < 255
     apart = seen(block([[0, 0, 0], [1, 1, 1]], [[9, 9, 0], [10, 10, 1]]))
     assert apart[10, 10] == apart[190, 190] == 255
@@ -49,7 +49,7 @@ def test_a_mesh_that_its_reader_rejects_is_shown(tmp_path: Path) -> None:
     with pytest.raises(Rejection) as caught:
         list(reader("mesh_file").read(item))
     rows, cols = np.asarray(Image.open(io.BytesIO(caught.value.picture))).shape
-    assert (cols, abs(rows - SIDE_PX * 2 / 3) <= 1) == (SIDE_PX, True)
+    assert (cols, abs(rows - PNG_SIDE_PX * 2 / 3) <= 1) == (PNG_SIDE_PX, True)
 
 
 def test_the_same_mesh_gives_the_same_bytes_and_one_without_area_none() -> None:

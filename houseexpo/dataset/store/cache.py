@@ -27,7 +27,7 @@ VERSION: Final = "2"
 INDEX: Final = "index.arrow"
 PLANS: Final = "plans.arrow"
 
-BLOCK: Final = 32
+PLANS_PER_BLOCK: Final = 32
 """Plans per block: about 80 KB, which is decompressed in a tenth of a millisecond."""
 
 _SCHEMA: Final = pa.schema([("plan", pa.large_binary())])
@@ -87,7 +87,7 @@ class BlockWriter:
     def add(self, data: bytes) -> None:
         """Add one plan."""
         self._waiting.append(data)
-        if len(self._waiting) == BLOCK:
+        if len(self._waiting) == PLANS_PER_BLOCK:
             self._flush()
 
     def _flush(self) -> None:
@@ -107,10 +107,10 @@ class BlockReader:
     def __len__(self) -> int:
         """Return the number of plans; all blocks but the last are full."""
         blocks = self._reader.num_record_batches
-        return BLOCK * (blocks - 1) + int(self._reader.get_batch(blocks - 1).num_rows) if blocks else 0
+        return PLANS_PER_BLOCK * (blocks - 1) + int(self._reader.get_batch(blocks - 1).num_rows) if blocks else 0
 
     def __getitem__(self, number: int) -> bytes:
-        block, place = divmod(number, BLOCK)
+        block, place = divmod(number, PLANS_PER_BLOCK)
         at, batch = self._last
         if at != block:
             batch = self._reader.get_batch(block)

@@ -15,7 +15,7 @@ from houseexpo.files import real_path
 _LINES: Final = (".jsonl", ".jsonl.gz")
 _PACKED: Final = (*_LINES, ".tar.gz", ".tgz", ".zip")
 _OF_A_BUILD: Final = ("duplicates.jsonl", "rejected.jsonl")
-_LOOKED_AT: Final = 100
+_FOLDERS_LOOKED_AT: Final = 100
 
 ARCHIVE: Final = "json.tar.gz"
 """The archive of all plans in the folder of a release (``houseexpo.release``)."""
@@ -95,7 +95,7 @@ def no_plans_advice(path: Path) -> str:
     folder = plan_folder(path)
     packed = (file for file in folder.iterdir() if file.name.endswith(_PACKED) and not _is_record(file.name))
     homes = (file.parent for pattern in ("*/*.json", "*/*/*.json") for file in folder.glob(pattern))
-    within = (home.parent if home.name == "json" else home for home in islice(homes, _LOOKED_AT))
+    within = (home.parent if home.name == "json" else home for home in islice(homes, _FOLDERS_LOOKED_AT))
     found = sorted({*packed, *within})
     return f"open {found[0]}" if found else "check the path"
 

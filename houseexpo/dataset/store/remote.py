@@ -37,7 +37,7 @@ _COLUMNS: Final = pa.schema([*SCHEMA, ("digest", pa.string())])
 _INDEX_BYTES: Final = 1 << 30
 _TIMEOUT_S: Final = 60.0
 """Time limits in seconds: between two bytes; and for the head of an answer, and for each mebibyte of it."""
-_CHUNK: Final = 1 << 16
+_PART_BYTES: Final = 1 << 16
 _DIGEST: Final = re.compile("[0-9a-f]{40}")
 
 
@@ -223,7 +223,7 @@ def _cut_off(connection: http.client.HTTPConnection, seconds: float) -> Iterator
 
 def _body(answer: http.client.HTTPResponse, most_bytes: int) -> bytes:
     start, parts, size = time.monotonic(), [], 0
-    while size <= most_bytes and (part := answer.read1(min(_CHUNK, most_bytes + 1 - size))):
+    while size <= most_bytes and (part := answer.read1(min(_PART_BYTES, most_bytes + 1 - size))):
         parts.append(part)
         size += len(part)
         patience = _TIMEOUT_S * (1 + size / 2**20)

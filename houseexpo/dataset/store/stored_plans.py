@@ -31,7 +31,7 @@ _BROKEN: Final = (
     *(EOFError, OSError, zlib.error, tarfile.TarError, zipfile.BadZipFile, UnicodeError),
     *(NotImplementedError, RuntimeError),  # zipfile's errors for an unknown method and for an encrypted member
 )
-_CHUNK: Final = 1 << 20
+_CHUNK_BYTES: Final = 1 << 20
 
 
 class StoredPlan(NamedTuple):
@@ -175,7 +175,7 @@ def _tar(path: Path) -> Iterator[tarfile.TarFile]:
     """Open a compressed tar for one pass, and read it to the end, where the checksum is."""
     with gzip.open(path) as stream, tarfile.open(fileobj=_Bounded(stream, path), mode="r|") as tar:
         yield tar
-        while stream.read(_CHUNK):
+        while stream.read(_CHUNK_BYTES):
             pass
 
 

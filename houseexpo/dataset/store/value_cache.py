@@ -29,7 +29,7 @@ from houseexpo.progress import show_progress
 
 Measure = Callable[[FloorPlan], Any]
 
-_CHUNK: Final = 16  # plans that are sent to a process at once
+_PLANS_SENT: Final = 16  # plans that are sent to a process at once
 _COMMIT_S: Final = 2.0  # seconds between two commits
 _TIMEOUT_S: Final = 60.0  # seconds that another process may hold the file
 _LOG = logging.getLogger(__name__)
@@ -76,7 +76,7 @@ def _compute(plans: Iterable[tuple[str, bytes]], measure: Measure, workers: int)
     if workers <= 1:
         yield from map(work, plans)
         return
-    yield from map_in_processes(work, plans, workers, _CHUNK)
+    yield from map_in_processes(work, plans, workers, _PLANS_SENT)
 
 
 def _measure_encoded(measure: Measure, item: tuple[str, bytes]) -> tuple[str, bytes]:

@@ -24,7 +24,7 @@ from houseexpo.progress import show_progress
 CACHED: Final = pa.schema([*SCHEMA, ("file", pa.string()), ("digest", pa.string())])
 """The columns of the index, the plan's file or place in the archive, and the SHA-1 of its bytes."""
 
-_CHUNK: Final = 256  # plans that are measured together
+_PLANS_PER_CHUNK: Final = 256  # plans that are measured together
 
 
 def write_cached_copy(source: Path, target: Path) -> None:
@@ -57,7 +57,9 @@ def _measure_chunks(source: Path) -> Iterator[tuple[list[StoredPlan], list[Floor
     """Yield records, plans and areas in chunks; a thread measures one chunk while the next is decoded."""
     waiting: tuple[list[StoredPlan], list[FloorPlan], Future[list[float]]] | None = None
     with ThreadPoolExecutor(1) as thread:
-        for chunk in split_into_chunks(show_progress(read_stored_plans(source), f"reading {source.name}"), _CHUNK):
+        for chunk in split_into_chunks(
+            show_progress(read_stored_plans(source), f"reading {source.name}"), _PLANS_PER_CHUNK
+        ):
             plans = [_decode(source, record) for record in chunk]
             before, waiting = waiting, (chunk, plans, thread.submit(_areas, plans))
             if before is not None:

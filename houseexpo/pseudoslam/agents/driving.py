@@ -34,7 +34,7 @@ COMMANDS: Final[dict[str, dict[str, tuple[float, float]]]] = {
 HELP: Final = "arrows or w a d: drive   r: again   t: truth   q: quit"
 FILES: Final = ("map.pgm", "map.png", "map.yaml", "trajectory.csv")
 """The files of a recorded drive."""
-_WAIT_S = 0.5
+_KEY_WAIT_S = 0.5
 
 
 class Screen(Protocol):
@@ -163,7 +163,7 @@ def drive_by_keys(session: DriveSession, screen: Screen) -> None:
             if keys or screen.most_px != size:
                 size = screen.most_px
                 screen.show(session.picture(size), session.caption)
-            keys = screen.keys(_WAIT_S)
+            keys = screen.keys(_KEY_WAIT_S)
         for key in keys[: keys.index("q")]:
             session.press(key)
     except KeyboardInterrupt:

@@ -24,7 +24,7 @@ from houseexpo.pseudoslam.benchmark.tables import row_title
 
 PANELS: Final = 20
 _COLUMNS: Final = 5
-_FEW: Final = 8
+_FEW_PANELS: Final = 8
 """So many panels or fewer are drawn three in a row, and larger."""
 _OVER: Final = "metres"
 Floats = npt.NDArray[np.float64]
@@ -66,7 +66,7 @@ def draw_map_panels(compared: TrackComparison, colours: Colours | None = None) -
     end = max(_end(curves) for _, _, curves in lines)
     for first in range(0, len(names), PANELS):
         shown = names[first : first + PANELS]
-        columns = 3 if len(names) <= _FEW else _COLUMNS
+        columns = 3 if len(names) <= _FEW_PANELS else _COLUMNS
         rows = -(-len(shown) // columns)
         width, height = (2.9, 2.1) if columns == 3 else (1.75, 1.45)
         with svg_figure((columns * width, rows * height + 0.5)) as (figure, out):

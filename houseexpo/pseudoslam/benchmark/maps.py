@@ -27,7 +27,7 @@ from houseexpo.pseudoslam.benchmark.tracks import MAP_TRACKS, Track
 from houseexpo.pseudoslam.worlds.maps import MapHouse, map_house, open_maps
 
 STARTS: Final = "starts.txt"
-_MARGIN: Final = 500
+_MARGIN_CELLS: Final = 500
 _KTH_M: Final = 0.05
 _START: Final = 208
 """The value of the cells of the start in maps of DARE and ARiADNE."""
@@ -99,7 +99,7 @@ def _kth(folder: Path, files: list[Path], pixels_per_metre: float) -> list[MapHo
             continue
         try:
             name, _, row, col = words
-            starts.setdefault(name, []).append((int(row) - _MARGIN, int(col) - _MARGIN))
+            starts.setdefault(name, []).append((int(row) - _MARGIN_CELLS, int(col) - _MARGIN_CELLS))
         except ValueError:
             raise ConfigError(f"{listed}: expected FLOOR --start_pose ROW COLUMN, found {line!r}") from None
     missing = sorted(set(starts) - {file.stem for file in files})

@@ -55,7 +55,7 @@ _CODE: Final = (
     "import sys; from houseexpo.pseudoslam.benchmark.policy_process import serve_policy; "
     "serve_policy(*map(int, sys.argv[1:]))"
 )
-_LOOK_S: Final = 1.0
+_POLICY_LOOK_S: Final = 1.0
 _UNREADABLE: Final = "its process sent an answer that cannot be read"
 
 
@@ -155,7 +155,7 @@ class PolicyProcess:
                 data = self._pipe.recv_bytes(LONGEST_ANSWER)
             except (EOFError, OSError):
                 with suppress(subprocess.TimeoutExpired):
-                    self._process.wait(_LOOK_S)
+                    self._process.wait(_POLICY_LOOK_S)
                 code = self._process.returncode
                 raise PolicyProcessError(
                     "its process closed its connection" if code is None else f"its process died, exit code {code}"
@@ -381,7 +381,7 @@ def _end_with_parent() -> None:
 
     def watch() -> None:
         while os.getppid() == parent:
-            time.sleep(_LOOK_S)
+            time.sleep(_POLICY_LOOK_S)
         os._exit(0)
 
     threading.Thread(target=watch, daemon=True).start()

@@ -26,7 +26,7 @@ from houseexpo.pseudoslam.benchmark.cases import Case
 from houseexpo.pseudoslam.benchmark.episodes import EpisodeOutcome, EpisodeRunner
 from houseexpo.pseudoslam.kernels.compiling import call_around_compiling
 
-_LOOK_S = 0.5
+_WORKER_LOOK_S = 0.5
 NewRunner: TypeAlias = Callable[[], EpisodeRunner]
 """A function that makes a runner. It is pickled: a ``functools.partial`` of a function of a module."""
 
@@ -100,12 +100,12 @@ def _answers(
 ) -> Iterator[tuple[int, EpisodeOutcome]]:
     """Yield the answers, and send the next cases."""
     busy = {worker.pipe: worker for worker in running if worker.case >= 0}
-    for pipe in wait(list(busy), timeout=_LOOK_S):
+    for pipe in wait(list(busy), timeout=_WORKER_LOOK_S):
         worker = busy[pipe]  # type: ignore[index]  # pipes are all that was waited for
         try:
             answer = worker.pipe.recv()
         except (EOFError, OSError):
-            worker.process.join(_LOOK_S)
+            worker.process.join(_WORKER_LOOK_S)
             code = worker.process.exitcode
             raise PolicyError(f"{_where(worker, cases, name)}: its process died, exit code {code}") from None
         if isinstance(answer, HouseExpoError):

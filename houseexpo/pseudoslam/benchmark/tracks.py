@@ -171,7 +171,7 @@ TRACKS: Final = (
 )  # fmt: skip
 
 
-_WAY_M: Final = 300
+_MAPEX_WAY_M: Final = 300
 """MapEx's 1,000 steps of three cells of 0.1 m."""
 _ROUND_20M: Final = LaserConfig(20.0, 360.0, 0.144)
 
@@ -181,8 +181,8 @@ MAP_TRACKS: Final = (
         "See as much of MapEx's floors as a way of 300 m allows, from its 24 starts.",
         SimulatorConfig(10.0, RobotConfig(0.1), _ROUND_20M, max_steps=6000),
         "exploration", {"success_coverage": 1.0},
-        measures.metre_budget_metrics((75, 150, _WAY_M)), measures.CoverageAtBudgets((75, 150, _WAY_M)),
-        (("metres", _WAY_M),),
+        measures.metre_budget_metrics((75, 150, _MAPEX_WAY_M)), measures.CoverageAtBudgets((75, 150, _MAPEX_WAY_M)),
+        (("metres", _MAPEX_WAY_M),),
     ),
     Track(
         "dare", "dare-v1",

@@ -35,7 +35,7 @@ PlannerActions = Literal["frontier", "waypoint", "neighbour"]
 Parts = dict[str, npt.NDArray[Any]]
 FEATURES = 5
 """Features of a frontier: metres ahead, to the left, of the path to it and of its length, and 1; all 0 for none."""
-_FAR_M = 100_000.0  # longer than any path that a robot takes on a grid of 1e8 cells
+_LONGER_THAN_ANY_WAY_M = 100_000.0  # longer than any path that a robot takes on a grid of 1e8 cells
 _OUTCOMES = np.array(OUTCOMES, object)
 
 
@@ -97,10 +97,10 @@ class PlannerSpec:
         """Return the spaces of the planner's parts of the observation."""
         found: dict[str, spaces.Space[Any]] = {}
         if self.choices:
-            found["frontiers"] = _features(self.choices, _FAR_M, _FAR_M)
+            found["frontiers"] = _features(self.choices, _LONGER_THAN_ANY_WAY_M, _LONGER_THAN_ANY_WAY_M)
         if self.has_graph:
             nodes, neighbours = self.planning.nodes, self.planning.neighbours
-            found["nodes"] = _features(nodes, _FAR_M, 1.0)
+            found["nodes"] = _features(nodes, _LONGER_THAN_ANY_WAY_M, 1.0)
             found["node_mask"] = spaces.MultiBinary(nodes)
             found["edges"] = spaces.Box(0, nodes - 1, (nodes, neighbours), np.int64)
             found["edge_mask"] = spaces.MultiBinary((nodes, neighbours))
@@ -194,8 +194,11 @@ class PlannerSpec:
 
 def _features(number: int, third: float, fourth: float) -> spaces.Box:
     """Return the space of the features of a number of places, with the upper limits of the third and the fourth."""
-    low = np.tile(np.array([-_FAR_M, -_FAR_M, 0, 0, 0], np.float32), (number, 1))
-    return spaces.Box(low, np.tile(np.array([_FAR_M, _FAR_M, third, fourth, 1], np.float32), (number, 1)))
+    low = np.tile(np.array([-_LONGER_THAN_ANY_WAY_M, -_LONGER_THAN_ANY_WAY_M, 0, 0, 0], np.float32), (number, 1))
+    return spaces.Box(
+        low,
+        np.tile(np.array([_LONGER_THAN_ANY_WAY_M, _LONGER_THAN_ANY_WAY_M, third, fourth, 1], np.float32), (number, 1)),
+    )
 
 
 def _features_of(

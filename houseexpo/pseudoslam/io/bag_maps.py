@@ -31,11 +31,11 @@ from houseexpo.pseudoslam.io.poses import Pose, compose_poses, wrap_angle
 SCAN_TYPE: Final = "sensor_msgs/msg/LaserScan"
 TF_TYPE: Final = "tf2_msgs/msg/TFMessage"
 HIT: Final = 0.25
-FARTHEST_M: Final = 100.0
+FARTHEST_BEAM_M: Final = 100.0
 """Beams count up to here, whatever their laser reaches."""
-_STEP: Final = 0.5
+_SAMPLE_STEP: Final = 0.5
 """Distance of the samples along a beam, cells."""
-_AT_ONCE: Final = 1 << 22
+_SAMPLES_AT_ONCE: Final = 1 << 22
 """Number of samples that are in memory at once."""
 
 Floats = npt.NDArray[np.float64]
@@ -156,7 +156,7 @@ def _choose_topic(topics: set[str], wanted: str | None, name: str) -> str:
 def _scan(message: Any) -> _Scan:
     ranges = np.asarray(message.ranges, np.float64)
     angles = message.angle_min + message.angle_increment * np.arange(len(ranges))
-    most_m = min(float(message.range_max), FARTHEST_M)
+    most_m = min(float(message.range_max), FARTHEST_BEAM_M)
     frame = str(message.header.frame_id).lstrip("/")
     return _Scan(_seconds(message.header.stamp), frame, angles, ranges, float(message.range_min), most_m)
 
@@ -245,10 +245,10 @@ def _cells(scan: _Scan, pose: Pose, cell_m: float, cols: int) -> Iterator[npt.ND
     cos, sin = np.cos(angles), np.sin(angles)
     ends_x, ends_y = pose[0] + lengths * cos, pose[1] + lengths * sin
     ends = np.floor(ends_y).astype(np.int64) * cols + np.floor(ends_x).astype(np.int64)
-    steps = np.arange(0.0, float(lengths.max(initial=0.0)), _STEP)
+    steps = np.arange(0.0, float(lengths.max(initial=0.0)), _SAMPLE_STEP)
     struck = np.unique(ends[hit])
     passed = [struck]
-    at_once = max(_AT_ONCE // max(len(steps), 1), 1)
+    at_once = max(_SAMPLES_AT_ONCE // max(len(steps), 1), 1)
     for first in range(0, len(lengths), at_once):
         some = slice(first, first + at_once)
         inside = steps[None] < lengths[some, None]

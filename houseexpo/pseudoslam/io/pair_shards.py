@@ -35,12 +35,12 @@ from houseexpo.pseudoslam.io.pairs import ROOM_LABELS, Pair, PairConfig, simulat
 from houseexpo.pseudoslam.worlds.cache import finish_world, load_static_world
 from houseexpo.pseudoslam.worlds.store import WorldStore
 
-VERSION: Final = 1
+SHARD_VERSION: Final = 1
 EPISODES: Final = 100
 """Number of episodes of a shard. It has ``PairConfig.each`` pairs per episode, except for the last shard and for houses
 in which the robot does not fit."""
 RECIPE, MANIFEST = "recipe.json", "manifest.json"
-_LEVEL: Final = 1
+_ZIP_LEVEL: Final = 1
 """Compression level; higher ones take three times as long for files that are a tenth smaller."""
 
 
@@ -115,7 +115,7 @@ def _recipe(plans: Dataset, config: PairConfig, wanted: int, seed: int) -> dict[
     digests = hashlib.sha256(b"".join(map(plans.digest, range(len(plans)))))
     made = {name: value for name, value in asdict(config).items() if name != "simulator"}
     return {
-        "version": VERSION,
+        "version": SHARD_VERSION,
         "plans": {"number": len(plans), "sha256": digests.hexdigest()},
         "seed": seed,
         "wanted": wanted,
@@ -246,10 +246,10 @@ def _read_entry(out: Path, shard: int, config: PairConfig) -> dict[str, Any] | N
 def _npz(arrays: dict[str, npt.NDArray[Any]], comment: dict[str, Any]) -> bytes:
     """Return arrays as ``numpy.load`` takes them, the same bytes each time; the comment is the archive's."""
     stream = io.BytesIO()
-    with zipfile.ZipFile(stream, "w", zipfile.ZIP_DEFLATED, compresslevel=_LEVEL) as archive:
+    with zipfile.ZipFile(stream, "w", zipfile.ZIP_DEFLATED, compresslevel=_ZIP_LEVEL) as archive:
         for name, array in arrays.items():
             member = io.BytesIO()
             np.lib.format.write_array(member, array, allow_pickle=False)
-            archive.writestr(zipfile.ZipInfo(f"{name}.npy"), member.getvalue(), zipfile.ZIP_DEFLATED, _LEVEL)
+            archive.writestr(zipfile.ZipInfo(f"{name}.npy"), member.getvalue(), zipfile.ZIP_DEFLATED, _ZIP_LEVEL)
         archive.comment = json.dumps(comment).encode()
     return stream.getvalue()

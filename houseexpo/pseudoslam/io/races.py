@@ -17,7 +17,7 @@ from houseexpo.pseudoslam.io.movies import write_movie
 from houseexpo.pseudoslam.render.canvas import Image
 from houseexpo.pseudoslam.render.picture import ROBOT_COLOUR, Shows, draw_episode, pad_picture
 
-_GAP_PX: Final = 8
+_PANEL_GAP_PX: Final = 8
 _CAPTION_PX: Final = 40
 _FONT, _LARGE, _SMALL = cv2.FONT_HERSHEY_SIMPLEX, 0.45, 0.38
 
@@ -113,7 +113,7 @@ def record_race(
 
 def _draw_frame(racers: Sequence[Racer], shows: Shows, most_px: tuple[int, int]) -> Image:
     """Draw all policies side by side, each below its name and progress."""
-    wide = (most_px[0] - _GAP_PX * (len(racers) - 1)) // len(racers)
+    wide = (most_px[0] - _PANEL_GAP_PX * (len(racers) - 1)) // len(racers)
     panels: list[Image] = []
     for racer in racers:
         env = unwrap_env(racer.env)
@@ -124,5 +124,5 @@ def _draw_frame(racers: Sequence[Racer], shows: Shows, most_px: tuple[int, int])
         head = np.full((_CAPTION_PX, wide, 3), 255, np.uint8)
         cv2.putText(head, racer.name, (4, 15), _FONT, _LARGE, ROBOT_COLOUR, 1, cv2.LINE_AA)
         cv2.putText(head, racer.caption(), (4, 32), _FONT, _SMALL, (60, 60, 60), 1, cv2.LINE_AA)
-        panels += [np.full((_CAPTION_PX + drawn.shape[0], _GAP_PX, 3), 255, np.uint8), np.vstack([head, panel])]
+        panels += [np.full((_CAPTION_PX + drawn.shape[0], _PANEL_GAP_PX, 3), 255, np.uint8), np.vstack([head, panel])]
     return np.hstack(panels[1:])

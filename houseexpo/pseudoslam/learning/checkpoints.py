@@ -38,7 +38,7 @@ DAMAGED: Final = (
 
 
 FORMAT: Final = 1
-KEPT: Final = 2
+KEPT_CHECKPOINTS: Final = 2
 FREE: Final = ("config.steps", "config.environment.dataset")
 """What may differ in a resumed run: it may be longer, and the data set may have moved."""
 _ABOUT, _STATE = "about.json", "state.pt"
@@ -70,7 +70,7 @@ def save_checkpoint(folder: Path, learner: Learner, run: dict[str, Any], updates
     folder.mkdir(parents=True, exist_ok=True)
     file = folder / f"{learner.num_timesteps:012d}.zip"
     write_atomically(file, packed.getvalue(), durable=True)  # R1
-    for old in list_checkpoints(folder)[:-KEPT]:  # R4
+    for old in list_checkpoints(folder)[:-KEPT_CHECKPOINTS]:  # R4
         old.unlink()
     return file
 

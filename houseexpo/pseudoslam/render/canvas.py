@@ -15,7 +15,7 @@ Image: TypeAlias = npt.NDArray[np.uint8]
 Points: TypeAlias = npt.NDArray[np.float64]
 Colour: TypeAlias = tuple[int, int, int]
 
-_BITS = 4  # fractional bits of OpenCV's fixed-point coordinates
+_FRACTION_BITS = 4  # fractional bits of OpenCV's fixed-point coordinates
 
 
 def scale_for(shape: tuple[int, ...], most_px: tuple[int, int]) -> float:
@@ -57,22 +57,28 @@ class Canvas:
     def blob(self, corners: Points, radius: float, colour: Colour) -> None:
         """Fill a polygon (n, 2) that is enlarged by a radius; with one corner, a disc."""
         if len(corners) > 1:
-            cv2.fillPoly(self.image, [self._fixed_point(corners)], colour, cv2.LINE_AA, _BITS)
+            cv2.fillPoly(self.image, [self._fixed_point(corners)], colour, cv2.LINE_AA, _FRACTION_BITS)
             self.line(np.vstack([corners, corners[:1]]), 2 * radius, colour)
         for x, y in self._fixed_point(corners).tolist():
             cv2.circle(
-                self.image, (x, y), round(radius * self.scale * 2**_BITS), colour, cv2.FILLED, cv2.LINE_AA, _BITS
+                self.image,
+                (x, y),
+                round(radius * self.scale * 2**_FRACTION_BITS),
+                colour,
+                cv2.FILLED,
+                cv2.LINE_AA,
+                _FRACTION_BITS,
             )
 
     def line(self, points: Points, width: float, colour: Colour) -> None:
         """Draw a line through points (n, 2), at least one pixel wide."""
         thick = max(round(width * self.scale), 1)
-        cv2.polylines(self.image, [self._fixed_point(points)], False, colour, thick, cv2.LINE_AA, _BITS)
+        cv2.polylines(self.image, [self._fixed_point(points)], False, colour, thick, cv2.LINE_AA, _FRACTION_BITS)
 
     def tint(self, corners: Points, colour: Colour, share: float, where: npt.NDArray[np.bool_]) -> None:
         """Blend a share of a colour into a polygon (n, 2), for the pixels in the mask ``where`` (rows, cols)."""
         mask = np.zeros(self.image.shape[:2], np.uint8)
-        cv2.fillPoly(mask, [self._fixed_point(corners)], 255, cv2.LINE_AA, _BITS)
+        cv2.fillPoly(mask, [self._fixed_point(corners)], 255, cv2.LINE_AA, _FRACTION_BITS)
         mask[~where] = 0
         left, top, width, height = cv2.boundingRect(mask)
         part = self.image[top : top + height, left : left + width]
@@ -81,5 +87,5 @@ class Canvas:
 
     def _fixed_point(self, points: Points) -> npt.NDArray[np.int32]:
         """Return points in OpenCV's coordinates, in which the centre of a pixel is a whole number."""
-        places: npt.NDArray[np.int32] = np.rint((points * self.scale - 0.5) * 2**_BITS).astype(np.int32)
+        places: npt.NDArray[np.int32] = np.rint((points * self.scale - 0.5) * 2**_FRACTION_BITS).astype(np.int32)
         return places

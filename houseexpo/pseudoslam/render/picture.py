@@ -42,7 +42,7 @@ _COLOURS = np.array(
 _UNKNOWN, _FREE, _HIDDEN, _HIDDEN_THING, _WALL, _MASS, _THING = range(7)
 _PRIORITY = np.array([0, 2, 1, 3, 5, 4, 6], np.uint8)  # the cell that a pixel for several cells shows
 _SKIN = np.ones((3, 3), np.uint8)
-_GAP_PX = 12
+_VIEW_GAP_PX = 12
 
 
 def draw_episode(
@@ -99,12 +99,12 @@ def draw_world_and_map(
 ) -> Image:
     """Draw the world and, to its right (or below it, if that makes them larger), the map, like ``draw_episode``."""
     wide, high = most_px
-    sizes = (wide, (high - _GAP_PX) // 2), ((wide - _GAP_PX) // 2, high)
+    sizes = (wide, (high - _VIEW_GAP_PX) // 2), ((wide - _VIEW_GAP_PX) // 2, high)
     below, right = (scale_for(state.known.shape, size) for size in sizes)
     axis = 0 if below > right else 1
     truth = draw_episode(simulator, state, trail, most_px=sizes[axis], shows="truth")
     known = draw_episode(simulator, state, trail, most_px=sizes[axis], shows="map")
-    strip = np.full((len(truth), _GAP_PX, 3) if axis else (_GAP_PX, truth.shape[1], 3), 255, np.uint8)
+    strip = np.full((len(truth), _VIEW_GAP_PX, 3) if axis else (_VIEW_GAP_PX, truth.shape[1], 3), 255, np.uint8)
     return np.concatenate([truth, strip, known], axis=axis)
 
 

@@ -14,7 +14,7 @@ from houseexpo.pseudoslam.render.canvas import Points
 from houseexpo.pseudoslam.simulator import Simulator
 from houseexpo.pseudoslam.state import State
 
-BEAMS: Final = 721
+SECTOR_BEAMS: Final = 721
 """Number of corners of the edge of a drawn sector."""
 
 
@@ -60,7 +60,7 @@ def measure_sight(simulator: Simulator, state: State, beams: int) -> Sight:
     return Sight(ranges, np.array(found).reshape(-1, 6))
 
 
-def beam_ends(simulator: Simulator, state: State, beams: int = BEAMS) -> Points:
+def beam_ends(simulator: Simulator, state: State, beams: int = SECTOR_BEAMS) -> Points:
     """Return the ends of the beams (n, 2) in pixels, from right to left."""
     laser = simulator.config.laser
     half = math.radians(laser.fov_deg) / 2

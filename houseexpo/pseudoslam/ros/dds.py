@@ -41,7 +41,7 @@ _DOMAIN_MOST: Final = 232
 """The largest domain whose ports fit below 65,536 (DDSI-RTPS 2.5, 9.6.1.1)."""
 _BLOCKED_NS: Final = 100_000_000
 """How long a reliable writer waits for a slow reader."""
-_LOOK_S: Final = 1.0
+_NEIGHBOURS_LOOK_S: Final = 1.0
 _MEET_S: Final = 0.5
 _WAITING: Final = 100
 """Messages of a subscription that are kept until they are taken."""
@@ -145,7 +145,7 @@ class Network:
 
     def look(self) -> None:
         """Warn of others on the same topics, and of other types on them; once a second, and each thing once."""
-        if time.monotonic() - self._looked_s < _LOOK_S:
+        if time.monotonic() - self._looked_s < _NEIGHBOURS_LOOK_S:
             return
         self._looked_s = time.monotonic()
         for text in self._neighbours.news({topic: kind for topic, (kind, _) in self._writers.items()}, self._heard):

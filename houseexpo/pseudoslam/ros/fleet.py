@@ -38,7 +38,7 @@ Floats = npt.NDArray[np.float64]
 
 _TOUCH_M: Final = 1e-6
 """Distance that discs keep, so that rounding does not make them overlap."""
-_CHUNK: Final = 2_000_000
+_BEAM_WALL_PAIRS: Final = 2_000_000
 """Pairs of a beam and a wall that are intersected at a time: 16 MB for each array."""
 
 
@@ -390,7 +390,7 @@ def _to_segments(walls: Floats, at: tuple[float, float], cos: Floats, sin: Float
     near = (np.minimum(start, end) <= most_m).all(axis=1) & (np.maximum(start, end) >= -most_m).all(axis=1)
     start, along = start[near], (end - start)[near]
     found = np.full(len(cos), np.inf)
-    each = max(_CHUNK // max(len(start), 1), 1)
+    each = max(_BEAM_WALL_PAIRS // max(len(start), 1), 1)
     for first in range(0, len(cos), each):
         right, up = cos[first : first + each, None], sin[first : first + each, None]
         across = right * along[:, 1] - up * along[:, 0]

@@ -36,13 +36,13 @@ from houseexpo.pseudoslam.ros.threads import describe_error, start_lasting_threa
 _CYCLONE: Final = b"\x01\x10"
 """Vendor of Eclipse CycloneDDS."""
 _GROUP: Final = "239.255.0.1"
-_NEIGHBOURS: Final = 60
+_PARTICIPANTS: Final = 60
 """Participants of this machine that are told of us without multicast, as in CycloneDDS's settings, see ``dds``."""
 _ANNOUNCE_S, _HEARTBEAT_S, _POLL_S = 1.0, 0.1, 0.05
 _LEASE_S: Final = 20
 _UNANSWERED_MOST: Final = 50
 """Heartbeats without an answer after which a reader is left alone."""
-_KEPT: Final = 100
+_ANSWERS_KEPT: Final = 100
 """Answers that are kept for readers that miss them."""
 _PEERS_MOST, _LINKS_MOST, _WAITING_MOST = 256, 1000, 100
 _WAIT_S: Final = 5.0
@@ -118,7 +118,7 @@ class ServiceServer:
         self._socket.settimeout(_POLL_S)
         self._address = "127.0.0.1" if local else _own_address(), int(self._socket.getsockname()[1])
         first = 7400 + 250 * domain  # the ports of DDSI-RTPS 2.5, 9.6.1.1
-        self._announced_to = [("127.0.0.1", first + 10 + 2 * k) for k in range(_NEIGHBOURS)]
+        self._announced_to = [("127.0.0.1", first + 10 + 2 * k) for k in range(_PARTICIPANTS)]
         if not local:
             self._announced_to.append((_GROUP, first))
         self._lock = threading.RLock()
@@ -451,7 +451,7 @@ class _Writer:
         """Write a sample."""
         self._last += 1
         self._samples[self._last] = _Sample(payload, inline or [], to)
-        self._samples.pop(self._last - _KEPT, None)
+        self._samples.pop(self._last - _ANSWERS_KEPT, None)
         found = []
         for guid, link in self.readers.items():
             link.unanswered = 0

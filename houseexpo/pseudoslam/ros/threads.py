@@ -7,7 +7,7 @@ from collections.abc import Callable
 from typing import Final
 
 _AGAIN_S: Final = 1.0
-_LONGEST: Final = 200  # characters of an error's text
+_ERROR_LETTERS: Final = 200  # characters of an error's text
 
 
 def start_lasting_thread(
@@ -41,4 +41,4 @@ def start_lasting_thread(
 
 def describe_error(error: Exception) -> str:
     """Return the kind and the text of an error in one short line."""
-    return f"{type(error).__name__}: {error}"[:_LONGEST]
+    return f"{type(error).__name__}: {error}"[:_ERROR_LETTERS]

@@ -35,7 +35,7 @@ Grid = npt.NDArray[np.uint8]
 _FORWARD, _LEFT, _RIGHT = range(3)
 _AIM_STEPS: Final = 5
 """Steps after which a robot plans its way again, since its map changes."""
-_PATIENCE: Final = 60
+_PATIENCE_STEPS: Final = 60
 """Steps after which a robot gives up a place that it does not reach."""
 _LAST: Final = 1e6
 """What is added to the actions to a place that should come after all others."""
@@ -181,8 +181,8 @@ class Patrolling(Baseline):
         col, row = state.pose_px[:2].astype(int).tolist()
         here = int(labels[row, col]) - 1
         self._ages[robot] += 1
-        if self._targets[robot] in {-1, here} or self._ages[robot] > _PATIENCE:
-            self._choose(robot, here, late=self._ages[robot] > _PATIENCE)
+        if self._targets[robot] in {-1, here} or self._ages[robot] > _PATIENCE_STEPS:
+            self._choose(robot, here, late=self._ages[robot] > _PATIENCE_STEPS)
         action = self._legs[robot].to(state, *self._middles[self._targets[robot]])
         if action is None:
             self._choose(robot, here, late=True)
@@ -218,9 +218,9 @@ class Covering(Baseline):
         self._ages[robot] += 1
         for _ in range(_TRIED):
             goal = self._goals[robot]
-            if goal is not None and self._ages[robot] > _PATIENCE:
+            if goal is not None and self._ages[robot] > _PATIENCE_STEPS:
                 self._tried[robot] = [*self._tried[robot], goal][-_TRIED:]
-            if goal is None or self._ages[robot] > _PATIENCE or not self._near(goal).any():
+            if goal is None or self._ages[robot] > _PATIENCE_STEPS or not self._near(goal).any():
                 goal = self._choose(env, robot)
             if goal is None:
                 return None

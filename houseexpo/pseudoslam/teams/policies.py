@@ -28,7 +28,7 @@ from houseexpo.words import suggest_name
 Grid = npt.NDArray[np.uint8]
 Floats = npt.NDArray[np.float64]
 
-_MOST: Final = 24
+_MOST_SHARED: Final = 24
 """The number of frontiers that are shared out: those that ``find_frontiers`` ranks first."""
 _BEAMS: Final = 90
 
@@ -44,7 +44,7 @@ class TeamExplorer(Explorer):
 
     def choose(self, known: Grid, frontiers: Rows, info: Knowledge) -> int:
         """Return the frontier that ``share`` gives this robot."""
-        first = frontiers[:_MOST]
+        first = frontiers[:_MOST_SHARED]
         rows, cols = np.divmod(first["goal"], known.shape[1])
         places = np.column_stack([cols + 0.5, rows + 0.5])
         chosen = self.share(known, first, places, info)

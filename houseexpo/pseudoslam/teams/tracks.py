@@ -26,7 +26,7 @@ from houseexpo.pseudoslam.worlds.maps import Plans
 from houseexpo.pseudoslam.worlds.world import World
 from houseexpo.words import suggest_name
 
-ENOUGH: Final = 0.99
+SEEN_ENOUGH: Final = 0.99
 """The share of what can be seen at which an episode of a track ends."""
 _SPARE_M: Final = 0.1
 """Distance between the rims of robots that start together."""
@@ -90,7 +90,7 @@ def run_team(
         Called with each plan's id when it is done.
     """
     kind = find_policy_class(policy)
-    spec = make_env_spec(Exploration(ENOUGH), dataset, track.config, "discrete", "map")
+    spec = make_env_spec(Exploration(SEEN_ENOUGH), dataset, track.config, "discrete", "map")
     rows: list[dict[str, Any]] = []
     without: list[str] = []
     for plan_id in plan_ids:
@@ -112,7 +112,7 @@ def run_episode(team: Team, policy: TeamPolicy) -> None:
     """Let a policy act until an episode of a track ends, see ``TeamTrack``."""
     config, still = team.spec.config, np.zeros(2)
     table = np.array([action_motions(config)[action] for action in ACTIONS]) * (1.0, config.pixels_per_metre)
-    while team.measures.steps < config.max_steps and team.coverage < ENOUGH:
+    while team.measures.steps < config.max_steps and team.coverage < SEEN_ENOUGH:
         actions = policy(team)
         if all(action is None for action in actions):
             break

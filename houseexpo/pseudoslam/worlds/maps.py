@@ -36,10 +36,10 @@ from houseexpo.grids.robot_map import (
     read_map,
 )
 from houseexpo.pseudoslam.config.checks import check_number, check_one_of
-from houseexpo.pseudoslam.worlds.world import MAX_CELLS
+from houseexpo.pseudoslam.worlds.world import MAX_WORLD_CELLS
 
 Unknown = Literal["occupied", "free"]
-_SAME: Final = 1e-9
+_SAME_RESOLUTION: Final = 1e-9
 """Relative difference up to which two resolutions are the same."""
 _PLAN_FILES: Final = ("*.json", "*.jsonl", "*.jsonl.gz", "*.parquet", "*/*.json", "*/*.parquet")
 
@@ -88,16 +88,16 @@ class MapHouse:
         Raises
         ------
         ConfigError
-            There would be more than ``MAX_CELLS`` cells.
+            There would be more than ``MAX_WORLD_CELLS`` cells.
         """
         scale = pixels_per_metre / self.pixels_per_metre
-        if abs(scale - 1.0) <= _SAME:
+        if abs(scale - 1.0) <= _SAME_RESOLUTION:
             return self
         rows, cols = (math.ceil(length * scale - 1e-6) for length in self.occupied.shape)
-        if rows * cols > MAX_CELLS:
+        if rows * cols > MAX_WORLD_CELLS:
             raise ConfigError(
                 f"pixels_per_metre: {pixels_per_metre:g} makes {rows * cols:.2g} cells of map {self.id!r}, "
-                f"at most {MAX_CELLS:.0e} are possible; use a coarser grid"
+                f"at most {MAX_WORLD_CELLS:.0e} are possible; use a coarser grid"
             )
         cells = _pool_rows(_pool_rows(self.occupied, rows, scale).T, cols, scale).T
         x_m, y_m = self.frame.origin_m
@@ -261,7 +261,7 @@ def common_resolution(houses: Sequence[House]) -> float | None:
     if not isinstance(first, MapHouse):
         return None
     for house in houses:
-        if isinstance(house, MapHouse) and abs(house.pixels_per_metre / first.pixels_per_metre - 1) > _SAME:
+        if isinstance(house, MapHouse) and abs(house.pixels_per_metre / first.pixels_per_metre - 1) > _SAME_RESOLUTION:
             raise ConfigError(
                 f"dataset: maps of {first.pixels_per_metre:g} ({first.id}) and {house.pixels_per_metre:g} "
                 f"({house.id}) cells per metre; give a configuration, to whose pixels_per_metre they are resampled"
@@ -277,7 +277,7 @@ def _map_files(folder: Path) -> list[Path]:
 def _per_metre(side_m: float) -> float:
     """Return the cells per metre of a side in metres, whole if it is so but for rounding."""
     found = 1.0 / side_m
-    return float(round(found)) if abs(found - round(found)) <= _SAME * found else found
+    return float(round(found)) if abs(found - round(found)) <= _SAME_RESOLUTION * found else found
 
 
 def _house(

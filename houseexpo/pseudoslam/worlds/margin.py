@@ -11,7 +11,8 @@ R2  Odometry turns the house about its middle and shifts it. With a heading erro
     not with the length of the path. The margin has ``DRIFT_SIGMA`` of it after ``max_steps`` steps, with the robot in
     the house's corner and each step a full turn and a full way, and the sum of the systematic errors.
 R3  A map that has drifted by the house's own diagonal is no map of it: the margin ends there, and where the grid would
-    have more than ``MAX_CELLS`` cells. Cells beyond it are counted (``COUNTS.lost``), and ``info`` has ``lost_m2``.
+    have more than ``MAX_WORLD_CELLS`` cells. Cells beyond it are counted (``COUNTS.lost``), and ``info`` has
+    ``lost_m2``.
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ import numpy as np
 
 from houseexpo.grids.frame import GridFrame
 from houseexpo.pseudoslam.config import Ackermann, NoiseConfig, Odometry, SimulatorConfig, Velocity, Wheels
-from houseexpo.pseudoslam.worlds.world import MAX_CELLS, World
+from houseexpo.pseudoslam.worlds.world import MAX_WORLD_CELLS, World
 
 MOST_SIGMA: Final = math.sqrt(66.0 * math.log(2.0))
 """The largest draw of a normal distribution: 6.76; a uniform one is at least 2 ** -33 (``kernels.hashing``)."""
@@ -43,7 +44,8 @@ def margin_px(config: SimulatorConfig, rows: int, cols: int) -> int:
     if noise.odometry:
         needed_m += min(_drift_m(config, rows / ppm, cols / ppm), math.hypot(rows, cols) / ppm)
     needed = math.ceil(needed_m * ppm) + 1  # a cell's centre falls into the next cell
-    across = (math.sqrt((rows - cols) ** 2 + 4.0 * MAX_CELLS) - rows - cols) / 4.0  # (rows + 2a)(cols + 2a) = MAX_CELLS
+    # (rows + 2a)(cols + 2a) = MAX_WORLD_CELLS
+    across = (math.sqrt((rows - cols) ** 2 + 4.0 * MAX_WORLD_CELLS) - rows - cols) / 4.0
     return max(min(needed, math.floor(across)), 0)
 
 

@@ -18,7 +18,7 @@ from houseexpo.pseudoslam.config import SimulatorConfig
 from houseexpo.pseudoslam.worlds.cache import load_static_world
 from houseexpo.pseudoslam.worlds.store import WorldStore, encode_world, store_folder
 
-_CHUNK: Final = 16
+_WORLDS_PER_CHUNK: Final = 16
 _BATCH: Final = 4096
 """Number of worlds that are written together, which an interrupted run may lose."""
 Job = tuple[bytes, bytes]
@@ -82,11 +82,11 @@ def _make_records(
 ) -> Iterator[tuple[bytes, bytes | str]]:
     """Yield the bytes of worlds, or the error, with the plan's hash."""
     work = partial(_make_record, config)
-    if workers <= 1 or number <= _CHUNK:
+    if workers <= 1 or number <= _WORLDS_PER_CHUNK:
         yield from map(work, jobs)
         return
     yield work(next(jobs))  # so that kernels are compiled only once
-    yield from map_in_processes(work, jobs, workers, _CHUNK)
+    yield from map_in_processes(work, jobs, workers, _WORLDS_PER_CHUNK)
 
 
 def _make_record(config: SimulatorConfig, job: Job) -> tuple[bytes, bytes | str]:

@@ -38,7 +38,7 @@ from houseexpo.errors import ConfigError
 from houseexpo.files import cache_folder, write_atomically
 from houseexpo.grids.frame import GridFrame
 from houseexpo.pseudoslam.config import SimulatorConfig
-from houseexpo.pseudoslam.worlds.world import MAX_CELLS, World
+from houseexpo.pseudoslam.worlds.world import MAX_WORLD_CELLS, World
 
 WORLDS: Final = 1
 """The version of worlds; change it when any raster of a house or this layout changes."""
@@ -70,7 +70,7 @@ def decode_world(data: bytes | memoryview, pixels_per_metre: float) -> World:
     try:
         rows, cols, x, y, observable, length = _RECORD_HEAD.unpack_from(data)
         cells = rows * cols
-        if not 0 < cells <= MAX_CELLS:
+        if not 0 < cells <= MAX_WORLD_CELLS:
             raise RecordError(f"a grid of {rows} x {cols} cells")
         begin = _RECORD_HEAD.size + length
         name = bytes(data[_RECORD_HEAD.size : begin]).decode()
@@ -166,7 +166,7 @@ class Shard:
 _SUFFIX: Final = ".worlds"
 _PENDING: Final = 1024
 """Number of records that are collected in memory before they are written, about 2 MB."""
-_WAIT_S: Final = 60.0
+_WRITE_WAIT_S: Final = 60.0
 _FILES: Final = 64
 _log = logging.getLogger(__name__)
 
@@ -218,7 +218,7 @@ class WorldStore:
     def put(self, key: bytes, record: bytes) -> None:
         """Add a missing world (``encode_world``), which is written later together with others."""
         self._pending[key] = record
-        if len(self._pending) >= _PENDING or time.monotonic() - self._written > _WAIT_S:
+        if len(self._pending) >= _PENDING or time.monotonic() - self._written > _WRITE_WAIT_S:
             try:
                 self.flush()
             except OSError as error:  # R3

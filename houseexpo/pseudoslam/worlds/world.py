@@ -27,7 +27,7 @@ from houseexpo.pseudoslam.kernels.sensing.visibility import (
 from houseexpo.pseudoslam.kernels.tolerances import FREE_HALF_PX, GOAL_LINE_M
 from houseexpo.pseudoslam.kernels.types import Offsets
 
-MAX_CELLS = 100_000_000
+MAX_WORLD_CELLS = 100_000_000
 """Largest number of cells of a grid; making a world takes about 30 bytes per cell."""
 _NO_OFFSETS = np.empty((0, 2), np.int16)
 
@@ -125,17 +125,17 @@ def make_world(plan: FloorPlan, pixels_per_metre: float, robot_radius_m: float, 
     Raises
     ------
     ConfigError
-        The grid would have more than ``MAX_CELLS`` cells, the plan would be smaller than a few of them, or the robot
-        does not fit anywhere.
+        The grid would have more than ``MAX_WORLD_CELLS`` cells, the plan would be smaller than a few of them, or the
+        robot does not fit anywhere.
     PlanError
         The plan has no free cell.
     """
     x1, y1, x2, y2 = plan.bbox
     cells = (x2 - x1) * (y2 - y1) * pixels_per_metre**2
-    if cells > MAX_CELLS:
+    if cells > MAX_WORLD_CELLS:
         raise ConfigError(
             f"pixels_per_metre: {pixels_per_metre:g} makes {cells:.2g} cells of plan {plan.id!r} "
-            f"({x2 - x1:.0f} x {y2 - y1:.0f} m), at most {MAX_CELLS:.0e} are possible; use a coarser grid"
+            f"({x2 - x1:.0f} x {y2 - y1:.0f} m), at most {MAX_WORLD_CELLS:.0e} are possible; use a coarser grid"
         )
     check_not_too_coarse(plan.bbox, pixels_per_metre, plan.id)
     free, frame = free_mask(plan, pixels_per_metre, y_up=True)

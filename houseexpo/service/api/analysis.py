@@ -55,12 +55,12 @@ def routes(service: Service) -> list[BaseRoute]:
         return await respond(request, lambda plan: rooms_and_doors(plan.divided))
 
     async def reach(request: Request) -> Response:
-        radius = round(_metres(request.query_params, "radius", 0.2, WIDEST_M), 2)
+        radius = round(_metres(request.query_params, "radius", 0.2, LARGEST_ROBOT_M), 2)
         return await respond(request, lambda plan: reach_values(plan, radius))
 
     async def way(request: Request) -> Response:
         given = request.query_params
-        radius = _metres(given, "radius", 0.2, WIDEST_M)
+        radius = _metres(given, "radius", 0.2, LARGEST_ROBOT_M)
         ends = _point(given, "from"), _point(given, "to")
         return await respond(request, lambda plan: way_values(plan, *ends, radius))
 
@@ -108,10 +108,10 @@ def _point(given: Mapping[str, str], name: str) -> tuple[float, float]:
     return x, y
 
 
-WIDEST_M: Final = 2.0
+LARGEST_ROBOT_M: Final = 2.0
 """The largest robot, its radius in metres."""
 
-_WALL_M: Final = 0.12
+_DRAWN_WALL_M: Final = 0.12
 """Thickness of the walls that are drawn, metres."""
 _FIELD_PX: Final = 480
 """Longer side of the picture of clearance."""
@@ -128,7 +128,7 @@ def shape_values(plan: FloorPlan) -> dict[str, Any]:
         "id": plan.id,
         "bounds": [x1, y1, x2, y2],
         "space": _rings(plan.free_space),
-        "walls": [ring for wall in walls_around(straighten_walls(plan.floor), _WALL_M) for ring in _rings(wall)],
+        "walls": [ring for wall in walls_around(straighten_walls(plan.floor), _DRAWN_WALL_M) for ring in _rings(wall)],
         "boxes": [
             {"label": label, "colour": label_colour(label), "box": list(box)}
             for label, found in plan.room_category.items()
@@ -277,7 +277,7 @@ def _points(rings: Iterable[Any]) -> list[list[list[float]]]:
 
 
 _CANDIDATES: Final = 120
-_COMPARED: Final = 24
+_PLANS_COMPARED: Final = 24
 """R1, R2: how many plans are fingerprinted, and how many of them are compared."""
 _SHOWN: Final = 8
 """How many of these are returned."""
@@ -319,7 +319,7 @@ def most_similar_plans(now: OpenedDataset, plan_id: str) -> list[dict[str, Any]]
     bounds = difference_lower_bound(mask_fingerprint(fine), prints) / np.maximum(prints[:, 0], int(fine.sum()))
     mask = comparison_mask(plan, _PIXELS_PER_METRE)
     found: list[tuple[float, str, str]] = []
-    for other in np.argsort(bounds, kind="stable")[:_COMPARED].tolist():
+    for other in np.argsort(bounds, kind="stable")[:_PLANS_COMPARED].tolist():
         limit = sorted(each[0] for each in found)[_SHOWN - 1] if len(found) >= _SHOWN else _MAX_DIFFERENCE
         if bounds[other] > limit:
             break

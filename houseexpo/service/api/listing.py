@@ -36,7 +36,7 @@ COLUMNS: Final = (*NAMES, *GROUPS, "labels", "tags")
 
 _LIMIT: Final = 60
 """The number of plans on a page if the address names none."""
-_FARTHEST: Final = 10**8
+_LARGEST_OFFSET: Final = 10**8
 """The largest offset."""
 _SHOWN: Final = ("rooms", "source_rooms", "area", "doors", "holes", "quality", "narrowest", "reach")
 
@@ -53,7 +53,7 @@ def routes(service: Service) -> list[BaseRoute]:
     def plans(request: Request) -> Response:
         query = parse_query(request.query_params, PAGING)
         columns = _columns(request.query_params.get("columns", ""))
-        offset = parse_whole_number(request.query_params, "offset", 0, _FARTHEST)
+        offset = parse_whole_number(request.query_params, "offset", 0, _LARGEST_OFFSET)
         limit = parse_whole_number(request.query_params, "limit", _LIMIT, MAX_LIMIT, least=1)
         now, found = service.collection(request).find(query)
         rows = found.rows[offset : offset + limit]

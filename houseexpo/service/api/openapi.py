@@ -17,7 +17,7 @@ from starlette.types import Receive, Scope, Send
 from houseexpo import __version__
 from houseexpo.errors import ConfigError
 from houseexpo.exports import FORMATS
-from houseexpo.service.api.analysis import WIDEST_M
+from houseexpo.service.api.analysis import LARGEST_ROBOT_M
 from houseexpo.service.api.listing import MAX_LIMIT
 from houseexpo.service.api.tags import SavedView, Tagging
 from houseexpo.service.responses import json_response
@@ -177,7 +177,7 @@ def _in_path(path: str) -> list[dict[str, Any]]:
 
 def _in_query(call: ApiCall, name: str) -> dict[str, Any]:
     metres = name == "radius" and call.path.endswith(("/reach", "/way"))
-    schema = {"type": "number", "minimum": 0.01, "maximum": WIDEST_M} if metres else _schema(name)
+    schema = {"type": "number", "minimum": 0.01, "maximum": LARGEST_ROBOT_M} if metres else _schema(name)
     words = "A number or a range: 3, 3..6, ..6, 3.." if name in _RANGES and not metres else ""
     required = name in {"from", "to", "id"}
     return {"name": name, "in": "query", "required": required, "schema": schema, "description": words}

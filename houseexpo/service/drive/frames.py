@@ -28,8 +28,8 @@ SAVED: Final = 2
 COLLIDED: Final = 1
 ENDED: Final = 2
 SUCCESS: Final = 4
-LONGEST: Final = (1 << 14) - 1
-FINE: Final = 32
+LONGEST_RUN: Final = (1 << 14) - 1
+STEPS_PER_CELL: Final = 32
 
 _CODES: Final = np.zeros(256, np.uint16)
 _CODES[[FREE, OBSTACLE]] = 1 << 14, 2 << 14
@@ -83,11 +83,11 @@ def encode_runs(cells: Grid) -> npt.NDArray[np.uint16]:
     codes = _CODES[cells.ravel()]
     starts = np.concatenate([[0], np.flatnonzero(codes[1:] != codes[:-1]) + 1])
     lengths = np.diff(starts, append=len(codes))
-    pieces = -(-lengths // LONGEST)
+    pieces = -(-lengths // LONGEST_RUN)
     values = codes[starts].repeat(pieces)
-    full = np.full(len(values), LONGEST)
+    full = np.full(len(values), LONGEST_RUN)
     ends = np.cumsum(pieces) - 1
-    full[ends] = lengths - (pieces - 1) * LONGEST
+    full[ends] = lengths - (pieces - 1) * LONGEST_RUN
     runs: npt.NDArray[np.uint16] = values | full.astype(np.uint16)
     return runs
 
@@ -98,5 +98,5 @@ def encode_frame(report: RobotReport, delta: MapDelta, sight: Sight) -> bytes:
         KIND, report.flags, min(report.bumps, 65535), report.number, report.steps, *report.pose_px, report.explored_m2,
         report.coverage, report.path_m, *delta[:4], len(sight.bodies), len(sight.ranges),
     )  # fmt: skip
-    beams = np.minimum(sight.ranges * FINE, 65535).astype("<u2")
+    beams = np.minimum(sight.ranges * STEPS_PER_CELL, 65535).astype("<u2")
     return b"".join([head, sight.bodies.astype("<f4").tobytes(), beams.tobytes(), delta.runs.astype("<u2").tobytes()])

@@ -18,7 +18,7 @@ YOU: Final = "you"
 FRAMES_PER_S: Final = 30
 MOST_STEPS_PER_S: Final = 120
 """Steps per second of an explorer or a replay: four per frame."""
-LONGEST_TEXT: Final = 61_000
+LONGEST_MESSAGE: Final = 61_000
 """Characters of a message; only that of a replay is long."""
 MAX_STEPS: Final = 50_000
 """Steps of an episode in the browser: half an hour without a pause."""
@@ -73,7 +73,7 @@ class StartDrive(
 class ReplayDrive(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag="replay", tag_field="do"):
     """Place a robot and replay a recording (``recordings.Recording.as_text``)."""
 
-    recording: Annotated[str, Meta(max_length=LONGEST_TEXT)]
+    recording: Annotated[str, Meta(max_length=LONGEST_MESSAGE)]
 
 
 class MoveRobot(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag="move", tag_field="do"):
@@ -108,8 +108,8 @@ Message: TypeAlias = StartDrive | ReplayDrive | MoveRobot | SetPace | FrameDrawn
 
 def decode_message(text: str) -> Message:
     """Decode a message; raise ConfigError if it is not one."""
-    if len(text) > LONGEST_TEXT:
-        raise ConfigError(f"message: expected at most {LONGEST_TEXT} characters, found {len(text)}")
+    if len(text) > LONGEST_MESSAGE:
+        raise ConfigError(f"message: expected at most {LONGEST_MESSAGE} characters, found {len(text)}")
     try:
         found: Message = msgspec.json.decode(text, type=Message)
     except msgspec.DecodeError as error:

@@ -25,9 +25,9 @@ from houseexpo.floorplan import FloorPlan
 from houseexpo.pseudoslam.simulator import ACTIONS
 from houseexpo.service.drive.messages import MAX_STEPS, YOU, StartDrive
 
-LONGEST: Final = 60_000
+LONGEST_RECORDING: Final = 60_000
 """Characters of a recording: the size of a message of a socket."""
-FULL: Final = 127
+FULL_SPEED: Final = 127
 """The full speed in runs."""
 
 _RUN: Final = np.dtype([("one", "i1"), ("two", "i1"), ("times", "<u2")])
@@ -89,7 +89,7 @@ class Recording(msgspec.Struct, frozen=True, array_like=True):
         """Return the recording as text for a link, "" if it is too long for one."""
         packed = zlib.compress(msgspec.msgpack.encode(self), 9)
         text = base64.urlsafe_b64encode(packed).decode().rstrip("=")
-        return text if len(text) <= LONGEST else ""
+        return text if len(text) <= LONGEST_RECORDING else ""
 
 
 class Recorder:
@@ -144,6 +144,6 @@ def _check_runs(found: Recording) -> None:
     if found.start.driver != YOU:
         known = (runs["one"] >= 0) & (runs["one"] < len(ACTIONS)) & (runs["two"] == 0)
     else:
-        known = (runs["one"] >= -FULL) & (runs["two"] >= -FULL)
+        known = (runs["one"] >= -FULL_SPEED) & (runs["two"] >= -FULL_SPEED)
     if not known.all():
         raise ConfigError("recording: it contains unknown actions; copy the whole link")

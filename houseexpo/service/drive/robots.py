@@ -26,7 +26,7 @@ from houseexpo.pseudoslam.render.sight import measure_sight
 from houseexpo.pseudoslam.simulator import ACTIONS
 from houseexpo.service.drive.frames import COLLIDED, ENDED, SUCCESS, RobotReport, SentMap, encode_frame
 from houseexpo.service.drive.messages import YOU, StartDrive
-from houseexpo.service.drive.recordings import FULL, DriveEnd, Recorder, Recording, hash_geometry
+from houseexpo.service.drive.recordings import FULL_SPEED, DriveEnd, Recorder, Recording, hash_geometry
 
 BEAMS: Final = 181
 """Beams of the laser that the browser draws."""
@@ -147,7 +147,7 @@ class DrivenRobot:
         """
         if self.ended or (not linear and not angular and not self._start.people):
             return False
-        self._act((round(linear * FULL), round(angular * FULL)))
+        self._act((round(linear * FULL_SPEED), round(angular * FULL_SPEED)))
         return True
 
     def advance(self) -> bool:
@@ -199,7 +199,7 @@ class DrivenRobot:
     def _act(self, action: Any) -> None:
         before_m = self._path_m
         if self._by_hand:
-            linear, angular = action[0] / FULL, action[1] / FULL
+            linear, angular = action[0] / FULL_SPEED, action[1] / FULL_SPEED
             self._drive.act(np.array([linear, angular]), _name(linear, angular))
             self._recorder.add(action)
         else:

@@ -61,7 +61,7 @@ TOLD_S: Final = 0.5
 
 REFUSED: Final = 1008
 FULL: Final = 1013
-ENDED: Final = 1000
+NORMAL_CLOSURE: Final = 1000
 BROKEN: Final = 1011
 Answer = TypeVar("Answer")
 
@@ -175,10 +175,10 @@ class DriveSession:
         while True:
             now = time.monotonic()
             if now - self._heard_s > LEFT_ALONE_S:
-                raise _EndError("Nobody drove for a quarter of an hour; start the robot again.", ENDED)
+                raise _EndError("Nobody drove for a quarter of an hour; start the robot again.", NORMAL_CLOSURE)
             if self._number - self._seen >= WINDOW:
                 if now - self._seen_s > GONE_S:
-                    raise _EndError("The browser has stopped drawing.", ENDED)
+                    raise _EndError("The browser has stopped drawing.", NORMAL_CLOSURE)
             else:
                 steers = robot.goes_by_itself and bool(self._move.linear or self._move.angular)
                 share = (TAKEN_OVER_STEPS_PER_S if steers else self._steps_per_s) / FRAMES_PER_S
@@ -234,7 +234,7 @@ class DriveSession:
         """Return the next message (R3)."""
         event = await self._socket.receive()
         if event["type"] == "websocket.disconnect":
-            raise WebSocketDisconnect(event.get("code", ENDED))
+            raise WebSocketDisconnect(event.get("code", NORMAL_CLOSURE))
         second, count = self._messages
         now = int(time.monotonic())
         self._messages = (now, count + 1) if second == now else (now, 1)

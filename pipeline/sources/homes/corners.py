@@ -22,7 +22,7 @@ from pipeline.sources.homes.values import Door, Rect
 _CLEAR_M, _BESIDE_M = 0.45, 0.05
 _WAYS_M = (0.9, 0.5)
 """A pillar leaves the space in one piece for both: the wide way could end where a door opens into a narrow place."""
-_NARROW: Final = 0.1
+_NARROW_SHARE: Final = 0.1
 """So many pillars leave the second way only: in some houses the narrowest place is no door."""
 _STRAIGHT_M = 0.03
 _MIN_OF_PILASTER, _CORNERS_OF_NIB = 2, 4
@@ -200,7 +200,7 @@ def _pilaster(
     rest = shapely.difference(spaces[k], pillar)
     if not isinstance(rest, shapely.Polygon) or rest.interiors or _has_spike(rest):
         return spaces, 0
-    ways = _WAYS_M[1:] if rng.random() < _NARROW else _WAYS_M
+    ways = _WAYS_M[1:] if rng.random() < _NARROW_SHARE else _WAYS_M
     if all(isinstance(shapely.buffer(rest, -way_m / 2), shapely.Polygon) for way_m in ways):
         more_bulges = np.subtract(_bulges(rest, around.opened), _bulges(spaces[k], around.opened)) > 0
         if (more_bulges & (rng.random(2) < _REFUSED)).any():
@@ -229,7 +229,7 @@ def _draw_position(
 
 _WELCOME: Final = {"Entryway": 4.0, "Lobby": 3.0, "Hall": 2.5, "Hallway": 2.0, "Living_Room": 1.5, "Kitchen": 0.5}
 _WIDTH_M: Final = 0.9
-_CORNER_M: Final = 0.2
+_FROM_CORNER_M: Final = 0.2
 _BEFORE_M: Final = 0.6
 """So much room is before it."""
 _SECOND: Final = 0.25
@@ -266,9 +266,9 @@ def _places(space: shapely.Polygon, wall_m: float, rng: np.random.Generator) -> 
     found = []
     for (x1, y1), (x2, y2) in zip(ring[:-1].tolist(), ring[1:].tolist(), strict=True):
         length = abs(x2 - x1) + abs(y2 - y1)
-        if min(abs(x2 - x1), abs(y2 - y1)) > 1e-6 or length < _WIDTH_M + 2 * _CORNER_M:
+        if min(abs(x2 - x1), abs(y2 - y1)) > 1e-6 or length < _WIDTH_M + 2 * _FROM_CORNER_M:
             continue
-        at = float(rng.uniform(_CORNER_M, length - _CORNER_M - _WIDTH_M))
+        at = float(rng.uniform(_FROM_CORNER_M, length - _FROM_CORNER_M - _WIDTH_M))
         dx, dy = (x2 - x1) / length, (y2 - y1) / length
         a = x1 + dx * at, y1 + dy * at
         b = a[0] + dx * _WIDTH_M + dy * (wall_m + 1e-3), a[1] + dy * _WIDTH_M - dx * (wall_m + 1e-3)

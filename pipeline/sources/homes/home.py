@@ -10,7 +10,7 @@ import shapely
 
 from pipeline.sources.homes.corners import CornerWishes, add_corners, draw_front_doors
 from pipeline.sources.homes.shaping import (
-    WIDE_M,
+    WIDEST_MADE_M,
     DoorWishes,
     ShapedRooms,
     bend_rooms,
@@ -21,9 +21,9 @@ from pipeline.sources.homes.slicing import WantedRectangles, slice_box
 from pipeline.sources.homes.values import Door, Home, HomeWish, NamedBox, Rect, snap_wall_line
 from pipeline.sources.homes.wishes import draw_home_wish
 
-_DRAWS: Final = 12
-_TRIES: Final = 24
-_SPREAD: Final = 7
+_WISHES: Final = 12
+_SLICINGS: Final = 24
+_STREAM: Final = 7
 """Beside the seed and the index, so that other kinds of made houses draw other numbers."""
 _BORDER_M: Final = 0.75
 _ROBOT_M: Final = 0.22
@@ -38,12 +38,12 @@ def home_id(index: int, seed: int) -> str:
 
 def make_home(index: int, seed: int) -> Home:
     """Make home ``index`` of a seed; a wish that cannot be met is drawn again."""
-    rng = np.random.default_rng([seed, index, _SPREAD])
-    for _ in range(_DRAWS):
+    rng = np.random.default_rng([seed, index, _STREAM])
+    for _ in range(_WISHES):
         home = _try_home(home_id(index, seed), draw_home_wish(rng), rng)
         if home is not None:
             return home
-    raise RuntimeError(f"home {index} of seed {seed}: no layout in {_DRAWS} wishes")
+    raise RuntimeError(f"home {index} of seed {seed}: no layout in {_WISHES} wishes")
 
 
 def _try_home(name: str, wish: HomeWish, rng: np.random.Generator) -> Home | None:
@@ -54,7 +54,7 @@ def _try_home(name: str, wish: HomeWish, rng: np.random.Generator) -> Home | Non
     areas = wish.areas_m2 if not alone else tuple(wish.area_m2 * rng.dirichlet(np.full(int(rng.integers(2, 4)), 2.0)))
     with_walls = tuple(area + 2 * wish.wall_m * area**0.5 for area in areas)
     asked = WantedRectangles(width + wish.wall_m, height + wish.wall_m, with_walls)
-    rects = slice_box(asked, (WIDE_M if alone else _BORDER_M) + wish.wall_m, _TRIES, rng)
+    rects = slice_box(asked, (WIDEST_MADE_M if alone else _BORDER_M) + wish.wall_m, _SLICINGS, rng)
     if rects is None:
         return None
     rects = [_on_grid(rect, wish.wall_m) for rect in rects]

@@ -11,18 +11,18 @@ from typing import TypeAlias
 
 import numpy as np
 
-from pipeline.sources.homes.slicing import NEAR_M, shared_borders
+from pipeline.sources.homes.slicing import MEETS_M, shared_borders
 from pipeline.sources.homes.values import Rect, snap_wall_line
 from pipeline.sources.homes.wishes import extra_doors
 
-CORNER_M = 0.06
+DOOR_CORNER_M = 0.06
 """A door's jamb stands so far from a wall's face, or is flush with it."""
 BORDER_M = 0.72
 """The least clear width that a border must have to take a door."""
-MIN_DOOR_M = 0.5
+NARROWEST_MADE_DOOR_M = 0.5
 """No door is narrower: a robot of 0.2 m passes each with some room to spare."""
 _AT_CORNER, _IN_MIDDLE = 0.1, 0.25
-_NARROW = 2.0
+_NARROW_WEIGHT = 2.0
 """How much it counts that a wall has no room for the narrowest door that is asked for, half as much for the widest."""
 _OF_FLUSH, _OF_FLUSH_ON_BOTH = 2, 4
 _Way: TypeAlias = tuple[tuple[int, int], tuple[float, float, float, bool]]
@@ -82,7 +82,7 @@ def join_spaces_by_doors(
             return None
         costs = [
             _cost(labels[a], labels[b], rng)
-            + _NARROW * _lacking(_widest_door(ways[a, b][1], asked.wall_m), asked.widths)
+            + _NARROW_WEIGHT * _lacking(_widest_door(ways[a, b][1], asked.wall_m), asked.widths)
             - pull[a]
             - pull[b]
             - RICHER * (degree[a] + degree[b])
@@ -102,7 +102,7 @@ def _lacking(clear_m: float, widths: tuple[float, ...]) -> float:
 
 def _widest_door(at: tuple[float, float, float, bool], wall_m: float) -> float:
     """Return how wide a door may be in a border."""
-    return at[2] - at[1] - wall_m - 2 * CORNER_M
+    return at[2] - at[1] - wall_m - 2 * DOOR_CORNER_M
 
 
 def _place_joints(ways: list[_Way], rects: list[Rect], asked: DoorWishes, rng: np.random.Generator) -> list[WallGap]:
@@ -122,7 +122,7 @@ def _place_joints(ways: list[_Way], rects: list[Rect], asked: DoorWishes, rng: n
             at = low if first else high - widths[k]
             fewer -= _OF_FLUSH_ON_BOTH if _are_aligned(rects, pair, upright, first) else _OF_FLUSH
         else:
-            low, high = low + CORNER_M, high - CORNER_M
+            low, high = low + DOOR_CORNER_M, high - DOOR_CORNER_M
             at = low + (high - low - widths[k]) * _draw_position(rng)
         at = round(at, 2)
         found.append(WallGap(pair, wall_gap_rectangle(line, at, at + widths[k], asked.wall_m, upright=upright)))
@@ -131,13 +131,13 @@ def _place_joints(ways: list[_Way], rects: list[Rect], asked: DoorWishes, rng: n
 
 def _instead(clear_m: float, widths: tuple[float, ...]) -> float:
     """Return what stands where no door fits that is left: the widest one of the home's that does, or a narrower one."""
-    return max((width for width in widths if width <= clear_m), default=max(round(clear_m, 2), MIN_DOOR_M))
+    return max((width for width in widths if width <= clear_m), default=max(round(clear_m, 2), NARROWEST_MADE_DOOR_M))
 
 
 def _are_aligned(rects: list[Rect], pair: tuple[int, int], upright: bool, first: bool) -> bool:
     """Return whether both rectangles of a border end where it starts (``first``) or ends."""
     side = (1 if upright else 0) + (0 if first else 2)
-    return abs(rects[pair[0]][side] - rects[pair[1]][side]) < NEAR_M
+    return abs(rects[pair[0]][side] - rects[pair[1]][side]) < MEETS_M
 
 
 def _draw_position(rng: np.random.Generator) -> float:
@@ -168,7 +168,7 @@ def wall_gap_rectangle(line: float, low: float, high: float, wall_m: float, *, u
 _CORNERS_OF_L, _CORNERS_OF_STUB = 2, 4
 _SHARE_OF_L, _SPENT = 0.6, (0.7, 1.0)
 _WAY_M, _MIN_M = 1.2, 0.9
-WIDE_M = 2.4
+WIDEST_MADE_M = 2.4
 """A gap wider than this is no door."""
 
 
@@ -243,7 +243,7 @@ def _bend(found: ShapedRooms, wall_m: float, rng: np.random.Generator) -> bool:
 def _divide_by_stub(found: ShapedRooms, wall_m: float, rng: np.random.Generator) -> bool:
     """Divide a large room by a wall that leaves a wide gap at its end, or False if none is large enough."""
     alone = [k for k, space in enumerate(found.space_of) if found.space_of.count(space) == 1]  # no wall ends in a gap
-    fit = [k for k in alone if min(_size(found.rects[k])) > WIDE_M + 0.6 + wall_m]
+    fit = [k for k in alone if min(_size(found.rects[k])) > WIDEST_MADE_M + 0.6 + wall_m]
     if not fit:
         return False
     areas = np.array([_area(found.rects[k]) for k in fit])
@@ -253,12 +253,12 @@ def _divide_by_stub(found: ShapedRooms, wall_m: float, rng: np.random.Generator)
     line, low, high = (x1 + (x2 - x1) * share, y1, y2) if upright else (y1 + (y2 - y1) * share, x1, x2)
     line = snap_wall_line(line, wall_m)
     halves = ((x1, y1, line, y2), (line, y1, x2, y2)) if upright else ((x1, y1, x2, line), (x1, line, x2, y2))
-    if min(min(_size(half)) for half in halves) < WIDE_M / 2:
+    if min(min(_size(half)) for half in halves) < WIDEST_MADE_M / 2:
         return False
     found.rects[k] = halves[0]
     found.rects.append(halves[1])
     found.space_of.append(found.space_of[k])
-    stub = round(float(rng.uniform(0.3, high - low - wall_m - WIDE_M)), 2)
+    stub = round(float(rng.uniform(0.3, high - low - wall_m - WIDEST_MADE_M)), 2)
     low, high = low + wall_m / 2, high - wall_m / 2
     low, high = (low + stub, high) if rng.random() < 0.5 else (low, high - stub)
     found.gaps.append(WallGap((k, len(found.rects) - 1), wall_gap_rectangle(line, low, high, wall_m, upright=upright)))
@@ -268,7 +268,7 @@ def _divide_by_stub(found: ShapedRooms, wall_m: float, rng: np.random.Generator)
 def _covers_side(rect: Rect, low: float, high: float, upright: bool) -> bool:
     """Return whether a border takes up a whole side of a rectangle."""
     side = (rect[1], rect[3]) if upright else (rect[0], rect[2])
-    return abs(side[0] - low) < NEAR_M and abs(side[1] - high) < NEAR_M
+    return abs(side[0] - low) < MEETS_M and abs(side[1] - high) < MEETS_M
 
 
 def _rect(x1: float, y1: float, x2: float, y2: float) -> Rect:

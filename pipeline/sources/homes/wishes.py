@@ -52,9 +52,9 @@ def distributions_digest() -> str:
 # means and covariances (a mixture of Gaussian copulas). Doors have kinds of their own: makes of doors that go together.
 
 
-_DRAWS: Final = 48
+_KIND_DRAWS: Final = 48
 _HALF: Final = 0.5
-_LEAST: Final = 1e-4
+_LEAST_RANK: Final = 1e-4
 _Floats = npt.NDArray[np.float64]
 
 
@@ -119,7 +119,7 @@ def _scores(counts: dict[str, int], stratum: int, rng: np.random.Generator) -> _
         known = np.array(quantiles[name]) + 1e-9 * np.arange(len(shares))
         low, high = np.interp([counts[name] - _HALF, counts[name] + _HALF], known, shares, left=0.0, right=1.0)
         found.append(rng.uniform(low, high))
-    return np.asarray(ndtri(np.clip(found, _LEAST, 1.0 - _LEAST)))
+    return np.asarray(ndtri(np.clip(found, _LEAST_RANK, 1.0 - _LEAST_RANK)))
 
 
 def _kind(stratum: int, counted: _Floats, boxes: int, rng: np.random.Generator) -> int:
@@ -136,7 +136,7 @@ def _kind(stratum: int, counted: _Floats, boxes: int, rng: np.random.Generator) 
 def _labels(kind: int, boxes: int, rng: np.random.Generator) -> tuple[str, ...]:
     """Draw ``boxes`` labels: of several draws one with so many, or else the nearest one, with some more or fewer."""
     words, shares = _kinds().words, _kinds().labels[kind]
-    draws = (rng.random((_DRAWS, len(words), 1)) > shares.cumsum(axis=1)[None, :, :-1]).sum(axis=2)
+    draws = (rng.random((_KIND_DRAWS, len(words), 1)) > shares.cumsum(axis=1)[None, :, :-1]).sum(axis=2)
     nearest = draws[int(np.argmin(np.abs(draws.sum(axis=1) - boxes)))]
     labels = [word for word, n in zip(words, nearest.tolist(), strict=True) for _ in range(n)]
     labels = [labels[i] for i in rng.permutation(len(labels))]
@@ -218,7 +218,7 @@ _AREA_DRAWS, _OF_MIN, _OF_SPREAD = 32, 0.5, 0.1
 _LAID_OUT: Final = 0.97
 """Of the unevenness that is asked for; rooms differ from what they are asked to be, which adds the rest."""
 _MOST_SPREAD, _HALVINGS = 4.0, 16
-_NEAR_M: Final = 0.12
+_NEAR_WIDTH_M: Final = 0.12
 _SMALLEST_M2: Final = 1.0
 _WALLS_M: Final = (0.05, 0.4)
 
@@ -257,7 +257,7 @@ def extra_doors(label: str | None) -> float:
 def _draw_side(name: str, near_m: float, rng: np.random.Generator) -> float:
     """Draw a side that houses have, near a length: rooms of floor planners begin as 5 m by 5 m, and walls snap."""
     known, counts = np.array(published_distributions()["sides_cm"][name]).T
-    shares = counts * np.exp(-0.5 * ((known / 100 - near_m) / _NEAR_M) ** 2)
+    shares = counts * np.exp(-0.5 * ((known / 100 - near_m) / _NEAR_WIDTH_M) ** 2)
     return float(rng.choice(known, p=shares / shares.sum())) / 100 if shares.sum() > 0 else round(near_m, 2)
 
 

@@ -70,15 +70,15 @@ from pipeline.sources.storeys.surfaces import Surfaces, WallProfile
 from pipeline.sources.tolerances import (
     CLEAR_M,
     COMMON_STOREY_M,
+    COVER_MARGIN_M,
     HIGHEST_LINTEL_M,
     IFC_WALL_M,
     KNEE_M,
-    MARGIN_M,
     OFF_FLOOR_M,
     ROUGH_M,
     RUNS_THROUGH_M,
     SLABS_M,
-    SMALLEST_ROOM_M2,
+    SMALLEST_NAMED_ROOM_M2,
     SPACE_CRACK_M,
     SPACES_TOUCH,
     UPRIGHT_M,
@@ -132,7 +132,7 @@ def _with_high_spaces(building: Building) -> Building:
     spaces = tuple(
         replace(space, mesh=extrude_polygon(floor, space.bottom, space.bottom + COMMON_STOREY_M[0]))
         for space, floor in floors
-        if floor.area >= SMALLEST_ROOM_M2
+        if floor.area >= SMALLEST_NAMED_ROOM_M2
     )
     return replace(building, spaces=spaces)
 
@@ -223,7 +223,7 @@ def _level(
     return IfcLevelParts(
         name=standing.storey.name,
         floor_z=floor,
-        ceiling_m=max(min(top, standing.above - MARGIN_M) - floor, CLEAR_M),
+        ceiling_m=max(min(top, standing.above - COVER_MARGIN_M) - floor, CLEAR_M),
         walls=walls,
         floor=_floor(building, standing),
         below=_below(building, floor, floors),

@@ -38,7 +38,7 @@ from pipeline.sources.tolerances import (
     NAMED_DOOR_M,
     NARROWEST_DOOR_M,
     THICKEST_WALL_M,
-    WIDEST_DOOR_M,
+    WIDEST_DOOR_BODY_M,
 )
 from pipeline.tolerances import MOST
 from pipeline.values import Mesh
@@ -259,7 +259,7 @@ def _is_as_large_as_door(mesh: Mesh) -> bool:
     """Return whether a body is as high and as wide as a door, and no deeper than a wall (E8)."""
     box = box_around(mesh.vertices)
     is_high = NAMED_DOOR_M[0] <= box.high - box.low <= NAMED_DOOR_M[1]
-    return is_high and NARROWEST_DOOR_M <= box.width <= WIDEST_DOOR_M and box.thickness <= THICKEST_WALL_M
+    return is_high and NARROWEST_DOOR_M <= box.width <= WIDEST_DOOR_BODY_M and box.thickness <= THICKEST_WALL_M
 
 
 def _fillings(elements: ElementsByKind, meshes: dict[int, Mesh]) -> dict[int, list[Any]]:

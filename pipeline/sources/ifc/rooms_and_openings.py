@@ -54,6 +54,7 @@ from pipeline.sources.tolerances import (
     CUT_OUT,
     DUCT_M,
     FLOOR_SHARE,
+    FLOOR_STEP_M,
     GROUPED,
     HALF_STOREY_M,
     HATCH_M,
@@ -68,7 +69,6 @@ from pipeline.sources.tolerances import (
     SAME_ROOM,
     SAME_WIDTH_M,
     SKIN_M,
-    STEP_M,
     STRIP_M,
     SWUNG_M,
     THICKEST_WALL_M,
@@ -116,7 +116,7 @@ def floor_polygon(mesh: Mesh) -> Polygon:
     triangles = mesh.vertices[mesh.faces]
     normals = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
     lengths = np.linalg.norm(normals, axis=1)
-    low = triangles[:, :, 2].max(axis=1) < mesh.vertices[:, 2].min() + STEP_M
+    low = triangles[:, :, 2].max(axis=1) < mesh.vertices[:, 2].min() + FLOOR_STEP_M
     flat = low & (np.abs(normals[:, 2]) > IFC_FLAT * np.maximum(lengths, TINY))
     whole, floor = largest_footprint(mesh), _largest(_union(triangles[flat]))
     return floor if floor.area >= FLOOR_SHARE * whole.area else whole

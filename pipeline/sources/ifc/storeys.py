@@ -51,7 +51,7 @@ from pipeline.sources.tolerances import (
     AGREE_M,
     CLEAR_M,
     COMMON_STOREY_M,
-    MARGIN_M,
+    COVER_MARGIN_M,
     OFF_FLOOR_M,
     ROUGH_M,
     SLAB_M2,
@@ -115,9 +115,9 @@ def _without_false_storeys(building: Building) -> Building:
             return part
         others = [each for each in building.storeys if each.building == storey.building]
         others = [each for each in others if _stands_on(part.bottom, each.elevation_m)]
-        lies_under = part.top <= storey.elevation_m + MARGIN_M
+        lies_under = part.top <= storey.elevation_m + COVER_MARGIN_M
         higher = [each for each in others if each.elevation_m >= storey.elevation_m + CLEAR_M]
-        lies_over = in_one and any(part.bottom >= each.elevation_m - MARGIN_M for each in higher)
+        lies_over = in_one and any(part.bottom >= each.elevation_m - COVER_MARGIN_M for each in higher)
         drawn_in_one = any(
             abs(part.bottom - top) <= OFF_FLOOR_M and top >= storey.elevation_m + CLEAR_M for top in upper
         )
@@ -263,7 +263,7 @@ def _standing(
         return None
     if not has_rooms and (not own or _wall_length(building.walls, floor) < STOREY_WALLS_M):
         return None
-    if not any(part.bottom < floor + CLEAR_M and part.top > floor + MARGIN_M for part in building.walls):
+    if not any(part.bottom < floor + CLEAR_M and part.top > floor + COVER_MARGIN_M for part in building.walls):
         return None
     keys, buildings = frozenset({storey.key}), frozenset({storey.building})
     return LevelStorey(storey, floor, keys, buildings, has_rooms, _wall_length(own, floor))
@@ -315,5 +315,5 @@ def _above(one: LevelStorey, levels: Sequence[LevelStorey]) -> float:
 def _wall_length(parts: Iterable[ElementBody], floor: float) -> float:
     """Length in plan of the walls that reach 1.8 m over a floor; half of it, since a wall has two faces."""
     surfaces = Surfaces.of(merge_parts(parts))
-    segments = cut_at_height(surfaces, surfaces.walls(), floor + CLEAR_M - MARGIN_M)
+    segments = cut_at_height(surfaces, surfaces.walls(), floor + CLEAR_M - COVER_MARGIN_M)
     return float(np.linalg.norm(segments[:, 1] - segments[:, 0], axis=1).sum()) / 2

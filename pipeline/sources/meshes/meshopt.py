@@ -21,7 +21,7 @@ import numpy.typing as npt
 
 Bytes = npt.NDArray[np.uint8]
 
-GROUP: Final = 16
+GROUP_SIZE: Final = 16
 BLOCK_BYTES: Final = 8192
 MOST_IN_BLOCK: Final = 256
 SHORTEST_TAIL: Final = 32
@@ -62,11 +62,11 @@ def decode_attributes(data: bytes, count: int, stride: int) -> Bytes:
         raise ValueError("compressed attributes end early")
     last = stream[len(stream) - stride :]
     end, at = len(stream) - max(stride, SHORTEST_TAIL), 1
-    in_block = min(BLOCK_BYTES // stride // GROUP * GROUP, MOST_IN_BLOCK)
+    in_block = min(BLOCK_BYTES // stride // GROUP_SIZE * GROUP_SIZE, MOST_IN_BLOCK)
     elements = np.empty((count, stride), np.uint8)
     for start in range(0, count, in_block):
         size = min(in_block, count - start)
-        rows = np.empty((stride, -(-size // GROUP) * GROUP), np.uint8)
+        rows = np.empty((stride, -(-size // GROUP_SIZE) * GROUP_SIZE), np.uint8)
         for row in rows:
             at = _decode_row(stream, at, end, row)
         changes = (rows >> 1) ^ (0 - (rows & 1))  # zigzag: 0, -1, 1, -2, ...
@@ -78,11 +78,11 @@ def decode_attributes(data: bytes, count: int, stride: int) -> Bytes:
 
 def _decode_row(stream: Bytes, at: int, end: int, row: Bytes) -> int:
     """Fill a row of differences (A1) from place ``at`` on; return the place behind it."""
-    groups = len(row) // GROUP
+    groups = len(row) // GROUP_SIZE
     modes = stream[at : at + -(-groups // 4)]
     at += len(modes)
     for k in range(groups):
-        values = row[k * GROUP : (k + 1) * GROUP]
+        values = row[k * GROUP_SIZE : (k + 1) * GROUP_SIZE]
         bits = (0, 2, 4, 8)[(int(modes[k // 4]) >> k % 4 * 2) & 3]
         packed = stream[at : at + 2 * bits]
         at += 2 * bits

@@ -4,7 +4,8 @@ Formats: all that ``houseexpo.grids.read_map`` reads: a ``map.yaml`` with its pi
 build's option ``resolution``, and a bag.
 
 R1  A room's outline is that of its cells, without the doorways, with straight walls in a few directions.
-R2  Between two rooms is a wall, at least ``WALL_M`` thick, even where the map shows none: there the way is an opening.
+R2  Between two rooms is a wall, at least ``MAP_WALL_M`` thick, even where the map shows none: there the way is an
+    opening.
 R3  A way narrower than ``DOOR_M`` is called a door, a wider one an opening: a map does not show leaves.
 R4  Heights are unknown: walls are as high as those of a drawing. The frame is the map's own, with its origin and yaw.
 R5  What lies outside of the house (``rooms``, R7) is no room. A way to it is an entrance, through the outer wall.
@@ -65,8 +66,7 @@ from pipeline.sources.occupancy_map.rooms import (
 )
 from pipeline.sources.occupancy_map.seen_walls import cut_walls, entrance_gaps, walls_in_rooms
 from pipeline.sources.occupancy_map.signs import measure_signs
-from pipeline.sources.tolerances import DOOR_M as HEAD_M
-from pipeline.sources.tolerances import OUTER_WALL_M, WALL_HEIGHT_M
+from pipeline.sources.tolerances import DOOR_HEIGHT_M, OUTER_WALL_M, WALL_HEIGHT_M
 from pipeline.sources.vector_plans.drawing import Drawing, DrawnStorey, levels_from_drawing, named_room
 from pipeline.tolerances import CRACK_M, HAND_M, TWICE
 from pipeline.values import EDGE, Input, Level
@@ -74,31 +74,31 @@ from pipeline.values import EDGE, Input, Level
 Bools = npt.NDArray[np.bool_]
 Floats = npt.NDArray[np.float64]
 
-WALL_M: Final = 0.1
+MAP_WALL_M: Final = 0.1
 THICKEST_M: Final = 0.5
 DOOR_M: Final = 1.4
-NARROWEST_DOOR_M: Final = 0.6
+NARROWEST_MAP_DOOR_M: Final = 0.6
 """Noise makes doors narrower than they are."""
 STRAIGHT_M: Final = 0.12
 ANGLE_DEG: Final = 12.0
-NARROWEST_M: Final = 0.3
+NARROWEST_PART_M: Final = 0.3
 """Parts of a room that are narrower are noise at its edge."""
 ROOM_M2: Final = 1.0
 CLUTTER_M2: Final = 1.0
 """Smaller holes in a room are clutter."""
-REACH_M: Final = 1.5
+WAY_REACH_M: Final = 1.5
 """How far from the middle of a way its rooms may begin."""
-STEP_M: Final = 0.1
+FACE_DEPTH_M: Final = 0.1
 """How far into a room the flat face at a doorway is drawn."""
-JAMB_M: Final = 0.1
+WALL_GOES_ON_M: Final = 0.1
 """A wall goes on at least so far beside a doorway."""
-GRID_M: Final = 1e-4
+ROUNDING_M: Final = 1e-4
 STEP_CELLS: Final = 1.5
 """R7: a straight face is so far, at most, from the cells that draw it."""
-FEWEST_CELLS: Final = 3
+NARROWEST_PART_CELLS: Final = 3
 """R7: what is narrower than so many cells is none of a room."""
 UNSEEN_M: Final = 0.2
-MOSTLY: Final = 0.5
+MOSTLY_UNSEEN: Final = 0.5
 """R6: a room of which more of the edge is unseen was seen in part, as a fan of rays through a door."""
 _REASONS: Final = {
     "missing_file": Reason.MISSING_FILE,
@@ -207,10 +207,10 @@ def _entrances(outlines: list[Polygon], holes: list[Hole], free: Bools, occupied
     for number, outline in enumerate(outlines):
         rest = [*outlines[:number], *outlines[number + 1 :], *(hole.shape for hole in (*holes, *found))]
         for (a, b), out in entrance_gaps(outline, free, occupied, shapely.union_all(rest), cell_m):
-            deep = out * (OUTER_WALL_M + STEP_M)
+            deep = out * (OUTER_WALL_M + FACE_DEPTH_M)
             is_door = float(np.hypot(*(b - a))) < DOOR_M
             found.append(
-                Hole(Polygon([a, b, b + deep, a + deep]), 0.0, HEAD_M, is_door, (float(out[0]), float(out[1])))
+                Hole(Polygon([a, b, b + deep, a + deep]), 0.0, DOOR_HEIGHT_M, is_door, (float(out[0]), float(out[1])))
             )
     return found
 
@@ -218,7 +218,7 @@ def _entrances(outlines: list[Polygon], holes: list[Hole], free: Bools, occupied
 def _guesses(level: Level) -> tuple[str, ...]:
     """R6, R8; how much else of the rooms was not seen is no guess, but one of the level's signs."""
     about = level.provenance
-    return (EDGE,) if "open_border" in about or float(about["unseen_edge"]) > MOSTLY else ()
+    return (EDGE,) if "open_border" in about or float(about["unseen_edge"]) > MOSTLY_UNSEEN else ()
 
 
 def _frame_in_map(frame: Frame, found: RobotMap) -> Frame:
@@ -248,10 +248,10 @@ class _Slot:
         a, b = way.jambs * (cell_m, -cell_m) + (0.0, height_m)
         length = float(np.hypot(*(b - a)))
         along = (b - a) / max(length, 1e-9)
-        spread = along * max(NARROWEST_DOOR_M - length, 0.0) / 2
+        spread = along * max(NARROWEST_MAP_DOOR_M - length, 0.0) / 2
         a, b = a - spread, b + spread
         across = np.array([-along[1], along[0]])
-        deep = across * float(np.clip(way.thick_m, WALL_M, THICKEST_M)) / 2
+        deep = across * float(np.clip(way.thick_m, MAP_WALL_M, THICKEST_M)) / 2
         shape = Polygon([a - deep, b - deep, b + deep, a + deep])
         middle, half = np.asarray(shape.centroid.coords[0]), along * float(np.hypot(*(b - a))) / 2
         return cls(way.rooms, shape, middle, across, half, way.width_m < DOOR_M)
@@ -266,7 +266,7 @@ class _Slot:
     def hole(self, low: float, high: float) -> Hole:
         """Return it as a hole through a wall from ``low`` to ``high``."""
         x, y = self.across.tolist()
-        return Hole(self.between(low, high), 0.0, HEAD_M, self.has_door, (x, y))
+        return Hole(self.between(low, high), 0.0, DOOR_HEIGHT_M, self.has_door, (x, y))
 
 
 @dataclass(frozen=True)
@@ -274,7 +274,7 @@ class _Edges:
     """How far the outline of a room may be from its cells, metres: what at its edge is noise."""
 
     straight_m: float = STRAIGHT_M
-    narrowest_m: float = NARROWEST_M
+    narrowest_m: float = NARROWEST_PART_M
     clutter_m2: float = CLUTTER_M2
     room_m2: float = ROOM_M2
     exact: bool = False
@@ -282,7 +282,13 @@ class _Edges:
     @classmethod
     def of_cells(cls, cell_m: float) -> _Edges:
         """R7."""
-        return cls(STEP_CELLS * cell_m, FEWEST_CELLS * cell_m, (FEWEST_CELLS * cell_m) ** 2, DRAWN_ROOM_M2, exact=True)
+        return cls(
+            STEP_CELLS * cell_m,
+            NARROWEST_PART_CELLS * cell_m,
+            (NARROWEST_PART_CELLS * cell_m) ** 2,
+            DRAWN_ROOM_M2,
+            exact=True,
+        )
 
 
 def _outlines(parts: Segmentation, slots: list[_Slot], height_m: float, edges: _Edges) -> dict[int, Polygon]:
@@ -306,8 +312,8 @@ def _outlines(parts: Segmentation, slots: list[_Slot], height_m: float, edges: _
     found: dict[int, Polygon] = {}
     by_size = sorted(zip(raw, straight, strict=True), key=lambda each: (each[0] in parts.outside, -each[1].area))
     for number, outline in by_size:
-        near = _near(list(found.values()), outline, WALL_M)
-        around = buffer_mitred(near, WALL_M)
+        near = _near(list(found.values()), outline, MAP_WALL_M)
+        around = buffer_mitred(near, MAP_WALL_M)
         left: BaseGeometry = shapely.difference(outline, shapely.union_all(around)) if len(near) else outline
         piece = _largest(left, edges)
         if piece.area >= edges.room_m2:
@@ -316,15 +322,15 @@ def _outlines(parts: Segmentation, slots: list[_Slot], height_m: float, edges: _
 
 
 def _without_specks(mask: Bools, corner: tuple[int, int], cell_m: float) -> tuple[Bools, tuple[int, int]]:
-    """Return cells closed where they are nearer than NARROWEST_M, without specks, and the new corner.
+    """Return cells closed where they are nearer than NARROWEST_PART_M, without specks, and the new corner.
 
     ``_smooth`` does the same; of thousands of specks, as the ends of rays are, it would take a hundred times as long.
     """
-    reach = max((round(NARROWEST_M / cell_m) - 1) // 2, 0)
+    reach = max((round(NARROWEST_PART_M / cell_m) - 1) // 2, 0)
     kernel = np.ones((2 * reach + 1, 2 * reach + 1), np.uint8)
     closed = cv2.morphologyEx(np.pad(mask, reach + 1).view(np.uint8), cv2.MORPH_CLOSE, kernel)
     _, pieces, stats, _ = cv2.connectedComponentsWithStats(closed, connectivity=8)
-    large = stats[:, cv2.CC_STAT_AREA] * cell_m**2 >= NARROWEST_M**2
+    large = stats[:, cv2.CC_STAT_AREA] * cell_m**2 >= NARROWEST_PART_M**2
     large[0] = False
     return np.asarray(large[pieces]), (corner[0] - reach - 1, corner[1] - reach - 1)
 
@@ -364,20 +370,20 @@ def _flatten_doorways(
             continue
         (one, first), (other, second) = sorted(zip(spans, slot.rooms, strict=True))
         low, high = one[1], other[0]
-        if high - low < WALL_M:  # R2
-            low, high = (low + high - WALL_M) / 2, (low + high + WALL_M) / 2
+        if high - low < MAP_WALL_M:  # R2
+            low, high = (low + high - MAP_WALL_M) / 2, (low + high + MAP_WALL_M) / 2
         for number, span, beyond in (
-            (first, (one[0] - STEP_M, low), (low, high + STEP_M)),
-            (second, (high, other[1] + STEP_M), (low - STEP_M, high)),
+            (first, (one[0] - FACE_DEPTH_M, low), (low, high + FACE_DEPTH_M)),
+            (second, (high, other[1] + FACE_DEPTH_M), (low - FACE_DEPTH_M, high)),
         ):
-            step = slot.between(*span) if span[1] - span[0] > GRID_M else Polygon()
-            with_step = drop_lines_and_points(shapely.union(rooms[number], step, grid_size=GRID_M))
-            whole = shapely.difference(with_step, slot.between(*beyond, JAMB_M), grid_size=GRID_M)
+            step = slot.between(*span) if span[1] - span[0] > ROUNDING_M else Polygon()
+            with_step = drop_lines_and_points(shapely.union(rooms[number], step, grid_size=ROUNDING_M))
+            whole = shapely.difference(with_step, slot.between(*beyond, WALL_GOES_ON_M), grid_size=ROUNDING_M)
             rooms[number] = max(polygons_of(whole), key=lambda piece: piece.area, default=rooms[number])
         if first in outside:
-            low = high - OUTER_WALL_M - STEP_M  # R5: the wall that is put around the rooms, and a step out of it
+            low = high - OUTER_WALL_M - FACE_DEPTH_M  # R5: the wall that is put around the rooms, and a step out of it
         elif second in outside:
-            high = low + OUTER_WALL_M + STEP_M
+            high = low + OUTER_WALL_M + FACE_DEPTH_M
         holes.append((replace(slot, rooms=(first, second)), low, high))
     inside = [number for number in rooms if number not in outside]
     kept = dict(zip(inside, _keep_apart([rooms[number] for number in inside]), strict=True))
@@ -397,10 +403,10 @@ def _flatten_doorways(
 def _moved_from_corner(slot: _Slot, rooms: dict[int, Polygon]) -> _Slot:
     """R9: return a slot as narrow as a door may be, moved by its width at most to where both rooms are beside it."""
     half = float(np.hypot(*slot.half))
-    if half > NARROWEST_DOOR_M / 2 + GRID_M or not rooms.keys() >= set(slot.rooms):
+    if half > NARROWEST_MAP_DOOR_M / 2 + ROUNDING_M or not rooms.keys() >= set(slot.rooms):
         return slot
     along = slot.half / half
-    around = slot.between(-THICKEST_M, THICKEST_M, NARROWEST_DOOR_M)
+    around = slot.between(-THICKEST_M, THICKEST_M, NARROWEST_MAP_DOOR_M)
     one, other = (_spans_along(shapely.intersection(rooms[k], around), slot.middle, along) for k in slot.rooms)
     moves = [min(max(0.0, low + half), high - half) for low, high in _shared_spans(one, other) if high - low > 2 * half]
     return replace(slot, middle=slot.middle + along * min(moves, key=abs)) if moves else slot
@@ -422,7 +428,7 @@ def _as_wide_as_both(
             lane = shapely.linestrings([middle - slot.half, middle + slot.half])
             spans = _shared_spans(spans, _spans_along(shapely.intersection(side, lane), middle, along))
     start, end = max(spans, key=_length, default=(0.0, 0.0))
-    if end - start < NARROWEST_M:  # what one sees in the map is still a way
+    if end - start < NARROWEST_PART_M:  # what one sees in the map is still a way
         spans, start, end = [(-full, full)], -full, full
     near = _near(wider, slot.between(low - CRACK_M, high + CRACK_M), TWICE * CRACK_M)
     if len(near):
@@ -431,9 +437,9 @@ def _as_wide_as_both(
         edges = [-np.inf, *(edge for span in sorted(taken) for edge in span), np.inf]
         spans = _shared_spans(spans, list(zip(edges[::2], edges[1::2], strict=True)))
         start, end = max(spans, key=_length, default=(0.0, 0.0))
-        if end - start < NARROWEST_M:
+        if end - start < NARROWEST_PART_M:
             return None
-    if end - start > 2 * full - GRID_M:
+    if end - start > 2 * full - ROUNDING_M:
         return slot.hole(low, high)
     return replace(slot, middle=slot.middle + along * (start + end) / 2, half=along * (end - start) / 2).hole(low, high)
 
@@ -459,10 +465,10 @@ def _keep_apart(rooms: list[Polygon]) -> list[Polygon]:
     kept = list(rooms)
     order = sorted(range(len(kept)), key=lambda k: -kept[k].area)
     for at, k in enumerate(order):
-        near = _near([kept[other] for other in order[:at]], kept[k], WALL_M / 2)
+        near = _near([kept[other] for other in order[:at]], kept[k], MAP_WALL_M / 2)
         if len(near):
-            around = buffer_mitred(near, WALL_M)
-            left = shapely.difference(kept[k], shapely.union_all(around), grid_size=GRID_M)
+            around = buffer_mitred(near, MAP_WALL_M)
+            left = shapely.difference(kept[k], shapely.union_all(around), grid_size=ROUNDING_M)
             kept[k] = max(polygons_of(left), key=lambda piece: piece.area, default=kept[k])
     return kept
 
@@ -476,7 +482,9 @@ def _near(others: list[Polygon], room: Polygon, distance_m: float) -> npt.NDArra
 def _reach(slot: _Slot, room_: Polygon) -> tuple[float, float] | None:
     """Where the near edge of a room is, across from the middle of a way, in metres: the least and the greatest."""
     starts = slot.middle + np.array([[-0.9], [0.0], [0.9]]) * slot.half
-    lanes = shapely.linestrings(np.stack([starts - REACH_M * slot.across, starts + REACH_M * slot.across], axis=1))
+    lanes = shapely.linestrings(
+        np.stack([starts - WAY_REACH_M * slot.across, starts + WAY_REACH_M * slot.across], axis=1)
+    )
     parts, lane = shapely.get_parts(shapely.intersection(room_, lanes), return_index=True)
     points, part = shapely.get_coordinates(parts, return_index=True)
     away = dot_product(points - starts[lane[part]], slot.across)
@@ -532,7 +540,7 @@ def _unseen_shares(parts: Segmentation, free: Bools, occupied: Bools, cell_m: fl
     edge = np.flatnonzero(ring)
     unseen, beside = near.ravel()[edge] == 0, _rooms_beside(parts, edge, ring.shape[1])
     of_room = [np.bincount(each, minlength=count) for each in (beside[unseen], beside)]
-    most = (of_room[0] > MOSTLY * of_room[1]) & (is_room > 0)
+    most = (of_room[0] > MOSTLY_UNSEEN * of_room[1]) & (is_room > 0)
     return float(np.count_nonzero(unseen) / max(len(edge), 1)), int(most.sum())
 
 

@@ -2,14 +2,14 @@
 
 R1  What stands alone in free space, shorter than ``ALONE_M``, is clutter: the space goes on under it. Free cells that
     less than ``SCRAP_M2`` of others join are noise.
-R2  A piece of wall between two doors stands alone, too. It is ``PIECE_M`` long or longer, ``THICKEST_M`` thick at most,
-    and at least ``SLENDER`` times as long as thick. In its line there is wall: over ``REACH_M`` beyond its ends,
-    ``EACH_SIDE`` of either side and ``BOTH_SIDES`` of both together is wall, or another such piece.
+R2  A piece of wall between two doors stands alone, too. It is ``PIECE_M`` long or longer, ``THICKEST_PIECE_M`` thick at
+    most, and at least ``SLENDER`` times as long as thick. In its line there is wall: over ``REACH_M`` beyond its ends,
+    ``PIECE_EACH_SIDE`` of either side and ``BOTH_SIDES`` of both together is wall, or another such piece.
 R4  A wall that hangs on another one stands alone where the robot did not see it whole. The line of a slender piece,
-    ``DASH_M`` long or longer, is followed over what stands alone and is ``THICKEST_M`` thick at most, and over gaps of
-    ``BRIDGE_M`` at most. If it comes to a wall, and is ``PIECE_M`` long or longer, it is wall, with its gaps.
-R3  Of what stands alone, dashes of a wall, with what stands against them, are ``DEEPEST_M`` thick at most. Tables and
-    racks in a row are thicker.
+    ``DASH_M`` long or longer, is followed over what stands alone and is ``THICKEST_PIECE_M`` thick at most, and over
+    gaps of ``BRIDGE_M`` at most. If it comes to a wall, and is ``PIECE_M`` long or longer, it is wall, with its gaps.
+R3  Of what stands alone, dashes of a wall, with what stands against them, are ``DEEPEST_DASH_M`` thick at most. Tables
+    and racks in a row are thicker.
 """
 
 from __future__ import annotations
@@ -25,13 +25,13 @@ from pipeline.sources.occupancy_map.narrow_places import Bools, Floats
 ALONE_M: Final = 3.0
 SCRAP_M2: Final = 0.5
 PIECE_M: Final = 0.8
-THICKEST_M: Final = 0.4
+THICKEST_PIECE_M: Final = 0.4
 SLENDER: Final = 3.0
-DEEPEST_M: Final = 0.8
+DEEPEST_DASH_M: Final = 0.8
 REACH_M: Final = 3.0
-EACH_SIDE: Final = 0.15
+PIECE_EACH_SIDE: Final = 0.15
 BOTH_SIDES: Final = 0.4
-IN_LINE_M: Final = 0.1
+PIECE_IN_LINE_M: Final = 0.1
 """R2: how far from the line of a piece a wall may be that is in line with it."""
 DASH_M: Final = 0.3
 BRIDGE_M: Final = 0.5
@@ -82,8 +82,8 @@ def _hanging_walls(
 
 
 def _thickened(cells: Bools, cell_m: float) -> Bools:
-    """Return cells (rows, cols) and those within IN_LINE_M of them."""
-    reach = max(round(IN_LINE_M / cell_m), 1)
+    """Return cells (rows, cols) and those within PIECE_IN_LINE_M of them."""
+    reach = max(round(PIECE_IN_LINE_M / cell_m), 1)
     return cv2.dilate(cells.view(np.uint8), np.ones((2 * reach + 1, 2 * reach + 1), np.uint8)).view(bool)
 
 
@@ -91,7 +91,7 @@ def _followed(ends: Floats, dashes: Bools, walls: Bools, cell_m: float) -> Float
     """R4: return the ends (2, 2) of the line that a piece with ``ends`` (2, 2) is on, None if it comes to no wall."""
     along = ends[1] - ends[0]
     along = along / max(float(np.hypot(*along)), 1e-9)
-    reach, bridge = max(round(IN_LINE_M / cell_m), 1), round(BRIDGE_M / cell_m)
+    reach, bridge = max(round(PIECE_IN_LINE_M / cell_m), 1), round(BRIDGE_M / cell_m)
     found, hangs = [], False
     for end, way in ((ends[0], -along), (ends[1], along)):
         last, step = reach, 0  # what is thickened reaches so far beyond its end, and begins so far before it
@@ -113,7 +113,7 @@ def _followed(ends: Floats, dashes: Bools, walls: Bools, cell_m: float) -> Float
 def free_beside_dashes(free: Bools, clear: Bools, cell_m: float) -> Bools:
     """Return the cells (rows, cols) of ``clear``, which are free or under clutter, without those under dashes; R3."""
     count, pieces, stats, _ = cv2.connectedComponentsWithStats((clear & ~free).view(np.uint8), connectivity=8)
-    thickest = DEEPEST_M / cell_m
+    thickest = DEEPEST_DASH_M / cell_m
     thin = np.ones(count, bool)
     thin[0] = False
     sides = stats[:, [cv2.CC_STAT_WIDTH, cv2.CC_STAT_HEIGHT]].min(axis=1)
@@ -139,7 +139,7 @@ def slender_pieces(  # noqa: PLR0917 - the pieces, and what is asked of them
     numbers: npt.NDArray[np.int64],
     cell_m: float,
     least_m: float = PIECE_M,
-    thickest_m: float = THICKEST_M,
+    thickest_m: float = THICKEST_PIECE_M,
 ) -> tuple[npt.NDArray[np.int64], Floats]:
     """R2: return those of the pieces that are long and thin, and their ends (n, 2, 2), (across, down) in cells."""
     found, ends = [], []
@@ -163,7 +163,7 @@ def slender_pieces(  # noqa: PLR0917 - the pieces, and what is asked of them
 
 def _in_line(ends: Floats, wall: Bools, cell_m: float) -> Bools:
     """R2: return which pieces (n) have wall in their line."""
-    reach = max(round(IN_LINE_M / cell_m), 1)
+    reach = max(round(PIECE_IN_LINE_M / cell_m), 1)
     lines = cv2.dilate(wall.view(np.uint8), np.ones((2 * reach + 1, 2 * reach + 1), np.uint8)).view(bool)
     along = ends[:, 1] - ends[:, 0]
     along = along / np.maximum(np.hypot(*along.T), 1e-9)[:, None]
@@ -175,4 +175,4 @@ def _in_line(ends: Floats, wall: Bools, cell_m: float) -> Bools:
         hit = np.zeros(inside.shape, bool)
         hit[inside] = lines[at[inside][:, 1], at[inside][:, 0]]
         shares.append(hit.mean(axis=1))
-    return np.asarray((np.minimum(*shares) >= EACH_SIDE) & (shares[0] + shares[1] >= 2 * BOTH_SIDES))
+    return np.asarray((np.minimum(*shares) >= PIECE_EACH_SIDE) & (shares[0] + shares[1] >= 2 * BOTH_SIDES))

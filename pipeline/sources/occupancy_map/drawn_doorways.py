@@ -7,7 +7,8 @@ R1  A wall's end is an edge of the free cells, ``THINNEST_CELLS`` to ``THICKEST_
     corner on both sides. A pillar, which is hardly longer than it is wide, has none.
 R2  A doorway lies between two ends that face each other, ``NARROWEST_M`` to ``WIDEST_M`` apart, with free cells between
     them.
-R3  An end that faces no other, but the face of a wall that runs across, at ``DOOR_M`` at most, has a doorway too.
+R3  An end that faces no other, but the face of a wall that runs across, at ``WIDEST_SIDE_DOOR_M`` at most, has a
+    doorway too.
 R4  Of doorways that lie over each other, the narrower one counts.
 """
 
@@ -30,12 +31,12 @@ THINNEST_CELLS: Final = 1.5
 THICKEST_M: Final = 0.5
 NARROWEST_M: Final = 0.3
 WIDEST_M: Final = 3.0
-DOOR_M: Final = 2.0
+WIDEST_SIDE_DOOR_M: Final = 2.0
 PILLAR: Final = 2.0
 """R1: a pillar's length, in widths."""
 CORNER: Final = 0.8
 """R1: the least sine of the turn at a corner."""
-FACING: Final = 0.95
+ENDS_FACING: Final = 0.95
 """R2: the least cosine of the angle between the directions in which two ends look."""
 BESIDE: Final = 0.5
 """R2: ends overlap by this share of the shorter one."""
@@ -118,7 +119,7 @@ def _between_ends(free: Bools, ends: Floats, looks: Floats, cell_m: float) -> li
         away = off @ looks[k]
         along = np.array([looks[k][1], -looks[k][0]])
         shared = (length + length[k]) / 2 - np.abs(off @ along)
-        faces = (looks @ looks[k] < -FACING) & (shared >= BESIDE * np.minimum(length, length[k]))
+        faces = (looks @ looks[k] < -ENDS_FACING) & (shared >= BESIDE * np.minimum(length, length[k]))
         faces &= (away * cell_m >= NARROWEST_M) & (away * cell_m <= WIDEST_M)
         faces &= (np.arange(len(ends)) > k) & (away - SKEW_CELLS <= _free_for(free, middle[k], looks[k]))
         found += [(float(away[i]), np.concatenate([ends[k], ends[i]])) for i in np.flatnonzero(faces).tolist()]
@@ -132,7 +133,7 @@ def _before_faces(free: Bools, ends: Floats, looks: Floats, cell_m: float) -> li
         inset = (end[1] - end[0]) * 0.1
         reach = [_free_for(free, corner, look) for corner in (end[0] + inset, end[1] - inset)]
         width = min(reach)
-        if NARROWEST_M <= width * cell_m <= DOOR_M and max(reach) - width <= SKEW_CELLS:
+        if NARROWEST_M <= width * cell_m <= WIDEST_SIDE_DOOR_M and max(reach) - width <= SKEW_CELLS:
             found.append((width, np.concatenate([end, end[::-1] + width * look])))
     return found
 

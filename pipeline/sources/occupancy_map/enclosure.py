@@ -5,10 +5,10 @@ sides are the first and the last ray, with unseen space beyond them. In the open
 back into the room, and half of them out. So the line where half of what one sees is wall closes the opening.
 
 R1  A cell is enclosed if at least ``ENCLOSED`` of the lines from it over free cells end at a wall, in ``DIRECTIONS``
-    directions all around. A line ends at a wall if an occupied cell is ``WALL_M`` or nearer to its end, or if it ends
-    less than ``THICK_M`` before other space, both of which are wider than that: in the inside of a wall.
+    directions all around. A line ends at a wall if an occupied cell is ``WALL_NEAR_M`` or nearer to its end, or if it
+    ends less than ``THICK_M`` before other space, both of which are wider than that: in the inside of a wall.
     Lines that end at the picture's border count neither way: people crop maps.
-R2  What is not enclosed is a fan, where it is ``WIDE_M`` wide and ``FAN_M2`` large or larger. Smaller pieces are
+R2  What is not enclosed is a fan, where it is ``FAN_WIDE_M`` wide and ``FAN_M2`` large or larger. Smaller pieces are
     corners, and places at gaps.
 R3  A fan ends at nothing. What leads from one enclosed space to another is no fan, if both are as large as it is or
     larger, and ``SPACE_M2`` or more.
@@ -30,15 +30,15 @@ from pipeline.sources.occupancy_map.narrow_places import Bools, Labels
 
 ENCLOSED: Final = 0.5
 DIRECTIONS: Final = 32
-WALL_M: Final = 0.2
+WALL_NEAR_M: Final = 0.2
 THICK_M: Final = 0.5
-WIDE_M: Final = 0.3
+FAN_WIDE_M: Final = 0.3
 FAN_M2: Final = 0.5
 SPACE_M2: Final = 5.0
 LEFT: Final = 0.1
 MARKED: Final = 0.2
-OPEN: Final = 0.5
-MOST_CELLS: Final = 1_000_000
+FAN_OPEN: Final = 0.5
+ENCLOSURE_CELLS: Final = 1_000_000
 """Of larger maps, blocks of cells are looked at."""
 _SQUARE: Final = np.ones((3, 3), np.uint8)
 _CLEAR, _UNSEEN, _WALL, _BEYOND = 0, 1, 2, 3
@@ -52,7 +52,7 @@ def find_fans(clear: Bools, occupied: Bools, cell_m: float) -> Bools:
         return np.zeros_like(clear)
     share = wall_share(clear, occupied, cell_m)
     bare = (clear & (share < ENCLOSED)).view(np.uint8)
-    size = 2 * max(round(WIDE_M / 2 / cell_m), 1) + 1
+    size = 2 * max(round(FAN_WIDE_M / 2 / cell_m), 1) + 1
     disc = np.asarray(cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size)), np.uint8)
     wide = cv2.morphologyEx(bare, cv2.MORPH_OPEN, disc)
     _, pieces, stats, _ = cv2.connectedComponentsWithStats(wide, connectivity=8)
@@ -81,7 +81,7 @@ def without_fans(
     largest = int(np.where(is_room, area, -1).argmax())
     is_fan = 2 * bare > area
     if is_marked(label > 0, occupied, cell_m):
-        is_fan |= (open_shares(label, occupied, cell_m) > OPEN) & (np.arange(count) != largest)  # R6
+        is_fan |= (open_shares(label, occupied, cell_m) > FAN_OPEN) & (np.arange(count) != largest)  # R6
     is_fan &= is_room
     kept = is_room & ~is_fan
     if not (is_fan | (is_room & (bare > 0))).any() or float((area - bare)[kept].sum()) < LEFT * float(
@@ -111,8 +111,8 @@ def is_marked(clear: Bools, occupied: Bools, cell_m: float) -> bool:
 
 
 def _around(occupied: Bools, cell_m: float) -> Bools:
-    """Return which cells (rows, cols) are ``WALL_M`` or nearer to an occupied one."""
-    reach = 2 * max(round(WALL_M / cell_m), 1) + 1
+    """Return which cells (rows, cols) are ``WALL_NEAR_M`` or nearer to an occupied one."""
+    reach = 2 * max(round(WALL_NEAR_M / cell_m), 1) + 1
     return np.asarray(cv2.dilate(occupied.view(np.uint8), np.ones((reach, reach), np.uint8)).view(bool))
 
 
@@ -126,7 +126,7 @@ def _wall_cells(clear: Bools, occupied: Bools, cell_m: float) -> Bools:
 
 def wall_share(clear: Bools, occupied: Bools, cell_m: float) -> npt.NDArray[np.float32]:
     """Return the share (rows, cols) of the lines from each cell that end at a wall (R1); 0 where none is ``clear``."""
-    scale = int(np.ceil(np.sqrt(clear.size / MOST_CELLS)))
+    scale = int(np.ceil(np.sqrt(clear.size / ENCLOSURE_CELLS)))
     near = _wall_cells(clear, occupied, cell_m)
     kinds = np.where(clear, _CLEAR, np.where(near, _WALL, _UNSEEN)).astype(np.uint8)
     if scale > 1:

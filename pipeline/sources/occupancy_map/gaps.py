@@ -7,12 +7,12 @@ al., 2022) divides maps along the lines of their walls; here a line counts only 
 R1  Lines run along the main direction of the map's walls, or across it. A face is the edge of free cells, ``FACE_M``
     long or longer; all faces within ``BAND_M`` of each other are on one line. So are those of what stands alone: a wall
     that a robot saw as dashes is told from clutter by its line.
-R2  A gap is free along the line for ``NARROWEST_M`` to ``WIDEST_M``, or free but for what is unseen between rays.
+R2  A gap is free along the line for ``NARROWEST_GAP_M`` to ``WIDEST_M``, or free but for what is unseen between rays.
 R3  Faces make up ``SUPPORT`` of the line over ``REACH_M`` before the gap and behind it, and ``EACH_SIDE`` of either.
 R4  On the side of the face, the space goes on along the wall, and on the other side it is wider than the gap. Where the
     walls of rooms are in line across a corridor, neither is so.
-R5  Of gaps that are in the way of each other, within ``APART_M``, the one with more support counts. The two faces of a
-    wall are in the way of each other, too.
+R5  Of gaps that are in the way of each other, within ``GAPS_APART_M``, the one with more support counts. The two faces
+    of a wall are in the way of each other, too.
 R6  Where a piece that stands alone is the end of a gap, the wall goes on over it.
 """
 
@@ -30,7 +30,7 @@ Ints = npt.NDArray[np.int64]
 
 FACE_M: Final = 0.3
 BAND_M: Final = 0.1
-NARROWEST_M: Final = 0.5
+NARROWEST_GAP_M: Final = 0.5
 WIDEST_M: Final = 3.0
 REACH_M: Final = 3.0
 SUPPORT: Final = 0.5
@@ -38,8 +38,8 @@ EACH_SIDE: Final = 0.3
 BEFORE_M: Final = 0.3
 BEHIND_M: Final = (0.3, 0.6, 1.0)
 """R4: how far from the line the space before a gap is looked at, and that behind it."""
-WIDER_M: Final = 0.4
-APART_M: Final = 1.0
+GAP_WIDER_M: Final = 0.4
+GAPS_APART_M: Final = 1.0
 EXACT: Final = 0.01
 """How much a face in the very row of a gap counts for R5."""
 STRAIGHT_RAD: Final = 1e-3
@@ -72,7 +72,7 @@ def find_gaps(free: Bools, cell_m: float, angle: float, *, bare: Bools, seen: Bo
         last = len(grids[0]) - 1
         below = _gaps_below_faces([each[::-1] for each in grids], cell_m)
         found = _gaps_below_faces(grids, cell_m) + [gap._replace(row=last - gap.row) for gap in below]
-        for gap in _apart(found, APART_M / cell_m):
+        for gap in _apart(found, GAPS_APART_M / cell_m):
             for ends, (first, end) in ((gaps, gap.gap), (walls, gap.wall)):
                 line = np.array([[(first - 1, gap.row), (end, gap.row)]], np.float64)
                 ends.append(line[..., ::-1] if across else line)
@@ -115,7 +115,7 @@ def _gaps_below_faces(grids: list[Bools], cell_m: float) -> list[_Gap]:
     found: list[_Gap] = []
     for open_ in (free, seen):
         at, first, end = _runs(open_[rows] > of_rows)
-        wide = ((end - first) * cell_m >= NARROWEST_M) & ((end - first) * cell_m <= WIDEST_M)  # R2
+        wide = ((end - first) * cell_m >= NARROWEST_GAP_M) & ((end - first) * cell_m <= WIDEST_M)  # R2
         at, first, end = at[wide], first[wide], end[wide]
         before = (total[at, first] - total[at, np.maximum(first - reach, 0)]) / reach
         after = (total[at, np.minimum(end + reach, lines.shape[1])] - total[at, end]) / reach
@@ -163,10 +163,10 @@ def _runs(flags: Bools) -> tuple[Ints, Ints, Ints]:
 def _widens(free: Bools, row: int, first: int, last: int, cell_m: float) -> bool:
     """R4."""
     step = max(round(BEFORE_M / cell_m), 1)
-    if min(_beyond(free, row + step, first, last)) * cell_m < WIDER_M:
+    if min(_beyond(free, row + step, first, last)) * cell_m < GAP_WIDER_M:
         return False
     steps = (max(round(away / cell_m), 1) for away in BEHIND_M)
-    return any(sum(_beyond(free, row - step, first, last)) * cell_m >= WIDER_M for step in steps)
+    return any(sum(_beyond(free, row - step, first, last)) * cell_m >= GAP_WIDER_M for step in steps)
 
 
 def _beyond(free: Bools, row: int, first: int, last: int) -> tuple[int, int]:

@@ -27,13 +27,13 @@ Labels = npt.NDArray[np.int32]
 SMOOTH_M = 0.1
 ONE_PEAK = 0.9
 """R1: a way as high as this share of the lower peak."""
-BESIDE_M = 0.15
+BEHIND_JAMB_M = 0.15
 """How far behind a jamb the thickness of its wall is measured."""
-THICKEST_M = 1.0
+THICKEST_JAMB_M = 1.0
 CLOSE_M, NEAR_M, FAR_M = 0.15, 0.3, 1.0
 """Steps before and behind a narrow place, where the width is measured."""
 WIDEST_M = 3.0
-STEP_M = 0.05
+RUN_STEP_M = 0.05
 _NEIGHBOURS = ((-1, -1), (-1, 0), (-1, 1), (0, -1), (0, 1), (1, -1), (1, 0), (1, 1))
 
 
@@ -245,8 +245,8 @@ def _measure_narrows(free: Bools, sides: Ints, half: Floats, jambs: Floats, cell
         return np.where(hit.any(axis=1), hit.argmax(axis=1), len(steps)) * step_m
 
     def thick(jamb: Floats, outward: Floats) -> Floats:
-        behind = jamb + outward * (BESIDE_M / cell_m)
-        left, right = (run(behind, sign * across, THICKEST_M, STEP_M, wanted=True) for sign in (-1.0, 1.0))
+        behind = jamb + outward * (BEHIND_JAMB_M / cell_m)
+        left, right = (run(behind, sign * across, THICKEST_JAMB_M, RUN_STEP_M, wanted=True) for sign in (-1.0, 1.0))
         return left + right
 
     def beyond_jambs(away_m: float, step_m: float) -> Floats:
@@ -259,7 +259,11 @@ def _measure_narrows(free: Bools, sides: Ints, half: Floats, jambs: Floats, cell
         return found
 
     thin = np.minimum(thick(one, -along), thick(other, along))
-    close, near, far = beyond_jambs(CLOSE_M, STEP_M), beyond_jambs(NEAR_M, STEP_M), beyond_jambs(FAR_M, 2 * STEP_M)
+    close, near, far = (
+        beyond_jambs(CLOSE_M, RUN_STEP_M),
+        beyond_jambs(NEAR_M, RUN_STEP_M),
+        beyond_jambs(FAR_M, 2 * RUN_STEP_M),
+    )
     wider_near, wider_far = near.sum(axis=0), far.sum(axis=0)
     return NarrowPlaces(
         sides=sides,

@@ -5,17 +5,17 @@ R2  Basins are joined, the least likely border first, as long as a border more p
     (``separation_odds``). A border of several narrow places is as likely as the least likely of them.
     A place wider than WIDE_M needs log-odds of WIDE_ODDS: to cut a corridor costs more of its area than to join two
     rooms. The value was chosen on empty maps that were left out of the fit.
-R11 Through a slit, narrower than SLIT_M, nobody goes: a thin wall was not seen whole there. Where it is in a wall
+R11 Through a slit, narrower than MAP_SLIT_M, nobody goes: a thin wall was not seen whole there. Where it is in a wall
     thinner than SLIT_WALL_M, and SLIT_M2 or more lie on both sides, it parts rooms. It is a way only where nothing
     else joins its rooms.
 R3  A room has space for a disc of SMALLEST_M across, and SMALLEST_M2 of area. What is left of the others may go to the
     rooms by R5.
-R4  Where two rooms meet, the widest of the narrow places within APART_M of each other is a way between them. So is
-    every other place where free cells of both touch for TOUCH_M or more: two basins may meet beside a narrow place.
-R5  Furniture along a wall belongs to the room: what lies between two parts of a room, LONGEST_M apart at most, or in
-    the rectangle around it, is filled, unless it is beside another room, deeper than DEEPEST_M, larger than LARGEST_M2,
-    or as thin as a wall. What is unseen is filled behind furniture, not behind a wall: where more than HALF of what it
-    shares with the room is occupied, more than HALF of its other edge is, too.
+R4  Where two rooms meet, the widest of the narrow places within WAYS_APART_M of each other is a way between them. So is
+    every other place where free cells of both touch for ROBOT_WAY_M or more: two basins may meet beside a narrow place.
+R5  Furniture along a wall belongs to the room: what lies between two parts of a room, FURNITURE_LONGEST_M apart at
+    most, or in the rectangle around it, is filled, unless it is beside another room, deeper than DEEPEST_M, larger than
+    LARGEST_M2, or as thin as a wall. What is unseen is filled behind furniture, not behind a wall: where more than HALF
+    of what it shares with the room is occupied, more than HALF of its other edge is, too.
 R6  A gap in the line of a wall (``gaps``) parts what R2 joined, where it leaves PARTED_M2 or more on both sides: the
     cells are divided again, with the gap closed, and with the pieces of wall beside it that are clutter by R1.
 R10 A corridor ends at a wall, or at a doorway, both of whose jambs stand out. Where one jamb goes straight on, and the
@@ -74,28 +74,28 @@ SMALLEST_M = 0.7
 SMALLEST_M2 = 1.0
 DRAWN_ROOM_M2 = 0.9
 """R8: that of SMALLEST_M2, less the cells on its edge."""
-APART_M = 0.75
-TOUCH_M = 0.6
+WAYS_APART_M = 0.75
+ROBOT_WAY_M = 0.6
 """R4: what is as wide lets a robot through."""
-SLIT_M = 0.2
+MAP_SLIT_M = 0.2
 SLIT_WALL_M = 0.3
 SLIT_M2 = 4.0
 DEEPEST_M = 1.2
 LARGEST_M2 = 5.0
 HALF = 0.5
 PARTED_M2 = 1.0
-BESIDE_M = 0.3
+BESIDE_GAP_M = 0.3
 """R6: how far from the middle of a gap its rooms are looked for."""
 THIN_M = 0.2
 LONG = 3.0
 AS_WIDE = 0.6
-LONGEST_M = 3.0
+FURNITURE_LONGEST_M = 3.0
 MOST_CELLS = 5_000_000
 """Larger maps are divided into blocks of cells first."""
 MARGIN = 0.5
 """R7: such a share of the border is free."""
 _BORDER = (np.s_[0], np.s_[-1], np.s_[:, 0], np.s_[:, -1])
-BEYOND = 2
+BEYOND_CELLS = 2
 """R5: by so many cells, at most, furniture lies beyond the box around its room, and what decides on it: OpenCV closes
 with kernels of even length askew."""
 FLAT = 1e-6
@@ -296,7 +296,7 @@ def _cells_of_gaps(gaps: Floats, shape: tuple[int, ...]) -> Bools:
 
 
 def _beside(gaps: Floats, label: Labels, cell_m: float, beyond_m: Floats | float = 0.0) -> npt.NDArray[np.int64]:
-    """Return the labels (n, 2) on both sides of gaps (n, 2, 2), 0 for none, BESIDE_M from ``beyond_m`` (n,)."""
+    """Return the labels (n, 2) on both sides of gaps (n, 2, 2), 0 for none, BESIDE_GAP_M from ``beyond_m`` (n,)."""
     cells = _cells_beside(gaps, label.shape, cell_m, beyond_m)
     return label[cells[..., 1], cells[..., 0]].astype(np.int64)
 
@@ -307,7 +307,7 @@ def _cells_beside(
     """Return the (across, down) of the cells (n, 2, 2) on both sides of gaps."""
     along = gaps[:, 1] - gaps[:, 0]
     across = np.stack([-along[:, 1], along[:, 0]], axis=1) / np.maximum(np.hypot(*along.T), 1e-9)[:, None]
-    step = across * ((BESIDE_M + np.broadcast_to(beyond_m, len(gaps))) / cell_m)[:, None]
+    step = across * ((BESIDE_GAP_M + np.broadcast_to(beyond_m, len(gaps))) / cell_m)[:, None]
     middle = gaps.mean(axis=1)
     cells = np.rint(np.stack([middle - step, middle + step], axis=1)).astype(np.int64)
     return np.asarray(cells.clip(0, (shape[1] - 1, shape[0] - 1)))
@@ -379,7 +379,7 @@ def _merge_basins(basins: Basins) -> npt.NDArray[np.int64]:
     root = np.arange(len(basins.peak_m))
     peak, area = basins.peak_m.copy(), basins.area_m2.copy()
     narrows = basins.narrows
-    slits = (narrows.width_m < SLIT_M) & (narrows.thin_m < SLIT_WALL_M)
+    slits = (narrows.width_m < MAP_SLIT_M) & (narrows.thin_m < SLIT_WALL_M)
     while True:
         sides = root[narrows.sides]
         odds = separation_log_odds(narrows, peak[sides], area[sides]) - WIDE_ODDS * (narrows.width_m > WIDE_M)
@@ -453,7 +453,7 @@ def _ways(rooms: npt.NDArray[np.int64], narrows: NarrowPlaces) -> tuple[RoomConn
         pair = int(rooms[k].min()), int(rooms[k].max())
         jambs = narrows.jambs[k][:, ::-1] + 0.5
         middle = jambs.mean(axis=0)
-        near = APART_M / (narrows.width_m[k] / max(float(np.hypot(*(jambs[1] - jambs[0]))), 1e-6))
+        near = WAYS_APART_M / (narrows.width_m[k] / max(float(np.hypot(*(jambs[1] - jambs[0]))), 1e-6))
         if all(np.hypot(*(middle - other)) > near for other in middles.setdefault(pair, [])):
             middles[pair].append(middle)
             found.append(RoomConnection(pair, jambs, float(narrows.width_m[k]), float(narrows.thin_m[k])))
@@ -487,8 +487,8 @@ def _with_ways_where_rooms_touch(
         jambs = _ends_of_row(points)
         width_m = float(np.hypot(*(jambs[1] - jambs[0]))) * cell_m
         known = np.array([way.jambs.mean(axis=0) for way in ways if way.rooms == (low, high)]).reshape(-1, 1, 2)
-        near = np.hypot(*np.moveaxis(points - known, 2, 0)) * cell_m <= APART_M
-        if width_m >= TOUCH_M and not near.any():
+        near = np.hypot(*np.moveaxis(points - known, 2, 0)) * cell_m <= WAYS_APART_M
+        if width_m >= ROBOT_WAY_M and not near.any():
             found.append(RoomConnection((low, high), jambs, width_m, 0.0))
     return tuple(sorted(found, key=lambda way: (way.rooms, *way.jambs.ravel().tolist())))
 
@@ -497,7 +497,7 @@ def _without_slits(ways: tuple[RoomConnection, ...]) -> tuple[RoomConnection, ..
     """R11: return ways without the slits between rooms that others join."""
     joined, kept = Groups(1 + max((max(way.rooms) for way in ways), default=0)), list[RoomConnection]()
     for way in sorted(ways, key=lambda way: -way.width_m):
-        if joined.join(*way.rooms) or way.width_m >= SLIT_M:
+        if joined.join(*way.rooms) or way.width_m >= MAP_SLIT_M:
             kept.append(way)
     return tuple(way for way in ways if way in kept)
 
@@ -581,14 +581,16 @@ def _mend_room(room: Bools, other: Bools, walls: Bools, angle: float, cell_m: fl
 
 
 def _box_of(mask: Bools) -> tuple[slice, slice]:
-    """Return the rows and columns of a mask's true cells, and BEYOND more on each side."""
+    """Return the rows and columns of a mask's true cells, and BEYOND_CELLS more on each side."""
     left, top, wide, high = cv2.boundingRect(mask.view(np.uint8))
-    return np.s_[max(top - BEYOND, 0) : top + high + BEYOND, max(left - BEYOND, 0) : left + wide + BEYOND]
+    return np.s_[
+        max(top - BEYOND_CELLS, 0) : top + high + BEYOND_CELLS, max(left - BEYOND_CELLS, 0) : left + wide + BEYOND_CELLS
+    ]
 
 
 def _furniture_of_room(room: Bools, taken: Bools, walls: Bools, cell_m: float) -> Bools:
     """Return what R5 adds to a room (rows, cols) whose walls run along the rows and columns."""
-    wide = np.ones((1, round(LONGEST_M / cell_m)), np.uint8)
+    wide = np.ones((1, round(FURNITURE_LONGEST_M / cell_m)), np.uint8)
     pixels = np.zeros((room.shape[0] + 2 * wide.size, room.shape[1] + 2 * wide.size), np.uint8)
     middle = np.s_[wide.size : -wide.size, wide.size : -wide.size]
     pixels[middle] = room

@@ -2,9 +2,9 @@
 
 ``clutter`` takes what stands alone, and smoothing a room's edge takes what is thin. What a robot saw as a wall stays:
 
-W1  A wall is a straight piece of what is not free, ``THICKEST_M`` thick at most and ``LONG_M`` or longer; or
+W1  A wall is a straight piece of what is not free, ``THICKEST_PIECE_M`` thick at most and ``LONG_M`` or longer; or
     ``PIECE_M`` or longer, if a wall is in its line beyond one of its ends: over ``IN_LINE`` of ``REACH_M``.
-W2  Rays ended along ``HIT`` of it or more: unseen wedges between rays are thin and straight as well.
+W2  Rays ended along ``RAYS_HIT`` of it or more: unseen wedges between rays are thin and straight as well.
 W3  Where its end is ``HANGS_M`` or nearer to the edge of its room, it hangs there: nobody passes.
 W4  An entrance is a gap in a straight side of a room, ``GAP_M`` wide: rays ended on both sides of it, over ``JAMB_M``
     or more, and none in it. Free cells come up to it, and behind it, ``BEHIND_M`` from the side, nothing was seen, or
@@ -23,15 +23,15 @@ import numpy.typing as npt
 import shapely
 from shapely import Polygon
 
-from pipeline.sources.occupancy_map.clutter import IN_LINE_M, PIECE_M, REACH_M, THICKEST_M, slender_pieces
+from pipeline.sources.occupancy_map.clutter import PIECE_IN_LINE_M, PIECE_M, REACH_M, THICKEST_PIECE_M, slender_pieces
 from pipeline.sources.occupancy_map.narrow_places import Bools, Floats
 
 LONG_M: Final = 1.5
 """W1: furniture that a laser sees as one thin line is shorter."""
 IN_LINE: Final = 0.4
-HIT: Final = 0.6
+RAYS_HIT: Final = 0.6
 HANGS_M: Final = 0.3
-BESIDE_M: Final = 0.4
+BESIDE_EDGE_M: Final = 0.4
 THINNEST_M: Final = 0.1
 """A wall is drawn at least so thick, as between rooms."""
 GAP_M: Final = (0.6, 1.5)
@@ -49,7 +49,7 @@ def walls_in_rooms(rooms: Bools, free: Bools, occupied: Bools, cell_m: float, an
 
     Arrays are (rows, cols): which cells are in rooms, free, and hit by rays. ``angle`` is the main direction of walls.
     """
-    size = 2 * round(THICKEST_M / cell_m / 2) + 3
+    size = 2 * round(THICKEST_PIECE_M / cell_m / 2) + 3
     solid = (~free).view(np.uint8)
     thick = cv2.morphologyEx(solid, cv2.MORPH_OPEN, np.ones((size, size), np.uint8))
     thin = (rooms & (solid > thick)).view(np.uint8)
@@ -59,7 +59,7 @@ def walls_in_rooms(rooms: Bools, free: Bools, occupied: Bools, cell_m: float, an
     edge = 2 * round(NEAR_M / cell_m) + 1
     inner = cv2.erode(rooms.view(np.uint8), np.ones((edge, edge), np.uint8)).view(bool)
     beyond = (occupied & ~inner).view(np.uint8)
-    reach = 2 * max(round(IN_LINE_M / cell_m), 1) + 1
+    reach = 2 * max(round(PIECE_IN_LINE_M / cell_m), 1) + 1
     beyond = cv2.dilate(beyond, np.ones((reach, reach), np.uint8)).view(bool)
     found: list[Floats] = []
     left = thin.copy()
@@ -69,7 +69,9 @@ def walls_in_rooms(rooms: Bools, free: Bools, occupied: Bools, cell_m: float, an
         _, pieces, stats, _ = cv2.connectedComponentsWithStats(part, connectivity=8)
         long = np.hypot(stats[:, cv2.CC_STAT_WIDTH], stats[:, cv2.CC_STAT_HEIGHT]) * cell_m >= PIECE_M
         long[0] = False
-        numbers, ends = slender_pieces(pieces, stats, np.flatnonzero(long), cell_m, PIECE_M, THICKEST_M + 2 * cell_m)
+        numbers, ends = slender_pieces(
+            pieces, stats, np.flatnonzero(long), cell_m, PIECE_M, THICKEST_PIECE_M + 2 * cell_m
+        )
         for number, line in zip(numbers.tolist(), ends, strict=True):
             cells = np.argwhere(pieces == number)[:, ::-1].astype(np.float64) + 0.5
             if _is_wall(line + 0.5, hit, beyond, cell_m):
@@ -94,9 +96,9 @@ def _is_wall(line: Floats, hit: Bools, walls: Bools, cell_m: float) -> bool:
     way = way / max(length, 1e-9)
     steps = np.arange(0.0, length + 1e-6, 1.0)
     across = np.array([-way[1], way[0]])
-    sides = np.arange(-THICKEST_M / 2, THICKEST_M / 2 + 1e-6, cell_m) / cell_m
+    sides = np.arange(-THICKEST_PIECE_M / 2, THICKEST_PIECE_M / 2 + 1e-6, cell_m) / cell_m
     lanes = line[0] + steps[:, None, None] * way + sides[:, None] * across
-    if _at(hit, lanes).any(axis=1).mean() < HIT:
+    if _at(hit, lanes).any(axis=1).mean() < RAYS_HIT:
         return False
     if length * cell_m >= LONG_M:
         return True
@@ -129,11 +131,11 @@ def _around(cells: Floats, line: Floats, thinnest: float) -> Floats:
 def cut_walls(room: Polygon, walls: Sequence[Polygon]) -> Polygon:
     """Return a room without the walls in it, metres; a wall that hangs on its edge leaves a slit (W3).
 
-    What runs along the room's edge, BESIDE_M from it, is the edge itself, seen twice. A wall that would part the room
-    is left out: what parts rooms is told elsewhere.
+    What runs along the room's edge, BESIDE_EDGE_M from it, is the edge itself, seen twice. A wall that would part the
+    room is left out: what parts rooms is told elsewhere.
     """
     for wall in walls:
-        along_edge = shapely.intersection(wall, shapely.buffer(room.exterior, BESIDE_M)).area
+        along_edge = shapely.intersection(wall, shapely.buffer(room.exterior, BESIDE_EDGE_M)).area
         if shapely.intersection(room, wall).area < wall.area / 2 or along_edge > wall.area / 2:
             continue
         left = shapely.difference(room, _hung(wall, room))
@@ -230,7 +232,9 @@ class _Sides:
             self._points(corner + way / max(float(np.hypot(*way)), 1e-9) * JAMB_M, corner)
             for corner, way in ((corners[1], -ways[0]), (corners[4], ways[4]))
         ]
-        return not self._at(self._wall, inner).any() and all(self._at(self._wall, jamb).mean() > HIT for jamb in jambs)
+        return not self._at(self._wall, inner).any() and all(
+            self._at(self._wall, jamb).mean() > RAYS_HIT for jamb in jambs
+        )
 
     def leads_out(self, gap: Floats, out: Floats) -> bool:
         """Return whether free cells come up to a gap (2, 2), and nothing was seen behind it."""

@@ -2,10 +2,10 @@
 
 The features come from the measures of the narrow place (``NarrowPlaces``); ``rooms`` joins basins by the log-odds.
 
-The log-odds are ``BIAS`` plus, for each feature, the value of its curve, which is linear between its knots and level
-beyond them. The curves were fitted (logistic, ridge) on Bormann's empty maps, on these with furniture and noise that
-the project adds, and on maps that PseudoSLAM makes of them and of plans; ``python -m research.map_fit FOLDER --plans
-FILE`` fits them again and prints this table. No furnished and no real map was used.
+The log-odds are ``SEPARATION_BIAS`` plus, for each feature, the value of its curve, which is linear between its knots
+and level beyond them. The curves were fitted (logistic, ridge) on Bormann's empty maps, on these with furniture and
+noise that the project adds, and on maps that PseudoSLAM makes of them and of plans; ``python -m research.map_fit FOLDER
+--plans FILE`` fits them again and prints this table. No furnished and no real map was used.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ KNOTS: Final = {
 """The features and the knots of their curves: the width; half of it, as a share of the clearance of the less and of the
 more spacious side; the area of the smaller side; and the others of ``NarrowPlaces``."""
 
-BIAS: Final = 0.134
+SEPARATION_BIAS: Final = 0.134
 CURVES: Final[dict[str, tuple[float, ...]]] = {
     "width_m": (-0.15, 0.69, 1.30, 0.72, -0.31, -0.48, -0.55, -1.08),
     "of_lower": (-0.59, 0.28, 0.01, 0.40, 0.02),
@@ -76,4 +76,4 @@ def separation_log_odds(narrows: NarrowPlaces, peaks_m: Floats, areas_m2: Floats
     """Return the log-odds (n,) that narrow places separate rooms."""
     found = narrow_place_features(narrows, peaks_m, areas_m2)
     curves = (np.interp(found[name], KNOTS[name], curve) for name, curve in CURVES.items())
-    return sum(curves, np.full(len(peaks_m), BIAS))
+    return sum(curves, np.full(len(peaks_m), SEPARATION_BIAS))

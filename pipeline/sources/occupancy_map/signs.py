@@ -3,10 +3,10 @@
 Only the finished rooms and doorways, and the map's own cells count. So it does not matter how the rooms were found.
 
 S1  ``half_seen_rooms``: the share of the rooms of whose edge more than ``UNSEEN`` shows no wall: no occupied cell is
-    ``WALL_M`` or nearer. Doorways do not count. Such a room ends where the robot saw no further.
-S2  ``beyond_rooms``: what the map shows and the plan lacks: the share of the free cells ``WALL_M`` or farther from the
-    rooms, or that of the occupied cells ``FAR_M`` or farther from them, whichever is more. Free cells that reach the
-    picture's border without a room between are the ground outside, or a margin.
+    ``WALL_NEAR_M`` or nearer. Doorways do not count. Such a room ends where the robot saw no further.
+S2  ``beyond_rooms``: what the map shows and the plan lacks: the share of the free cells ``WALL_NEAR_M`` or farther from
+    the rooms, or that of the occupied cells ``FAR_FROM_ROOMS_M`` or farther from them, whichever is more. Free cells
+    that reach the picture's border without a room between are the ground outside, or a margin.
 S3  ``ragged_room``: how much of its convex hull the most ragged room lacks. Several rooms that are one, and what fans
     of rays have drawn, are ragged.
 S4  ``free_wall``: how long the longest piece of occupied cells is that stands in a room, away from its edge, as a
@@ -28,9 +28,9 @@ from shapely import Polygon
 from pipeline.sources.occupancy_map.narrow_places import Bools
 
 UNSEEN: Final = 0.2
-WALL_M: Final = 0.2
-FAR_M: Final = 0.5
-JAMB_M: Final = 0.15
+WALL_NEAR_M: Final = 0.2
+FAR_FROM_ROOMS_M: Final = 0.5
+DOORWAY_GROWN_M: Final = 0.15
 FREE_WALL_M: Final = (1.0, 4.0)
 MOST_CELLS: Final = 5_000_000
 """Larger maps are divided into blocks of cells first."""
@@ -98,8 +98,8 @@ def _half_seen(cells: _Cells, rooms: Sequence[Polygon], doorways: Sequence[Polyg
     """S1."""
     if not rooms:
         return 0.0
-    walls = cells.grown(cells.occupied, WALL_M)
-    ways = cells.grown(cells.drawn(doorways), JAMB_M)
+    walls = cells.grown(cells.occupied, WALL_NEAR_M)
+    ways = cells.grown(cells.drawn(doorways), DOORWAY_GROWN_M)
     few = 0
     for room in rooms:
         points = np.concatenate([_along(ring, cells.cell_m) for ring in (room.exterior, *room.interiors)])
@@ -116,11 +116,11 @@ def _along(ring: shapely.LinearRing, step_m: float) -> npt.NDArray[np.float64]:
 
 def _beyond(cells: _Cells, free: Bools, inside: Bools) -> float:
     """S2."""
-    lost = free & ~cells.grown(inside, WALL_M)
+    lost = free & ~cells.grown(inside, WALL_NEAR_M)
     _, pieces = cv2.connectedComponents(lost.view(np.uint8), connectivity=4)
     border = np.unique(np.concatenate([pieces[0], pieces[-1], pieces[:, 0], pieces[:, -1]]))
     lost &= ~np.isin(pieces, border)
-    far = cells.occupied & ~cells.grown(inside, FAR_M)
+    far = cells.occupied & ~cells.grown(inside, FAR_FROM_ROOMS_M)
     return max(_share(lost, free), _share(far, cells.occupied))
 
 
@@ -130,7 +130,7 @@ def _share(part: Bools, whole: Bools) -> float:
 
 def _free_wall(cells: _Cells, inside: Bools) -> float:
     """S4."""
-    deep = ~cells.grown(np.pad(~inside, 1, constant_values=True), JAMB_M)[1:-1, 1:-1]
+    deep = ~cells.grown(np.pad(~inside, 1, constant_values=True), DOORWAY_GROWN_M)[1:-1, 1:-1]
     _, _, stats, _ = cv2.connectedComponentsWithStats((cells.occupied & deep).view(np.uint8), connectivity=8)
     sides = stats[1:, [cv2.CC_STAT_WIDTH, cv2.CC_STAT_HEIGHT]]
     least, most = FREE_WALL_M

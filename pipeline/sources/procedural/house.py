@@ -88,7 +88,7 @@ PER_HUNDRED: Final = {
     "jittered_duplicate": 2,
 }
 _ROLES: Final = [role for role, count in PER_HUNDRED.items() for _ in range(count)]
-_BLOCK: Final = 100
+_HOUSES_PER_BLOCK: Final = 100
 _LOOK_BACK: Final = 60
 
 
@@ -114,8 +114,8 @@ def _originals(index: int, seed: int) -> list[int]:
 
 
 def _draw_role(index: int, seed: int) -> str:
-    order = np.random.default_rng([seed, index // _BLOCK, 1]).permutation(_BLOCK)
-    place = int(order[index % _BLOCK])
+    order = np.random.default_rng([seed, index // _HOUSES_PER_BLOCK, 1]).permutation(_HOUSES_PER_BLOCK)
+    place = int(order[index % _HOUSES_PER_BLOCK])
     return _ROLES[place] if place < len(_ROLES) else SOUND
 
 

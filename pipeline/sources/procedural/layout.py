@@ -61,7 +61,7 @@ _KINDS: Final = (
 )
 _HOMES: Final = {"Bedroom", "Room", "Living_Room", "Kitchen", "Office", "Gym"}  # a house has one of these at least
 _UNNAMED_SHARE, _TWICE_NAMED_SHARE = 0.06, 0.04
-_SPREAD = 0.28  # of a room's area about the usual one, as the standard deviation of its logarithm
+_AREA_SPREAD = 0.28  # of a room's area about the usual one, as the standard deviation of its logarithm
 
 
 def draw_room_count(rng: np.random.Generator, least: int = 1) -> int:
@@ -86,7 +86,7 @@ def draw_rooms(number: int, rng: np.random.Generator) -> list[RoomSpec]:
         index = int(rng.choice(len(_KINDS), p=weights / weights.sum()))
         taken[index] += 1
         kind = _KINDS[index]
-        area = kind.area * size * float(np.clip(rng.lognormal(0.0, _SPREAD), 0.6, 1.8))
+        area = kind.area * size * float(np.clip(rng.lognormal(0.0, _AREA_SPREAD), 0.6, 1.8))
         specs.append(RoomSpec(_words(kind.label, rng), area, kind.side))
     return specs
 
@@ -191,7 +191,7 @@ def _group_specs(specs: list[RoomSpec], depth: int) -> list[list[RoomSpec]]:
 # Lay rooms out as homes are: along a corridor, round a core, in wings. Returns cells in whole centimetres.
 
 
-_TRIES = 24
+_LAYOUT_TRIES = 24
 _MISFIT_CM = 10.0
 _RING_SHARE = 0.55
 
@@ -221,7 +221,7 @@ def lay_out_rooms(specs: list[RoomSpec], rng: np.random.Generator) -> tuple[list
     """
     ring = len(specs) >= 6 and rng.random() < _RING_SHARE  # chosen once: of many tries most rings would lose
     best = _attempt(list(specs), ring, rng)
-    for _ in range(_TRIES):
+    for _ in range(_LAYOUT_TRIES):
         if best[0] <= _MISFIT_CM:
             break
         best = min(best, _attempt(list(specs), ring, rng), key=lambda attempt: attempt[0])

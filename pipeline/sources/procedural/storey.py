@@ -24,17 +24,17 @@ from pipeline.sources.procedural.walls import (
 
 _OBLIQUE_SHARE, _DIVIDER_SHARE, _CARVED_SHARE, _MERGED_SHARE = 0.2, 0.22, 0.45, 0.15
 _MIN_ROOMS = {"no_door": 3, "garage_apart": 6, "closed_cell": 2}
-_TRIES = 40
+_STOREY_TRIES = 40
 
 
 def make_storey(difficulty: str | None, rng: np.random.Generator) -> Storey:
     """Make a storey with at most one difficulty planted; tries again where rooms cannot all be joined or planted."""
     storey = _attempt(difficulty, rng)
-    for _ in range(_TRIES):
+    for _ in range(_STOREY_TRIES):
         if storey is not None:
             return storey
         storey = _attempt(difficulty, rng)
-    raise RuntimeError(f"no storey with {difficulty or 'all rooms joined'} in {_TRIES} tries")
+    raise RuntimeError(f"no storey with {difficulty or 'all rooms joined'} in {_STOREY_TRIES} tries")
 
 
 def _attempt(difficulty: str | None, rng: np.random.Generator) -> Storey | None:

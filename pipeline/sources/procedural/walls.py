@@ -23,7 +23,7 @@ from pipeline.sources.procedural.values import (
     Wall,
 )
 
-_NEAR_M = 1e-4
+_MEETS_M = 1e-4
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,7 +75,7 @@ def shared_edge_parts(edges: CellEdges) -> list[SharedEdgePart]:
     high = np.einsum("ijk,ik->ij", relative, d)  # an opposite edge begins further on and ends before
     low = np.maximum(high - edges.length[None, :], 0.0)
     high = np.minimum(high, edges.length[:, None])
-    meets = opposite & (off < _NEAR_M) & (high - low > _NEAR_M) & (edges.cell[:, None] != edges.cell[None, :])
+    meets = opposite & (off < _MEETS_M) & (high - low > _MEETS_M) & (edges.cell[:, None] != edges.cell[None, :])
     return [
         SharedEdgePart(i, (int(edges.cell[i]), int(edges.cell[j])), (float(low[i, j]), float(high[i, j])))
         for i, j in np.argwhere(meets).tolist()
@@ -91,7 +91,7 @@ def outer_edge_parts(edges: CellEdges, shared: list[SharedEdgePart]) -> list[tup
     for edge, length in enumerate(edges.length.tolist()):
         at = 0.0
         for low, high in [*sorted(inner.get(edge, [])), (length, length)]:
-            if low - at > _NEAR_M:
+            if low - at > _MEETS_M:
                 result.append((edge, (at, low)))
             at = max(at, high)
     return result
@@ -197,7 +197,7 @@ def _frame(wall: Wall) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]
 # Doors, entrances and windows: where people would have them, clear of every corner.
 
 
-CORNER_M = 0.15  # from a wall's centre line: 0.10 m from its face
+FROM_CORNER_M = 0.15  # from a wall's centre line: 0.10 m from its face
 _SOCIAL = {"Living_Room", "Dining_Room", "Kitchen", "Hall", "Lobby", "Entryway", "Room"}
 _WET = {"Bathroom", "Toilet"}
 _NARROW = {"Bathroom", "Toilet", "Storage", "Wardrobe", "Boiler_room", "Balcony", "Loggia"}
@@ -211,7 +211,7 @@ def place_interior_doors(
     for each in shared:
         i, j = each.cells
         if i < j and "shaft" not in {cells[i].use, cells[j].use}:
-            clear = each.part[1] - each.part[0] - 2 * CORNER_M
+            clear = each.part[1] - each.part[0] - 2 * FROM_CORNER_M
             if clear >= 0.65 and clear > graph.get_edge_data(i, j, {"clear": 0.0})["clear"]:
                 graph.add_edge(i, j, clear=clear, border=each, cost=_cost(cells[i], cells[j], rng))
     tree = nx.minimum_spanning_tree(graph, weight="cost")
@@ -237,7 +237,7 @@ def place_entrances(
 ) -> list[Opening]:
     """Give the house a front door, sometimes a second one, and each garage its gate."""
     found = []
-    fit = [(edge, part) for edge, part in outer if part[1] - part[0] > 1.0 + 2 * CORNER_M]
+    fit = [(edge, part) for edge, part in outer if part[1] - part[0] > 1.0 + 2 * FROM_CORNER_M]
     ranked = sorted(fit, key=lambda each: _front_cost(cells[edges.cell[each[0]]]) + float(rng.uniform(0, 1.5)))
     ranked = [each for each in ranked if cells[edges.cell[each[0]]].use in {"room", "corridor"}]
     for edge, part in ranked[: 1 + int(rng.random() < 0.25)]:
@@ -266,7 +266,7 @@ def place_windows(
             continue
         parts = [(low, high)] if high - low < 4.5 else [(low, (low + high) / 2), ((low + high) / 2, high)]
         for part in parts:
-            width = float(rng.uniform(0.5, 0.75)) * min(part[1] - part[0] - 2 * CORNER_M, 2.6)
+            width = float(rng.uniform(0.5, 0.75)) * min(part[1] - part[0] - 2 * FROM_CORNER_M, 2.6)
             place = _place_opening(edges, edge, part, width, rng)
             found.append(Opening("window", *place, cells=(int(edges.cell[edge]), None)))
     return found
@@ -279,9 +279,9 @@ def _place_opening(
 
     Most stand near a corner or in the middle, few just anywhere.
     """
-    room = part[1] - part[0] - 2 * CORNER_M
+    room = part[1] - part[0] - 2 * FROM_CORNER_M
     width = round(min(width, room), 3)
-    at = part[0] + CORNER_M + width / 2 + (room - width) * float(rng.choice([0.0, 0.5, 1.0, rng.random()]))
+    at = part[0] + FROM_CORNER_M + width / 2 + (room - width) * float(rng.choice([0.0, 0.5, 1.0, rng.random()]))
     (x, y), (dx, dy) = edges.start[edge].tolist(), edges.direction[edge].tolist()
     return (x + dx * at, y + dy * at), (dx, dy), width
 

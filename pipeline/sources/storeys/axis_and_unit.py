@@ -58,7 +58,6 @@ from pipeline.sources.tolerances import (
     AS_STRONG,
     BARE_SHARE,
     BARE_WEIGHT,
-    BEYOND,
     BINDING_WEIGHT,
     COMMON_STOREY_M,
     CUSTOM_WEIGHT,
@@ -80,13 +79,14 @@ from pipeline.sources.tolerances import (
     NAMED_DOOR_M,
     NO_UNIT_WEIGHT,
     ODD_STOREY_WEIGHT,
+    OUTSIDE_SHARE,
     PLINTH,
     PROFILE_BINS,
     SAME,
     SQUARE,
     SQUARE_WEIGHT,
-    STANDS,
     STOREY_M,
+    STOREY_STANDS,
     TINY,
     USUAL_DOOR_M,
     USUAL_STOREY_M,
@@ -383,7 +383,7 @@ def measure_upright_shape(surfaces: Surfaces, axis: int) -> UprightShape | None:
     return UprightShape((widths[0], widths[1]), storey, flatness, bare, square, heads, height, lower, foot, may_be_cut)
 
 
-def _span(surfaces: Surfaces, faces: Bools, axis: int, beyond: float = BEYOND) -> tuple[float, float]:
+def _span(surfaces: Surfaces, faces: Bools, axis: int, beyond: float = OUTSIDE_SHARE) -> tuple[float, float]:
     """Return where the faces begin and end along an axis, but for this share of their area on each side."""
     low, high, area = surfaces.low[faces, axis], surfaces.high[faces, axis], surfaces.area[faces]
     return weighted_quantile(low, area, beyond), weighted_quantile(high, area, 1 - beyond)
@@ -412,7 +412,7 @@ def _storey(
     """
     low, high = surfaces.low[walls, axis].min(), surfaces.high[walls, axis].max()
     profile = WallProfile.of(surfaces, walls, axis, float(high - low) / PROFILE_BINS)
-    standing = np.flatnonzero(profile.length >= STANDS * profile.length.max())
+    standing = np.flatnonzero(profile.length >= STOREY_STANDS * profile.length.max())
     foot, top = profile.edges[standing[0]], profile.edges[standing[-1] + 1]
     up = surfaces.normal[:, axis] > 0
     flats, middle = level > 0, (surfaces.low[:, axis] + surfaces.high[:, axis]) / 2

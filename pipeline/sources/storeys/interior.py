@@ -26,11 +26,11 @@ from pipeline.sources.storeys.surfaces import Bools, Cells, Floats, PlanGrid, Su
 from pipeline.sources.tolerances import (
     CABIN_FLOOR,
     CABIN_M,
-    CELL_M,
     CHEST_AND_HEAD_M,
     DEEPEST_WALL_M,
     ENCLOSED,
-    FACING,
+    FACES_FACING,
+    GRID_CELL_M,
     INNER_M,
     INNER_PER_M2,
     INNER_SHARE,
@@ -43,18 +43,18 @@ from pipeline.sources.tolerances import (
     SAMPLE_M,
     SHED_M2,
     STANDING,
-    STEEP,
+    STEEPLY_LEANING,
     TABLE_M2,
     THINNEST_WALL_M,
     TINY,
     TWO_FACED,
-    UPRIGHT,
+    UPRIGHT_SHARE,
     VERTICAL,
 )
 from pipeline.values import Mesh
 
 ADVICE = "take a model with rooms inside, or cut the part that has them out"
-MAX_CELLS = 40_000_000
+MAX_INTERIOR_CELLS = 40_000_000
 
 
 @dataclass(frozen=True)
@@ -116,13 +116,13 @@ def check_interior(levels: Iterable[tuple[Mesh, float | None]], name: str, *, is
 def measure_interior(walls: Mesh, floor_m2: float | None = None) -> InteriorMeasures:
     """Look at one level's walls in plan."""
     surfaces = Surfaces.of(walls)
-    upright = np.abs(surfaces.normal[:, 2]) < STEEP
+    upright = np.abs(surfaces.normal[:, 2]) < STEEPLY_LEANING
     sections = [cut_faces_at_height(surfaces, upright, height) for height in CHEST_AND_HEAD_M]
     ends = np.concatenate([segments.reshape(-1, 2) for segments, _ in sections])
     if not len(sections[0][0]):
         return InteriorMeasures(1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0)
     low, high = ends.min(axis=0), ends.max(axis=0)
-    size = max(CELL_M, float(np.sqrt(np.prod(high - low + 2.0) / MAX_CELLS)))
+    size = max(GRID_CELL_M, float(np.sqrt(np.prod(high - low + 2.0) / MAX_INTERIOR_CELLS)))
     grid = PlanGrid.over(low, high, size_m=size)
     traces = [grid.trace(segments) for segments, _ in sections]
     standing = traces[0] & grid.grow(traces[1], LEAN_M)
@@ -160,12 +160,12 @@ def _furnished_area(surfaces: Surfaces, grid: PlanGrid, edge: Cells) -> float:
 
 def _is_cabin(surfaces: Surfaces, size: Floats, floor_share: float) -> bool:
     """R1: tell whether the place is as small as a car, its walls lean, and its floor is a small part of it."""
-    return bool(size.max() < CABIN_M and floor_share < CABIN_FLOOR and _upright_share(surfaces) < UPRIGHT)
+    return bool(size.max() < CABIN_M and floor_share < CABIN_FLOOR and _upright_share(surfaces) < UPRIGHT_SHARE)
 
 
 def _upright_share(surfaces: Surfaces) -> float:
     """Share of the steep area in patches that stand upright on the whole."""
-    steep = np.abs(surfaces.normal[:, 2]) < STEEP
+    steep = np.abs(surfaces.normal[:, 2]) < STEEPLY_LEANING
     normal, area = surfaces.normal[steep], surfaces.area[steep]
     along_x = np.abs(normal[:, 0]) > np.abs(normal[:, 1])
     turned = normal * np.where(np.where(along_x, normal[:, 0], normal[:, 1]) < 0, -1.0, 1.0)[:, None]  # one side each
@@ -230,7 +230,7 @@ def _two_faced(points: Floats, normals: Floats, outer: Bools, outward: Floats) -
         away = points[k] - points[others]
         deep = dot_product(away, outward[k])
         beside = np.abs(dot_product(away, np.array([-outward[k, 1], outward[k, 0]])))
-        parallel = np.abs(dot_product(normals[others], outward[k])) > FACING
+        parallel = np.abs(dot_product(normals[others], outward[k])) > FACES_FACING
         found.append(bool(((deep > THINNEST_WALL_M) & (beside < SAMPLE_M) & parallel).any()))
     return _share(np.asarray(found))
 

@@ -53,15 +53,15 @@ from pipeline.sources.storeys.surfaces import (
     weighted_quantile,
 )
 from pipeline.sources.tolerances import (
-    AROUND_M,
     ATTIC_M,
-    BEYOND,
     BIN_M,
     CHEST_AND_HEAD_M,
     CLEAR_M,
     COVER_M,
+    COVER_MARGIN_M,
     COVER_OVER_M,
-    FAR_M,
+    CUT_AROUND_M,
+    FAR_FROM_ORIGIN_M,
     FEET_M,
     FLOOR_FACES,
     FLOOR_GAP_M,
@@ -75,31 +75,31 @@ from pipeline.sources.tolerances import (
     LIES_OVER,
     LINED,
     LINTEL_CUT_M,
-    MARGIN_M,
     NAMED_SHARE,
     NEXT_FLOOR,
+    OUTSIDE_SHARE,
     ROOF_SLAB_M,
     ROOMY_M2,
     ROUGH_M,
     SAME,
     SHORTEST_WALLS_M,
-    SLAB_M,
-    SLIVER_M2,
     SMALL_FLOOR,
     SMALL_STOREY,
     SPLIT_LEVEL_M,
     TERRAIN,
+    THICKEST_SLAB_M,
     THIN_SLAB_M,
     THROUGH,
     TINY,
     TURNED,
     UNDER_FLOOR_M,
+    UPRIGHT_M2,
     VERTICAL,
     VOID_HALF_WIDTH_M,
     VOID_OVER_M,
     VOID_UNDER_M,
+    WALL_ALONG_FLOOR_M,
     WALL_FOOT_M,
-    WALL_REACH_M,
     WALLS_ENDED,
 )
 from pipeline.values import Mesh
@@ -113,11 +113,11 @@ def floor_polygon(triangles: Floats, region: Cells, grid: PlanGrid) -> Polygon |
         parts = _outlines(region, grid)
     else:
         parts = shapely.polygons(triangles)
-        parts = parts[shapely.area(parts) > SLIVER_M2]
+        parts = parts[shapely.area(parts) > UPRIGHT_M2]
     area = shapely.union_all(parts, grid_size=ROUGH_M)
     if area.area > TERRAIN * grid.area(region):  # ground that goes on outside, at the floor's own height
         hull = shapely.union_all(_outlines(region, grid)).convex_hull
-        area = area.intersection(hull.buffer(AROUND_M, join_style="mitre"))
+        area = area.intersection(hull.buffer(CUT_AROUND_M, join_style="mitre"))
     pieces = [piece for piece in shapely.get_parts(area) if isinstance(piece, Polygon) and piece.area > 0]
     if not pieces:
         return None
@@ -236,15 +236,15 @@ def _floor(
     free = grid.drop_narrow(free, HALF_ROOM_M)
     # Lintels over wide windows stand for the wall there; a low storey has none at the second height.
     segments = np.concatenate(
-        [cut_at_height(surfaces, walls, layer.top + height) for height in (CLEAR_M - MARGIN_M, LINTEL_CUT_M)]
+        [cut_at_height(surfaces, walls, layer.top + height) for height in (CLEAR_M - COVER_MARGIN_M, LINTEL_CUT_M)]
     )
-    standing = grid.trace(segments) & grid.grow(free, WALL_REACH_M)
+    standing = grid.trace(segments) & grid.grow(free, WALL_ALONG_FLOOR_M)
     region = _fill_holes(free & _hull(standing))
     area = grid.area(region)
     rim = region & grid.grow(1 - region, grid.size_m)
     if area < ROOMY_M2:
         return None
-    lined = np.count_nonzero(rim & grid.grow(standing, WALL_REACH_M)) / np.count_nonzero(rim)
+    lined = np.count_nonzero(rim & grid.grow(standing, WALL_ALONG_FLOOR_M)) / np.count_nonzero(rim)
     steps = _fill_holes(layer.cells & _hull(standing))
     return FloorSurface(layer, region, area, layer.faces, steps) if lined >= LINED else None
 
@@ -352,7 +352,7 @@ def find_levels(
     for floor, height in zip(floors, heights, strict=True):
         around = _profile_around(surfaces, walls, floor, grid) if len(heights) > 1 else profile
         region = floor.region if floor else enclosed
-        near = walls & grid.at(grid.grow(region, WALL_REACH_M), (surfaces.low[:, :2] + surfaces.high[:, :2]) / 2)
+        near = walls & grid.at(grid.grow(region, WALL_ALONG_FLOOR_M), (surfaces.low[:, :2] + surfaces.high[:, :2]) / 2)
         through = partial(_share_running_through, surfaces, near)
         above = _next_floor(floor, height, floors)
         ceiling = _ceiling(around, layers, region, height, above=above, through=through)
@@ -382,7 +382,7 @@ def _join_parts_of_halls(levels: Sequence[FoundLevel]) -> tuple[FoundLevel, ...]
 
 def _are_under_one_ceiling(low: FoundLevel, high: FoundLevel) -> bool:
     tops = low.floor_z + low.ceiling_m, high.floor_z + high.ceiling_m
-    return high.floor_z - low.floor_z < CHEST_AND_HEAD_M[0] and abs(tops[0] - tops[1]) < MARGIN_M
+    return high.floor_z - low.floor_z < CHEST_AND_HEAD_M[0] and abs(tops[0] - tops[1]) < COVER_MARGIN_M
 
 
 def _storeys(floors: list[FloorSurface | None], foot: float, enclosed_m2: float) -> list[FloorSurface | None]:
@@ -422,7 +422,8 @@ def wall_bounds(surfaces: Surfaces, walls: Bools) -> tuple[np.ndarray, np.ndarra
     """Plan bounds (x, y) low and high of all but half a percent of the wall area on each side."""
     low, high, area = surfaces.low[walls, :2], surfaces.high[walls, :2], surfaces.area[walls]
     ends = [
-        [weighted_quantile(low[:, i], area, BEYOND), weighted_quantile(high[:, i], area, 1 - BEYOND)] for i in (0, 1)
+        [weighted_quantile(low[:, i], area, OUTSIDE_SHARE), weighted_quantile(high[:, i], area, 1 - OUTSIDE_SHARE)]
+        for i in (0, 1)
     ]
     bounds = np.asarray(ends).T
     return bounds[0], bounds[1]
@@ -447,7 +448,7 @@ def _profile_around(surfaces: Surfaces, walls: Bools, floor: FloorSurface | None
     if floor is None:
         return WallProfile.of(surfaces, walls)
     middle = (surfaces.low[:, :2] + surfaces.high[:, :2]) / 2
-    return WallProfile.of(surfaces, walls & grid.at(grid.grow(floor.region, WALL_REACH_M), middle))
+    return WallProfile.of(surfaces, walls & grid.at(grid.grow(floor.region, WALL_ALONG_FLOOR_M), middle))
 
 
 def _next_floor(floor: FloorSurface | None, height: float, floors: list[FloorSurface | None]) -> float | None:
@@ -483,20 +484,20 @@ def _ceiling(
     if not closing and above is None:  # a slab under an attic or a parapet, on which walls go on
         closing = [c for c in covers if through(c) <= (THROUGH if end - c.top > ATTIC_M else WALLS_ENDED)]
     if not closing:  # sheets, or walls open above; a hung ceiling closes nothing
-        return float(end - height - (MARGIN_M if above is not None else 0.0))
+        return float(end - height - (COVER_MARGIN_M if above is not None else 0.0))
     slab = closing[-1]
-    lower = [cover.bottom for cover in covers if slab.top - SLAB_M <= cover.bottom < slab.bottom]
+    lower = [cover.bottom for cover in covers if slab.top - THICKEST_SLAB_M <= cover.bottom < slab.bottom]
     thin = slab.top - slab.bottom < THIN_SLAB_M
     underside = lower[-1] if thin and lower else slab.bottom
-    return float(max(underside - MARGIN_M, height + CLEAR_M) - height)
+    return float(max(underside - COVER_MARGIN_M, height + CLEAR_M) - height)
 
 
 def _share_running_through(surfaces: Surfaces, walls: Bools, layer: LevelLayer) -> float:
     """R3: return which share of the walls that reach a layer runs on through it, face by face."""
-    below = layer.bottom - MARGIN_M
+    below = layer.bottom - COVER_MARGIN_M
     reach = walls & (surfaces.low[:, 2] < below) & (surfaces.high[:, 2] > below)
     length = surfaces.area[reach] / (surfaces.high[reach, 2] - surfaces.low[reach, 2])
-    through = surfaces.high[reach, 2] > layer.top + MARGIN_M
+    through = surfaces.high[reach, 2] > layer.top + COVER_MARGIN_M
     return float(length[through].sum()) / max(float(length.sum()), TINY)
 
 
@@ -520,7 +521,7 @@ Shift = tuple[float, float, float]
 def shift_to_origin(points: npt.NDArray[np.float64]) -> Shift:
     """Return whole metres (x, y, z) to subtract from points (n, 3), so that they lie near the origin."""
     middle = (points.min(axis=0) + points.max(axis=0)) / 2
-    if np.abs(middle).max() < FAR_M:
+    if np.abs(middle).max() < FAR_FROM_ORIGIN_M:
         return 0.0, 0.0, 0.0
     x, y, z = (float(value) for value in np.round(middle))
     return x, y, z

@@ -11,14 +11,14 @@ import numpy.typing as npt
 from pipeline.sources.tolerances import (
     BARELY_STANDING,
     BIN_M,
-    BORDER_M,
-    CELL_M,
     ELSEWHERE,
     END_SLACK_M,
+    FILE_GRID_M,
+    GRID_BORDER_M,
+    GRID_CELL_M,
     HORIZONTAL,
     LAYER_EDGE,
     SAME,
-    SAME_M,
     SAME_PLACE,
     STOREY_ENDED,
     TINY,
@@ -67,7 +67,7 @@ class Surfaces:
         return np.abs(self.normal[:, axis]) > HORIZONTAL
 
     def _tall(self, axis: int) -> Bools:
-        return self.high[:, axis] - self.low[:, axis] > SAME_M
+        return self.high[:, axis] - self.low[:, axis] > FILE_GRID_M
 
     def triangles(self, faces: Bools) -> Floats:
         """Corners (k, 3, 3) of the chosen faces."""
@@ -162,10 +162,10 @@ class PlanGrid:
 
     origin: tuple[float, float]
     shape: tuple[int, int]
-    size_m: float = CELL_M
+    size_m: float = GRID_CELL_M
 
     @classmethod
-    def over(cls, low: Floats, high: Floats, margin_m: float = BORDER_M, size_m: float = CELL_M) -> PlanGrid:
+    def over(cls, low: Floats, high: Floats, margin_m: float = GRID_BORDER_M, size_m: float = GRID_CELL_M) -> PlanGrid:
         """Cover the rectangle from ``low`` (x, y) to ``high`` with a margin."""
         columns, rows = np.ceil((high - low + 2 * margin_m) / size_m).astype(int) + 1
         return cls((float(low[0]) - margin_m, float(low[1]) - margin_m), (int(rows), int(columns)), size_m)

@@ -28,12 +28,12 @@ from pipeline.rejection import Reason, Rejection
 from pipeline.sources.drawn_storeys import Hole, polygon_from_ring
 from pipeline.sources.files import LeftOutParts, read_json_object
 from pipeline.sources.tolerances import (
-    DOOR_M,
+    DOOR_HEIGHT_M,
     DOOR_WIDTH_M,
+    DRAWN_SHEET_M,
+    FILE_GRID_M,
     LOOP_M2,
     NARROWEST_DOOR_M,
-    SAME_M,
-    SHEET_M,
     STOREY_HEIGHT_M,
 )
 from pipeline.sources.vector_plans.drawing import Drawing, DrawnStorey, Point, named_room, passage_rectangles
@@ -103,7 +103,7 @@ def _structured3d(found: Mapping[str, Any], path: Path, left_out: LeftOutParts) 
 
 def _close_sides(sides: Sequence[np.ndarray]) -> Polygon:
     """Return the polygon that some edges (2, 3) close; ValueError if they close none."""
-    lines = shapely.union_all([LineString(side[:, :2]) for side in sides], grid_size=SAME_M)
+    lines = shapely.union_all([LineString(side[:, :2]) for side in sides], grid_size=FILE_GRID_M)
     areas = [part for part in shapely.get_parts(shapely.polygonize([lines])) if part.area > LOOP_M2]
     if not areas:
         raise ValueError("no area")
@@ -112,7 +112,7 @@ def _close_sides(sides: Sequence[np.ndarray]) -> Polygon:
 
 def _across(shape: Any, low: float, top: float) -> Hole | None:
     if isinstance(shape, LineString):
-        shape = shape.buffer(SHEET_M / 2, cap_style="flat")
+        shape = shape.buffer(DRAWN_SHEET_M / 2, cap_style="flat")
     (found,) = passage_rectangles([shape])
     return None if found is None else Hole(found[0], low, top, has_door=True, across=found[1])
 
@@ -146,8 +146,8 @@ def _zind(found: Mapping[str, Any], path: Path, left_out: LeftOutParts) -> Drawi
         holes = []
         for (a, b), leaf in doors:
             line = LineString([np.array(a) * scale, np.array(b) * scale])
-            hole = _across(line, 0.0, DOOR_M) if line.length > NARROWEST_DOOR_M else None
-            holes += [Hole(hole.shape, 0.0, DOOR_M, leaf, hole.across)] if hole else []
+            hole = _across(line, 0.0, DOOR_HEIGHT_M) if line.length > NARROWEST_DOOR_M else None
+            holes += [Hole(hole.shape, 0.0, DOOR_HEIGHT_M, leaf, hole.across)] if hole else []
         storeys.append(
             DrawnStorey(
                 rooms=tuple(drawn),

@@ -41,15 +41,15 @@ from pipeline.sources.roles import labels_for
 from pipeline.sources.tolerances import (
     CRACK_M,
     DEEPEST_WALL_M,
-    DOOR_M,
-    FAR_M,
-    JAMB_M,
+    DOOR_END_M,
+    DOOR_HEIGHT_M,
+    FAR_FROM_ORIGIN_M,
+    FILE_GRID_M,
     LINE_WALL_M,
     LONGEST_SITE_M,
     NAME_BOX_M,
     OFF_LINE_M,
     OUTER_WALL_M,
-    SAME_M,
     SHORTEST_M,
     THICKEST_WALL_M,
     THROUGH_WALL,
@@ -113,7 +113,7 @@ def named_room(
 def walls_along_lines(lines: Iterable[tuple[Point, Point]], thick_m: float) -> list[Polygon]:
     """Return the walls along lines of one thickness: their corners are mitred, their ends stand out by half of it."""
     segments = [LineString(line) for line in lines if line[0] != line[1]]
-    merged = shapely.line_merge(shapely.union_all(segments, grid_size=SAME_M)) if segments else LineString()
+    merged = shapely.line_merge(shapely.union_all(segments, grid_size=FILE_GRID_M)) if segments else LineString()
     body = shapely.buffer(merged, thick_m / 2, cap_style="square", join_style="mitre", mitre_limit=2.0)
     return polygons_of(body)
 
@@ -121,16 +121,16 @@ def walls_along_lines(lines: Iterable[tuple[Point, Point]], thick_m: float) -> l
 def wall_along_line(start: Sequence[float], end: Sequence[float], thick_m: float) -> Polygon | None:
     """Return one wall that ends where its line does, or None if it has no length."""
     line = LineString([start[:2], end[:2]])
-    return shapely.buffer(line, thick_m / 2, cap_style="flat") if line.length > SAME_M else None
+    return shapely.buffer(line, thick_m / 2, cap_style="flat") if line.length > FILE_GRID_M else None
 
 
 def walls_between_faces(shapes: Iterable[Polygon]) -> list[Polygon]:
     """R1: walls of some faces or bodies."""
-    body = shapely.union_all(list(shapes), grid_size=SAME_M)
+    body = shapely.union_all(list(shapes), grid_size=FILE_GRID_M)
     whole = shapely.union_all([Polygon(part.exterior) for part in polygons_of(body)])
     voids = polygons_of(shapely.difference(whole, body))
     slits = [void for void in voids if drop_thin_parts(void, THICKEST_WALL_M).is_empty]
-    return polygons_of(shapely.union_all([body, *slits], grid_size=SAME_M))
+    return polygons_of(shapely.union_all([body, *slits], grid_size=FILE_GRID_M))
 
 
 def walls_between_rooms(rooms: Sequence[Polygon], walled: Sequence[bool] | None = None) -> list[Polygon]:
@@ -142,7 +142,7 @@ def walls_between_rooms(rooms: Sequence[Polygon], walled: Sequence[bool] | None 
             edge = shapely.boundary(room)
             beside = [rooms[k] for k in areas.query(edge, "dwithin", distance=CRACK_M) if k != number]
             edges.append(shapely.intersection(edge, shapely.buffer(shapely.union_all(beside), CRACK_M)))
-    lines = shapely.union_all(edges, grid_size=SAME_M)
+    lines = shapely.union_all(edges, grid_size=FILE_GRID_M)
     return polygons_of(shapely.buffer(lines, OUTER_WALL_M / 2, cap_style="flat", join_style="mitre"))
 
 
@@ -171,7 +171,7 @@ def door_hole(
     *,
     has_door: bool,
     bottom_m: float = 0.0,
-    top_m: float = DOOR_M,
+    top_m: float = DOOR_HEIGHT_M,
     thick_m: float = LINE_WALL_M,
 ) -> Hole | None:
     """Return the hole of a door that is drawn as a line from jamb to jamb; None if it has no length.
@@ -198,7 +198,7 @@ def deepen_to_walls(holes: Sequence[Hole], walls: Sequence[Polygon]) -> list[Hol
     corners, hole = shapely.get_coordinates(shapes, return_index=True)
     boxes = shapely.bounds(shapes)[hole]
     middle = (boxes[:, :2] + boxes[:, 2:]) / 2
-    corners = middle + (corners - middle) * (1.0 - SAME_M / 10)  # a wall that ends at a jamb only touches the lane
+    corners = middle + (corners - middle) * (1.0 - FILE_GRID_M / 10)  # a wall that ends at a jamb only touches the lane
     step = DEEPEST_WALL_M * across[hole]
     ends = np.stack([corners - step, corners + step], axis=1).reshape(-1, 2)
     lanes = shapely.convex_hull(shapely.linestrings(ends, indices=np.repeat(hole, 2)))
@@ -215,7 +215,7 @@ def deepen_to_wall(hole: Hole, walls: Sequence[Polygon]) -> Hole:
 
 
 def _near(walls: Sequence[Polygon], line: LineString) -> BaseGeometry:
-    return shapely.union_all([wall for wall in walls if shapely.dwithin(wall, line, JAMB_M + SHORTEST_M)])
+    return shapely.union_all([wall for wall in walls if shapely.dwithin(wall, line, DOOR_END_M + SHORTEST_M)])
 
 
 def _depth(walls: BaseGeometry, jambs: tuple[Floats, Floats], across: Floats, thick_m: float) -> tuple[float, float]:
@@ -223,7 +223,7 @@ def _depth(walls: BaseGeometry, jambs: tuple[Floats, Floats], across: Floats, th
     a, b = jambs
     along = np.array([across[1], -across[0]])
     middle = (a + b) / 2
-    probes = [middle, a - along * JAMB_M, b + along * JAMB_M, a + along * JAMB_M, b - along * JAMB_M]
+    probes = [middle, a - along * DOOR_END_M, b + along * DOOR_END_M, a + along * DOOR_END_M, b - along * DOOR_END_M]
     found = []
     for probe in probes:
         ray = LineString([probe - across * DEEPEST_WALL_M, probe + across * DEEPEST_WALL_M])
@@ -234,7 +234,7 @@ def _depth(walls: BaseGeometry, jambs: tuple[Floats, Floats], across: Floats, th
                 and ends.min() <= OFF_LINE_M
                 and ends.max() >= -OFF_LINE_M
                 and ends.max() - ends.min() < DEEPEST_WALL_M
-                and np.abs(ends).max() < DEEPEST_WALL_M - SAME_M  # else the ray ends in a wall along it
+                and np.abs(ends).max() < DEEPEST_WALL_M - FILE_GRID_M  # else the ray ends in a wall along it
             ):
                 found.append((float(ends.min()), float(ends.max())))
         if found:  # nearest to what is asked for: the wall itself, then the ends beside it
@@ -327,7 +327,7 @@ def _moved_near(storey: DrawnStorey, name: str) -> tuple[DrawnStorey, Point]:
         said = f"{length:,.0f}" if length < 1e9 else f"{length:.3g}"
         detail = f"{name} is {said} m long, expected {LONGEST_SITE_M:,.0f} m at most"
         raise Rejection("source", Reason.BAD_UNITS, detail, "give its scale, or leave it out")
-    if max(abs(x1), abs(y1), abs(x2), abs(y2)) < FAR_M:
+    if max(abs(x1), abs(y1), abs(x2), abs(y2)) < FAR_FROM_ORIGIN_M:
         return storey, (0.0, 0.0)
     dx, dy = float(np.floor(x1)), float(np.floor(y1))
 

@@ -30,8 +30,8 @@ from pipeline.sources.tolerances import (
     DRAWING_M,
     EARTH_M,
     HIGHEST_OBJECT_M,
+    LEFTOVER_M2,
     LONGEST_SITE_M,
-    SPECK_M2,
     STOREY_HEIGHT_M,
 )
 from pipeline.sources.vector_plans.drawing import Drawing
@@ -45,7 +45,7 @@ from pipeline.sources.vector_plans.named_features import (
 _KEYS: Final = ("kind", "type", "class", "category", "feature_type", "layer", "indoor")
 _LEVELS: Final = ("level", "level_id", "floor", "floor_id", "floorId", "levelId", "storey")
 _UNITS: Final = (0.01, 0.001)
-ROOM_M2: Final = 20.0
+USUAL_ROOM_M2: Final = 20.0
 """A room is about as large."""
 _OWN_MARKS: Final = frozenset({"label_box", "free_space"})
 """Kinds of our export that are neither walls nor rooms."""
@@ -222,7 +222,7 @@ def _to_metres(shapes: list[Any], crs: Any) -> tuple[Any, tuple[str, ...]]:
     areas = [part.area for shape in shapes for part in simple_parts(shape) if part.area > 0]
     fits = [unit for unit in _UNITS if long * unit <= DRAWING_M[1]]
     if long > LONGEST_SITE_M and areas and fits:
-        usual = math.sqrt(float(np.median(areas)) / ROOM_M2)
+        usual = math.sqrt(float(np.median(areas)) / USUAL_ROOM_M2)
         unit = min(fits, key=lambda each: abs(math.log(each * usual)))
         return lambda points: points * unit, ("units",)
     return None, ()
@@ -243,7 +243,7 @@ def _features_of(level: list[tuple[str, Any, Mapping[str, Any]]]) -> DrawnFeatur
     for kind, shape, about in level:
         parts = list(simple_parts(shape))
         drawn_areas = [next(valid) for part in parts if isinstance(part, Polygon)]
-        areas = [area for part in drawn_areas for area in polygons_of(part) if area.area > SPECK_M2]
+        areas = [area for part in drawn_areas for area in polygons_of(part) if area.area > LEFTOVER_M2]
         lines = [part for part in parts if part.geom_type in {"LineString", "LinearRing"}]
         edges = [(a, b) for line in lines for a, b in zip(line.coords, line.coords[1:], strict=False)]
         if kind == "wall":

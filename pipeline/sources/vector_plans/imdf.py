@@ -37,7 +37,7 @@ from pipeline.sources.files import LARGEST_BYTES, LeftOutParts, archive_members,
 from pipeline.sources.roles import labels_for
 from pipeline.sources.tolerances import (
     EDGE_REACH_M,
-    SPECK_M2,
+    LEFTOVER_M2,
     STOREY_HEIGHT_M,
     WALL_HEIGHT_M,
 )
@@ -195,7 +195,7 @@ def _sort_in(feature: Any, levels: dict[str, _Level], order: dict[str, float]) -
 def _storey(level: _Level, to_metres: Any, height_m: float) -> DrawnStorey:
     def areas(shape: Any) -> list[Polygon]:
         flat = [shapely.make_valid(part) for part in simple_parts(shapely.transform(shape, to_metres))]
-        return [area for part in flat for area in polygons_of(part) if area.area > SPECK_M2]
+        return [area for part in flat for area in polygons_of(part) if area.area > LEFTOVER_M2]
 
     drawn = [wall for shape in level.walls for wall in areas(shape)]
     ways = [(ends, leaf) for shape, leaf in level.openings for ends in _lines(shapely.transform(shape, to_metres))]
@@ -236,7 +236,7 @@ def _rooms(units: list[tuple[Polygon, Mapping[str, Any]]], walls: list[Polygon])
     for area, about in sorted(units, key=lambda each: each[0].area):
         word, labels = _name(about)
         for part in polygons_of(shapely.difference(area, taken)):
-            if part.area > SPECK_M2:
+            if part.area > LEFTOVER_M2:
                 yield named_room(word, part, labels=labels)
         taken = shapely.union(taken, area)
 

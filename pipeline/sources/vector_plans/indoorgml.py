@@ -33,7 +33,15 @@ from pipeline.rejection import Reason, Rejection
 from pipeline.sources.drawn_storeys import Hole, Wall, unite_rooms, walls_around
 from pipeline.sources.files import Element, LeftOutParts, parse_xml
 from pipeline.sources.roles import Role, role_from_name
-from pipeline.sources.tolerances import CLEAR_M, CRACK_M, DOOR_M, IFC_DOOR_M, SAME_M, SPECK_M2, WALL_HEIGHT_M
+from pipeline.sources.tolerances import (
+    CLEAR_M,
+    CRACK_M,
+    DOOR_HEIGHT_M,
+    FILE_GRID_M,
+    IFC_DOOR_M,
+    LEFTOVER_M2,
+    WALL_HEIGHT_M,
+)
 from pipeline.sources.vector_plans.drawing import (
     Drawing,
     DrawnStorey,
@@ -115,7 +123,7 @@ def _add_cell(cell: Element, kind: str, found: _Map, left_out: LeftOutParts) -> 
         left_out.add(f"cell {word or cell.get('gml:id', '')!r} has no polygon")
         return
     floor = min(float(face[:, 2].min()) for face in faces)
-    level = [face for face in faces if np.ptp(face[:, 2]) < SAME_M and face[0, 2] - floor < SAME_M] or faces
+    level = [face for face in faces if np.ptp(face[:, 2]) < FILE_GRID_M and face[0, 2] - floor < FILE_GRID_M] or faces
     area = shapely.union_all([shapely.make_valid(Polygon(face[:, :2])) for face in level])
     role = role_from_name(word)
     if kind in _DOOR_SPACES or (role is not None and role.role is Role.DOOR):
@@ -162,7 +170,7 @@ def _points(element: Element, *, closed: bool) -> Floats:
                 sizes = [int(said)] if said in {"2", "3"} else [3, 2]
                 fits = [n for n in sizes if len(values) % n == 0]
                 if closed:
-                    fits = [n for n in fits if np.allclose(values[:n], values[-n:], atol=SAME_M)] or fits
+                    fits = [n for n in fits if np.allclose(values[:n], values[-n:], atol=FILE_GRID_M)] or fits
                 if fits:
                     rows = list(values.reshape(-1, fits[0]))
     if not rows or len({len(row) for row in rows}) != 1 or len(rows[0]) not in {2, 3}:
@@ -218,7 +226,9 @@ def _storey(found: _Map, low: float, high: float) -> DrawnStorey:
     doors = [shape for shape, height in found.doors if low - CLEAR_M / 2 <= height < high - CLEAR_M / 2]
     between = walls_between_rooms([area for area, _ in here])  # R3
     rest = shapely.union_all(between)
-    rooms = [(part, word) for area, word in here for part in polygons_of(area.difference(rest)) if part.area > SPECK_M2]
+    rooms = [
+        (part, word) for area, word in here for part in polygons_of(area.difference(rest)) if part.area > LEFTOVER_M2
+    ]
     shapes = [area for area, _ in rooms]
     walls = [wall.shape for wall in walls_around(shapes, WALL_HEIGHT_M)] + between
     lines = [shape for shape in doors if isinstance(shape, LineString)]
@@ -227,7 +237,7 @@ def _storey(found: _Map, low: float, high: float) -> DrawnStorey:
     holes = [hole for line in lines if (hole := _hole(line, walls)) is not None]
     areas = [shape for shape in doors if not isinstance(shape, LineString)]
     holes += deepen_to_walls(
-        [Hole(box[0], 0.0, DOOR_M, True, box[1]) for box in passage_rectangles(areas) if box], walls
+        [Hole(box[0], 0.0, DOOR_HEIGHT_M, True, box[1]) for box in passage_rectangles(areas) if box], walls
     )
     return DrawnStorey(
         walls=tuple(Wall(wall, 0.0, WALL_HEIGHT_M) for wall in walls),

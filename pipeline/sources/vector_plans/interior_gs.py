@@ -28,7 +28,7 @@ from pipeline.geometry.prisms import extrude_polygon
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.drawn_storeys import Hole, Wall, merge_parallel_holes, polygon_from_ring, unite_rooms
 from pipeline.sources.files import LeftOutParts, read_json_object
-from pipeline.sources.tolerances import HEAD_M, LARGEST_THING_M2, LINE_WALL_M, LONGEST_SITE_M, THICKEST_LINE_M
+from pipeline.sources.tolerances import LARGEST_THING_M2, LINE_WALL_M, LONGEST_SITE_M, LOWEST_HEAD_M, THICKEST_LINE_M
 from pipeline.sources.vector_plans.drawing import (
     Drawing,
     DrawnStorey,
@@ -149,7 +149,7 @@ def _thing(said: Any) -> SourceObject | None:
     if (size <= 0).any():
         raise ValueError("a box without a size")
     (x1, y1, low), (x2, y2, high) = (at - size / 2).tolist(), (at + size / 2).tolist()
-    hangs = low >= HEAD_M or (x2 - x1) * (y2 - y1) > LARGEST_THING_M2
+    hangs = low >= LOWEST_HEAD_M or (x2 - x1) * (y2 - y1) > LARGEST_THING_M2
     if hangs or any(filling in word.lower() for filling in _FILLINGS):
         return None
     return SourceObject((word,), extrude_polygon(shapely.box(x1, y1, x2, y2), low, high))

@@ -36,13 +36,13 @@ from pipeline.geometry.prisms import extrude_polygon
 from pipeline.sources.drawn_storeys import Hole, Wall, polygon_from_ring
 from pipeline.sources.roles import labels_for, names_furniture_with_doors
 from pipeline.sources.tolerances import (
-    DOOR_M,
+    DOOR_HEIGHT_M,
+    DRAWN_SHEET_M,
+    FILE_GRID_M,
     MASSIVE_WALL_M,
     NAME_BOX_M,
     OFF_LINE_M,
     ROUGH_M,
-    SAME_M,
-    SHEET_M,
     THICKEST_WALL_M,
     WALL_HEIGHT_M,
 )
@@ -148,7 +148,7 @@ def storey_from_features(drawn: DrawnFeatures, height_m: float = 0.0) -> DrawnSt
     panes, frames = windows_from_lines(drawn.window_lines)  # R8
     lines = [*drawn.wall_lines, *sides, *frames]
     bodies = bodies_between_faces(lines)
-    shapes = [*areas, *drawn.wall_bodies, *panes, *walls_along_lines(lines, SHEET_M), *bodies]
+    shapes = [*areas, *drawn.wall_bodies, *panes, *walls_along_lines(lines, DRAWN_SHEET_M), *bodies]
     walls = walls_between_faces(shapes) if lines or panes else shapes
     walls = [shapely.simplify(wall, ROUGH_M) for wall in walls] if bodies else walls  # faces are nearly parallel
     holes = deepen_to_walls(_of_areas(drawn.door_areas), walls)
@@ -174,12 +174,14 @@ def nest_rings(areas: Sequence[Polygon]) -> list[Polygon]:
     if len(found) < 2:
         return found
     tree = shapely.STRtree(found)
-    shrunk = shapely.buffer(found, -SAME_M)  # rings that touch may cross by a hair
+    shrunk = shapely.buffer(found, -FILE_GRID_M)  # rings that touch may cross by a hair
     inner, outer = tree.query(shrunk, predicate="within")
     deep = np.bincount(inner[inner != outer], minlength=len(found))
     solid = shapely.Polygon()
     for depth in range(int(deep.max()) + 1):
-        layer = shapely.union_all([each for each, n in zip(found, deep, strict=True) if n == depth], grid_size=SAME_M)
+        layer = shapely.union_all(
+            [each for each, n in zip(found, deep, strict=True) if n == depth], grid_size=FILE_GRID_M
+        )
         solid = shapely.difference(solid, layer) if depth % 2 else shapely.union(solid, layer)
     return polygons_of(solid)
 
@@ -265,7 +267,9 @@ def _enclosed_rooms(drawn: DrawnFeatures) -> list[NamedArea]:
     """R4."""
     if not drawn.room_lines:
         return []
-    lines = shapely.union_all([LineString(line) for line in drawn.room_lines if line[0] != line[1]], grid_size=SAME_M)
+    lines = shapely.union_all(
+        [LineString(line) for line in drawn.room_lines if line[0] != line[1]], grid_size=FILE_GRID_M
+    )
     found = shapely.get_parts(shapely.polygonize(shapely.get_parts(lines)))
     return [(area, (), "") for area in found if not drop_thin_parts(area, THICKEST_WALL_M).is_empty]
 
@@ -311,7 +315,7 @@ def _of_areas(areas: Sequence[tuple[Polygon, bool]]) -> list[Hole]:
     """R3: one walks through the shorter way."""
     ways = passage_rectangles([area for area, _ in areas])
     return [
-        Hole(area, 0.0, DOOR_M, has_leaf, way[1])
+        Hole(area, 0.0, DOOR_HEIGHT_M, has_leaf, way[1])
         for (area, has_leaf), way in zip(areas, ways, strict=True)
         if way is not None
     ]

@@ -33,7 +33,7 @@ from pipeline.rejection import Reason, Rejection
 from pipeline.sources.drawn_storeys import Wall, polygon_from_ring, unite_rooms
 from pipeline.sources.files import DEEPEST, LeftOutParts
 from pipeline.sources.roles import labels_for
-from pipeline.sources.tolerances import LINE_WALL_M, SAME_M, SHAFT_M, WALL_HEIGHT_M
+from pipeline.sources.tolerances import FILE_GRID_M, LINE_WALL_M, SHAFT_M, WALL_HEIGHT_M
 from pipeline.sources.vector_plans.drawing import (
     Drawing,
     DrawnStorey,
@@ -151,7 +151,7 @@ class _Sheet:
         """R6."""
         if not floors:
             return []
-        body = shapely.union_all([*walls, *doors], grid_size=SAME_M)
+        body = shapely.union_all([*walls, *doors], grid_size=FILE_GRID_M)
         whole = shapely.union_all([Polygon(part.exterior) for part in polygons_of(body)])
         seen = shapely.MultiPoint([point for point in self.points if point is not None])
         floor = shapely.union_all(floors)
@@ -160,7 +160,7 @@ class _Sheet:
             for place in polygons_of(shapely.difference(whole, body))
             if shapely.intersection(place, floor).area < _NO_FLOOR * place.area
             and not place.intersects(seen)
-            and not any(shapely.dwithin(place, door, SAME_M) for door in doors)
+            and not any(shapely.dwithin(place, door, FILE_GRID_M) for door in doors)
         ]
 
     def _polygons(self, kind: str) -> list[Polygon]:

@@ -38,23 +38,23 @@ from pipeline.sources.meshes.formats import frame_convention, load_scene
 from pipeline.sources.roles import labels_for, names_furniture_with_doors
 from pipeline.sources.tolerances import (
     CRACK_M,
+    FILE_GRID_M,
     KNEE_M,
     MIN_DEPTH_M,
     NARROWEST_DOOR_M,
-    SAME_M,
-    SLIVER_M2,
     TINY,
+    UPRIGHT_M2,
     WALL_HEIGHT_M,
-    WIDEST_DOOR_M,
+    WIDEST_DOOR_BODY_M,
 )
 from pipeline.sources.vector_plans.drawing import DrawnStorey, deepen_to_wall, door_hole
 from pipeline.values import SourceObject, SourceRoom
 
-MANY_FACES: Final = 20_000
+MANY_BODY_FACES: Final = 20_000
 """A piece of furniture with more is read by ``body_from_many_triangles``: to unite their triangles takes minutes."""
 SHEET_WALL_M: Final = 0.05
-CELL_M: Final = 0.02
-MOST_CELLS: Final = 100_000_000
+BODY_CELL_M: Final = 0.02
+MOST_BODY_CELLS: Final = 100_000_000
 LARGEST_MESH: Final = 1 << 27
 _MESHES: Final = frozenset({".obj", ".stl", ".dae"})
 _KINDS: Final = (
@@ -125,10 +125,10 @@ def body_from_triangles(
 def _covered_area(triangles: npt.NDArray[np.float64]) -> Polygon | MultiPolygon | None:
     """Return what triangles (m, 3, 2) cover together, or None if that is nothing. Most bodies are boxes."""
     side, other = triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]
-    flat = triangles[np.abs(side[:, 0] * other[:, 1] - side[:, 1] * other[:, 0]) > 2 * SLIVER_M2]
+    flat = triangles[np.abs(side[:, 0] * other[:, 1] - side[:, 1] * other[:, 0]) > 2 * UPRIGHT_M2]
     if (found := _quadrilateral(flat)) is not None:
         return found
-    parts = polygons_of(shapely.union_all(shapely.polygons(_without_twins(flat)), grid_size=SAME_M))
+    parts = polygons_of(shapely.union_all(shapely.polygons(_without_twins(flat)), grid_size=FILE_GRID_M))
     return MultiPolygon(parts) if len(parts) > 1 else parts[0] if parts else None
 
 
@@ -137,7 +137,7 @@ def _quadrilateral(triangles: npt.NDArray[np.float64]) -> Polygon | None:
 
     Two triangles cover it that lack opposite corners.
     """
-    places = round_to_grid(triangles, SAME_M)
+    places = round_to_grid(triangles, FILE_GRID_M)
     hull = shapely.convex_hull(shapely.multipoints(places.reshape(-1, 2)))
     corners = shapely.get_coordinates(hull)[:-1]
     if not isinstance(hull, Polygon) or len(corners) != 4:
@@ -161,8 +161,8 @@ def body_from_box(
     points = box_mesh(at, half)[0]
     if not np.isfinite(points).all():
         return None
-    shape = shapely.convex_hull(shapely.multipoints(round_to_grid(points[:, :2], SAME_M)))
-    if not shape.area > 2 * SLIVER_M2:
+    shape = shapely.convex_hull(shapely.multipoints(round_to_grid(points[:, :2], FILE_GRID_M)))
+    if not shape.area > 2 * UPRIGHT_M2:
         return None
     return SceneBody(names, shape, float(points[:, 2].min()), float(points[:, 2].max()))
 
@@ -178,7 +178,7 @@ def bodies_from_sheets(
         spans.setdefault((round(float(low), 2), round(float(high), 2)), []).append(triangle[[0, 1, 2, 0], :2])
     for (low, high), rings in spans.items():
         if high > low:
-            lines = shapely.union_all(shapely.linestrings(rings), grid_size=SAME_M)
+            lines = shapely.union_all(shapely.linestrings(rings), grid_size=FILE_GRID_M)
             parts = polygons_of(shapely.buffer(lines, SHEET_WALL_M / 2, cap_style="square", join_style="mitre"))
             if parts:
                 yield SceneBody(names, parts[0] if len(parts) == 1 else MultiPolygon(parts), low, high)
@@ -187,26 +187,26 @@ def bodies_from_sheets(
 def body_from_many_triangles(
     names: tuple[str, ...], points: npt.NDArray[np.float64], faces: npt.NDArray[np.int64]
 ) -> SceneBody | None:
-    """Return a body of many faces, as ``body_from_triangles`` does, but with an edge in steps of ``CELL_M``.
+    """Return a body of many faces, as ``body_from_triangles`` does, but with an edge in steps of ``BODY_CELL_M``.
 
     Faces that are smaller than a cell fill the cells of their corners; the area of the others is united as it is.
     """
     a, b, c = (points[faces[:, k], :2] for k in range(3))
     low, high = np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c)
-    is_large = (high - low).max(axis=1) > CELL_M
+    is_large = (high - low).max(axis=1) > BODY_CELL_M
     large = body_from_triangles(names, points, faces[is_large]) if is_large.any() else None
     small = np.concatenate([a[~is_large], b[~is_large], c[~is_large]])
-    origin = np.floor(small.min(axis=0, initial=0.0) / CELL_M)
-    columns, rows = (np.floor(small / CELL_M) - origin).astype(np.int64).T
-    if len(small) and columns.max() * rows.max() > MOST_CELLS:
+    origin = np.floor(small.min(axis=0, initial=0.0) / BODY_CELL_M)
+    columns, rows = (np.floor(small / BODY_CELL_M) - origin).astype(np.int64).T
+    if len(small) and columns.max() * rows.max() > MOST_BODY_CELLS:
         return body_from_triangles(names, points, faces)
     cells = np.zeros((columns.max(initial=0) + 1, rows.max(initial=0) + 1), np.bool_)
     cells[columns, rows] = True
     steps = np.diff(np.pad(cells, ((0, 0), (1, 1))).astype(np.int8), axis=1)
     (column, start), (_, end) = np.nonzero(steps == 1), np.nonzero(steps == -1)
-    x, y, top = (column + origin[0]) * CELL_M, (start + origin[1]) * CELL_M, (end + origin[1]) * CELL_M
-    strips = shapely.box(x, y, x + CELL_M, top)
-    whole = shapely.union_all([*strips, *([large.shape] if large is not None else [])], grid_size=SAME_M)
+    x, y, top = (column + origin[0]) * BODY_CELL_M, (start + origin[1]) * BODY_CELL_M, (end + origin[1]) * BODY_CELL_M
+    strips = shapely.box(x, y, x + BODY_CELL_M, top)
+    whole = shapely.union_all([*strips, *([large.shape] if large is not None else [])], grid_size=FILE_GRID_M)
     parts = polygons_of(shapely.make_valid(whole))
     if not parts:
         return None
@@ -327,7 +327,7 @@ def _rooms(floors: Sequence[SceneBody]) -> tuple[SourceRoom, ...]:
         groups.setdefault((*key, word), []).append(each)
     rooms = []
     for key, pieces in groups.items():
-        whole = polygons_of(shapely.union_all([piece.shape for piece in pieces], grid_size=SAME_M))
+        whole = polygons_of(shapely.union_all([piece.shape for piece in pieces], grid_size=FILE_GRID_M))
         shape = max(whole, key=lambda part: part.area)
         said = key[-1]
         label = canonical(said)
@@ -345,9 +345,9 @@ def _without_pieces(floors: Sequence[SceneBody], standing: Callable[[], BaseGeom
     if len(numbered) < 2:
         return list(floors)
     shapes = [floors[i].shape for i in numbered]
-    pairs = shapely.STRtree(shapes).query(shapes, predicate="dwithin", distance=SAME_M).T
+    pairs = shapely.STRtree(shapes).query(shapes, predicate="dwithin", distance=FILE_GRID_M).T
     for one, other in pairs[pairs[:, 0] < pairs[:, 1]].tolist():
-        edge = shapely.intersection(shapely.buffer(shapes[one], SAME_M), shapely.boundary(shapes[other]))
+        edge = shapely.intersection(shapely.buffer(shapes[one], FILE_GRID_M), shapely.boundary(shapes[other]))
         if edge.length > NARROWEST_DOOR_M and shapely.difference(edge, standing()).length > edge.length / 2:
             return [each for i, each in enumerate(floors) if i not in set(numbered)]
     return list(floors)
@@ -394,7 +394,7 @@ def _hole(each: SceneBody, height: float, has_door: bool, walls: Sequence[Polygo
     k = int(np.argmin(lengths))
     x, y = sides[k] / max(float(lengths[k]), TINY)
     low, top = each.low_m - height, each.high_m - height
-    if not NARROWEST_DOOR_M < float(lengths.max()) < WIDEST_DOOR_M:
+    if not NARROWEST_DOOR_M < float(lengths.max()) < WIDEST_DOOR_BODY_M:
         return None
     plain = Hole(box, low, top, has_door, (float(x), float(y)))
     deeper = deepen_to_wall(plain, walls)

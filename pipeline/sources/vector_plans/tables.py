@@ -32,7 +32,7 @@ from shapely import Polygon
 from pipeline.geometry.areas import polygons_of
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.files import LeftOutParts
-from pipeline.sources.tolerances import LARGEST_FLOOR_M2, SAME_M, SPECK_M2
+from pipeline.sources.tolerances import FILE_GRID_M, LARGEST_FLOOR_M2, LEFTOVER_M2
 from pipeline.sources.vector_plans.drawing import Drawing
 from pipeline.sources.vector_plans.named_features import DrawnFeatures, storey_from_features
 
@@ -142,7 +142,7 @@ def _floor(rows: list[tuple[str, str, str]]) -> Drawing:
             drawn.rooms += [(area, (subtype.replace("_", " ").lower(),), label) for area in areas]
         elif kind == "feature":
             drawn.objects += [(subtype.lower(), area, 1.0) for area in areas]
-    drawn.wall_areas = polygons_of(shapely.union_all(drawn.wall_areas, grid_size=SAME_M))
+    drawn.wall_areas = polygons_of(shapely.union_all(drawn.wall_areas, grid_size=FILE_GRID_M))
     return Drawing("swiss-dwellings", (storey_from_features(drawn),), left_out)
 
 
@@ -159,7 +159,7 @@ def _resplan(found: Any, path: Path, key: str) -> Drawing:
     def areas(name: str) -> list[Polygon]:
         return [shapely.transform(part, lambda points: points * scale) for part in _areas(plan.get(name))]
 
-    drawn = DrawnFeatures(wall_areas=polygons_of(shapely.union_all(areas("wall"), grid_size=SAME_M)))
+    drawn = DrawnFeatures(wall_areas=polygons_of(shapely.union_all(areas("wall"), grid_size=FILE_GRID_M)))
     drawn.door_areas = [(part, True) for name in ("door", "front_door") for part in areas(name)]
     drawn.rooms = [(part, (name,), _ROOMS[name]) for name in _RESPLAN_ROOMS for part in areas(name)]
     return Drawing("resplan", (storey_from_features(drawn),), LeftOutParts())
@@ -170,7 +170,7 @@ def _areas(shape: Any) -> list[Polygon]:
         shape = shape.geometry
     if not isinstance(shape, shapely.Geometry) or shape.is_empty or not np.isfinite(shapely.bounds(shape)).all():
         return []
-    return [part for part in polygons_of(shapely.make_valid(shapely.force_2d(shape))) if part.area > SPECK_M2]
+    return [part for part in polygons_of(shapely.make_valid(shapely.force_2d(shape))) if part.area > LEFTOVER_M2]
 
 
 class _Shape:

@@ -28,7 +28,7 @@ from pipeline.sources.files import LeftOutParts, quiet_usd, record_file, usd_fau
 from pipeline.sources.meshes.scene import triangulate_polygons
 from pipeline.sources.vector_plans.drawing import Drawing
 from pipeline.sources.vector_plans.scene_bodies import (
-    MANY_FACES,
+    MANY_BODY_FACES,
     SceneBody,
     body_from_many_triangles,
     body_from_triangles,
@@ -163,7 +163,7 @@ def _bodies(usd: Any, geometry: Any, stage: Any, path: Path, left_out: LeftOutPa
         kind = body_kind((label, *names) if label else names)
         if kind == "skipped":
             continue
-        is_dense = kind == "furniture" and not canonical(label) and len(faces) > MANY_FACES
+        is_dense = kind == "furniture" and not canonical(label) and len(faces) > MANY_BODY_FACES
         made = (body_from_many_triangles if is_dense else body_from_triangles)(names, placed, faces)
         if made is not None:
             yield SceneBody(names, made.shape, made.low_m, made.high_m, label, words)

@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from shapely import Polygon, box
 
-from houseexpo.analysis.copies import OPENING_M, WALL_M, copy_symmetry, find_duplicates, walls_and_parts
+from houseexpo.analysis.copies import OPENING_M, SAME_WALL_M, copy_symmetry, find_duplicates, walls_and_parts
 from houseexpo.analysis.kernels.walls import all_near, distances
 from houseexpo.analysis.similarity import SYMMETRIES
 from houseexpo.floorplan import FloorPlan
@@ -144,5 +144,8 @@ def test_being_a_copy_does_not_depend_on_place_or_direction(symmetry: str, x: fl
     moved = walls_and_parts(replace(plan, verts=verts + np.array([x, y])))
     assert copy_symmetry(walls_and_parts(plan), moved)
     assert copy_symmetry(moved, walls_and_parts(plan))
-    for other in (flat("b", door=0.9 + OPENING_M + 0.02, parts=False), flat("b", wall_x=4.0 + 2 * WALL_M, parts=False)):
+    for other in (
+        flat("b", door=0.9 + OPENING_M + 0.02, parts=False),
+        flat("b", wall_x=4.0 + 2 * SAME_WALL_M, parts=False),
+    ):
         assert copy_symmetry(walls_and_parts(other), moved) is None

@@ -7,7 +7,7 @@ import pytest
 import shapely
 
 from houseexpo.analysis.graph import OUTSIDE, open_borders, rooms_graph
-from houseexpo.analysis.navigability import SPECK_M2, disc_centre_areas, navigability
+from houseexpo.analysis.navigability import ROBOT_SPECK_M2, disc_centre_areas, navigability
 from houseexpo.analysis.shortest_paths import rooms_graph_with_distances
 from houseexpo.drawing import svg
 from houseexpo.errors import PlanError
@@ -96,7 +96,7 @@ def test_nothing_fits():
 
 def exact_areas(shape: shapely.Geometry, radius: float) -> list[float]:
     parts = shapely.get_parts(shape.buffer(-radius, quad_segs=16))
-    return sorted((part.area for part in parts if part.area >= SPECK_M2), reverse=True)
+    return sorted((part.area for part in parts if part.area >= ROBOT_SPECK_M2), reverse=True)
 
 
 def test_agrees_with_the_exact_erosion(published_lines):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import shapely
 
-from houseexpo.analysis.navigability import SPECK_M2, _Pieces, erode, navigability, straighten_walls
+from houseexpo.analysis.navigability import ROBOT_SPECK_M2, _Pieces, erode, navigability, straighten_walls
 from houseexpo.analysis.passages import find_passages
 from houseexpo.floorplan import decode
 
@@ -126,7 +126,7 @@ def test_nothing_stands_in_nothing(space):
 
 def test_a_space_too_small_to_stand_in_has_no_pieces():
     assert _Pieces(shapely.box(0, 0, 0.3, 0.3)).at(0.05) == []  # 0.04 m2 is left: a speck
-    assert SPECK_M2 > 0.04
+    assert ROBOT_SPECK_M2 > 0.04
 
 
 def test_straightening_keeps_parts_and_holes():

@@ -9,7 +9,7 @@ import pytest
 import shapely
 
 from pipeline.geometry.closing_candidates import WallEnd, wall_ends
-from pipeline.geometry.open_boundaries import FARTHEST_M, _bands_between_ends
+from pipeline.geometry.open_boundaries import LONGEST_SIDE_M, _bands_between_ends
 from pipeline.tolerances import HAND_M
 
 
@@ -18,7 +18,7 @@ def slow(ends: list[WallEnd], ground: shapely.Geometry) -> list[shapely.Polygon]
     for first, second in combinations(ends, 2):
         line = shapely.linestrings([first.centre, second.centre])
         wide = (np.hypot(*(first.b - first.a)) + np.hypot(*(second.b - second.a))) / 2
-        if 0.05 < line.length <= FARTHEST_M and shapely.intersection(line, ground).length <= wide + 0.05:
+        if 0.05 < line.length <= LONGEST_SIDE_M and shapely.intersection(line, ground).length <= wide + 0.05:
             found.append(shapely.buffer(line, HAND_M / 2, cap_style="square"))
     return found
 

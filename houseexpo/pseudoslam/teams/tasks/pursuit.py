@@ -15,7 +15,7 @@ from houseexpo.pseudoslam.envs.spec import EnvSpec
 from houseexpo.pseudoslam.kernels.collision import placed_people
 from houseexpo.pseudoslam.metrics import Bools, Metrics
 from houseexpo.pseudoslam.teams.tasks.task import (
-    FAR_M,
+    FARTHER_THAN_ANY_M,
     Array,
     Floats,
     TeamEpisode,
@@ -75,7 +75,10 @@ class Pursuit(TeamTask):
     def spaces(self, spec: EnvSpec, robots: int) -> dict[str, spaces.Space[Any]]:
         """Return the space of the people's places."""
         del robots
-        low, high = np.array([0.0, -FAR_M, -FAR_M, 0.0], np.float32), np.array([1.0, FAR_M, FAR_M, 1.0], np.float32)
+        low, high = (
+            np.array([0.0, -FARTHER_THAN_ANY_M, -FARTHER_THAN_ANY_M, 0.0], np.float32),
+            np.array([1.0, FARTHER_THAN_ANY_M, FARTHER_THAN_ANY_M, 1.0], np.float32),
+        )
         people = spec.config.people.number
         return {"people": spaces.Box(np.tile(low, (people, 1)), np.tile(high, (people, 1)), dtype=np.float32)}
 

@@ -24,7 +24,7 @@ from houseexpo.words import suggest_name
 
 Grid = npt.NDArray[np.uint8]
 Labels = npt.NDArray[np.int32]
-_LEAST = 0.25
+_LEAST_SHARE = 0.25
 """The least share of a square that a piece of standing cells must have to count as a place."""
 
 
@@ -85,7 +85,7 @@ def number_squares(standing: Grid, side_px: float) -> Labels:
     """
     rows, cols = standing.shape
     labels, number = np.zeros(standing.shape, np.int32), 0
-    for least in (_LEAST * side_px**2, 1.0):
+    for least in (_LEAST_SHARE * side_px**2, 1.0):
         for top in range(math.ceil(rows / side_px)):
             for left in range(math.ceil(cols / side_px)):
                 down, across = (slice(round(k * side_px), round((k + 1) * side_px)) for k in (top, left))

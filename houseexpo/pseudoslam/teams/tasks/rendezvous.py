@@ -13,7 +13,7 @@ from houseexpo.pseudoslam.config.checks import check_number, check_one_of
 from houseexpo.pseudoslam.envs.spec import EnvSpec
 from houseexpo.pseudoslam.metrics import Bools, Metrics
 from houseexpo.pseudoslam.teams.tasks.task import (
-    FAR_M,
+    FARTHER_THAN_ANY_M,
     Array,
     Floats,
     TeamEpisode,
@@ -66,8 +66,8 @@ class Rendezvous(TeamTask):
     def spaces(self, spec: EnvSpec, robots: int) -> dict[str, spaces.Space[Any]]:
         """Return the space of the other robots' places."""
         del spec
-        low = np.tile(np.array([0.0, -FAR_M, -FAR_M], np.float32), (robots - 1, 1))
-        high = np.tile(np.array([1.0, FAR_M, FAR_M], np.float32), (robots - 1, 1))
+        low = np.tile(np.array([0.0, -FARTHER_THAN_ANY_M, -FARTHER_THAN_ANY_M], np.float32), (robots - 1, 1))
+        high = np.tile(np.array([1.0, FARTHER_THAN_ANY_M, FARTHER_THAN_ANY_M], np.float32), (robots - 1, 1))
         return {"robots": spaces.Box(low, high, dtype=np.float32)} if robots > 1 else {}
 
     def begin(self, team: Team, house: House | None) -> TeamEpisode:

@@ -21,7 +21,7 @@ from houseexpo.pseudoslam.worlds.maps import House
 
 Floats = npt.NDArray[np.float64]
 Array = npt.NDArray[Any]
-FAR_M = 10_000.0
+FARTHER_THAN_ANY_M = 10_000.0
 """Larger than any distance in a house."""
 
 

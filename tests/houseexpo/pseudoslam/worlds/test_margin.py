@@ -24,7 +24,7 @@ from houseexpo.pseudoslam.kernels.mapping import OBSTACLE, UNKNOWN
 from houseexpo.pseudoslam.simulator import Simulator
 from houseexpo.pseudoslam.worlds.cache import load_static_world, world_for
 from houseexpo.pseudoslam.worlds.margin import MOST_SIGMA, margin_px
-from houseexpo.pseudoslam.worlds.world import MAX_CELLS
+from houseexpo.pseudoslam.worlds.world import MAX_WORLD_CELLS
 from tests.builders.simulations import hall, wander
 
 ROOM = hall(7.0, 5.0)
@@ -153,6 +153,6 @@ def test_a_margin_is_bounded() -> None:
     wild = NoiseConfig(odometry_turn=1.0, odometry_way=1.0)
     config = SimulatorConfig(10.0, noise=wild, max_steps=10**6)
     assert margin_px(config, 60, 80) == 101
-    rows = math.isqrt(MAX_CELLS) - 10
+    rows = math.isqrt(MAX_WORLD_CELLS) - 10
     assert margin_px(config, rows, rows) == 5
     assert margin_px(config, rows + 20, rows) == 0

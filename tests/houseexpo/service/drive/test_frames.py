@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from houseexpo.pseudoslam.render.sight import Sight
-from houseexpo.service.drive.frames import LONGEST, RobotReport, SentMap, encode_frame, encode_runs
+from houseexpo.service.drive.frames import LONGEST_RUN, RobotReport, SentMap, encode_frame, encode_runs
 from tests.builders.browsing import VALUES, frame_from, painted
 from tests.builders.tries import tries
 
@@ -47,10 +47,10 @@ def test_only_the_rectangle_that_changed_is_sent() -> None:
 
 
 def test_long_runs_are_parted() -> None:
-    for size in (LONGEST, LONGEST + 1, 3 * LONGEST + 7):
+    for size in (LONGEST_RUN, LONGEST_RUN + 1, 3 * LONGEST_RUN + 7):
         runs = encode_runs(np.full((1, size), 127, np.uint8))
         assert (runs >> 14 == 1).all()
-        assert int((runs & LONGEST).sum()) == size
+        assert int((runs & LONGEST_RUN).sum()) == size
 
 
 def test_a_great_map_at_once_is_small() -> None:
