@@ -18,7 +18,7 @@ from typing import Any, TypeVar, Union, get_args, get_origin, get_type_hints
 import msgspec
 
 from houseexpo.errors import ConfigError
-from houseexpo.files import read_file
+from houseexpo.files import read_text
 
 Config = TypeVar("Config")
 Convert = Callable[[Any, Any, str], Any]
@@ -28,7 +28,7 @@ Convert = Callable[[Any, Any, str], Any]
 def read_toml(file: Path) -> dict[str, Any]:
     """Return the contents of a TOML file; raise ConfigError if it cannot be read or is not TOML."""
     try:
-        return tomllib.loads(read_file(file).decode())
+        return tomllib.loads(read_text(file))
     except OSError as error:
         raise ConfigError(f"{file}: cannot be read ({error.strerror}); check the path") from None
     except UnicodeDecodeError:

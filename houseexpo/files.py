@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import codecs
 import errno
 import hashlib
 import io
@@ -66,6 +67,24 @@ def read_file(path: Path, most_bytes: int = MAX_RECORD_BYTES) -> bytes:
     return b"".join(parts)
 
 
+def read_text(path: Path) -> str:
+    """Return the text of a file that may come from anybody, in UTF-8 with or without a byte order mark.
+
+    Raises
+    ------
+    OSError
+        The file cannot be read (``read_file``).
+    UnicodeDecodeError
+        It is no text in UTF-8.
+    """
+    return without_mark(read_file(path)).decode()
+
+
+def without_mark(data: bytes) -> bytes:
+    """Return the text of a file without the byte order mark that Windows writes before UTF-8."""
+    return data.removeprefix(codecs.BOM_UTF8)
+
+
 def read_json(path: Path, kind: type[T]) -> T:
     """Return the JSON in a file that may come from anybody.
 
@@ -82,7 +101,7 @@ def read_json(path: Path, kind: type[T]) -> T:
 def decode_json(data: bytes, kind: type[T]) -> T:
     """Return JSON from anybody; raise msgspec.DecodeError if it is none, nested too deep, or not of this kind."""
     try:
-        return msgspec.json.decode(data, type=kind)
+        return msgspec.json.decode(without_mark(data), type=kind)
     except UnicodeDecodeError as error:
         raise msgspec.DecodeError(f"invalid UTF-8: {error}") from None
     except RecursionError:
@@ -231,8 +250,9 @@ def make_folder(folder: Path) -> Path:
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except (FileExistsError, NotADirectoryError):
-        taken = next(part for part in (folder, *folder.parents) if part.exists())
-        raise ConfigError(f"{folder}: expected a folder or nothing, found the file {taken}; name another") from None
+        taken = next(part for part in (folder, *folder.parents) if os.path.lexists(part))
+        what = "the file" if taken.exists() else "a link that leads nowhere,"
+        raise ConfigError(f"{folder}: expected a folder or nothing, found {what} {taken}; name another") from None
     return folder
 
 

@@ -32,6 +32,7 @@ from pipeline.batch.entry import Entry, StoredRejection
 from pipeline.overrides import is_id_of_input, level_id_from, outcomes_of_corrections
 from pipeline.quality import main_grounds_in_words
 from pipeline.sources import is_path
+from pipeline.sources.files import describe_links
 from pipeline.sources.reader_choice import how_to_export
 
 _LISTED: Final = 12
@@ -276,6 +277,8 @@ def notes_lines(data_set: BuildResult) -> list[str]:
         counts = sorted(data_set.ignored.items(), key=lambda pair: (-pair[1], pair[0]))
         kinds = ", ".join(f"{count} {suffix}" for suffix, count in counts[:8]) + (", ..." if len(counts) > 8 else "")
         lines.append(f"ignored, no houses by themselves: {kinds}{how_to_export(data_set.ignored)}")
+    if data_set.links:
+        lines.append(describe_links(data_set.links))
     several = [entry for entry in data_set.entries if len(list(entry.outcomes)) > 1]
     if several:
         verb = "has" if len(several) == 1 else "have"

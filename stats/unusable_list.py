@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from houseexpo.errors import ConfigError
-from houseexpo.files import read_file
+from houseexpo.files import read_text
 from stats.record import Record
 
 RADIUS = "0.20"
@@ -70,7 +70,7 @@ class ListComparison:
 def read_list(path: Path) -> frozenset[str]:
     """Read ids, one at the start of each line, with or without ``.json``; repeated ids count once."""
     try:
-        lines = [line.split()[0] for line in read_file(path).decode().splitlines() if line.strip()]
+        lines = [line.split()[0] for line in read_text(path).splitlines() if line.strip()]
     except (OSError, UnicodeError) as error:
         raise ConfigError(f"{path}: expected a text file of plans' ids, one per line ({error})") from None
     if not lines:

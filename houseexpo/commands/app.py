@@ -15,7 +15,7 @@ from importlib.metadata import EntryPoint, entry_points
 from typing import Annotated, Any, Final
 
 import typer
-from typer.core import TyperGroup
+from typer.core import TyperCommand, TyperGroup
 
 from houseexpo import __version__
 from houseexpo.commands.examples import examples_text
@@ -30,6 +30,20 @@ _OURS: Final = ("houseexpo", "pipeline", "stats")
 """The packages whose log messages are shown."""
 
 _SETTINGS = {"help_option_names": ["-h", "--help"]}
+
+
+class _Command(TyperCommand):
+    """A command that refuses empty words: an unset variable of a script would name the current folder as a path."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        given, _, _ = self.make_parser(ctx).parse_args(list(args))
+        for param in self.params:
+            words = given.get(param.name)
+            if "" in (words if isinstance(words, list | tuple) else [words]):
+                raise typer.BadParameter(
+                    "expected a value, found an empty word; check the variable that it comes from", ctx=ctx, param=param
+                )
+        return super().parse_args(ctx, args)
 
 
 class _Commands(TyperGroup):
@@ -125,7 +139,7 @@ def _command(entry: EntryPoint) -> Any:  # a click command, made by typer
     alone = typer.Typer(add_completion=False, pretty_exceptions_enable=False, context_settings=_SETTINGS)
     broken = function.__name__ == "cannot_be_loaded"
     settings = {"ignore_unknown_options": True, "allow_extra_args": True} if broken else {}
-    alone.command(entry.name, context_settings={**_SETTINGS, **settings})(function)
+    alone.command(entry.name, cls=_Command, context_settings={**_SETTINGS, **settings})(function)
     found: Any = typer.main.get_command(alone)
     found.params += _verbosity_options()
     found.epilog = examples_text(entry.name)
@@ -135,6 +149,8 @@ def _command(entry: EntryPoint) -> Any:  # a click command, made by typer
 
 def _group(name: str, commands: typer.Typer) -> Any:
     """Return a command with subcommands."""
+    for registered in commands.registered_commands:
+        registered.cls = _Command
     found: Any = typer.main.get_group(commands)
     found.name = name
     found.rich_help_panel = help_panel(name)

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from houseexpo.errors import ConfigError
-from houseexpo.files import read_file
+from houseexpo.files import read_text
 
 if TYPE_CHECKING:
     from houseexpo.dataset import Dataset
@@ -109,7 +109,7 @@ def _data_set_for_lookup(name: str, data: Path | None) -> Dataset:
 
 def _lines(file: Path) -> list[str]:
     try:
-        lines = read_file(file).decode().splitlines()
+        lines = read_text(file).splitlines()
     except OSError as error:
         raise ConfigError(
             f"{file}: expected a text file with one id a line; it cannot be read ({error.strerror}); check the path"

@@ -21,7 +21,7 @@ import numpy as np
 from houseexpo.dataset.store import files_at
 from houseexpo.dataset.store.stored_plans import StoredPlan, read_stored_plans
 from houseexpo.errors import DatasetError, PlanError
-from houseexpo.files import read_json, sha256_of
+from houseexpo.files import decode_json, read_json, sha256_of
 from houseexpo.floorplan import FloorPlan, decode
 from houseexpo.plan.parts import RADII_M, Ring, signed_area
 from houseexpo.plan.room_labels import LABELS
@@ -342,7 +342,7 @@ def _check_plan(record: StoredPlan, plan: FloorPlan) -> Iterator[RuleViolation]:
     if stem.endswith(".json") and stem != f"{plan.id}.json":
         yield made("file", "id", f"expected the file's name, {stem.removesuffix('.json')!r}, found {plan.id!r}")
     if ours:
-        said = msgspec.json.decode(record.data, type=_Areas).rooms
+        said = decode_json(record.data, _Areas).rooms
         for i, (room, record_) in enumerate(zip(plan.rooms, said, strict=True)):
             if abs(room.area - record_.area) > 0.01:
                 yield made("area", f"rooms[{i}].area", f"expected {room.area:.2f} m², found {record_.area:.2f}")

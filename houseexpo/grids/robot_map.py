@@ -21,6 +21,7 @@ R4  Without a ``map.yaml``, free is what is lighter than ``FREE_SHARE`` of the w
 R5  The picture lies in the folder of its ``map.yaml``. Where the file names another folder, the picture of this name
     beside the ``map.yaml`` is taken.
 R9  An origin whose yaw is not a number (map_saver writes ``-nan`` where the map's turn was never set) has a yaw of 0.
+    A yaw of more than a full turn counts as radians, too. Both are noted.
 R6  An array of bool marks what is occupied; floats are the probability of that from 0 to 1, NaN for unknown; integers
     are occupancy from 0 to 100, and other values are unknown. Row 0 is at the highest y, as in a picture.
 R7  Of a bag, the last map of the topic ``/map`` counts. Without this topic, it is the one topic with maps; of several,
@@ -31,6 +32,7 @@ R8  The key ``walls_only`` of a ``map.yaml``, which map_server ignores, and a PN
 
 from __future__ import annotations
 
+import logging
 import math
 import os
 import warnings
@@ -48,6 +50,8 @@ from houseexpo.file_kinds import HEAD_BYTES, PICTURES, format_suffix
 from houseexpo.files import decode_yaml, is_device, real_path
 from houseexpo.grids.stage_world import FREE_FROM, WorldError, is_stage_world, read_floor_model
 from houseexpo.tolerances import SAME_PX
+
+_log = logging.getLogger(__name__)
 
 UNKNOWN: Final = -1
 GRID_TYPE: Final = "nav_msgs/msg/OccupancyGrid"
@@ -117,8 +121,8 @@ class RobotMap:
         The shade of the picture that is unknown although its thresholds make it free (R2), or None.
     walls_only
         Whether the file says that what is not free is wall, and neither furniture nor noise (R8).
-    has_yaw
-        Whether the file says how the grid is turned; False where its yaw is not a number and counts as 0 (R9).
+    yaw_note
+        What is odd about the yaw that the file says, "" if nothing is (R9).
 
     Raises
     ------
@@ -132,7 +136,7 @@ class RobotMap:
     name: str = "map"
     unknown_shade: int | None = None
     walls_only: bool = False
-    has_yaw: bool = True
+    yaw_note: str = ""
 
     def __post_init__(self) -> None:
         if self.occupancy.ndim != 2 or not self.occupancy.size:
@@ -430,9 +434,9 @@ def _from_yaml(file: Path) -> RobotMap:
     walls_only = _flag(document.get(WALLS_ONLY, 0), file.name, WALLS_ONLY)
     shading = _Shading(negate, occupied, _number(free, "free_thresh", file.name), mode)
     resolution = _number(document["resolution"], "resolution", file.name)
-    origin, has_yaw = _origin(document.get("origin", [0.0, 0.0, 0.0]), file.name)
+    origin, yaw_note = _origin(document.get("origin", [0.0, 0.0, 0.0]), file.name)
     cells, unknown_shade = shading.occupancy(_grey_of(picture), picture.name)
-    return RobotMap(cells, resolution, origin, file.name, unknown_shade, walls_only, has_yaw)
+    return RobotMap(cells, resolution, origin, file.name, unknown_shade, walls_only, yaw_note)
 
 
 def _document(file: Path) -> Mapping[str, Any]:
@@ -657,13 +661,18 @@ def _check_size(shape: tuple[int, ...], name: str) -> None:
         raise MapError(f"{name}: expected at most {MAX_MAP_CELLS:,} cells, found {found}", "crop the map", "too_large")
 
 
-def _origin(value: Any, name: str) -> tuple[tuple[float, float, float], bool]:
-    """Return x, y and yaw, and whether the yaw is said (R9)."""
+def _origin(value: Any, name: str) -> tuple[tuple[float, float, float], str]:
+    """Return x, y and yaw, and what is odd about the yaw (R9)."""
     if not isinstance(value, list) or not 2 <= len(value) <= 3:
         raise MapError(f"{name}: origin: expected [x, y, yaw], found {str(value)[:60]}", "correct it", "bad_units")
     has_yaw = len(value) < 3 or str(value[2]).lower().lstrip("+-.") != "nan"
     x, y, yaw = (_number(each, "origin", name) for each in (*value[:2], *(value[2:] if has_yaw else ()), 0.0)[:3])
-    return (x, y, yaw), has_yaw
+    note = "" if has_yaw else "not a number, read as 0"
+    if abs(yaw) > math.tau:
+        note = f"{yaw:g} radians, more than a full turn; if they are degrees, write {math.radians(yaw):.6g}"
+    if note:
+        _log.warning("%s: origin: yaw: %s", name, note)
+    return (x, y, yaw), note
 
 
 def _number(value: Any, key: str, name: str) -> float:

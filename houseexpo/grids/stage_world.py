@@ -87,7 +87,7 @@ def read_floor_model(path: Path) -> FloorModel:
 def _read_into(world: _Entity, path: Path, folder: Path, seen: set[Path]) -> None:
     if path.stat().st_size > LARGEST_WORLD_BYTES:
         raise WorldError(f"{path.name} has {path.stat().st_size:,} bytes, which no world of Stage's has")
-    tokens = list(_tokens(path.read_text("utf-8", "replace"), path.name))
+    tokens = list(_tokens(path.read_text("utf-8-sig", "replace"), path.name))
     at = 0
     while at < len(tokens):
         kind, said = tokens[at]

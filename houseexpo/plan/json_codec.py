@@ -21,6 +21,7 @@ import numpy as np
 from msgspec import UNSET, Struct, UnsetType
 
 from houseexpo.errors import PlanError
+from houseexpo.files import without_mark
 from houseexpo.plan import parts
 from houseexpo.plan.model import PlanData
 
@@ -153,7 +154,7 @@ def decode_plan_as(kind: type[_Plan], data: bytes | str) -> _Plan:
         ``PlanData``. The error names the key, and the plan if its id can be read.
     """
     try:
-        raw = data.encode() if isinstance(data, str) else data
+        raw = without_mark(data.encode() if isinstance(data, str) else data)
         extended = b'"format"' in raw and _is_extended(raw)
         record: Published = (_PLAN if extended else _PUBLISHED).decode(raw)
         return _plan(kind, record)

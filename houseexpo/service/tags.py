@@ -20,7 +20,7 @@ from typing import Final
 
 from houseexpo.dataset.store.folders import overrides_path
 from houseexpo.errors import ConfigError
-from houseexpo.files import write_atomically
+from houseexpo.files import without_mark, write_atomically
 
 MOST_TAGS: Final = 500
 """The largest number of tags of a data set, and of views."""
@@ -143,7 +143,7 @@ def _read(file: Path) -> TagsAndViews:
     try:
         with file.open("rb") as stream:
             data = stream.read(_TAGS_FILE_BYTES)
-        table = tomllib.loads(data.decode())
+        table = tomllib.loads(without_mark(data).decode())
     except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
         raise ConfigError(f"{file.name}: cannot be read ({error}); mend it or remove it") from None
     tags, views = table.get("tags", {}), table.get("views", {})

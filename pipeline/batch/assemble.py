@@ -51,7 +51,7 @@ class BuildResult:
 
     ``not_done`` counts the inputs that a transient fault kept from being done; ``unchanged``: it stood so before;
     ``entries`` say what came of each input, ``ignored`` counts the files of its folders that are no houses, by suffix;
-    ``passed_over`` says which sources hold no house;
+    ``links`` are those in its folders that are not followed; ``passed_over`` says which sources hold no house;
     ``overrides`` are the corrections, under the ids of its inputs;
     ``duplicates`` are the plans that it left out, each with the one that it repeats;
     ``licences`` are those that its sources state, "" among them where one states none; ``sources`` are those of this
@@ -66,6 +66,7 @@ class BuildResult:
     unchanged: bool = False
     entries: tuple[Entry, ...] = ()
     ignored: Mapping[str, int] = field(default_factory=dict)
+    links: tuple[str, ...] = ()
     passed_over: tuple[str, ...] = ()
     licences: tuple[str, ...] = ()
     sources: tuple[str, ...] = ()

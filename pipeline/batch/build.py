@@ -125,6 +125,7 @@ def build(
             return replace(
                 data_set,
                 ignored=listing.count_ignored(),
+                links=listing.links_left_out(),
                 passed_over=listing.passed_over,
                 licences=stated_licences(rights),
                 sources=listing.sources,

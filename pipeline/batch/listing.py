@@ -19,7 +19,7 @@ from pipeline.batch.mirror import Mirror, mirror_source
 from pipeline.batch.result_store import is_url
 from pipeline.config_file import BuildConfig
 from pipeline.sources import NoHouseError, find, is_path, made_count
-from pipeline.sources.files import walk_source_files
+from pipeline.sources.files import links_left_out, walk_source_files
 from pipeline.sources.reader_choice import parse_made_houses
 from pipeline.values import Input
 
@@ -92,14 +92,23 @@ class Listing:
     def count_ignored(self) -> Counter[str]:
         """Count, by suffix, the files of the folders that are no house by themselves; a SUNCG root is left out."""
         counts: Counter[str] = Counter()
+        for place, houses in self._folders():
+            files = (file for file in walk_source_files(place) if file not in houses)
+            counts.update(printable(file.suffix.lower()) or "no suffix" for file in files)
+        return counts
+
+    def links_left_out(self) -> tuple[str, ...]:
+        """Return the links in the folders that are not followed; a SUNCG root is left out."""
+        return tuple(link for place, _ in self._folders() for link in links_left_out(place))
+
+    def _folders(self) -> Iterator[tuple[Path, set[Path]]]:
+        """Yield the folders of houses but SUNCG roots, each with the paths of its inputs."""
         for source in self.config.build.sources:
             place = Path(self._place(source))
             if is_path(source) and place.is_dir():
                 houses = {Path(item.path) for item in self._inputs(source)}
                 if place not in houses:
-                    files = (file for file in walk_source_files(place) if file not in houses)
-                    counts.update(printable(file.suffix.lower()) or "no suffix" for file in files)
-        return counts
+                    yield place, houses
 
     def _list_inputs(self) -> Iterator[tuple[str, Input]]:
         sources = {full_source_name(source): source for source in self.config.build.sources}

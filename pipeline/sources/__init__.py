@@ -15,7 +15,7 @@ from houseexpo.file_kinds import format_suffix
 from houseexpo.files import is_device
 from houseexpo.grids.robot_map import is_map_file
 from pipeline.rejection import Rejection
-from pipeline.sources.files import walk_source_files
+from pipeline.sources.files import describe_links, links_left_out, walk_source_files
 from pipeline.sources.reader_choice import belongs_to_another_file, how_to_export, parse_made_houses, reader_for_file
 from pipeline.sources.storeys.scale import check_size_options
 from pipeline.values import Input, Reader
@@ -89,6 +89,8 @@ def _describe_no_house(path: Path) -> str:
     if path.is_dir() and not any(path.iterdir()):
         return "the folder is empty"
     found = "no file in it is a house that houseexpo can read" if path.is_dir() else "houseexpo cannot read this file"
+    if links := links_left_out(path):
+        found += f"; {describe_links(links)}"
     if advice := how_to_export(file.suffix for file in _files_at(path)):
         return found + advice
     if not path.is_dir() and (drawn := _DRAWN.get(path.suffix.lower())):

@@ -15,7 +15,7 @@ import sys
 import unicodedata
 import zipfile
 import zlib
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path, PurePosixPath
 from typing import Any, Final, TypeVar
@@ -27,7 +27,7 @@ import numpy as np
 import numpy.typing as npt
 
 from houseexpo.file_kinds import format_suffix
-from houseexpo.files import real_path
+from houseexpo.files import real_path, without_mark
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.tolerances import LONGEST_LENGTH_M
 from pipeline.values import Input
@@ -66,6 +66,22 @@ def walk_source_files(folder: Path) -> Iterator[Path]:
     for place, folders, names in os.walk(folder):
         folders[:] = [name for name in folders if not Path(place, name, BUILT).is_dir()]
         yield from (file for name in names if (file := Path(place, name)).is_file())
+
+
+def links_left_out(folder: Path) -> list[str]:
+    """Return the links under a folder that ``walk_source_files`` does not follow, by name: to folders and to nothing."""
+    found = []
+    for place, folders, names in os.walk(folder):
+        links = [file for name in (*folders, *names) if (file := Path(place, name)).is_symlink()]
+        found += [displayable_name(file.relative_to(folder).as_posix()) for file in links if not file.is_file()]
+        folders[:] = [name for name in folders if not Path(place, name, BUILT).is_dir()]
+    return sorted(found)
+
+
+def describe_links(links: Sequence[str]) -> str:
+    """Say which links are not followed, and what to do."""
+    names = ", ".join(links[:_NAMED]) + (", ..." if len(links) > _NAMED else "")
+    return f"links to folders and to nothing are not followed: {names}; name what they lead to as a SOURCE of its own"
 
 
 def list_files_of_format(path: str, suffixes: Iterable[str]) -> Iterator[tuple[Path, str]]:
@@ -344,7 +360,7 @@ def decode_document(decoder: msgspec.json.Decoder[Document], data: bytes, name: 
     if not data.strip():
         raise Rejection("source", Reason.EMPTY, f"{name} is empty", advice)
     try:
-        return decoder.decode(data)
+        return decoder.decode(without_mark(data))
     except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
         raise Rejection("source", Reason.UNREADABLE, f"{name}: {error}", advice) from None
 

@@ -26,6 +26,7 @@ from typing import Any
 import msgspec
 
 from houseexpo.file_kinds import HEAD_BYTES, format_suffix, xml_root
+from houseexpo.files import without_mark
 from houseexpo.grids.robot_map import BAGS, WORLD, YAMLS, drop_map_pictures, is_map_file, is_map_yaml
 from houseexpo.grids.stage_world import is_stage_world
 from pipeline.sources.files import walk_source_files
@@ -138,7 +139,7 @@ def reader_for_json(data: bytes) -> str | None:
         found = None if first is None else reader_for_json(data[first[0] : sum(first)])
         return found if found == "procthor" else None
     try:
-        document = _DOCUMENT.decode(data)
+        document = _DOCUMENT.decode(without_mark(data))
     except (msgspec.DecodeError, UnicodeDecodeError, RecursionError):
         return _by_words(data[:HEAD_BYTES])
     if document.mesh is not None and document.scene is not None:
@@ -154,7 +155,7 @@ def reader_for_json(data: bytes) -> str | None:
 def _is_json(path: Path) -> bool:
     """Whether a file holds JSON at all; one that does not may be a damaged house, of which a reader has to say so."""
     try:
-        msgspec.json.decode(read_first_document(path))
+        msgspec.json.decode(without_mark(read_first_document(path)))
     except (msgspec.DecodeError, UnicodeDecodeError, RecursionError):
         return False
     return True

@@ -22,6 +22,7 @@ import numpy.typing as npt
 import shapely
 
 from houseexpo.errors import ConfigError
+from houseexpo.files import without_mark
 from houseexpo.plan import Frame
 from houseexpo.plan.room_labels import canonical
 from pipeline.rejection import Reason, Rejection
@@ -107,7 +108,7 @@ def parse_house(data: bytes, name: str) -> House:
 
 def _decode(decoder: msgspec.json.Decoder[_T], data: bytes, name: str) -> _T:
     try:
-        return decoder.decode(data)
+        return decoder.decode(without_mark(data))
     except (msgspec.DecodeError, UnicodeDecodeError) as error:
         raise Rejection("source", Reason.UNREADABLE, f"{name}: {error}", _ADVICE) from None
 

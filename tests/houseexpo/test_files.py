@@ -63,6 +63,9 @@ def test_a_folder_is_made_where_no_file_lies(tmp_path: Path) -> None:
         with pytest.raises(ConfigError, match=r"expected a folder or nothing, found the file .*/taken; name another"):
             make_folder(tmp_path / name)
     assert (tmp_path / "taken").read_text() == "mine"
+    (tmp_path / "link").symlink_to(tmp_path / "gone")
+    with pytest.raises(ConfigError, match=r"found a link that leads nowhere, .*/link; name another"):
+        make_folder(tmp_path / "link" / "inner")
 
 
 def test_a_folder_appears_whole_or_not_at_all(tmp_path: Path) -> None:

@@ -16,7 +16,7 @@ from houseexpo.dataset.store.cache import PLANS, BlockReader, ensure_cached_copy
 from houseexpo.dataset.store.folders import plan_file_names, plan_folder
 from houseexpo.dataset.store.stored_plans import linked_list_names, plans_path, read_id_lists
 from houseexpo.errors import DatasetError, PlanError
-from houseexpo.files import is_device
+from houseexpo.files import is_device, without_mark
 from houseexpo.plan import checks
 
 _log = logging.getLogger(__name__)
@@ -85,7 +85,7 @@ class Catalogue:
 
     def _names_plans(self, data: bytes) -> bool:
         """Return whether half of the lines or more are ids of plans."""
-        lines = [line.strip().removesuffix(".json") for line in data.decode(errors="replace").splitlines()]
+        lines = [line.strip().removesuffix(".json") for line in without_mark(data).decode(errors="replace").splitlines()]
         return 2 * sum(line in self.row_of for line in lines) >= len(lines)
 
     def numbers(self, name: str) -> np.ndarray[Any, np.dtype[Any]]:
@@ -140,7 +140,7 @@ def parse_id_list(data: bytes, what: str) -> tuple[str, ...]:
         A line is not an id, or an id occurs twice.
     """
     try:
-        lines = [line.strip().removesuffix(".json") for line in data.decode().splitlines()]
+        lines = [line.strip().removesuffix(".json") for line in without_mark(data).decode().splitlines()]
         ids = tuple(checks.check_plan_id(line) for line in lines if line)
     except (UnicodeDecodeError, PlanError) as error:
         raise DatasetError(f"{what}: expected one id a line in UTF-8, found {error}") from None

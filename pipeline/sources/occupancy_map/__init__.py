@@ -170,8 +170,8 @@ def _storey(found: RobotMap, name: str) -> DrawnStorey:
     about: dict[str, Any] = {"resolution_m": found.resolution_m, "unseen_edge": round(unseen, 3)}
     if rooms_in_part:
         about["rooms_seen_in_part"] = rooms_in_part
-    if not found.has_yaw:
-        about["yaw"] = "not a number, read as 0"
+    if found.yaw_note:
+        about["yaw"] = found.yaw_note
     if found.unknown_shade is not None:
         about["unknown_shade"] = found.unknown_shade
     doorways = [hole.shape for hole in holes]

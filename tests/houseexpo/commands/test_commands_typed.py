@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import codecs
 import json
 import logging
 import os
@@ -244,3 +245,29 @@ def test_a_notebook_shows_a_data_set(data):
 def test_python_m_says_the_command_that_it_is(tmp_path):
     done = shell('"$PYTHON" -m stats --help', tmp_path)
     assert "Usage: houseexpo stats" in done.stdout
+
+
+@pytest.mark.parametrize(
+    ("words", "named"),
+    [
+        (["export", "DATA", "--to", "json", "--out", ""], "--out"),
+        (["export", "DATA", "--to", "json", "--out="], "--out"),
+        (["info", ""], "what"),
+        (["show", "DATA", "", "--out", "sheet.svg"], "what"),
+        (["build", "", "--out", "plans"], "SOURCE"),
+        (["build", "procedural:1", "--out", ""], "--out"),
+        (["benchmark", "run", "--policy", "spin", "--out", ""], "--out"),
+        (["ros", "DATA", "--config", ""], "--config"),
+    ],
+)
+def test_an_empty_word_is_no_path(data, tmp_path, monkeypatch, words, named):
+    monkeypatch.chdir(tmp_path)
+    before = set(tmp_path.iterdir())
+    said = call(*(data if word == "DATA" else word for word in words), code=2)
+    assert f"'{named}': expected a value, found an empty word" in " ".join(said.split())
+    assert set(tmp_path.iterdir()) == before
+
+
+def test_a_list_of_ids_may_begin_with_a_byte_order_mark(tmp_path):
+    (tmp_path / "ids.txt").write_bytes(codecs.BOM_UTF8 + b"first\nsecond\n")
+    assert parse_ids([f"@{tmp_path / 'ids.txt'}"]) == ["first", "second"]

@@ -58,10 +58,18 @@ def bagged(folder: Path, topics: dict[str, np.ndarray], plugin: str = "MCAP", ya
 @pytest.mark.parametrize("yaw", ["-nan", "nan", ".nan", "-.NaN"])
 def test_a_yaw_that_is_not_a_number_is_0_and_the_map_says_so(tmp_path: Path, yaw: str) -> None:
     found = read_map(saved(tmp_path, origin=f"[-1.0, 2.0, {yaw}]"))
-    assert (found.origin, found.has_yaw) == ((-1.0, 2.0, 0.0), False)
-    assert read_map(saved(tmp_path, origin=[-1.0, 2.0])).has_yaw
+    assert (found.origin, found.yaw_note) == ((-1.0, 2.0, 0.0), "not a number, read as 0")
+    assert not read_map(saved(tmp_path, origin=[-1.0, 2.0])).yaw_note
     with pytest.raises(MapError, match="origin: expected a number, found 'nan'"):
         read_map(saved(tmp_path, origin="[nan, 2.0, 0.0]"))
+
+
+@pytest.mark.parametrize("yaw", [90, -180.0, 270])
+def test_a_yaw_in_degrees_counts_as_radians_and_is_said(tmp_path: Path, yaw: float) -> None:
+    found = read_map(saved(tmp_path, origin=[-1.0, 2.0, yaw]))
+    assert found.origin[2] == yaw
+    assert f"if they are degrees, write {math.radians(yaw):.6g}" in found.yaw_note
+    assert not read_map(saved(tmp_path, origin=[-1.0, 2.0, 6.28])).yaw_note
 
 
 @pytest.mark.parametrize("yaw", [0.3, -1.2, math.pi / 2, math.pi, 7.0])
