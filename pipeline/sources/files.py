@@ -69,7 +69,7 @@ def walk_source_files(folder: Path) -> Iterator[Path]:
 
 
 def links_left_out(folder: Path) -> list[str]:
-    """Return the links under a folder that ``walk_source_files`` does not follow, by name: to folders and to nothing."""
+    """Return the names of the links that ``walk_source_files`` does not follow: to folders, and to nothing."""
     found = []
     for place, folders, names in os.walk(folder):
         links = [file for name in (*folders, *names) if (file := Path(place, name)).is_symlink()]

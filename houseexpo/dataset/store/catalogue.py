@@ -85,7 +85,9 @@ class Catalogue:
 
     def _names_plans(self, data: bytes) -> bool:
         """Return whether half of the lines or more are ids of plans."""
-        lines = [line.strip().removesuffix(".json") for line in without_mark(data).decode(errors="replace").splitlines()]
+        lines = [
+            line.strip().removesuffix(".json") for line in without_mark(data).decode(errors="replace").splitlines()
+        ]
         return 2 * sum(line in self.row_of for line in lines) >= len(lines)
 
     def numbers(self, name: str) -> np.ndarray[Any, np.dtype[Any]]:
