@@ -80,7 +80,7 @@ def links_left_out(folder: Path) -> list[str]:
 
 def describe_links(links: Sequence[str]) -> str:
     """Say which links are not followed, and what to do."""
-    names = ", ".join(links[:_NAMED]) + (", ..." if len(links) > _NAMED else "")
+    names = ", ".join(links[:_NAMED_ONE_BY_ONE]) + (", ..." if len(links) > _NAMED_ONE_BY_ONE else "")
     return f"links to folders and to nothing are not followed: {names}; name what they lead to as a SOURCE of its own"
 
 
@@ -181,7 +181,7 @@ KEY: Final = "left_out"
 """Under which name the note stands in a plan's provenance."""
 
 _LACKS: Final = {"missing": "missing", KEY: "left out as damaged"}
-_REASONS_NAMED: Final = 5
+_NAMED_ONE_BY_ONE: Final = 5
 _LETTERS: Final = 300
 
 
@@ -214,8 +214,8 @@ class LeftOutParts:
     @property
     def note(self) -> str:
         """The first parts with their reasons and the number of all, or "" if nothing was left out."""
-        named = "; ".join(list(self._why)[:_REASONS_NAMED])
-        more = len(self._why) - _REASONS_NAMED
+        named = "; ".join(list(self._why)[:_NAMED_ONE_BY_ONE])
+        more = len(self._why) - _NAMED_ONE_BY_ONE
         return f"{named}; and {more} more" if more > 0 else named
 
     @property

@@ -43,6 +43,7 @@ def test_the_floor_plan_is_the_largest_model_with_a_bitmap(tmp_path: Path) -> No
     text = WORLD + 'model ( bitmap "robot.png" size [0.5 0.5 0.2] pose [1 1 0 0] )\n'
     found = read_floor_model(world(tmp_path, text))
     assert found == FloorModel("maze.png", (4.0, 2.0), (2.0, 1.0, 0.0), boundary=True)
+    assert read_floor_model(world(tmp_path, "\ufeff" + text)) == found
 
 
 def test_a_world_is_a_map(tmp_path: Path) -> None:
