@@ -37,7 +37,8 @@ class _Command(TyperCommand):
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         given, _, _ = self.make_parser(ctx).parse_args(list(args))
-        for param in self.params:
+        params: list[Any] = self.params
+        for param in params:
             words = given.get(param.name)
             if "" in (words if isinstance(words, list | tuple) else [words]):
                 raise typer.BadParameter(
