@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, TypeAlias, overload
+from typing import TYPE_CHECKING, Any, TypeAlias, overload
 
 import numpy as np
 import numpy.typing as npt
@@ -19,6 +19,7 @@ from houseexpo.errors import (
     install_command,
 )
 from houseexpo.floorplan import FloorPlan, decode
+from houseexpo.foreign_names import names_arguments, unknown_attribute
 from houseexpo.words import count_noun, unknown_name_message
 
 if TYPE_CHECKING:
@@ -26,34 +27,6 @@ if TYPE_CHECKING:
 
     from houseexpo.analysis.geodataframe import Layer
     from houseexpo.dataset.store.catalogue import Catalogue
-
-_ELSEWHERE: Final = {
-    "apply": "[function(plan) for plan in plans]; measure_cached keeps the results",
-    "columns": "plans.to_pandas().columns; plans.column(name) is one of them",
-    "describe": "plans.to_pandas().describe()",
-    "df": "plans.to_pandas()",
-    "export": "houseexpo.export(plans, format, folder)",
-    "filter": "plans.select(where=function), whose other arguments select without reading plans",
-    "groupby": "plans.to_pandas().groupby(column)",
-    "iloc": "plans[...], with numbers, slices, masks, lists of numbers or ids",
-    "loc": "plans[...], with numbers, slices, masks, lists of numbers or ids",
-    "map": "[function(plan) for plan in plans]; measure_cached keeps the results",
-    "query": "plans.select(...), or plans[mask]",
-    "save": 'houseexpo.export(plans, "json", folder)',
-    "shape": "len(plans), or plans.to_pandas().shape",
-    "shuffle": "plans.sample(len(plans), seed=0)",
-    "sort_values": "plans.sort(column)",
-    "tail": "plans[-5:]",
-    "to_csv": "plans.to_pandas().to_csv(file)",
-    "to_dataframe": "plans.to_pandas()",
-    "to_geojson": "plan.to_geojson() of each plan, or plans.to_geopandas(layer).to_json()",
-    "to_polars": "polars.from_arrow(plans.to_arrow())",
-    "to_json": 'plans.to_pandas().to_json(file), or houseexpo.export(plans, "json", folder)',
-    "train_test_split": "plans.split(train=0.7, test=0.3, seed=0), which keeps copies of a house together",
-    "value_counts": "plans.to_pandas()[column].value_counts()",
-    "write": 'houseexpo.export(plans, "json", folder)',
-}
-"""What does here the work of methods of pandas, polars and Hugging Face's data sets."""
 
 Range: TypeAlias = tuple[float | None, float | None]
 """A lower and an upper limit, both inclusive; None for no limit."""
@@ -102,6 +75,8 @@ class Dataset(Sequence[FloorPlan]):
     """
 
     def __init__(self, catalogue: Catalogue, rows: npt.NDArray[np.int64] | None = None) -> None:
+        if isinstance(catalogue, str | os.PathLike):
+            raise TypeError(f"Dataset({str(catalogue)!r}): expected a catalogue, found a path; use open_dataset(path)")
         self._catalogue = catalogue
         self._rows = np.arange(len(catalogue.ids)) if rows is None else rows
 
@@ -155,12 +130,10 @@ class Dataset(Sequence[FloorPlan]):
             return Dataset(self._catalogue, self._rows[chosen])
         return self.only(chosen.tolist())
 
-    def __getattr__(self, name: str) -> Any:
-        """Raise the error for a name that is not there; it says what does the work of a method of other libraries."""
-        message = f"a Dataset has no {name!r}"
-        if name in _ELSEWHERE:
-            raise AttributeError(f"{message}; use {_ELSEWHERE[name]}", name=name, obj=self)
-        raise AttributeError(message, name=name, obj=self)
+    if not TYPE_CHECKING:
+
+        def __getattr__(self, name: str) -> Any:
+            raise unknown_attribute("a Dataset", name, self)
 
     def __iter__(self) -> Iterator[FloorPlan]:
         return map(self._plan, self._rows.tolist())
@@ -322,6 +295,7 @@ class Dataset(Sequence[FloorPlan]):
 
         return measure_cached(self._catalogue, self._rows.tolist(), name, measure, workers)
 
+    @names_arguments
     def select(
         self,
         *,
@@ -363,6 +337,7 @@ class Dataset(Sequence[FloorPlan]):
             parse_labels,
             read_column,
             required_share,
+            warn_if_unknown,
         )
 
         least = required_share(robot_radius, min_connected)
@@ -379,6 +354,7 @@ class Dataset(Sequence[FloorPlan]):
         )
         for name, measure, limits in given:
             if limits is not None:
+                warn_if_unknown(self._catalogue, rows, measure, name)
                 rows = rows[are_within_limits(self._catalogue.numbers(measure)[rows], limits, name)]
         if wanted := parse_labels(labels):
             labelled = self._catalogue.table.column("labels").take(rows).to_pylist()
@@ -419,8 +395,9 @@ class Dataset(Sequence[FloorPlan]):
         ConfigError
             Neither a name nor shares are given, or both; a share is not from 0 to 1, or they do not add up to 1.
         """
-        if (name is None) == (not shares):
-            raise ConfigError("split: expected the name of a list, or shares such as train=0.7, test=0.3")
+        if (name is None) == (not shares) or not isinstance(name, str | None):
+            found = f"; found {name!r}" if name is not None else ""
+            raise ConfigError(f"split: expected the name of a list, or shares such as train=0.7, test=0.3{found}")
         if name is None:
             from houseexpo.dataset.splits import split_plans
 
@@ -433,10 +410,12 @@ class Dataset(Sequence[FloorPlan]):
         rows = [row for found in lists[name] if (row := row_of.get(found, -1)) in here]
         return Dataset(self._catalogue, np.array(rows, dtype=np.int64))
 
+    @names_arguments
     def head(self, n: int = 5) -> Dataset:
         """Return the first ``n`` plans."""
         return self[:n]
 
+    @names_arguments
     def sort(self, by: str, *, descending: bool = False) -> Dataset:
         """Return the plans in the order of a column (``column``): plans without a value last, equal ones as they were.
 
@@ -457,6 +436,7 @@ class Dataset(Sequence[FloorPlan]):
         """Return the plans with these ids, in this order; raise UnknownPlanError if one does not exist."""
         return Dataset(self._catalogue, np.array([self._row(name) for name in ids], dtype=np.int64))
 
+    @names_arguments
     def sample(self, n: int, seed: int | np.random.Generator) -> Dataset:
         """Return ``n`` different plans drawn at random; the same seed always gives the same plans."""
         if not 0 <= n <= len(self):

@@ -5,6 +5,7 @@ Published plans do not record all columns; the missing values are computed once 
 
 from __future__ import annotations
 
+import logging
 import math
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import asdict
@@ -20,6 +21,8 @@ from houseexpo.dataset.store.value_cache import cached_values, measure_cached
 from houseexpo.errors import ConfigError
 from houseexpo.floorplan import FloorPlan
 from houseexpo.words import unknown_name_message
+
+_log = logging.getLogger(__name__)
 
 Rows = npt.NDArray[np.int64]
 
@@ -62,6 +65,12 @@ def read_table(catalogue: Catalogue, rows: Rows) -> Any:
             values = read_column(catalogue, rows, name, compute=False)
             table = table.set_column(at, table.schema.field(at), pa.array(values, table.schema.field(at).type))
     return table
+
+
+def warn_if_unknown(catalogue: Catalogue, rows: Rows, name: str, condition: str) -> None:
+    """Warn that no plan can meet a condition since none has a value in a column."""
+    if len(rows) and np.isnan(catalogue.numbers(name)[rows]).all():
+        _log.warning("select: %s: no plan has a value in the column %r, so none is selected", condition, name)
 
 
 def largest_area_shares(catalogue: Catalogue, rows: Rows, radius: float) -> npt.NDArray[np.float64]:

@@ -8,6 +8,7 @@ R3  Its answers are JSON of at most ``LONGEST_ANSWER`` bytes: nothing that it se
 R4  It ends with the process that started it.
 R5  It says when it compiles kernels, so that this does not count as time of the policy, up to ``COMPILING_S``.
 R6  A predicted map, where the benchmark asks for one, comes back through the same memory, with its shape as JSON.
+R7  An answer that takes longer than the limit ends the process; in the benchmark, ``supervise`` times the steps.
 
 A policy can still read and write files as the user who runs the benchmark, and use the network. The benchmark keeps
 honest policies from an accident and makes cheating deliberate; for strangers' code, use a container.
@@ -46,6 +47,8 @@ KEPT: Final = (
     *("NUMBA_", "OMP_", "OPENBLAS_", "MKL_", "CUDA_", "XDG_CACHE_HOME"),
 )
 """The beginnings of the names of environment variables that a policy's process gets."""
+DECISION_LIMIT_S: Final = 60.0
+"""Time limit of an action, if no other one is given: planners in large houses need some seconds."""
 LONGEST_ANSWER: Final = 1 << 20
 COMPILING_S: Final = 900.0
 SHARED_BYTES: Final = 1 << 26
@@ -70,6 +73,8 @@ class PolicyProcess:
     ----------
     name
         A name for ``load_policy``.
+    limit_s
+        Time limit of an answer in seconds, without compiling; None for no limit (R7).
 
     Raises
     ------
@@ -79,7 +84,8 @@ class PolicyProcess:
         The process ended while the policy was loaded.
     """
 
-    def __init__(self, name: str) -> None:
+    def __init__(self, name: str, limit_s: float | None = DECISION_LIMIT_S) -> None:
+        self._limit_s = limit_s
         ours, its = socket.socketpair()
         self._shared, descriptor = _new_shared()
         with its:
@@ -123,7 +129,7 @@ class PolicyProcess:
         """Send a question, and return the answer; raise PolicyProcessError if the policy failed."""
         with suppress(OSError):  # it has died, which is noticed when its answer is read
             self._pipe.send(_share_arrays(question, self._shared))
-        said = self._answer()
+        said = self._answer(self._limit_s)
         if "failed" in said:
             raise PolicyProcessError(str(said["failed"]))
         return said
@@ -145,13 +151,19 @@ class PolicyProcess:
         except (LookupError, TypeError, ValueError):  # a policy's module may send what it likes
             raise PolicyProcessError(_UNREADABLE) from None
 
-    def _answer(self) -> dict[str, Any]:
+    def _answer(self, limit_s: float | None = None) -> dict[str, Any]:
+        asked, compiling_s = time.monotonic(), self._compiling_s
         while True:
             try:
                 if self._busy_since is not None:
                     left_s = self._busy_since + self._compiling_s - time.monotonic()
                     if left_s <= 0.0 or not self._pipe.poll(left_s):
                         self._compiles(busy=False)
+                if self._busy_since is None and limit_s is not None:
+                    spent_s = time.monotonic() - asked - (compiling_s - self._compiling_s)
+                    if not self._pipe.poll(max(limit_s - spent_s, 0.0)):
+                        self._process.kill()  # R7: a late answer would be taken for that of the next question
+                        raise PolicyProcessError(f"expected an answer within {limit_s:g} s, found none")
                 data = self._pipe.recv_bytes(LONGEST_ANSWER)
             except (EOFError, OSError):
                 with suppress(subprocess.TimeoutExpired):

@@ -31,7 +31,7 @@ from houseexpo.pseudoslam.benchmark.cases import (
 )
 from houseexpo.pseudoslam.benchmark.episodes import EpisodeOutcome, EpisodeRunner
 from houseexpo.pseudoslam.benchmark.maps import map_cases, maps_sha256
-from houseexpo.pseudoslam.benchmark.policy_process import PolicyProcess
+from houseexpo.pseudoslam.benchmark.policy_process import DECISION_LIMIT_S, PolicyProcess
 from houseexpo.pseudoslam.benchmark.prediction import check_predictor_name
 from houseexpo.pseudoslam.benchmark.supervise import run_cases
 from houseexpo.pseudoslam.benchmark.tracks import MAP_TRACKS, Houses, Track, find_track
@@ -67,7 +67,7 @@ class RunSettings:
     number: int = DEFAULT_PLANS
     seed: int = 0
     workers: int = 1
-    decision_limit_s: float = 60.0
+    decision_limit_s: float = DECISION_LIMIT_S
     prediction: str = ""
     fewer: bool = False
 
@@ -109,7 +109,7 @@ def run_benchmark(
 
 def make_runner(track_id: str, policy_name: str, plans: Houses, seed: int, prediction: str = "") -> EpisodeRunner:
     """Return a runner of episodes for one process, with the policy in a process of its own."""
-    process = PolicyProcess(policy_name)
+    process = PolicyProcess(policy_name, limit_s=None)  # whoever supervises this process times the steps
     return EpisodeRunner(find_track(track_id), process.policy, plans, seed, process, prediction=prediction)
 
 

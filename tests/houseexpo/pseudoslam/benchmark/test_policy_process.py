@@ -200,6 +200,58 @@ def test_a_policy_that_only_says_that_it_compiles_is_timed_in_the_end(
     assert told == ["stop", "go on"]
 
 
+SLOW = """
+import time
+
+def policy(robot, seed):
+    asked = []
+    def act(observation, info):
+        asked.append(1)
+        time.sleep(0.3 if len(asked) < 3 else 1e6)
+        return 0
+    return act
+"""
+
+
+@pytest.mark.slow
+def test_a_policy_that_never_answers_is_ended(tmp_path: Path) -> None:
+    with PolicyProcess(policy_file(tmp_path, SLOW), limit_s=2.0) as player:
+        runner, steps = runner_of(player), []
+        with pytest.raises(PolicyError, match="step 2: expected an answer within 2 s, found none"):
+            runner.run(case(), steps.append)
+        assert steps[-1] == 2
+        assert player._process.wait(1.0)  # it does not go on
+        with pytest.raises(PolicyProcessError, match="its process died"):
+            player.ask("act", None, None)
+
+
+COMPILES_ONCE = """
+import gc, json, time
+from multiprocessing.connection import Connection
+
+def policy(robot, seed):
+    pipe = next(each for each in gc.get_objects() if isinstance(each, Connection))
+    asked = []
+    def act(observation, info):
+        asked.append(1)
+        for busy in [True, False][:2 * (len(asked) == 1)]:
+            pipe.send_bytes(json.dumps({"compiling": busy}).encode())
+            time.sleep(1.5 * busy)
+        time.sleep(1e6 * (len(asked) == 3))
+        return 0
+    return act
+"""
+
+
+@pytest.mark.slow
+def test_compiling_does_not_count_as_time_of_an_answer(tmp_path: Path) -> None:
+    with PolicyProcess(policy_file(tmp_path, COMPILES_ONCE), limit_s=1.0) as player:
+        player.ask("new", None, 0)
+        assert [player.ask("act", None, None)["action"] for _ in range(2)] == [0, 0]
+        with pytest.raises(PolicyProcessError, match="expected an answer within 1 s"):
+            player.ask("act", None, None)
+
+
 def test_arrays_come_through_shared_memory_as_they_were() -> None:
     memory, descriptor = _new_shared()
     os.close(descriptor)
