@@ -15,7 +15,7 @@ from shapely.geometry.base import BaseGeometry
 from houseexpo.analysis.navigability import navigability
 from houseexpo.floorplan import FloorPlan
 from pipeline.config import PipelineConfig
-from pipeline.geometry.areas import EMPTY
+from pipeline.geometry.areas import EMPTY, unite
 from pipeline.quality import score_quality
 from pipeline.rejection import Rejection
 from pipeline.stages.buildings import separate_buildings
@@ -41,6 +41,15 @@ from pipeline.stages.quality_grounds import measure_quality_grounds, walls_far_f
 from pipeline.stages.refine import straighten_rooms
 from pipeline.stages.room_doubt import closed_cells, doubt_spaces, unlikely_rooms
 from pipeline.stages.rooms import name_rooms, with_doors_between_parts
+from pipeline.stages.said_walls import (
+    bare_layout,
+    found_plan,
+    level_with_walls,
+    may_be_founded,
+    record_of_founder,
+    records_of_walls,
+    said_walls,
+)
 from pipeline.stages.vectorise import vectorise
 from pipeline.timing import time_stages
 from pipeline.values import Evidence, Layout, Level, Obstacle, Planes, RejectedLevel, Spaces
@@ -62,8 +71,20 @@ class StageResult:
 def run_stages(level: Level, config: PipelineConfig, rng: np.random.Generator) -> Iterator[StageResult]:
     """Run Algorithm 1 and show each step; raise Rejection if the level cannot become a plan.
 
-    From ``isolated`` on, each building is processed separately.
+    From ``isolated`` on, each building is processed separately. If the search finds no plan, but a person says walls or
+    rooms of the level, the plan is made of these (``stages.said_walls``).
     """
+    if not may_be_founded(level):
+        yield from _search(level, config, rng)
+        return
+    try:
+        found = list(_search(level, config, rng))
+    except Rejection as rejection:
+        found = list(_of_what_is_said(level, config, rng, rejection))
+    yield from found
+
+
+def _search(level: Level, config: PipelineConfig, rng: np.random.Generator) -> Iterator[StageResult]:
     drawn = read_drawn_layout(level, config.layout)
     evidence = drawn.evidence if drawn else gather_evidence(level, config.evidence)
     yield StageResult("evidence", evidence, level.id)
@@ -95,6 +116,58 @@ def run_stages(level: Level, config: PipelineConfig, rng: np.random.Generator) -
             if len(buildings) == 1:
                 raise
             yield StageResult("rejected", RejectedLevel(building.id, rejection), building.id)
+
+
+def _of_what_is_said(
+    level: Level, config: PipelineConfig, rng: np.random.Generator, rejection: Rejection
+) -> Iterator[StageResult]:
+    """Yield the stages of a rejected level with the walls that a person says, or the plan of the rooms said."""
+    walls = said_walls(level, _standing(level, config)[1])
+    last, with_walls = rejection, level_with_walls(level, walls)
+    if walls:
+        try:
+            found = list(_search(with_walls, config, rng))
+        except Rejection as again:
+            last = again
+        else:
+            records = list(records_of_walls(level, rejection))
+            yield from (_with_records(each, records) for each in found)
+            return
+    evidence, standing = _standing(with_walls, config)
+    founded = found_plan(level, standing)
+    if founded is None:
+        detail = f"{last.detail}; what overrides.toml says of walls and rooms encloses none"
+        raise Rejection(last.stage, last.reason, detail, last.advice, last.picture)
+    plan, founder, closed = founded
+    said = [each for each in level.corrections if each is not founder]
+    layout, spaces = bare_layout(standing, closed)
+    corrected = correct(level, said, layout, (), plan)
+    final = spaces_of_plan(level, corrected.plan, spaces)
+    bare = replace(level, corrections=tuple(said))
+    grounds = measure_quality_grounds(bare, evidence, layout, final, doubts=np.zeros(len(layout.spaces)))
+    quality = score_quality(grounds, marked=level.sills)
+    finished = replace(corrected.plan, navigability=navigability(corrected.plan), quality=quality)
+    yield _with_records(StageResult("plan", finished, level.id), [record_of_founder(founder, plan, rejection)])
+
+
+def _standing(level: Level, config: PipelineConfig) -> tuple[Evidence, BaseGeometry]:
+    """Return the evidence of a level, and all that may close a room of it."""
+    evidence = gather_evidence(level, config.evidence)
+    try:
+        planes = find_planes(level, evidence, config.planes)
+    except Rejection:
+        return evidence, EMPTY
+    doorways = [doorway.polygon for doorway in planes.doorways]
+    return evidence, unite([planes.door, planes.sills, planes.lintels, planes.rails, *doorways])
+
+
+def _with_records(result: StageResult, records: list[dict[str, Any]]) -> StageResult:
+    """Return a plan with more records of what corrections did, and any other result as it is."""
+    if not isinstance(result.value, FloorPlan):
+        return result
+    told = result.value.provenance or {}
+    told = {**told, "corrections": [*records, *told.get("corrections", [])]}
+    return replace(result, value=replace(result.value, provenance=told))
 
 
 @dataclass(frozen=True, eq=False)

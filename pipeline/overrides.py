@@ -33,6 +33,7 @@ from __future__ import annotations
 import difflib
 import json
 import logging
+import math
 import re
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import replace
@@ -40,15 +41,19 @@ from pathlib import Path
 from typing import Any, Final
 
 from houseexpo.configuration import config_from_mapping, name_in_config_errors, read_toml
-from houseexpo.corrections.vocabulary import NAME, WORDS, Override, checked_values
+from houseexpo.corrections.vocabulary import FILE_WORDS, NAME, WORDS, Override, checked_distance, checked_values
 from houseexpo.dataset.manifest import is_bundled_manifest
 from houseexpo.dataset.store.folders import overrides_path
 from houseexpo.errors import ConfigError
 from houseexpo.floorplan import FloorPlan
+from houseexpo.plan import Frame
 from pipeline.config import PipelineConfig
 from pipeline.config_file import convert_to_type
+from pipeline.geometry.meshes import NO_MESH
 from pipeline.sources import OVERRIDABLE
 from pipeline.sources.files import slug
+from pipeline.sources.meshes.formats import frame_convention
+from pipeline.sources.tolerances import USUAL_STOREY_M
 from pipeline.values import IDLE, Input, Level
 
 _LOG = logging.getLogger(__name__)
@@ -122,11 +127,13 @@ def _read(path: Path) -> Mapping[str, Override]:
 def _override(name: str, table: Any, path: Path) -> Override:
     """Return the table of an id, checked; errors name the file and the id."""
     if isinstance(table, Mapping):
-        for word in sorted(WORDS.keys() & table.keys()):
-            try:
+        try:
+            for word in sorted(WORDS.keys() & table.keys()):
                 table = {**table, word: checked_values(word, table[word])}
-            except ConfigError as error:
-                raise ConfigError(f"{path}: {name}.{error}") from None
+            if "distance" in table:
+                table = {**table, "distance": checked_distance(table["distance"])}
+        except ConfigError as error:
+            raise ConfigError(f"{path}: {name}.{error}") from None
     with name_in_config_errors(path):
         try:
             return config_from_mapping(Override, table, name, convert=_converted)
@@ -136,16 +143,16 @@ def _override(name: str, table: Any, path: Path) -> Override:
 
 
 def _converted(value: Any, hint: Any, key: str) -> Any:
-    """Return a value converted to its type; those of words are checked already."""
-    return tuple(value) if key.rpartition(".")[2] in WORDS else convert_to_type(value, hint, key)
+    """Return a value converted to its type; those of words and distances are checked already."""
+    return tuple(value) if key.rpartition(".")[2] in {*WORDS, "distance"} else convert_to_type(value, hint, key)
 
 
 # Apply overrides: find the inputs that they belong to, inform the reader, and change the level.
 #
 # R1  An id in ``overrides.toml`` is that of an input, or of a building (``_B2``) or a level (``_L1``) of one; eight
 #     digits of a hash may follow.
-# R2  ``up``, ``units``, ``scale`` and ``drop_nodes`` concern a whole file: they stand under the input's own id, and
-#     its reader must take them.
+# R2  ``FILE_WORDS`` (its axis, its size, its floors, its nodes) concern a whole file: they stand under the input's own
+#     id, and its reader must take them. ``keep`` and ``drop`` under it are of all its storeys.
 # R3  What is said of a storey goes with its level, and is applied to the finished plan (``stages.corrections``).
 # R4  What is said under the id of a building belongs to its level, too. An id that no level has is refused once the
 #     levels are known.
@@ -212,29 +219,51 @@ def correct_input(item: Input, overrides: Mapping[str, Override]) -> Input:
     ConfigError
         The overrides break R2.
     """
-    own = {name: override for name, override in overrides.items() if override.of_file and is_id_of_input(name, item.id)}
-    for name in own:
-        if name != item.id:
+    for name, override in overrides.items():
+        if override.of_file and name != item.id and is_id_of_input(name, item.id):
             raise ConfigError(
-                f"corrections: {name}: up, units, scale and drop_nodes are of a whole file; put them under [{item.id}]"
+                f"corrections: {name}: {', '.join(FILE_WORDS[:-1])} and {FILE_WORDS[-1]} are of a whole file; put them "
+                f"under [{item.id}]"
             )
-    if not own:
+    if item.id not in overrides:
         return item
-    override = own[item.id]
-    scale = override.scale and repr(override.scale)
-    told = {"up": override.up, "units": override.units, "scale": scale, "drop_nodes": _patterns(override)}
-    options = {key: value for key, value in told.items() if value}
-    if unknown := sorted(set(options) - set(OVERRIDABLE.get(item.reader, ()))):
+    override, taken = overrides[item.id], OVERRIDABLE.get(item.reader, ())
+    options = {key: value for key, value in _as_options(override).items() if value}
+    if unknown := sorted(set(options) - set(taken)):
         raise ConfigError(f"corrections: {item.id}: its reader, {item.reader}, takes no {unknown[0]}; take it out")
+    if override.keep and "keep" in taken:
+        options["keep"] = "true"
     return replace(item, options=tuple(sorted({**dict(item.options), **options}.items())))
 
 
+def _as_options(override: Override) -> dict[str, str | None]:
+    """Return what an override says of a whole file, as options of its reader; a known distance gives the units."""
+    units = override.units
+    if override.distance is not None:
+        a, b, metres = override.distance
+        units = repr(metres / math.dist(a, b))
+    return {
+        "up": override.up,
+        "units": units,
+        "scale": repr(override.scale) if override.scale else None,
+        "storey_height": repr(override.storey_height) if override.storey_height else None,
+        "floors": json.dumps(override.floors) if override.floors else "",
+        "drop_nodes": json.dumps(override.drop_nodes) if override.drop_nodes else "",
+    }
+
+
 def override_for_level(level_id: str, overrides: Mapping[str, Override]) -> Override:
-    """Return the override of a level, with the words of a storey given for its buildings (R4)."""
+    """Return the override of a level, with the words of its buildings (R4), and with ``keep`` or ``drop`` of its file.
+
+    Where the level and its file contradict each other, the level counts.
+    """
     found = overrides.get(level_id, Override())
-    for name in sorted(overrides):
-        if name != level_id and level_id_from(name) == level_id:
-            found = found.joined(Override(**{word: getattr(overrides[name], word) for word in WORDS}))
+    for name in sorted(set(overrides) - {level_id}):
+        override, level = overrides[name], level_id_from(name)
+        if level == level_id:
+            found = found.joined(Override(**{word: getattr(override, word) for word in WORDS}))
+        elif is_id_of_input(level_id, level):
+            found = Override(keep=override.keep, drop=override.drop, why=override.why).joined(found)
     return found
 
 
@@ -247,11 +276,21 @@ def ids_without_level(overrides: Mapping[str, Override], levels: Collection[str]
     """Return the overridden ids of an input that belong to none of its levels."""
     found = []
     for name in sorted(overrides):
-        of_level = replace(overrides[name], up=None, units=None, scale=None, drop_nodes=(), why="") != Override()
-        known = {level_id_from(name), _DIGITS.sub("", level_id_from(name))} & set(levels)
-        if of_level and not known:
+        level = level_id_from(name)
+        known = {level, _DIGITS.sub("", level)} & set(levels)
+        override = overrides[name]
+        of_file = any(is_id_of_input(each, level) for each in levels)  # R2
+        if not known and (override.corrections or _says_heights(override) or (_decides(override) and not of_file)):
             found.append(name)
     return found
+
+
+def _says_heights(override: Override) -> bool:
+    return override.h_g is not None or override.h_d is not None
+
+
+def _decides(override: Override) -> bool:
+    return override.keep or override.drop
 
 
 def correct_level(level: Level, override: Override) -> Level:
@@ -260,6 +299,18 @@ def correct_level(level: Level, override: Override) -> Level:
     idle = [f"{word}: only houses in SUNCG's layout are cut at such a height" for word in heights]
     told = {**level.provenance, IDLE: [*level.provenance.get(IDLE, ()), *idle]} if idle else level.provenance
     return replace(level, corrections=(*level.corrections, *override.corrections), provenance=told)
+
+
+def level_without_walls(item: Input, override: Override) -> Level:
+    """Return the level of an input in which no rooms are found: nothing stands in it but what a person says.
+
+    Its axes are those of the source, metres.
+    """
+    path, options = Path(item.path), dict(item.options)
+    up = override.up or (frame_convention(path).up if item.reader == "mesh_file" else "z")
+    frame = Frame(((1.0, 0.0, 0.0), (0.0, 1.0 if up == "z" else -1.0, 0.0)), "z" if up == "z" else "y", 0.0, 0)
+    provenance = {"source": item.reader, "file": options.get("file", path.name)}
+    return Level(item.id, NO_MESH, USUAL_STOREY_M, frame, provenance=provenance)
 
 
 def outcomes_of_corrections(override: Override, plans: Iterable[FloorPlan]) -> list[tuple[str, str]]:
@@ -294,7 +345,3 @@ def _inputs_of(name: str) -> list[str]:
     """Return the ids of all inputs that a name concerns, whether there are such inputs or not."""
     starts = [name[: mark.start()] for mark in re.finditer("_", name)]
     return [known for known in (*starts, name) if is_id_of_input(name, known)]
-
-
-def _patterns(override: Override) -> str:
-    return json.dumps(override.drop_nodes) if override.drop_nodes else ""

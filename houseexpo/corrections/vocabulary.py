@@ -6,9 +6,10 @@ its plan; ``houseexpo.corrections.apply`` applies them. All other keys are of a 
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import Any, Final, Literal, NamedTuple, TypeAlias
 
 from houseexpo.errors import ConfigError
@@ -21,12 +22,17 @@ LOG: Final = "overrides.log.jsonl"
 FARTHEST_M: Final = 1e7
 """Coordinates beyond this are errors, metres: the earth's grids have seven digits."""
 
+FILE_WORDS: Final = ("up", "units", "scale", "distance", "storey_height", "floors", "drop_nodes")
+"""The keys of a whole file, which its reader takes."""
+LOWEST_STOREY_M: Final = 1.8
+"""The lowest storey, metres: ``pipeline.sources.tolerances.CLEAR_M``."""
 UNITS: Final = ("m", "cm", "mm", "in", "ft")
 """The units that ``units`` takes by name, as the option ``--units`` of a build does."""
 
 Point: TypeAlias = tuple[float, float]
 Line: TypeAlias = tuple[Point, Point]
 Label: TypeAlias = tuple[float, float, str]
+Distance: TypeAlias = tuple[Point, Point, float]
 Word: TypeAlias = Literal[
     "room",
     "room_outline",
@@ -97,8 +103,10 @@ class Override:
     """What a person says of a house or a storey: the table of one id in ``overrides.toml``.
 
     Each word of ``WORDS`` takes one value or a sequence of values. Points are in metres along the source's plan axes,
-    after units and scale: (X, Y) of a z-up source, (X, Z) of a y-up one. ``up``, ``units``, ``scale`` and
-    ``drop_nodes`` are of a whole mesh file, and inputs of its reading. ``why`` is a note for people.
+    after units and scale: (X, Y) of a z-up source, (X, Z) of a y-up one. ``FILE_WORDS`` are of a whole mesh file, and
+    inputs of its reading: ``distance`` are two points in the file's own units, before any scale, and how far apart they
+    are, metres; ``floors`` are heights along the vertical axis, metres after units and scale. ``why`` is a note for
+    people.
 
     Raises
     ------
@@ -132,6 +140,9 @@ class Override:
     up: str | None = None
     units: str | None = None
     scale: float | None = None
+    distance: Distance | None = None
+    storey_height: float | None = None
+    floors: tuple[float, ...] = ()
     drop_nodes: tuple[str, ...] = ()
     why: str = ""
 
@@ -142,8 +153,16 @@ class Override:
             raise ConfigError("expected keep or drop, found both; take one out")
         if self.h_g is not None and self.h_d is not None and self.h_d <= self.h_g:
             raise ConfigError(f"expected h_d above h_g, found {self.h_d:g} and {self.h_g:g}")
-        if self.scale is not None and not 0 < self.scale < math.inf:
-            raise ConfigError(f"scale: expected more than 0, found {self.scale:g}")
+        for key in ("scale", "storey_height"):
+            if (size := getattr(self, key)) is not None and not 0 < size < math.inf:
+                raise ConfigError(f"{key}: expected more than 0, found {size:g}")
+        if self.distance is not None:
+            object.__setattr__(self, "distance", checked_distance(self.distance))
+        object.__setattr__(self, "floors", _checked_floors(self.floors))
+        sizes = [key for key in ("units", "distance", "storey_height") if getattr(self, key) is not None]
+        sizes += ["scale"] if self.scale is not None and sizes != ["units"] else []
+        if len(sizes) > 1:
+            raise ConfigError(f"expected one of {' and '.join(sizes)}, found both; each says how large the model is")
         if self.up not in {None, "y", "z"}:
             raise ConfigError(f"up: expected y or z, found {self.up!r}")
         if self.units is not None and self.units not in UNITS and not _is_size(self.units):
@@ -157,28 +176,61 @@ class Override:
     @property
     def of_file(self) -> bool:
         """Whether an override concerns a whole file rather than one of its levels."""
-        return bool(self.up or self.units or self.scale or self.drop_nodes)
+        return any(getattr(self, key) for key in FILE_WORDS)
 
     def joined(self, later: Override) -> Override:
         """Return what two tables say of one id; ``later`` counts where they contradict each other."""
         decided = later if later.keep or later.drop else self
         heights = later if later.h_g is not None or later.h_d is not None else self
-        lists = {
-            each.name: (*getattr(self, each.name), *getattr(later, each.name))
-            for each in fields(self)
-            if isinstance(getattr(self, each.name), tuple)
-        }
+        lists = {name: (*getattr(self, name), *getattr(later, name)) for name in (*WORDS, "drop_nodes")}
+        rest: dict[str, Any] = {name: tuple(dict.fromkeys(values)) for name, values in lists.items()}
         return Override(
             keep=decided.keep,
             drop=decided.drop,
             h_g=heights.h_g,
             h_d=heights.h_d,
             up=later.up or self.up,
-            units=later.units or self.units,
-            scale=self.scale if later.scale is None else later.scale,
+            floors=later.floors or self.floors,
             why=later.why or self.why,
-            **{name: tuple(dict.fromkeys(values)) for name, values in lists.items()},
+            **_sizes(self, later),
+            **rest,
         )
+
+
+def _sizes(earlier: Override, later: Override) -> dict[str, Any]:
+    """Return what two tables say of a model's size: units and scale say it together, all else alone."""
+    alone, together = ("distance", "storey_height"), ("units", "scale")
+    says_later = [key for key in (*alone, *together) if getattr(later, key) is not None]
+    if set(says_later) & set(alone) or (says_later and any(getattr(earlier, key) is not None for key in alone)):
+        return {key: getattr(later, key) for key in (*alone, *together)}
+    return {key: getattr(later if key in says_later else earlier, key) for key in (*alone, *together)}
+
+
+def _checked_floors(floors: Sequence[float]) -> tuple[float, ...]:
+    heights = tuple(sorted(float(height) for height in floors))
+    if not all(abs(height) < FARTHEST_M for height in heights):
+        raise ConfigError(f"floors: expected finite metres, found {_plain(floors)}")
+    for low, high in itertools.pairwise(heights):
+        if high - low < LOWEST_STOREY_M:
+            raise ConfigError(f"floors: expected {LOWEST_STOREY_M} m or more from one to the next, found {low:g} and {high:g}")
+    return heights
+
+
+def checked_distance(value: Any) -> Distance:
+    """Return a known distance as two points of the file, and metres.
+
+    Raises
+    ------
+    ConfigError
+        It has another form, a number is not finite, the points are equal, or the metres are not above 0.
+    """
+    given = isinstance(value, list | tuple) and len(value) == 3 and all(map(_is_point, value[:2]))
+    if not given or isinstance(value[2], bool) or not isinstance(value[2], int | float):
+        raise ConfigError(f"distance: expected [[x, y], [x, y], metres], found {_plain(value)!r}")
+    a, b, metres = _point("distance", value[0]), _point("distance", value[1]), float(value[2])
+    if a == b or not 0 < metres < FARTHEST_M:
+        raise ConfigError(f"distance: expected two points, and metres above 0, found {_plain(value)!r}")
+    return a, b, metres
 
 
 def _is_size(text: str) -> bool:
@@ -257,7 +309,7 @@ def _other_form(word: Word, value: Any) -> ConfigError:
     return ConfigError(f"{word}: expected {expected}, found {_plain(value)!r}")
 
 
-def _point(word: Word, value: Sequence[float]) -> Point:
+def _point(word: str, value: Sequence[float]) -> Point:
     x, y = float(value[0]), float(value[1])
     if not (abs(x) < FARTHEST_M and abs(y) < FARTHEST_M):  # also what is not finite
         raise ConfigError(f"{word}: expected finite metres, found {_plain(value)}")

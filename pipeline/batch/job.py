@@ -23,7 +23,7 @@ from pipeline.batch.file_records import describe_if_unchanged, describe_opened_f
 from pipeline.batch.plan_store import PlanStore
 from pipeline.config import PipelineConfig
 from pipeline.geometry.areas import ignore_division_warnings
-from pipeline.overrides import configure, correct_level, ids_without_level, override_for_level
+from pipeline.overrides import configure, correct_level, ids_without_level, level_without_walls, override_for_level
 from pipeline.png import draw_top_view
 from pipeline.quality import check_quality
 from pipeline.rejection import Reason, Rejection
@@ -157,7 +157,7 @@ def _outcomes(job: Job, settings: JobSettings) -> Iterator[Outcome]:
                 told = replace(level, provenance={**level.provenance, "format": note}) if note else level
                 yield from _of_level(told, job, settings)
     except Exception as error:  # noqa: BLE001 - one input's fault must not stop the batch
-        yield StoredRejection.of(item.id, _as_rejection(error, item))
+        yield from _of_unread(_as_rejection(error, item), job, settings)
     else:
         if not levels:
             nothing = Rejection("source", Reason.NO_LEVEL, "expected a level, found none", "look at it in a viewer")
@@ -165,6 +165,24 @@ def _outcomes(job: Job, settings: JobSettings) -> Iterator[Outcome]:
         for name in ids_without_level(job.overrides, levels) if levels else ():
             detail = f"expected the id of a level, found none of this id among {', '.join(levels)}"
             yield StoredRejection.of(name, Rejection("overrides", Reason.NO_SUCH_LEVEL, detail, "mend overrides.toml"))
+
+
+def _of_unread(rejection: Rejection, job: Job, settings: JobSettings) -> list[Outcome]:
+    """Return what came of an input of which no level could be read: a person may drop it, or say its rooms."""
+    item = job.item
+    override = override_for_level(item.id, job.overrides)
+    if override.drop:
+        return [StoredRejection.of(item.id, _drop_by_hand(override))]
+    if rejection.reason in _WITHOUT_ROOMS and override.corrections:
+        level = level_without_walls(item, override)
+        found = _of_level(level, job, settings)
+        if any(isinstance(each, StoredPlan) for each in found):
+            return found
+    return [StoredRejection.of(item.id, rejection)]
+
+
+_WITHOUT_ROOMS = (Reason.NO_LEVEL, Reason.NO_INTERIOR)
+"""The reasons of files that are read, and in which no rooms are found."""
 
 
 def _of_level(level: Level, job: Job, settings: JobSettings) -> list[Outcome]:
@@ -175,7 +193,7 @@ def _of_level(level: Level, job: Job, settings: JobSettings) -> list[Outcome]:
     rng = level_rng(level, settings.seed)
     try:
         found = settings.plan(correct_level(level, override), configure(settings.config, override), rng)
-        return [_outcome(each, level, job, settings) for each in found]
+        return [_outcome(each, level, override, job, settings) for each in found]
     except Rejection as rejection:
         _raise_transient(rejection)
         return [
@@ -187,12 +205,12 @@ def _of_level(level: Level, job: Job, settings: JobSettings) -> list[Outcome]:
         return [StoredRejection.of(level.id, _as_rejection(error, job.item))]
 
 
-def _outcome(found: Planned, level: Level, job: Job, settings: JobSettings) -> Outcome:
-    """Return what came of a building."""
+def _outcome(found: Planned, level: Level, of_level: Override, job: Job, settings: JobSettings) -> Outcome:
+    """Return what came of a building. ``of_level`` is what is said of the level, whether to keep it among it."""
     found, picture = (found.plan, found.stages) if isinstance(found, PlanWithPicture) else (found, b"")
     if isinstance(found, RejectedLevel):
         return StoredRejection.of(found.id, found.rejection.with_picture(draw_top_view(level.walls)))
-    override = job.overrides.get(found.id, Override())
+    override = Override(keep=of_level.keep).joined(job.overrides.get(found.id, Override()))
     try:
         if override.drop:
             raise _drop_by_hand(override)

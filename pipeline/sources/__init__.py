@@ -29,7 +29,7 @@ _OPTIONS = {
 }
 """The readers, and which of a build's options each of them takes."""
 
-OVERRIDABLE = {"mesh_file": ("drop_nodes", "scale", "units", "up")}
+OVERRIDABLE = {"mesh_file": ("drop_nodes", "floors", "keep", "scale", "storey_height", "units", "up")}
 """The readers, and which options of one input a person may set in ``overrides.toml``."""
 
 

@@ -10,7 +10,7 @@ level's frame.
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 
 import numpy as np
@@ -39,7 +39,7 @@ from pipeline.sources.storeys.interior import check_interior
 from pipeline.sources.storeys.levels import FoundLevel, Shift, find_levels, shift_to_origin
 from pipeline.sources.storeys.scale import metres_per_unit, parse_positive_option
 from pipeline.sources.tolerances import COVER_MARGIN_M, USUAL_STOREY_M
-from pipeline.values import IDLE, Input, Level, Mesh
+from pipeline.values import IDLE, KEPT, Input, Level, Mesh
 
 OPTIONS = ("up", "units", "scale", "storey_height")
 
@@ -67,7 +67,7 @@ def find(path: str, **options: str) -> Iterator[Input]:
 def read(item: Input) -> Iterator[Level]:
     """Yield the levels of one mesh file, from the lowest to the highest.
 
-    Option ``drop_nodes`` (a JSON list of patterns) comes from ``overrides.toml``, and ``scale`` may.
+    Options ``drop_nodes`` and ``floors`` (JSON lists) and ``keep`` come from ``overrides.toml``, and others may.
 
     Raises
     ------
@@ -83,24 +83,25 @@ def read(item: Input) -> Iterator[Level]:
         detail = f"{path.name} holds nothing but what {options['drop_nodes']} names"
         raise Rejection("source", Reason.EMPTY, detail, "take a pattern out of drop_nodes")
     up = frame_convention(path)
-    wish = _requested_size(options)
+    wish, keeps = _requested_size(options), options.get("keep") == "true"
     try:
         doors, things = named_door_heights(raw), measure_named_things(raw)
         found = find_axis_and_unit(structural_mesh(raw), up, wish, path.name, doors, things=things)
     except Rejection as rejection:
-        shell = None if wish.is_about_size else reject_exterior(_turn_upright(raw.mesh, up.up), path.name)
+        shell = None if wish.is_about_size or keeps else reject_exterior(_turn_upright(raw.mesh, up.up), path.name)
         raise (shell or rejection).with_picture(draw_top_view(raw.mesh, UPS[up.up])) from None
     upright = _turn_and_scale(raw.mesh, found)
     if found.cut_off:
         upright = _raise_walls(upright, *found.cut_off)
-    shift = shift_to_origin(upright.vertices)
+    shift, kept_from = shift_to_origin(upright.vertices), ""
     named = sort_faces_by_role(Scene(Mesh(upright.vertices - shift, upright.faces), raw.owner, raw.parts))
     try:
-        levels = find_levels(named.solid, named.floor, named.ceiling)
+        asked = [height - shift[2] for height in json.loads(options.get("floors", "[]"))]
+        levels = find_levels(named.solid, named.floor, named.ceiling, asked)
         shares = divide_among_levels(named, [level.floor_z for level in levels])
         if TRIED in found.guesses or not any(share.leaves or share.rooms or share.openings for share in shares):
             inside = ((level.walls, level.floor and float(level.floor.area)) for level in levels)
-            check_interior(inside, path.name, is_sized=TRIED not in found.guesses)
+            kept_from = _reject_outside(inside, path.name, is_sized=TRIED not in found.guesses, keeps=keeps)
     except Rejection as rejection:
         why = rejection
         if TRIED in found.guesses:
@@ -116,6 +117,7 @@ def read(item: Input) -> Iterator[Level]:
         **({"wall_height": _raised(*found.cut_off)} if found.cut_off else {}),
         **({"scale": float(options["scale"])} if options.get("scale", "1") != "1" else {}),
         **({IDLE: idle} if idle else {}),
+        **({KEPT: kept_from} if kept_from else {}),
     }
     for number, (level, share) in enumerate(zip(levels, shares, strict=True)):
         yield Level(
@@ -137,9 +139,20 @@ def read(item: Input) -> Iterator[Level]:
         )
 
 
+def _reject_outside(inside: Iterable[tuple[Mesh, float | None]], name: str, *, is_sized: bool, keeps: bool) -> str:
+    """Raise Rejection where no level has an inside; if a person ``keeps`` the house, return the reason instead."""
+    try:
+        check_interior(inside, name, is_sized=is_sized)
+    except Rejection as rejection:
+        if not keeps:
+            raise
+        return str(rejection.reason)
+    return ""
+
+
 def _requested_size(options: Mapping[str, str]) -> SizeOptions:
     """Return what the user says; raise ConfigError if that is unknown."""
-    unknown = sorted(set(options) - {*OPTIONS, "file", "drop_nodes"})
+    unknown = sorted(set(options) - {*OPTIONS, "file", "drop_nodes", "floors", "keep"})
     if unknown:
         raise ConfigError(f"mesh files: {unknown[0]} is unknown; expected one of {', '.join(OPTIONS)}")
     up, units = options.get("up", "auto"), options.get("units", "auto")

@@ -58,7 +58,7 @@ def vectorise(
         rooms=tuple(rooms),
         doors=tuple(doors),
         objects=tuple(_objects(obstacles, tiles.rooms, shift)),
-        frame=_frame(level.frame, shift),
+        frame=shifted_frame(level.frame, shift),
         provenance={**provenance, **_cuts(tiles.passages), **_closed(spaces.closed, shift)},
     )
 
@@ -193,7 +193,7 @@ def _boxes(
     return {label: tuple(sorted(found)) for label, found in sorted(boxes.items())}
 
 
-def _frame(frame: Frame, shift: Points) -> Frame:
+def shifted_frame(frame: Frame, shift: Points) -> Frame:
     """Return the frame from plan metres to the source: first back by the shift, then by the level's matrix."""
     (a, b, tx), (c, d, ty) = frame.matrix
     x, y = -float(shift[0]), -float(shift[1])

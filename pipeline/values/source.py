@@ -27,6 +27,8 @@ EDGE: Final = "edge"
 """Among the guesses: nothing in the source ends the rooms."""
 IDLE: Final = "without_effect"
 """The key of a provenance for what a person has said of a file or a section and what does nothing here."""
+KEPT: Final = "kept_from"
+"""The key of a provenance for the reason for which the house would have been rejected if a person had not kept it."""
 CUT_OFF: Final = "cut walls"
 """Among the guesses: the walls are cut off low, and the reader has drawn them up to the usual height of a storey."""
 
@@ -124,7 +126,7 @@ class Level:
     @property
     def has_no_rooms(self) -> bool:
         """Whether a person says of some place that it is no room."""
-        return any(each.word == "no_room" for each in self.corrections)
+        return any(each.word in {"no_room", "outside"} for each in self.corrections)
 
     @property
     def names_doors(self) -> bool:

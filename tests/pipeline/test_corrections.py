@@ -79,8 +79,10 @@ def test_a_build_refuses_an_unknown_id_but_not_where_it_takes_only_some_houses(t
 def test_scale_and_nodes_are_told_to_the_reader() -> None:
     override = Override(scale=20.0, drop_nodes=("Lamp*", "Car"), keep=True)
     told = correct_input(replace(VILLA, options=(("up", "z"),)), {"villa": override})
-    assert told.options == (("drop_nodes", '["Lamp*", "Car"]'), ("scale", "20.0"), ("up", "z"))
-    assert correct_input(VILLA, {"villa": Override(keep=True), "other": override}) == VILLA
+    assert told.options == (("drop_nodes", '["Lamp*", "Car"]'), ("keep", "true"), ("scale", "20.0"), ("up", "z"))
+    assert correct_input(VILLA, {"villa": Override(why="nice"), "other": override}) == VILLA
+    given = correct_input(VILLA, {"villa": Override(distance=((0, 0), (30, 40), 1.0), floors=(2.8, 0))})
+    assert given.options == (("floors", "[0.0, 2.8]"), ("units", "0.02"))
 
 
 def test_corrections_of_a_file_alone_work_in_its_folder_and_the_other_way_round(tmp_path: Path) -> None:
@@ -116,10 +118,55 @@ def test_an_axis_and_a_unit_are_told_to_the_reader() -> None:
     assert told.options == (("units", "cm"), ("up", "z"))
 
 
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        ({"units": "cm", "distance": ((0, 0), (1, 0), 0.9)}, "expected one of units and distance, found both"),
+        ({"scale": 2.0, "distance": ((0, 0), (1, 0), 0.9)}, "expected one of distance and scale, found both"),
+        ({"scale": 2.0, "storey_height": 2.5}, "expected one of storey_height and scale, found both"),
+        ({"distance": ((1, 1), (1, 1), 0.9)}, "distance: expected two points"),
+        ({"distance": ((1, 1), (1, 2), 0)}, "distance: expected two points, and metres above 0"),
+        ({"distance": (1, 2, 0.9)}, r"distance: expected \[\[x, y\], \[x, y\], metres\]"),
+        ({"storey_height": 0.0}, "storey_height: expected more than 0"),
+        ({"floors": (0.0, 1.0)}, "floors: expected 1.8 m or more from one to the next, found 0 and 1"),
+    ],
+)
+def test_sizes_that_contradict_each_other_or_are_none_are_refused(words: dict[str, object], said: str) -> None:
+    with pytest.raises(ConfigError, match=said):
+        Override(**words)  # type: ignore[arg-type]
+
+
+def test_of_two_tables_the_later_size_counts_but_unit_and_scale_go_together() -> None:
+    assert Override(units="cm").joined(Override(scale=20.0)) == Override(units="cm", scale=20.0)
+    metre = ((0.0, 0.0), (2.0, 0.0), 1.0)
+    assert Override(units="cm", scale=20.0).joined(Override(distance=metre)) == Override(distance=metre)
+    assert Override(distance=metre).joined(Override(scale=2.0)) == Override(scale=2.0)
+    assert Override(distance=metre, floors=(0.0,)).joined(Override(floors=(3.0,))).floors == (3.0,)
+
+
+def test_a_house_or_a_storey_of_it_is_dropped_or_kept_and_the_storey_counts() -> None:
+    words = {"villa": Override(drop=True, why="a barn"), "villa_L1": Override(keep=True)}
+    assert override_for_level("villa_L0", words) == Override(drop=True, why="a barn")
+    assert override_for_level("villa_L1", words) == Override(keep=True, why="a barn")
+    assert not override_for_level("villas_L0", words).drop
+
+
+def test_a_distance_in_the_file_gives_the_size_and_floors_the_storeys(tmp_path: Path) -> None:
+    path = tmp_path / "villa.ply"
+    write(two_levels(), path)
+    trimesh.load(path).apply_scale(1 / 37).export(path)
+    (item,) = find(str(path))
+    long = Override(distance=((0.0, 0.0), (8.0 / 37, 0.0), 8.0))
+    levels = list(reader("mesh_file").read(correct_input(item, {item.id: long})))
+    assert [level.frame.floor for level in levels] == pytest.approx([0.0, 2.8], abs=1e-3)
+    upper = replace(long, floors=(2.7,))  # a hand's breadth off
+    (level,) = reader("mesh_file").read(correct_input(item, {item.id: upper}))
+    assert level.frame.floor == pytest.approx(2.8, abs=1e-3)
+    assert np.ptp(level.walls.vertices[:, 0]) == pytest.approx(8.0, abs=1e-3)
+
+
 def test_scale_of_a_level_or_of_a_reader_that_takes_none_is_refused() -> None:
-    with pytest.raises(
-        ConfigError, match=r"villa_L1: up, units, scale and drop_nodes are of a whole file; .* \[villa\]"
-    ):
+    with pytest.raises(ConfigError, match=r"villa_L1: up, units, .* and drop_nodes are of a whole file; .* \[villa\]"):
         correct_input(VILLA, {"villa_L1": Override(scale=20.0)})
     with pytest.raises(ConfigError, match="0a1b: its reader, suncg, takes no drop_nodes"):
         correct_input(SCENE, {"0a1b": Override(drop_nodes=("Lamp",))})
@@ -178,7 +225,7 @@ def test_a_word_on_a_level_that_the_house_has_not_is_refused(tmp_path: Path) -> 
     folder.mkdir()
     write(two_levels(), folder / "villa.ply")
     words = {
-        "villa": Override(drop=True),
+        "villa": Override(label=((0.0, 0.0, "Kitchen"),)),
         "villa_L0": Override(no_room=((0.0, 0.0),)),
         "villa_B1_L1": Override(keep=True),
         "villa_L7": Override(keep=True),

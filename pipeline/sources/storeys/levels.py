@@ -15,6 +15,8 @@ R3  Walls may be looked at up to the underside of what closes the level: the nex
     hardly any wall runs on through closes it, whatever stands on it: a slab under the foot of a roof, but not the
     ceilings of some rooms, lower than those of others.
 R4  What the source calls floor is the floor's area where it is most of it; what it calls ceiling or roof is no floor.
+R5  Where a person says the heights of the floors, these are the levels. A level surface within ``SNAP_M`` gives the
+    exact height.
 
 A floor's area is exact where its faces are few, and comes from the grid where a scan has many.
 
@@ -105,6 +107,8 @@ from pipeline.sources.tolerances import (
 from pipeline.values import Mesh
 
 EXACT_TRIANGLES = 20_000
+SNAP_M = 0.25
+"""A floor is meant by a height so near it, metres: ``houseexpo.corrections.openings.SNAP_M``."""
 
 
 def floor_polygon(triangles: Floats, region: Cells, grid: PlanGrid) -> Polygon | MultiPolygon | None:
@@ -307,11 +311,15 @@ class FoundLevel:
 
 
 def find_levels(
-    mesh: Mesh, named_floor: Bools | None = None, named_ceiling: Bools | None = None
+    mesh: Mesh,
+    named_floor: Bools | None = None,
+    named_ceiling: Bools | None = None,
+    asked: Sequence[float] = (),
 ) -> tuple[FoundLevel, ...]:
     """Return the levels of a z-up mesh in metres, from the lowest to the highest.
 
-    ``named_floor`` and ``named_ceiling`` mark the faces (m,) that the source calls so.
+    ``named_floor`` and ``named_ceiling`` mark the faces (m,) that the source calls so. ``asked`` are the heights of the
+    floors that a person says, in rising order; then there are these levels and no others (R5).
 
     Raises
     ------
@@ -348,19 +356,36 @@ def find_levels(
     heights = [floor.layer.top if floor else foot for floor in floors]
     if heights[0] < foot - HOVER_M and profile.length_at(heights[0] + HOVER_M / 2) < HOVER_SHARE * profile.usual:
         heights[0] = foot  # R2: ground under the house
+    if asked:  # R5
+        floors = [_asked_floor(surfaces, walls, height, layers, grid) for height in asked]
+        heights = [floor.layer.top if floor else height for floor, height in zip(floors, asked, strict=True)]
     found = []
-    for floor, height in zip(floors, heights, strict=True):
-        around = _profile_around(surfaces, walls, floor, grid) if len(heights) > 1 else profile
-        region = floor.region if floor else enclosed
+    for k, (floor, height) in enumerate(zip(floors, heights, strict=True)):
+        around = _profile_around(surfaces, walls, floor, grid) if len(heights) > 1 or asked else profile
+        region = floor.region if floor else enclosed_cells(surfaces, walls, height, grid) if asked else enclosed
         near = walls & grid.at(grid.grow(region, WALL_ALONG_FLOOR_M), (surfaces.low[:, :2] + surfaces.high[:, :2]) / 2)
         through = partial(_share_running_through, surfaces, near)
-        above = _next_floor(floor, height, floors)
+        above = next(iter(heights[k + 1 :]), None) if asked else _next_floor(floor, height, floors)
         ceiling = _ceiling(around, layers, region, height, above=above, through=through)
-        part = mesh if len(heights) == 1 else _slice(surfaces, height - UNDER_FLOOR_M, height + ceiling)
+        part = mesh if len(heights) == 1 and not asked else _slice(surfaces, height - UNDER_FLOOR_M, height + ceiling)
         area = _area(surfaces, floor, names[0], grid) if floor else None
         below = open_area_below(surfaces, height, floors, grid)
         found.append(FoundLevel(height, ceiling, _lower(part, height), area, below))
-    return _join_parts_of_halls(found)
+    return tuple(found) if asked else _join_parts_of_halls(found)
+
+
+def _asked_floor(
+    surfaces: Surfaces, walls: Bools, height: float, layers: Sequence[LevelLayer], grid: PlanGrid
+) -> FloorSurface | None:
+    """R5: return the nearest level surface within a hand's breadth of a height, None if there is none."""
+    near = [layer for layer in layers if abs(layer.top - height) <= SNAP_M]
+    if not near:
+        return None
+    layer = min(near, key=lambda each: abs(each.top - height))
+    region = _fill_holes(layer.cells & enclosed_cells(surfaces, walls, layer.top, grid))
+    if grid.area(region) < ROOMY_M2:
+        return None
+    return FloorSurface(layer, region, grid.area(region), layer.faces, region)
 
 
 def _join_parts_of_halls(levels: Sequence[FoundLevel]) -> tuple[FoundLevel, ...]:
