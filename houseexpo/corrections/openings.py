@@ -25,7 +25,7 @@ ONWARD_M: Final = 1.0
 """The longest wall that a door on a floor brings with it at each end: what stands beside a doorway in a corner."""
 WALL_REACH_M: Final = 1.2
 """The thickest wall that a door goes through, in old houses."""
-TOUCH_M: Final = 1e-4
+MEETS_M: Final = 1e-4
 """What is nearer than this touches: a hundredth of the grid."""
 STEP_M: Final = 0.1
 """A face of a wall that jumps by more is another wall: a hand's breadth."""

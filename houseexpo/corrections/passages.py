@@ -13,10 +13,10 @@ from shapely import Polygon
 from houseexpo.corrections.draft import Draft, DraftDoor, DraftRoom, Vector, is_room_sized, split_pieces
 from houseexpo.corrections.openings import (
     ALONG,
+    MEETS_M,
     ONWARD_M,
     SNAP_M,
     STEP_M,
-    TOUCH_M,
     WALL_REACH_M,
     Faces,
     Strip,
@@ -151,7 +151,7 @@ def in_its_wall(draft: Draft, strip: Strip) -> Strip:
         return turned
     into = dot(start - strip.centre, turned.across)
     ways = (
-        (1.0, -1.0) if off < TOUCH_M else (math.copysign(1.0, into),)
+        (1.0, -1.0) if off < MEETS_M else (math.copysign(1.0, into),)
     )  # on the face itself, the wall is at either side
     moved = (Strip(strip.centre + turned.across * (into + way_in * _INTO_M), way, strip.length, 0.0) for way_in in ways)
     return next((line for line in moved if draft.room_at(line.centre) is not room), strip)

@@ -14,10 +14,10 @@ from shapely import Polygon
 
 from houseexpo.corrections.draft import Draft, DraftDoor, DraftRoom, Place, Vector, is_room_sized, split_pieces
 from houseexpo.corrections.openings import (
+    MEETS_M,
     PARTITION_M,
     SNAP_M,
     STEP_M,
-    TOUCH_M,
     WALL_REACH_M,
     Strip,
     depth_of_entrances,
@@ -214,7 +214,7 @@ def remove_room(draft: Draft, placed: Placed) -> Said:
 def _open_sides(draft: Draft, outside: Polygon, text: str) -> Iterator[str]:
     """Make entrances where rooms meet what lies outside without a wall; yield what was done."""
     for room in draft.rooms:
-        shared = shapely.intersection(room.shape.boundary, outside.buffer(TOUCH_M))
+        shared = shapely.intersection(room.shape.boundary, outside.buffer(MEETS_M))
         for side in shapely.get_parts(shapely.line_merge(shared)):
             points = shapely.get_coordinates(shapely.simplify(side, GRID_M))
             for a, b in pairwise(points):

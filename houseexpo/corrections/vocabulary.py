@@ -212,7 +212,9 @@ def _checked_floors(floors: Sequence[float]) -> tuple[float, ...]:
         raise ConfigError(f"floors: expected finite metres, found {_plain(floors)}")
     for low, high in itertools.pairwise(heights):
         if high - low < LOWEST_STOREY_M:
-            raise ConfigError(f"floors: expected {LOWEST_STOREY_M} m or more from one to the next, found {low:g} and {high:g}")
+            raise ConfigError(
+                f"floors: expected {LOWEST_STOREY_M} m or more from one to the next, found {low:g} and {high:g}"
+            )
     return heights
 
 

@@ -39,7 +39,7 @@ from pipeline.sources.storeys.interior import check_interior
 from pipeline.sources.storeys.levels import FoundLevel, Shift, find_levels, shift_to_origin
 from pipeline.sources.storeys.scale import metres_per_unit, parse_positive_option
 from pipeline.sources.tolerances import COVER_MARGIN_M, USUAL_STOREY_M
-from pipeline.values import IDLE, KEPT, Input, Level, Mesh
+from pipeline.values import IDLE, KEPT_FROM, Input, Level, Mesh
 
 OPTIONS = ("up", "units", "scale", "storey_height")
 
@@ -117,7 +117,7 @@ def read(item: Input) -> Iterator[Level]:
         **({"wall_height": _raised(*found.cut_off)} if found.cut_off else {}),
         **({"scale": float(options["scale"])} if options.get("scale", "1") != "1" else {}),
         **({IDLE: idle} if idle else {}),
-        **({KEPT: kept_from} if kept_from else {}),
+        **({KEPT_FROM: kept_from} if kept_from else {}),
     }
     for number, (level, share) in enumerate(zip(levels, shares, strict=True)):
         yield Level(

@@ -42,6 +42,7 @@ import numpy.typing as npt
 import shapely
 from shapely import MultiPolygon, Polygon
 
+from houseexpo.corrections.openings import SNAP_M
 from pipeline.geometry.areas import polygons_of
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.storeys.surfaces import (
@@ -107,8 +108,6 @@ from pipeline.sources.tolerances import (
 from pipeline.values import Mesh
 
 EXACT_TRIANGLES = 20_000
-SNAP_M = 0.25
-"""A floor is meant by a height so near it, metres: ``houseexpo.corrections.openings.SNAP_M``."""
 
 
 def floor_polygon(triangles: Floats, region: Cells, grid: PlanGrid) -> Polygon | MultiPolygon | None:
