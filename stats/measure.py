@@ -10,8 +10,10 @@ from pathlib import Path
 import msgspec
 
 from houseexpo.cpu_cores import count_cores
-from houseexpo.dataset import Dataset, open_dataset
-from houseexpo.dataset.readable import BrokenPlan, open_readable
+from houseexpo.dataset import Dataset
+from houseexpo.dataset.readable import open_readable
+from houseexpo.dataset.store import open_store
+from houseexpo.dataset.store.stored_plans import BrokenPlan
 from houseexpo.errors import ConfigError, DatasetError, PlanError
 from stats.record import VERSION, Record, find_rooms_and_measure, measure_and_audit
 from stats.summary import PlanSummary
@@ -73,9 +75,9 @@ def open_and_measure(path: Path, *, geometry: bool = False, workers: int | None 
         The data set itself is truncated, or has no readable plan.
     """
     with ExitStack() as opened:
-        broken: tuple[BrokenPlan, ...] = ()
         try:
-            data_set = open_dataset(path)
+            data_set = Dataset(open_store(path))
+            broken = data_set.left_out
             found = measure_plans(data_set, geometry=geometry, workers=workers)
         except (PlanError, DatasetError) as error:
             data_set, broken = opened.enter_context(open_readable(path))

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from itertools import permutations
 from typing import Any
 
-from houseexpo.dataset.readable import BrokenPlan
+from houseexpo.dataset.store.stored_plans import BrokenPlan
 from stats import compare
 from stats.measure import DataSetSummary
 from stats.public_sets import PublicSet, public_row

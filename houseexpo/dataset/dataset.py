@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import logging
 import os
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeAlias, overload
+from typing import TYPE_CHECKING, Any, Final, TypeAlias, overload
 
 import numpy as np
 import numpy.typing as npt
@@ -27,6 +28,12 @@ if TYPE_CHECKING:
 
     from houseexpo.analysis.geodataframe import Layer
     from houseexpo.dataset.store.catalogue import Catalogue
+    from houseexpo.dataset.store.stored_plans import BrokenPlan
+
+_log = logging.getLogger(__name__)
+
+_NAMED: Final = 3
+"""Plans that cannot be read and are named one by one."""
 
 Range: TypeAlias = tuple[float | None, float | None]
 """A lower and an upper limit, both inclusive; None for no limit."""
@@ -40,14 +47,14 @@ def open_dataset(path: str | os.PathLike[str]) -> Dataset:
 
     Opening reads only an index. The first time, it reads and checks every plan once and saves the index in the user's
     cache folder, for archives and JSON lines together with the plans in blocks. The variable HOUSEEXPO_CACHE sets the
-    place of the cache.
+    place of the cache. Plans that cannot be read are left out, with a warning; ``left_out`` lists them.
 
     Raises
     ------
     DatasetError
         There is no data set, it is truncated or damaged, or two plans have the same id.
     PlanError
-        A plan violates the format; the error names the file, the plan and the key.
+        No plan can be read; the error names the file, the plan and the key.
 
     Examples
     --------
@@ -63,7 +70,11 @@ def open_dataset(path: str | os.PathLike[str]) -> Dataset:
     """
     from houseexpo.dataset.store import open_store
 
-    return Dataset(open_store(path))
+    found = Dataset(open_store(path))
+    if found.left_out:
+        listed = "; ".join(map(str, found.left_out[:_NAMED])) + ("; ..." if len(found.left_out) > _NAMED else "")
+        _log.warning("%s: %s left out, cannot be read: %s", path, count_noun(len(found.left_out), "plan"), listed)
+    return found
 
 
 class Dataset(Sequence[FloorPlan]):
@@ -89,6 +100,11 @@ class Dataset(Sequence[FloorPlan]):
     def ids(self) -> list[str]:
         """The plans' ids, in order."""
         return [self._catalogue.ids[row] for row in self._rows]
+
+    @property
+    def left_out(self) -> tuple[BrokenPlan, ...]:
+        """The plans of the whole data set that cannot be read: the place and the fault of each."""
+        return self._catalogue.left_out
 
     @property
     def splits(self) -> dict[str, tuple[str, ...]]:
@@ -476,4 +492,6 @@ def _title_of(plan: FloorPlan) -> str:
 
 
 def _reopen(address: str | Path, ids: list[str]) -> Dataset:
-    return open_dataset(address).only(ids)
+    from houseexpo.dataset.store import open_store
+
+    return Dataset(open_store(address)).only(ids)

@@ -5,25 +5,13 @@ from __future__ import annotations
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 from pathlib import Path
 
 from houseexpo.dataset.dataset import Dataset, open_dataset
-from houseexpo.dataset.store.stored_plans import StoredPlan, read_id_lists, read_stored_plans
+from houseexpo.dataset.store.stored_plans import BrokenPlan, StoredPlan, broken_plan, read_id_lists, read_stored_plans
 from houseexpo.errors import DatasetError, PlanError
 from houseexpo.floorplan import FloorPlan, decode
 from houseexpo.progress import show_progress
-
-
-@dataclass(frozen=True)
-class BrokenPlan:
-    """A plan that cannot be read: its file, member or line, and its fault."""
-
-    place: str
-    problem: str
-
-    def __str__(self) -> str:
-        return f"{self.place}: {self.problem}"
 
 
 @contextmanager
@@ -33,7 +21,8 @@ def open_readable(path: Path) -> Iterator[tuple[Dataset, tuple[BrokenPlan, ...]]
     1. A plan is broken if it cannot be decoded, encloses no area, or has the id of an earlier plan.
     2. The other plans are copied, with the lists of ids, to a file of JSON lines in the folder for temporary files.
 
-    The data set exists until the context ends. It is not needed for a data set that ``open_dataset`` can open.
+    The data set exists until the context ends. It is needed for plans that were damaged after the build and for ids that
+    occur twice; other plans that cannot be read are left out by ``open_dataset``.
 
     Raises
     ------
@@ -59,7 +48,7 @@ def _copy_readable(path: Path, copy: Path) -> tuple[BrokenPlan, ...]:
             try:
                 plan = _decode_checked(record, seen)
             except PlanError as error:
-                broken.append(BrokenPlan(record.place, f"{error.key}: {error.problem}" if error.key else error.problem))
+                broken.append(broken_plan(record.place, error))
                 continue
             seen[plan.id] = record.place
             out.write(record.data.replace(b"\r", b" ").replace(b"\n", b" ") + b"\n")

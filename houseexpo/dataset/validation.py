@@ -270,7 +270,7 @@ class _Areas(msgspec.Struct):
 
 
 def validate_dataset(path: Path, workers: int = 1) -> ValidationReport:
-    """Check a data set, including one that ``open_dataset`` refuses because of some of its plans.
+    """Check a data set, also the plans that ``open_dataset`` leaves out.
 
     Parameters
     ----------

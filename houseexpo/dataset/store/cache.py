@@ -18,14 +18,16 @@ from typing import Any, Final
 import pyarrow as pa
 
 from houseexpo.dataset.store.folders import file_stamp, folder_stamp, plan_file_names, plan_folder
-from houseexpo.dataset.store.stored_plans import damage_as_dataset_error
-from houseexpo.files import PARTIAL, atomic_folder, cache_folder, real_path, write_atomically
+from houseexpo.dataset.store.stored_plans import BrokenPlan, damage_as_dataset_error
+from houseexpo.files import PARTIAL, atomic_folder, cache_folder, read_json, real_path, write_atomically
 
 VERSION: Final = "2"
 """Part of every key, so that files in another layout are not read."""
 
 INDEX: Final = "index.arrow"
 PLANS: Final = "plans.arrow"
+LEFT_OUT: Final = "left_out.json"
+"""The plans that cannot be read, if there are any."""
 
 PLANS_PER_BLOCK: Final = 32
 """Plans per block: about 80 KB, which is decompressed in a tenth of a millisecond."""
@@ -64,6 +66,14 @@ def read_index(store: Path) -> Any:
     from houseexpo.dataset.index import with_current_columns
 
     return with_current_columns(pa.ipc.open_file(pa.memory_map(str(store / INDEX))).read_all())
+
+
+def read_left_out(store: Path) -> tuple[BrokenPlan, ...]:
+    """Return the plans that a cached copy lacks since they cannot be read."""
+    try:
+        return tuple(BrokenPlan(*found) for found in read_json(store / LEFT_OUT, list[tuple[str, str]]))
+    except FileNotFoundError:
+        return ()
 
 
 class BlockWriter:

@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 import pyarrow as pa
 
-from houseexpo.dataset.store.cache import PLANS, BlockReader, ensure_cached_copy, read_index
+from houseexpo.dataset.store.cache import PLANS, BlockReader, ensure_cached_copy, read_index, read_left_out
 from houseexpo.dataset.store.folders import plan_file_names, plan_folder
-from houseexpo.dataset.store.stored_plans import linked_list_names, plans_path, read_id_lists
+from houseexpo.dataset.store.stored_plans import BrokenPlan, linked_list_names, plans_path, read_id_lists
 from houseexpo.errors import DatasetError, PlanError
 from houseexpo.files import is_device, without_mark
 from houseexpo.plan import checks
@@ -68,6 +68,11 @@ class Catalogue:
             return str(self.table.column("digest")[row].as_py())
         return hashlib.sha1(self.read(row), usedforsecurity=False).hexdigest()
 
+    @property
+    def left_out(self) -> tuple[BrokenPlan, ...]:
+        """The plans that cannot be read."""
+        return () if self._store is None else read_left_out(self._store)
+
     @cached_property
     def lists(self) -> dict[str, tuple[str, ...]]:
         """The lists of ids that come with the data set, unchanged.
@@ -119,7 +124,7 @@ def open_catalogue(path: Path) -> Catalogue:
     Raises
     ------
     DatasetError, PlanError
-        The path is not a data set, the data set is damaged or incomplete, or one of its plans violates the format.
+        The path is not a data set, the data set is damaged or incomplete, or none of its plans can be read.
     """
     if (path / ".build").is_dir() and not (path / "manifest.json").exists():
         raise DatasetError(f"{path}: expected a finished build, found no manifest.json; run houseexpo build again")

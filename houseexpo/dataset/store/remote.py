@@ -28,7 +28,7 @@ import pyarrow.parquet as pq
 
 from houseexpo.dataset.index import SCHEMA, with_current_columns
 from houseexpo.dataset.store.catalogue import Catalogue, parse_id_list
-from houseexpo.dataset.store.stored_plans import MAX_PLAN_BYTES
+from houseexpo.dataset.store.stored_plans import MAX_PLAN_BYTES, BrokenPlan
 from houseexpo.errors import DatasetError
 from houseexpo.files import cache_folder, write_atomically
 from houseexpo.plan import checks
@@ -119,6 +119,11 @@ class RemoteCatalogue(Catalogue):
         place = f"/plans/{quote(self.ids[row], safe='')}/stages.png"
         found = self._server.get(place, MAX_PLAN_BYTES, fine=(200, 404))
         return found.data if found.status == 200 else None
+
+    @property
+    def left_out(self) -> tuple[BrokenPlan, ...]:
+        """The plans that cannot be read: the server has left them out."""
+        return ()
 
     @cached_property
     def lists(self) -> dict[str, tuple[str, ...]]:

@@ -17,7 +17,7 @@ from pathlib import Path, PurePosixPath
 from typing import IO, Final, NamedTuple
 
 from houseexpo.dataset.store.folders import ARCHIVE, is_plan, is_release, no_plans_advice, plan_file_names, plan_folder
-from houseexpo.errors import DatasetError
+from houseexpo.errors import DatasetError, PlanError
 from houseexpo.files import read_file, real_path
 
 MAX_PLAN_BYTES: Final = 64 * 2**20
@@ -39,6 +39,21 @@ class StoredPlan(NamedTuple):
 
     place: str
     data: bytes
+
+
+class BrokenPlan(NamedTuple):
+    """A plan that cannot be read: its file, member or line, and its fault."""
+
+    place: str
+    problem: str
+
+    def __str__(self) -> str:
+        return f"{self.place}: {self.problem}"
+
+
+def broken_plan(place: str, error: PlanError) -> BrokenPlan:
+    """Return a plan that cannot be read; the error says why."""
+    return BrokenPlan(place, f"{error.key}: {error.problem}" if error.key else error.problem)
 
 
 def plans_path(path: Path) -> Path:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import nullcontext
 from pathlib import Path
@@ -14,9 +14,10 @@ import pyarrow as pa
 import shapely
 
 from houseexpo.dataset.index import SCHEMA, index_row
-from houseexpo.dataset.store.cache import INDEX, PLANS, BlockWriter
-from houseexpo.dataset.store.stored_plans import StoredPlan, read_stored_plans
+from houseexpo.dataset.store.cache import INDEX, LEFT_OUT, PLANS, BlockWriter
+from houseexpo.dataset.store.stored_plans import StoredPlan, broken_plan, read_stored_plans
 from houseexpo.errors import DatasetError, PlanError
+from houseexpo.files import encode_json
 from houseexpo.floorplan import FloorPlan, decode
 from houseexpo.processes import split_into_chunks
 from houseexpo.progress import show_progress
@@ -30,42 +31,68 @@ _PLANS_PER_CHUNK: Final = 256  # plans that are measured together
 def write_cached_copy(source: Path, target: Path) -> None:
     """Write ``index.arrow`` and, unless the source is a folder, ``plans.arrow`` into the folder ``target``.
 
+    Plans that cannot be read are left out; ``left_out.json`` lists them.
+
     Raises
     ------
     DatasetError
         The data set is damaged, or two plans have the same id.
     PlanError
-        A plan violates the format; the error names its file, its id and the key.
+        No plan can be read; the error names the first one's file, its id and the key.
     """
+    broken: dict[str, PlanError] = {}  # by the place of each
     seen: dict[str, str] = {}  # the place of each plan, by its id
     blocks = nullcontext() if source.is_dir() else BlockWriter(target / PLANS)
     with blocks as writer, pa.ipc.new_file(str(target / INDEX), CACHED) as index:
-        for chunk, plans, found in _measure_chunks(source):
-            for record in chunk:
+        for chunk in _measure_chunks(source, broken):
+            for record, plan, _ in chunk:
                 if writer is not None:
                     writer.add(record.data)
-            for record, plan in zip(chunk, plans, strict=True):
                 if plan.id in seen:
                     places = f"{seen[plan.id]} and in {record.place}"
                     raise DatasetError(f"{source}: expected ids that differ, found {plan.id!r} in {places}")
                 seen[plan.id] = record.place
-            rows = [_row(*item) for item in zip(chunk, plans, found, strict=True)]
+            rows = [_row(*measured) for measured in chunk]
             index.write_batch(pa.RecordBatch.from_pylist(rows, schema=CACHED))
+    if broken and not seen:
+        place, error = next(iter(broken.items()))
+        where = f"{source}: {place}"
+        raise PlanError(error.problem, f"{where}: {error.key}" if error.key else where, error.plan)
+    if broken:
+        left_out = [broken_plan(place, error) for place, error in broken.items()]
+        (target / LEFT_OUT).write_bytes(encode_json(left_out))
 
 
-def _measure_chunks(source: Path) -> Iterator[tuple[list[StoredPlan], list[FloorPlan], list[float]]]:
-    """Yield records, plans and areas in chunks; a thread measures one chunk while the next is decoded."""
-    waiting: tuple[list[StoredPlan], list[FloorPlan], Future[list[float]]] | None = None
+_Measured = tuple[StoredPlan, FloorPlan, float]
+
+
+def _measure_chunks(source: Path, broken: dict[str, PlanError]) -> Iterator[list[_Measured]]:
+    """Yield records, plans and areas in chunks; a thread measures one chunk while the next is decoded.
+
+    The errors of records that are no plans go into ``broken``, by their places.
+    """
+    waiting: tuple[list[StoredPlan], list[FloorPlan], Future[list[float | PlanError]]] | None = None
     with ThreadPoolExecutor(1) as thread:
-        for chunk in split_into_chunks(
-            show_progress(read_stored_plans(source), f"reading {source.name}"), _PLANS_PER_CHUNK
-        ):
-            plans = [_decode(source, record) for record in chunk]
+        records = show_progress(read_stored_plans(source), f"reading {source.name}")
+        for pairs in split_into_chunks(_decode_readable(records, broken), _PLANS_PER_CHUNK):
+            chunk, plans = [record for record, _ in pairs], [plan for _, plan in pairs]
             before, waiting = waiting, (chunk, plans, thread.submit(_areas, plans))
             if before is not None:
-                yield before[0], before[1], before[2].result()
+                yield _with_area(before[0], before[1], before[2].result(), broken)
         if waiting is not None:
-            yield waiting[0], waiting[1], waiting[2].result()
+            yield _with_area(waiting[0], waiting[1], waiting[2].result(), broken)
+
+
+def _with_area(
+    records: list[StoredPlan], plans: list[FloorPlan], areas: list[float | PlanError], broken: dict[str, PlanError]
+) -> list[_Measured]:
+    found = []
+    for record, plan, area in zip(records, plans, areas, strict=True):
+        if isinstance(area, PlanError):
+            broken[record.place] = area
+        else:
+            found.append((record, plan, area))
+    return found
 
 
 def _row(record: StoredPlan, plan: FloorPlan, area: float) -> dict[str, Any]:
@@ -73,19 +100,34 @@ def _row(record: StoredPlan, plan: FloorPlan, area: float) -> dict[str, Any]:
     return {**index_row(plan, area), "file": record.place, "digest": digest}
 
 
-def _decode(source: Path, record: StoredPlan) -> FloorPlan:
-    """Decode a record; add its place to any error."""
-    try:
-        return decode(record.data)
-    except PlanError as error:
-        place = f"{source}: {record.place}"
-        raise PlanError(error.problem, f"{place}: {error.key}" if error.key else place, error.plan) from None
+def _decode_readable(
+    records: Iterable[StoredPlan], broken: dict[str, PlanError]
+) -> Iterator[tuple[StoredPlan, FloorPlan]]:
+    for record in records:
+        try:
+            plan = decode(record.data)
+        except PlanError as error:
+            broken[record.place] = error
+        else:
+            yield record, plan
 
 
-def _areas(plans: Sequence[FloorPlan]) -> list[float]:
-    """Return the areas of the free spaces, m2; plans without holes and with a valid ring are measured together."""
+def _areas(plans: Sequence[FloorPlan]) -> list[float | PlanError]:
+    """Return the areas of the free spaces, m2, or why a plan has none.
+
+    Plans without holes and with a valid ring are measured together.
+    """
     rings = [plan.verts for plan in plans]
     numbers = np.repeat(np.arange(len(rings)), [len(ring) for ring in rings])
     shapes = shapely.polygons(shapely.linearrings(np.concatenate(rings), indices=numbers))
     plain = shapely.is_valid(shapes) & np.array([not plan.holes for plan in plans])
-    return [float(area) if ok else plan.area for plan, area, ok in zip(plans, shapely.area(shapes), plain, strict=True)]
+    return [
+        float(area) if ok else _area(plan) for plan, area, ok in zip(plans, shapely.area(shapes), plain, strict=True)
+    ]
+
+
+def _area(plan: FloorPlan) -> float | PlanError:
+    try:
+        return plan.area
+    except PlanError as error:
+        return error

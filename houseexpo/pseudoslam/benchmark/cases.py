@@ -95,6 +95,11 @@ def choose_plan_ids(
     DatasetError
         The data set has no such list.
     """
+    if plans.left_out:
+        raise DatasetError(
+            f"{plans.path}: expected a whole data set, found {count_noun(len(plans.left_out), 'plan')} that cannot be "
+            f"read: {plans.left_out[0]}; get it again, or take them out: the list would be another one"
+        )
     if split not in plans.splits:
         known = ", ".join(sorted(plans.splits)) or "none"
         raise DatasetError(

@@ -10,12 +10,14 @@ from pathlib import Path
 
 import pytest
 
-from houseexpo import HouseExpoError, encode, open_dataset
+from houseexpo import Dataset, DatasetError, HouseExpoError, encode, open_dataset
 from houseexpo.dataset.index import index_row, index_table
 from houseexpo.dataset.store import stored_plans
 from houseexpo.dataset.store.cache import VERSION
 from houseexpo.dataset.store.catalogue import parse_id_list
+from houseexpo.dataset.validation import validate_dataset
 from houseexpo.files import cache_folder
+from houseexpo.pseudoslam.benchmark.cases import choose_plan_ids
 from tests.builders.plan_files import KINDS, hexed, house, houses, pack, tar
 
 
@@ -23,8 +25,13 @@ from tests.builders.plan_files import KINDS, hexed, house, houses, pack, tar
 def _nothing_is_kept(tmp_path, monkeypatch):
     monkeypatch.setenv("HOUSEEXPO_CACHE", str(tmp_path / "cache"))
     yield
-    assert not list(cache_folder("stores", VERSION).iterdir())
+    assert len(list(cache_folder("stores", VERSION).iterdir())) == len(opened)
+    opened.clear()
     assert not [name for name in tmp_path.rglob("*") if name.name in ("evil", "evil.json")]
+
+
+opened: list[Dataset] = []
+"""The data sets that a test could open; of others, no copy is kept."""
 
 
 def refused(path: Path) -> str:
@@ -51,18 +58,37 @@ BAD = {
     "outside": (good("a").replace(b'"id":"a"', b'"id":"../evil"'), "id: expected a name that is safe"),
     "wrong bounds": (good("a").replace(b'"max":[4.1,4.1]', b'"max":[9,9]'), "plan 'a'.*bbox"),
     "no object": (b"[]", "expected"),
+    "lines only": (
+        good("a").replace(b"[4.1,4.1],[4.1,0.1]", b"[0.1,2.1]").replace(b'"max":[4.1,4.1]', b'"max":[0.1,4.1]'),
+        "plan 'a'.*verts: expected a ring that encloses an area",
+    ),
 }
 
 
 @pytest.mark.parametrize("fault", BAD)
 @pytest.mark.parametrize("kind", ["folder", "tar.gz", "jsonl"])
-def test_a_bad_plan_is_named(tmp_path, kind, fault):
+def test_a_bad_plan_is_named_and_costs_no_other(tmp_path, kind, fault, caplog):
     data, says = BAD[fault]
     if kind == "jsonl" and fault == "encoding":
         data = data.replace(b"\n", b"")
-    path = pack(tmp_path, kind, {"good": good(), "bad": data})
-    message = refused(path)
-    assert ("line 2" if kind == "jsonl" else "bad.json") in message
+    path = pack(tmp_path, kind, {"good": good(), "bad": data, "last": good("last")})
+    place = "line 2" if kind == "jsonl" else "bad.json"
+    for _ in range(2):  # from the cached copy, too
+        caplog.clear()
+        plans = open_dataset(path)
+        assert plans.ids == [plan.id for plan in plans] == ["good", "last"]
+        (left_out,) = plans.left_out
+        assert left_out.place.endswith(place)
+        (message,) = caplog.messages
+        assert message.startswith(f"{path}: 1 plan left out, cannot be read: {left_out}")
+    opened.append(plans)
+    assert left_out.place in [found.place for found in validate_dataset(path).findings]
+    with pytest.raises(DatasetError, match=f"expected a whole data set.*{place}"):
+        choose_plan_ids(plans, "test", 1)
+    alone = tmp_path / "alone"
+    alone.mkdir()
+    message = refused(pack(alone, kind, {"bad": data}))
+    assert ("line 1" if kind == "jsonl" else "bad.json") in message
     assert re.search(says, message), message
 
 
