@@ -21,8 +21,8 @@ def open_readable(path: Path) -> Iterator[tuple[Dataset, tuple[BrokenPlan, ...]]
     1. A plan is broken if it cannot be decoded, encloses no area, or has the id of an earlier plan.
     2. The other plans are copied, with the lists of ids, to a file of JSON lines in the folder for temporary files.
 
-    The data set exists until the context ends. It is needed for plans that were damaged after the build and for ids that
-    occur twice; other plans that cannot be read are left out by ``open_dataset``.
+    The data set exists until the context ends. It is needed for plans that were damaged after the build and for ids
+    that occur twice; other plans that cannot be read are left out by ``open_dataset``.
 
     Raises
     ------
