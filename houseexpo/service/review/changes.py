@@ -47,32 +47,51 @@ def _plain(items: list[Any]) -> Any:
     return items[0] if len(items) == 1 else items or None
 
 
-def undo_value(line: LogLine, key: str, now: Any, before: Any, after: Any) -> tuple[Any, Any]:
-    """Return a key's value now and after an undo; raise DecidedOtherwiseError if somebody changed it since the line."""
-    if now == after:
-        return now, before
+def replacement(table: Mapping[str, Any], word: Word, old: Any, new: Any) -> dict[str, tuple[Any, Any]]:
+    """Return the changes that replace one value of a word, or take it out if ``new`` is None.
+
+    Raises
+    ------
+    DecidedOtherwiseError
+        The table does not say ``old``.
+    """
+    before = table.get(word)
+    items = list_items(before, word)
+    if old not in items:
+        raise DecidedOtherwiseError(f"{word} {old}: nobody says this any more; look again before you decide")
+    place = items.index(old)
+    return {word: (before, _plain([*items[:place], *([] if new is None else [new]), *items[place + 1 :]]))}
+
+
+def changed_value(line: LogLine, key: str, now: Any, start: Any, end: Any) -> tuple[Any, Any]:
+    """Return a key's value now, and after the step from ``start`` to ``end`` that undoes or repeats a line.
+
+    Values of words that others have said since stay.
+
+    Raises
+    ------
+    DecidedOtherwiseError
+        Somebody changed the value since, and it is not that of a word.
+    """
+    if now == start:
+        return now, end
     word = next((word for word in WORDS if word == key), None)
-    if word is not None:
-        added = [item for item in list_items(after, word) if item not in list_items(before, word)]
-        return now, _plain([item for item in list_items(now, word) if item not in added])
-    raise DecidedOtherwiseError(
-        f"{line.plan}: somebody changed {key!r} since {describe_log_line(line)}; decide again instead"
-    )
+    if word is None:
+        raise DecidedOtherwiseError(
+            f"{line.plan}: somebody changed {key!r} since {describe_log_line(line)}; decide again instead"
+        )
+    before, after, there = (list_items(value, word) for value in (start, end, now))
+    kept = [item for item in there if item in after or item not in before]
+    return now, _plain([*kept, *(item for item in after if item not in before and item not in kept)])
 
 
 def describe_log_line(line: LogLine) -> str:
     """Return a sentence about what somebody did."""
-    words = {
-        "no_room": "marked an area that is no room",
-        "no_door": "took out a passage",
-        "one_room": "made rooms one",
-        "room": "marked a room",
-        "label": "named a room",
+    words = {str(word): f"said {word}" for word in WORDS}
+    words |= {
         "note": "wrote a note",
         "undo": "undid a decision",
-        "door": "drew a door",
-        "opening": "drew an opening",
-        "entrance": "drew an entrance",
-        "wall": "drew a wall",
+        "move": "moved a correction",
+        "remove": "took out a correction",
     }
     return f"{line.reviewer} {words.get(line.action, f'chose {line.action}')}"

@@ -8,7 +8,8 @@ R3  If the process was killed between the line and the renaming, the next one fi
     and completes the change. A file that a person has changed in the meantime matches neither state and is kept.
 R4  A decision is refused if somebody has decided on the plan since the reviewer loaded it; the message says what. Names
     do not matter: two people may use the same name, and one person may have two pages open.
-R5  An undo reverts the reviewer's latest decision; later decisions of others remain, or the undo is refused.
+R5  An undo reverts the reviewer's latest decision; later decisions of others remain, or the undo is refused. What was
+    undone can be made again until the reviewer decides something else.
 R6  Links are not followed: a data set may come from strangers, and its links may lead to any file of this user.
 """
 
@@ -27,14 +28,16 @@ from pathlib import Path
 from threading import RLock
 from typing import Any
 
+from houseexpo.corrections.vocabulary import Word
 from houseexpo.errors import ConfigError
 from houseexpo.files import PARTIAL, sync_folder
 from houseexpo.service.review.changes import (
     DecidedOtherwiseError,
+    changed_value,
     check_points,
     decision_changes,
     describe_log_line,
-    undo_value,
+    replacement,
 )
 from houseexpo.service.review.log import Action, DecisionLog, LogLine
 from houseexpo.service.review.toml_edit import edit_table
@@ -98,8 +101,7 @@ class DecisionStore:
         Parameters
         ----------
         value
-            Two points for a door and one for "no room", in metres along the source's plan axes; the text of a note or
-            drop.
+            The value of a word, in metres along the source's plan axes; the text of a note or drop.
         seen
             The number of the last line about the plan that the reviewer has seen.
 
@@ -111,13 +113,31 @@ class DecisionStore:
             ``overrides.toml`` cannot be read, changed or written.
         """
         with self._hold_lock():
-            latest = self.latest().get(plan)
-            if latest is not None and latest.number > seen:  # R4
-                raise DecidedOtherwiseError(
-                    f"{plan}: {describe_log_line(latest)} in the meantime; look again before you decide"
-                )
-            table = self.table(plan)
-            return self._note(plan, action, reviewer, decision_changes(table, action, value))
+            self._check_seen(plan, seen)
+            return self._note(plan, action, reviewer, decision_changes(self.table(plan), action, value))
+
+    def replace(self, plan: str, word: Word, old: Any, new: Any, *, reviewer: str, seen: int = 0) -> LogLine:
+        """Replace one value of a word by another, or take it out if ``new`` is None; see ``decide``.
+
+        Raises
+        ------
+        DecidedOtherwiseError
+            Somebody else decided on the plan in the meantime (R4), or nobody says ``old``.
+        ConfigError
+            ``overrides.toml`` cannot be read, changed or written.
+        """
+        with self._hold_lock():
+            self._check_seen(plan, seen)
+            changes = replacement(self.table(plan), word, old, new)
+            return self._note(plan, "remove" if new is None else "move", reviewer, changes)
+
+    def _check_seen(self, plan: str, seen: int) -> None:
+        """R4."""
+        latest = self.latest().get(plan)
+        if latest is not None and latest.number > seen:
+            raise DecidedOtherwiseError(
+                f"{plan}: {describe_log_line(latest)} in the meantime; look again before you decide"
+            )
 
     def undo(self, reviewer: str) -> LogLine:
         """Undo a reviewer's latest decision (R5); raise ConfigError if there is none or it was changed since."""
@@ -127,8 +147,31 @@ class DecisionStore:
                 raise ConfigError(f"{reviewer} has no decision left to undo")
             line = own[-1]
             table = self.table(line.plan)
-            back = {key: undo_value(line, key, table.get(key), *pair) for key, pair in line.changes.items()}
+            back = {key: changed_value(line, key, table.get(key), *pair[::-1]) for key, pair in line.changes.items()}
             return self._note(line.plan, "undo", reviewer, back, undoes=line.number)
+
+    def redo(self, reviewer: str) -> LogLine:
+        """Make the decision again that a reviewer undid last; raise ConfigError if there is none."""
+        with self._hold_lock():
+            undone = self.log.undone_by(reviewer)
+            if not undone:
+                raise ConfigError(f"{reviewer} has undone nothing that can be made again")
+            undo, line = undone[-1]
+            table = self.table(line.plan)
+            again = {key: changed_value(line, key, table.get(key), *pair) for key, pair in line.changes.items()}
+            return self._note(line.plan, line.action, reviewer, again, redoes=undo.number)
+
+    def history(self, plan: str) -> list[tuple[LogLine, bool]]:
+        """Return the decisions on a plan in order, and whether each holds; one that was made again is there once."""
+        with self._thread:
+            self._catch_up()
+            undos = {line.number: line.undoes for line in self.log.lines if line.undoes}
+            again = {undos.get(line.redoes, 0) for line in self.log.lines if line.redoes}
+            return [
+                (line, line.number not in self.log.undone)
+                for line in self.log.lines
+                if line.plan == plan and line.action != "undo" and line.number not in again
+            ]
 
     def note_build(self, reviewer: str, upto: int) -> LogLine:
         """Record that the data set was built with the decisions up to a line; later ones wait for the next build."""
@@ -200,6 +243,7 @@ class DecisionStore:
         changes: Mapping[str, tuple[Any, Any]],
         *,
         undoes: int = 0,
+        redoes: int = 0,
         upto: int | None = None,
     ) -> LogLine:
         changes = {key: pair for key, pair in changes.items() if pair[0] != pair[1]}
@@ -207,7 +251,9 @@ class DecisionStore:
         after = self._edit_text(before, plan, changes) if changes else before
         number = (self.log.lines[-1].number if self.log.lines else 0) + 1
         now = datetime.now(UTC).isoformat(timespec="milliseconds")
-        line = LogLine(number, now, reviewer, plan, action, changes, undoes, (_hash(before), _hash(after)), upto)
+        line = LogLine(
+            number, now, reviewer, plan, action, changes, undoes, (_hash(before), _hash(after)), upto, redoes
+        )
         partial = self._write_partial(after) if changes else None  # R2
         try:
             self.log.add(line)

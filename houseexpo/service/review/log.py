@@ -19,7 +19,7 @@ import msgspec
 from houseexpo.corrections.vocabulary import Word
 from houseexpo.files import sync_folder, write_atomically
 
-Action = Literal["keep", "drop", Word, "note", "undo", "build"]
+Action = Literal["keep", "drop", Word, "note", "move", "remove", "undo", "build"]
 
 
 class LogLine(msgspec.Struct, frozen=True, omit_defaults=True):
@@ -37,6 +37,8 @@ class LogLine(msgspec.Struct, frozen=True, omit_defaults=True):
         The values of keys of the plan's table before and after; None for no value.
     undoes
         For an undo, the number of the line that it undoes.
+    redoes
+        For a decision that was undone and is made again, the number of the line that undid it.
     upto
         For a build, the number of the last line that it included; None in older logs, which means the line before.
     file
@@ -52,6 +54,7 @@ class LogLine(msgspec.Struct, frozen=True, omit_defaults=True):
     undoes: int = 0
     file: tuple[str, str] = ("", "")
     upto: int | None = None
+    redoes: int = 0
 
 
 @dataclass
@@ -119,6 +122,24 @@ class DecisionLog:
     def active(self) -> Iterator[LogLine]:
         """The decisions that are not undone, in order."""
         return (line for line in self.lines if line.action not in {"undo", "build"} and line.number not in self.undone)
+
+    def undone_by(self, reviewer: str) -> list[tuple[LogLine, LogLine]]:
+        """Return what a reviewer can make again: undos and the lines that they undid, the latest last.
+
+        A new decision of the reviewer ends it.
+        """
+        by_number = {line.number: line for line in self.lines}
+        found: list[tuple[LogLine, LogLine]] = []
+        for line in self.lines:
+            if line.reviewer != reviewer or line.action == "build":
+                continue
+            if line.undoes in by_number:
+                found.append((line, by_number[line.undoes]))
+            elif line.redoes:
+                found = [pair for pair in found if pair[0].number != line.redoes]
+            else:
+                found.clear()
+        return found
 
 
 def _decode_lines(data: bytes) -> Iterator[LogLine]:

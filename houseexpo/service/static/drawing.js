@@ -26,6 +26,14 @@ export class Drawing {
     this.listen();
   }
 
+  // Shows another shape in the same place, as far as it was zoomed and moved.
+  renew(shape) {
+    this.shape = shape;
+    for (const layer of Object.values(this.layers)) layer.replaceChildren();
+    this.fill();
+    this.letter();
+  }
+
   fill() {
     const { shape, layers } = this, [x1, y1, x2, y2] = shape.bounds;
     layers.space.append(area("space", shape.space));
@@ -85,6 +93,7 @@ export class Drawing {
     this.view = view;
     this.svg.setAttribute("viewBox", view.map((each) => each.toFixed(4)).join(" "));
     this.letter();
+    this.onlook?.();
   }
 
   letter() { // words keep their size on the screen, but for rooms that are too small for them
@@ -114,17 +123,20 @@ export class Drawing {
 
   listen() {
     const held = new Map(); // where each finger is, or the mouse while its button is down
-    let moved = false;
+    let moved = false, grabbed = null; // grabbed: the finger or button that moves something of the plan, not the plan
     new ResizeObserver(() => this.letter()).observe(this.svg);
     this.svg.addEventListener("wheel", (event) => { event.preventDefault(); this.zoom(event.deltaY > 0 ? 1.15 : 1 / 1.15, this.at(event)); }, { passive: false });
     this.svg.addEventListener("pointerdown", (event) => {
       moved = held.size > 0;
       held.set(event.pointerId, event);
       this.svg.setPointerCapture(event.pointerId);
+      const [x, y] = this.at(event);
+      if (!moved && this.ongrab?.([x, -y], event)) grabbed = event.pointerId;
     });
     this.svg.addEventListener("pointermove", (event) => {
       const [x, y] = this.at(event), before = held.get(event.pointerId);
-      this.onhover?.([x, -y]);
+      this.onhover?.([x, -y], event);
+      if (grabbed === event.pointerId) { this.ondrag([x, -y], event); return; }
       if (!before || (!moved && apart(event, before) <= 4)) return;
       moved = true;
       held.set(event.pointerId, event);
@@ -133,10 +145,14 @@ export class Drawing {
       else this.move(event.clientX - before.clientX, event.clientY - before.clientY);
     });
     this.svg.addEventListener("pointerup", (event) => {
-      const click = held.delete(event.pointerId) && !moved;
-      if (click) { const [x, y] = this.at(event); this.onclick?.([x, -y]); }
+      const click = held.delete(event.pointerId) && !moved, [x, y] = this.at(event);
+      if (grabbed === event.pointerId) { grabbed = null; this.ondrop([x, -y], event); }
+      else if (click) this.onclick?.([x, -y], event);
     });
-    this.svg.addEventListener("pointercancel", (event) => { held.delete(event.pointerId); });
+    this.svg.addEventListener("pointercancel", (event) => {
+      held.delete(event.pointerId);
+      if (grabbed === event.pointerId) { grabbed = null; this.ondrop(null, event); }
+    });
   }
 }
 

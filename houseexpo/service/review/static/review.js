@@ -8,21 +8,18 @@ const base = root.dataset.base;
 const readOnly = root.dataset.readOnly === "yes";
 const LOOK_MS = 700;
 const at = (id) => document.getElementById(id);
-const sheet = new Sheet(at("stage"), at("picture"), at("marks"), at("hint"));
+const tools = JSON.parse(root.dataset.tools); // the words of a storey, each with its key and the points that it asks for
+const titles = {
+  keep: "Kept", drop: "Dropped", note: "A note", move: "Moved", remove: "Taken out", build: "Rebuilt",
+  ...Object.fromEntries(tools.map(({ word, title }) => [word, title])),
+};
+const sheet = new Sheet(at("stage"), at("hint"), { choose: showChosen, move });
 let now = null; // what the server said of the plan that is shown
 const seen = new Map(); // by plan, the number of the latest line about it that was shown here
 let busy = Promise.resolve(); // one request after the other: keys may come faster than answers
 let buildPhase = "";
 let buildShown = ""; // stands for the commands that are shown, when they are confirmed
 let nextLook = 0; // the timer of the next look at a build
-const JAMBS = ["one jamb", "the other jamb"];
-// The words of a storey that are drawn: their keys, the points that are asked for, and what a decision is called.
-const WORDS = {
-  door: ["d", JAMBS, "a door"], entrance: ["e", JAMBS, "an entrance"], opening: ["p", JAMBS, "an opening"],
-  wall: ["w", ["one end", "the other end"], "a wall"], no_door: ["t", ["a point in the passage"], "no passage"],
-  no_room: ["r", ["a point in it"], "no room"], room: ["i", ["a point in it"], "a room"],
-  one_room: ["o", ["a point in one room", "a point in the other"], "one room"], label: ["l", ["a point in the room"], "a label"],
-};
 let leaving = false; // a plan is judged and the next is on its way: a key that is too fast is not for it
 
 function reviewer() {
@@ -79,19 +76,18 @@ function show(found) {
   at("title").textContent = found.title;
   const sure = found.quality === null ? "no quality" : `quality ${found.quality.toFixed(2)}${found.doubtful ? ", doubtful" : ""}`;
   at("facts").textContent = `${sure} · ${counted(found.rooms, "room")} in the source · ${counted(found.doors, "door")} · ${found.place} of ${found.progress.plans}`;
-  const words = { keep: "kept", drop: "dropped", note: "a note", ...Object.fromEntries(Object.entries(WORDS).map(([word, each]) => [word, each[2]])) };
   at("judged").textContent = found.judged
-    ? `${found.judged.by}: ${found.judged.actions.map((each) => words[each]).join(", ")}` : "no decision yet";
+    ? `${found.judged.by}: ${found.judged.actions.map((each) => titles[each].toLowerCase()).join(", ")}` : "no decision yet";
   at("table").textContent = Object.entries(found.table).map(([key, value]) => `${key} = ${JSON.stringify(value)}`).join("\n") || "no entry yet";
-  at("effects").replaceChildren(...found.effects.map(effect));
-  at("effects").hidden = found.effects.length === 0;
+  at("history").replaceChildren(...found.history.map(step));
   at("grounds").replaceChildren(...found.grounds.map(ground));
   if (found.grounds.length === 0) at("grounds").textContent = found.quality === null ? "No quality recorded." : "Nothing.";
   at("unsure").replaceChildren(...found.unsure.map((text) => Object.assign(document.createElement("li"), { textContent: text })));
   for (const id of ["unsure", "unsure_head"]) at(id).hidden = found.unsure.length === 0;
-  for (const id of Object.keys(WORDS)) at(id).disabled = readOnly || !found.drawable;
-  const stamp = `${found.build.phase}-${found.build.outcomes.length}-${found.seen}`;
-  sheet.show(found, `${base}/pictures/${encodeURIComponent(found.plan)}.svg?at=${stamp}`);
+  for (const { word } of tools) at(word).disabled = readOnly || !found.drawable;
+  sheet.show(found);
+  at("effects").replaceChildren(...found.effects.map(effect));
+  for (const id of ["effects", "effects_head"]) at(id).hidden = found.effects.length === 0;
 }
 
 function sayNone({ progress, summary, build }) {
@@ -104,12 +100,34 @@ function counted(number, word) {
   return `${number} ${word}${number === 1 ? "" : "s"}`;
 }
 
-// What a correction did, or will do in the next build.
-function effect({ word, outcome, said, also = [], built }) {
+// What a correction did, or will do in the next build; a button chooses it, another takes it out.
+function effect({ word, outcome, said, also = [], built }, number) {
   const line = document.createElement("li");
   line.className = outcome === "none" ? "idle" : "";
   const when = outcome === "none" ? "no effect" : built ? "built" : "in the next build";
-  line.textContent = `${word.replace("_", " ")}, ${when}: ${[said, ...also].join("; ")}.`;
+  const name = `${word.replaceAll("_", " ")}, ${when}`;
+  const choose = button(`${name}: ${[said, ...also].join("; ")}.`, () => sheet.choose(number), "choose");
+  const out = button("×", () => remove(number), "out");
+  out.setAttribute("aria-label", `Take out: ${name}`);
+  out.disabled = readOnly;
+  line.append(choose, out);
+  return line;
+}
+
+function button(text, work, kind) {
+  const found = Object.assign(document.createElement("button"), { type: "button", textContent: text, className: kind });
+  found.addEventListener("click", work);
+  return found;
+}
+
+function showChosen(number) {
+  [...at("effects").children].forEach((line, i) => line.classList.toggle("chosen", i === number));
+}
+
+function step({ action, by, holds }) {
+  const line = document.createElement("li");
+  line.className = holds ? "" : "undone";
+  line.textContent = `${titles[action]} (${by})${holds ? "" : ", undone"}`;
   return line;
 }
 
@@ -130,54 +148,87 @@ function showProgress(progress) {
     ? `${done} of ${doubtful} doubtful plans reviewed, ${judged} of all ${plans}` : `${judged} of ${plans} plans judged`;
 }
 
+function mayWrite() {
+  if (!now?.plan || leaving) return false;
+  if (readOnly) { say("This service is read-only.", "bad"); return false; }
+  if (reviewer()) return true;
+  at("reviewer").focus();
+  say("Enter your name first; the log records who decided.", "bad");
+  return false;
+}
+
+// Sends what is asked about a plan, and shows the answer; what somebody else did in the meantime is shown too.
+async function send(path, plan, body) {
+  try {
+    const found = await ask(path, { plan, reviewer: reviewer(), seen: seen.get(plan), ...body });
+    show(found);
+    return found;
+  } catch (error) {
+    show(await ask(`state?${new URLSearchParams({ move: "here", plan, reviewer: reviewer() })}`));
+    throw error;
+  }
+}
+
+function sayEffect({ effect }, plan, otherwise) {
+  if (effect) say(`In the next build of ${plan}: ${[effect.said, ...(effect.also ?? [])].join("; ")}. It is on the disk.`, "good");
+  else say(`${otherwise} It is on the disk.`, "good");
+}
+
 function decide(action, { points = [], text = "" } = {}) {
-  if (!now?.plan || leaving) return undefined;
-  if (readOnly) return say("This service is read-only.", "bad");
-  if (!reviewer()) { at("reviewer").focus(); return say("Enter your name first; the log records who decided.", "bad"); }
+  if (!mayWrite()) return undefined;
   const { plan } = now;
   const leaves = action === "keep" || action === "drop";
   leaving = leaves;
   return inTurn(async () => {
-    let effect = null;
-    try {
-      const found = await ask("decide", { plan, action, reviewer: reviewer(), seen: seen.get(plan), points, text });
-      effect = found.effect;
-      show(found);
-    } catch (error) { // somebody may have judged it meanwhile: who is told to look again sees what there is now
-      show(await ask(`state?${new URLSearchParams({ move: "here", plan, reviewer: reviewer() })}`));
-      throw error;
-    }
     const words = { keep: "Kept", drop: "Dropped", note: "Note saved for" };
-    if (effect) say(`In the next build of ${plan}: ${[effect.said, ...(effect.also ?? [])].join("; ")}. It is on the disk.`, "good");
-    else say(`${words[action]} ${plan}. It is on the disk.`, "good");
+    sayEffect(await send("decide", plan, { action, points, text }), plan, `${words[action]} ${plan}.`);
     if (leaves) go("open", plan);
   }).then(() => busy).finally(() => { leaving = false; });
 }
 
-function undo() {
+// Something that is said is named by its word and value: others may stand before it when the request is sent.
+function move(number, points) {
+  if (!mayWrite()) return undefined;
+  const { plan, effects: { [number]: { word, value } } } = now;
+  const text = typeof value.at(-1) === "string" ? value.at(-1) : "";
+  return inTurn(async () => sayEffect(await send("replace", plan, { word, value, points, text }), plan, "Moved."));
+}
+
+function remove(number) {
+  if (number < 0 || !now?.effects[number] || !mayWrite()) return undefined;
+  const { plan, effects: { [number]: { word, value, built } } } = now;
+  const later = built ? " The plan was built with it, and is without it after the next build." : "";
+  return inTurn(async () => sayEffect(await send("replace", plan, { word, value }), plan, `Taken out: ${word.replaceAll("_", " ")}.${later}`));
+}
+
+function takeBack(path, words) {
   if (readOnly) return say("This service is read-only.", "bad");
   return inTurn(async () => {
-    const found = await ask("undo", { reviewer: reviewer() });
+    const found = await ask(path, { reviewer: reviewer() });
     if (found.plan !== null) show(found);
-    say(`Undone: the last decision on ${found.undone}.`, "good");
+    say(`${words} ${found.undone ?? found.redone}.`, "good");
   });
 }
+
+const undo = () => takeBack("undo", "Undone: the last decision on");
+const redo = () => takeBack("redo", "Made again: the last decision that was undone, on");
 
 function draw(kind) {
   if (!now?.plan) return undefined;
   if (at(kind).disabled) return say("The position of this plan in its source is not recorded: keep it or drop it.", "bad");
-  const wanted = sheet.wanted === kind ? "" : kind;
-  const done = (points) => {
+  if (sheet.wanted === kind) { sheet.draw(null); pressed(""); return undefined; }
+  const tool = tools.find(({ word }) => word === kind);
+  sheet.draw(tool, (points) => {
     pressed("");
-    if (kind === "label") openLabel(points);
+    if (tool.text) openLabel(points);
     else decide(kind, { points });
-  };
-  sheet.draw(wanted, done, WORDS[kind][1]);
-  pressed(wanted);
+  });
+  pressed(kind);
+  return undefined;
 }
 
 function pressed(kind) {
-  for (const id of Object.keys(WORDS)) at(id).setAttribute("aria-pressed", String(id === kind));
+  for (const { word } of tools) at(word).setAttribute("aria-pressed", String(word === kind));
 }
 
 let labelled = []; // where the room lies that is to be named
@@ -251,14 +302,20 @@ function lookSoon() {
 }
 
 const KEYS = {
-  ...Object.fromEntries(Object.entries(WORDS).map(([word, [key]]) => [key, () => draw(word)])),
+  ...Object.fromEntries(tools.map(({ word, key }) => [key, () => draw(word)])),
   k: () => decide("keep"), x: () => decide("drop"), n: openNote,
-  u: undo, b: build, arrowright: () => go("next"), arrowleft: () => go("previous"), " ": () => go("open"),
+  u: undo, y: redo, delete: () => remove(sheet.chosen), backspace: () => remove(sheet.chosen), b: build, arrowright: () => go("next"), arrowleft: () => go("previous"), " ": () => go("open"),
 };
 
 document.addEventListener("keydown", (event) => {
+  const isText = event.target.matches("input, select, textarea");
+  if ((event.ctrlKey || event.metaKey) && !isText && event.key.toLowerCase() === "z") {
+    event.preventDefault();
+    (event.shiftKey ? redo : undo)();
+    return;
+  }
   if (event.ctrlKey || event.metaKey || event.altKey) return;
-  if (event.target.matches("input, select, textarea")) {
+  if (isText) {
     if (event.key === "Escape") { closeNote(); event.preventDefault(); }
     return;
   }
@@ -274,9 +331,10 @@ document.addEventListener("keydown", (event) => {
 });
 
 for (const id of ["keep", "drop"]) at(id).addEventListener("click", () => decide(id));
-for (const id of Object.keys(WORDS)) at(id).addEventListener("click", () => draw(id));
+for (const { word } of tools) at(word).addEventListener("click", () => draw(word));
 for (const id of ["next", "previous", "open"]) at(id).addEventListener("click", () => go(id));
 at("undo").addEventListener("click", undo);
+at("redo").addEventListener("click", redo);
 at("note").addEventListener("click", openNote);
 at("build").addEventListener("click", build);
 at("run").addEventListener("click", run);
@@ -294,7 +352,7 @@ at("label-form").addEventListener("submit", (event) => {
 });
 at("reviewer").value = localStorage.getItem("reviewer") ?? root.dataset.reviewer;
 at("reviewer").addEventListener("change", () => localStorage.setItem("reviewer", reviewer()));
-if (readOnly) for (const id of ["keep", "drop", "note", "undo", "build"]) at(id).disabled = true;
+if (readOnly) for (const id of ["keep", "drop", "note", "undo", "redo", "build"]) at(id).disabled = true;
 
 const asked = new URLSearchParams(location.search).get("plan");
 go(asked ? "here" : "open", asked).then(() => at("stage").focus({ preventScroll: true }));

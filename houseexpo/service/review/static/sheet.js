@@ -1,128 +1,212 @@
-// The picture of a plan with marks on it, and points set by mouse, touch or keyboard, in the plan's metres.
-const STEP_M = 0.1;
-const FAR_M = 1;
+// The plan as it will be, in metres: what is said of it is chosen, moved and taken out there, and more is drawn.
+import { element } from "/static/api.js";
+import { Drawing, path } from "/static/drawing.js";
+import { segmentsOf, snap } from "./snap.js";
+
+const STEP_M = 0.1, FAR_M = 1;
+const SNAP_PX = 11, TOUCH_PX = 22; // a finger hides what it points at
 const ARROWS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
-const SVG = "http://www.w3.org/2000/svg";
+const LAYERS = ["gone", "changed", "marks", "sketch"];
+const keep = { "vector-effect": "non-scaling-stroke" };
+const apart = ([a, b], [c, d]) => Math.hypot(a - c, b - d);
 
 export class Sheet {
-  constructor(stage, picture, marks, hint) {
-    Object.assign(this, { stage, picture, svg: marks, hint, wanted: "", points: [], cross: null, plan: null });
-    marks.addEventListener("click", (event) => this.#click(event));
-    marks.addEventListener("pointermove", (event) => {
-      if (this.wanted && event.pointerType === "mouse") { this.cross = this.#metres(event); this.#paint(); }
-    });
-    new ResizeObserver(() => this.#lay()).observe(picture);
+  // `hooks`: choose(number) when something that is said is chosen, move(number, points) when a point of it was moved.
+  constructor(stage, hint, hooks) {
+    Object.assign(this, { stage, hint, hooks, tool: null, points: [], cross: null, snapped: "", plan: null, drawing: null });
+    Object.assign(this, { chosen: -1, held: -1, moved: [], waiting: [], layers: {}, segments: [] });
   }
 
-  show(plan, address) {
-    if (this.plan?.plan !== plan.plan) this.draw("");
+  get wanted() { return this.tool?.word ?? ""; }
+
+  show(plan) {
+    const before = this.plan?.plan === plan.plan ? this.plan.shape : null;
+    if (!before) this.draw(null);
+    if (!before || this.plan.seen !== plan.seen) { this.chosen = -1; this.held = -1; }
     this.plan = plan;
-    this.picture.src = address;
-    this.picture.alt = `Plan ${plan.plan}`;
-    const [wide, high] = plan.picture.size;
-    this.picture.width = wide;
-    this.picture.height = high;
-    this.svg.setAttribute("viewBox", `0 0 ${wide} ${high}`);
-    this.#lay();
+    this.waiting = [];
+    this.segments = segmentsOf(plan.shape);
+    if (before) this.drawing.renew(plan.shape);
+    else this.#open(plan.shape);
+    this.#colour(before, plan.shape);
     this.#paint();
   }
 
-  // Takes the points of a word, as many as `asks` names, and hands them to `done`.
-  draw(kind, done = () => {}, asks = ["a point in it"]) {
-    Object.assign(this, { wanted: kind, points: [], done, asks });
-    this.stage.classList.toggle("drawing", kind !== "");
-    if (kind && this.plan) {
-      const { origin, ppm, size } = this.plan.picture;
-      this.cross ??= [origin[0] + size[0] / ppm / 2, origin[1] + size[1] / ppm / 2];
+  #open(shape) {
+    this.drawing = new Drawing(this.stage, shape);
+    this.drawing.svg.id = "plan-drawing";
+    for (const name of ["clearance", "reach", "grid", "frame", "way"]) this.drawing.show(name, false);
+    for (const name of LAYERS) {
+      this.layers[name] = element("g", { class: name });
+      this.drawing.svg.insertBefore(this.layers[name], name === "marks" || name === "sketch" ? null : this.drawing.layers.labels);
+    }
+    this.drawing.onlook = () => this.#paint();
+    this.drawing.onhover = (point, event) => {
+      if (this.tool && event.pointerType === "mouse") { this.cross = this.#snap(point, event); this.#paint(); }
+    };
+    this.drawing.onclick = (point, event) => this.#click(point, event);
+    this.drawing.ongrab = (point, event) => this.#grab(point, event);
+    this.drawing.ondrag = (point, event) => { this.moved[this.held] = this.#snap(point, event, this.#others()); this.#paint(); };
+    this.drawing.ondrop = (point) => this.#drop(point);
+  }
+
+  // What is another than before the last answer, in colour, until the next one.
+  #colour(before, after) {
+    const key = ({ rings, label, kind }) => JSON.stringify([rings, label ?? kind]);
+    const parts = (shape) => [...shape.rooms, ...shape.doors];
+    const [old, now] = [before ? parts(before) : [], parts(after)], [had, has] = [new Set(old.map(key)), new Set(now.map(key))];
+    const gone = old.filter((each) => !has.has(key(each))), made = before ? now.filter((each) => !had.has(key(each))) : [];
+    if (before && !gone.length && !made.length) return;
+    const draw = (each, kind) => element("path", { class: kind, d: path(each.rings), "fill-rule": "evenodd", ...keep });
+    this.layers.gone.replaceChildren(...gone.map((each) => draw(each, "was")));
+    this.layers.changed.replaceChildren(...made.map((each) => draw(each, "is")));
+  }
+
+  // Takes the points of a word (`tool`), and hands them to `done`; null ends the drawing.
+  draw(tool, done = () => {}) {
+    Object.assign(this, { tool, points: [], done, snapped: "" });
+    this.stage.classList.toggle("drawn-on", tool !== null);
+    if (tool && this.plan) {
+      const [x1, y1, x2, y2] = this.plan.shape.bounds;
+      this.cross ??= [(x1 + x2) / 2, (y1 + y2) / 2];
+      this.chosen = -1;
       this.stage.focus({ preventScroll: true });
     } else this.cross = null;
     this.#paint();
   }
 
+  // Whether the points that are set are enough for a word that takes any number of them.
+  get canEnd() { return Boolean(this.tool?.more) && this.points.length >= this.tool.points; }
+
+  end() {
+    const { points, done } = this;
+    this.draw(null);
+    this.waiting.push(points);
+    this.#paint();
+    done(points);
+  }
+
+  choose(number) {
+    this.chosen = number;
+    this.held = -1;
+    this.hooks.choose(number);
+    this.#paint();
+  }
+
   // Whether a key was for the drawing.
   key(event) {
-    if (!this.wanted) return false;
+    if (!this.tool) {
+      if (event.key === "+" || event.key === "=") this.drawing?.zoom(1 / 1.3);
+      else if (event.key === "-") this.drawing?.zoom(1.3);
+      else if (event.key === "0") this.drawing?.look(this.drawing.home);
+      else if (event.key === "Escape" && this.chosen >= 0) this.choose(-1);
+      else return false;
+      return true;
+    }
     const move = ARROWS[event.key];
     if (move) {
       const far = event.shiftKey ? FAR_M : STEP_M;
       this.cross = this.cross.map((value, i) => value + far * move[i]);
+      this.snapped = "";
       this.#paint();
     } else if (event.key === "Enter" || event.key === " ") this.#set(this.cross);
-    else if (event.key === "Escape") this.draw("");
+    else if (event.key === "Escape") this.draw(null);
     else if (event.key === "Backspace" && this.points.length) { this.points.pop(); this.#paint(); }
+    else if (event.key.toLowerCase() === this.tool.key && this.canEnd) this.end();
     else return false;
     return true;
   }
 
-  #click(event) {
-    if (!this.wanted) return;
-    this.cross = this.#metres(event);
+  #click(point, event) {
+    if (!this.tool) { this.choose(this.#markAt(point, event)); return; }
+    if (this.canEnd && apart(point, this.points[0]) <= this.#reach(event)) { this.end(); return; }
+    this.cross = this.#snap(point, event);
     this.#set(this.cross);
   }
 
   #set(point) {
     this.points.push(point.map((value) => Math.round(value * 1000) / 1000));
-    if (this.points.length < this.asks.length) return this.#paint();
-    const { points, done } = this;
-    this.draw("");
-    done(points);
+    if (this.points.length < this.tool.points || this.tool.more) this.#paint();
+    else this.end();
   }
 
-  #metres(event) {
-    const box = this.svg.getBoundingClientRect();
-    const { origin, ppm, size } = this.plan.picture;
-    const across = (event.clientX - box.left) / box.width * size[0];
-    const down = (event.clientY - box.top) / box.height * size[1];
-    return [origin[0] + across / ppm, origin[1] + (size[1] - down) / ppm];
+  get #metres() { return 1 / (this.drawing.svg.getScreenCTM()?.a || 1); } // of a pixel
+
+  #reach(event) { return (event.pointerType === "touch" ? TOUCH_PX : SNAP_PX) * this.#metres; }
+
+  #snap(point, event, start = this.points.at(-1) ?? null) {
+    this.snapped = "";
+    if (event.altKey || (this.tool && !this.tool.snaps)) return point;
+    const found = snap(point, start, this.segments, SNAP_PX * this.#metres);
+    this.snapped = found.kind;
+    return found.point;
   }
 
-  #pixel([x, y]) {
-    const { origin, ppm, size } = this.plan.picture;
-    return [(x - origin[0]) * ppm, size[1] - (y - origin[1]) * ppm];
+  #markAt(point, event) {
+    const far = (points) => Math.min(...points.map((from, i) => {
+      const to = points[i + 1] ?? from, [dx, dy] = [to[0] - from[0], to[1] - from[1]], square = dx * dx + dy * dy || 1;
+      const share = Math.min(1, Math.max(0, ((point[0] - from[0]) * dx + (point[1] - from[1]) * dy) / square));
+      return apart(point, [from[0] + share * dx, from[1] + share * dy]);
+    }));
+    const all = this.plan.effects.map(({ points }, i) => [far(points), i]).sort((one, other) => one[0] - other[0]);
+    return all.length && all[0][0] <= this.#reach(event) ? all[0][1] : -1;
   }
 
-  // The marks lie on the picture, wherever it stands in the stage.
-  #lay() {
-    const { offsetLeft: left, offsetTop: top, offsetWidth: wide, offsetHeight: high } = this.picture;
-    Object.assign(this.svg.style, { left: `${left}px`, top: `${top}px`, width: `${wide}px`, height: `${high}px` });
+  #grab(point, event) {
+    if (this.tool || this.chosen < 0) return false;
+    const { points } = this.plan.effects[this.chosen];
+    this.held = points.findIndex((each) => apart(each, point) <= this.#reach(event));
+    this.moved = points.map((each) => [...each]);
+    return this.held >= 0;
+  }
+
+  // The point from which a moved end looks for right angles.
+  #others() { return this.moved.length > 1 ? this.moved[this.held === 0 ? 1 : this.held - 1] : null; }
+
+  #drop(point) {
+    const { chosen, moved, held } = this;
+    this.held = -1;
+    if (point && held >= 0 && apart(moved[held], this.plan.effects[chosen].points[held]) > 1e-6) {
+      this.waiting.push(moved);
+      this.hooks.move(chosen, moved.map((each) => each.map((value) => Math.round(value * 1000) / 1000)));
+    }
+    this.#paint();
   }
 
   #paint() {
-    if (!this.plan) return;
-    const parts = [];
-    const line = (from, to, kind) => parts.push(this.#part("line", kind, { x1: from[0], y1: from[1], x2: to[0], y2: to[1] }));
-    const dot = (place, radius, kind) => parts.push(this.#part("circle", kind, { cx: place[0], cy: place[1], r: radius }));
-    for (const { word, points } of this.plan.marks) {
-      const places = points.map((point) => this.#pixel(point));
-      if (places.length > 1) {
-        line(places[0], places[1], word === "one_room" ? "one-room" : "door");
-        continue;
-      }
-      const [x, y] = places[0];
-      dot([x, y], 12, "no-room");
-      if (word.startsWith("no_")) line([x - 8, y - 8], [x + 8, y + 8], "no-room");
+    if (!this.drawing) return;
+    const unit = this.#metres, marks = [], sketch = [];
+    const line = (points, kind, shut = false) => element("path", { class: kind, d: `M${points.map(([x, y]) => `${x},${-y}`).join(" ")}${shut ? "Z" : ""}`, ...keep });
+    const dot = ([x, y], px, kind) => element("circle", { class: kind, cx: x, cy: -y, r: px * unit, ...keep });
+    this.plan.effects.forEach(({ word, points, outcome }, i) => {
+      const kind = `mark ${word.startsWith("no_") ? "no" : ""} ${outcome === "none" ? "idle" : ""} ${i === this.chosen ? "chosen" : ""}`;
+      const shown = i === this.chosen && this.held >= 0 ? this.moved : points;
+      if (shown.length > 1) marks.push(line(shown, `${kind} line`, shown.length > 2));
+      else marks.push(dot(shown[0], 9, kind));
+      if (i === this.chosen) marks.push(...shown.map((each) => dot(each, 6, "handle")));
+    });
+    for (const points of this.waiting) sketch.push(points.length > 1 ? line(points, "waiting", points.length > 2) : dot(points[0], 9, "waiting"));
+    sketch.push(...this.points.map((each) => dot(each, 4, "point")));
+    if (this.tool && this.cross) {
+      const [x, y] = this.cross, arm = 14 * unit;
+      if (this.points.length) sketch.push(line([...this.points, this.cross], "cross"));
+      sketch.push(line([[x - arm, y], [x + arm, y]], "cross"), line([[x, y - arm], [x, y + arm]], "cross"));
+      if (this.snapped) sketch.push(dot(this.cross, 7, "snapped"));
     }
-    for (const point of this.points) dot(this.#pixel(point), 4, "point");
-    if (this.wanted && this.cross) {
-      const [x, y] = this.#pixel(this.cross);
-      if (this.points.length) line(this.#pixel(this.points[0]), [x, y], "cross");
-      line([x - 14, y], [x + 14, y], "cross");
-      line([x, y - 14], [x, y + 14], "cross");
-    }
-    this.svg.replaceChildren(...parts);
+    this.layers.marks.replaceChildren(...marks);
+    this.layers.sketch.replaceChildren(...sketch);
     this.hint.textContent = this.#words();
   }
 
   #words() {
-    if (!this.wanted || !this.cross) return "";
-    const where = this.cross.map((value) => value.toFixed(2)).join(", ");
-    return `Set ${this.asks[this.points.length]}: click, or arrows (Shift: 1 m) and Enter. Escape ends. (${where}) m`;
-  }
-
-  #part(kind, name, attributes) {
-    const found = document.createElementNS(SVG, kind);
-    found.setAttribute("class", name);
-    for (const [key, value] of Object.entries(attributes)) found.setAttribute(key, value);
-    return found;
+    if (!this.tool || !this.cross) {
+      return this.chosen >= 0 ? "Drag a point to move it. Delete takes the correction out. Escape ends." : "";
+    }
+    const where = this.cross.map((value) => value.toFixed(2)).join(", "), last = this.points.at(-1);
+    const length = last ? `, ${apart(last, this.cross).toFixed(2)} m long` : "", at = this.snapped ? `, at ${this.snapped}` : "";
+    const what = this.tool.points === 1 ? "a point in it" : this.tool.more ? `point ${this.points.length + 1}`
+      : this.points.length ? "the other end" : "one end";
+    const ends = this.canEnd ? ` ${this.tool.key.toUpperCase()}, or the first point again, ends it.` : "";
+    return `${this.tool.title}: set ${what}: click, or arrows (Shift: 1 m) and Enter.${ends} Alt: no snapping. Escape ends. (${where}) m${length}${at}`;
   }
 }

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import time
 import tomllib
 from collections.abc import Iterator
 from pathlib import Path
@@ -34,7 +35,7 @@ def page(folder: Path) -> Iterator[Any]:
 
 def shows(page: Any, plan: str) -> None:
     page.wait_for_function("name => document.getElementById('plan').textContent === name", arg=plan)
-    page.wait_for_function("() => document.getElementById('picture').complete")
+    page.wait_for_selector("#plan-drawing")
 
 
 def says(page: Any, words: str) -> None:
@@ -50,7 +51,7 @@ def test_the_keyboard_alone_is_enough(page: Any, folder: Path) -> None:
     press("d")
     press("Shift+ArrowRight")
     press("Shift+ArrowUp")
-    for _ in range(6):
+    for _ in range(4):
         press("ArrowUp")
     press("Enter")
     for _ in range(9):
@@ -98,18 +99,119 @@ def test_the_keyboard_alone_is_enough(page: Any, folder: Path) -> None:
     look(page, "review-ended")
 
 
+def pixel(page: Any, x: float, y: float) -> tuple[float, float]:
+    """Where a point of the plan lies in the window."""
+    script = """([x, y]) => {
+      const place = new DOMPoint(x, -y).matrixTransform(document.getElementById("plan-drawing").getScreenCTM());
+      return [place.x, place.y];
+    }"""
+    found: tuple[float, float] = tuple(page.evaluate(script, [x, y]))
+    return found
+
+
+def click(page: Any, *points: tuple[float, float]) -> None:
+    for point in points:
+        page.mouse.click(*pixel(page, *point))
+
+
 def test_a_door_is_two_clicks_where_it_is_seen(page: Any, folder: Path) -> None:
     page.click("#door")
-    box = page.locator("#marks").bounding_box()
-    at = page.evaluate("() => fetch('review/state').then((answer) => answer.json())")["picture"]
-    for x, y in ((0.0, 2.0), (0.0, 3.0)):
-        across = (x - at["origin"][0]) * at["ppm"] / at["size"][0]
-        down = 1 - (y - at["origin"][1]) * at["ppm"] / at["size"][1]
-        page.mouse.click(box["x"] + across * box["width"], box["y"] + down * box["height"])
-    says(page, "In the next build of doubtful: an entrance of 1.00 m")
-    assert overrides(folder)["doubtful"]["door"] == [
-        pytest.approx([10.0, 0.0], abs=0.02), pytest.approx([10.0, 1.0], abs=0.02)
-    ]  # fmt: skip
+    click(page, (0.1, 2.02), (0.09, 1.03))
+    says(page, "In the next build of doubtful: an entrance of")
+    ((x1, y1), (x2, y2)) = overrides(folder)["doubtful"]["door"]
+    assert (x1, x2) == pytest.approx((10.1, 10.1))  # on the edge
+    assert (y1, y2) == pytest.approx((0.02, -0.97), abs=0.03)
+    assert page.locator(".changed .is").count() == 1  # the new entrance, in colour
+    look(page, "review-changed")
+
+
+def test_points_snap_to_ends_and_alt_leaves_them_where_they_are(page: Any, folder: Path) -> None:
+    page.keyboard.press("w")
+    click(page, (2.0, 3.05))  # the edge of the room at y = 3.1
+    page.mouse.move(*pixel(page, 2.05, 0.13))
+    page.wait_for_function("() => document.getElementById('hint').textContent.includes('at edge, right angle')")
+    click(page, (2.05, 0.13))
+    says(page, "a wall of")
+    assert overrides(folder)["doubtful"]["wall"] == [
+        pytest.approx([12.0, 1.1], abs=0.02),
+        pytest.approx([12.0, -1.9], abs=0.02),
+    ]
+    page.keyboard.press("w")
+    page.keyboard.down("Alt")
+    click(page, (3.5, 3.05), (3.55, 0.15))
+    page.keyboard.up("Alt")
+    page.wait_for_function("() => document.querySelectorAll('#effects li').length === 2")
+    (_, ((x1, y1), (x2, y2))) = overrides(folder)["doubtful"]["wall"]
+    assert (x1, y1, x2, y2) == pytest.approx((13.5, 1.05, 13.55, -1.85), abs=0.02)
+
+
+def test_what_is_said_is_chosen_moved_taken_out_undone_and_made_again(page: Any, folder: Path) -> None:
+    page.keyboard.press("w")
+    click(page, (2.0, 3.1), (2.0, 0.1))
+    says(page, "a wall of")
+    click(page, (2.0, 1.5))
+    page.wait_for_selector("#effects li.chosen")
+    look(page, "review-chosen")
+    page.mouse.move(*pixel(page, 2.0, 0.1))
+    page.mouse.down()
+    page.mouse.move(*pixel(page, 2.6, 0.12), steps=4)
+    page.mouse.up()
+    says(page, "In the next build of doubtful: a wall of")
+    page.wait_for_function("() => document.getElementById('table').textContent.includes('12.6')")
+    moved = overrides(folder)["doubtful"]["wall"]
+    assert moved == [pytest.approx([12.0, 1.1], abs=0.02), pytest.approx([12.6, -1.9], abs=0.03)]
+    click(page, (2.3, 1.6))
+    page.wait_for_selector("#effects li.chosen")
+    page.keyboard.press("Delete")
+    says(page, "Taken out: wall")
+    assert "doubtful" not in overrides(folder)
+    for key in ("u", "Control+z"):
+        page.keyboard.press(key)
+    page.wait_for_function("() => document.querySelectorAll('#history .undone').length === 2")
+    assert overrides(folder)["doubtful"]["wall"][1] == pytest.approx([12.0, -1.9], abs=0.02)
+    page.keyboard.press("y")
+    page.wait_for_function("() => document.querySelectorAll('#history .undone').length === 1")
+    assert overrides(folder)["doubtful"]["wall"] == moved
+    page.keyboard.press("Control+Shift+z")
+    page.wait_for_function("() => document.querySelectorAll('#history .undone').length === 0")
+    assert page.locator("#history li").all_inner_texts()[0].startswith("Wall (")
+    assert "doubtful" not in overrides(folder)
+
+
+def test_no_click_is_lost_while_an_answer_is_on_its_way(page: Any, folder: Path) -> None:
+    page.route("**/review/decide", lambda route: (time.sleep(0.4), route.continue_()))
+    for x in (1.3, 2.6, 3.9):
+        page.keyboard.press("w")
+        click(page, (x, 3.1), (x, 0.1))
+    page.wait_for_function("() => document.querySelectorAll('#effects li').length === 3")
+    assert [wall[0][0] for wall in overrides(folder)["doubtful"]["wall"]] == pytest.approx([11.3, 12.6, 13.9], abs=0.03)
+
+
+def test_an_outline_ends_at_its_first_point_or_by_its_key(page: Any) -> None:
+    page.keyboard.press("o")
+    click(page, (1.0, 2.0), (7.0, 2.0))
+    assert page.locator("#effects li").count() == 0
+    page.keyboard.press("o")
+    says(page, "one room")
+    page.wait_for_function("() => document.querySelectorAll('#effects li').length === 1")
+
+
+def test_a_plan_is_drawn_on_with_a_finger(folder: Path) -> None:
+    with (
+        running(service_of(folder, review=True)) as address,
+        visited(address, "/houses/review?plan=middling", **PHONE) as page,
+    ):
+        shows(page, "middling")
+        page.tap("#wall")
+        page.locator("#stage").scroll_into_view_if_needed()
+        for point in ((2.0, 3.0), (2.1, 0.2)):
+            page.touchscreen.tap(*pixel(page, *point))
+        says(page, "a wall of")
+        page.touchscreen.tap(*pixel(page, 2.0, 1.5))
+        page.wait_for_selector("#effects li.chosen")
+        page.tap("#effects .out")
+        says(page, "Taken out: wall")
+    assert overrides(folder) == {}
 
 
 def test_escape_and_another_persons_decision(folder: Path) -> None:

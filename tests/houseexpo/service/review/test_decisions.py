@@ -242,3 +242,44 @@ def test_a_build_in_a_log_of_before_holds_all_that_stands_before_it(file: Path) 
     decisions.decide("villa", "keep", "ann")
     decisions.log.add(LogLine(2, "2026-05-01T00:00:00+00:00", "ann", "", "build"))
     assert decisions.since_build() == []
+
+
+def test_what_was_undone_is_made_again_until_something_else_is_decided(tmp_path: Path) -> None:
+    store = DecisionStore(tmp_path / "overrides.toml")
+    for x in (1.0, 2.0):
+        store.decide("a", "no_room", "ann", [x, 1.0], seen=9)
+    store.decide("b", "keep", "ben")
+    store.undo("ann")
+    store.undo("ann")
+    assert store.table("a") == {}
+    assert [holds for _, holds in store.history("a")] == [False, False]
+    store.redo("ann")
+    assert store.table("a") == {"no_room": [1.0, 1.0]}
+    store.redo("ann")
+    assert store.table("a") == {"no_room": [[1.0, 1.0], [2.0, 1.0]]}
+    assert [(line.action, holds) for line, holds in store.history("a")] == [("no_room", True), ("no_room", True)]
+    with pytest.raises(ConfigError, match="undone nothing"):
+        store.redo("ann")
+    store.undo("ann")
+    store.decide("a", "note", "ann", "seen", seen=99)
+    with pytest.raises(ConfigError, match="undone nothing"):
+        store.redo("ann")
+    assert store.table("b") == {"keep": True}
+
+
+def test_a_value_is_moved_and_taken_out_and_both_can_be_undone(tmp_path: Path) -> None:
+    store = DecisionStore(tmp_path / "overrides.toml")
+    for x in (1.0, 2.0, 3.0):
+        store.decide("a", "no_room", "ann", [x, 1.0], seen=9)
+    store.replace("a", "no_room", [2.0, 1.0], [2.5, 1.0], reviewer="ann", seen=9)
+    assert store.table("a")["no_room"] == [[1.0, 1.0], [2.5, 1.0], [3.0, 1.0]]
+    with pytest.raises(DecidedOtherwiseError, match="nobody says this any more"):
+        store.replace("a", "no_room", [2.0, 1.0], None, reviewer="ben", seen=9)
+    with pytest.raises(DecidedOtherwiseError, match="moved a correction in the meantime"):
+        store.replace("a", "no_room", [3.0, 1.0], None, reviewer="ben", seen=3)
+    store.replace("a", "no_room", [3.0, 1.0], None, reviewer="ben", seen=9)
+    assert store.table("a")["no_room"] == [[1.0, 1.0], [2.5, 1.0]]
+    store.undo("ann")  # what ben took out stays out
+    assert store.table("a")["no_room"] == [[1.0, 1.0], [2.0, 1.0]]
+    store.undo("ben")
+    assert store.table("a")["no_room"] == [[1.0, 1.0], [2.0, 1.0], [3.0, 1.0]]

@@ -14,9 +14,11 @@ import pytest
 pytest.importorskip("starlette")
 from starlette.testclient import TestClient
 
+from houseexpo.corrections.vocabulary import WORDS
 from houseexpo.service.app import make_app
 from houseexpo.service.collection import Collection
-from houseexpo.service.review.pages import Review
+from houseexpo.service.review.session import Review
+from houseexpo.service.review.tools import tools
 from houseexpo.service.service import Service, ServiceSettings
 from pipeline.overrides import load_overrides
 from tests.builders.services import judged_later, no_plans
@@ -75,10 +77,9 @@ def test_what_is_shown_says_why_a_plan_is_doubtful(client: TestClient) -> None:
     assert (found["quality"], found["doubtful"], found["place"]) == (0.4, True, 1)
     assert found["grounds"] == [["doors that are cuts, not evidence", 0.5]]
     assert found["progress"] == {"plans": 4, "judged": 0, "doubtful": 2, "doubtful_judged": 0}
+    assert [room["label"] for room in found["shape"]["rooms"]] == ["Kitchen", "Bedroom"]
     picture = client.get("/houses/review/pictures/doubtful.svg")
     assert picture.headers["content-type"] == "image/svg+xml"
-    wide, high = found["picture"]["size"]
-    assert f'width="{wide}" height="{high}"' in picture.text
 
 
 def test_decisions_are_what_a_build_reads(client: TestClient, folder: Path) -> None:
@@ -94,9 +95,9 @@ def test_decisions_are_what_a_build_reads(client: TestClient, folder: Path) -> N
     assert found["sure"].drop
     assert found["middling"].keep
     shown = state(client, plan="doubtful")
-    assert shown["marks"] == [
-        {"word": "door", "points": [[0.0, 2.0], [0.0, 2.9]]},
-        {"word": "no_room", "points": [[7.0, 3.0]]},
+    assert [(each["word"], each["points"]) for each in shown["effects"]] == [
+        ("door", [[0.0, 2.0], [0.0, 2.9]]),
+        ("no_room", [[7.0, 3.0]]),
     ]
     assert shown["judged"]["by"] == "ann"
     assert shown["progress"] == {"plans": 4, "judged": 3, "doubtful": 2, "doubtful_judged": 2}
@@ -193,7 +194,7 @@ def test_read_only_is_read_only(folder: Path) -> None:
     with served(folder, read_only=True) as client:
         assert client.get("/houses/review").status_code == 200
         assert state(client)["plan"] == "doubtful"
-        for path in ("decide", "undo", "build", "stop"):
+        for path in ("decide", "replace", "undo", "redo", "build", "stop"):
             assert client.post(f"/houses/review/{path}", json={"reviewer": "ann"}).status_code == 403
     assert sorted(file.name for file in folder.iterdir()) == sorted(f"{name}.json" for name in QUALITIES)
 
@@ -235,3 +236,46 @@ def test_the_page_shows_its_keys(client: TestClient) -> None:
     page = client.get("/houses/review").text
     for key in ("K", "X", "D", "R", "N", "U", "B", "Space"):
         assert f"<kbd>{key}</kbd>" in page
+
+
+def test_each_word_of_the_vocabulary_has_a_button_and_a_key_of_its_own(client: TestClient) -> None:
+    page = client.get("/houses/review").text
+    found = tools()
+    assert [tool.word for tool in found] == list(WORDS)
+    assert len({tool.key for tool in found} | set("kxnuyb")) == len(WORDS) + 6
+    for tool in found:
+        assert f'<button id="{tool.word}" type="button" aria-keyshortcuts="{tool.key}"' in page
+        assert tool.points >= WORDS[tool.word].depth
+
+
+def replace(client: TestClient, status: int = 200, **words: Any) -> dict[str, Any]:
+    seen = state(client, plan="doubtful")["seen"]
+    asked = {"plan": "doubtful", "word": "wall", "reviewer": "ann", "seen": seen, **words}
+    answer = client.post("/houses/review/replace", json=asked)
+    assert answer.status_code == status, answer.text
+    found: dict[str, Any] = answer.json()
+    return found
+
+
+def test_what_is_said_is_moved_taken_out_and_undone_over_http(client: TestClient, folder: Path) -> None:
+    (said,) = decide(client, "doubtful", "wall", points=[[2.0, 0.1], [2.0, 3.1]])["effects"]
+    found = replace(client, value=said["value"], points=[[3.0, 0.1], [3.0, 3.1]])
+    assert "a wall of" in found["effect"]["said"]
+    (moved,) = found["effects"]
+    assert moved["points"] == [[3.0, 0.1], [3.0, 3.1]]
+    assert "nobody says this any more" in replace(client, 409, value=said["value"])["error"]
+    assert "no effect" in replace(client, 400, value=moved["value"], points=[[3.0, 4.0], [3.0, 5.0]])["error"]
+    assert replace(client, value=moved["value"])["effects"] == []
+    assert overrides(folder) == {}
+    assert len(client.post("/houses/review/undo", json={"reviewer": "ann"}).json()["effects"]) == 1
+    redone = client.post("/houses/review/redo", json={"reviewer": "ann"}).json()
+    assert (redone["redone"], redone["effects"]) == ("doubtful", [])
+    assert [step["holds"] for step in redone["history"]] == [True, True, True]
+    assert client.post("/houses/review/redo", json={"reviewer": "ann"}).status_code == 400
+
+
+@pytest.mark.parametrize("words", [{"value": "wall"}, {"value": []}, {"word": "keep", "value": [1, 2]}, {}])
+def test_what_does_not_name_a_correction_is_refused(client: TestClient, folder: Path, words: dict[str, Any]) -> None:
+    asked = {"plan": "doubtful", "word": "wall", "reviewer": "ann", **words}
+    assert client.post("/houses/review/replace", json=asked).status_code in {400, 409}
+    assert not (folder / "overrides.toml").exists()
