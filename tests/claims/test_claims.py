@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import shlex
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
+from _pytest.mark.expression import Expression
 
 from tests.claims import values
 from tests.claims.figures import read_blocks
@@ -90,3 +94,22 @@ def test_a_page_that_says_otherwise_than_its_command_is_found_out() -> None:
     assert "the command 0.5" in said[0]
     assert differences(claim, "IoU 0.997") == []
     assert differences(claim, "nothing") == ["'IoU ([\\\\d.]+)' is not there"]
+
+
+@pytest.mark.slow
+def test_what_a_command_chooses_with_k_is_there() -> None:
+    listed = subprocess.run(
+        [sys.executable, "-m", "pytest", "--collect-only", "-q", "--benchmarks", "tests/benchmarks"],
+        cwd=ROOT, capture_output=True, text=True, check=True,
+    ).stdout.splitlines()  # fmt: skip
+    idle = []
+    for claim in REGISTRY.claims:
+        words = shlex.split(claim.command)
+        if "-k" not in words:
+            continue
+        files = [word for word in words if word.startswith("tests/")]
+        wanted = Expression.compile(words[words.index("-k") + 1])
+        names = [line.lower() for line in listed if line.startswith(tuple(files))]
+        if not any(wanted.evaluate(lambda word, name=name, **_: word.lower() in name) for name in names):
+            idle.append(claim.how)
+    assert idle == []

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import tomllib
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Final
 
 import msgspec
@@ -12,6 +13,7 @@ import msgspec
 from houseexpo.exports import FORMATS
 from houseexpo.pseudoslam.benchmark.cases import read_test_ids
 from houseexpo.pseudoslam.benchmark.run import DEFAULT_PLANS
+from houseexpo.pseudoslam.benchmark.verification import is_verified
 from houseexpo.release.splits import SHARES
 from houseexpo.service.drive import robots
 from pipeline import cli_demo
@@ -79,6 +81,18 @@ def maps_of_others() -> list[str]:
     return _not_among(tables, known)
 
 
+def slam_in_the_loop() -> list[str]:
+    """docs/pseudoslam/slam.md: the ranges are those of the track's results, whose actions were played again."""
+    files = sorted(RESULTS.glob("exploration-slam-*.json"))
+    means = [{key: one["mean"] for key, one in _summary(file).items()} for file in files]
+    path, odometry = (_span(means, key, ".2f") for key in ("ate_m", "odometry_ate_m"))
+    free, walls = (_span(means, key, ".0%") for key in ("iou_seen_free", "iou_seen_walls"))
+    text = " ".join(" ".join(block.text for block in _section("docs/pseudoslam/slam.md", "A SLAM in the loop")).split())
+    said = [f"errs by {path} m where", f"alone errs by {odometry} m", f"cells is {free}", f"walls {walls}"]
+    wrong = [f"docs/pseudoslam/slam.md: {each!r} is missing" for each in said if each not in text]
+    return wrong + [f"{file.name} is not verified" for file in files if not is_verified(file)]
+
+
 def plans_of_a_benchmark() -> list[str]:
     """docs/benchmark-exploration.md: a run takes 500 plans of a list of 1,000."""
     found = (DEFAULT_PLANS, len(read_test_ids()))
@@ -116,11 +130,20 @@ def _all_numbers(text: str) -> list[str]:
     return [each.replace(",", "") for each in re.findall(r"\d[\d,]*(?:\.\d+)?", text) if each.strip(",")]
 
 
+def _summary(file: Path) -> dict[str, dict[str, float]]:
+    return dict(msgspec.json.decode(file.read_bytes())["summary"])
+
+
+def _span(rows: list[dict[str, float]], key: str, form: str) -> str:
+    """Return the lowest and the highest mean in words: one number if they print alike."""
+    low, high = (format(f(row[key] for row in rows), form) for f in (min, max))
+    return low if low == high else f"{low.rstrip('%')} to {high}"
+
+
 def _recorded(*prefixes: str) -> Iterator[float]:
     """All figures of results, as they are and in per cent."""
     for file in sorted(file for prefix in prefixes for file in RESULTS.glob(f"{prefix}*.json")):
-        result = msgspec.json.decode(file.read_bytes())
-        for each in result["summary"].values():
+        for each in _summary(file).values():
             yield from (scaled for value in each.values() for scaled in (value, 100 * value))
 
 

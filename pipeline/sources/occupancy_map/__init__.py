@@ -64,7 +64,7 @@ from pipeline.sources.occupancy_map.rooms import (
     main_edge_direction,
     segment_rooms,
 )
-from pipeline.sources.occupancy_map.seen_walls import cut_walls, entrance_gaps, walls_in_rooms
+from pipeline.sources.occupancy_map.seen_walls import SeenSides, cut_walls, entrance_gaps, walls_in_rooms
 from pipeline.sources.occupancy_map.signs import measure_signs
 from pipeline.sources.tolerances import DOOR_HEIGHT_M, OUTER_WALL_M, WALL_HEIGHT_M
 from pipeline.sources.vector_plans.drawing import Drawing, DrawnStorey, levels_from_drawing, named_room
@@ -198,15 +198,17 @@ def _with_seen_walls(outlines: list[Polygon], free: Bools, occupied: Bools, cell
         )
     found = walls_in_rooms(inside.view(bool), free, occupied, cell_m, main_edge_direction(free))
     walls = [Polygon(corners * (cell_m, -cell_m) + (0.0, height_m)) for corners in found]
-    return [cut_walls(outline, walls) for outline in outlines] if walls else outlines
+    near = shapely.STRtree(walls)
+    return [cut_walls(outline, [walls[k] for k in sorted(near.query(outline).tolist())]) for outline in outlines]
 
 
 def _entrances(outlines: list[Polygon], holes: list[Hole], free: Bools, occupied: Bools, cell_m: float) -> list[Hole]:
     """R12: return the entrances to what was not seen."""
     found: list[Hole] = []
+    sides = SeenSides(free, occupied, cell_m)
     for number, outline in enumerate(outlines):
         rest = [*outlines[:number], *outlines[number + 1 :], *(hole.shape for hole in (*holes, *found))]
-        for (a, b), out in entrance_gaps(outline, free, occupied, shapely.union_all(rest), cell_m):
+        for (a, b), out in entrance_gaps(outline, rest, sides):
             deep = out * (OUTER_WALL_M + FACE_DEPTH_M)
             is_door = float(np.hypot(*(b - a))) < DOOR_M
             found.append(

@@ -552,9 +552,11 @@ def main_edge_direction(mask: Bools) -> float:
     padded = np.zeros((mask.shape[0] + 6, mask.shape[1] + 6), np.float32)  # np.pad takes as long as the rest
     padded[3:-3, 3:-3] = mask
     smooth = cv2.GaussianBlur(padded, (0, 0), 1.5)
+    del padded  # of a large map, each of these takes 64 MB
     down = cv2.Sobel(smooth, cv2.CV_32F, 0, 1)
     right = cv2.Sobel(smooth, cv2.CV_32F, 1, 0)
-    steep = np.flatnonzero(np.maximum(np.abs(down), np.abs(right)) > FLAT)
+    del smooth
+    steep = np.flatnonzero((np.abs(down) > FLAT) | (np.abs(right) > FLAT))
     if not len(steep):
         return 0.0
     twice = (right.ravel()[steep] + 1j * down.ravel()[steep]) ** 2  # what looks left or right has one direction

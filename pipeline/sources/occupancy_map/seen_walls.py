@@ -73,10 +73,13 @@ def walls_in_rooms(rooms: Bools, free: Bools, occupied: Bools, cell_m: float, an
             pieces, stats, np.flatnonzero(long), cell_m, PIECE_M, THICKEST_PIECE_M + 2 * cell_m
         )
         for number, line in zip(numbers.tolist(), ends, strict=True):
-            cells = np.argwhere(pieces == number)[:, ::-1].astype(np.float64) + 0.5
             if _is_wall(line + 0.5, hit, beyond, cell_m):
+                x, y, wide, high = stats[number, : cv2.CC_STAT_AREA].tolist()
+                box = (slice(y, y + high), slice(x, x + wide))
+                own = pieces[box] == number
+                cells = np.argwhere(own)[:, ::-1] + (x + 0.5, y + 0.5)
                 found.append(_around(cells, line + 0.5, THINNEST_M / cell_m))
-                left[pieces == number] = 0
+                left[box][own] = 0
     return np.array(found).reshape(-1, 4, 2)
 
 
@@ -135,8 +138,9 @@ def cut_walls(room: Polygon, walls: Sequence[Polygon]) -> Polygon:
     room is left out: what parts rooms is told elsewhere.
     """
     for wall in walls:
-        along_edge = shapely.intersection(wall, shapely.buffer(room.exterior, BESIDE_EDGE_M)).area
-        if shapely.intersection(room, wall).area < wall.area / 2 or along_edge > wall.area / 2:
+        if shapely.intersection(room, wall).area < wall.area / 2:
+            continue
+        if shapely.intersection(wall, shapely.buffer(room.exterior, BESIDE_EDGE_M)).area > wall.area / 2:
             continue
         left = shapely.difference(room, _hung(wall, room))
         if left.geom_type == "Polygon":
@@ -158,15 +162,13 @@ def _hung(wall: Polygon, room: Polygon) -> Polygon:
     return Polygon(corners)
 
 
-def entrance_gaps(
-    room: Polygon, free: Bools, occupied: Bools, others: shapely.Geometry, cell_m: float
-) -> list[tuple[Floats, Floats]]:
+def entrance_gaps(room: Polygon, others: Sequence[shapely.Geometry], sides: SeenSides) -> list[tuple[Floats, Floats]]:
     """W4: return the ends (2, 2) of each entrance on the sides of a room, and the direction (2,) out of it, metres.
 
-    ``others`` are the other rooms and the known ways: there is no entrance beside them. The map's cells (rows, cols)
-    are ``cell_m`` wide, row 0 at the highest y.
+    ``others`` are the other rooms and the known ways: there is no entrance beside them.
     """
-    sides = _Sides(free, occupied, cell_m)
+    around = np.array(others, dtype=np.object_)
+    around = around[shapely.dwithin(room, around, 3 * NEAR_M)]  # a span and its surroundings are within 2
     ring = shapely.get_coordinates(shapely.orient_polygons(room).exterior)[:-1]
     has_recess = len(ring) >= 6  # a recess and the wall beside it have five sides
     found = []
@@ -179,13 +181,16 @@ def entrance_gaps(
             gaps = [np.stack([a, b])]
         for gap in gaps:
             span = shapely.LineString(gap + out * NEAR_M)
-            if sides.leads_out(gap, out) and not shapely.dwithin(others, span, NEAR_M):
+            if sides.leads_out(gap, out) and not shapely.dwithin(around, span, NEAR_M).any():
                 found.append((gap, out))
     return found
 
 
-class _Sides:
-    """What a robot saw along the sides of rooms: cells (rows, cols), asked by points in metres, y up."""
+class SeenSides:
+    """What a robot saw along the sides of rooms: cells (rows, cols), asked by points in metres, y up.
+
+    The cells are ``cell_m`` wide, row 0 at the highest y.
+    """
 
     def __init__(self, free: Bools, occupied: Bools, cell_m: float) -> None:
         self._cell_m, self._height_m = cell_m, free.shape[0] * cell_m

@@ -13,7 +13,7 @@ from PIL import Image, ImageDraw
 
 from houseexpo import FloorPlan
 from houseexpo.grids.frame import source_points_from_plan
-from pipeline.sources.occupancy_map.seen_walls import entrance_gaps
+from pipeline.sources.occupancy_map.seen_walls import SeenSides, entrance_gaps
 from tests.builders.batch import plans_of
 
 CELL_M = 0.05
@@ -134,7 +134,7 @@ def test_a_gap_at_the_pictures_border_is_an_entrance(crop: int, tmp_path: Path) 
 def test_a_closet_with_few_corners_has_no_recess(corners: int) -> None:
     room = shapely.Polygon([(1, 1), (2, 1), (2, 3), (1.5, 3.5), (1, 3)][:corners])
     free, occupied = np.zeros((100, 100), np.bool_), np.ones((100, 100), np.bool_)
-    assert entrance_gaps(room, free, occupied, shapely.Polygon(), CELL_M) == []
+    assert entrance_gaps(room, [], SeenSides(free, occupied, CELL_M)) == []
 
 
 def test_a_byte_order_mark_hides_no_map(tmp_path: Path) -> None:
