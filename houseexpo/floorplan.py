@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from shapely import MultiPolygon, Polygon
 
     from houseexpo.analysis.geodataframe import Layer
-    from houseexpo.analysis.shortest_paths import WalkingPath
+    from houseexpo.analysis.graph import WalkingPath
     from houseexpo.corrections import Override
     from houseexpo.corrections.apply import Corrected
     from houseexpo.grids.frame import GridFrame
@@ -239,7 +239,7 @@ class FloorPlan(PlanData):
 
         ``houseexpo.rooms_graph`` lists the attributes.
         """
-        from houseexpo.analysis.shortest_paths import rooms_graph_with_distances
+        from houseexpo.analysis.graph import rooms_graph_with_distances
 
         return rooms_graph_with_distances(self.divided, outside=outside)
 
@@ -377,8 +377,8 @@ class FloorPlan(PlanData):
         """
         import shapely
 
+        from houseexpo.analysis.graph import shortest_path
         from houseexpo.analysis.navigability import disc_centre_areas
-        from houseexpo.analysis.shortest_paths import shortest_path
 
         areas = shapely.MultiPolygon(disc_centre_areas(self.free_space, radius)) if radius else self.free_space
         return shortest_path(areas, start, goal)

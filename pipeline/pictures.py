@@ -12,7 +12,7 @@ from PIL import Image, ImageDraw
 from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
-from houseexpo.analysis.shortest_paths import shortest_path
+from houseexpo.analysis.graph import shortest_path
 from houseexpo.drawing import contact_sheet, draw_plan
 from houseexpo.drawing.scene import DOOR_COLOURS, INK, PAPER, WALL, load_font
 from houseexpo.floorplan import FloorPlan

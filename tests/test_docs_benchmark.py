@@ -14,7 +14,7 @@ from houseexpo.dataset.fetch import subset_folder
 from houseexpo.pseudoslam.agents.loading import NAMES
 from houseexpo.pseudoslam.benchmark.cases import ids_sha256, read_test_ids
 from houseexpo.pseudoslam.benchmark.comparison import BOUND, read_results
-from houseexpo.pseudoslam.benchmark.map_curves import draw_map_panels
+from houseexpo.pseudoslam.benchmark.page import draw_map_panels
 from houseexpo.pseudoslam.benchmark.tables import format_markdown
 from houseexpo.pseudoslam.benchmark.tracks import BUDGETS, MAP_TRACKS, TRACKS
 from tests.builders.simulations import hut

@@ -11,9 +11,17 @@ import shapely
 from shapely.geometry.base import BaseGeometry
 
 from houseexpo.exports.encoding import Files, format_numbers, valid_xml_text
-from houseexpo.exports.named_parts import doorway_floors, entrance_doors, room_floors
 from houseexpo.exports.placement import ExportFrame, Orientation, Pose, pose_in_export
-from houseexpo.exports.plan_bodies import DOOR_HEIGHT_M, WALL_HEIGHT_M, WALL_THICKNESS_M, PlanBodies, plan_bodies
+from houseexpo.exports.plan_bodies import (
+    DOOR_HEIGHT_M,
+    WALL_HEIGHT_M,
+    WALL_THICKNESS_M,
+    PlanBodies,
+    doorway_floors,
+    entrance_doors,
+    plan_bodies,
+    room_floors,
+)
 from houseexpo.exports.polygons import cut_into_trapezoids
 from houseexpo.exports.storeys import FLOOR_M, storey_bodies
 from houseexpo.floorplan import FloorPlan

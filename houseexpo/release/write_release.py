@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+import gzip
+import io
 import os
 import re
+import shutil
+import tarfile
+import tempfile
 from collections import defaultdict
-from collections.abc import Iterator, Mapping
-from contextlib import ExitStack
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from itertools import groupby
 from operator import itemgetter
@@ -19,8 +24,9 @@ from houseexpo.dataset.splits import encode_id_list
 from houseexpo.dataset.store import files_at
 from houseexpo.dataset.store.folders import ARCHIVE
 from houseexpo.drawing import draw_plan
+from houseexpo.errors import ConfigError
 from houseexpo.exports.encoding import encode_image
-from houseexpo.files import encode_json, write_atomically
+from houseexpo.files import PARTIAL, encode_json, sha256_of, write_atomically
 from houseexpo.floorplan import decode
 from houseexpo.outputs import check_not_in_inputs
 from houseexpo.processes import map_in_processes
@@ -31,13 +37,6 @@ from houseexpo.release.croissant import describe_in_croissant
 from houseexpo.release.data_card import MEASURES, SHEET, draw_measures_png, draw_sheet_png, make_data_card
 from houseexpo.release.descriptions import ReleaseFacts
 from houseexpo.release.publisher_texts import PublisherTexts
-from houseexpo.release.release_folder import (
-    CROISSANT,
-    atomic_release_folder,
-    check_target,
-    write_archive,
-    write_checksums,
-)
 from houseexpo.release.splits import ReleaseSplits, release_splits
 from houseexpo.release.tables import OBJECTS, TABLES, ReleasePlan, ReleaseTable, Row, TableWriter
 
@@ -166,3 +165,90 @@ def _has_furniture(found: ReleasableDataset) -> bool:
 def _slug(target: Path) -> str:
     """Return the folder's name in a form that is valid in descriptions."""
     return re.sub(r"[^A-Za-z0-9._-]+", "-", target.absolute().name).strip("-.") or "houseexpo-release"
+
+
+# Write the folder of a release atomically; it replaces nothing but a former release.
+#
+# R1  The folder must be missing or empty, or contain a former release and nothing else.
+# R2  Everything is first written to a folder beside it, which replaces it at the end.
+# R3  ``SHA256SUMS`` lists every other file with its hash, sorted; ``sha256sum --check SHA256SUMS`` verifies them.
+
+
+SUMS: Final = "SHA256SUMS"
+CROISSANT: Final = "croissant.json"
+
+
+def check_target(target: Path) -> None:
+    """Raise ConfigError if a release must not be written to this folder (R1)."""
+    if target.is_symlink() or (target.exists() and not target.is_dir()):
+        what = "a link" if target.is_symlink() else "a file"
+        raise ConfigError(f"{target}: expected a folder or nothing, found {what}; choose another --out")
+    if not target.exists() or not any(target.iterdir()):
+        return
+    if not (target / SUMS).is_file() or not (target / CROISSANT).is_file():
+        raise ConfigError(
+            f"{target}: expected an empty folder or a former release, found other files; choose another --out"
+        )
+    known = {SUMS, *_names_in_sums(target / SUMS)}
+    others = sorted(set(_files(target)) - known)
+    if others:
+        raise ConfigError(
+            f"{target}: holds {others[0]!r}{f' and {len(others) - 1} more' if len(others) > 1 else ''} beside a former "
+            "release, which would be removed with it; move it away, or choose another --out"
+        )
+
+
+@contextmanager
+def atomic_release_folder(target: Path) -> Iterator[Path]:
+    """Yield a folder beside the target; at the end it replaces the target, or is removed after an error (R2)."""
+    target = target.absolute()
+    target.parent.mkdir(parents=True, exist_ok=True)
+    partial = Path(tempfile.mkdtemp(dir=target.parent, prefix=PARTIAL))
+    try:
+        new, old = partial / "new", partial / "old"
+        new.mkdir()
+        yield new
+        check_target(target)  # again, since the folder may have changed meanwhile
+        if target.exists():
+            target.rename(old)
+        try:
+            new.rename(target)
+        except OSError:
+            if old.exists():
+                old.rename(target)
+            raise
+    finally:
+        shutil.rmtree(partial, ignore_errors=True)
+
+
+def write_checksums(folder: Path) -> None:
+    """Write ``SHA256SUMS`` (R3)."""
+    lines = [f"{sha256_of(folder / name)}  {name}\n" for name in _files(folder) if name != SUMS]
+    write_atomically(folder / SUMS, "".join(lines).encode())
+
+
+def _files(folder: Path) -> list[str]:
+    """Return the names of all files and links below a folder, sorted."""
+    found = (file for file in folder.rglob("*") if file.is_symlink() or not file.is_dir())
+    return sorted(file.relative_to(folder).as_posix() for file in found)
+
+
+def _names_in_sums(sums: Path) -> Iterator[str]:
+    for line in sums.read_text(encoding="utf-8", errors="replace").splitlines():
+        yield line.partition("  ")[2]
+
+
+_GZIP_LEVEL: Final = 6
+
+
+def write_archive(file: Path, members: Iterable[tuple[str, bytes]]) -> None:
+    """Write members (name, content) in the given order."""
+    with (
+        file.open("wb") as raw,
+        gzip.GzipFile(filename="", mode="wb", compresslevel=_GZIP_LEVEL, fileobj=raw, mtime=0) as packed,
+        tarfile.open(fileobj=packed, mode="w|", format=tarfile.PAX_FORMAT) as archive,
+    ):
+        for name, content in members:
+            member = tarfile.TarInfo(name)
+            member.size, member.mode = len(content), 0o644
+            archive.addfile(member, io.BytesIO(content))

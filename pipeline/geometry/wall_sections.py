@@ -17,6 +17,7 @@ from shapely.geometry.base import BaseGeometry
 from pipeline.geometry.areas import (
     EMPTY,
     Shapes,
+    are_edges_of,
     are_too_narrow,
     buffer_mitred,
     clip_to_box,
@@ -24,6 +25,7 @@ from pipeline.geometry.areas import (
     drop_thin_parts,
     enclosed_pieces,
     intersect,
+    node_on_grid,
     polygons_of,
     subtract,
     unite,
@@ -31,7 +33,6 @@ from pipeline.geometry.areas import (
 from pipeline.geometry.doorways import box_around_polygon
 from pipeline.geometry.mesh_slicing import MeshSlicer, SectionSegments, winding_number
 from pipeline.geometry.meshes import Mesh, cells_along
-from pipeline.geometry.noding import are_edges_of, node_on_grid
 from pipeline.geometry.prisms import Prisms
 from pipeline.tolerances import (
     BESIDE_M,

@@ -16,10 +16,10 @@ from rich.console import Console
 from rich.table import Table
 
 from pipeline.rejection import Rejection
+from pipeline.sources.mesh_file import measure_named_things
 from pipeline.sources.meshes.formats import FrameConvention, load_scene
 from pipeline.sources.meshes.scene import Scene
 from pipeline.sources.named_scene import named_door_heights, structural_mesh
-from pipeline.sources.named_things import measure_named_things
 from pipeline.sources.storeys import axis_and_unit
 from pipeline.sources.storeys.axis_and_unit import SizeOptions, find_axis_and_unit
 from pipeline.values import Mesh

@@ -12,8 +12,8 @@ import pytest
 import shapely
 
 import houseexpo
+from houseexpo.analysis.graph import distance_matrix
 from houseexpo.analysis.navigability import navigability
-from houseexpo.analysis.shortest_paths import distance_matrix
 from houseexpo.errors import ConfigError, PlanError
 from houseexpo.floorplan import FloorPlan
 from houseexpo.grids.raster import NOTHING

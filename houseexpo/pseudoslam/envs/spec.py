@@ -56,7 +56,7 @@ class EnvOptions(TypedDict, total=False):
     with the default values of ``config.drive``; None for what ``config.robot.drive`` says."""
     max_episode_steps: int | None
     """Number of steps of the robot after which an episode is truncated, instead of ``config.max_steps``. It may also be
-    an argument of ``gymnasium.make`` or of a registration (``time_limit``)."""
+    an argument of ``gymnasium.make`` or of a registration (``steps_asked_of_make``)."""
     action_mask: bool
     """Whether observations have "action_mask" (3,) int8 with "discrete" actions: 1 for motions on which the robot meets
     no obstacle of its own map. Actions of planners with a number always come with a mask."""

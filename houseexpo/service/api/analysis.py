@@ -21,8 +21,8 @@ from starlette.requests import Request
 from starlette.responses import Response
 from starlette.routing import BaseRoute, Route
 
+from houseexpo.analysis.graph import shortest_path
 from houseexpo.analysis.navigability import disc_centre_areas, navigability, straighten_walls
-from houseexpo.analysis.shortest_paths import shortest_path
 from houseexpo.analysis.similarity import compare_masks, comparison_mask, difference_lower_bound, mask_fingerprint
 from houseexpo.analysis.walls import walls_around
 from houseexpo.drawing.scene import DOOR_COLOURS

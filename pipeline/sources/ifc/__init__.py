@@ -33,8 +33,9 @@ L9  A sheet that stands on the floor of a room of the file and ends below its ce
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
+from typing import Any, Final
 
 import numpy as np
 import shapely
@@ -51,7 +52,7 @@ from pipeline.geometry.prisms import extrude_polygon
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.drawn_storeys import walls_around
 from pipeline.sources.files import id_from_file_name, level_id, list_files_of_format
-from pipeline.sources.ifc.model import Building, ElementBody, WallHole, load_building
+from pipeline.sources.ifc.model import Body, Building, ElementBody, Storey, WallHole, load_building
 from pipeline.sources.ifc.rooms_and_openings import (
     WallFootprints,
     door_level_height,
@@ -64,16 +65,17 @@ from pipeline.sources.ifc.rooms_and_openings import (
     window_hole_fillings,
 )
 from pipeline.sources.ifc.storeys import LevelStorey, assign_to_storeys, find_level_storeys, is_made_storey
-from pipeline.sources.ifc.unit import find_unit_factor, scale_building
 from pipeline.sources.storeys.levels import Shift, shift_to_origin
 from pipeline.sources.storeys.surfaces import Surfaces, WallProfile
 from pipeline.sources.tolerances import (
     CLEAR_M,
     COMMON_STOREY_M,
     COVER_MARGIN_M,
+    HIGHEST_BUILDING_M,
     HIGHEST_LINTEL_M,
     IFC_WALL_M,
     KNEE_M,
+    NAMED_DOOR_M,
     OFF_FLOOR_M,
     ROUGH_M,
     RUNS_THROUGH_M,
@@ -81,6 +83,7 @@ from pipeline.sources.tolerances import (
     SMALLEST_NAMED_ROOM_M2,
     SPACE_CRACK_M,
     SPACES_TOUCH,
+    STOREY_M,
     UPRIGHT_M,
     WALL_FOOT_M,
 )
@@ -461,3 +464,57 @@ def _in_own_frame(found: IfcLevelParts, shift: Shift, name: str, number: int, pr
         n_objects=len(found.furniture),
         provenance=provenance,
     )
+
+
+# Correct the unit of an IFC file whose walls would be higher than any building, or lower than a hand.
+#
+# Some exporters declare metres and write millimetres, or the other way round.
+#
+# U1  The file's unit stands while half of its walls (proxies, where it has none) are between a hand's breadth and
+#     ``HIGHEST_BUILDING_M`` high, and half of its doors, if it names any, reach higher than a knee.
+# U2  Else millimetres, centimetres or inches were meant, or metres where the file says these: what makes the walls as
+#     high as storeys, and the doors as high as doors. Where none does, the file's unit stands.
+
+
+FACTORS: Final = (0.001, 0.01, 0.0254, 10.0, 100.0, 1000.0)
+
+
+def find_unit_factor(building: Building) -> float:
+    """Return by how much the lengths of a building are to be multiplied, 1.0 where its unit stands (U1, U2)."""
+    walls = [part for part in building.walls if part.kind.startswith("IfcWall")]
+    walls = walls or [part for part in building.walls if part.kind == "IfcBuildingElementProxy"]
+    height = _usual_height(walls)
+    door = _usual_height([hole for hole in building.holes if hole.has_door])
+    if height <= 0.0 or (HAND_M <= height <= HIGHEST_BUILDING_M and not 0.0 < door < KNEE_M):
+        return 1.0
+    fitting = (factor for factor in FACTORS if STOREY_M[0] <= height * factor <= STOREY_M[1])
+    are_doors = (factor for factor in fitting if not door or NAMED_DOOR_M[0] <= door * factor <= NAMED_DOOR_M[1])
+    return next(are_doors, 1.0)
+
+
+def _usual_height(parts: Sequence[Body]) -> float:
+    return float(np.median([part.top - part.bottom for part in parts])) if parts else 0.0
+
+
+def scale_building(building: Building, factor: float) -> Building:
+    """Return the building with all lengths multiplied."""
+
+    def scale(value: Any) -> Any:
+        if isinstance(value, Storey):
+            return replace(value, elevation_m=value.elevation_m * factor)
+        if not isinstance(value, Body):
+            return value
+        scaled = replace(value, mesh=_scale_mesh(value.mesh, factor))
+        if not isinstance(scaled, WallHole):
+            return scaled
+        host = scaled.host and _scale_mesh(scaled.host, factor)
+        return replace(scaled, host=host, width_m=scaled.width_m and scaled.width_m * factor)
+
+    groups = {each.name: getattr(building, each.name) for each in fields(building)}
+    lists: dict[str, Sequence[Any]] = {name: group for name, group in groups.items() if isinstance(group, tuple)}
+    changed: dict[str, Any] = {name: tuple(map(scale, group)) for name, group in lists.items()}
+    return replace(building, **changed)
+
+
+def _scale_mesh(mesh: Mesh, factor: float) -> Mesh:
+    return Mesh(mesh.vertices * factor, mesh.faces)

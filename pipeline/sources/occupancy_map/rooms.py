@@ -47,7 +47,7 @@ from shapely import Polygon
 from pipeline.geometry.groups import Groups
 from pipeline.sources.occupancy_map.clutter import drop_scraps, fill_clutter, free_beside_dashes
 from pipeline.sources.occupancy_map.drawn_doorways import find_doorways
-from pipeline.sources.occupancy_map.enclosure import find_fans, is_marked, without_fans
+from pipeline.sources.occupancy_map.enclosure import find_fans, is_marked, unreached_rooms, without_fans
 from pipeline.sources.occupancy_map.gaps import find_gaps
 from pipeline.sources.occupancy_map.narrow_places import (
     Basins,
@@ -65,7 +65,6 @@ from pipeline.sources.occupancy_map.rays import (
     with_likely_cells,
     with_scattered_cells,
 )
-from pipeline.sources.occupancy_map.reach import unreached_rooms
 from pipeline.sources.occupancy_map.separation_odds import separation_log_odds
 
 WIDE_M = 1.2

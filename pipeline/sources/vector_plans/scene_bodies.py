@@ -29,8 +29,7 @@ from shapely.geometry.base import BaseGeometry
 
 from houseexpo.file_kinds import format_suffix
 from houseexpo.plan.room_labels import canonical
-from pipeline.geometry.areas import buffer_mitred, polygons_of
-from pipeline.geometry.noding import round_to_grid
+from pipeline.geometry.areas import buffer_mitred, polygons_of, round_to_grid
 from pipeline.geometry.prisms import extrude_polygon
 from pipeline.sources.drawn_storeys import Hole, Wall, group_storey_heights, merge_parallel_holes, unite_rooms
 from pipeline.sources.files import LeftOutParts, file_inside

@@ -6,9 +6,8 @@ import networkx as nx
 import pytest
 import shapely
 
-from houseexpo.analysis.graph import OUTSIDE, open_borders, rooms_graph
+from houseexpo.analysis.graph import OUTSIDE, open_borders, rooms_graph, rooms_graph_with_distances
 from houseexpo.analysis.navigability import ROBOT_SPECK_M2, disc_centre_areas, navigability
-from houseexpo.analysis.shortest_paths import rooms_graph_with_distances
 from houseexpo.drawing import svg
 from houseexpo.errors import PlanError
 from houseexpo.floorplan import decode

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import shapely
 
-from houseexpo.analysis.shortest_paths import distance_matrix, shortest_path
+from houseexpo.analysis.graph import distance_matrix, shortest_path
 
 L = shapely.Polygon([(0, 0), (6, 0), (6, 6), (3, 6), (3, 3), (0, 3)])
 

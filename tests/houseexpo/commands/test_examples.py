@@ -8,8 +8,7 @@ import pytest
 import typer
 from typer.testing import CliRunner
 
-from houseexpo.commands.app import make_app
-from houseexpo.commands.examples import EXAMPLES
+from houseexpo.commands.app import EXAMPLES, make_app
 
 GROUP: Any = typer.main.get_command(make_app())
 

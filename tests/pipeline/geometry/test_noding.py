@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import shapely
 
-from pipeline.geometry.noding import are_edges_of, node_on_grid
+from pipeline.geometry.areas import are_edges_of, node_on_grid
 
 GRID_M = 1e-4
 

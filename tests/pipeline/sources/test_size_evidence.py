@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 import trimesh
 
+from pipeline.sources.mesh_file import measure_named_things
 from pipeline.sources.meshes.formats import load_scene
-from pipeline.sources.named_things import measure_named_things
 from pipeline.sources.storeys.axis_and_unit import UprightShape
 from pipeline.sources.storeys.size_evidence import (
     NamedThing,

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import shapely
 
-from houseexpo.analysis.shortest_paths import shortest_path
+from houseexpo.analysis.graph import shortest_path
 from pipeline.config import ConnectivityConfig
 from pipeline.geometry.areas import EMPTY, unite
 from pipeline.geometry.walkable_floor import erode_floor, walkable_floor

@@ -6,7 +6,7 @@ The twin below is Algorithm 1, lines 9-17, word for word: no labelling decides w
 import numpy as np
 import pytest
 
-from houseexpo.analysis.shortest_paths import shortest_path
+from houseexpo.analysis.graph import shortest_path
 from pipeline.config import ConnectivityConfig
 from pipeline.geometry.doorway_cuts import CutRules, cut_walls_along_lines
 from pipeline.geometry.walkable_floor import erode_floor, sample_points, walkable_floor

@@ -11,12 +11,16 @@ import pytest
 
 from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.benchmark.cases import Case
-from houseexpo.pseudoslam.benchmark.colours import assign_colours
 from houseexpo.pseudoslam.benchmark.comparison import read_results
 from houseexpo.pseudoslam.benchmark.episodes import EpisodeOutcome, curve_sample_points
-from houseexpo.pseudoslam.benchmark.map_curves import collect_map_curves
 from houseexpo.pseudoslam.benchmark.measures import Metric
-from houseexpo.pseudoslam.benchmark.page import check_file_name, render_page, write_comparison
+from houseexpo.pseudoslam.benchmark.page import (
+    assign_colours,
+    check_file_name,
+    collect_map_curves,
+    render_page,
+    write_comparison,
+)
 from houseexpo.pseudoslam.benchmark.prediction import prediction_metrics
 from houseexpo.pseudoslam.benchmark.result import PlansRecord, PolicyRecord, Result, RunTimes, write_result
 from houseexpo.pseudoslam.benchmark.run import make_result
@@ -265,7 +269,7 @@ def test_results_on_maps_keep_the_curve_of_each_start(tmp_path: Path) -> None:
 
 
 def test_each_map_has_a_panel_and_each_policy_a_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("houseexpo.pseudoslam.benchmark.map_curves.PANELS", 4)
+    monkeypatch.setattr("houseexpo.pseudoslam.benchmark.page.PANELS", 4)
     names = {f"floor_{number:02d}": [0.01] for number in range(7)}
     found = read_results(written(tmp_path, map_result("mine", names), map_result("other", names)))
     write_comparison(found, tmp_path / "page.md", each_map=True)
