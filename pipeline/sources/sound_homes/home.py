@@ -1,7 +1,7 @@
 """Make one sound home from its index and a seed: draw a programme, lay it out several times, keep the best sound one.
 
 H1  Every room can be reached from the front door; bedrooms and a toilet or bath without crossing a bedroom.
-H2  Living rooms, dining rooms, kitchens, bedrooms and offices have a window.
+H2  Living rooms, dining rooms, kitchens, bedrooms and offices have a window; a kitchen may be open to a room with one.
 H3  Rooms keep the least area and width and the largest aspect of their label (``LIMITS``, stricter than the limits of
     ``stats.audit``).
 H4  A room has at most twice the area that is asked for.
@@ -28,9 +28,10 @@ from pipeline.sources.sound_homes.openings import (
     rect_in_wall,
     shared_stretches,
 )
-from pipeline.sources.sound_homes.programme import draw_programme
+from pipeline.sources.sound_homes.programme import draw_kind, draw_programme
 from pipeline.sources.sound_homes.values import (
     HALL,
+    OUTDOORS,
     Cell,
     Doorway,
     Layout,
@@ -55,9 +56,11 @@ LIMITS: Final = {
     "Garage": (14.0, 3.0, 2.4),
 }
 """H3: least area (m2), least width (m), largest aspect."""
-_MOST: Final = 2.0
+_MOST: Final = 1.7
 _WAY_M: Final = 1.0
 """The least width of a hall, metres."""
+_OPEN_M: Final = 1.5
+"""The least opening through which a kitchen has its light from another room, metres."""
 _TRIES: Final = 60
 _GOOD: Final = 3
 """Of so many sound layouts the best is kept."""
@@ -74,8 +77,9 @@ def sound_home_id(index: int, seed: int) -> str:
 def make_sound_home(index: int, seed: int) -> SoundHome:
     """Make home ``index`` of a seed; a programme that no layout holds is drawn again."""
     rng = np.random.default_rng([seed, index, _SPREAD])
+    kind = draw_kind(rng)
     for _ in range(_DRAWS):
-        programme = draw_programme(rng)
+        programme = draw_programme(kind, rng)
         tries = (_try_home(programme, rng) for _ in range(_TRIES))
         found = list(islice((each for each in tries if each is not None), _GOOD))
         if found:
@@ -93,7 +97,6 @@ def _try_home(programme: Programme, rng: np.random.Generator) -> tuple[float, So
     layout = replace(
         layout,
         cells=tuple(Cell(_on_grid(cell.rect, inner), cell.room) for cell in layout.cells),
-        zones=tuple((label, _on_grid(rect, inner)) for label, rect in layout.zones),
     )
     distance = _distance(layout, programme)
     if distance is None:
@@ -106,15 +109,18 @@ def _try_home(programme: Programme, rng: np.random.Generator) -> tuple[float, So
         return None
     balcony, fronts = None, [front]
     walls = (inner, outer)
-    wished = [each.area_m2 for each in programme.rooms if each.label == "Balcony"]
+    wished = [each for each in programme.rooms if each.label in OUTDOORS]
     if wished or programme.kind in {"bungalow", "villa", "row house"}:
-        outdoors = place_outdoors(layout, programme.light, walls, wished[0] if wished else 0.0, rng)
-        if outdoors is not None:
-            balcony, way = outdoors
-            (fronts if balcony is None else doors).append(way)
+        outdoors = place_outdoors(layout, programme.light, walls, wished[0].area_m2 if wished else 0.0, rng)
+        if outdoors is None:
+            return None
+        balcony, ways = outdoors
+        (fronts if balcony is None else doors).extend(ways)
     taken = [door.rect for door in (*fronts, *doors)]
     windows = place_windows(layout, programme.light, walls, taken, rng)
-    lit = {window.room for window in windows} | {door.rooms[0] for door in (*fronts[1:], *doors[len(layout.joins) :])}
+    lit = {window.room for window in windows}
+    lit |= {door.rooms[0] for door in (*fronts[1:], *doors) if door.rooms[1] is None}
+    lit |= _open_kitchens(layout, doors, lit)
     numbers = sorted({cell.room for cell in layout.cells})
     if any(layout.labels[room] in LIT and room not in lit for room in numbers):  # H2
         return None
@@ -128,6 +134,17 @@ def _are_joined(rooms: set[int], doors: list[Doorway]) -> bool:
     for _ in rooms:
         reached |= {room for door in doors if reached & {*door.rooms} for room in door.rooms if room is not None}
     return reached == rooms
+
+
+def _open_kitchens(layout: Layout, doors: list[Doorway], lit: set[int]) -> set[int]:
+    """Return the kitchens that are open to a room with light (H2)."""
+    found = set()
+    for door in doors:
+        one, other = door.rooms
+        wide = max(door.rect[2] - door.rect[0], door.rect[3] - door.rect[1]) >= _OPEN_M
+        if other is not None and wide:
+            found |= {a for a, b in ((one, other), (other, one)) if layout.labels[a] == "Kitchen" and b in lit}
+    return found
 
 
 def _is_one_way(hall: shapely.Geometry) -> bool:
@@ -144,7 +161,7 @@ def _on_grid(rect: Rect, wall_m: float) -> Rect:
 
 def _distance(layout: Layout, programme: Programme) -> float | None:
     """Return how far areas are from those asked for, or None if a room breaks a limit (H3, H4)."""
-    wished = {k: each.area_m2 for k, each in enumerate((r for r in programme.rooms if r.label != "Balcony"), 1)}
+    wished = {k: each.area_m2 for k, each in enumerate((r for r in programme.rooms if r.label not in OUTDOORS), 1)}
     total = 0.0
     for cell in layout.cells:
         label = layout.labels[cell.room]
@@ -155,10 +172,9 @@ def _distance(layout: Layout, programme: Programme) -> float | None:
         least, width, aspect = LIMITS[label]
         if short < width or short * long < least or long > aspect * short:
             return None
-        open_plan = label == "Living_Room" and layout.zones
-        if cell.room in wished and not open_plan:
+        if cell.room in wished:
             ratio = short * long / wished[cell.room]
-            if ratio > _MOST:
+            if ratio > _MOST and label != "Storage":
                 return None
             total += abs(float(np.log(ratio)))
     return total / len(layout.cells)
@@ -189,7 +205,7 @@ def _home(
     outside = []
     if balcony is not None:
         outside.append(len(labels))
-        labels.append("Balcony")
+        labels += [each.label for each in programme.rooms if each.label in OUTDOORS]
         shapes.append(shapely.box(*balcony))
 
     def numbered(door: Doorway) -> Doorway:
@@ -203,7 +219,6 @@ def _home(
         kind=programme.kind,
         labels=tuple(labels),
         rooms=tuple(shapes),
-        zones=layout.zones,
         doors=tuple(map(numbered, doors)),
         fronts=tuple(map(numbered, fronts)),
         windows=tuple(replace(window, room=place[window.room]) for window in windows),
@@ -239,7 +254,6 @@ def _turned(home: SoundHome, rng: np.random.Generator) -> SoundHome:
     return replace(
         home,
         rooms=tuple(affine_transform(room, matrix) for room in home.rooms),
-        zones=tuple((label, rect(zone)) for label, zone in home.zones),
         doors=tuple(Doorway(rect(door.rect), door.rooms) for door in home.doors),
         fronts=tuple(Doorway(rect(door.rect), door.rooms) for door in home.fronts),
         windows=tuple(replace(window, rect=rect(window.rect)) for window in home.windows),

@@ -1,46 +1,70 @@
-"""Lay out the rooms of a programme: a corridor first, then bands of rooms along it, and day rooms at its end.
+"""Lay out the rooms of a programme: a corridor first, then rows of rooms along it, and the day rooms at its end.
 
 The method is a corridor-first subdivision with random restarts (``home`` judges the tries). ::
 
-      north band   | bedroom | bedroom | bedroom |  living   |
+      north row    | bedroom | bedroom | bedroom |  living   |
       corridor     | ------------ hall --------- |  room     |
-      south band   | bath | wc | entry | kitchen |           |
+      south row    | bath | wc | entry | bedroom |  kitchen  |
 
-L1  The corridor runs along x. Bands of rooms lie north and south of it; in a narrow house there is none in the south.
-L2  The day rooms lie at its east end: a living room through the whole depth, or beside a kitchen and a dining room.
-L3  A south band without light holds what needs none: bath, toilet, store, entry; it is shallow then.
-L4  A bath or a wardrobe of a bedroom's own lies at the west end, across from the bedroom, which ends the corridor.
-L5  Bands are stretched to one length; a band that is much shorter leaves a recess where the house stands free.
-L6  Wet rooms lie side by side; the kitchen lies next to the day rooms, or is a part of them.
+L1  The corridor runs along x. Rows of rooms lie north and south of it; a studio has none in the south.
+L2  The living room ends the corridor in the east. It takes the whole depth of the home (``whole``), or that of the north
+    row and the corridor (``beside``), or that of the north row alone (``behind``); then kitchen and dining room lie south
+    of it. Where they lie at the corridor's end (``behind``) one goes through them to the living room.
+L3  A south row without light holds what needs none: bath, toilet, store, entry; it is shallow then.
+L4  In the west a bedroom ends the corridor, and its own bath lies across from it; or the front door; or a store.
+L5  Rows are stretched to one length; one that is much shorter leaves a recess where the house stands free.
+L6  Wet rooms lie side by side; the kitchen lies next to the living room or the dining room.
+L7  A garage stands before the house beside the entry, which comes forward as far as its door needs.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
-from typing import Final
+from typing import Final, Literal, TypeAlias
 
 import numpy as np
 
 from pipeline.sources.homes.values import Rect
-from pipeline.sources.sound_homes.values import HALL, Cell, Join, Layout, Programme, Side
+from pipeline.sources.sound_homes.openings import shared_stretches
+from pipeline.sources.sound_homes.values import HALL, OUTDOORS, Cell, Join, Layout, Programme, Side
 
-_NARROW: Final = frozenset({"row house", "studio"})
 _FREE: Final = frozenset({"bungalow", "villa"})
 _SLEEP: Final = frozenset({"Bedroom", "Child_Room", "Office"})
-_LEAST_M: Final = {"Toilet": 1.0, "Storage": 1.0, "Bathroom": 1.7, "Wardrobe": 1.3, "Kitchen": 2.2, "Office": 2.5}
-"""The least width of a room in a band, metres; of a bedroom it is ``_BED_M``."""
-_BED_M: Final = 2.85
-_ENTRY_M: Final = (1.5, 2.0)
-_DAY_M: Final = (3.5, 7.2)
-"""The least and the largest width of the day rooms, metres."""
-_STRETCH: Final = (0.86, 1.28)
-"""How much a band may be stretched (L5)."""
+_LEAST_M: Final = {
+    "Toilet": 1.0,
+    "Storage": 1.0,
+    "Bathroom": 1.8,
+    "Wardrobe": 1.3,
+    "Kitchen": 2.0,
+    "Dining_Room": 2.5,
+    "Office": 2.5,
+    "Living_Room": 3.3,
+}
+"""The least width of a room in a row, metres; of a bedroom it is ``_BED_M``."""
+_BED_M: Final = 2.75
+_FIXED: Final = frozenset({"Toilet", "Storage"})
+_ENTRY_M: Final = (1.4, 1.8)
+_STRETCH: Final = 1.3
+"""The largest ratio of the lengths of two rows that are made alike (L5)."""
+_ALIKE: Final = 0.12
+"""Logarithm of the ratio of the lengths of rows that are alike before they are stretched."""
+_FORMS: Final = 12
+"""So many forms are drawn until the rows fit."""
 _RECESS_M: Final = (1.6, 4.5)
+_CONTACT_M: Final = 1.2
+"""What a door and its jambs take of a wall between two rooms, metres."""
+_STORE_M: Final = (1.0, 2.4)
+"""The least and the largest depth of a store at the corridor's end, metres (L4)."""
+
+
+_Day: TypeAlias = Literal["whole", "beside", "behind"]
+"""Where the day rooms lie (L2)."""
 
 
 @dataclass
 class _Column:
-    """A piece of a band: rooms from the corridor outwards, each with its share of the depth; a width, metres."""
+    """A piece of a row: rooms from the corridor outwards, each with its share of the depth; a width, metres."""
 
     rooms: list[int]
     shares: list[float]
@@ -54,10 +78,10 @@ class _Rooms:
 
     labels: list[str]
     areas: list[float]
-    behind: dict[int, int]
-    sleep: list[int] = field(default_factory=list)
+    behind: dict[int, int] = field(default_factory=dict)
 
     def of(self, label: str) -> list[int]:
+        """Return the rooms of a label that no other room alone leads to."""
         return [k for k, each in enumerate(self.labels) if each == label and k not in self.behind]
 
     def add(self, label: str, area_m2: float) -> int:
@@ -67,276 +91,318 @@ class _Rooms:
 
 
 def _rooms(programme: Programme) -> _Rooms:
-    wishes = [each for each in programme.rooms if each.label != "Balcony"]
-    found = _Rooms(["Hallway", *(each.label for each in wishes)], [0.0, *(each.area_m2 for each in wishes)], {})
-    found.behind = {k: each.behind + 1 for k, each in enumerate(wishes, 1) if each.behind is not None}
-    found.sleep = [k for k, label in enumerate(found.labels) if label in _SLEEP]
-    return found
+    wishes = [each for each in programme.rooms if each.label not in OUTDOORS]
+    behind = {k: each.behind + 1 for k, each in enumerate(wishes, 1) if each.behind is not None}
+    return _Rooms(["Hallway", *(each.label for each in wishes)], [0.0, *(each.area_m2 for each in wishes)], behind)
 
 
 def lay_out_rooms(programme: Programme, rng: np.random.Generator) -> Layout | None:
     """Return one try of a layout, or None if the rooms do not fit together."""
-    return _Try(programme, rng).layout()
+    for _ in range(_FORMS):
+        rooms = _rooms(programme)
+        form = _draw_form(programme, rooms, rng)
+        rows = _share_out(rooms, form, rng)
+        start = _fit(rows, form)
+        if start is not None:
+            break
+    else:
+        return None
+    placed = _place(rooms, rows, form, start, rng)
+    if placed is None:
+        return None
+    cells, entrance = placed
+    return Layout(tuple(rooms.labels), tuple(cells), tuple(_joins(rooms, tuple(cells), form)), entrance)
 
 
-class _Try:
-    """One try: the choices, the bands, the day rooms."""
+@dataclass(frozen=True)
+class _Form:
+    """What a try chooses first; depths reach to centre lines of walls, metres.
 
-    def __init__(self, programme: Programme, rng: np.random.Generator) -> None:
-        self._programme, self._rng, self._rooms = programme, rng, _rooms(programme)
-        self._kind, light = programme.kind, programme.light
-        wall = programme.inner_m
-        self._narrow = self._kind in _NARROW
-        self._free = self._kind in _FREE
-        self._south_lit = "south" in light
-        self._corridor_m = float(rng.uniform(1.25, 1.6)) + wall
-        self._service = not self._south_lit or bool(rng.random() < 0.35)  # L3
-        if self._kind == "studio":
-            self._north_m, self._south_m = float(rng.uniform(1.9, 2.5)) + wall, 0.0
-        elif self._narrow:
-            self._north_m, self._south_m = float(rng.uniform(3.3, 4.1)) + wall, 0.0
+    ``bump_m`` is how far the living room comes forward in the north and in the south. ``through`` says that one goes to
+    the living room through the kitchen or the dining room where that is possible.
+    """
+
+    north_m: float
+    corridor_m: float
+    south_m: float
+    wall_m: float
+    day: _Day
+    kitchen: Literal["north", "south", "day"]
+    service: bool
+    entry: bool
+    ends_in_bedroom: bool
+    recess: bool
+    open: bool
+    through: bool
+    off_living: bool
+    bump_m: tuple[float, float]
+
+    @property
+    def day_south_m(self) -> float:
+        """The depth of the rooms south of the living room."""
+        return {"whole": 0.0, "beside": self.south_m, "behind": self.south_m + self.corridor_m}[self.day]
+
+    @property
+    def height_m(self) -> float:
+        return self.north_m + self.corridor_m + self.south_m
+
+
+def _draw_form(programme: Programme, rooms: _Rooms, rng: np.random.Generator) -> _Form:
+    kind, light, wall = programme.kind, programme.light, programme.inner_m
+    studio, free = kind == "studio", kind in _FREE
+    lit = "south" in light
+    service = not lit or bool(kind != "row house" and rng.random() < 0.3)  # L3
+    north = float(rng.uniform(2.2, 2.8) if studio else rng.uniform(3.3, 4.3)) + wall
+    south = 0.0 if studio else float(rng.uniform(1.9, 2.5) if service else rng.uniform(2.7, 3.5)) + wall
+    dining, kitchen_m2 = rooms.of("Dining_Room"), rooms.areas[rooms.of("Kitchen")[0]]
+    days: tuple[_Day, ...] = ("whole",)
+    if not studio:
+        days = ("beside", "behind", "behind") if dining else ("whole", "beside", "beside")
+        days += ("behind",) * (kitchen_m2 > 9.0)
+    day = days[int(rng.integers(len(days)))]
+    ends_in_bedroom = bool(rooms.behind) or (not studio and kind != "practice" and rng.random() < 0.5)
+    entry = not studio and (
+        ends_in_bedroom
+        or kind == "row house"
+        or bool(rooms.of("Garage") or (rooms.of("Toilet") and not service) or rng.random() < 0.5)
+    )
+    kitchen: Literal["north", "south", "day"] = "day"
+    if day == "whole":
+        kitchen = "north" if studio or not lit or rng.random() < 0.3 else "south"
+    bumps = (0.0, 0.0, 0.9, 1.4) if free else (0.0,)
+    return _Form(
+        north_m=north,
+        corridor_m=float(rng.uniform(1.4, 1.7) if kind == "practice" else rng.uniform(1.2, 1.45)) + wall,
+        south_m=south,
+        wall_m=wall,
+        day=day,
+        kitchen=kitchen,
+        service=service,
+        entry=entry,
+        ends_in_bedroom=ends_in_bedroom,
+        recess=free and bool(rng.random() < 0.5),
+        open=kind != "practice" and (studio or bool(rng.random() < 0.6)),
+        through=bool(rng.random() < 0.75),
+        off_living=kind == "flat" and not rooms.behind and bool(rng.random() < 0.35),
+        bump_m=(float(rng.choice(bumps)), float(rng.choice(bumps))),
+    )
+
+
+@dataclass
+class _Rows:
+    """The columns of the rows, west to east; ``day`` are those south of the living room, which is a column too."""
+
+    north: list[_Column]
+    south: list[_Column]
+    day: list[_Column]
+    living: _Column
+
+
+def _share_out(rooms: _Rooms, form: _Form, rng: np.random.Generator) -> _Rows:
+    """Share the rooms out among the rows; rooms to sleep and work in go where there is place (L5)."""
+
+    def column(room: int, depth_m: float) -> _Column:
+        label = rooms.labels[room]
+        width = max(rooms.areas[room] / (depth_m - form.wall_m), _LEAST_M.get(label, _BED_M))
+        return _Column([room], [1.0], width + form.wall_m, label not in _FIXED)
+
+    kitchen = rooms.of("Kitchen")[0]
+    below = [*rooms.of("Dining_Room"), kitchen] if form.kitchen == "day" else []
+    if form.day == "beside" and rng.random() < 0.3:
+        below.reverse()
+    rows = _Rows(
+        [],
+        [],
+        [column(room, form.day_south_m) for room in below],
+        column(rooms.of("Living_Room")[0], form.height_m - form.day_south_m),
+    )
+    if not form.south_m:
+        inside = [*rooms.of("Bathroom"), *rooms.of("Storage"), kitchen]
+        rows.north = [column(room, form.north_m) for room in inside]
+        return rows
+    wet = _wet_columns(rooms, form, column, rng)
+    entry = [_Column([HALL], [1.0], float(rng.uniform(*_ENTRY_M)), False)] if form.entry else []
+    groups = [[*entry, *wet] if rng.random() < 0.5 else [*wet, *entry]]
+    masters = sorted(set(rooms.behind.values()))
+    rows.north = [column(room, form.north_m) for room in masters]
+    own = [column(room, form.south_m) for room in sorted(rooms.behind)]
+    ends = [kitchen] if form.kitchen == "north" else []
+    last = [column(room, form.north_m) for room in ends]
+    east = [column(kitchen, form.south_m)] if form.kitchen == "south" else []
+
+    def length(columns: Iterable[_Column]) -> float:
+        return sum(each.width_m for each in columns)
+
+    one = length([*rows.north, *last]) + (rows.living.width_m if form.day == "beside" else 0.0)
+    other = length([*own, *groups[0], *east]) + (length(rows.day) if form.day == "beside" else 0.0)
+    sleep = [room for label in sorted(_SLEEP) for room in rooms.of(label) if room not in masters]
+    sleep = rng.permutation(sleep).tolist()
+    ways = [[bool(code >> k & 1) for k in range(len(sleep))] for code in range(1 if form.service else 2 ** len(sleep))]
+
+    def unlike(in_south: list[bool]) -> float:
+        place = list(zip(sleep, in_south, strict=True))
+        north = one + length(column(room, form.north_m) for room, low in place if not low)
+        south = other + length(column(room, form.south_m) for room, low in place if low)
+        return abs(float(np.log(max(north, 1.0) / max(south, 1.0))))
+
+    unlikes = [unlike(way) for way in ways]
+    alike = [way for way, value in zip(ways, unlikes, strict=True) if value <= max(_ALIKE, min(unlikes))]
+    for room, low in zip(sleep, alike[int(rng.integers(len(alike)))], strict=True):
+        if low:
+            groups.append([column(room, form.south_m)])
         else:
-            self._north_m = float(rng.uniform(3.4, 4.5)) + wall
-            self._south_m = float(rng.uniform(1.8, 2.4) if self._service else rng.uniform(2.8, 3.7)) + wall
-        self._height_m = self._south_m + self._corridor_m + self._north_m
-        self._ends_in_bedroom = bool(self._rooms.behind) or (not self._narrow and rng.random() < 0.35)
-        self._has_garage = bool(self._rooms.of("Garage"))
-        self._entry = not self._narrow and (
-            self._ends_in_bedroom
-            or self._has_garage
-            or (not self._service and bool(self._rooms.of("Toilet")))
-            or rng.random() < (0.75 if self._free else 0.35)
-        )
-        self._joins: list[Join] = []
-        self._cells: list[Cell] = []
-        self._zones: list[tuple[int, str]] = []
+            rows.north.append(column(room, form.north_m))
+    rows.north += last
+    rows.south = [*own, *(each for k in rng.permutation(len(groups)) for each in groups[k]), *east]
+    return rows
 
-    def layout(self) -> Layout | None:
-        """Choose where the kitchen is, fill the bands, then the day rooms."""
-        if self._has_garage and self._ends_in_bedroom:
+
+def _wet_columns(
+    rooms: _Rooms, form: _Form, column: Callable[[int, float], _Column], rng: np.random.Generator
+) -> list[_Column]:
+    """Return bath, toilet and store side by side (L6); in a deep row the store lies behind the toilet, at the entry."""
+    columns = [column(room, form.south_m) for room in rooms.of("Bathroom")]
+    toilets, stores = rooms.of("Toilet"), rooms.of("Storage")
+    if toilets and form.entry and not form.service:
+        share = min(1.65 / form.south_m, 0.6)
+        stores = stores or [rooms.add("Storage", 2.2)]
+        return [*columns, _Column([toilets[0], stores[0]], [share, 1 - share], float(rng.uniform(1.15, 1.4)), False)]
+    return [*columns, *(column(room, form.south_m) for room in [*toilets, *stores])]
+
+
+def _fit(rows: _Rows, form: _Form) -> float | None:
+    """Stretch the rows to one length (L5); return where the south row starts, or None if they are too unlike."""
+    beside, behind = form.day == "beside", form.day == "behind"
+    north = [*rows.north, *([rows.living] if beside else [])]
+    south = [*rows.south, *(rows.day if beside else [])]
+    one, other = (sum(column.width_m for column in row) for row in (north, south))
+    start = 0.0
+    if form.south_m:
+        if form.recess and _RECESS_M[0] < one - other < _RECESS_M[1] and not form.ends_in_bedroom:
+            start = one - other
+        elif not _stretch(north, south):
             return None
-        kitchen = self._place_kitchen()
-        north, south = self._bands(kitchen)
-        length = self._length(north, south)
-        if length is None:
-            return None
-        day = self._day_rooms(kitchen, length)
-        if day is None:
-            return None
-        start = self._stretch(north, length, 0.0)
-        start_south = 0.0
-        if south:
-            start_south = length - self._south_total if self._recess else 0.0
-            self._stretch(south, length - start_south, start_south)
-        if start is None:
-            return None
-        entry_at = self._put_bands(north, south, start_south)
-        if entry_at is None:
-            return None
-        self._add_joins()
-        labels = tuple(self._rooms.labels)
-        zones = tuple((label, self._cells[k].rect) for k, label in self._zones)
-        return Layout(labels, tuple(self._cells), tuple(dict.fromkeys(self._joins)), zones, entry_at)
+    if behind and not _stretch([rows.living], rows.day):
+        return None
+    return start
 
-    def _place_kitchen(self) -> str:
-        """Return where the kitchen is: in the living room, in a band, or beside the living room in the south."""
-        rooms, rng = self._rooms, self._rng
-        choices = ["open"] if self._kind != "practice" else []
-        if not self._narrow:
-            choices += ["north"] if rooms.of("Dining_Room") == [] else []
-            if self._south_lit:
-                choices += ["south", "south", "beside", "beside"] if not rooms.of("Dining_Room") else ["dining"] * 4
-        return str(rng.choice(choices or ["north"]))
 
-    def _bands(self, kitchen: str) -> tuple[list[_Column], list[_Column]]:
-        """Share the rooms out among the bands, west to east."""
-        rooms, rng = self._rooms, self._rng
-        own = {room for room in rooms.behind if rooms.behind[room]}
-        masters = sorted({rooms.behind[room] for room in own})
-        sleep = [room for room in rooms.sleep if room not in masters]
-        rng.shuffle(sleep)
-        if self._narrow:
-            return [*self._narrow_band(sleep)], []
-        wet = self._wet_columns()
-        south_groups: list[list[_Column]] = [wet]
-        if self._entry:
-            south_groups[0 if not self._service or rng.random() < 0.5 else len(south_groups) :] = []
-            south_groups = [[*wet, self._entry_column()]] if rng.random() < 0.5 else [[self._entry_column(), *wet]]
-        north = [*masters]
-        south_sleep: list[int] = []
-        wanted = sum(column.width_m for group in south_groups for column in group)
-        wanted += sum(self._width(room, self._south_m) for room in own)
-        wanted += self._width(rooms.of("Kitchen")[0], self._south_m) if kitchen in {"south", "dining"} else 0.0
-        have = sum(self._width(room, self._north_m) for room in masters)
-        have += self._width(rooms.of("Kitchen")[0], self._north_m) if kitchen == "north" else 0.0
-        for room in sleep:  # L5
-            if not self._service and have > wanted - 0.5 * self._width(room, self._north_m) and north:
-                south_sleep.append(room)
-                wanted += self._width(room, self._south_m)
-            else:
-                north.append(room)
-                have += self._width(room, self._north_m)
-        groups = [*south_groups, *([self._column(room, self._south_m)] for room in south_sleep)]
-        order = rng.permutation(len(groups)).tolist()
-        ordered = [column for k in order for column in groups[k]]
-        west = [self._column(room, self._south_m) for room in sorted(own)]
-        east = [self._column(rooms.of("Kitchen")[0], self._south_m)] if kitchen in {"south", "dining"} else []
-        north_columns = [self._column(room, self._north_m) for room in north]
-        north_columns += [self._column(rooms.of("Kitchen")[0], self._north_m)] if kitchen == "north" else []
-        return north_columns, [*west, *ordered, *east]
-
-    def _narrow_band(self, sleep: list[int]) -> list[_Column]:
-        """A house between party walls: the bedroom in the front, wet rooms and stores inside."""
-        rooms, depth = self._rooms, self._north_m
-        front = [self._column(room, depth) for room in sleep[:1]]
-        if self._kind == "studio":
-            inside = [*rooms.of("Bathroom"), *rooms.of("Storage")]
-            return [self._column(room, depth) for room in inside]
-        bath = rooms.of("Bathroom")[0]
-        rest = rooms.add("Wardrobe", 0.0)
-        rooms.behind[rest] = sleep[0]
-        share = float(np.clip(self._rng.uniform(1.9, 2.2) / depth, 0.45, 0.62))
-        columns = [*front, _Column([bath, rest], [share, 1 - share], float(self._rng.uniform(2.1, 2.5)))]
-        for label in ("Toilet", "Storage"):
-            columns += [self._column(room, depth) for room in rooms.of(label)]
-        return columns
-
-    def _wet_columns(self) -> list[_Column]:
-        """Bath, toilet and store side by side (L6); in a deep band the store lies behind the toilet, at the entry."""
-        rooms = self._rooms
-        columns = [self._column(room, self._south_m) for room in rooms.of("Bathroom")]
-        toilets, stores = rooms.of("Toilet"), rooms.of("Storage")
-        if toilets and not self._service:
-            share = min(1.65 / self._south_m, 0.58)
-            stores = stores or [rooms.add("Storage", 2.2)]
-            pair = _Column([toilets[0], stores[0]], [share, 1 - share], float(self._rng.uniform(1.2, 1.45)), False)
-            return [*columns, pair]
-        return [*columns, *(self._column(room, self._south_m) for room in [*toilets, *stores])]
-
-    def _entry_column(self) -> _Column:
-        return _Column([HALL], [1.0], float(self._rng.uniform(*_ENTRY_M)), False)
-
-    def _width(self, room: int, depth_m: float) -> float:
-        wall = self._programme.inner_m
-        label = self._rooms.labels[room]
-        least = _LEAST_M.get(label, _BED_M)
-        return max(self._rooms.areas[room] / (depth_m - wall), least) + wall
-
-    def _column(self, room: int, depth_m: float) -> _Column:
-        fixed = self._rooms.labels[room] in {"Toilet", "Storage"}
-        return _Column([room], [1.0], self._width(room, depth_m), not fixed)
-
-    def _length(self, north: list[_Column], south: list[_Column]) -> float | None:
-        """Return the length of the bands, or None if they are too unlike (L5)."""
-        one, other = (sum(column.width_m for column in band) for band in (north, south))
-        self._recess, self._south_total = False, other
-        if not south:
-            return one
-        if not north:
-            return None
-        short, long = sorted((one, other))
-        if self._free and one - other > _RECESS_M[0] and one - other < _RECESS_M[1] and not self._ends_in_bedroom:
-            self._recess = True
-            return one
-        if not _STRETCH[0] * long <= _STRETCH[1] * short:
-            return None
-        return float(np.clip((one + other) / 2, _STRETCH[0] * long, _STRETCH[1] * short))
-
-    def _stretch(self, band: list[_Column], length_m: float, start: float) -> float | None:
-        """Stretch the columns that may be, so that a band has the length; return its start."""
-        fixed = sum(column.width_m for column in band if not column.stretches)
-        free = sum(column.width_m for column in band if column.stretches)
-        for column in band:
+def _stretch(one: list[_Column], other: list[_Column]) -> bool:
+    """Stretch the columns of two rows that may be, so that both are as long; return whether they are."""
+    lengths = [sum(column.width_m for column in row) for row in (one, other)]
+    if not min(lengths) or max(lengths) > _STRETCH * min(lengths):
+        return False
+    goal = float(np.sqrt(lengths[0] * lengths[1]))
+    for row, length in zip((one, other), lengths, strict=True):
+        free = sum(column.width_m for column in row if column.stretches)
+        if free + goal - length < 0.75 * free or not free:
+            return False
+        for column in row:
             if column.stretches:
-                column.width_m *= (length_m - fixed) / free
-            elif not free:
-                column.width_m *= length_m / fixed
-        return start
+                column.width_m *= (free + goal - length) / free
+    return True
 
-    def _day_rooms(self, kitchen: str, length: float) -> bool | None:
-        """Lay the day rooms out at the east end (L2)."""
-        rooms, rng, wall = self._rooms, self._rng, self._programme.inner_m
-        living, cook = rooms.of("Living_Room")[0], rooms.of("Kitchen")[0]
-        dining = rooms.of("Dining_Room")
-        south, height = self._south_m, self._height_m
-        area = rooms.areas[living]
-        if kitchen == "open":
-            area += 0.8 * sum(rooms.areas[room] for room in [cook, *dining])
-        beside = kitchen in {"beside", "dining"}
-        bottom = south if beside or (self._free and kitchen != "open" and rng.random() < 0.3) else 0.0
-        top = height + (float(rng.choice([0.0, 0.0, 1.2, 1.8])) if self._free and rng.random() < 0.6 else 0.0)
-        width = area / (top - bottom - wall) + wall
-        if beside:
-            other = dining[0] if kitchen == "dining" else cook
-            width = max(width, 0.8 * rooms.areas[other] / south)
-        if not _DAY_M[0] <= width <= _DAY_M[1] + (2.0 if self._narrow else 0.0):
+
+def _place(
+    rooms: _Rooms, rows: _Rows, form: _Form, start: float, rng: np.random.Generator
+) -> tuple[list[Cell], tuple[int, Side]] | None:
+    """Turn columns into cells, add the corridor, and say where the front door is."""
+    low, high, top = form.south_m, form.south_m + form.corridor_m, form.height_m
+    cells: list[Cell] = []
+    x = west = 0.0
+    if form.ends_in_bedroom:  # L4
+        if not rows.north or rooms.labels[rows.north[0].rooms[0]] not in _SLEEP:
             return None
-        self._day = (length, bottom, length + width, top)
-        if beside:
-            low = -float(rng.choice([0.0, 0.9, 1.5])) if self._free else 0.0
-            self._cells.append(Cell((length, low, length + width, south), other))
-        self._cells.append(Cell(self._day, living))
-        if kitchen == "open":
-            self._open_plan([cook, *dining])
-        return True
+        west = rows.north[0].width_m
+    for place, column in enumerate(rows.north):
+        _put(cells, column, (x, low if west and not place else high, x + column.width_m, top), up=True)
+        x += column.width_m
+    living = rows.living.rooms[0]
+    day, end = x, x + rows.living.width_m
+    north_bump, south_bump = form.bump_m
+    bottom = form.day_south_m if form.day != "whole" else -south_bump
+    cells.append(Cell((day, bottom, end, top + north_bump), living))
+    entrance: tuple[int, Side] | None = None
+    x = start
+    for column in rows.south:
+        is_entry = column.rooms == [HALL]
+        forward = _CONTACT_M + 0.2 if is_entry and rooms.of("Garage") else 0.0  # L7
+        _put(cells, column, (x, -forward, x + column.width_m, low), up=False)
+        if is_entry:
+            entrance = (len(cells) - 1, "south")
+            if forward:
+                cells.append(_garage(rooms, (x, x + column.width_m), rng))
+        x += column.width_m
+    x = x if form.day == "beside" else day
+    for column in rows.day:
+        _put(cells, column, (x, -south_bump, x + column.width_m, form.day_south_m), up=False)
+        x += column.width_m
+    if not form.ends_in_bedroom and entrance is not None:
+        west = _store_m(rows, form, start)
+        if west:
+            cells.append(Cell((0.0, low, west, high), _store(rooms, rows)))
+    if entrance is None:
+        entrance = (len(cells), "west")
+    cells.append(Cell((west, low, day, high), HALL))
+    return cells, entrance
 
-    def _open_plan(self, parts: list[int]) -> None:
-        """Let the kitchen and the dining room be parts of the living room: zones that have a name and no wall."""
-        labels = [self._rooms.labels[part] for part in parts]
-        place = len(self._cells) - 1
-        self._zones += [(place, label) for label in labels]
 
-    def _put_bands(self, north: list[_Column], south: list[_Column], start: float) -> tuple[int, Side] | None:
-        """Turn columns into cells, add the corridor, and return where the front door is."""
-        low, high = self._south_m, self._south_m + self._corridor_m
-        entry: tuple[int, Side] | None = None
-        x = 0.0
-        west = 0.0
-        for place, column in enumerate(north):
-            bottom = high
-            if place == 0 and self._ends_in_bedroom and column.rooms[0] in self._rooms.sleep:  # L4
-                bottom, west = low, column.width_m
-            self._put(column, (x, bottom, x + column.width_m, self._height_m), up=True)
-            x += column.width_m
-        end = x
-        if self._ends_in_bedroom and not west:
-            return None
-        self._cells.append(Cell((west, low, end, high), HALL))
-        corridor = len(self._cells) - 1
-        x = start
-        for column in south:
-            self._put(column, (x, 0.0, x + column.width_m, low), up=False)
-            if column.rooms == [HALL]:
-                entry = (len(self._cells) - 1, "south")
-            x += column.width_m
-        if self._has_garage:
-            area = self._rooms.areas[self._rooms.of("Garage")[0]]
-            wide = float(self._rng.uniform(3.3, 3.8))
-            deep = area / wide
-            bottom = min(max(high - deep + 0.4, 0.0), low - 0.2)
-            self._cells.append(Cell((-wide, bottom, 0.0, bottom + deep), self._rooms.of("Garage")[0]))
-            if bottom + deep < low + 1.1:
-                return None
-        if entry is None:
-            entry = (corridor, "west") if not west and not self._has_garage else None
-        return entry
+def _put(cells: list[Cell], column: _Column, rect: Rect, *, up: bool) -> None:
+    x1, y1, x2, y2 = rect
+    at = y1 if up else y2
+    for room, share in zip(column.rooms, column.shares, strict=True):
+        depth = share * (y2 - y1)
+        after = at + depth if up else at - depth
+        cells.append(Cell((x1, min(at, after), x2, max(at, after)), room))
+        at = after
 
-    def _put(self, column: _Column, rect: Rect, *, up: bool) -> None:
-        x1, y1, x2, y2 = rect
-        at = y1 if up else y2
-        for room, share in zip(column.rooms, column.shares, strict=True):
-            depth = share * (y2 - y1)
-            after = at + depth if up else at - depth
-            self._cells.append(Cell((x1, min(at, after), x2, max(at, after)), room))
-            at = after
 
-    def _add_joins(self) -> None:
-        """Say which rooms are to be joined: all to the hall, private ones to their bedroom, day rooms to each other."""
-        rooms = self._rooms
-        put = {cell.room for cell in self._cells}
-        living = rooms.of("Living_Room")[0]
-        day = [living, *(room for label in ("Kitchen", "Dining_Room") for room in rooms.of(label) if room in put)]
-        self._joins += [Join(one, other, wide=True) for k, one in enumerate(day) for other in day[k + 1 :]]
-        self._joins += [Join(HALL, living)]
-        for room in sorted(put - {HALL, *day}):
-            self._joins.append(Join(rooms.behind.get(room, HALL), room))
+def _garage(rooms: _Rooms, entry: tuple[float, float], rng: np.random.Generator) -> Cell:
+    """Return the garage before the house, on one side of the entry (L7)."""
+    room = rooms.of("Garage")[0]
+    wide = float(rng.uniform(3.3, 3.8))
+    x = entry[1] if rng.random() < 0.5 else entry[0] - wide
+    return Cell((x, -rooms.areas[room] / wide, x + wide, 0.0), room)
+
+
+def _store_m(rows: _Rows, form: _Form, start: float) -> float:
+    """Return how much of the corridor's west end no door needs, if that gives a store; 0 if it does not (L4)."""
+    firsts = [at + row[0].width_m for at, row in ((0.0, rows.north), (start, rows.south)) if row]
+    free = min(min(firsts) - _CONTACT_M - form.wall_m, _STORE_M[1] + form.wall_m)
+    return free if free >= _STORE_M[0] + form.wall_m else 0.0
+
+
+def _store(rooms: _Rooms, rows: _Rows) -> int:
+    """Return a new room at the corridor's end: a wardrobe of the bedroom beside it, or a store."""
+    first = rows.north[0].rooms[0]
+    room = rooms.add("Wardrobe" if rooms.of("Storage") and rooms.labels[first] == "Bedroom" else "Storage", 0.0)
+    if rooms.labels[room] == "Wardrobe":
+        rooms.behind[room] = first
+    return room
+
+
+def _joins(rooms: _Rooms, cells: tuple[Cell, ...], form: _Form) -> Iterator[Join]:
+    """Yield which rooms are to be joined: day rooms to each other, private ones to their bedroom, others to the hall."""
+    living, kitchen = rooms.of("Living_Room")[0], rooms.of("Kitchen")[0]
+    dining = rooms.of("Dining_Room")
+
+    def adjoin(one: int, other: int) -> bool:
+        walls = shared_stretches(cells, one, other)
+        return any(wall.high - wall.low >= _CONTACT_M + form.wall_m for wall in walls)
+
+    yield from (Join(living, room, wide=True) for room in dining)
+    yield from (Join(room, kitchen, wide=form.open) for room in dining if adjoin(room, kitchen))
+    direct = not dining or not adjoin(dining[0], kitchen)
+    if adjoin(living, kitchen) and (form.open or (direct and not adjoin(HALL, kitchen))):
+        yield Join(living, kitchen, wide=form.open)
+    through = [
+        room
+        for room in (*dining, kitchen)
+        if adjoin(HALL, room) and (form.through or (room == kitchen and not form.open))
+    ]
+    yield from (Join(HALL, room) for room in through)
+    if not (form.through and any(room in dining or form.open for room in through) and adjoin(through[0], living)):
+        yield Join(HALL, living)
+    for room in sorted({cell.room for cell in cells} - {HALL, living, kitchen, *dining}):
+        off_living = form.off_living and rooms.labels[room] in _SLEEP and adjoin(living, room)
+        yield Join(living if off_living else rooms.behind.get(room, HALL), room)

@@ -27,7 +27,6 @@ _PARAPET_M: Final = 1.0
 def level_from_sound_home(home: SoundHome) -> Level:
     """Return the one level of a home."""
     rooms = [SourceRoom((label,), (label,), polygon=room) for label, room in zip(home.labels, home.rooms, strict=True)]
-    rooms += [SourceRoom((label,), (label,), box=rect) for label, rect in home.zones]
     doors = (*home.doors, *home.fronts)
     return Level(
         id=home.id,
@@ -46,7 +45,7 @@ def level_from_sound_home(home: SoundHome) -> Level:
 def sound_home_digest(home: SoundHome) -> str:
     """SHA-256 of what a home is, in hex digits."""
     parts = [shapely.to_wkb(shapely.normalize(room)) for room in home.rooms]
-    said = (home.kind, home.labels, home.zones, home.doors, home.fronts, home.windows, home.inner_m, home.outer_m)
+    said = (home.kind, home.labels, home.doors, home.fronts, home.windows, home.inner_m, home.outer_m)
     return hashlib.sha256(b"".join([*parts, repr(said).encode()])).hexdigest()
 
 

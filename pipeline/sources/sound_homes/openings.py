@@ -1,9 +1,9 @@
 """Put doors and windows into the walls of a layout, and a balcony before the living room.
 
 O1  A door stands near a corner, so that it opens against a wall; its width is that of the room that it leads into.
-O2  A way between day rooms has no leaf and takes most of a narrow wall, or 1.6 to 2.4 m of a wide one.
+O2  A wide way between day rooms has no leaf and takes the wall but for its ends, or 1.8 to 3.2 m of a long one.
 O3  Every room has a window in each outer wall with light that is long enough; living rooms have wide ones.
-O4  A balcony lies before the living room, as wide as its wall allows; a house that stands free has a terrace door.
+O4  A balcony or terrace lies before the living room, often before a bedroom beside it too.
 """
 
 from __future__ import annotations
@@ -31,7 +31,9 @@ _DOOR_M: Final = (0.80, 0.90)
 FRONT_M: Final = (0.90, 1.00, 1.10)
 _FRONT_JAMB_M: Final = 0.15
 _JAMB_M: Final = 0.25
-_WIDE_M: Final = (1.6, 2.4)
+_LEAST_JAMB_M: Final = 0.15
+"""At the end of a corridor."""
+_WIDE_M: Final = (1.8, 3.2)
 
 
 class _Glazing(NamedTuple):
@@ -56,6 +58,11 @@ WINDOWS: Final = {
 }
 _WINDOW: Final = _Glazing(1.0, 2.0, 0.5, 0.9)
 _CORNER_M: Final = 0.3
+_BALCONY_BEDS: Final = frozenset({"Bedroom", "Child_Room"})
+_SHARED: Final = 0.75
+"""How often a balcony goes on before a bedroom, where one lies beside the living room."""
+_BALCONY_M: Final = (1.2, 3.2)
+"""The least and the largest depth of a balcony, metres."""
 _BESIDE_DOOR_M: Final = 0.15
 WINDOW_HEAD_M: Final = DOOR_HEAD_M
 
@@ -123,19 +130,22 @@ def place_doors(layout: Layout, inner_m: float, rng: np.random.Generator) -> lis
 
 
 def _door_in(wall: Stretch, join: Join, label: str, inner_m: float, rng: np.random.Generator) -> Rect | None:
-    low, high = wall.low + inner_m / 2 + _JAMB_M, wall.high - inner_m / 2 - _JAMB_M
+    low, high = wall.low + inner_m / 2, wall.high - inner_m / 2
     if join.wide:
-        width = min(float(rng.uniform(*_WIDE_M)), high - low)
+        width = min(float(rng.uniform(*_WIDE_M)), high - low - 2 * _JAMB_M)
         if width < 0.9:
             return None
         start = (low + high - width) / 2
     else:
-        width = float(rng.choice(DOORS_M.get(label, _DOOR_M)))
-        if high - low < width:
-            width = min(DOORS_M.get(label, _DOOR_M))
-        if high - low < width - 1e-6:
+        widths = DOORS_M.get(label, _DOOR_M)
+        width = float(rng.choice(widths))
+        if high - low < width + 2 * _JAMB_M:
+            width = min(*widths, 0.8)
+        free = high - low - width
+        if free < 2 * _LEAST_JAMB_M:
             return None
-        start = low if rng.random() < 0.5 else high - width
+        jamb = min(_JAMB_M, free / 2)
+        start = low + jamb if rng.random() < 0.5 else high - jamb - width
     return rect_in_wall(wall, start, start + width, inner_m)
 
 
@@ -178,34 +188,62 @@ def place_windows(
 
 def place_outdoors(
     layout: Layout, light: frozenset[Side], walls_m: tuple[float, float], area_m2: float, rng: np.random.Generator
-) -> tuple[Rect | None, Doorway] | None:
-    """Return a balcony's inner rectangle (None for a terrace, ``area_m2`` of 0) and the way to it (O4), or None."""
+) -> tuple[Rect | None, list[Doorway]] | None:
+    """Return a balcony's inner rectangle (None for no balcony: ``area_m2`` of 0) and the ways out (O4), or None."""
     inner_m, outer_m = walls_m
     living = layout.labels.index("Living_Room")
     walls = [
-        wall
+        (place, wall)
         for place, cell in enumerate(layout.cells)
-        if cell.room == living
         for wall in outer_stretches(layout.cells, place)
         if wall.side in light and wall.high - wall.low > 2.4
     ]
     house = shapely.union_all([shapely.box(*cell.rect) for cell in layout.cells]).buffer(outer_m - inner_m / 2 - 0.01)
     for k in rng.permutation(len(walls)).tolist():
-        wall = walls[k]
-        length = wall.high - wall.low
-        door = float(rng.choice([0.9, 1.0, 1.4] if length < 4 else [1.4, 1.6, 1.8]))
-        start = wall.low + inner_m / 2 + 0.3
-        way = Doorway(rect_in_wall(wall, start, start + door, inner_m, outer_m), (living, None))
+        place, wall = walls[k]
+        if layout.cells[place].room != living:
+            continue
+        beside = [
+            (other, each)
+            for other, each in walls
+            if layout.labels[layout.cells[other].room] in _BALCONY_BEDS
+            and (each.side, each.at) == (wall.side, wall.at)
+            and (each.high == wall.low or each.low == wall.high)
+        ]
+        shared = beside[0] if area_m2 > 5.5 and beside and rng.random() < _SHARED else None
+        ways = [_way_out(wall, living, walls_m, rng)]
         if not area_m2:
-            return None, way
-        wide = min(length - inner_m, max(area_m2 / 1.6, 2.2))
-        deep = min(max(area_m2 / wide, 1.2), 2.6)
-        low = wall.low + inner_m / 2
-        near, far = outer_m - inner_m / 2, outer_m - inner_m / 2 + deep
-        outward = -1.0 if wall.side in {"west", "south"} else 1.0
-        a, b = sorted((round(wall.at + outward * near, 4), round(wall.at + outward * far, 2)))
-        low, high = round(low, 2), round(low + wide, 2)
-        rect = (a, low, b, high) if wall.side in {"west", "east"} else (low, a, high, b)
+            return None, ways
+        low, high = wall.low + inner_m / 2, wall.high - inner_m / 2
+        wide = min(high - low, max(area_m2 / 1.6, 2.2))
+        if shared is None:
+            start = low if rng.random() < 0.5 else high - wide
+            rect = _before(wall, (start, start + wide), area_m2, walls_m)
+            ways = [_way_out(wall._replace(low=start - inner_m / 2, high=start + wide + inner_m / 2), living, walls_m, rng)]
+        else:
+            other, each = shared
+            ends = sorted((each.low, each.high, wall.low, wall.high))
+            rect = _before(wall, (ends[0] + inner_m / 2, ends[-1] - inner_m / 2), area_m2, walls_m)
+            ways.append(_way_out(each, layout.cells[other].room, walls_m, rng))
         if not shapely.box(*rect).intersects(house):
-            return rect, way
+            return rect, ways
     return None
+
+
+def _before(wall: Stretch, ends: tuple[float, float], area_m2: float, walls_m: tuple[float, float]) -> Rect:
+    """Return the rectangle before an outer wall, from one end to the other."""
+    inner_m, outer_m = walls_m
+    low, high = (round(end, 2) for end in ends)
+    deep = min(max(area_m2 / (high - low), _BALCONY_M[0]), _BALCONY_M[1])
+    near = outer_m - inner_m / 2
+    outward = -1.0 if wall.side in {"west", "south"} else 1.0
+    a, b = sorted((round(wall.at + outward * near, 4), round(wall.at + outward * (near + deep), 2)))
+    return (a, low, b, high) if wall.side in {"west", "east"} else (low, a, high, b)
+
+
+def _way_out(wall: Stretch, room: int, walls_m: tuple[float, float], rng: np.random.Generator) -> Doorway:
+    """Return a glazed door in an outer wall; it is wide where the wall is long."""
+    length = wall.high - wall.low - walls_m[0]
+    door = float(rng.choice([0.9, 1.0] if length < 3.2 else [1.4, 1.6, 1.8]))
+    start = wall.low + walls_m[0] / 2 + _CORNER_M
+    return Doorway(rect_in_wall(wall, start, start + door, *walls_m), (room, None))

@@ -23,8 +23,8 @@ class _Area(NamedTuple):
 
 
 AREAS: Final = {
-    "Living_Room": _Area(26.0, 0.27, 16.0, 48.0),
-    "Kitchen": _Area(8.3, 0.33, 5.0, 16.0),
+    "Living_Room": _Area(26.0, 0.25, 16.0, 44.0),
+    "Kitchen": _Area(8.3, 0.33, 4.6, 16.0),
     "Dining_Room": _Area(11.5, 0.22, 8.0, 18.0),
     "Bedroom": _Area(15.0, 0.2, 11.0, 24.0),
     "Child_Room": _Area(12.5, 0.2, 9.0, 18.0),
@@ -33,9 +33,19 @@ AREAS: Final = {
     "Toilet": _Area(1.9, 0.15, 1.5, 3.0),
     "Storage": _Area(2.6, 0.4, 1.2, 7.0),
     "Wardrobe": _Area(3.6, 0.25, 2.4, 6.0),
-    "Balcony": _Area(7.3, 0.45, 3.5, 20.0),
+    "Balcony": _Area(7.3, 0.5, 3.5, 20.0),
+    "Terrace": _Area(14.0, 0.35, 8.0, 28.0),
     "Garage": _Area(20.0, 0.1, 17.0, 26.0),
 }
+
+_SIZES: Final = {
+    ("studio", "Living_Room"): 0.85,
+    ("studio", "Kitchen"): 0.65,
+    ("villa", "Living_Room"): 1.2,
+    ("villa", "Kitchen"): 1.3,
+    ("villa", "Bedroom"): 1.15,
+}
+"""How much larger or smaller than in a flat rooms of other dwellings are."""
 
 KINDS: Final = {
     "studio": 0.10,
@@ -50,13 +60,16 @@ KINDS: Final = {
 
 _BEDROOMS: Final = {
     "flat": (0.27, 0.38, 0.27, 0.08),
-    "row house": (1.0,),
+    "row house": (0.2, 0.5, 0.3),
     "bungalow": (0.08, 0.37, 0.40, 0.15),
     "villa": (0.0, 0.0, 0.4, 0.6),
     "shared flat": (0.0, 0.0, 0.5, 0.35, 0.15),
 }
 """The shares of dwellings with one bedroom, two, ...; the mean of flats is 2.1, that of Swiss Dwellings 2.26."""
 
+_SLEEP: Final = frozenset({"Bedroom", "Child_Room", "Office"})
+_TWO_SIDED: Final = 3
+"""So many rooms to sleep and work in need light on two sides."""
 _INNER_M: Final = (0.10, 0.12, 0.14)
 _OUTER_M: Final = (0.28, 0.30, 0.36, 0.40)
 
@@ -68,21 +81,26 @@ def draw_area(label: str, rng: np.random.Generator) -> float:
     return min(max(drawn, area.least_m2), area.most_m2)
 
 
-def draw_programme(rng: np.random.Generator) -> Programme:
-    """Return the programme of one home."""
-    kind = str(rng.choice(list(KINDS), p=list(KINDS.values())))
-    labels = _studio(rng) if kind == "studio" else _practice(rng) if kind == "practice" else _dwelling(kind, rng)
-    rooms = tuple(RoomWish(label, draw_area(label, rng), behind) for label, behind in labels)
+def draw_kind(rng: np.random.Generator) -> str:
+    """Return the kind of a dwelling."""
+    return str(rng.choice(list(KINDS), p=list(KINDS.values())))
+
+
+def draw_programme(kind: str, rng: np.random.Generator) -> Programme:
+    """Return the programme of one home of a kind."""
+    draw = {"studio": _studio, "practice": _practice}.get(kind)
+    labels = draw(rng) if draw else _dwelling(kind, rng)
+    rooms = tuple(RoomWish(label, draw_area(label, rng) * _SIZES.get((kind, label), 1.0), behind) for label, behind in labels)
     inner, outer = float(rng.choice(_INNER_M)), float(rng.choice(_OUTER_M))
-    return Programme(kind, rooms, _light(kind, rng), inner, outer)
+    return Programme(kind, rooms, _light(kind, sum(label in _SLEEP for label, _ in labels), rng), inner, outer)
 
 
 def _studio(rng: np.random.Generator) -> list[tuple[str, int | None]]:
     found: list[tuple[str, int | None]] = [("Living_Room", None), ("Kitchen", None), ("Bathroom", None)]
     return [
         *found,
-        *([("Storage", None)] if rng.random() < 0.4 else []),
-        *([("Balcony", None)] if rng.random() < 0.5 else []),
+        *([("Storage", None)] if rng.random() < 0.3 else []),
+        *([("Balcony", None)] if rng.random() < 0.7 else []),
     ]
 
 
@@ -95,39 +113,40 @@ def _practice(rng: np.random.Generator) -> list[tuple[str, int | None]]:
 def _dwelling(kind: str, rng: np.random.Generator) -> list[tuple[str, int | None]]:
     bedrooms = 1 + int(rng.choice(len(_BEDROOMS[kind]), p=_BEDROOMS[kind]))
     found: list[tuple[str, int | None]] = [("Living_Room", None), ("Kitchen", None)]
-    if bedrooms >= 2 and kind != "shared flat" and rng.random() < (0.8 if kind == "villa" else 0.25):
+    if bedrooms >= 2 and kind != "shared flat" and rng.random() < {"villa": 0.85, "flat": 0.25}.get(kind, 0.45):
         found.append(("Dining_Room", None))
     found.append(("Bedroom", None))
     master = len(found) - 1
     found += [
         ("Bedroom" if kind == "shared flat" or rng.random() < 0.4 else "Child_Room", None) for _ in range(bedrooms - 1)
     ]
-    if kind != "row house" and rng.random() < {"villa": 0.8, "bungalow": 0.35}.get(kind, 0.12):
+    if rng.random() < {"villa": 0.7, "bungalow": 0.3}.get(kind, 0.1):
         found.append(("Office", None))
     found.append(("Bathroom", None))
     if bedrooms >= 3 and (kind == "villa" or rng.random() < 0.4):
         found.append(("Bathroom", master))
     elif kind in {"bungalow", "villa"} and rng.random() < 0.4:
         found.append(("Wardrobe", master))
-    if bedrooms >= 2 and rng.random() < 0.75:
+    if bedrooms >= 2 and rng.random() < 0.6:
         found.append(("Toilet", None))
-    if rng.random() < 0.5:
+    if rng.random() < 0.35:
         found.append(("Storage", None))
-    if kind in {"villa", "bungalow"} and rng.random() < {"villa": 0.6, "bungalow": 0.25}[kind]:
+    if rng.random() < {"villa": 0.65, "bungalow": 0.3}.get(kind, 0.0):
         found.append(("Garage", None))
-    if kind in {"flat", "shared flat"} and rng.random() < 0.85:
-        found.append(("Balcony", None))
+    if rng.random() < (0.9 if kind in {"flat", "shared flat"} else 0.8):
+        found.append(("Balcony" if kind in {"flat", "shared flat"} else "Terrace", None))
     return found
 
 
-def _light(kind: str, rng: np.random.Generator) -> frozenset[Side]:
+def _light(kind: str, beds: int, rng: np.random.Generator) -> frozenset[Side]:
     """Return the sides without a party wall; a layout's rooms lie along x, its day rooms at the east end."""
     if kind in {"bungalow", "villa"}:
         return frozenset(SIDES)
     if kind == "row house":
-        return frozenset[Side](("west", "east"))
+        return frozenset[Side](("north", "south"))
     if kind == "studio":
         return frozenset[Side](("east",))
+    if beds >= _TWO_SIDED or kind == "practice":
+        return frozenset[Side](("north", "south", "east") if rng.random() < 0.5 else ("north", "south"))
     sides: list[list[Side]] = [["north"], ["north", "east"], ["north", "south"], ["north", "south", "east"]]
-    shares = (0.1, 0.15, 0.4, 0.35) if kind != "practice" else (0.0, 0.0, 0.5, 0.5)
-    return frozenset[Side](sides[int(rng.choice(len(sides), p=shares))])
+    return frozenset[Side](sides[int(rng.choice(len(sides), p=(0.2, 0.25, 0.3, 0.25)))])

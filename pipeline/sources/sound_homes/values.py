@@ -17,6 +17,8 @@ Side: TypeAlias = Literal["west", "south", "east", "north"]
 SIDES: Final[tuple[Side, ...]] = ("west", "south", "east", "north")
 """In the order of a rectangle's numbers."""
 
+OUTDOORS: Final = frozenset({"Balcony", "Terrace"})
+
 HALL: Final = 0
 """The number of the hall among the rooms of a layout."""
 
@@ -62,14 +64,12 @@ class Join:
 class Layout:
     """Rooms by label, the cells that they consist of, and the ways between them.
 
-    ``zones`` are labels with the part of a room that they name, for open plans. ``entrance`` is the cell in whose
-    outer wall, on the given side, the front door is.
+    ``entrance`` is the cell in whose outer wall, on the given side, the front door is.
     """
 
     labels: tuple[str, ...]
     cells: tuple[Cell, ...]
     joins: tuple[Join, ...]
-    zones: tuple[tuple[str, Rect], ...]
     entrance: tuple[int, Side]
 
 
@@ -102,7 +102,6 @@ class SoundHome:
     kind: str
     labels: tuple[str, ...]
     rooms: tuple[shapely.Polygon, ...]
-    zones: tuple[tuple[str, Rect], ...]
     doors: tuple[Doorway, ...]
     fronts: tuple[Doorway, ...]
     windows: tuple[Window, ...]
