@@ -70,7 +70,7 @@ def made_plans(count: int, seed: int = SEED) -> Iterator[FloorPlan]:
     """Build ``count`` homes; those that give no plan are passed over."""
 
     def build_plans() -> Iterator[FloorPlan]:
-        for item in find("procedural:1000000?style=home", seed=str(seed)):
+        for item in find("procedural:1000000?style=published", seed=str(seed)):
             for level in reader(item.reader).read(item):
                 try:
                     found = plan_level(level, PipelineConfig(), np.random.default_rng(seed))

@@ -34,7 +34,7 @@ class Listing:
     _passed_over: dict[str, NoHouseError] = field(default_factory=dict)
 
     def __iter__(self) -> Iterator[tuple[str, Input]]:
-        """Yield each input once, with its source: the path in full, or ``procedural:COUNT?style=home``."""
+        """Yield each input once, with its source: the path in full, or ``procedural:COUNT?style=sound``."""
         return islice(self._list_inputs(), self.config.build.limit)
 
     @property

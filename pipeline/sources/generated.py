@@ -2,11 +2,11 @@
 
 A house is made where it is read, so that any worker can.
 
-``procedural:COUNT``, or ``procedural:COUNT?style=home`` in full, makes homes whose numbers and shapes follow the
-published plans. ``procedural:COUNT?style=sound`` makes homes in which one could live. ``procedural:COUNT?style=test``
-makes houses in SUNCG's layout, in some of which the cases that the paper names as hard are planted; they are written to
-a scratch folder and read by the SUNCG reader. A house depends on the seed and its number, a home of the style ``home``
-also on the statistics that such homes follow.
+``procedural:COUNT``, or ``procedural:COUNT?style=sound`` in full, makes homes in which one could live.
+``procedural:COUNT?style=published`` makes homes whose numbers and shapes follow the published plans.
+``procedural:COUNT?style=test`` makes houses in SUNCG's layout, in some of which the cases that the paper names as hard
+are planted; they are written to a scratch folder and read by the SUNCG reader. A house depends on the seed and its
+number, a home of the style ``published`` also on the statistics that such homes follow.
 """
 
 from __future__ import annotations
@@ -22,20 +22,23 @@ from pipeline.sources.homes.home import home_id, make_home
 from pipeline.sources.homes.level import level_from_home
 from pipeline.sources.homes.wishes import distributions_digest
 from pipeline.sources.procedural import scene_id, write_house
-from pipeline.sources.reader_choice import HOME, SOUND, parse_made_houses
+from pipeline.sources.reader_choice import PUBLISHED, SOUND, TEST, parse_made_houses
 from pipeline.sources.sound_homes.home import make_sound_home, sound_home_id
 from pipeline.sources.sound_homes.level import level_from_sound_home
 from pipeline.values import MADE, Input, Level, RejectedLevel
+
+_STYLES = (SOUND, PUBLISHED, TEST)
 
 
 def find(path: str, **options: str) -> Iterator[Input]:
     """List COUNT houses of a seed, one by one; option ``seed`` (default 0)."""
     made, seed = parse_made_houses(path), options.get("seed", "0")
     if made is None or made.count < 1:
-        expected = "expected procedural:COUNT or procedural:COUNT?style=test with a COUNT of at least 1"
+        expected = "expected procedural:COUNT or procedural:COUNT?style=STYLE with a COUNT of at least 1"
+        expected += f" and a STYLE of {', '.join(_STYLES)}"
         raise ConfigError(f"source {path!r}: {expected}")
-    kind = {HOME: f":home:{distributions_digest()}", SOUND: ":sound"}.get(made.style, "")
-    name_of = {HOME: home_id, SOUND: sound_home_id}.get(made.style, scene_id)
+    kind = {PUBLISHED: f":home:{distributions_digest()}", SOUND: ":sound"}.get(made.style, "")
+    name_of = {PUBLISHED: home_id, SOUND: sound_home_id}.get(made.style, scene_id)
     for index in range(made.count):
         name = name_of(index, int(seed))
         yield Input(name, "generated", "procedural", key=f"{seed}:{index}{kind}")

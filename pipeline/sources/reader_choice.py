@@ -264,19 +264,19 @@ def how_to_export(suffixes: Iterable[str]) -> str:
     return f"; export {' and '.join(ways)} from the program that made it" if ways else ""
 
 
-# The names of sources that are made: ``procedural:COUNT``, and ``procedural:COUNT?style=test``.
+# The names of sources that are made: ``procedural:COUNT``, and ``procedural:COUNT?style=STYLE``.
 
 
-HOME, SOUND, TEST = "home", "sound", "test"
-STYLES = {HOME: HOME, SOUND: SOUND, TEST: TEST, "plain": TEST}
-"""The styles by the names that a source may give them; "plain" is what the style "test" was called before."""
+SOUND, PUBLISHED, TEST = "sound", "published", "test"
+STYLES = {SOUND: SOUND, PUBLISHED: PUBLISHED, TEST: TEST, "home": PUBLISHED, "plain": TEST}
+"""The styles by the names that a source may give them; "home" and "plain" are what two were called before."""
 
 _NAME = re.compile(r"procedural:(\d+)(?:\?style=(\w+))?", re.ASCII)
 
 
 @dataclass(frozen=True)
 class MadeHouses:
-    """How many houses, of which style: homes like the published plans, sound homes, or houses with planted faults."""
+    """How many houses, of which style: sound homes, homes like the published plans, or houses with planted faults."""
 
     count: int
     style: str
@@ -290,7 +290,7 @@ class MadeHouses:
 def parse_made_houses(source: str) -> MadeHouses | None:
     """Return what such a name asks for, or None for any other name."""
     found = _NAME.fullmatch(source)
-    style = STYLES.get(found[2] or HOME) if found else None
+    style = STYLES.get(found[2] or SOUND) if found else None
     return MadeHouses(int(found[1]), style) if found and style else None
 
 

@@ -134,7 +134,13 @@ def test_the_command_builds_a_thousand_drawings(tmp_path: Path) -> None:
     """Time the command as people run it, from its start to its end, of files that the exports write."""
     plans = tmp_path / "plans"
     from_python(
-        [f"procedural:{DRAWINGS}"], str(plans), config=None, overrides=None, workers=2, others="refuse", seed=SEED
+        [f"procedural:{DRAWINGS}?style=published"],
+        str(plans),
+        config=None,
+        overrides=None,
+        workers=2,
+        others="refuse",
+        seed=SEED,
     )
     data = open_dataset(plans)
     table = Table(title=f"houseexpo build FOLDER --out OUT --workers 2, {len(data.ids)} drawings")

@@ -1,6 +1,6 @@
 """Plan -> format -> plan, for every format that the project writes and a reader of it: a table of what comes back.
 
-The plans are those of ``houseexpo build procedural:100 --seed 2019`` of which the pipeline is sure.
+The plans are those of ``houseexpo build "procedural:100?style=published" --seed 2019`` of which the pipeline is sure.
 """
 
 from __future__ import annotations
@@ -29,7 +29,15 @@ COLUMNS = ("rooms", "doors", "kinds of doors", "entrances", "labels", "IoU: leas
 
 def test_what_comes_back_of_each_format(tmp_path: Path) -> None:
     home = tmp_path / "plans"
-    from_python([f"procedural:{HOUSES}"], str(home), config=None, overrides=None, workers=2, others="refuse", seed=SEED)
+    from_python(
+        [f"procedural:{HOUSES}?style=published"],
+        str(home),
+        config=None,
+        overrides=None,
+        workers=2,
+        others="refuse",
+        seed=SEED,
+    )
     data = open_dataset(home)
     plans = sound([data[name] for name in data.ids])
     table = Table(title=f"Plans that come back, of {len(plans)} (seed {SEED}), and processor time per plan, median, ms")

@@ -186,7 +186,7 @@ def test_a_manifest_that_comes_with_the_project_is_known_by_its_name(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    assert load_config(find_manifest(Path("demo"))).build.sources == ("procedural:300",)
+    assert load_config(find_manifest(Path("demo"))).build.sources == ("procedural:300?style=sound",)
     (tmp_path / "demo").mkdir()  # a folder is no manifest
     assert find_manifest(Path("demo")) == manifest_path("demo")
     (tmp_path / "suncg").write_text("[build]\n")  # a file that is named is believed

@@ -35,10 +35,16 @@ QUICK, MANY = 3, 30
 
 @pytest.fixture(scope="session")
 def homes(tmp_path_factory):
-    """Plans of the demo: homes that the project makes."""
+    """Homes that the project makes like the published plans."""
     folder = tmp_path_factory.mktemp("demo") / "plans"
     from_python(
-        [f"procedural:{QUICK}"], str(folder), config=None, overrides=None, workers=1, others="refuse", seed=2019
+        [f"procedural:{QUICK}?style=published"],
+        str(folder),
+        config=None,
+        overrides=None,
+        workers=1,
+        others="refuse",
+        seed=2019,
     )
     data = open_dataset(folder)
     return [data[name] for name in data.ids]
@@ -47,7 +53,15 @@ def homes(tmp_path_factory):
 @pytest.fixture(scope="session")
 def many_homes(tmp_path_factory):
     folder = tmp_path_factory.mktemp("many") / "plans"
-    from_python([f"procedural:{MANY}"], str(folder), config=None, overrides=None, workers=2, others="refuse", seed=2019)
+    from_python(
+        [f"procedural:{MANY}?style=published"],
+        str(folder),
+        config=None,
+        overrides=None,
+        workers=2,
+        others="refuse",
+        seed=2019,
+    )
     data = open_dataset(folder)
     return [data[name] for name in data.ids]
 

@@ -10,9 +10,10 @@ H4  A room has at most twice the area that is asked for.
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Iterator
 from dataclasses import replace
 from itertools import islice
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 import shapely
@@ -43,12 +44,12 @@ from pipeline.sources.sound_homes.values import (
 LIT: Final = frozenset({"Living_Room", "Dining_Room", "Kitchen", "Bedroom", "Child_Room", "Office"})
 SLEEPING: Final = frozenset({"Bedroom", "Child_Room"})
 LIMITS: Final = {
-    "Living_Room": (12.0, 3.0, 2.4),
-    "Kitchen": (4.0, 1.8, 2.6),
-    "Dining_Room": (6.0, 2.3, 2.4),
-    "Bedroom": (8.5, 2.6, 2.0),
-    "Child_Room": (8.0, 2.5, 2.0),
-    "Office": (6.5, 2.2, 2.2),
+    "Living_Room": (12.0, 3.0, 2.1),
+    "Kitchen": (4.0, 1.8, 2.4),
+    "Dining_Room": (6.0, 2.3, 2.0),
+    "Bedroom": (8.5, 2.6, 1.8),
+    "Child_Room": (8.0, 2.5, 1.8),
+    "Office": (6.5, 2.2, 2.0),
     "Bathroom": (2.8, 1.5, 2.6),
     "Toilet": (1.3, 0.9, 2.7),
     "Storage": (0.9, 0.8, 3.0),
@@ -57,12 +58,15 @@ LIMITS: Final = {
 }
 """H3: least area (m2), least width (m), largest aspect."""
 _MOST: Final = 1.7
+_HALL_M2: Final = 1.1
+"""What a hall has for each room without being too large: 7.5 m2 for 6.8 rooms (Swiss Dwellings)."""
+_HALL_WEIGHT: Final = 6.0
 _WAY_M: Final = 1.0
 """The least width of a hall, metres."""
 _OPEN_M: Final = 1.5
 """The least opening through which a kitchen has its light from another room, metres."""
 _TRIES: Final = 60
-_GOOD: Final = 3
+_GOOD: Final = 6
 """Of so many sound layouts the best is kept."""
 _DRAWS: Final = 40
 _SPREAD: Final = 8
@@ -93,22 +97,34 @@ def _try_home(programme: Programme, rng: np.random.Generator) -> tuple[float, So
     layout = lay_out_rooms(programme, rng)
     if layout is None:
         return None
-    inner, outer = programme.inner_m, programme.outer_m
-    layout = replace(
-        layout,
-        cells=tuple(Cell(_on_grid(cell.rect, inner), cell.room) for cell in layout.cells),
-    )
+    cells = tuple(Cell(_on_grid(cell.rect, programme.inner_m), cell.room) for cell in layout.cells)
+    layout = replace(layout, cells=cells)
     distance = _distance(layout, programme)
-    if distance is None:
+    openings = None if distance is None else _open_up(layout, programme, rng)
+    if distance is None or openings is None:
         return None
-    doors = place_doors(layout, inner, rng)
-    front = place_front_door(layout, inner, outer, rng)
-    if doors is None or front is None:
-        return None
-    if not _are_joined({cell.room for cell in layout.cells}, doors):  # H1
+    home = _home(programme, layout, openings)
+    return (distance, home) if _is_one_way(home.rooms[HALL]) else None
+
+
+class _Openings(NamedTuple):
+    """Doors, front doors, windows, and a balcony if there is one."""
+
+    doors: list[Doorway]
+    fronts: list[Doorway]
+    windows: list[Window]
+    balcony: Rect | None
+
+
+def _open_up(layout: Layout, programme: Programme, rng: np.random.Generator) -> _Openings | None:
+    """Return the openings of a layout, or None where a room is out of reach (H1) or has no light (H2)."""
+    walls = programme.inner_m, programme.outer_m
+    doors = place_doors(layout, programme.inner_m, rng)
+    front = place_front_door(layout, *walls, rng)
+    rooms = {cell.room for cell in layout.cells}
+    if doors is None or front is None or not _are_joined(rooms, doors):  # H1
         return None
     balcony, fronts = None, [front]
-    walls = (inner, outer)
     wished = [each for each in programme.rooms if each.label in OUTDOORS]
     if wished or programme.kind in {"bungalow", "villa", "row house"}:
         outdoors = place_outdoors(layout, programme.light, walls, wished[0].area_m2 if wished else 0.0, rng)
@@ -116,16 +132,13 @@ def _try_home(programme: Programme, rng: np.random.Generator) -> tuple[float, So
             return None
         balcony, ways = outdoors
         (fronts if balcony is None else doors).extend(ways)
-    taken = [door.rect for door in (*fronts, *doors)]
-    windows = place_windows(layout, programme.light, walls, taken, rng)
+    windows = place_windows(layout, programme.light, walls, [door.rect for door in (*fronts, *doors)], rng)
     lit = {window.room for window in windows}
     lit |= {door.rooms[0] for door in (*fronts[1:], *doors) if door.rooms[1] is None}
     lit |= _open_kitchens(layout, doors, lit)
-    numbers = sorted({cell.room for cell in layout.cells})
-    if any(layout.labels[room] in LIT and room not in lit for room in numbers):  # H2
+    if any(layout.labels[room] in LIT for room in rooms - lit):  # H2
         return None
-    home = _home(programme, layout, (doors, fronts), windows, balcony)
-    return (distance, home) if _is_one_way(home.rooms[HALL]) else None
+    return _Openings(doors, fronts, windows, balcony)
 
 
 def _are_joined(rooms: set[int], doors: list[Doorway]) -> bool:
@@ -177,18 +190,17 @@ def _distance(layout: Layout, programme: Programme) -> float | None:
             if ratio > _MOST and label != "Storage":
                 return None
             total += abs(float(np.log(ratio)))
+    hall = sum((x2 - x1 - programme.inner_m) * (y2 - y1 - programme.inner_m) for x1, y1, x2, y2 in _hall(layout))
+    total += _HALL_WEIGHT * max(0.0, float(np.log(hall / (_HALL_M2 * len(wished)))))
     return total / len(layout.cells)
 
 
-def _home(
-    programme: Programme,
-    layout: Layout,
-    ways: tuple[list[Doorway], list[Doorway]],
-    windows: list[Window],
-    balcony: Rect | None,
-) -> SoundHome:
-    """Return the home; ``ways`` are its doors and its front doors."""
-    doors, fronts = ways
+def _hall(layout: Layout) -> Iterator[Rect]:
+    yield from (cell.rect for cell in layout.cells if cell.room == HALL)
+
+
+def _home(programme: Programme, layout: Layout, openings: _Openings) -> SoundHome:
+    doors, fronts, windows, balcony = openings
     inner, half = programme.inner_m, programme.inner_m / 2
     numbers = sorted({cell.room for cell in layout.cells})
     place = {room: k for k, room in enumerate(numbers)}

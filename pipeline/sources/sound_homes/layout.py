@@ -7,9 +7,9 @@ The method is a corridor-first subdivision with random restarts (``home`` judges
       south row    | bath | wc | entry | bedroom |  kitchen  |
 
 L1  The corridor runs along x. Rows of rooms lie north and south of it; a studio has none in the south.
-L2  The living room ends the corridor in the east. It takes the whole depth of the home (``whole``), or that of the north
-    row and the corridor (``beside``), or that of the north row alone (``behind``); then kitchen and dining room lie south
-    of it. Where they lie at the corridor's end (``behind``) one goes through them to the living room.
+L2  The living room ends the corridor in the east. It takes the whole depth of the home (``whole``), or that of the
+    north row and the corridor (``beside``), or that of the north row alone (``behind``); then kitchen and dining room
+    lie south of it. Where they lie at the corridor's end (``behind``) one goes through them to the living room.
 L3  A south row without light holds what needs none: bath, toilet, store, entry; it is shallow then.
 L4  In the west a bedroom ends the corridor, and its own bath lies across from it; or the front door; or a store.
 L5  Rows are stretched to one length; one that is much shorter leaves a recess where the house stands free.
@@ -31,10 +31,12 @@ from pipeline.sources.sound_homes.values import HALL, OUTDOORS, Cell, Join, Layo
 
 _FREE: Final = frozenset({"bungalow", "villa"})
 _SLEEP: Final = frozenset({"Bedroom", "Child_Room", "Office"})
+_OFF_LIVING: Final = frozenset({"flat", "row house", "bungalow"})
+"""Where a bedroom may be reached from the living room."""
 _LEAST_M: Final = {
     "Toilet": 1.0,
     "Storage": 1.0,
-    "Bathroom": 1.8,
+    "Bathroom": 1.65,
     "Wardrobe": 1.3,
     "Kitchen": 2.0,
     "Dining_Room": 2.5,
@@ -44,7 +46,7 @@ _LEAST_M: Final = {
 """The least width of a room in a row, metres; of a bedroom it is ``_BED_M``."""
 _BED_M: Final = 2.75
 _FIXED: Final = frozenset({"Toilet", "Storage"})
-_ENTRY_M: Final = (1.4, 1.8)
+_ENTRY_M: Final = (1.35, 1.65)
 _STRETCH: Final = 1.3
 """The largest ratio of the lengths of two rows that are made alike (L5)."""
 _ALIKE: Final = 0.12
@@ -52,8 +54,11 @@ _ALIKE: Final = 0.12
 _FORMS: Final = 12
 """So many forms are drawn until the rows fit."""
 _RECESS_M: Final = (1.6, 4.5)
+_EAT_IN_M2: Final = 9.0
+"""Where people can eat in the kitchen, it may end the corridor (L2)."""
 _CONTACT_M: Final = 1.2
 """What a door and its jambs take of a wall between two rooms, metres."""
+_PORCH_M: Final = (0.6, 1.3)
 _STORE_M: Final = (1.0, 2.4)
 """The least and the largest depth of a store at the corridor's end, metres (L4)."""
 
@@ -132,6 +137,7 @@ class _Form:
     entry: bool
     ends_in_bedroom: bool
     recess: bool
+    porch: bool
     open: bool
     through: bool
     off_living: bool
@@ -152,13 +158,13 @@ def _draw_form(programme: Programme, rooms: _Rooms, rng: np.random.Generator) ->
     studio, free = kind == "studio", kind in _FREE
     lit = "south" in light
     service = not lit or bool(kind != "row house" and rng.random() < 0.3)  # L3
-    north = float(rng.uniform(2.2, 2.8) if studio else rng.uniform(3.3, 4.3)) + wall
+    north = float(rng.uniform(2.4, 3.0) if studio else rng.uniform(3.3, 4.3)) + wall
     south = 0.0 if studio else float(rng.uniform(1.9, 2.5) if service else rng.uniform(2.7, 3.5)) + wall
     dining, kitchen_m2 = rooms.of("Dining_Room"), rooms.areas[rooms.of("Kitchen")[0]]
     days: tuple[_Day, ...] = ("whole",)
     if not studio:
-        days = ("beside", "behind", "behind") if dining else ("whole", "beside", "beside")
-        days += ("behind",) * (kitchen_m2 > 9.0)
+        days = ("beside", "behind") if dining else ("whole", "beside", "beside")
+        days = (*days, "behind") if kitchen_m2 > _EAT_IN_M2 else days
     day = days[int(rng.integers(len(days)))]
     ends_in_bedroom = bool(rooms.behind) or (not studio and kind != "practice" and rng.random() < 0.5)
     entry = not studio and (
@@ -172,7 +178,7 @@ def _draw_form(programme: Programme, rooms: _Rooms, rng: np.random.Generator) ->
     bumps = (0.0, 0.0, 0.9, 1.4) if free else (0.0,)
     return _Form(
         north_m=north,
-        corridor_m=float(rng.uniform(1.4, 1.7) if kind == "practice" else rng.uniform(1.2, 1.45)) + wall,
+        corridor_m=float(rng.uniform(1.4, 1.7) if kind == "practice" else rng.uniform(1.05, 1.3)) + wall,
         south_m=south,
         wall_m=wall,
         day=day,
@@ -181,10 +187,11 @@ def _draw_form(programme: Programme, rooms: _Rooms, rng: np.random.Generator) ->
         entry=entry,
         ends_in_bedroom=ends_in_bedroom,
         recess=free and bool(rng.random() < 0.5),
+        porch=(free or kind == "row house") and not service and bool(rng.random() < 0.6),
         open=kind != "practice" and (studio or bool(rng.random() < 0.6)),
         through=bool(rng.random() < 0.75),
-        off_living=kind == "flat" and not rooms.behind and bool(rng.random() < 0.35),
-        bump_m=(float(rng.choice(bumps)), float(rng.choice(bumps))),
+        off_living=kind in _OFF_LIVING and bool(rng.random() < 0.35),
+        bump_m=(float(rng.choice(bumps)), 0.0 if rooms.of("Garage") else float(rng.choice(bumps))),
     )
 
 
@@ -310,8 +317,10 @@ def _place(
     low, high, top = form.south_m, form.south_m + form.corridor_m, form.height_m
     cells: list[Cell] = []
     x = west = 0.0
+    if not rows.north:
+        return None
     if form.ends_in_bedroom:  # L4
-        if not rows.north or rooms.labels[rows.north[0].rooms[0]] not in _SLEEP:
+        if rooms.labels[rows.north[0].rooms[0]] not in _SLEEP:
             return None
         west = rows.north[0].width_m
     for place, column in enumerate(rows.north):
@@ -322,27 +331,29 @@ def _place(
     north_bump, south_bump = form.bump_m
     bottom = form.day_south_m if form.day != "whole" else -south_bump
     cells.append(Cell((day, bottom, end, top + north_bump), living))
-    entrance: tuple[int, Side] | None = None
+    entrance: tuple[int, Side] = (-1, "west")
     x = start
     for column in rows.south:
         is_entry = column.rooms == [HALL]
-        forward = _CONTACT_M + 0.2 if is_entry and rooms.of("Garage") else 0.0  # L7
+        forward = _forward_m(rooms, form, rng) if is_entry else 0.0
         _put(cells, column, (x, -forward, x + column.width_m, low), up=False)
         if is_entry:
             entrance = (len(cells) - 1, "south")
-            if forward:
+            if rooms.of("Garage"):
                 cells.append(_garage(rooms, (x, x + column.width_m), rng))
         x += column.width_m
     x = x if form.day == "beside" else day
     for column in rows.day:
         _put(cells, column, (x, -south_bump, x + column.width_m, form.day_south_m), up=False)
         x += column.width_m
-    if not form.ends_in_bedroom and entrance is not None:
+    if not form.ends_in_bedroom and form.entry:
         west = _store_m(rows, form, start)
         if west:
             cells.append(Cell((0.0, low, west, high), _store(rooms, rows)))
-    if entrance is None:
+    if not form.entry:
         entrance = (len(cells), "west")
+    if day - west < form.corridor_m:
+        return None
     cells.append(Cell((west, low, day, high), HALL))
     return cells, entrance
 
@@ -355,6 +366,13 @@ def _put(cells: list[Cell], column: _Column, rect: Rect, *, up: bool) -> None:
         after = at + depth if up else at - depth
         cells.append(Cell((x1, min(at, after), x2, max(at, after)), room))
         at = after
+
+
+def _forward_m(rooms: _Rooms, form: _Form, rng: np.random.Generator) -> float:
+    """Return how far the entry comes forward beside a garage (L7), or lies back behind a porch (negative), m."""
+    if rooms.of("Garage"):
+        return _CONTACT_M + 0.2
+    return -float(rng.uniform(*_PORCH_M)) if form.porch else 0.0
 
 
 def _garage(rooms: _Rooms, entry: tuple[float, float], rng: np.random.Generator) -> Cell:
@@ -382,7 +400,7 @@ def _store(rooms: _Rooms, rows: _Rows) -> int:
 
 
 def _joins(rooms: _Rooms, cells: tuple[Cell, ...], form: _Form) -> Iterator[Join]:
-    """Yield which rooms are to be joined: day rooms to each other, private ones to their bedroom, others to the hall."""
+    """Yield the ways: between day rooms, from a bedroom to its own rooms, from the hall to all others."""
     living, kitchen = rooms.of("Living_Room")[0], rooms.of("Kitchen")[0]
     dining = rooms.of("Dining_Room")
 

@@ -59,10 +59,11 @@ WINDOWS: Final = {
 _WINDOW: Final = _Glazing(1.0, 2.0, 0.5, 0.9)
 _CORNER_M: Final = 0.3
 _BALCONY_BEDS: Final = frozenset({"Bedroom", "Child_Room"})
-_SHARED: Final = 0.75
+_SHARED: Final = 0.95
 """How often a balcony goes on before a bedroom, where one lies beside the living room."""
 _BALCONY_M: Final = (1.2, 3.2)
 """The least and the largest depth of a balcony, metres."""
+_BALCONY_ASPECT: Final = 6.0
 _BESIDE_DOOR_M: Final = 0.15
 WINDOW_HEAD_M: Final = DOOR_HEAD_M
 
@@ -219,7 +220,9 @@ def place_outdoors(
         if shared is None:
             start = low if rng.random() < 0.5 else high - wide
             rect = _before(wall, (start, start + wide), area_m2, walls_m)
-            ways = [_way_out(wall._replace(low=start - inner_m / 2, high=start + wide + inner_m / 2), living, walls_m, rng)]
+            ways = [
+                _way_out(wall._replace(low=start - inner_m / 2, high=start + wide + inner_m / 2), living, walls_m, rng)
+            ]
         else:
             other, each = shared
             ends = sorted((each.low, each.high, wall.low, wall.high))
@@ -234,7 +237,7 @@ def _before(wall: Stretch, ends: tuple[float, float], area_m2: float, walls_m: t
     """Return the rectangle before an outer wall, from one end to the other."""
     inner_m, outer_m = walls_m
     low, high = (round(end, 2) for end in ends)
-    deep = min(max(area_m2 / (high - low), _BALCONY_M[0]), _BALCONY_M[1])
+    deep = min(max(area_m2 / (high - low), _BALCONY_M[0], (high - low) / _BALCONY_ASPECT), _BALCONY_M[1])
     near = outer_m - inner_m / 2
     outward = -1.0 if wall.side in {"west", "south"} else 1.0
     a, b = sorted((round(wall.at + outward * near, 4), round(wall.at + outward * (near + deep), 2)))

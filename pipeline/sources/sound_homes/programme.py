@@ -29,7 +29,7 @@ AREAS: Final = {
     "Bedroom": _Area(15.0, 0.2, 11.0, 24.0),
     "Child_Room": _Area(12.5, 0.2, 9.0, 18.0),
     "Office": _Area(11.0, 0.22, 7.5, 18.0),
-    "Bathroom": _Area(4.6, 0.2, 3.3, 7.5),
+    "Bathroom": _Area(4.2, 0.22, 3.0, 7.5),
     "Toilet": _Area(1.9, 0.15, 1.5, 3.0),
     "Storage": _Area(2.6, 0.4, 1.2, 7.0),
     "Wardrobe": _Area(3.6, 0.25, 2.4, 6.0),
@@ -40,7 +40,7 @@ AREAS: Final = {
 
 _SIZES: Final = {
     ("studio", "Living_Room"): 0.85,
-    ("studio", "Kitchen"): 0.65,
+    ("studio", "Kitchen"): 0.55,
     ("villa", "Living_Room"): 1.2,
     ("villa", "Kitchen"): 1.3,
     ("villa", "Bedroom"): 1.15,
@@ -90,7 +90,9 @@ def draw_programme(kind: str, rng: np.random.Generator) -> Programme:
     """Return the programme of one home of a kind."""
     draw = {"studio": _studio, "practice": _practice}.get(kind)
     labels = draw(rng) if draw else _dwelling(kind, rng)
-    rooms = tuple(RoomWish(label, draw_area(label, rng) * _SIZES.get((kind, label), 1.0), behind) for label, behind in labels)
+    rooms = tuple(
+        RoomWish(label, draw_area(label, rng) * _SIZES.get((kind, label), 1.0), behind) for label, behind in labels
+    )
     inner, outer = float(rng.choice(_INNER_M)), float(rng.choice(_OUTER_M))
     return Programme(kind, rooms, _light(kind, sum(label in _SLEEP for label, _ in labels), rng), inner, outer)
 
@@ -100,7 +102,7 @@ def _studio(rng: np.random.Generator) -> list[tuple[str, int | None]]:
     return [
         *found,
         *([("Storage", None)] if rng.random() < 0.3 else []),
-        *([("Balcony", None)] if rng.random() < 0.7 else []),
+        *([("Balcony", None)] if rng.random() < 0.8 else []),
     ]
 
 
@@ -127,13 +129,13 @@ def _dwelling(kind: str, rng: np.random.Generator) -> list[tuple[str, int | None
         found.append(("Bathroom", master))
     elif kind in {"bungalow", "villa"} and rng.random() < 0.4:
         found.append(("Wardrobe", master))
-    if bedrooms >= 2 and rng.random() < 0.6:
+    if bedrooms >= 2 and rng.random() < 0.7:
         found.append(("Toilet", None))
     if rng.random() < 0.35:
         found.append(("Storage", None))
     if rng.random() < {"villa": 0.65, "bungalow": 0.3}.get(kind, 0.0):
         found.append(("Garage", None))
-    if rng.random() < (0.9 if kind in {"flat", "shared flat"} else 0.8):
+    if rng.random() < 0.92:
         found.append(("Balcony" if kind in {"flat", "shared flat"} else "Terrace", None))
     return found
 

@@ -189,7 +189,7 @@ def test_the_manifests_that_come_with_the_project():
     assert manifest.archive.git_blob == "594e09629b7d738f4000bd7e42fffb8c5ef975f9"
     assert len(manifest.subsets["demo"]) == 10
     assert load_config(manifest_path("suncg")).stages == PipelineConfig()
-    assert tomllib.loads(manifest_path("demo").read_text())["build"]["sources"] == ["procedural:300"]
+    assert tomllib.loads(manifest_path("demo").read_text())["build"]["sources"] == ["procedural:300?style=sound"]
     with pytest.raises(ConfigError, match="known: benchmark, demo"):
         manifest_path("nothing")
 

@@ -96,10 +96,10 @@ def test_the_pipeline_reads_what_was_made(homes: list[Home]) -> None:
 
 
 def test_the_source_says_which_style() -> None:
-    homes, planted = (list(find(f"procedural:3{style}", seed="5")) for style in ("", "?style=test"))
+    homes, planted = (list(find(f"procedural:3{style}", seed="5")) for style in ("?style=published", "?style=test"))
     assert [item.id for item in homes] == [home_id(index, 5) for index in range(3)]
     assert [item.id for item in planted] == [scene_id(index, 5) for index in range(3)]
-    assert list(find("procedural:3?style=home", seed="5")) == homes
+    assert list(find("procedural:3?style=home", seed="5")) == homes  # its name in older manifests
     assert list(find("procedural:3?style=plain", seed="5")) == planted  # its name in older manifests
     assert made_count("procedural:3?style=home") == 3
     (level,) = reader(homes[0].reader).read(homes[0])
@@ -108,7 +108,7 @@ def test_the_source_says_which_style() -> None:
 
 @pytest.mark.parametrize("source", ["procedural:0?style=home", "procedural:3?style=castle", "procedural:3?home"])
 def test_an_unknown_style_is_refused(source: str) -> None:
-    with pytest.raises(ConfigError, match=r"expected procedural:COUNT or procedural:COUNT\?style=test"):
+    with pytest.raises(ConfigError, match=r"expected procedural:COUNT .*a STYLE of sound, published, test"):
         list(find(source))
 
 
