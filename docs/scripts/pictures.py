@@ -27,7 +27,7 @@ from pipeline.sources import find, reader
 IMAGES = Path(__file__).parents[1] / "images"
 HOMES, N_HOMES = IMAGES / "homes.png", 24
 SHOWN = "02e6f576bc6267912cff75dbb691589f"
-"""The home of the demo data set that the pages for readers show."""
+"""The made home that the pages for readers show."""
 FOLDER = IMAGES / "stages"
 CONFIG = BuildConfig(BuildOptions(sources=("procedural:60?style=test",), seed=2019))
 HOUSES = {
@@ -59,13 +59,13 @@ def draw_homes(file: Path = HOMES) -> None:
     items = islice(find("procedural:1000", seed="1"), N_HOMES)
     levels = [level for item in items for level in reader(item.reader).read(item)]
     plans = [plan_largest_building(level, PipelineConfig(), np.random.default_rng(0)) for level in levels]
-    captions = [f"{len(plan.rooms)} rooms, {plan.area:.0f} m²" for plan in plans]
+    captions = [f"{len(plan.rooms)} rooms, {plan.area:.0f} m2" for plan in plans]
     Image.fromarray(contact_sheet([draw_plan(plan, size=200) for plan in plans], 6, captions)).save(file, optimize=True)
 
 
 def draw_readers(folder: Path = IMAGES) -> None:
     """Write a home beside its ROS map, its grids, and the rooms that are found in its published form."""
-    (item,) = (item for item in find("procedural:300", seed="2019") if item.id == SHOWN)
+    (item,) = (item for item in find("procedural:300?style=published", seed="2019") if item.id == SHOWN)
     (level,) = reader(item.reader).read(item)
     plan = plan_largest_building(level, PipelineConfig(), np.random.default_rng(0))
     with tempfile.TemporaryDirectory() as made:
