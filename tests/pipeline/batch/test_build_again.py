@@ -255,6 +255,16 @@ def test_a_build_of_test_houses_that_did_not_name_the_style_is_not_replaced_by_h
         assert run_build([name], out, plan=plan_level).ids == first.ids
 
 
+def test_a_data_set_whose_style_has_another_name_now_goes_on(tmp_path: Path) -> None:
+    """The style ``published`` was called ``home``."""
+    out = tmp_path / "out"
+    first = run_build(["procedural:1?style=published"], out, plan=plan_level)
+    for file in (out / "manifest.json", *(out / ".build").glob("*.json*")):
+        file.write_text(file.read_text().replace("style=published", "style=home"))
+    for name in ("procedural:2?style=home", "procedural:2?style=published"):
+        assert set(first.ids) < set(run_build([name], out, plan=plan_level).ids)
+
+
 def test_a_source_that_does_not_exist_is_an_error_before_anything_is_touched(street: Path, tmp_path: Path) -> None:
     out = tmp_path / "out"
     run_build([street], out)
