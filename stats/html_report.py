@@ -96,9 +96,11 @@ def _plots(report: Report, names: Sequence[str]) -> Iterator[MeasurePlot]:
             yield _histogram(report, name)
 
 
-def _labels(report: Report) -> MeasurePlot:
+def _labels(report: Report) -> MeasurePlot | None:
     counts = report.one.whole.labels
     other = None if report.other is None else report.other.whole.labels
+    if not counts and not other:
+        return None
     about = "Rooms by label; where a plan has no rooms as geometry, its label boxes."
     return MeasurePlot("Labels", about, figures.draw_shares(counts, other, width=_WIDE[0]))
 

@@ -23,7 +23,8 @@ _BAR = 24
 def report_tables(report: Report) -> Iterator[Table]:
     """Yield the tables of a report, the most important first."""
     yield numbers_table(report.one)
-    yield bars_table("Labels", report.one.whole.labels)
+    if report.one.whole.labels:
+        yield bars_table("Labels", report.one.whole.labels)
     if report.one.whole.door_kinds:
         yield bars_table("Doors", report.one.whole.door_kinds)
     yield navigability_table(report.one.whole)

@@ -5,6 +5,7 @@ import re
 import shutil
 import subprocess
 import sys
+from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
 
@@ -16,7 +17,9 @@ from houseexpo.floorplan import FloorPlan
 from stats.html_report import report_html, write_json
 from stats.measure import DataSetSummary, measure_plans, summarise_data_set, summarise_records
 from stats.report import Report, count_leaks
+from stats.terminal_tables import report_tables
 from stats.unusable_list import compare_with_list
+from tests.stats.conftest import outline
 
 
 def run(*arguments: object) -> None:
@@ -99,6 +102,26 @@ def test_a_house_with_rooms_fills_its_plots(ring_of_rooms: FloorPlan) -> None:
     assert "&lt;one&gt; &amp; only" in html
     assert "Doors of a room" in html
     assert "Vertices" not in html, "a single number is no distribution"
+
+
+@pytest.mark.slow
+def test_data_sets_that_lack_what_the_other_has_are_compared(ring_of_rooms: FloorPlan) -> None:
+    """One plan without labels; two plans; rooms; a plan in which no robot fits."""
+    plain = [replace(outline(name, width), room_category={}) for name, width in (("a", 4.0), ("b", 6.0))]
+    kinds = [plain[:1], plain, [*plain, outline("c")], [ring_of_rooms], [ring_of_rooms, *plain], [outline("d", 0.2)]]
+    summaries = []
+    for number, plans in enumerate(kinds):
+        summaries.append(DataSetSummary(f"kind {number}"))
+        for plan in plans:
+            summaries[-1].whole.add(plan)
+    for one in summaries:
+        for other in (None, *summaries):
+            html = report_html(Report(one, other))
+            assert not re.search(r"\bnan\b|\bNone\b", html)
+            has_labels = bool(one.whole.labels or (other and other.whole.labels))
+            assert ("<h3>Labels</h3>" in html) == has_labels
+            titles = [table.title for table in report_tables(Report(one, other))]
+            assert ("Labels" in titles) == bool(one.whole.labels)
 
 
 def test_the_command_writes_page_and_numbers(folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
