@@ -37,6 +37,8 @@ def decision_changes(table: Mapping[str, Any], action: Action, value: Any) -> di
         wanted = {"keep": None, "drop": True, **({"why": value} if value else {})}
     elif action == "note":
         wanted = {"why": value or None}
+    elif action == "leave":
+        wanted = {}
     else:
         word: Word = action  # type: ignore[assignment]  # all others are words
         wanted = {word: _plain([*list_items(table.get(word), word), value])}
@@ -90,6 +92,7 @@ def describe_log_line(line: LogLine) -> str:
     words = {str(word): f"said {word}" for word in WORDS}
     words |= {
         "note": "wrote a note",
+        "leave": "left a question",
         "undo": "undid a decision",
         "move": "moved a correction",
         "remove": "took out a correction",

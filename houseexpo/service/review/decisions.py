@@ -76,6 +76,8 @@ class DecisionStore:
             self._catch_up()
             found: dict[str, PlanDecisions] = {}
             for line in self.log.active:
+                if line.action == "leave":
+                    continue
                 before = found[line.plan].actions if line.plan in found else ()
                 found[line.plan] = PlanDecisions(line, (*before, line.action))
             return found
@@ -101,7 +103,8 @@ class DecisionStore:
         Parameters
         ----------
         value
-            The value of a word, in metres along the source's plan axes; the text of a note or drop.
+            The value of a word, in metres along the source's plan axes; the text of a note or drop;
+            the question that is left.
         seen
             The number of the last line about the plan that the reviewer has seen.
 
@@ -114,7 +117,14 @@ class DecisionStore:
         """
         with self._hold_lock():
             self._check_seen(plan, seen)
-            return self._note(plan, action, reviewer, decision_changes(self.table(plan), action, value))
+            about = value if action == "leave" else ""
+            return self._note(plan, action, reviewer, decision_changes(self.table(plan), action, value), about=about)
+
+    def left(self, plan: str) -> set[str]:
+        """Return the questions about a plan that are not asked again."""
+        with self._thread:
+            self._catch_up()
+            return {line.about for line in self.log.active if line.plan == plan and line.about}
 
     def replace(self, plan: str, word: Word, old: Any, new: Any, *, reviewer: str, seen: int = 0) -> LogLine:
         """Replace one value of a word by another, or take it out if ``new`` is None; see ``decide``.
@@ -159,7 +169,7 @@ class DecisionStore:
             undo, line = undone[-1]
             table = self.table(line.plan)
             again = {key: changed_value(line, key, table.get(key), *pair) for key, pair in line.changes.items()}
-            return self._note(line.plan, line.action, reviewer, again, redoes=undo.number)
+            return self._note(line.plan, line.action, reviewer, again, redoes=undo.number, about=line.about)
 
     def history(self, plan: str) -> list[tuple[LogLine, bool]]:
         """Return the decisions on a plan in order, and whether each holds; one that was made again is there once."""
@@ -190,7 +200,7 @@ class DecisionStore:
             self._catch_up()
             builds = [line for line in self.log.lines if line.action == "build"]
             built = max((line.number if line.upto is None else line.upto for line in builds), default=0)
-            return sorted({line.plan for line in self.log.lines if line.number > built and line.action != "build"})
+            return sorted({line.plan for line in self.log.lines if line.number > built and line.changes})
 
     def _catch_up(self) -> None:
         self._check_links()
@@ -244,6 +254,7 @@ class DecisionStore:
         *,
         undoes: int = 0,
         redoes: int = 0,
+        about: str = "",
         upto: int | None = None,
     ) -> LogLine:
         changes = {key: pair for key, pair in changes.items() if pair[0] != pair[1]}
@@ -252,7 +263,7 @@ class DecisionStore:
         number = (self.log.lines[-1].number if self.log.lines else 0) + 1
         now = datetime.now(UTC).isoformat(timespec="milliseconds")
         line = LogLine(
-            number, now, reviewer, plan, action, changes, undoes, (_hash(before), _hash(after)), upto, redoes
+            number, now, reviewer, plan, action, changes, undoes, (_hash(before), _hash(after)), upto, redoes, about
         )
         partial = self._write_partial(after) if changes else None  # R2
         try:

@@ -19,7 +19,7 @@ import msgspec
 from houseexpo.corrections.vocabulary import Word
 from houseexpo.files import sync_folder, write_atomically
 
-Action = Literal["keep", "drop", Word, "note", "move", "remove", "undo", "build"]
+Action = Literal["keep", "drop", Word, "note", "leave", "move", "remove", "undo", "build"]
 
 
 class LogLine(msgspec.Struct, frozen=True, omit_defaults=True):
@@ -39,6 +39,8 @@ class LogLine(msgspec.Struct, frozen=True, omit_defaults=True):
         For an undo, the number of the line that it undoes.
     redoes
         For a decision that was undone and is made again, the number of the line that undid it.
+    about
+        For "leave", the question that is not asked again (``review.questions``).
     upto
         For a build, the number of the last line that it included; None in older logs, which means the line before.
     file
@@ -55,6 +57,7 @@ class LogLine(msgspec.Struct, frozen=True, omit_defaults=True):
     file: tuple[str, str] = ("", "")
     upto: int | None = None
     redoes: int = 0
+    about: str = ""
 
 
 @dataclass

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 import time
 from collections import Counter
 from collections.abc import Iterable, Mapping
@@ -15,6 +16,16 @@ from houseexpo.service.review.decisions import PlanDecisions
 Move = Literal["here", "next", "previous", "open"]
 LOOKED_AT_S: Final = 90.0
 """For this time, a plan that one reviewer was sent to is not offered to others."""
+
+
+_MOST_STOREYS: Final = 40
+_LEVEL: Final = re.compile(r"_L\d+(?:_B\d+)?$")
+"""What a build adds to the id of a house for the plan of a level, or of a building in it."""
+
+
+def _house(name: str) -> str:
+    found = _LEVEL.search(name)
+    return name[: found.start()] if found else ""
 
 
 class ReviewQueue:
@@ -56,6 +67,13 @@ class ReviewQueue:
                 return name
             others = others or name
         return others
+
+    def storeys(self, name: str) -> list[dict[str, str]]:
+        """Return the plans of one house, by level: the id and a title of each; none if the house has one plan."""
+        house = _house(name)
+        ids = sorted(each for each in self.order if _house(each) == house) if house else []
+        told = [(each, (self.dataset[each].provenance or {}).get("storey")) for each in ids[:_MOST_STOREYS]]
+        return [{"plan": each, "title": str(title or each[len(house) + 1 :])} for each, title in told if len(ids) > 1]
 
     def progress(self, judged: Mapping[str, PlanDecisions]) -> dict[str, int]:
         """Return the number of plans and of judged ones, in all and among the doubtful ones."""

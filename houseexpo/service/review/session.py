@@ -23,6 +23,7 @@ from houseexpo.service.lru_cache import LruCache
 from houseexpo.service.plan_page import room_names_beside
 from houseexpo.service.review.changes import list_items, replacement
 from houseexpo.service.review.decisions import DecisionStore, PlanDecisions
+from houseexpo.service.review.questions import questions
 from houseexpo.service.review.queue import ReviewQueue, summarise_review
 from houseexpo.service.review.rebuild import Rebuild
 from houseexpo.service.review.tools import tools
@@ -45,11 +46,11 @@ Point = tuple[float, float]
 class DecisionRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """A decision; ``points`` are in plan metres, ``seen`` is the number of the last log line that the reviewer saw.
 
-    ``text`` is that of a note or a drop, and the label of a room.
+    ``text`` is that of a note or a drop, the label of a room, and the question that is left.
     """
 
     plan: Id
-    action: Literal["keep", "drop", Word, "note"]
+    action: Literal["keep", "drop", Word, "note", "leave"]
     reviewer: Name
     seen: int = 0
     points: Annotated[list[Point], Meta(max_length=_MOST_POINTS)] = []
@@ -99,7 +100,7 @@ def decision_value(asked: DecisionRequest, plan: FloorPlan) -> Any:
         The number of points is wrong, a point is outside the plan, a line is too short, a label is unknown, or the
         plan has no frame.
     """
-    if asked.action in {"keep", "drop", "note"}:
+    if asked.action in {"keep", "drop", "note", "leave"}:
         return one_line(asked.text)
     return word_value(asked.action, asked.points, asked.text, plan)  # type: ignore[arg-type]  # all others are words
 
@@ -263,6 +264,8 @@ class Review:
             **decision_history(name, self.decisions, judged.get(name)),
             "place": queue.places[name] + 1,
             "table": table,
+            "questions": msgspec.to_builtins(questions(told.plan, self.decisions.left(name))),
+            "storeys": queue.storeys(name),
             **common,
         }
 

@@ -10,7 +10,7 @@ const LOOK_MS = 700;
 const at = (id) => document.getElementById(id);
 const tools = JSON.parse(root.dataset.tools); // the words of a storey, each with its key and the points that it asks for
 const titles = {
-  keep: "Kept", drop: "Dropped", note: "A note", move: "Moved", remove: "Taken out", build: "Rebuilt",
+  keep: "Kept", drop: "Dropped", note: "A note", leave: "Left a question", move: "Moved", remove: "Taken out", build: "Rebuilt",
   ...Object.fromEntries(tools.map(({ word, title }) => [word, title])),
 };
 const sheet = new Sheet(at("stage"), at("hint"), { choose: showChosen, move });
@@ -81,11 +81,21 @@ function show(found) {
   at("table").textContent = Object.entries(found.table).map(([key, value]) => `${key} = ${JSON.stringify(value)}`).join("\n") || "no entry yet";
   at("history").replaceChildren(...found.history.map(step));
   at("grounds").replaceChildren(...found.grounds.map(ground));
-  if (found.grounds.length === 0) at("grounds").textContent = found.quality === null ? "No quality recorded." : "Nothing.";
+  if (found.grounds.length === 0) {
+    const nothing = found.quality === null ? "No quality recorded." : "Nothing.";
+    at("grounds").append(Object.assign(document.createElement("li"), { textContent: nothing }));
+  }
   at("unsure").replaceChildren(...found.unsure.map((text) => Object.assign(document.createElement("li"), { textContent: text })));
   for (const id of ["unsure", "unsure_head"]) at(id).hidden = found.unsure.length === 0;
   for (const { word } of tools) at(word).disabled = readOnly || !found.drawable;
   sheet.show(found);
+  showQuestion(found.questions);
+  at("storeys").hidden = found.storeys.length === 0;
+  at("storeys").replaceChildren(...found.storeys.map(({ plan, title }) => {
+    const tab = button(title, () => go("here", plan), "storey");
+    tab.setAttribute("aria-pressed", String(plan === found.plan));
+    return tab;
+  }));
   at("effects").replaceChildren(...found.effects.map(effect));
   for (const id of ["effects", "effects_head"]) at(id).hidden = found.effects.length === 0;
 }
@@ -122,6 +132,25 @@ function button(text, work, kind) {
 
 function showChosen(number) {
   [...at("effects").children].forEach((line, i) => line.classList.toggle("chosen", i === number));
+}
+
+// The most doubtful place of the plan: what is asked about it, and what each answer says.
+function showQuestion(asked) {
+  const [first] = asked;
+  at("asked").hidden = !first || readOnly;
+  if (!first) return;
+  at("question").textContent = `${first.says}${asked.length > 1 ? ` (1 of ${asked.length} questions)` : ""}`;
+  ["first", "second"].forEach((id, i) => {
+    at(id).replaceChildren(Object.assign(document.createElement("kbd"), { textContent: i + 1 }), ` ${first.answers[i].title}`);
+  });
+}
+
+function answer(which) {
+  const [first] = now?.questions ?? [];
+  if (!first || !mayWrite()) return undefined;
+  const { action, points } = which < 2 ? first.answers[which] : { action: "leave", points: [] };
+  now.questions = []; // a key that is too fast is not for the next question
+  return decide(action, { points, text: action === "leave" ? first.key : "" });
 }
 
 function step({ action, by, holds }) {
@@ -180,7 +209,7 @@ function decide(action, { points = [], text = "" } = {}) {
   const leaves = action === "keep" || action === "drop";
   leaving = leaves;
   return inTurn(async () => {
-    const words = { keep: "Kept", drop: "Dropped", note: "Note saved for" };
+    const words = { keep: "Kept", drop: "Dropped", note: "Note saved for", leave: "Left a question about" };
     sayEffect(await send("decide", plan, { action, points, text }), plan, `${words[action]} ${plan}.`);
     if (leaves) go("open", plan);
   }).then(() => busy).finally(() => { leaving = false; });
@@ -304,6 +333,7 @@ function lookSoon() {
 const KEYS = {
   ...Object.fromEntries(tools.map(({ word, key }) => [key, () => draw(word)])),
   k: () => decide("keep"), x: () => decide("drop"), n: openNote,
+  1: () => answer(0), 2: () => answer(1), 3: () => answer(2),
   u: undo, y: redo, delete: () => remove(sheet.chosen), backspace: () => remove(sheet.chosen), b: build, arrowright: () => go("next"), arrowleft: () => go("previous"), " ": () => go("open"),
 };
 
@@ -333,6 +363,7 @@ document.addEventListener("keydown", (event) => {
 for (const id of ["keep", "drop"]) at(id).addEventListener("click", () => decide(id));
 for (const { word } of tools) at(word).addEventListener("click", () => draw(word));
 for (const id of ["next", "previous", "open"]) at(id).addEventListener("click", () => go(id));
+["first", "second", "leave"].forEach((id, i) => at(id).addEventListener("click", () => answer(i)));
 at("undo").addEventListener("click", undo);
 at("redo").addEventListener("click", redo);
 at("note").addEventListener("click", openNote);

@@ -185,6 +185,8 @@ export class Sheet {
       else marks.push(dot(shown[0], 9, kind));
       if (i === this.chosen) marks.push(...shown.map((each) => dot(each, 6, "handle")));
     });
+    const asked = this.plan.questions[0];
+    if (asked && !this.tool) marks.push(dot(asked.at, 16, "asked-at"));
     for (const points of this.waiting) sketch.push(points.length > 1 ? line(points, "waiting", points.length > 2) : dot(points[0], 9, "waiting"));
     sketch.push(...this.points.map((each) => dot(each, 4, "point")));
     if (this.tool && this.cross) {

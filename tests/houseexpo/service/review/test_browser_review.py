@@ -6,6 +6,7 @@ import re
 import time
 import tomllib
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -13,8 +14,9 @@ import pytest
 
 pytest.importorskip("starlette")
 
+from houseexpo import save_plan
 from tests.builders.browsing import look, visited
-from tests.builders.services import judged_later, no_plans, running, service_of
+from tests.builders.services import FRAME, judged_later, no_plans, running, service_of, two_rooms
 
 pytestmark = [pytest.mark.slow, pytest.mark.browser]
 PHONE: dict[str, Any] = {"viewport": {"width": 390, "height": 800}, "color_scheme": "dark", "has_touch": True}
@@ -212,6 +214,37 @@ def test_a_plan_is_drawn_on_with_a_finger(folder: Path) -> None:
         page.tap("#effects .out")
         says(page, "Taken out: wall")
     assert overrides(folder) == {}
+
+
+def test_it_asks_first_and_a_key_answers(tmp_path: Path) -> None:
+    folder = tmp_path / "houses"
+    folder.mkdir()
+    plan = replace(two_rooms("home_L0"), frame=FRAME)
+    cut, unsure = replace(plan.doors[0], kind="cut", confidence=0.06), replace(plan.rooms[1], confidence=0.6)
+    save_plan(replace(plan, doors=(cut,), rooms=(plan.rooms[0], unsure)), folder / "home_L0.json")
+    save_plan(replace(plan, id="home_L1"), folder / "home_L1.json")
+    with running(service_of(folder, review=True)) as address, visited(address, "/houses/review") as page:
+        shows(page, "home_L0")
+        asks = "words => document.getElementById('question').textContent.includes(words)"
+        page.wait_for_function(asks, arg="so a cut of 0.80 m was made. Is a door there? (1 of 2 questions)")
+        look(page, "review-question")
+        page.keyboard.press("1")
+        says(page, "the cut there is a door now")
+        page.wait_for_function(asks, arg="Is this bedroom of 9.0 m² a room of the house?")
+        page.keyboard.press("3")
+        says(page, "Left a question about home_L0")
+        assert page.locator("#asked").is_hidden()
+        page.reload()
+        shows(page, "home_L0")
+        assert page.locator("#asked").is_hidden()  # it is remembered
+        page.keyboard.press("u")
+        page.wait_for_function(asks, arg="Is this bedroom")
+        page.keyboard.press("2")
+        says(page, "no room")
+        page.get_by_role("button", name="L1", exact=True).click()
+        shows(page, "home_L1")
+        look(page, "review-storeys")
+    assert list(overrides(folder)["home_L0"]) == ["door", "no_room"]
 
 
 def test_escape_and_another_persons_decision(folder: Path) -> None:

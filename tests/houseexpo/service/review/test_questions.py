@@ -1,0 +1,90 @@
+"""What is asked about a plan, in which order, and what its answers do to it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import pytest
+
+from houseexpo.corrections import Correction
+from houseexpo.corrections.preview import preview
+from houseexpo.floorplan import FloorPlan
+from houseexpo.grids.frame import source_points_from_plan
+from houseexpo.plan import Door
+from houseexpo.plan.parts import DoorKind
+from houseexpo.service.review.questions import Answer, questions
+from tests.builders.services import FRAME, box, two_rooms
+
+
+def plan_with(kind: DoorKind = "door", sure: float | None = 1.0, room: float | None = 1.0) -> FloorPlan:
+    """Two rooms; the passage between them has a kind and a confidence, the bedroom one."""
+    plan = replace(two_rooms("house"), frame=FRAME)
+    kitchen, bedroom = plan.rooms
+    (door,) = plan.doors
+    return replace(
+        plan,
+        rooms=(kitchen, replace(bedroom, confidence=room)),
+        doors=(replace(door, kind=kind, confidence=sure),),
+    )
+
+
+def with_entrance(sure: float) -> FloorPlan:
+    plan = plan_with()
+    door = Door(1, "entrance", ((0.1, 1.0), (0.1, 2.0)), 1.0, box(0.0, 1.0, 0.1, 2.0), (0, None), sure)
+    return replace(plan, doors=(*plan.doors, door))
+
+
+def said(plan: FloorPlan, answer: Answer) -> FloorPlan:
+    """The plan after an answer."""
+    points: list[Any] = source_points_from_plan(plan.frame, answer.points).tolist()  # type: ignore[arg-type]
+    value = tuple(points[0]) if len(points) == 1 else tuple(map(tuple, points))
+    found = preview(plan, [Correction(answer.action, value)])  # type: ignore[arg-type]
+    assert found.records[0]["outcome"] in {"done", "already"}, found.records
+    return found.plan
+
+
+def test_a_plan_that_is_sure_asks_nothing() -> None:
+    assert questions(plan_with()) == []
+    assert questions(plan_with(sure=None, room=None)) == []
+    assert questions(replace(plan_with("cut", 0.1), frame=None)) == []
+
+
+@pytest.mark.parametrize(
+    ("plan", "words"),
+    [
+        (plan_with("cut", 0.06), ("door", "no_door")),
+        (plan_with("cut", None), ("door", "no_door")),
+        (plan_with("door", 0.5), ("door", "no_door")),
+        (plan_with("opening", 0.5), ("opening", "no_door")),
+        (with_entrance(0.4), ("entrance", "window")),
+        (plan_with(room=0.3), ("room", "no_room")),
+    ],
+)
+def test_a_doubtful_place_has_two_contrary_answers_and_each_settles_it(plan: FloorPlan, words: tuple[str, str]) -> None:
+    (asked,) = questions(plan)
+    assert tuple(answer.action for answer in asked.answers) == words
+    yes, no = (said(plan, answer) for answer in asked.answers)
+    assert asked.key not in {each.key for each in questions(yes)}
+    assert len(yes.rooms) == 2
+    assert asked.key not in {each.key for each in questions(no)}
+    assert (len(no.rooms), [door.kind for door in no.doors]) != (len(yes.rooms), [door.kind for door in yes.doors])
+    assert questions(plan, [asked.key]) == []
+
+
+def test_rooms_that_meet_without_a_wall_may_be_one() -> None:
+    kitchen, bedroom = two_rooms("house").rooms
+    outline = box(0.1, 0.1, 7.1, 3.1)
+    rooms = (replace(kitchen, ring=box(0.1, 0.1, 4.1, 3.1)), replace(bedroom, ring=box(4.1, 0.1, 7.1, 3.1)))
+    plan = FloorPlan("house", outline, 2, {}, rooms=rooms, frame=FRAME)
+    (asked,) = questions(plan)
+    assert "meet without a wall for 3.0 m" in asked.says
+    assert asked.at == pytest.approx((4.1, 1.6), abs=0.02)
+    assert len(said(plan, asked.answers[0]).rooms) == 1
+    assert asked.answers[1].action == "leave"
+
+
+def test_the_most_doubtful_place_comes_first() -> None:
+    found = questions(replace(with_entrance(0.6), rooms=plan_with(room=0.2).rooms))
+    assert [each.doubt for each in found] == [0.8, 0.4]
+    assert "room of the house" in found[0].says
