@@ -180,7 +180,9 @@ async def robot(address: str, plan: str, driver: str, seed: int) -> tuple[float,
     """Drive in a circle, or watch an explorer to its end; return frames a second, and kilobytes a frame."""
     async with connect(address, max_size=None) as browser:
         await browser.send(json.dumps({"do": "start", "plan": plan, "driver": driver, "seed": seed, "fov_deg": 180}))
-        assert "hello" in json.loads(await browser.recv())
+        while "preparing" in (said := json.loads(await browser.recv())):
+            pass
+        assert "hello" in said
         await browser.send(json.dumps({"do": "pace", "steps_per_s": 30}))
         await browser.send(json.dumps({"do": "move", "linear": 0.7, "angular": 0.4}))
         begin, flags = time.monotonic(), 0
