@@ -215,7 +215,9 @@ class RandomObstacles:
         The kinds of shapes, equally likely.
     gap_m
         Smallest distance between two obstacles, and between an obstacle and a wall, metres, on the grid: between the
-        near sides of the cells that they cover. Drawn shapes may be up to a cell closer to each other.
+        near sides of the cells that they cover, at any resolution. Sensors and collisions know these cells only.
+        An ``outline_m`` may reach out of them, as cells are covered by their centres: by less than a
+        cell if it has no acute corner, and farther with the tip of a sharp one.
     """
 
     number: tuple[int, int] = (1, 5)

@@ -80,7 +80,7 @@ def make_initial_state(
         pose = _given_pose(pose_m, placed.traversable, occupied, world, config, key="options['pose']")
     elif not config.start.random:
         pose = _given_pose(_start_m(config.start, world), placed.traversable, occupied, world, config)
-    goal, paths, best = _goal(config, placed.traversable, world, pose, rng)
+    goal, paths, best = _goal(config, placed, world, pose, rng)
     robot = Disc(float(pose[0]), float(pose[1]), params.robot.radius_px)
     if config.people.number:
         # a writable grid, as where people walk: the kernels are compiled once
@@ -210,7 +210,7 @@ def _given_pose(
 
 def _goal(
     config: SimulatorConfig,
-    traversable: npt.NDArray[np.uint8],
+    placed: PlacedObstacles,
     world: World,
     pose: Floats,
     rng: np.random.Generator,
@@ -223,10 +223,12 @@ def _goal(
     if config.goal is None:
         return None, no_goal_paths(), 0.0
     x, y = float(pose[0]), float(pose[1])
+    traversable, ppm = placed.traversable, config.pixels_per_metre
+    radius_px = config.robot.radius_m * ppm
     if traversable is world.traversable:
-        graph, before = world.corner_graph, world.traversable_before
+        graph, before = world.corner_graph(radius_px), world.traversable_before
     else:
-        graph = make_corner_graph(traversable.copy(), GOAL_LINE_M * config.pixels_per_metre)
+        graph = make_corner_graph(traversable.copy(), placed.occupied.copy(), radius_px, GOAL_LINE_M * ppm)
         before = count_before_rows(as_read_only(traversable), 1)
     if config.goal.random:
         goal_x, goal_y = _random_goal(config, graph, before, (x, y), rng)

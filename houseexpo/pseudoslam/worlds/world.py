@@ -113,10 +113,19 @@ class World:
         return count_before_rows(self.traversable, 1)
 
     @cached_property
-    def corner_graph(self) -> CornerGraph:
-        """The corners round which paths to a goal lead, the same for all goals."""
-        standing = self.traversable.copy()  # kernels are compiled again for read-only arrays
-        return make_corner_graph(standing, GOAL_LINE_M * self.frame.pixels_per_metre)
+    def _corner_graphs(self) -> dict[float, CornerGraph]:
+        return {}
+
+    def corner_graph(self, radius_px: float) -> CornerGraph:
+        """Return the corners round which the robot's paths to a goal lead, the same for all goals."""
+        if radius_px not in self._corner_graphs:
+            self._corner_graphs[radius_px] = make_corner_graph(
+                self.traversable.copy(),  # kernels are compiled again for read-only arrays
+                self.occupied.copy(),
+                radius_px,
+                GOAL_LINE_M * self.frame.pixels_per_metre,
+            )
+        return self._corner_graphs[radius_px]
 
 
 def make_world(plan: FloorPlan, pixels_per_metre: float, robot_radius_m: float, range_m: float) -> World:

@@ -1,10 +1,13 @@
-"""Compute the exact lengths of the robot's shortest paths to its goal, in the cells where it can stand.
+"""Compute the lengths of the robot's shortest paths to its goal, in the cells where it can stand.
 
 R1  The robot may be anywhere in the squares of these cells. A line may touch other cells, but not cross one.
 R2  A shortest path turns only at corners: where one of four cells that meet is closed, or two that are diagonal.
 R3  It turns around the closed cell. So a line of the path that ends at a corner leads into a quadrant beside that cell,
     which leaves out most lines before anything is looked at.
 R4  Lines between two corners are at most ``reach_px`` long. A longer one, in a hall, passes corners nearby.
+R5  A corner of these cells lies up to ``HALF_DIAGONAL`` beside the circle on which a disc turns around a wall's corner.
+    So lengths are measured between places on these circles: at the distance of the robot's radius from the occupied
+    cell that is nearest to the corner.
 
 ``CornerGraph`` has what belongs to a house: its corners, and which of them see each other. ``GoalPaths`` has what
 belongs to a goal: the distance from each corner; from a place, the path leads to the best corner in sight, or straight
@@ -20,14 +23,16 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
+from houseexpo.pseudoslam.kernels.collision import HALF_DIAGONAL
 from houseexpo.pseudoslam.kernels.types import Cells, Counts, Floats, Grid, Rows, as_int64, make_row_dtype
 
 PATHS = make_row_dtype(rows=int, cols=int, corners=int, reach_px=float, last=int)
 """Rows and columns of the cells, the number of corners with the goal, the longest line between two of them, and the
 corner to which the last path led."""
-X, Y, WAY, SIGN = range(4)
-"""The columns of ``GoalPaths.corners``: the place in pixels, the distance to the goal in pixels, and the sign of the
-product of right and down on lines that may end there (R3); 0 for the goal, where all may."""
+X, Y, WAY, SIGN, TURN_X, TURN_Y = range(6)
+"""The columns of ``GoalPaths.corners``: the place in pixels, the distance to the goal in pixels, the sign of the
+product of right and down on lines that may end there (R3; 0 for the goal, where all may), and the place from and to
+which lengths are measured (R5)."""
 _EPS = 1e-7  # pixels by which a line may graze a cell because of rounding
 
 
@@ -39,12 +44,12 @@ class GoalPaths(NamedTuple):
     standing: Grid
     """(rows * cols,), 1 for cells where the robot can stand."""
     corners: Floats
-    """(corners, 4), the goal first and then the corners from top to bottom."""
+    """(corners, 6), the goal first and then the corners from top to bottom."""
 
 
 def no_goal_paths() -> GoalPaths:
     """Return no paths, for no goal."""
-    return GoalPaths(np.zeros(1, PATHS), np.zeros(0, np.uint8), np.zeros((0, 4)))
+    return GoalPaths(np.zeros(1, PATHS), np.zeros(0, np.uint8), np.zeros((0, 6)))
 
 
 class CornerGraph(NamedTuple):
@@ -53,7 +58,7 @@ class CornerGraph(NamedTuple):
     standing: Grid
     """(rows, cols), 1 for cells where the robot can stand."""
     corners: Floats
-    """(corners, 4), the rows of ``GoalPaths.corners`` before there is a goal, whose place is the first row."""
+    """(corners, 6), the rows of ``GoalPaths.corners`` before there is a goal, whose place is the first row."""
     starts: Counts
     """(corners + 1,), where each corner's part of ``others`` begins."""
     others: Cells
@@ -61,18 +66,22 @@ class CornerGraph(NamedTuple):
     reach_px: float
 
 
-def make_corner_graph(standing: Grid, reach_px: float) -> CornerGraph:
-    """Return the corners of cells (rows, cols), and which of them see each other over at most ``reach_px`` (R4)."""
-    corners = np.empty((1 + list_corners(standing, np.empty((0, 4))), 4))
-    corners[0] = 0.0, 0.0, math.inf, 0.0
+def make_corner_graph(standing: Grid, occupied: Grid, radius_px: float, reach_px: float) -> CornerGraph:
+    """Return the corners of cells (rows, cols), and which of them see each other over at most ``reach_px`` (R4).
+
+    ``occupied`` (rows, cols) is not 0 in the cells that keep the centre of the robot ``radius_px`` away (R5).
+    """
+    corners = np.empty((1 + list_corners(standing, np.empty((0, 6))), 6))
+    corners[0] = 0.0, 0.0, math.inf, 0.0, 0.0, 0.0
     list_corners(standing, corners[1:])
+    place_turns(occupied, radius_px, corners[1:])
     return CornerGraph(standing, corners, *link_corners(standing, corners, reach_px), reach_px)
 
 
 def find_goal_paths(graph: CornerGraph, x: float, y: float) -> GoalPaths:
     """Return the paths to the goal (x, y), pixels."""
     standing, corners = graph.standing, graph.corners.copy()
-    corners[0] = x, y, 0.0, 0.0
+    corners[0] = x, y, 0.0, 0.0, x, y
     measure_corners(standing, corners, graph.starts, graph.others)
     return GoalPaths(np.array([(*standing.shape, len(corners), graph.reach_px, 0)], PATHS), standing.ravel(), corners)
 
@@ -93,6 +102,26 @@ def list_corners(standing: Grid, corners: Floats) -> int:
                     corners[count, SIGN] = -1.0 if one == 0 or four == 0 else 1.0
                 count += 1
     return count
+
+
+@njit(cache=True, nogil=True)
+def place_turns(occupied: Grid, radius_px: float, corners: Floats) -> None:
+    """Write the places where a disc turns around corners (R5), which are the corners where no occupied cell is near."""
+    rows, cols = occupied.shape
+    for k in range(len(corners)):
+        x, y = corners[k, X], corners[k, Y]
+        reach = radius_px + HALF_DIAGONAL
+        near, near_x, near_y = reach * reach + _EPS, x, y
+        for row in range(max(math.floor(y - reach), 0), min(math.ceil(y + reach), rows)):
+            for col in range(max(math.floor(x - reach), 0), min(math.ceil(x + reach), cols)):
+                if occupied[row, col] != 0:
+                    at_x, at_y = min(max(x, float(col)), float(col + 1)), min(max(y, float(row)), float(row + 1))
+                    far = (at_x - x) ** 2 + (at_y - y) ** 2
+                    if far < near:
+                        near, near_x, near_y = far, at_x, at_y
+        stretch = radius_px / math.sqrt(near) if (near_x, near_y) != (x, y) else 0.0
+        corners[k, TURN_X] = near_x + (x - near_x) * stretch
+        corners[k, TURN_Y] = near_y + (y - near_y) * stretch
 
 
 @njit(cache=True, nogil=True)
@@ -140,16 +169,16 @@ def measure_corners(standing: Grid, corners: Floats, starts: Counts, others: Cel
         if right * down * corners[there, SIGN] < 0.0:
             continue  # R3
         if is_straight(standing, x, y, corners[there, X], corners[there, Y]):
-            corners[there, WAY] = math.hypot(right, down)
+            corners[there, WAY] = math.hypot(corners[there, TURN_X] - x, corners[there, TURN_Y] - y)
             heapq.heappush(heap, (corners[there, WAY], there))
     while len(heap) > 0:
         way, here = heapq.heappop(heap)
         if way > corners[here, WAY]:
             continue
-        x, y = corners[here, X], corners[here, Y]
+        x, y = corners[here, TURN_X], corners[here, TURN_Y]
         for k in range(starts[here], starts[here + 1]):
             there = as_int64(others[k])
-            far = way + math.hypot(corners[there, X] - x, corners[there, Y] - y)
+            far = way + math.hypot(corners[there, TURN_X] - x, corners[there, TURN_Y] - y)
             if far < corners[there, WAY] - _EPS:
                 corners[there, WAY] = far
                 heapq.heappush(heap, (far, there))
@@ -180,7 +209,8 @@ def goal_distance_at(paths: GoalPaths, x: float, y: float) -> float:
         right, down = corners[there, X] - from_x, corners[there, Y] - from_y
         if abs(right) > reach or right * down * corners[there, SIGN] < 0.0:
             continue
-        way = off + math.hypot(right, down) + corners[there, WAY]
+        turn = math.hypot(corners[there, TURN_X] - from_x, corners[there, TURN_Y] - from_y)
+        way = off + turn + corners[there, WAY]
         if way < best and is_straight(standing, from_x, from_y, corners[there, X], corners[there, Y]):
             best = way
             size.last = there

@@ -148,6 +148,37 @@ def test_random_obstacles_in_real_houses(shape: str, published_lines: list[bytes
             assert gap_px(mask, rest & ~mask) >= 0.1 * PPM - 1e-9
 
 
+@pytest.mark.parametrize("pixels_per_metre", [10.0, 16.0, 25.0, 33.0, 50.0])
+@pytest.mark.parametrize("shape", ["rectangle", "ellipse", "circle", "polygon"])
+def test_random_obstacles_keep_their_gap_at_any_resolution(shape: str, pixels_per_metre: float) -> None:
+    """Between the near sides of cells: from each other, and from walls, of which two are oblique."""
+    frame = GridFrame.around((0, 0, 4, 3), pixels_per_metre, y_up=True)
+    occupied = np.ones(frame.shape, np.uint8)
+    occupied[1:-1, 1:-1] = 0
+    for wall in (Obstacle(Rectangle(2.0, 0.1), 1.2, 1.4, 25.0), Obstacle(Rectangle(0.8, 0.1), 3.2, 2.0, 70.0)):
+        occupied |= wall.mask(frame).view(np.uint8)
+    radius_px = 0.1 * pixels_per_metre
+    for seed, gap_m in enumerate((0.05, 0.05, 0.12, 0.2)):
+        config = ObstaclesConfig(random=RandomObstacles((3, 9), (0.1, 0.5), (shape,), gap_m))
+        placed = place_obstacles(
+            occupied, traversable_cells(occupied, radius_px), frame, plan_id="house", radius_px=radius_px,
+            config=config, rng=np.random.default_rng(seed),
+        )  # fmt: skip
+        for obstacle in placed.obstacles:
+            mask = obstacle.mask(frame)
+            away = ~padded(mask, math.ceil(gap_m * pixels_per_metre) + 2)
+            near = placed.occupied.astype(bool) & ~mask & ~away
+            assert not near.any() or gap_px(mask, near) >= gap_m * pixels_per_metre - 1e-9
+
+
+def padded(mask: np.ndarray, by: int) -> np.ndarray:
+    """The box around a mask, wider by some cells on each side."""
+    rows, cols = np.nonzero(mask)
+    box = np.zeros_like(mask)
+    box[max(rows.min() - by, 0) : rows.max() + by + 1, max(cols.min() - by, 0) : cols.max() + by + 1] = True
+    return box
+
+
 def gap_px(one: np.ndarray, other: np.ndarray) -> float:
     """Cells between the near sides of two sets of cells."""
     apart = np.maximum(np.abs(np.argwhere(one)[:, None, :] - np.argwhere(other)) - 1, 0)

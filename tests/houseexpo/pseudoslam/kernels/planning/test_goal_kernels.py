@@ -8,10 +8,14 @@ import networkx as nx
 import numpy as np
 import pytest
 import shapely
+import shapely.affinity
 
 from houseexpo import FloorPlan
 from houseexpo.pseudoslam.kernels.planning.goal_paths import (
     SIGN,
+    TURN_X,
+    TURN_Y,
+    CornerGraph,
     GoalPaths,
     X,
     Y,
@@ -22,12 +26,18 @@ from houseexpo.pseudoslam.kernels.planning.goal_paths import (
     make_corner_graph,
 )
 from houseexpo.pseudoslam.worlds.world import make_world
+from tests.builders.exact_paths import disc_area, exact_distance
 
 FAR = 1e6
 
 
+def graph_of(standing: np.ndarray, reach_px: float = FAR) -> CornerGraph:
+    """The corners for a robot without a size."""
+    return make_corner_graph(standing, np.uint8(1) - standing, 0.0, reach_px)
+
+
 def paths_to(standing: np.ndarray, x: float, y: float, reach_px: float = FAR) -> GoalPaths:
-    return find_goal_paths(make_corner_graph(standing, reach_px), x, y)
+    return find_goal_paths(graph_of(standing, reach_px), x, y)
 
 
 def area_of(standing: np.ndarray) -> shapely.Geometry:
@@ -77,7 +87,7 @@ def test_corners_are_linked_if_a_path_may_turn_at_both(reach_px: float) -> None:
     rng = np.random.default_rng(3)
     standing = np.ones((14, 17), np.uint8)
     standing[1:-1, 1:-1] = rng.random((12, 15)) < 0.8
-    graph = make_corner_graph(standing, reach_px)
+    graph = graph_of(standing, reach_px)
     number, found = len(graph.corners), 0
     assert graph.starts[0] == graph.starts[1] == 0
     assert graph.starts[-1] == len(graph.others)
@@ -85,7 +95,10 @@ def test_corners_are_linked_if_a_path_may_turn_at_both(reach_px: float) -> None:
         links = graph.others[graph.starts[one] : graph.starts[one + 1]].tolist()
         assert links == sorted(set(links))
         for other in range(1, number):
-            (x, y, _, sign), (to_x, to_y, _, to_sign) = graph.corners[one].tolist(), graph.corners[other].tolist()
+            (x, y, _, sign), (to_x, to_y, _, to_sign) = (
+                graph.corners[one, :4].tolist(),
+                graph.corners[other, :4].tolist(),
+            )
             product = (to_x - x) * (to_y - y)
             wanted = (
                 one != other and product * sign >= 0 and product * to_sign >= 0
@@ -99,7 +112,7 @@ def test_corners_are_linked_if_a_path_may_turn_at_both(reach_px: float) -> None:
 def test_goals_of_one_house_do_not_change_its_corners() -> None:
     standing = np.ones((20, 20), np.uint8)
     standing[5:15, 5:15] = 0
-    graph = make_corner_graph(standing, FAR)
+    graph = graph_of(standing)
     first = find_goal_paths(graph, 2.5, 2.5)
     find_goal_paths(graph, 17.5, 9.5)
     again = find_goal_paths(graph, 2.5, 2.5)
@@ -170,10 +183,60 @@ def test_lines_along_sides_need_an_open_cell_beside_them() -> None:
 def test_corners_are_where_one_cell_of_four_is_closed() -> None:
     standing = np.ones((5, 6), np.uint8)
     standing[2, 2:4] = 0
-    corners = np.empty((4, 4))
-    assert list_corners(standing, np.empty((0, 4))) == list_corners(standing, corners) == 4
+    corners = np.empty((4, 6))
+    assert list_corners(standing, np.empty((0, 6))) == list_corners(standing, corners) == 4
     assert corners[:, [X, Y]].tolist() == [[2, 2], [4, 2], [2, 3], [4, 3]]
     assert corners[:, SIGN].tolist() == [-1.0, 1.0, 1.0, -1.0]
+
+
+def test_a_disc_turns_around_the_corner_of_a_wall_on_a_circle() -> None:
+    """A wall of two cells; the corners of the closed cells around it are moved to the circles around its own."""
+    occupied = np.zeros((20, 20), np.uint8)
+    occupied[9, 9:11] = 1
+    rows, cols = np.mgrid[:20, :20] + 0.5
+    standing = np.hypot(np.maximum(np.abs(cols - 10) - 1, 0), np.maximum(np.abs(rows - 9.5) - 0.5, 0)) >= 5.0
+    corners = make_corner_graph(standing.astype(np.uint8), occupied, 5.0, FAR).corners[1:]
+    assert len(corners) > 8
+    wall = shapely.box(9, 9, 11, 10)
+    turns = shapely.distance(wall, shapely.points(corners[:, [TURN_X, TURN_Y]]))
+    assert turns == pytest.approx(5.0)
+    moved = np.hypot(corners[:, TURN_X] - corners[:, X], corners[:, TURN_Y] - corners[:, Y])
+    assert 0.5 < moved.max() <= math.sqrt(0.5)
+
+
+def room_with_pillars(seed: int) -> FloorPlan:
+    """A room of 7 x 5 m at an angle, with six walls of 0.1 to 1.4 m in it, each at an angle of its own."""
+    rng = np.random.default_rng(seed)
+    walls: list[shapely.Polygon] = []
+    while len(walls) < 6:
+        (x, y, turn), (width, depth) = rng.uniform((0.8, 0.8, 0), (6.2, 4.2, 90)), rng.uniform(0.1, 1.4, 2)
+        wall = shapely.affinity.rotate(shapely.box(x, y, x + width, y + depth / 4), turn)
+        if all(wall.distance(other) > 0.6 for other in walls) and shapely.box(0.5, 0.5, 6.5, 4.5).contains(wall):
+            walls.append(wall)
+    turn = rng.uniform(0, 90) if seed % 2 else 0.0
+    outline, *holes = (
+        list(shapely.affinity.rotate(each, turn, origin=(0, 0)).exterior.coords)[:-1]
+        for each in (shapely.box(0, 0, 7, 5), *walls)
+    )
+    return FloorPlan(str(seed), outline, 1, {}, holes=holes)
+
+
+@pytest.mark.parametrize("pixels_per_metre", [10.0, 16.0, 25.0, 33.0])
+@pytest.mark.parametrize("seed", range(2))
+def test_among_cells_it_is_the_path_of_a_disc(seed: int, pixels_per_metre: float) -> None:
+    """Within 1% of the exact path of a disc among the occupied cells, for all paths of 1 m and more."""
+    world = make_world(room_with_pillars(seed), pixels_per_metre, 0.2, 5.0)
+    graph = world.corner_graph(0.2 * pixels_per_metre)
+    area = disc_area(world.occupied, 0.2 * pixels_per_metre)
+    cells, rng, tried = np.argwhere(world.traversable), np.random.default_rng(seed), 0
+    for _ in range(12):
+        start, goal = (tuple((cell[::-1] + 0.5).tolist()) for cell in rng.choice(cells, 2))
+        if math.dist(start, goal) < pixels_per_metre:
+            continue
+        found, exact = goal_distance_at(find_goal_paths(graph, *goal), *start), exact_distance(area, start, goal)
+        assert found == pytest.approx(exact, rel=0.01)
+        tried += found > math.dist(start, goal) + 1e-9
+    assert tried > 3
 
 
 WALLS = {
@@ -192,15 +255,7 @@ def test_in_a_plan_it_is_the_path_of_a_disc(name: str, pixels_per_metre: float) 
     plan, start, goal = WALLS[name]
     world = make_world(plan, pixels_per_metre, 0.2, 5.0)
     (x, y), (to_x, to_y) = world.frame.pixels_from_points([start, goal]).tolist()
-    found = goal_distance_at(paths_to(world.traversable.copy(), to_x, to_y), x, y) / pixels_per_metre
+    graph = world.corner_graph(0.2 * pixels_per_metre)
+    found = goal_distance_at(find_goal_paths(graph, to_x, to_y), x, y) / pixels_per_metre
     room = shapely.Polygon(plan.verts, plan.holes).buffer(-0.2, quad_segs=64)
-    graph = nx.Graph()
-    points = [start, goal, *map(tuple, shapely.get_coordinates(room).tolist())]
-    inside = room.buffer(1e-6)
-    shapely.prepare(inside)
-    for i, one in enumerate(points):
-        for other in points[i + 1 :]:
-            if inside.covers(shapely.LineString([one, other])):
-                graph.add_edge(one, other, weight=math.dist(one, other))
-    exact = nx.dijkstra_path_length(graph, start, goal)
-    assert found == pytest.approx(exact, rel=0.01)
+    assert found == pytest.approx(exact_distance(room, start, goal), rel=0.01)
