@@ -27,6 +27,7 @@ from pipeline.stages.corrections import (
     correct,
     corrections_by_building,
     doubts_left,
+    has_other_parts,
     level_of_corrected,
     spaces_of_plan,
 )
@@ -219,7 +220,9 @@ def _of_building(
     if said:
         corrected = correct(level, said, whole.layout, whole.rooms, plan)
         if corrected.has_changed:
-            final = spaces_of_plan(level, corrected.plan, planned.spaces)
+            final = planned.spaces
+            if has_other_parts(plan, corrected.plan):
+                final = spaces_of_plan(level, corrected.plan, planned.spaces)
             whole = replace(whole, doubts=doubts_left(level, whole.layout, whole.doubts, corrected.plan))
             grounds = _grounds(level_of_corrected(level, plan, corrected), whole, final)
         plan = corrected.plan

@@ -1,12 +1,14 @@
 """Apply what a person says of a storey (``Level.corrections``) to its finished plan, and rate the plan again.
 
 R1  Nothing that a person says of a storey is an input of the search: the plan is the one that would be without it, but
-    for what the words change (``houseexpo.corrections.apply``).
+    for what the words change (``houseexpo.corrections.apply``). A storey that the search rejects is the exception
+    (``stages.said_walls``).
 R2  A word belongs to the building of its storey that is nearest to it.
 R3  Spaces between walls that are no rooms can be named as rooms; a room that was left out because nothing led into it
     comes back with a door.
 R4  The quality is that of the corrected plan. A space that a person calls a room, or draws a door of, is one. Rooms
     that the source draws, and which a person's words contradict, say nothing against it, nor does its count of rooms.
+    The cells of a robot's map are compared with the rooms and doorways that the plan has now.
 R5  The plan's provenance names each word and what it did, also where it did nothing.
 """
 
@@ -90,6 +92,11 @@ def level_of_corrected(level: Level, before: FloorPlan, corrected: Corrected[Flo
     """Return a level with the words that had an effect, the rooms of which do not contradict them (R4)."""
     after = corrected.plan
     level = replace(level, corrections=tuple(e.correction for e in corrected.effects if e.outcome == "done"))
+    if level.measure_signs is not None and has_other_parts(before, after):
+        origin = _origin(level, after)
+        rooms = [_moved(room.polygon, origin) for room in after.rooms]
+        doorways = [_moved(door.polygon, origin) for door in after.doors]
+        level = replace(level, signs=level.measure_signs(rooms, doorways))
     count = None if level.room_count is None else max(level.room_count + len(after.rooms) - len(before.rooms), 0)
     drawn = [room for room in level.rooms if room.polygon is not None]
     if not drawn:
@@ -103,6 +110,15 @@ def level_of_corrected(level: Level, before: FloorPlan, corrected: Corrected[Flo
     worse = fit(after) < fit(before) - SHEET_M
     contradicted = {id(room) for room, is_worse in zip(drawn, worse, strict=True) if is_worse}
     return replace(level, rooms=tuple(r for r in level.rooms if id(r) not in contradicted), room_count=count)
+
+
+def has_other_parts(before: FloorPlan, after: FloorPlan) -> bool:
+    """Return whether a plan has other rooms or passages than it had; names and confidences do not count."""
+
+    def parts(plan: FloorPlan) -> list[Any]:
+        return [*(room.ring.tolist() for room in plan.rooms), *((door.ring.tolist(), door.kind) for door in plan.doors)]
+
+    return parts(before) != parts(after)
 
 
 def _origin(level: Level, plan: FloorPlan) -> Floats:

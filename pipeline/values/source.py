@@ -7,7 +7,7 @@ axes.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, Final, Protocol
@@ -107,6 +107,7 @@ class Level:
     only_walls: bool = False
     guesses: tuple[str, ...] = ()
     signs: Mapping[str, float] = field(default_factory=dict)
+    measure_signs: Callable[[Sequence[Polygon], Sequence[Polygon]], Mapping[str, float]] | None = None
     rooms: tuple[SourceRoom, ...] = ()
     room_count: int | None = None
     openings: tuple[SourceOpening, ...] = ()

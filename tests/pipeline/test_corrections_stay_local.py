@@ -88,11 +88,45 @@ def check_level(level: Level, most: int = MOST_WORDS) -> int:
                 assert len(after.rooms) == len(before.rooms) - 1
             named = check(level, before, Override(label=(*place, "Gym")), Polygon())
             assert "Gym" in {each.label for each in named.rooms}
-        for word, value in (("door", [[9e3, 9e3], [9e3, 9e3 + 1]]), ("no_room", [9e3, 9e3])):
+        count += _check_other_words(level, before, most)
+        for word, value in FAR.items():
             (far,) = [each for each in planned(level, Override(**{word: value})) if each.id == before.id]  # type: ignore[arg-type]
             assert [record["outcome"] for record in records(far)] == ["none"] or not records(far)
             assert not changed_shapes(before, far)
             assert far.quality == before.quality
+    return count
+
+
+FAR: dict[str, object] = {
+    "door": [[9e3, 9e3], [9e3, 9e3 + 1]],
+    "wall": [[9e3, 9e3], [9e3, 9e3 + 1]],
+    "no_wall": [[9e3, 9e3], [9e3, 9e3 + 1]],
+    "no_room": [9e3, 9e3],
+    "outside": [9e3, 9e3],
+    "window": [9e3, 9e3],
+    "room_outline": [[9e3, 9e3], [9e3 + 3, 9e3], [9e3, 9e3 + 3]],
+}
+"""A word of each form, 9 km away."""
+
+
+def _check_other_words(level: Level, before: FloorPlan, most: int) -> int:
+    """Take walls out and make windows of entrances, one at a time, and part a room; return how many."""
+    count = 0
+    for line, one, other in list(walls_without_door(before))[: most - 1]:
+        drawn = in_source(before, line)
+        sides = [Polygon(in_source(before, room.ring)) for room in (one, other)]
+        between = [
+            Polygon(in_source(before, door.ring)) for door in before.doors if set(door.rooms) == {one.id, other.id}
+        ]
+        touched = shapely.union_all([*sides, *between, LineString(drawn).buffer(0.6)])
+        after = check(level, before, Override(no_wall=drawn), touched)
+        assert len(after.rooms) == len(before.rooms) - 1
+        count += 1
+    for door in [door for door in before.doors if door.kind == "entrance"][: most - 1]:
+        place = in_source(before, [door.polygon.centroid.coords[0]])[0]
+        after = check(level, before, Override(window=place), Polygon(in_source(before, door.ring)).buffer(0.05))
+        assert len(after.doors) == len(before.doors) - 1
+        count += 1
     return count
 
 

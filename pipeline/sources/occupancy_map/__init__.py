@@ -28,6 +28,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any, Final
 
@@ -139,7 +140,8 @@ def read(item: Input) -> Iterator[Level]:
         raise Rejection("source", _REASONS[error.fault], error.problem, advice) from None
     drawing = Drawing("robot's map", (_storey(found, name),), LeftOutParts())
     for level in levels_from_drawing(item, drawing, path, name):
-        yield replace(level, frame=_frame_in_map(level.frame, found), guesses=_guesses(level))
+        again = partial(measure_signs, found.free, found.occupied, found.resolution_m) if level.signs else None
+        yield replace(level, frame=_frame_in_map(level.frame, found), guesses=_guesses(level), measure_signs=again)
 
 
 def _no_room(name: str, found: str) -> Rejection:
