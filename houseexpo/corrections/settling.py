@@ -14,6 +14,7 @@ from houseexpo.corrections.draft import Draft, DraftDoor, DraftRoom
 from houseexpo.corrections.openings import (
     SNAP_M,
     STEP_M,
+    WALL_REACH_M,
     Strip,
     edges_of,
     faces_beside,
@@ -22,6 +23,9 @@ from houseexpo.corrections.passages import clear_part, fit_to_wall
 
 CUT_M: Final = 0.8
 """The width of a cut: ``pipeline.config.ConnectivityConfig.cut_width_m``."""
+
+_SAME_M: Final = 1e-6
+"""Walls whose thickness differs by less are equally thin, metres."""
 
 
 def settle(draft: Draft) -> Iterator[str]:
@@ -68,29 +72,43 @@ def _was_needed(draft: Draft, cut: DraftDoor) -> bool:
 def _thinnest_wall(
     draft: Draft, part: Sequence[DraftRoom], others: Sequence[Sequence[DraftRoom]]
 ) -> tuple[Strip, tuple[DraftRoom, DraftRoom]] | None:
-    """Return where the thinnest wall between some rooms and the others takes a cut, clear of other passages."""
+    """Return where the thinnest wall between some rooms and the others takes a cut, clear of other passages.
+
+    A wall is no thinner than the way from its line to the nearest other room. So lines are tried from the nearest on,
+    until none can be thinner; of equally thin walls, the first along the rooms' edges is taken.
+    """
     rest = [room for group in others for room in group]
     shapes = [room.shape for room in rest]
     taken = shapely.union_all([door.shape for door in draft.doors]) if draft.doors else Polygon()
-    best: tuple[float, Strip, tuple[DraftRoom, DraftRoom]] | None = None
-    for room in part:
-        starts, ends = edges_of([room.shape])
-        for start, end in zip(starts, ends, strict=True):
-            length = math.dist(start, end)
-            if length < CUT_M:
-                continue
-            along = (end - start) / length
-            for at in np.arange(CUT_M / 2, length - CUT_M / 2 + 1e-9, SNAP_M).tolist():
-                line = Strip(start + along * at, along, CUT_M, 0.0)
-                outside = -1 if room.shape.covers(shapely.Point(line.before(1, 0.02))) else 1
-                moved = Strip(line.centre + outside * line.across * 0.01, along, CUT_M, 0.0)
-                faces = faces_beside(moved, [room.shape, *shapes])
-                there = faces.shapes[0 if outside < 0 else 1] - 1
-                low, high = faces.clear
-                if there < 0 or high - low < CUT_M - 0.02:
-                    continue
-                strip = fit_to_wall(moved, faces)
-                if strip.polygon().intersects(taken) or (best is not None and strip.depth >= best[0] - 1e-6):
-                    continue
-                best = strip.depth, strip, (room, rest[there])
-    return None if best is None else (best[1], best[2])
+    lines = [(room, line, side) for room in part for line, side in _lines_along(room.shape)]
+    ways = shapely.distance([shapely.LineString(line.ends) for _, line, _ in lines], shapely.union_all(shapes))
+    found: list[tuple[int, Strip, tuple[DraftRoom, DraftRoom]]] = []
+    thinnest = math.inf
+    for k in np.argsort(ways, kind="stable").tolist():
+        if ways[k] > min(thinnest, WALL_REACH_M) + _SAME_M:
+            break
+        room, line, side = lines[k]
+        faces = faces_beside(line, [room.shape, *shapes])
+        there = faces.shapes[side] - 1
+        low, high = faces.clear
+        if there < 0 or high - low < CUT_M - 0.02:
+            continue
+        strip = fit_to_wall(line, faces)
+        if strip.depth <= thinnest + _SAME_M and not strip.polygon().intersects(taken):
+            found.append((k, strip, (room, rest[there])))
+            thinnest = min(thinnest, strip.depth)
+    best = min((each for each in found if each[1].depth <= thinnest + _SAME_M), default=None, key=lambda each: each[0])
+    return None if best is None else best[1:]
+
+
+def _lines_along(shape: Polygon) -> Iterator[tuple[Strip, int]]:
+    """Yield the lines as wide as a cut, just outside a room along its edges, in steps, and the side away from it."""
+    for start, end in zip(*edges_of([shape]), strict=True):
+        length = math.dist(start, end)
+        if length < CUT_M:
+            continue
+        along = (end - start) / length
+        for at in np.arange(CUT_M / 2, length - CUT_M / 2 + 1e-9, SNAP_M).tolist():
+            line = Strip(start + along * at, along, CUT_M, 0.0)
+            outside = -1 if shape.covers(shapely.Point(line.before(1, 0.02))) else 1
+            yield Strip(line.centre + outside * line.across * 0.01, along, CUT_M, 0.0), 0 if outside < 0 else 1
