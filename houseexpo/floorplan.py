@@ -43,6 +43,11 @@ if TYPE_CHECKING:
 def decode(data: bytes | str) -> FloorPlan:
     """Read one plan from its JSON text.
 
+    Parameters
+    ----------
+    data
+        The JSON text, in UTF-8 if it is bytes.
+
     Raises
     ------
     PlanError
@@ -54,6 +59,11 @@ def decode(data: bytes | str) -> FloorPlan:
 
 def load_plan(path: str | os.PathLike[str]) -> FloorPlan:
     """Read a plan from a JSON file.
+
+    Parameters
+    ----------
+    path
+        A file of one plan, published or of a build.
 
     Raises
     ------
@@ -74,7 +84,20 @@ def load_plan(path: str | os.PathLike[str]) -> FloorPlan:
 
 
 def save_plan(plan: FloorPlan, path: str | os.PathLike[str]) -> None:
-    """Write a plan to a file, like ``plan.save(path)``."""
+    """Write a plan to a file, like ``plan.save(path)``.
+
+    Parameters
+    ----------
+    plan
+        The plan.
+    path
+        The file; the end of its name says what is written (``FloorPlan.save``).
+
+    Raises
+    ------
+    ConfigError
+        The name has another end.
+    """
     plan.save(path)
 
 
@@ -145,6 +168,15 @@ class FloorPlan(PlanData):
         ``keep``, ``drop`` and what concerns a whole file are for builds and have no effect here. A space that the plan
         does not have (``room``) is known to builds only.
 
+        Parameters
+        ----------
+        said
+            What a person says of the plan: walls, openings, rooms, labels.
+
+        Returns
+        -------
+        The corrected ``plan``, and ``effects``, one for each correction.
+
         Examples
         --------
         >>> from houseexpo import Override
@@ -158,7 +190,13 @@ class FloorPlan(PlanData):
         return correct_plan(self, said.corrections)
 
     def moved(self, dx: float, dy: float) -> FloorPlan:
-        """Return the plan shifted by (dx, dy) metres; its frame is adjusted to map to the same place in the source."""
+        """Return the plan shifted by (dx, dy) metres; its frame is adjusted to map to the same place in the source.
+
+        Parameters
+        ----------
+        dx, dy
+            The shift along x and y, metres.
+        """
         return shift_plan(self, dx, dy)
 
     def centred(self) -> FloorPlan:
@@ -180,6 +218,16 @@ class FloorPlan(PlanData):
 
         A wall between rooms that is thinner than twice ``thickness`` keeps its own thickness. Doors stay open.
         Furniture does not count as a wall; the area under it counts as floor.
+
+        Parameters
+        ----------
+        thickness
+            Thickness of the walls around the floor, metres.
+
+        Raises
+        ------
+        ConfigError
+            The thickness is not a positive number.
         """
         from houseexpo.analysis.walls import walls_around
 
@@ -187,6 +235,11 @@ class FloorPlan(PlanData):
 
     def grid_frame(self, pixels_per_metre: float = 25.0) -> GridFrame:
         """Return the frame of this plan's grids: a margin of one cell all round, row 0 at the lowest y.
+
+        Parameters
+        ----------
+        pixels_per_metre
+            Cells per metre: 25 means cells of 4 cm.
 
         Raises
         ------
@@ -202,6 +255,16 @@ class FloorPlan(PlanData):
     def grid(self, pixels_per_metre: float = 25.0) -> npt.NDArray[np.uint8]:
         """Return the occupancy grid (rows, cols): 0 if the cell's centre is free, 1 if it is in a wall or outside.
 
+        Parameters
+        ----------
+        pixels_per_metre
+            Cells per metre: 25 means cells of 4 cm.
+
+        Raises
+        ------
+        ConfigError
+            As for ``grid_frame``.
+
         Examples
         --------
         >>> plan = FloorPlan("square", [(0, 0), (0, 2), (2, 2), (2, 0)], 1, {})
@@ -214,13 +277,35 @@ class FloorPlan(PlanData):
         return (~mask).view(np.uint8)
 
     def room_grid(self, pixels_per_metre: float = 25.0) -> npt.NDArray[np.int32]:
-        """Return the id of the room of ``divided`` in each cell (rows, cols), -1 for none; same cells as ``grid``."""
+        """Return the id of the room of ``divided`` in each cell (rows, cols), -1 for none; same cells as ``grid``.
+
+        Parameters
+        ----------
+        pixels_per_metre
+            Cells per metre: 25 means cells of 4 cm.
+
+        Raises
+        ------
+        ConfigError
+            As for ``grid_frame``.
+        """
         from houseexpo.grids.raster import room_ids
 
         return room_ids(self.divided, self.grid_frame(pixels_per_metre))
 
     def door_grid(self, pixels_per_metre: float = 25.0) -> npt.NDArray[np.int32]:
-        """Return the id of the door of ``divided`` in each cell (rows, cols), -1 for none; same cells as ``grid``."""
+        """Return the id of the door of ``divided`` in each cell (rows, cols), -1 for none; same cells as ``grid``.
+
+        Parameters
+        ----------
+        pixels_per_metre
+            Cells per metre: 25 means cells of 4 cm.
+
+        Raises
+        ------
+        ConfigError
+            As for ``grid_frame``.
+        """
         from houseexpo.grids.raster import door_ids
 
         return door_ids(self.divided, self.grid_frame(pixels_per_metre))
@@ -229,6 +314,16 @@ class FloorPlan(PlanData):
         """Return the distance in metres (rows, cols) from each free cell's centre to the nearest wall, 0 in walls.
 
         The cells are those of ``grid``.
+
+        Parameters
+        ----------
+        pixels_per_metre
+            Cells per metre: 25 means cells of 4 cm.
+
+        Raises
+        ------
+        ConfigError
+            As for ``grid_frame``.
         """
         from houseexpo.grids.raster import distance_field
 
@@ -238,17 +333,48 @@ class FloorPlan(PlanData):
         """Return the graph of ``divided``: rooms as nodes, doors as edges, with walking distances.
 
         ``houseexpo.rooms_graph`` lists the attributes.
+
+        Parameters
+        ----------
+        outside
+            Whether entrances lead to a node "outside".
         """
         from houseexpo.analysis.graph import rooms_graph_with_distances
 
         return rooms_graph_with_distances(self.divided, outside=outside)
 
     def to_cell(self, points: npt.ArrayLike, pixels_per_metre: float = 25.0) -> npt.NDArray[np.int64]:
-        """Convert points (..., 2), (x, y) in metres, to cells (..., 2) of ``grid``, (row, col), maybe outside it."""
+        """Convert points (..., 2), (x, y) in metres, to cells (..., 2) of ``grid``, (row, col), maybe outside it.
+
+        Parameters
+        ----------
+        points
+            Points (..., 2), (x, y) along the plan's own axes, metres.
+        pixels_per_metre
+            Cells per metre: 25 means cells of 4 cm.
+
+        Raises
+        ------
+        ConfigError
+            As for ``grid_frame``.
+        """
         return self.grid_frame(pixels_per_metre).cells_from_points(points)
 
     def to_world(self, cells: npt.ArrayLike, pixels_per_metre: float = 25.0) -> npt.NDArray[np.float64]:
-        """Convert cells (..., 2) of ``grid``, (row, col), to their centres (..., 2), (x, y) in metres."""
+        """Convert cells (..., 2) of ``grid``, (row, col), to their centres (..., 2), (x, y) in metres.
+
+        Parameters
+        ----------
+        cells
+            Cells (..., 2), (row, col).
+        pixels_per_metre
+            Cells per metre: 25 means cells of 4 cm.
+
+        Raises
+        ------
+        ConfigError
+            As for ``grid_frame``.
+        """
         return self.grid_frame(pixels_per_metre).points_from_cells(cells)
 
     def plot(
@@ -338,6 +464,11 @@ class FloorPlan(PlanData):
 
         It shows the house as seen from above, in the frame of its source if it has one; ``orientation="plan"`` and
         ``frame="plan"`` keep the plan's own coordinates. ``options`` are those of ``houseexpo.exports.geojson``.
+
+        Parameters
+        ----------
+        **options
+            ``orientation``, ``frame`` and others of ``houseexpo.exports.geojson``.
         """
         from houseexpo.exports.geojson import geojson
 

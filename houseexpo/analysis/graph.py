@@ -82,6 +82,13 @@ def rooms_graph(plan: PlanData, *, outside: bool = False) -> nx.MultiGraph[int |
 
     With ``outside=True``, entrances lead to a node "outside". By default they are left out, because a path through the
     garden would count as a path between rooms.
+
+    Parameters
+    ----------
+    plan
+        A plan with rooms.
+    outside
+        Whether entrances lead to a node "outside".
     """
     import networkx as nx
 

@@ -41,6 +41,13 @@ def navigability(space: PlanData | Polygon | MultiPolygon, radii: Sequence[float
     Walls are first straightened by at most 0.01 m, and ``narrowest`` is rounded to 0.01 m. The result agrees with exact
     geometry for a disc that is wider or narrower than a passage by more than 0.02 m.
 
+    Parameters
+    ----------
+    space
+        A plan, whose free space is measured, or a free space itself, metres.
+    radii
+        Radii of the robot, metres.
+
     Raises
     ------
     PlanError

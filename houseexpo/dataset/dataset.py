@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 _log = logging.getLogger(__name__)
 
-_NAMED: Final = 3
+_LISTED: Final = 3
 """Plans that cannot be read and are named one by one."""
 
 Range: TypeAlias = tuple[float | None, float | None]
@@ -48,6 +48,11 @@ def open_dataset(path: str | os.PathLike[str]) -> Dataset:
     Opening reads only an index. The first time, it reads and checks every plan once and saves the index in the user's
     cache folder, for archives and JSON lines together with the plans in blocks. The variable HOUSEEXPO_CACHE sets the
     place of the cache. Plans that cannot be read are left out, with a warning; ``left_out`` lists them.
+
+    Parameters
+    ----------
+    path
+        The folder, file or address.
 
     Raises
     ------
@@ -72,7 +77,7 @@ def open_dataset(path: str | os.PathLike[str]) -> Dataset:
 
     found = Dataset(open_store(path))
     if found.left_out:
-        listed = "; ".join(map(str, found.left_out[:_NAMED])) + ("; ..." if len(found.left_out) > _NAMED else "")
+        listed = "; ".join(map(str, found.left_out[:_LISTED])) + ("; ..." if len(found.left_out) > _LISTED else "")
         _log.warning("%s: %s left out, cannot be read: %s", path, count_noun(len(found.left_out), "plan"), listed)
     return found
 
@@ -155,19 +160,53 @@ class Dataset(Sequence[FloorPlan]):
         return map(self._plan, self._rows.tolist())
 
     def raw(self, plan_id: str) -> bytes:
-        """Return the bytes of a plan's JSON as they are stored; raise UnknownPlanError if there is no such plan."""
+        """Return the bytes of a plan's JSON as they are stored.
+
+        Parameters
+        ----------
+        plan_id
+            The plan's id.
+
+        Raises
+        ------
+        UnknownPlanError
+            There is no such plan.
+        """
         return self._catalogue.read(self._row(plan_id))
 
     def digest(self, number: int) -> bytes:
-        """Return the SHA-1 of a plan's JSON (20 bytes), the key under which results for the plan are cached."""
+        """Return the SHA-1 of a plan's JSON (20 bytes), the key under which results for the plan are cached.
+
+        Parameters
+        ----------
+        number
+            The plan's number, from 0.
+        """
         return bytes.fromhex(self._catalogue.digest(int(self._rows[number])))
 
     def raw_of(self, number: int) -> bytes:
-        """Return the bytes of a plan's JSON as they are stored, by the plan's number."""
+        """Return the bytes of a plan's JSON as they are stored, by the plan's number.
+
+        Parameters
+        ----------
+        number
+            The plan's number, from 0.
+        """
         return self._catalogue.read(int(self._rows[number]))
 
     def stages(self, plan_id: str) -> bytes | None:
-        """Return the picture (PNG) of the pipeline's stages for a plan, None if its build kept none."""
+        """Return the picture (PNG) of the pipeline's stages for a plan, None if its build kept none.
+
+        Parameters
+        ----------
+        plan_id
+            The plan's id.
+
+        Raises
+        ------
+        UnknownPlanError
+            There is no such plan.
+        """
         return self._catalogue.stages(self._row(plan_id))
 
     def column(self, name: str, *, compute: bool = True) -> list[Any]:
@@ -176,6 +215,18 @@ class Dataset(Sequence[FloorPlan]):
         ``rooms`` are those that a plan has, ``source_rooms`` those that its source counts. Published plans have no
         ``rooms``, ``doors`` and ``navigability``; these are found on request, in about 20 ms per plan, and cached. With
         ``compute=False``, values that have not been found yet are None.
+
+        Parameters
+        ----------
+        name
+            A column of the index.
+        compute
+            Whether to find values that are not known yet.
+
+        Raises
+        ------
+        ConfigError
+            There is no such column.
         """
         from houseexpo.dataset.store.columns import read_column
         from houseexpo.deprecated_names import current_column
@@ -184,6 +235,13 @@ class Dataset(Sequence[FloorPlan]):
 
     def index(self, item: Any, start: int = 0, stop: int | None = None) -> int:
         """Return the number of a plan, given the plan or its id: ``plans[plans.index(item)]`` is that plan.
+
+        Parameters
+        ----------
+        item
+            A plan or an id.
+        start, stop
+            The numbers between which it is looked for, as for ``list.index``.
 
         Raises
         ------
@@ -306,6 +364,15 @@ class Dataset(Sequence[FloorPlan]):
         """Return ``measure(plan)`` for each plan, cached under ``name`` in the user's cache (``measure_cached``).
 
         A progress bar shows the plans still to be measured. An interrupted run continues where it stopped.
+
+        Parameters
+        ----------
+        name
+            The name of the results in the cache; change it when ``measure`` changes.
+        measure
+            Takes a plan and returns a value that JSON can hold.
+        workers
+            Number of processes.
         """
         from houseexpo.dataset.store.value_cache import measure_cached
 
@@ -428,12 +495,25 @@ class Dataset(Sequence[FloorPlan]):
 
     @names_arguments
     def head(self, n: int = 5) -> Dataset:
-        """Return the first ``n`` plans."""
+        """Return the first ``n`` plans.
+
+        Parameters
+        ----------
+        n
+            How many; fewer if the data set has fewer.
+        """
         return self[:n]
 
     @names_arguments
     def sort(self, by: str, *, descending: bool = False) -> Dataset:
         """Return the plans in the order of a column (``column``): plans without a value last, equal ones as they were.
+
+        Parameters
+        ----------
+        by
+            A column (``column``).
+        descending
+            Whether the largest value comes first.
 
         Raises
         ------
@@ -449,12 +529,36 @@ class Dataset(Sequence[FloorPlan]):
         return self[order + [number for number, value in enumerate(values) if value is None]]
 
     def only(self, ids: Iterable[str]) -> Dataset:
-        """Return the plans with these ids, in this order; raise UnknownPlanError if one does not exist."""
+        """Return the plans with these ids, in this order.
+
+        Parameters
+        ----------
+        ids
+            Ids of plans of this data set.
+
+        Raises
+        ------
+        UnknownPlanError
+            A plan does not exist.
+        """
         return Dataset(self._catalogue, np.array([self._row(name) for name in ids], dtype=np.int64))
 
     @names_arguments
     def sample(self, n: int, seed: int | np.random.Generator) -> Dataset:
-        """Return ``n`` different plans drawn at random; the same seed always gives the same plans."""
+        """Return ``n`` different plans drawn at random; the same seed always gives the same plans.
+
+        Parameters
+        ----------
+        n
+            How many.
+        seed
+            A whole number, or a generator, which is drawn from.
+
+        Raises
+        ------
+        ConfigError
+            The data set has fewer plans.
+        """
         if not 0 <= n <= len(self):
             raise ConfigError(f"sample: expected 0 to {len(self)} plans, found {n}")
         return Dataset(self._catalogue, self._rows[np.random.default_rng(seed).permutation(len(self))[:n]])

@@ -42,6 +42,15 @@ def fetch(
        have the smallest SHA-256. Each subset is therefore part of every larger one, and is the same on all machines.
     4. The folder appears only when it is complete.
 
+    Parameters
+    ----------
+    subset
+        "10", "100", "1000" or "all": so many plans; the number may be an int.
+    manifest
+        What is downloaded, from where, with which hashes; by default the published data set.
+    progress
+        Called while it downloads, with the file's name, the bytes received and the bytes in all (0 if unknown).
+
     Raises
     ------
     ConfigError

@@ -77,12 +77,28 @@ def fill_cells(mask: npt.NDArray[np.generic], space: Space, frame: GridFrame, va
 
 
 def room_ids(plan: PlanData, frame: GridFrame) -> npt.NDArray[np.int32]:
-    """Return the id of the room in each cell (rows, cols), -1 for none."""
+    """Return the id of the room in each cell (rows, cols), -1 for none.
+
+    Parameters
+    ----------
+    plan
+        A plan with rooms: a published one has none (``with_rooms``).
+    frame
+        The cells, for example ``plan.grid_frame(25)``.
+    """
     return _ids(plan.rooms, frame)
 
 
 def door_ids(plan: PlanData, frame: GridFrame) -> npt.NDArray[np.int32]:
-    """Return the id of the door in each cell (rows, cols), entrances included, -1 for none."""
+    """Return the id of the door in each cell (rows, cols), entrances included, -1 for none.
+
+    Parameters
+    ----------
+    plan
+        A plan with doors: a published one has none (``with_rooms``).
+    frame
+        The cells, for example ``plan.grid_frame(25)``.
+    """
     return _ids(plan.doors, frame)
 
 

@@ -56,6 +56,11 @@ def with_rooms(plan: _Plan) -> _Plan:
     2,000 published plans, the median difference between the number of rooms and ``room_num`` is 1: an outline shows
     neither free-standing walls nor the boundary of rooms at a gap wider than a door.
 
+    Parameters
+    ----------
+    plan
+        A plan of any kind; what it has but rooms and doors stays.
+
     Raises
     ------
     PlanError

@@ -166,6 +166,11 @@ def encode(plan: PlanData) -> bytes:
     """Return a plan as compact JSON without a final newline; equal plans give equal bytes.
 
     A plan with nothing but the published keys is written in the published format, any other as ``houseexpo/2``.
+
+    Parameters
+    ----------
+    plan
+        The plan; coordinates are written in metres.
     """
     x1, y1, x2, y2 = plan.bbox
     published = {

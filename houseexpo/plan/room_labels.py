@@ -58,6 +58,15 @@ def canonical(word: str) -> str | None:
     Case, spaces, underscores, hyphens and camel case are ignored. Synonyms are not recognised: ``WC`` does not give
     ``Toilet``. Sources have their own tables for those.
 
+    Parameters
+    ----------
+    word
+        A label, as a file or a person writes it.
+
+    Returns
+    -------
+    Its spelling in ``LABELS``.
+
     Examples
     --------
     >>> canonical("LivingRoom"), canonical("boiler room"), canonical("WC")

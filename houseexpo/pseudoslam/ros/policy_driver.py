@@ -35,7 +35,7 @@ from houseexpo.pseudoslam.worlds.maps import House
 from houseexpo.words import count_noun
 
 TRACK: Final = find_track("quality")
-_SAME: Final = 1e-6
+_SAME_POSE: Final = 1e-6
 """Metres and radians; a step that is driven in parts ends some 1e-14 m from where it ends in one, at walls 1e-9 m."""
 
 
@@ -137,7 +137,7 @@ class PolicyDriver:
         """Return whether the robot is where its episode has it."""
         x, y, heading = self._env.simulator.pose(self._env.state)
         at = self._fleet.pose(self._robot)
-        return math.hypot(at[0] - x, at[1] - y) < _SAME and abs(wrap_angle(at[2] - heading)) < _SAME
+        return math.hypot(at[0] - x, at[1] - y) < _SAME_POSE and abs(wrap_angle(at[2] - heading)) < _SAME_POSE
 
     def _look(self) -> None:
         occupied = self._fleet.occupied(self._robot)  # R3
@@ -173,7 +173,7 @@ class PolicyDriver:
 
     def _ticks(self, steps: float) -> int:
         """Return the ticks that a share of a step takes."""
-        return math.ceil(steps * self._step_s / self._fleet.tick_s - _SAME)
+        return math.ceil(steps * self._step_s / self._fleet.tick_s - _SAME_POSE)
 
     def _end(self) -> None:
         self.is_done = True

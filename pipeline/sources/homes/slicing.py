@@ -14,7 +14,7 @@ import shapely
 
 from pipeline.sources.homes.values import Rect
 
-MEETS_M = 1e-6
+ABUT_M = 1e-6
 MIN_SIDE_M = 0.9
 _HUB = 0.4
 """How much it counts that no room has a border with all others."""
@@ -66,7 +66,7 @@ def shared_borders(rects: list[Rect]) -> dict[tuple[int, int], tuple[float, floa
     found = {}
     for upright, a1, a2, b1, b2 in ((True, x1, x2, y1, y2), (False, y1, y2, x1, x2)):
         low, high = np.maximum(b1[:, None], b1), np.minimum(b2[:, None], b2)
-        meets = (np.abs(a2[:, None] - a1) < MEETS_M) & (high - low > MEETS_M)  # the first ends where the second begins
+        meets = (np.abs(a2[:, None] - a1) < ABUT_M) & (high - low > ABUT_M)  # the first ends where the second begins
         for i, j in np.argwhere(meets).tolist():
             found[min(i, j), max(i, j)] = (float(a2[i]), float(low[i, j]), float(high[i, j]), upright)
     return dict(sorted(found.items()))
@@ -105,7 +105,7 @@ def _attempt(asked: WantedRectangles, rng: np.random.Generator) -> list[Rect]:
     rects = [placed[k] for k in range(n)]
     _pull(rects, pulls, asked, rng)
     x1, y1, x2, y2 = _bounds(rects)
-    if x1 > MEETS_M or y1 > MEETS_M or asked.width_m - x2 > MEETS_M or asked.height_m - y2 > MEETS_M:
+    if x1 > ABUT_M or y1 > ABUT_M or asked.width_m - x2 > ABUT_M or asked.height_m - y2 > ABUT_M:
         rects = _fill_box(rects, asked)
     return rects
 
@@ -139,7 +139,7 @@ def _pull(rects: list[Rect], pulls: np.ndarray, asked: WantedRectangles, rng: np
     box = (0.0, 0.0, asked.width_m, asked.height_m)
     for k in np.flatnonzero(pulls > 0).tolist():
         rect = rects[k]
-        outer = [side for side in range(4) if abs(rect[side] - box[side]) < MEETS_M]
+        outer = [side for side in range(4) if abs(rect[side] - box[side]) < ABUT_M]
         if not outer:
             continue
         side = outer[int(rng.integers(len(outer)))]
