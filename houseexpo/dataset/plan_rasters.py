@@ -36,8 +36,9 @@ class RasterConfig:
     find_rooms: bool = True
 
     def __post_init__(self) -> None:
-        if len(self.size) != 2 or not all(isinstance(side, int) and side > 0 for side in self.size):
-            raise ConfigError(f"size: expected rows and columns, found {self.size!r}")
+        sides = self.size if isinstance(self.size, tuple | list) else ()
+        if len(sides) != 2 or not all(isinstance(side, int) and side > 0 for side in sides):
+            raise ConfigError(f"size: expected rows and columns, such as (256, 256), found {self.size!r}")
         if self.fit not in ("crop", "shrink", "refuse"):
             raise ConfigError(f"fit: expected crop, shrink or refuse, found {self.fit!r}")
         scale = self.pixels_per_metre
