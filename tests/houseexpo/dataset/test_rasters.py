@@ -55,7 +55,10 @@ def test_rooms_of_published_plans_are_found():
     assert set(np.unique(rasterise_plan(plan, RasterConfig(size=(64, 96), find_rooms=False)).rooms)) == {-1}
 
 
-@pytest.mark.parametrize("wrong", [{"size": (0, 5)}, {"size": 256}, {"fit": "squeeze"}, {"pixels_per_metre": float("nan")}])
+WRONG = ({"size": (0, 5)}, {"size": 256}, {"fit": "squeeze"}, {"pixels_per_metre": float("nan")})
+
+
+@pytest.mark.parametrize("wrong", WRONG)
 def test_configurations_are_checked(wrong):
     with pytest.raises(ConfigError, match=next(iter(wrong))):
         RasterConfig(**wrong)
