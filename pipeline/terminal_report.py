@@ -59,6 +59,10 @@ def outcomes_by_id(data_set: BuildResult) -> Iterator[tuple[str, str, str]]:
             plans = (load_plan(data_set.root / "json" / f"{each}.json") for each in ids)
             for outcome, sentence in outcomes_of_corrections(override, plans):
                 yield name, outcome, sentence
+        if override.keep:
+            own = ids or [each for each in data_set.ids if is_id_of_input(each, name)]
+            if own and data_set.idle_keeps.issuperset(own):
+                yield name, "none", "keep: nothing would have left the plan out; it is not needed"
         if not ids and level in refused and not override.drop:
             for word in [*(["keep"] if override.keep else []), *map(str, override.corrections)]:
                 yield name, "none", f"{word}: there is no plan: {refused[level].reason.replace('_', ' ')}"

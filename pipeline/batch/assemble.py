@@ -52,7 +52,8 @@ class BuildResult:
     ``not_done`` counts the inputs that a transient fault kept from being done; ``unchanged``: it stood so before;
     ``entries`` say what came of each input, ``ignored`` counts the files of its folders that are no houses, by suffix;
     ``links`` are those in its folders that are not followed; ``passed_over`` says which sources hold no house;
-    ``overrides`` are the corrections, under the ids of its inputs;
+    ``overrides`` are the corrections, under the ids of its inputs, and ``idle_keeps`` the plans that a person keeps and
+    that nothing would have left out, if they were looked for;
     ``duplicates`` are the plans that it left out, each with the one that it repeats;
     ``licences`` are those that its sources state, "" among them where one states none; ``sources`` are those of this
     build, without others that it was added to.
@@ -71,6 +72,7 @@ class BuildResult:
     licences: tuple[str, ...] = ()
     sources: tuple[str, ...] = ()
     duplicates: tuple[Duplicate, ...] = ()
+    idle_keeps: frozenset[str] = frozenset()
     overrides: Mapping[str, Override] = field(default_factory=dict)
 
     @property
@@ -121,7 +123,7 @@ def assemble(parts: AssemblyParts, progress: Callable[[str, int, int], None]) ->
     progress("assembling", 0, 1)
     plans, refused = _settle_ids(parts.entries)
     kept = _store_renamed(parts, plans)
-    dropped = _find_copies(parts, kept)
+    dropped, idle_keeps = _find_copies(parts, kept)
     for duplicate in dropped:
         del kept[duplicate.id]
     files = plan_file_hashes(kept, pictured=parts.config.build.keep_stages)
@@ -152,6 +154,7 @@ def assemble(parts: AssemblyParts, progress: Callable[[str, int, int], None]) ->
         not_done,
         entries=tuple(parts.entries),
         duplicates=tuple(dropped),
+        idle_keeps=idle_keeps,
     )
 
 
@@ -202,14 +205,18 @@ def _as_it_was(parts: AssemblyParts, finished: FinishedBuild) -> BuildResult:
     )
 
 
-def _find_copies(parts: AssemblyParts, kept: Mapping[str, StoredPlan]) -> list[Duplicate]:
+def _find_copies(parts: AssemblyParts, kept: Mapping[str, StoredPlan]) -> tuple[list[Duplicate], frozenset[str]]:
+    """Return the plans that repeat others, and those that a person keeps although nothing would leave them out."""
+    keep = {name for name, plan in kept.items() if plan.by_hand or _override(name, plan, parts.overrides).keep}
+    alone = {name for name in keep if not kept[name].kept_from}
     if parts.config.stages.dedupe.off:
-        return []
+        return [], frozenset(alone)
     pairs = find_duplicate_pairs(
         parts.folder.build / "copies.npz", parts.plans, list(kept.values()), parts.config.stages.dedupe
     )
-    keep = {name for name, plan in kept.items() if plan.by_hand or _override(name, plan, parts.overrides).keep}
-    return choose_duplicates(list(kept), pairs, keep)
+    found = choose_duplicates(list(kept), pairs, keep)
+    without = {each.id for each in choose_duplicates(list(kept), pairs, set())} if alone else set()
+    return found, frozenset(alone - without)
 
 
 def _with_copies(rows: list[dict[str, Any]], dropped: Iterable[Duplicate]) -> list[dict[str, Any]]:
@@ -251,7 +258,9 @@ def _store_renamed(parts: AssemblyParts, plans: Iterable[tuple[str, StoredPlan]]
         found[name] = kept
         if name != kept.id:
             renamed = parts.plans.put(name, kept.content, encode(replace(_load(parts, kept), id=name)) + b"\n")
-            found[name] = msgspec.structs.replace(renamed, stages=kept.stages, by_hand=kept.by_hand)
+            found[name] = msgspec.structs.replace(
+                renamed, stages=kept.stages, by_hand=kept.by_hand, kept_from=kept.kept_from
+            )
     return found
 
 

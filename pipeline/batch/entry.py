@@ -25,7 +25,8 @@ class StoredPlan(msgspec.Struct, frozen=True, omit_defaults=True):
     """A plan in the store: its reader's id, the SHA-256 of what it was made from and of its bytes, and how many.
 
     ``stages`` is the picture of the stages that it went through, where the build keeps one. ``by_hand``: a person keeps
-    it, though it be a copy; builds that leave its source alone do not know of that.
+    it, though it be a copy; builds that leave its source alone do not know of that. ``kept_from`` is the reason for
+    which it would have been rejected otherwise, "" if there is none.
     """
 
     id: str
@@ -34,6 +35,7 @@ class StoredPlan(msgspec.Struct, frozen=True, omit_defaults=True):
     size: int
     stages: StoredPicture | None = None
     by_hand: bool = False
+    kept_from: str = ""
 
 
 class StoredRejection(msgspec.Struct, frozen=True, order=True):

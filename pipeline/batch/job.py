@@ -30,7 +30,7 @@ from pipeline.rejection import Reason, Rejection
 from pipeline.sources import reader
 from pipeline.sources.files import add_losses, record_opened_files
 from pipeline.timing import collect_times, time_stages
-from pipeline.values import MADE, Input, Level, RejectedLevel
+from pipeline.values import KEPT_FROM, MADE, Input, Level, RejectedLevel
 
 if TYPE_CHECKING:  # how a source is fetched shows in no plan: it is no part of what a result depends on
     from pipeline.batch.mirror import Mirror
@@ -192,7 +192,7 @@ def _of_level(level: Level, job: Job, settings: JobSettings) -> list[Outcome]:
         return [StoredRejection.of(level.id, _drop_by_hand(override))]
     rng = level_rng(level, settings.seed)
     try:
-        found = settings.plan(correct_level(level, override), configure(settings.config, override), rng)
+        level, found = _plan_level(correct_level(level, override), override, settings, rng)
         return [_outcome(each, level, override, job, settings) for each in found]
     except Rejection as rejection:
         _raise_transient(rejection)
@@ -205,6 +205,19 @@ def _of_level(level: Level, job: Job, settings: JobSettings) -> list[Outcome]:
         return [StoredRejection.of(level.id, _as_rejection(error, job.item))]
 
 
+def _plan_level(
+    level: Level, override: Override, settings: JobSettings, rng: np.random.Generator
+) -> tuple[Level, Sequence[Planned]]:
+    """Return the plans of a level; one that a person keeps is planned again without the rule that rejects it."""
+    try:
+        return level, settings.plan(level, configure(settings.config, replace(override, keep=False)), rng)
+    except Rejection as rejection:
+        if not override.keep or rejection.reason is not Reason.CHARACTERS:
+            raise
+        level = replace(level, provenance={**level.provenance, KEPT_FROM: str(rejection.reason)})
+        return level, settings.plan(level, configure(settings.config, override), level_rng(level, settings.seed))
+
+
 def _outcome(found: Planned, level: Level, of_level: Override, job: Job, settings: JobSettings) -> Outcome:
     """Return what came of a building. ``of_level`` is what is said of the level, whether to keep it among it."""
     found, picture = (found.plan, found.stages) if isinstance(found, PlanWithPicture) else (found, b"")
@@ -214,14 +227,19 @@ def _outcome(found: Planned, level: Level, of_level: Override, job: Job, setting
     try:
         if override.drop:
             raise _drop_by_hand(override)
-        if not override.keep:
+        kept_from = str(level.provenance.get(KEPT_FROM, ""))
+        try:
             check_quality(found, settings.min_quality)
+        except Rejection as doubt:
+            if not override.keep:
+                raise
+            kept_from = kept_from or str(doubt.reason)
     except Rejection as rejection:
         return StoredRejection.of(found.id, rejection.with_picture(draw_top_view(level.walls)))
     plan = _furnish(found, settings)
     plan = replace(plan, provenance={**(plan.provenance or {}), **settings.stamp})
     kept = settings.plans.put(found.id, str(level.provenance.get("sha256", "")), encode(plan) + b"\n", picture)
-    return msgspec.structs.replace(kept, by_hand=override.keep)
+    return msgspec.structs.replace(kept, by_hand=override.keep, kept_from=kept_from if override.keep else "")
 
 
 def _furnish(plan: FloorPlan, settings: JobSettings) -> FloorPlan:

@@ -272,6 +272,7 @@ def test_a_door_or_a_point_of_another_form_is_refused_with_the_form(tmp_path: Pa
         ('drop_nodes = ["Lamp*"]', "houses_bungalow: drop_nodes 'Lamp*': nothing in bungalow.obj has this name"),
         ("h_g = 0.4\nh_d = 1.1", "houses_bungalow: h_d: only houses in SUNCG's layout are cut at such a height"),
         ("door = [[5.1, 1.0], [5.1, 1.9]]\nno_room = [7.1, 4.7]", ""),
+        ("keep = true", "houses_bungalow: keep: nothing would have left the plan out; it is not needed"),
     ],
 )
 def test_what_has_no_effect_is_named(tmp_path: Path, corrections: str, said: str) -> None:
@@ -281,6 +282,14 @@ def test_what_has_no_effect_is_named(tmp_path: Path, corrections: str, said: str
     page = (tmp_path / "plans" / ".build" / "report.html").read_text()
     assert "Corrections: " in page
     assert ("<td>none" in page) == bool(said)
+
+
+def test_keep_that_is_needed_is_not_named(tmp_path: Path) -> None:
+    (tmp_path / "corrections.toml").write_text("[houses_bungalow]\nkeep = true\n")
+    words = ["build", str(FILE), "--overrides", str(tmp_path / "corrections.toml"), "--out", str(tmp_path / "plans")]
+    done = CliRunner().invoke(make_app(), [*words, "--workers", "1", "--min-quality", "0.6"])
+    assert done.exit_code == 0, done.output
+    assert "correction without effect" not in " ".join(done.output.split())
 
 
 # The corrections that the guide shows improve the house that it names.
