@@ -526,69 +526,70 @@ def table_of(trials: Sequence[Trial], wanted: Sequence[Number]) -> Table:
     return table
 
 
-UNITS = {"_M": "m", "_M2": "m2", "_DEG": "degrees", "_PX": "cells"}
 PAGE = """\
 # Thresholds of the stages
 
-The numbers of `pipeline/stages`, `pipeline/geometry` and `pipeline/tolerances.py`, each moved alone, as
-`python -m research.threshold_effects --table docs/contributing/thresholds.md` wrote them down: {trials:,} trials on
-{levels} levels of made houses and of files. *Plans* counts the levels whose plan changed by a byte, *houses* those of
-them in which a room, a door, an entrance or a cut came or went, or the area of a room changed by more than a twentieth.
-Both are out of the levels that were planned again, the quickest that read the number; of 0 if no level did.
+What each number of `pipeline/stages`, `pipeline/geometry` and `pipeline/tolerances.py` decides, moved alone: `python
+-m research.threshold_effects --table docs/contributing/thresholds.md` wrote this after {trials:,} trials on {levels}
+levels of made houses and of files. A line has the number, and *plans/houses/levels* at 0.8 and 1.2, then at 0 and
+1000 times its value: in how many levels a byte of the plan changed; in how many a room, a door, an entrance or a cut
+came or went, or a room's area changed by more than a twentieth; and of how many levels, the quickest that read it.
+Values stand in the code.
 """
 EARLIER = """\
-Rows with a star are of an earlier run, of 1,457 trials on 34 levels: it tried other numbers. Builds with the options
-`furniture` and `dwellings` alone read `STEP_OVER_M`, and `DWELLING_M2` and `STAIR_M2`.
+A star is an earlier run, of 1,457 trials on 34 levels. Builds with `furniture` and `dwellings` alone read
+`STEP_OVER_M`, and `DWELLING_M2` and `STAIR_M2`.
 """
-ROW = re.compile(r"^\| `([\w.]+)` \| .* \| (\d+, \d+ of \d+) \| (\d+, \d+ of \d+) \|$", re.MULTILINE)
+EFFECTS = (
+    "A fifth more or less changes a house",
+    "Only without it, or a thousandfold, a house changes",
+    "No house changes, but bytes of plans",
+    "Nothing changes",
+)
+ROW = re.compile(r"`([\w.]+)` (\d+)/(\d+)/(\d+) (\d+)/(\d+)/(\d+)")
+Counts = tuple[tuple[int, int, int], tuple[int, int, int]]
 
 
-def rows_of_page(text: str) -> dict[str, list[str]]:
-    """Return the two counts of each number of a page."""
-    return {title: [near, off] for title, near, off in ROW.findall(text.replace(" * |", " |"))}
+def rows_of_page(text: str) -> dict[str, Counts]:
+    """Return the counts of each number of a page: (plans, houses, levels) near its value, and off it."""
+    found = {}
+    for title, *counts in ROW.findall(text):
+        near, off = (tuple(map(int, part)) for part in (counts[:3], counts[3:]))
+        found[title] = (near, off)
+    return found  # type: ignore[return-value]  # the pattern has six
 
 
-def page_of(
-    trials: Sequence[Trial], wanted: Sequence[Number], earlier: Mapping[str, Sequence[str]] | None = None
-) -> str:
-    """Return the effects as a page in Markdown: the kinds of ``tolerances``, and then the numbers of one rule.
+def page_of(trials: Sequence[Trial], wanted: Sequence[Number], earlier: Mapping[str, Counts] | None = None) -> str:
+    """Return the effects as a page in Markdown, the numbers that decide most first.
 
     A number without a trial keeps its counts of an ``earlier`` page.
     """
     tried, kept = {t.number for t in trials}, earlier or {}
-    kinds = kinds_of((Path(pipeline.__file__).parent / "tolerances.py").read_text())
-    rows: dict[str, list[str]] = {}
+    lines: dict[str, list[str]] = {effect: [] for effect in EFFECTS}
     for number in wanted:
-        value = str(getattr(sys.modules[number.module], number.name)).replace("\n", " ")
-        unit = next((unit for end, unit in UNITS.items() if number.name.endswith(end)), "")
-        cells = [f"`{number.title}`", f"{value[:40]} {unit}".strip()]
-        for factors in (NEAR, OFF):
-            own: dict[str, Result] = {}
-            for t in trials:
-                if t.number == number.title and t.factor in factors:
-                    own[t.level] = max(t.result, own.get(t.level, Result.NOTHING))
-            plans, houses_ = (sum(r >= least for r in own.values()) for least in (Result.PLAN, Result.HOUSE))
-            cells.append(f"{plans}, {houses_} of {len(own)}")
-        if number.title in kept and number.title not in tried:
-            cells = [*cells[:2], *(f"{count} *" for count in kept[number.title])]
-        kind = kinds.get(number.name, "") if number.module == SHARED else "Numbers of one rule"
-        rows.setdefault(kind, []).append(f"| {' | '.join(cells)} |")
-    head = "| number | value | plans, houses at 0.8 and 1.2 | plans, houses at 0 and 1000 |\n|---|---|---|---|"
-    order = [*dict.fromkeys(kinds.values()), "Numbers of one rule"]
+        is_old = number.title in kept and number.title not in tried
+        counts = kept[number.title] if is_old else (_count(trials, number, NEAR), _count(trials, number, OFF))
+        near, off = ("/".join(map(str, part)) for part in counts)
+        houses_near, houses_off = counts[0][1], counts[1][1]
+        plans = counts[0][0] or counts[1][0]
+        effect = EFFECTS[0 if houses_near else 1 if houses_off else 2 if plans else 3]
+        lines[effect].append(f"`{number.title}` {near} {off}{' *' if is_old else ''}")
     page = PAGE.format(trials=len(trials), levels=len({t.level for t in trials}))
     page += EARLIER if any(n.title in kept and n.title not in tried for n in wanted) else ""
-    return page + "".join(f"\n## {kind}\n{head}\n" + "\n".join(rows[kind]) + "\n" for kind in order if kind in rows)
+    return page + "".join(f"\n## {effect}\n" + ";\n".join(found) + ".\n" for effect, found in lines.items() if found)
 
 
-def kinds_of(text: str) -> dict[str, str]:
-    """Return the kind of each number of a file of tolerances: the first words of the comment that begins its part."""
-    found, kind = {}, ""
-    for line in text.splitlines():
-        if line.startswith("# "):
-            kind = line[2:].split(":")[0].rstrip(".")
-        elif ": Final" in line:
-            found[line.split(":")[0]] = kind
-    return found
+def _count(trials: Sequence[Trial], number: Number, factors: Sequence[float]) -> tuple[int, int, int]:
+    """Return in how many levels the plan changed, in how many the house, and of how many."""
+    own: dict[str, Result] = {}
+    for t in trials:
+        if t.number == number.title and t.factor in factors:
+            own[t.level] = max(t.result, own.get(t.level, Result.NOTHING))
+    return (
+        sum(result >= Result.PLAN for result in own.values()),
+        sum(result == Result.HOUSE for result in own.values()),
+        len(own),
+    )
 
 
 def main() -> None:

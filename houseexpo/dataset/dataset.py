@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 _log = logging.getLogger(__name__)
 
-_LISTED: Final = 3
+_LOST_NAMED: Final = 3
 """Plans that cannot be read and are named one by one."""
 
 Range: TypeAlias = tuple[float | None, float | None]
@@ -77,7 +77,9 @@ def open_dataset(path: str | os.PathLike[str]) -> Dataset:
 
     found = Dataset(open_store(path))
     if found.left_out:
-        listed = "; ".join(map(str, found.left_out[:_LISTED])) + ("; ..." if len(found.left_out) > _LISTED else "")
+        listed = "; ".join(map(str, found.left_out[:_LOST_NAMED])) + (
+            "; ..." if len(found.left_out) > _LOST_NAMED else ""
+        )
         _log.warning("%s: %s left out, cannot be read: %s", path, count_noun(len(found.left_out), "plan"), listed)
     return found
 
