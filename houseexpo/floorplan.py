@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     from houseexpo.analysis.graph import WalkingPath
     from houseexpo.corrections import Override
     from houseexpo.corrections.apply import Corrected
+    from houseexpo.drawing.styles import StyleName
     from houseexpo.grids.frame import GridFrame
     from houseexpo.plan.parts import Box, Door, Frame, PlanObject, Quality, Room
 
@@ -389,6 +390,7 @@ class FloorPlan(PlanData):
         wall_thickness: float = 0.1,
         title: str | None = None,
         figsize: tuple[float, float] | None = None,
+        style: StyleName = "architect",
     ) -> Axes:
         """Draw the plan on a matplotlib axis, x right and y up, in metres.
 
@@ -397,14 +399,16 @@ class FloorPlan(PlanData):
         ax
             The axis to draw on; by default that of a new figure.
         rooms, labels, doors, objects, walls
-            What to draw: rooms in their label's colour, their labels, doors by kind, furniture, walls. A published
-            plan has no rooms and doors; those of ``divided`` are drawn.
+            What to draw: rooms, their labels where they fit, doors, furniture, walls. A published plan has no rooms and
+            doors; those of ``divided`` are drawn.
         wall_thickness
             Thickness of the walls around the outline, metres.
         title
             Title of the axis.
         figsize
             Width and height of the new figure, inches; only without ``ax``.
+        style
+            "architect", "technical" (black and white) or "semantic" (doors coloured by kind), as in ``draw_plan``.
 
         Returns
         -------
@@ -413,7 +417,7 @@ class FloorPlan(PlanData):
         Raises
         ------
         ConfigError
-            Both ``ax`` and ``figsize`` are given.
+            Both ``ax`` and ``figsize`` are given, or there is no such style.
         MissingDependencyError
             matplotlib is not installed.
 
@@ -437,6 +441,7 @@ class FloorPlan(PlanData):
             wall_thickness=wall_thickness,
             title=title,
             figsize=figsize,
+            style=style,
         )
 
     def to_geopandas(self, layer: Layer = "rooms") -> Any:
@@ -514,7 +519,7 @@ class FloorPlan(PlanData):
         areas = shapely.MultiPolygon(disc_centre_areas(self.free_space, radius)) if radius else self.free_space
         return shortest_path(areas, start, goal)
 
-    def save(self, path: str | os.PathLike[str]) -> None:
+    def save(self, path: str | os.PathLike[str], *, style: StyleName = "architect") -> None:
         """Write the plan to a file; an existing file is replaced only when the new one is complete.
 
         Parameters
@@ -522,11 +527,13 @@ class FloorPlan(PlanData):
         path
             The end of its name says what is written: ``.json`` the plan, which ``load_plan`` reads; ``.png``, ``.svg``
             or ``.pdf`` a drawing of ``divided``.
+        style
+            The style of a drawing, as in ``draw_plan``.
 
         Raises
         ------
         ConfigError
-            The name has another end.
+            The name has another end, or there is no such style.
         """
         from houseexpo.files import write_atomically
 
@@ -537,7 +544,7 @@ class FloorPlan(PlanData):
         elif kind in {".png", ".svg", ".pdf"}:
             from houseexpo.drawing import encode_drawing
 
-            content = encode_drawing(self.divided, kind.removeprefix("."))
+            content = encode_drawing(self.divided, kind.removeprefix("."), style)
         else:
             raise ConfigError(
                 "save: expected a file that ends in .json (the plan), .png, .svg or .pdf (a drawing), "

@@ -14,7 +14,8 @@ from shapely.geometry.base import BaseGeometry
 
 from houseexpo.analysis.graph import shortest_path
 from houseexpo.drawing import contact_sheet, draw_plan
-from houseexpo.drawing.scene import DOOR_COLOURS, INK, PAPER, WALL, load_font
+from houseexpo.drawing.room_names import load_font
+from houseexpo.drawing.styles import DOOR_COLOURS, INK, PAPER, WALL
 from houseexpo.floorplan import FloorPlan
 from houseexpo.plan import Box, Frame
 from pipeline.algorithm import StageResult

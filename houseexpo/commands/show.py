@@ -32,12 +32,16 @@ def show(
     size: Annotated[int, typer.Option(min=64, max=8000, help="Longer side of a plan, pixels.")] = 800,
     columns: Annotated[int | None, typer.Option(min=1, help="Number of pictures in a row.")] = None,
     find_rooms: Annotated[bool, typer.Option(help="Find rooms and doors of plans without them.")] = True,
+    style: Annotated[
+        str, typer.Option(help="architect; technical: black and white; semantic: doors coloured by kind.")
+    ] = "architect",
     replace: Annotated[bool, typer.Option("--replace", help=REPLACE_HELP)] = False,
 ) -> None:
-    """Draw plans: rooms coloured by label, doors by kind, scale bar, legend. Several make a contact sheet."""
+    """Draw plans: walls, rooms with name and area, doors, furniture, scale bar. Several make a contact sheet."""
     from houseexpo.commands.arguments import plans_from_arguments
     from houseexpo.commands.printing import make_console
     from houseexpo.drawing import contact_sheet, draw_plan, svg, svg_sheet
+    from houseexpo.drawing.styles import check_style
     from houseexpo.exports.encoding import encode_image
     from houseexpo.files import write_atomically
     from houseexpo.outputs import CommandOutput
@@ -45,16 +49,17 @@ def show(
 
     if out.suffix not in (".png", ".svg"):
         raise ConfigError(f"--out: expected a file that ends in .png or .svg, found {out.name!r}")
+    look = check_style(style)
     with CommandOutput(out, [*what, data], replace=replace):
         found = _choose_plans(plans_from_arguments(what, data, ids), limit, sample, seed)
         across = columns or math.ceil(math.sqrt(len(found)))
         names = [plan.id for plan in found]
         shown = show_progress((plan.divided if find_rooms else plan for plan in found), "drawing", len(found))
         if out.suffix == ".svg":
-            documents = [svg(plan, size=size) for plan in shown]
+            documents = [svg(plan, size=size, style=look) for plan in shown]
             content = (documents[0] if len(found) == 1 else svg_sheet(documents, across, names)).encode()
         else:
-            images = [draw_plan(plan, size=size) for plan in shown]
+            images = [draw_plan(plan, size=size, style=look) for plan in shown]
             content = encode_image(images[0] if len(found) == 1 else contact_sheet(images, across, names), "PNG")
         write_atomically(out, content)
     make_console().print(f"{count_noun(len(found), 'plan')} drawn in {out}", highlight=False, soft_wrap=True)

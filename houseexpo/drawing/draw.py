@@ -7,31 +7,38 @@ appears as seen from below its floor; exports to right-handed worlds undo that.)
 from __future__ import annotations
 
 import io
+import math
 import re
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from html import escape
 from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 
-from houseexpo.drawing.scene import INK, PAPER, FilledArea, Scene, lay_out_plan, load_font
+from houseexpo.drawing.room_names import LINE, TextLines, load_font, text_length
+from houseexpo.drawing.scene import FilledArea, Scene, ThinLine, lay_out_plan
+from houseexpo.drawing.styles import INK, PAPER, StyleName, dark_colours
 from houseexpo.errors import ConfigError
 from houseexpo.grids.frame import GridFrame
 from houseexpo.grids.raster import all_rings, fill_cells
 from houseexpo.plan.model import PlanData
 
 if TYPE_CHECKING:
+    from PIL.Image import Image as PillowImage
     from PIL.ImageDraw import ImageDraw
 
 Image = npt.NDArray[np.uint8]
 
 _OVERSAMPLING = 3
+_HALO = 0.3  # around letters, in their size; half of it lies under them
 _GAP_PX = 16
 _SVG_SIZE = re.compile(r'width="(\d+)" height="(\d+)"')
 
 
-def draw_plan(plan: PlanData, pixels_per_metre: float | None = None, *, size: int = 800) -> Image:
+def draw_plan(
+    plan: PlanData, pixels_per_metre: float | None = None, *, size: int = 800, style: StyleName = "architect"
+) -> Image:
     """Draw a plan as an array of pixels.
 
     Parameters
@@ -42,55 +49,97 @@ def draw_plan(plan: PlanData, pixels_per_metre: float | None = None, *, size: in
         Scale; by default, the plan's longer side takes 92% of ``size`` pixels.
     size
         Longer side of the picture in pixels, approximately.
+    style
+        "architect" (dark walls, door leaves with their swing, pale rooms), "technical" (the same in black and white) or
+        "semantic" (rooms in their label's colour, doors coloured by kind, with a legend).
 
     Returns
     -------
     The picture, (rows, cols, 3) uint8, RGB, with smooth edges.
+
+    Raises
+    ------
+    ConfigError
+        The style is none of these, or the plan would have no size.
     """
-    layout = lay_out_plan(plan, pixels_per_metre, size)
+    layout = lay_out_plan(plan, pixels_per_metre, size, style)
     image = _paint(layout)
     return _with_words(image, layout)
 
 
-def svg(plan: PlanData, pixels_per_metre: float | None = None, *, size: int = 800) -> str:
-    """Draw a plan as an SVG document and return its text; the parameters are those of ``draw_plan``."""
-    layout = lay_out_plan(plan, pixels_per_metre, size)
-    frame = _frame(layout, layout.pixels_per_metre)
+def svg(
+    plan: PlanData, pixels_per_metre: float | None = None, *, size: int = 800, style: StyleName = "architect"
+) -> str:
+    """Draw a plan as an SVG document and return its text; the parameters are those of ``draw_plan``.
+
+    On dark pages, the style "architect" is shown with light lines on dark.
+    """
+    layout = lay_out_plan(plan, pixels_per_metre, size, style)
+    frame, look = _frame(layout, layout.pixels_per_metre), layout.style
     rows, cols = frame.shape
+    dark = dark_colours(look, {*plan.room_category, *(room.label for room in plan.rooms)})
     parts = [
         f'<svg xmlns="http://www.w3.org/2000/svg" width="{cols}" height="{rows}" viewBox="0 0 {cols} {rows}">',
-        f"<style>text {{ font-family: Helvetica, Arial, sans-serif; fill: {INK} }}</style>",
+        f"<style>text {{ font-family: Helvetica, Arial, sans-serif }}{dark_rules(dark)}</style>",
         f"<title>{escape(plan.id)}</title>",
-        f'<rect width="{cols}" height="{rows}" fill="{PAPER}"/>',
+        f'<rect width="{cols}" height="{rows}" fill="{look.paper}"/>',
         *(_path(area, frame) for area in layout.areas),
+        *_svg_lines(layout.lines, frame),
+        *(_path(area, frame) for area in layout.key_areas),
+        f'<g fill="{look.ink}" paint-order="stroke" stroke-linejoin="round">',
+        *(text for words in (*layout.words, *layout.key_words) for text in _svg_words(words, frame)),
+        "</g>",
     ]
-    for words in layout.words:
-        x, y = frame.pixels_from_points((words.x, words.y)).tolist()
-        anchor = ' text-anchor="middle"' if words.centred else ""
-        for i, line in enumerate(words.lines):
-            baseline = y + (i - (len(words.lines) - 1) / 2) * 1.2 * words.size + 0.35 * words.size
-            parts.append(
-                f'<text x="{x:.1f}" y="{baseline:.1f}" font-size="{words.size:g}"{anchor}>{escape(line)}</text>'
-            )
     return "\n".join([*parts, "</svg>\n"])
 
 
-def encode_drawing(plan: PlanData, kind: str) -> bytes:
+def dark_rules(colours: Mapping[str, str]) -> str:
+    """Return the CSS that replaces colours of fills and strokes on dark pages."""
+    rules = "".join(
+        f'[fill="{light}"]{{fill:{dark}}}[stroke="{light}"]{{stroke:{dark}}}' for light, dark in colours.items()
+    )
+    return f"@media (prefers-color-scheme:dark){{{rules}}}" if rules else ""
+
+
+def _svg_lines(lines: Iterable[ThinLine], frame: GridFrame) -> Iterator[str]:
+    """Return lines as paths, those of one colour and width in one path."""
+    by_pen: dict[tuple[str, float], list[str]] = {}
+    for line in lines:
+        points = frame.pixels_from_points(line.points).round(1).tolist()
+        by_pen.setdefault((line.colour, line.width), []).append("M" + " ".join(f"{x:g},{y:g}" for x, y in points))
+    for (colour, width), paths in by_pen.items():
+        yield f'<path fill="none" stroke="{colour}" stroke-width="{width:.2g}" d="{" ".join(paths)}"/>'
+
+
+def _svg_words(words: TextLines, frame: GridFrame) -> Iterator[str]:
+    """Return lines of text; other fonts than the one that was measured are squeezed to its width."""
+    x, y = frame.pixels_from_points((words.x, words.y)).tolist()
+    anchor = ' text-anchor="middle"' if words.centred else ""
+    halo = "" if words.halo is None else f' stroke="{words.halo}" stroke-width="{_HALO * words.size:.1f}"'
+    turn = f' transform="rotate(-90 {x:.1f} {y:.1f})"' if words.turned else ""
+    for i, line in enumerate(words.lines):
+        baseline = y + (i - (len(words.lines) - 1) / 2) * LINE * words.size + 0.35 * words.size
+        fit = f'textLength="{text_length(line, words.size):.1f}" lengthAdjust="spacingAndGlyphs"'
+        at = f'x="{x:.1f}" y="{baseline:.1f}" font-size="{words.size:g}"'
+        yield f"<text {at} {fit}{anchor}{halo}{turn}>{escape(line)}</text>"
+
+
+def encode_drawing(plan: PlanData, kind: str, style: StyleName = "architect") -> bytes:
     """Return a drawing of a plan as the bytes of a "png", "svg" or "pdf" file; the last two can be enlarged at will."""
     from PIL import Image as Pillow
 
     if kind == "svg":
-        return svg(plan).encode()
+        return svg(plan, style=style).encode()
     stream = io.BytesIO()
     if kind == "png":
-        Pillow.fromarray(draw_plan(plan)).save(stream, "PNG")
+        Pillow.fromarray(draw_plan(plan, style=style)).save(stream, "PNG")
         return stream.getvalue()
     from matplotlib.figure import Figure
 
     from houseexpo.drawing.axes import plot_plan
 
     figure = Figure(layout="constrained")
-    plot_plan(plan, figure.subplots())
+    plot_plan(plan, figure.subplots(), style=style)
     figure.savefig(stream, format="pdf", metadata={"CreationDate": None})
     return stream.getvalue()
 
@@ -173,10 +222,17 @@ def _paint(layout: Scene) -> Image:
     coarse = _frame(layout, layout.pixels_per_metre)
     rows, cols = (side * _OVERSAMPLING for side in coarse.shape)
     fine = GridFrame(coarse.origin_m, coarse.pixels_per_metre * _OVERSAMPLING, (rows, cols), y_up=True)
-    palette = list(dict.fromkeys([PAPER, *(area.fill for area in layout.areas)]))  # a picture has a few dozen colours
+    areas = (*layout.areas, *layout.key_areas)
+    paper, pens = layout.style.paper, (line.colour for line in layout.lines)
+    palette = list(dict.fromkeys([paper, *(area.fill for area in areas), *pens]))  # a picture has a few dozen colours
     index = np.zeros(fine.shape, dtype=np.uint8)
-    for area in layout.areas:
+    for area in areas:
         fill_cells(index, area.shape, fine, palette.index(area.fill))
+    for line in layout.lines:
+        # OpenCV counts from the middle of the first pixel, in sixteenths
+        points = np.rint((fine.pixels_from_points(line.points) - 0.5) * 16).astype(np.int32)
+        width = max(round(line.width * _OVERSAMPLING), 1)
+        cv2.polylines(index, [points], isClosed=False, color=palette.index(line.colour), thickness=width, shift=4)
     colours = np.zeros((256, 1, 3), dtype=np.uint8)
     colours[: len(palette), 0] = [_rgb(colour) for colour in palette]
     image = cv2.applyColorMap(index, colours)  # three times as fast as NumPy's take
@@ -187,26 +243,50 @@ def _with_words(image: Image, layout: Scene) -> Image:
     from PIL import Image as Pillow
     from PIL import ImageDraw as Drawing
 
-    frame = _frame(layout, layout.pixels_per_metre)
+    frame, ink = _frame(layout, layout.pixels_per_metre), layout.style.ink
     picture = Pillow.fromarray(image)
-    draw = Drawing.Draw(picture)
-    for words in layout.words:
+    for words in (*layout.words, *layout.key_words):
         x, y = frame.pixels_from_points((words.x, words.y)).tolist()
-        for i, line in enumerate(words.lines):
-            middle = y + (i - (len(words.lines) - 1) / 2) * 1.2 * words.size
-            _write(draw, (x, middle), line, words.size, centred=words.centred)
+        if words.turned:
+            _paste_turned(picture, (x, y), words, ink)
+        else:
+            _write_lines(Drawing.Draw(picture), (x, y), words, ink)
     return np.asarray(picture).copy()
 
 
-def _write(draw: ImageDraw, at: tuple[float, float], line: str, size: float, *, centred: bool) -> None:
+def _write_lines(draw: ImageDraw, at: tuple[float, float], words: TextLines, ink: str) -> None:
+    for i, line in enumerate(words.lines):
+        middle = at[1] + (i - (len(words.lines) - 1) / 2) * LINE * words.size
+        _write(draw, (at[0], middle), line, words, ink)
+
+
+def _paste_turned(picture: PillowImage, at: tuple[float, float], words: TextLines, ink: str) -> None:
+    """Write lines that read upwards, centred: the picture is turned there, and back."""
+    from PIL import Image as Pillow
+    from PIL import ImageDraw as Drawing
+
+    wide = math.ceil(max(text_length(line, words.size) for line in words.lines) / 2) + 2
+    high = math.ceil(LINE * words.size * len(words.lines) / 2) + 2
+    left, top = round(at[0]) - high, round(at[1]) - wide
+    part = picture.crop((left, top, left + 2 * high, top + 2 * wide)).transpose(Pillow.Transpose.ROTATE_270)
+    _write_lines(Drawing.Draw(part), (wide, high), words, ink)
+    picture.paste(part.transpose(Pillow.Transpose.ROTATE_90), (left, top))
+
+
+def _write(draw: ImageDraw, at: tuple[float, float], line: str, words: TextLines, ink: str) -> None:
     """Write a line; a superscript 2 at its end, which Pillow's font lacks, becomes a small raised 2."""
-    (x, y), text, font, small = at, line.removesuffix("²"), load_font(size), load_font(0.6 * size)
-    if text == line:
-        draw.text(at, line, INK, font, anchor="mm" if centred else "lm")
-        return
-    left = x - (font.getlength(text) + small.getlength("2")) / 2 if centred else x
-    draw.text((left, y), text, INK, font, anchor="lm")
-    draw.text((left + font.getlength(text), y - 0.25 * size), "2", INK, small, anchor="lm")
+    (x, y), size = at, words.size
+    text, font, small = line.removesuffix("²"), load_font(size), load_font(0.6 * size)
+    letters = [(x, y, text, font)]
+    if text != line:
+        left = x - (font.getlength(text) + small.getlength("2")) / 2 if words.centred else x
+        letters = [(left, y, text, font), (left + font.getlength(text), y - 0.25 * size, "2", small)]
+    anchor = "mm" if words.centred and text == line else "lm"
+    for each_x, each_y, each, type_ in letters if words.halo else ():
+        stroke = _HALO * size / 2
+        draw.text((each_x, each_y), each, words.halo, type_, anchor=anchor, stroke_width=stroke, stroke_fill=words.halo)
+    for each_x, each_y, each, type_ in letters:
+        draw.text((each_x, each_y), each, ink, type_, anchor=anchor)
 
 
 def _rgb(colour: str) -> tuple[int, int, int]:

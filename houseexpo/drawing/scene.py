@@ -3,49 +3,31 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache
 from typing import TYPE_CHECKING, Final
 
+import numpy as np
+import numpy.typing as npt
+
+from houseexpo.drawing.door_leaves import Leaf, door_leaves, entrance_gap, valid_shape
+from houseexpo.drawing.room_names import TextLines, place_name, text_length
+from houseexpo.drawing.styles import DOOR_COLOURS, DOOR_TINTS, UNSURE, Style, StyleName, style_named
 from houseexpo.errors import ConfigError
 from houseexpo.grids.frame import check_not_too_coarse
-from houseexpo.plan import DOOR_KINDS, Box, DoorKind
+from houseexpo.plan import DOOR_KINDS, Box, Door, PlanObject
 from houseexpo.plan.model import PlanData
-from houseexpo.plan.room_labels import label_colour
+from houseexpo.plan.room_labels import UNLABELLED
 
 if TYPE_CHECKING:
-    from PIL.ImageFont import FreeTypeFont
-    from shapely import LineString, MultiPolygon, Point, Polygon
+    from shapely import LineString, MultiPolygon, Polygon
     from shapely.geometry.base import BaseGeometry
 
-INK: Final = "#2f343b"
-PAPER: Final = "#ffffff"
-WALL: Final = "#454b54"
-FLOOR: Final = "#f6f4ef"
-FURNITURE: Final = "#e2ddd3"
-_UNSURE_ROOM: Final = "#8d8778"
-FURNITURE_EDGE: Final = "#a9a294"
-# blue, light blue, amber, magenta: distinguishable by colour-blind readers
-DOOR_COLOURS: Final[dict[DoorKind, str]] = {
-    "door": "#2f6da8",
-    "opening": "#8fbde0",
-    "entrance": "#e39a1f",
-    "cut": "#c2188f",
-}
-_TINTS: Final[dict[DoorKind, str]] = {
-    "door": "#bdd3e6",
-    "opening": "#dcebf6",
-    "entrance": "#f6ddb3",
-    "cut": "#edb9de",
-}
-
-_WALL_M: Final = 0.15  # walls are drawn this thick around the outline, and solid up to four times this
+_GAP_M: Final = 0.6  # walls are not drawn farther outside the outline
 _LEAF_M: Final = 0.05
 _DASH_M: Final = 0.12  # an unsure door is dashed, an unsure room is hatched with bands of this width at this distance
 _HATCH_M: Final = (0.06, 0.6)
 _EDGE_M: Final = 0.03  # the line around a piece of furniture
-_SMALLEST_PX: Final = 8
 _SAME_ROOM: Final = 0.7  # boxes with a larger intersection over union are one room with several labels
 _BARS_M: Final = (0.5, 1, 2, 5, 10, 20, 50)
 
@@ -64,44 +46,72 @@ class _Space:
 
     labels: tuple[str, ...]
     shape: Polygon
+    id: int | None = None
+
+    @property
+    def words(self) -> tuple[str, ...]:
+        """What is written in it: its name if it has one, and the area of a room."""
+        names = [label.replace("_", " ") for label in self.labels if label != UNLABELLED]
+        area = () if self.id is None else (f"{self.shape.area:.1f} m²",)
+        return (*([" / ".join(names)] if names else ()), *area)
 
 
 @dataclass(frozen=True)
-class TextLines:
-    """Lines of text, centred on a point in metres or starting there; ``size`` is in pixels."""
+class ThinLine:
+    """A line through points (n, 2) in metres; ``width`` is in pixels."""
 
-    x: float
-    y: float
-    lines: tuple[str, ...]
-    size: float
-    centred: bool = True
+    points: npt.NDArray[np.float64]
+    colour: str
+    width: float
 
 
 @dataclass(frozen=True)
 class Scene:
-    """A picture: ``bounds`` in metres, and a scale; later areas cover earlier ones, and texts cover areas."""
+    """A picture: ``bounds`` in metres, and a scale.
+
+    Later areas cover earlier ones, lines cover areas, and texts cover lines. ``key_areas`` and ``key_words`` are the
+    scale bar and the legend, below the plan.
+    """
 
     bounds: Box
     pixels_per_metre: float
+    style: Style
     areas: tuple[FilledArea, ...]
+    lines: tuple[ThinLine, ...]
     words: tuple[TextLines, ...]
+    key_areas: tuple[FilledArea, ...]
+    key_words: tuple[TextLines, ...]
 
 
-@lru_cache(maxsize=64)  # a new font object would be unpacked, and its glyphs drawn, again
-def load_font(size: float) -> FreeTypeFont:
-    """Return the font that comes with Pillow, so that pictures look the same on every machine."""
-    from PIL import ImageFont
+@dataclass(frozen=True)
+class Parts:
+    """Which parts of a plan a picture shows, and how thick its outer walls are, metres."""
 
-    return ImageFont.load_default(size)  # type: ignore[return-value]  # a FreeTypeFont wherever a size is given
+    rooms: bool = True
+    labels: bool = True
+    doors: bool = True
+    objects: bool = True
+    walls: bool = True
+    wall_m: float = 0.15
 
 
-def lay_out_plan(plan: PlanData, pixels_per_metre: float | None, size: int) -> Scene:
-    """Lay out the picture of a plan.
+ALL_PARTS: Final = Parts()
 
-    It has rooms in their label's colour with the label and the area, dark walls, light furniture, doors by kind, and
-    below them a scale bar and a legend. What is more likely wrong than right is shown as unsure: a door dashed, a room
-    hatched. A published plan has no rooms; the parts of its label boxes in the free space are drawn instead.
+
+def lay_out_plan(
+    plan: PlanData,
+    pixels_per_metre: float | None,
+    size: int,
+    style: StyleName = "architect",
+    parts: Parts = ALL_PARTS,
+) -> Scene:
+    """Lay out the picture of a plan in a style (``houseexpo.drawing.styles``).
+
+    It has rooms with label and area, dark walls, doors, furniture, and below them a scale bar and a legend of what does
+    not explain itself. What is more likely wrong than right is shown as unsure: a door dashed, a room hatched. A
+    published plan has no rooms; the parts of its label boxes in the free space are drawn instead.
     """
+    look = style_named(style)
     x1, y1, x2, y2 = plan.free_space.bounds
     extent = max(x2 - x1, y2 - y1)
     # the margins take 4% of the size on each side and a line of text below
@@ -111,17 +121,46 @@ def lay_out_plan(plan: PlanData, pixels_per_metre: float | None, size: int) -> S
         raise ConfigError(f"picture: expected a size of more than 0 pixels, found {asked}")
     check_not_too_coarse((x1, y1, x2, y2), scale, plan.id)
     text = min(max(0.24 * scale, 9.0), 15.0)
-    margin, line = 0.04 * extent + _WALL_M, 2.2 * text / scale
-    closed = _inner_area(plan).buffer(2 * _WALL_M, join_style="mitre").buffer(-_WALL_M, join_style="mitre")
-    rooms = list(_rooms(plan)) or list(_boxes(plan))
-    floors = [FilledArea(room.shape, label_colour(room.labels[0])) for room in rooms]
-    inside = [*floors, *_hatches(plan), *_furniture(plan), *_doors(plan)]
-    areas = [FilledArea(closed, WALL), FilledArea(plan.free_space, FLOOR), *inside]
-    words = [found for room in rooms if (found := _label(room, scale, text, area=bool(plan.rooms)))]
+    margin, line = 0.04 * extent + parts.wall_m, 2.2 * text / scale
+    rooms = (list(_rooms(plan)) or list(_boxes(plan))) if parts.rooms else []
+    doors = plan.doors if parts.doors else ()
+    objects = plan.objects if parts.objects else ()
+    leaves = door_leaves(plan) if look.swings and doors else {}
+    hair = min(max(0.02 * scale, 0.7), 1.6)  # thin lines and leaves stay visible, and thin
+    areas: list[FilledArea] = []
+    lines: list[ThinLine] = []
+    walls = _closed_walls(plan, parts.wall_m)
+    if parts.walls:
+        areas.append(FilledArea(walls, look.wall))
+    areas.append(FilledArea(plan.free_space, look.floor))
+    areas += [FilledArea(room.shape, look.room(room.labels[0])) for room in rooms]
+    areas += _hatches(plan, look) if parts.rooms else ()
+    for thing in objects:
+        areas += _furniture(thing, look)
+        if look.swings:
+            lines.append(ThinLine(_closed(thing.ring), look.line, hair))
+    for door in doors:
+        if look.swings:
+            areas += _gap(door, plan, walls, look) if door.kind == "entrance" and parts.walls and door.width else ()
+            lines += _door_lines(door, leaves.get(door.id, ()), look, hair, scale)
+        else:
+            areas += _coloured_door(door)
+    swings = [leaf.swing for several in leaves.values() for leaf in several]
+    words = list(_names(rooms, objects, swings, look, scale=scale, size=text)) if parts.labels else []
     bottom = y1 - margin
-    key_areas, key_words, right = _key(plan, (x1, bottom - line / 2), text, scale)
+    key_areas, key_words, right = _key(plan, (x1, bottom - line / 2), text, scale, look)
     bounds = (x1 - margin, bottom - line, max(x2 + margin, right + text / scale), y2 + margin)
-    return Scene(bounds, scale, (*areas, *key_areas), (*words, *key_words))
+    return Scene(bounds, scale, look, tuple(areas), tuple(lines), tuple(words), (*key_areas,), (*key_words,))
+
+
+def _closed_walls(plan: PlanData, wall_m: float) -> Polygon | MultiPolygon:
+    """Return the house with its walls: what is between rooms is filled, up to four times the outer walls' thickness."""
+    around = _inner_area(plan).buffer(2 * wall_m, join_style="mitre")
+    return around.buffer(-wall_m, join_style="mitre")
+
+
+def _closed(ring: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+    return np.vstack([ring, ring[:1]])
 
 
 def _inner_area(plan: PlanData) -> Polygon | MultiPolygon:
@@ -134,7 +173,7 @@ def _inner_area(plan: PlanData) -> Polygon | MultiPolygon:
 
 
 def _rooms(plan: PlanData) -> list[_Space]:
-    return [_Space((room.label,), room.polygon) for room in plan.rooms]
+    return [_Space((room.label,), room.polygon, room.id) for room in plan.rooms]
 
 
 def _boxes(plan: PlanData) -> list[_Space]:
@@ -169,21 +208,48 @@ def _overlap(one: Polygon, other: Polygon) -> float:
     return common / (float(one.area) + float(other.area) - common)
 
 
-def _furniture(plan: PlanData) -> Iterator[FilledArea]:
-    for thing in plan.objects:
-        yield FilledArea(thing.polygon, FURNITURE_EDGE)
-        if not (inside := thing.polygon.buffer(-_EDGE_M, join_style="mitre")).is_empty:
-            yield FilledArea(inside, FURNITURE)
+def _furniture(thing: PlanObject, look: Style) -> Iterator[FilledArea]:
+    if look.swings:  # the edge is a thin line
+        yield FilledArea(thing.polygon, look.furniture)
+        return
+    yield FilledArea(thing.polygon, look.line)
+    if not (inside := thing.polygon.buffer(-_EDGE_M, join_style="mitre")).is_empty:
+        yield FilledArea(inside, look.furniture)
 
 
-def _doors(plan: PlanData) -> Iterator[FilledArea]:
+def _coloured_door(door: Door) -> Iterator[FilledArea]:
     import shapely
 
-    for door in plan.doors:
-        yield FilledArea(door.polygon, _TINTS[door.kind])
-        leaf = shapely.LineString(door.segment)
-        for part in _dashes(leaf) if door.is_unsure else [leaf]:
-            yield FilledArea(part.buffer(_LEAF_M / 2, cap_style="flat"), DOOR_COLOURS[door.kind])
+    yield FilledArea(door.polygon, DOOR_TINTS[door.kind])
+    leaf = shapely.LineString(door.segment)
+    for part in _dashes(leaf) if door.is_unsure else [leaf]:
+        yield FilledArea(part.buffer(_LEAF_M / 2, cap_style="flat"), DOOR_COLOURS[door.kind])
+
+
+def _gap(door: Door, plan: PlanData, walls: Polygon | MultiPolygon, look: Style) -> Iterator[FilledArea]:
+    """Return the gap of an entrance in the walls; other doors are free space."""
+    gap = entrance_gap(door, _GAP_M).intersection(walls).difference(plan.free_space)
+    if gap.area > 0:
+        yield FilledArea(gap, look.floor)
+
+
+def _door_lines(door: Door, leaves: Sequence[Leaf], look: Style, hair: float, scale: float) -> Iterator[ThinLine]:
+    """Return a door's leaves and their arcs, the threshold of an entrance, and the dashed edges of a cut."""
+    import shapely
+
+    drawn: list[tuple[npt.NDArray[np.float64], str, float, bool]] = []
+    for leaf in leaves:
+        drawn.append((np.array([leaf.hinge, leaf.end]), look.ink, min(max(_LEAF_M * scale, 1.2), 3.0), door.is_unsure))
+        drawn.append((leaf.arc, look.line, hair, door.is_unsure))
+    start, end = np.asarray(door.segment)
+    if door.kind == "cut":
+        drawn.append((np.array([start, end]), look.ink, hair, True))
+    elif door.kind == "entrance" or (door.is_unsure and not leaves):
+        drawn.append((np.array([start, end]), look.line, hair, door.is_unsure))
+    for points, colour, width, dashed in drawn:
+        parts = [shapely.get_coordinates(dash) for dash in _dashes(shapely.LineString(points))] if dashed else [points]
+        for part in parts:
+            yield ThinLine(part, colour, width)
 
 
 def _dashes(line: LineString) -> list[LineString]:
@@ -195,7 +261,7 @@ def _dashes(line: LineString) -> list[LineString]:
     return [substring(line, k * each, (k + 1) * each) for k in range(0, count, 2)]
 
 
-def _hatches(plan: PlanData) -> Iterator[FilledArea]:
+def _hatches(plan: PlanData, look: Style) -> Iterator[FilledArea]:
     """Return the hatching of unsure rooms."""
     import shapely
 
@@ -208,62 +274,35 @@ def _hatches(plan: PlanData) -> Iterator[FilledArea]:
         lines = [shapely.LineString([(k * apart - y1, y1), (k * apart - y2, y2)]) for k in steps]
         bands = shapely.buffer(shapely.union_all(lines), thick / 2).intersection(room.polygon)
         for part in shapely.get_parts(bands):
-            yield FilledArea(part, _UNSURE_ROOM)
+            yield FilledArea(part, look.line if look.swings else UNSURE)
 
 
-def _label(room: _Space, scale: float, size: float, *, area: bool) -> TextLines | None:
-    """Place a label and the area where the room is wide, as large as fits on one or more lines; None if too small."""
-    centre, clearance = _middle(room.shape)
-    wide_px = _free_width(room.shape, centre) * scale * 0.92
-    tall_px = 2 * clearance * scale * 0.95
-    extra = (f"{room.shape.area:.1f} m²",) if area else ()
-    name = " / ".join(room.labels).replace("_", " ")
-    stack = name.split(" / ") if " / " in name else name.split(" ")
-    layouts = [(name, *extra), (*stack, *extra), (name,), tuple(stack)]  # in order of preference
-
-    length = {line: _text_length(line, size) for lines in layouts for line in lines}
-
-    def fits(lines: tuple[str, ...]) -> float:
-        longest = max(length[line] for line in lines)
-        return min(size, size * wide_px / longest, tall_px / (1.2 * len(lines)))
-
-    lines = next((found for found in layouts if fits(found) >= 0.85 * size), None) or max(layouts, key=fits)
-    return TextLines(centre.x, centre.y, lines, round(fits(lines), 1)) if fits(lines) >= _SMALLEST_PX else None
-
-
-@lru_cache(maxsize=4096)  # plans have the same few names
-def _text_length(text: str, size: float) -> float:
-    return load_font(size).getlength(text.replace("²", "2"))  # Pillow's font has no superscript 2
-
-
-def _middle(shape: Polygon) -> tuple[Point, float]:
-    """Return the centroid if there is space around it, else the centre of the widest disc; and the space, metres."""
+def _names(
+    rooms: Sequence[_Space],
+    objects: Sequence[PlanObject],
+    swings: Sequence[Polygon],
+    look: Style,
+    *,
+    scale: float,
+    size: float,
+) -> Iterator[TextLines]:
+    """Return the rooms' names and areas, where they fit."""
     import shapely
 
-    circle = shapely.maximum_inscribed_circle(shape, tolerance=0.05)
-    centroid = shape.centroid
-    space = float(shape.boundary.distance(centroid))
-    if shape.contains(centroid) and space > 0.6 * circle.length:
-        return centroid, space
-    return shapely.Point(circle.coords[0]), float(circle.length)
-
-
-def _free_width(shape: Polygon, centre: Point) -> float:
-    """Return the free width around a point, the same on its left and right, metres."""
-    import shapely
-
-    x1, _, x2, _ = shape.bounds
-    whole = shape if shape.is_valid else shapely.make_valid(shape)
-    across = whole.intersection(shapely.LineString([(x1 - 1, centre.y), (x2 + 1, centre.y)]))
-    for part in shapely.get_parts(across):
-        left, _, right, _ = part.bounds
-        if left <= centre.x <= right:
-            return float(2 * min(centre.x - left, right - centre.x))
-    return 0.0
+    taken = np.array([*(thing.polygon for thing in objects), *swings], dtype=object)
+    tree = shapely.STRtree(taken)
+    for room in rooms:
+        inside = [valid_shape(thing.polygon) for thing in objects if thing.room is not None and thing.room == room.id]
+        floor = _largest(shapely.union_all([valid_shape(room.shape), *inside])) or room.shape
+        near = taken[np.sort(tree.query(floor, predicate="intersects"))].tolist()
+        halo = look.room(room.labels[0])
+        found = place_name(floor, near, room.words, pixels_per_metre=scale, size=size, halo=halo)
+        if found is not None:
+            yield found
 
 
 def _key(
-    plan: PlanData, start: tuple[float, float], size: float, scale: float
+    plan: PlanData, start: tuple[float, float], size: float, scale: float, look: Style
 ) -> tuple[list[FilledArea], list[TextLines], float]:
     """Return a scale bar and a legend of doors and furniture in a row from a point, and the row's end, metres."""
     import shapely
@@ -271,18 +310,24 @@ def _key(
     (x, y), half, em = start, 0.18 * size / scale, size / scale
     x1, y1, x2, y2 = plan.bbox
     length = max((bar for bar in _BARS_M if bar <= max(x2 - x1, y2 - y1) / 4), default=_BARS_M[0])
-    areas = [FilledArea(shapely.box(x, y - half, x + length, y + half), INK)]
-    areas += [FilledArea(shapely.box(x + length / 2, y - half * 0.5, x + length - half / 2, y + half * 0.5), PAPER)]
+    areas = [FilledArea(shapely.box(x, y - half, x + length, y + half), look.ink)]
+    empty = shapely.box(x + length / 2, y - half * 0.5, x + length - half / 2, y + half * 0.5)
+    areas += [FilledArea(empty, look.paper)]
     entries = [(f"{length:g} m", x + length + 0.5 * em)]
-    occur: dict[str, str] = {k: DOOR_COLOURS[k] for k in DOOR_KINDS if any(door.kind == k for door in plan.doors)}
-    occur |= {"furniture": FURNITURE_EDGE} if plan.objects else {}
+    kinds = [kind for kind in DOOR_KINDS if any(door.kind == kind for door in plan.doors)]
+    occur: dict[str, str] = {}
+    if look.swings:  # leaves and furniture explain themselves
+        occur |= {"cut": look.ink} if "cut" in kinds else {}
+    else:
+        occur |= {kind: DOOR_COLOURS[kind] for kind in kinds}
+        occur |= {"furniture": look.line} if plan.objects else {}
     unsure = any(room.is_unsure for room in plan.rooms) or any(door.is_unsure for door in plan.doors)
-    occur |= {"unsure": _UNSURE_ROOM} if unsure else {}
+    occur |= {"unsure": look.line if look.swings else UNSURE} if unsure else {}
     for name, fill in occur.items():
-        left = entries[-1][1] + load_font(size).getlength(entries[-1][0]) / scale + 1.2 * em
-        steps = ((0.0, 1.0),) if name != "unsure" else ((0.0, 0.2), (0.4, 0.6), (0.8, 1.0))
+        left = entries[-1][1] + text_length(entries[-1][0], size) / scale + 1.2 * em
+        steps = ((0.0, 1.0),) if name != "unsure" and not look.swings else ((0.0, 0.2), (0.4, 0.6), (0.8, 1.0))
         for a, b in steps:
             areas.append(FilledArea(shapely.box(left + a * em, y - half * 1.6, left + b * em, y + half * 1.6), fill))
         entries.append((name, left + 1.4 * em))
     words = [TextLines(at, y, (text,), size, centred=False) for text, at in entries]
-    return areas, words, entries[-1][1] + load_font(size).getlength(entries[-1][0]) / scale
+    return areas, words, entries[-1][1] + text_length(entries[-1][0], size) / scale

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import shapely
 
 from houseexpo.drawing.draw import svg_path_data
-from houseexpo.drawing.scene import FURNITURE
+from houseexpo.drawing.styles import FURNITURE
 from houseexpo.exports.encoding import Files, format_number, valid_xml_text
 from houseexpo.exports.openings import wall_openings
 from houseexpo.exports.placement import ExportFrame, Orientation, Pose, orient_plan, pose_in_export

@@ -17,7 +17,7 @@ from starlette.requests import Request
 from starlette.responses import RedirectResponse, Response
 from starlette.routing import BaseRoute, Route
 
-from houseexpo.drawing.scene import DOOR_COLOURS
+from houseexpo.drawing.styles import DOOR_COLOURS
 from houseexpo.files import decode_json, read_file
 from houseexpo.plan.parts import SURE
 from houseexpo.plan.room_labels import LABELS, label_colour

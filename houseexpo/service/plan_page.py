@@ -15,7 +15,7 @@ from starlette.requests import Request
 from starlette.responses import Response
 from starlette.routing import BaseRoute, Route
 
-from houseexpo.drawing.scene import DOOR_COLOURS
+from houseexpo.drawing.styles import DOOR_COLOURS
 from houseexpo.exports import FORMATS
 from houseexpo.floorplan import FloorPlan
 from houseexpo.plan import Door, Quality

@@ -13,7 +13,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from houseexpo.drawing.scene import DOOR_COLOURS
+from houseexpo.drawing.styles import DOOR_COLOURS
 from houseexpo.floorplan import FloorPlan
 from houseexpo.plan import Ring
 from houseexpo.plan.room_labels import label_colour

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import shapely
 
-from houseexpo.drawing.scene import WALL
+from houseexpo.drawing.styles import WALL
 from houseexpo.plan import Frame
 from pipeline.pictures import (
     DOORWAY,

@@ -25,7 +25,7 @@ from houseexpo.analysis.graph import shortest_path
 from houseexpo.analysis.navigability import disc_centre_areas, navigability, straighten_walls
 from houseexpo.analysis.similarity import compare_masks, comparison_mask, difference_lower_bound, mask_fingerprint
 from houseexpo.analysis.walls import walls_around
-from houseexpo.drawing.scene import DOOR_COLOURS
+from houseexpo.drawing.styles import DOOR_COLOURS
 from houseexpo.errors import ConfigError, HouseExpoError
 from houseexpo.floorplan import FloorPlan
 from houseexpo.grids.frame import FEWEST_CELLS

@@ -17,7 +17,7 @@ from starlette.requests import Request
 from starlette.responses import Response
 from starlette.routing import BaseRoute, Route
 
-from houseexpo.drawing.scene import DOOR_COLOURS
+from houseexpo.drawing.styles import DOOR_COLOURS
 from houseexpo.errors import ConfigError
 from houseexpo.exports import FORMATS
 from houseexpo.plan.room_labels import LABELS, label_colour

@@ -1,16 +1,25 @@
 from __future__ import annotations
 
+import gzip
+import re
 from dataclasses import replace
+from itertools import islice
 from xml.etree import ElementTree as ET
 
 import numpy as np
 import pytest
+import shapely
 
 from houseexpo.drawing import contact_sheet, draw_plan, svg
-from houseexpo.drawing.scene import DOOR_COLOURS, FURNITURE, FURNITURE_EDGE, WALL, lay_out_plan
+from houseexpo.drawing.door_leaves import door_leaves
+from houseexpo.drawing.room_names import SMALLEST_PX, load_font
+from houseexpo.drawing.scene import lay_out_plan
+from houseexpo.drawing.styles import DOOR_COLOURS, FURNITURE, FURNITURE_EDGE, WALL, style_named
 from houseexpo.errors import ConfigError
-from houseexpo.floorplan import decode
+from houseexpo.floorplan import FloorPlan, decode
+from houseexpo.plan import Door, PlanObject, Room
 from houseexpo.plan.room_labels import label_colour
+from tests.builders.shared import DATA, needs_shared
 
 
 def rgb(text: str) -> list[int]:
@@ -24,7 +33,7 @@ def at(image: np.ndarray, plan, point: tuple[float, float], scale: float) -> lis
 
 
 def test_what_lies_where(two_rooms):
-    image = draw_plan(two_rooms, 50)
+    image = draw_plan(two_rooms, 50, style="semantic")
     assert image.dtype == np.uint8
     expected = {
         (0.5, 0.5): label_colour("Living_Room"),
@@ -39,11 +48,11 @@ def test_what_lies_where(two_rooms):
 
 
 def test_furniture_is_drawn_lightly_with_an_edge(furnished):
-    image = draw_plan(furnished, 50)
+    image = draw_plan(furnished, 50, style="semantic")
     assert at(image, furnished, (1.2, 1.2), 50) == rgb(FURNITURE)
     assert at(image, furnished, (1.01, 1.2), 50) == rgb(FURNITURE_EDGE)
     assert at(image, furnished, (4.15, 0.5), 50) == rgb(WALL)
-    assert "furniture</text>" in svg(furnished)
+    assert "furniture</text>" in svg(furnished, style="semantic")
 
 
 def test_what_is_unsure_is_dashed_and_hatched(two_rooms):
@@ -56,7 +65,8 @@ def test_what_is_unsure_is_dashed_and_hatched(two_rooms):
     dashed = replace(bare, doors=(replace(door, confidence=0.4),))
     assert "unsure</text>" in svg(dashed)
     along = [
-        at(draw_plan(dashed, 50), two_rooms, (4.15, y), 50) == rgb(DOOR_COLOURS["door"]) for y in np.arange(1, 2, 0.02)
+        at(draw_plan(dashed, 50, style="semantic"), two_rooms, (4.15, y), 50) == rgb(DOOR_COLOURS["door"])
+        for y in np.arange(1, 2, 0.02)
     ]
     assert int(np.abs(np.diff(np.array(along, int))).sum()) >= 5  # so many changes between dash and gap
     hatched = replace(bare, rooms=(replace(room, confidence=0.4), other))
@@ -71,7 +81,7 @@ def test_the_size_asked_for_is_kept_to(two_rooms, published_lines):
 
 def test_a_published_plan_shows_its_label_boxes(published_lines):
     plan = decode(published_lines[1])
-    image = draw_plan(plan, size=300)
+    image = draw_plan(plan, size=300, style="semantic")
     shown = [label for label in plan.room_category if (image == rgb(label_colour(label))).all(axis=-1).sum() > 100]
     assert shown == ["Toilet", "Living_Room", "Office"]
 
@@ -83,7 +93,7 @@ def test_the_same_plan_gives_the_same_picture(two_rooms):
 
 
 def test_svg_holds_the_same(two_rooms):
-    root = ET.fromstring(svg(two_rooms))  # noqa: S314 - our own text
+    root = ET.fromstring(svg(two_rooms, style="semantic"))  # noqa: S314 - our own text
     space = "{http://www.w3.org/2000/svg}"
     fills = {path.get("fill") for path in root.iter(f"{space}path")}
     assert {label_colour("Living_Room"), WALL, DOOR_COLOURS["door"], DOOR_COLOURS["entrance"]} <= fills
@@ -115,3 +125,115 @@ def test_contact_sheet():
     assert contact_sheet(images, 3).shape[0] < sheet.shape[0]
     with pytest.raises(ConfigError, match="found 0 images"):
         contact_sheet([], 2)
+
+
+def test_an_architects_walls_are_filled_and_doors_have_leaves(two_rooms):
+    style = style_named("architect")
+    image = draw_plan(two_rooms, 50)
+    assert at(image, two_rooms, (4.15, 0.5), 50) == rgb(style.wall)
+    assert at(image, two_rooms, (4.15, 1.5), 50) == rgb(style.floor)
+    assert at(image, two_rooms, (0.5, 0.5), 50) == rgb(style.room("Living_Room"))
+    (leaf,) = door_leaves(two_rooms)[two_rooms.doors[0].id]
+    assert at(image, two_rooms, tuple((leaf.hinge + 3 * leaf.end) / 4), 50) == rgb(style.ink)
+
+
+def test_a_technical_picture_is_black_and_white(two_rooms):
+    image = draw_plan(two_rooms, 50, style="technical")
+    assert (image.max(axis=-1) == image.min(axis=-1)).all()
+    assert at(image, two_rooms, (4.15, 0.5), 50) == [0, 0, 0]
+    assert at(image, two_rooms, (0.5, 0.5), 50) == [255, 255, 255]
+
+
+def test_an_unknown_style_is_refused(two_rooms):
+    with pytest.raises(ConfigError, match="style: expected one of architect, technical, semantic, found 'pretty'"):
+        draw_plan(two_rooms, style="pretty")
+
+
+def test_what_a_dark_page_shows_is_light_on_dark(two_rooms):
+    text = svg(two_rooms)
+    style = style_named("architect")
+    rules = dict(re.findall(r"\[fill=\"(#\w+)\"\]\{fill:(#\w+)\}", text))
+    fills = set(re.findall(r"<\w+[^>]* fill=\"(#\w+)\"", text))
+    assert fills <= rules.keys()
+    assert sum(rgb(rules[style.floor])) < sum(rgb(rules[style.wall]))
+    assert sum(rgb(rules[style.paper])) < 150 < sum(rgb(rules[style.ink]))
+    assert "prefers-color-scheme" not in svg(two_rooms, style="technical")
+
+
+def test_a_leaf_opens_into_the_room_against_a_wall():
+    """A hall of 1.5 m below a bedroom; the door is 0.2 m from the bedroom's left wall."""
+    hall = Room(0, "Hallway", np.array([(0, 0), (0, 1.5), (4, 1.5), (4, 0.0)]))
+    bedroom = Room(1, "Bedroom", np.array([(0, 1.6), (0, 5), (4, 5), (4, 1.6)]))
+    door = Door(
+        0, "door", ((0.2, 1.55), (1.1, 1.55)), 0.9, np.array([(0.2, 1.5), (0.2, 1.6), (1.1, 1.6), (1.1, 1.5)]), (0, 1)
+    )
+    verts = [
+        (0, 0),
+        (0, 1.5),
+        (0.2, 1.5),
+        (0.2, 1.6),
+        (0, 1.6),
+        (0, 5),
+        (4, 5),
+        (4, 1.6),
+        (1.1, 1.6),
+        (1.1, 1.5),
+        (4, 1.5),
+        (4, 0),
+    ]
+    plan = FloorPlan("hall", verts, 2, {}, rooms=(hall, bedroom), doors=(door,))
+    (leaf,) = door_leaves(plan)[0]
+    assert np.allclose([leaf.hinge, leaf.end, leaf.arc[-1]], [(0.2, 1.6), (0.2, 2.5), (1.1, 1.6)])
+    # a chest where the leaf would stand: the other hinge
+    chest = PlanObject(0, "chest", 1, np.array([(0, 1.9), (0, 2.4), (0.45, 2.4), (0.45, 1.9)]), 0.8)
+    beside = replace(
+        bedroom, ring=np.array([(0, 1.6), (0, 1.9), (0.45, 1.9), (0.45, 2.4), (0, 2.4), (0, 5), (4, 5), (4, 1.6)])
+    )
+    (leaf,) = door_leaves(replace(plan, rooms=(hall, beside), objects=(chest,)))[0]
+    assert np.allclose([leaf.hinge, leaf.end], [(1.1, 1.6), (1.1, 2.5)])
+    # a wide door has two leaves, a passage none
+    wide = replace(door, segment=((0.2, 1.55), (2.0, 1.55)), width=1.8, ring=door.ring * (2, 1) - (0.2, 0))
+    assert [leaf.hinge.tolist() for leaf in door_leaves(replace(plan, doors=(wide,)))[0]] == [[0.2, 1.6], [2.0, 1.6]]
+    assert door_leaves(replace(plan, doors=(replace(door, kind="opening"),))) == {}
+
+
+def check_names(plan: FloorPlan, size: int) -> int:
+    """Assert that all names lie in a room with its furniture, and apart from each other; return their number."""
+    scene = lay_out_plan(plan, None, size)
+    boxes = []
+    for words in scene.words:
+        across, up = words.box_m(scene.pixels_per_metre)
+        boxes.append(shapely.box(words.x - across / 2, words.y - up / 2, words.x + across / 2, words.y + up / 2))
+        measured = max(load_font(words.size).getlength(line.replace("²", "2")) for line in words.lines)
+        assert (up if words.turned else across) * scene.pixels_per_metre >= measured
+        assert words.size >= SMALLEST_PX
+    floors = [
+        shapely.union_all([room.polygon, *(thing.polygon for thing in plan.objects if thing.room == room.id)])
+        for room in plan.rooms
+    ]
+    for box in boxes:
+        assert any(floor.buffer(1e-6).covers(box) for floor in floors), plan.id
+    for i, box in enumerate(boxes):
+        assert all(box.intersection(other).area < 1e-9 for other in boxes[:i]), plan.id
+    return len(boxes)
+
+
+def test_names_stand_in_their_rooms(two_rooms, furnished, published_lines):
+    plans = [two_rooms, furnished, *(decode(line).divided for line in published_lines)]
+    for size in (60, 200, 400, 1000):
+        assert sum(check_names(plan, size) for plan in plans) > 0 or size == 60
+    assert check_names(two_rooms, 400) == 2
+
+
+@pytest.mark.slow
+@needs_shared
+def test_names_stand_in_their_rooms_in_300_published_plans():
+    with gzip.open(DATA / "houseexpo" / "plans_33717.jsonl.gz", "rt") as file:
+        lines = list(islice(file, 0, 33_600, 112))
+    plans = [decode(line).divided for line in lines]
+    assert len(plans) == 300
+    rooms = sum(len(plan.rooms) for plan in plans)
+    named = {size: sum(check_names(plan, size) for plan in plans) / rooms for size in (200, 400, 1000)}
+    assert named[200] > 0.5
+    assert named[400] > 0.8
+    assert named[1000] > 0.9

@@ -1,0 +1,160 @@
+"""Choose for each door of a plan how its leaf hangs, and return the lines that show it.
+
+A plan records where a door is, not which way it opens. The choice follows what builders do:
+
+D1  A door of up to 1.25 m has one leaf, one of up to 2.4 m two. What is wider, an ``opening`` or a ``cut`` has none.
+D2  A leaf opens where its swing is free of walls, furniture and leaves that are there already.
+D3  It opens into the room, not into the passage or outdoors; into the smaller of two equal ones.
+D4  The opened leaf stands against a wall.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+import numpy.typing as npt
+
+from houseexpo.plan import Door, Room
+from houseexpo.plan.model import PlanData
+
+if TYPE_CHECKING:
+    from shapely import Polygon
+    from shapely.geometry.base import BaseGeometry
+
+Points = npt.NDArray[np.float64]
+
+_ONE_LEAF_M: Final = 1.25  # widths of single doors end at 1.1 m, of double doors they begin at 1.3 m
+_TWO_LEAVES_M: Final = 2.4
+_STEPS: Final = 10  # of an arc; a chord is within 1% of the radius
+_AT_M: Final = 0.02  # a room this close to the wall's face begins there
+_SPARE: Final = 0.94  # what of the swing must be free: walls are drawn on a grid of 1 cm
+_PASSAGES: Final = frozenset({"Hallway", "Hall", "Lobby", "Entryway"})
+_OUTDOORS: Final = frozenset({"Balcony", "Terrace", "Loggia"})
+_CUPBOARD_M2: Final = 1.5  # in a smaller room a person and a leaf do not fit
+
+
+@dataclass(frozen=True)
+class Leaf:
+    """A door leaf: hinge (2,), the end of the opened leaf (2,), and the arc (n, 2) from there to the closed end."""
+
+    hinge: Points
+    end: Points
+    arc: Points
+
+    @property
+    def swing(self) -> Polygon:
+        """The floor over which the leaf turns, metres."""
+        from shapely import Polygon
+
+        return Polygon([self.hinge, *self.arc])
+
+
+@dataclass(frozen=True)
+class _Way:
+    """One way to hang a door: its leaves, and what speaks for it."""
+
+    leaves: tuple[Leaf, ...]
+    room: int
+    liked: float
+
+
+def door_leaves(plan: PlanData) -> dict[int, tuple[Leaf, ...]]:
+    """Return the leaves of each door by the door's id; doors without a leaf are missing."""
+    import shapely
+
+    rooms = {room.id: (room, valid_shape(room.polygon)) for room in plan.rooms}
+    hung: list[Polygon] = []
+    leaves: dict[int, tuple[Leaf, ...]] = {}
+    for door in plan.doors:
+        if not has_leaf(door):
+            continue
+        ways = [way for way in _ways(door, rooms) if way.room in rooms]
+        if not ways:
+            continue
+        swings = [shapely.union_all([leaf.swing for leaf in way.leaves]) for way in ways]
+        free = shapely.area(shapely.intersection(swings, [rooms[way.room][1] for way in ways]))
+        taken = [sum(float(swing.intersection(other).area) for other in hung) for swing in swings]
+        share = (free - taken) / shapely.area(swings)  # D2
+        best = max(range(len(ways)), key=lambda i: (8 * min(share[i] / _SPARE, 1.0) + ways[i].liked, -i))
+        leaves[door.id] = ways[best].leaves
+        hung.append(swings[best])
+    return leaves
+
+
+def has_leaf(door: Door) -> bool:
+    """Return whether a door is drawn with a leaf (D1)."""
+    return door.kind in {"door", "entrance"} and 0 < door.width <= _TWO_LEAVES_M
+
+
+def entrance_gap(door: Door, beyond_m: float) -> Polygon:
+    """Return a strip across the wall at a door, metres: from jamb to jamb, and ``beyond_m`` beyond the wall's faces."""
+    import shapely
+
+    start, along, across = _axes(door)
+    low, high = _faces(door, start, across)
+    width = along * math.dist(*door.segment)
+    one, other = start + (low - beyond_m) * across, start + (high + beyond_m) * across
+    return shapely.Polygon([one, one + width, other + width, other])
+
+
+def _ways(door: Door, rooms: Mapping[int, tuple[Room, BaseGeometry]]) -> Iterator[_Way]:
+    """Yield the ways to hang a door: both sides, and for one leaf both hinges."""
+    import shapely
+
+    start, along, across = _axes(door)
+    width = math.dist(*door.segment)
+    low, high = _faces(door, start, across)
+    beside = [rooms[i] for i in door.rooms if i is not None and i in rooms]
+    for side, face in ((-1.0, low), (1.0, high)):
+        jamb = start + face * across
+        middle = shapely.Point(jamb + along * (width / 2) + 0.05 * side * across)
+        room, floor = next((each for each in beside if float(each[1].distance(middle)) < _AT_M), (None, None))
+        if room is None or floor is None:
+            continue
+        into = side * across
+        if width > _ONE_LEAF_M:
+            both = (_leaf(jamb, along, into, width / 2), _leaf(jamb + along * width, -along, into, width / 2))
+            yield _Way(both, room.id, _liking(room))
+            continue
+        for hinge, closed in ((jamb, along), (jamb + along * width, -along)):
+            leaf = _leaf(hinge, closed, into, width)
+            middle = shapely.Point((leaf.hinge + leaf.end) / 2)
+            away = float(floor.boundary.distance(middle))
+            yield _Way((leaf,), room.id, _liking(room) + 0.5 / (1 + away / 0.3))  # D4
+
+
+def valid_shape(shape: Polygon) -> BaseGeometry:
+    """Return a room as a valid shape; a file may hold one that crosses itself."""
+    import shapely
+
+    return shape if shape.is_valid else shapely.make_valid(shape)
+
+
+def _liking(room: Room) -> float:
+    """Return how well a leaf stands in a room (D3): 1 in a room, less in passages, outdoors and cupboards."""
+    if room.label in _OUTDOORS or room.area < _CUPBOARD_M2:
+        return -0.5
+    return (0.0 if room.label in _PASSAGES else 1.0) - 0.1 * min(room.area / 50, 1)
+
+
+def _leaf(hinge: Points, closed: Points, into: Points, width: float) -> Leaf:
+    angles = np.linspace(0, math.pi / 2, _STEPS + 1)[:, None]
+    arc = hinge + width * (np.sin(angles) * closed + np.cos(angles) * into)
+    return Leaf(hinge, arc[0], arc)
+
+
+def _axes(door: Door) -> tuple[Points, Points, Points]:
+    """Return a door's first jamb, the direction along it and that across it."""
+    start, end = np.asarray(door.segment, dtype=np.float64)
+    along = (end - start) / max(math.dist(start, end), 1e-9)
+    return start, along, np.array([-along[1], along[0]])
+
+
+def _faces(door: Door, start: Points, across: Points) -> tuple[float, float]:
+    """Return where the two faces of the wall are, metres from the segment along ``across``."""
+    offsets = (door.ring - start) @ across
+    return min(float(offsets.min()), 0.0), max(float(offsets.max()), 0.0)
