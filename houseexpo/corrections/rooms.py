@@ -11,6 +11,7 @@ from typing import Final
 
 import shapely
 from shapely import Polygon
+from shapely.geometry.base import BaseGeometry
 
 from houseexpo.corrections.draft import Draft, DraftDoor, DraftRoom, Place, Vector, is_room_sized, split_pieces
 from houseexpo.corrections.openings import (
@@ -72,7 +73,11 @@ def place_wall(draft: Draft, placed: Placed) -> Said:
         if lost < ROUNDED_M2:
             continue
         taken += lost
-        parts = split_pieces(shapely.difference(room.shape, area))
+        left = shapely.difference(room.shape, area)
+        if slits := _slits_behind(left, area, whole.length):
+            left = shapely.difference(left, shapely.union_all(slits))
+            also.append(f"the floor behind it, less than {SNAP_M:g} m deep, is wall")
+        parts = split_pieces(left)
         kept = [part for part in parts if is_room_sized(part)] or parts[:1]
         if len(kept) > 1:
             made = draft.replace_room(room, kept)
@@ -89,6 +94,14 @@ def place_wall(draft: Draft, placed: Placed) -> Said:
     draft.doors = [door for door in draft.doors if all(door is not each for each in shut)]
     also += [f"the {door.kind} of {door.width:.2f} m there is shut" for door in shut]
     return Said(f"a wall of {strip.length:.2f} m stands there", also)
+
+
+def _slits_behind(left: BaseGeometry, wall: Polygon, length_m: float) -> list[Polygon]:
+    """Return what of a room is thinner than a hand's breadth and lies along a drawn wall, meant as its edge."""
+    wide = left.buffer(-SNAP_M / 2, join_style="mitre").buffer(SNAP_M / 2 + MEETS_M, join_style="mitre")
+    beside = wall.buffer(MEETS_M)
+    thin = split_pieces(shapely.difference(left, wide))
+    return [each for each in thin if shapely.intersection(each.boundary, beside).length > length_m / 2]
 
 
 def remove_wall(draft: Draft, placed: Placed) -> Said:

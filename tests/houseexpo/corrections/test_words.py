@@ -271,6 +271,13 @@ def test_a_wall_with_a_free_end_stands_in_its_room() -> None:
     assert corrected(found.plan, wall=[[2.0, 0.1], [2.0, 2.0]]).effects[0].outcome == "already"
 
 
+def test_a_wall_a_hand_s_breadth_inside_an_edge_is_that_edge() -> None:
+    found = corrected(wall=[[0.3, 0.2], [0.3, 3.0]])
+    assert areas(found.plan) == pytest.approx([9.0, (4.1 - 0.35) * 3.0])
+    assert "the floor behind it, less than 0.25 m deep, is wall" in found.effects[0].also
+    assert areas(corrected(wall=[[0.5, 0.2], [0.5, 3.0]]).plan)[0] == pytest.approx(1.05)
+
+
 def test_rooms_become_one_with_the_door_between_them() -> None:
     found = corrected(one_room=[[1.0, 1.0], [5.0, 1.0]])
     assert areas(found.plan) == [21.08]
