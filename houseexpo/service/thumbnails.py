@@ -1,8 +1,9 @@
-"""Draw small SVG pictures of plans quickly, for galleries: outlines, and rooms or label boxes in their colours.
+"""Draw small SVG pictures of plans quickly, for galleries: dark walls, gaps at doors, pale rooms or label boxes.
 
-``houseexpo.drawing`` also places names and clips boxes exactly, which is too slow for hundreds of pictures per second.
-Here walls are lines, and the browser clips the boxes of published plans (``clipPath``). Coordinates are whole tenths of
-a pixel, because writing numbers takes most of the time.
+The colours are those of the style ``architect`` of ``houseexpo.drawing``. That package also places names, hangs doors
+and clips boxes exactly, which is too slow for hundreds of pictures per second. Here walls are a broad line around the
+free space, and the browser clips the boxes of published plans (``clipPath``). Coordinates are whole tenths of a pixel,
+because writing numbers takes most of the time.
 """
 
 from __future__ import annotations
@@ -13,19 +14,29 @@ from typing import Any, Final
 
 import numpy as np
 
-from houseexpo.drawing.styles import DOOR_COLOURS
+from houseexpo.drawing.styles import dark_colours, style_named
 from houseexpo.floorplan import FloorPlan
 from houseexpo.plan import Ring
-from houseexpo.plan.room_labels import label_colour
+from houseexpo.plan.room_labels import LABELS, UNLABELLED
 
 SIDE: Final = 200
 """Side of a picture, px; all are square."""
 
 _TENTHS: Final = 10 * SIDE
 _MARGIN_TENTHS: Final = 60.0
-_WALL: Final = "#6b7380"
-_FLOOR: Final = "#f6f4ef"
-_FURNITURE: Final = "#cfc8ba"
+_STYLE: Final = style_named("architect")
+_FILLS: Final = {label: _STYLE.room(label) for label in (*LABELS, UNLABELLED)}
+_NO_LABEL: Final = _FILLS[UNLABELLED]
+_DARK: Final = dark_colours(_STYLE, set(_FILLS))
+_RULES: Final = {label: f'[fill="{light}"]{{fill:{_DARK[light]}}}' for label, light in _FILLS.items()}
+"""For each label the rule that changes its fill on dark pages."""
+_BASE_RULES: Final = "".join(
+    f'[{kind}="{light}"]{{{kind}:{_DARK[light]}}}'
+    for kind, light in (("fill", _STYLE.floor), ("stroke", _STYLE.wall), ("stroke", _STYLE.line))
+)
+_WALL_M: Final = 0.15
+_WALL_TENTHS: Final = (14.0, 45.0)
+"""Least and largest thickness of a wall: visible, and within the margin."""
 _FINE: Final = 4.0
 """Corners this close to a straight line are invisible, tenths of a pixel."""
 _MANY: Final = 400
@@ -46,24 +57,27 @@ def draw_thumbnail(plan: FloorPlan) -> bytes:
         return f"M{start} {round(top - y1 * scale)}H{round(left + x2 * scale)}V{round(top - y2 * scale)}H{start}Z"
 
     whole = path([plan.verts, *plan.holes])
+    least, most = _WALL_TENTHS
+    wall = round(2 * min(max(_WALL_M * scale, least), most))  # half of the line lies under the floor
+    rules = "".join(_RULES.get(label, "") for label in {room.label: 0 for room in plan.rooms} or plan.room_category)
     parts = [
         f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {_TENTHS} {_TENTHS}" fill-rule="evenodd">',
         f"<title>{escape(plan.id)}</title>",
-        f'<path d="{whole}" fill="{_FLOOR}"/>',
+        f"<style>@media (prefers-color-scheme:dark){{{_BASE_RULES}{rules}}}</style>",
+        f'<path d="{whole}" fill="{_STYLE.floor}" stroke="{_STYLE.wall}" stroke-width="{wall}" paint-order="stroke"/>',
         *(_rooms(plan, path) if plan.rooms else _boxes(plan, box, whole)),
-        *(f'<path d="{path([thing.ring])}" fill="{_FURNITURE}"/>' for thing in plan.objects),
-        f'<path d="{whole}" fill="none" stroke="{_WALL}" stroke-width="20" stroke-linejoin="round"/>',
-        *(f'<path d="{path([door.ring])}" fill="{DOOR_COLOURS[door.kind]}"/>' for door in plan.doors),
-        "</svg>",
     ]
-    return "".join(parts).encode()
+    if plan.objects:
+        rings = path(thing.ring for thing in plan.objects)
+        parts.append(f'<path d="{rings}" fill="{_STYLE.furniture}" stroke="{_STYLE.line}" stroke-width="5"/>')
+    if gaps := path(door.ring for door in plan.doors if door.kind == "entrance"):  # others are free space
+        parts.append(f'<path d="{gaps}" fill="{_STYLE.floor}"/>')
+    return "".join([*parts, "</svg>"]).encode()
 
 
 def _rooms(plan: FloorPlan, path: Callable[[Iterable[Any]], str]) -> Iterable[str]:
-    yield f'<g stroke="{_WALL}" stroke-width="10">'
     for room in plan.rooms:
-        yield f'<path d="{path([room.ring, *room.holes])}" fill="{label_colour(room.label)}"/>'
-    yield "</g>"
+        yield f'<path d="{path([room.ring, *room.holes])}" fill="{_FILLS[room.label]}"/>'
 
 
 def _boxes(plan: FloorPlan, path: Callable[[float, float, float, float], str], whole: str) -> Iterable[str]:
@@ -72,7 +86,7 @@ def _boxes(plan: FloorPlan, path: Callable[[float, float, float, float], str], w
     boxes.sort(key=lambda item: -(item[1][2] - item[1][0]) * (item[1][3] - item[1][1]))
     yield f'<clipPath id="a"><path clip-rule="evenodd" d="{whole}"/></clipPath><g clip-path="url(#a)">'
     for label, box in boxes:
-        yield f'<path d="{path(*box)}" fill="{label_colour(label)}"/>'
+        yield f'<path d="{path(*box)}" fill="{_FILLS.get(label, _NO_LABEL)}"/>'
     yield "</g>"
 
 

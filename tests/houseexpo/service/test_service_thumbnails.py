@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import shapely
 
+from houseexpo.drawing.styles import dark_colours, style_named
 from houseexpo.floorplan import FloorPlan
 from houseexpo.service.thumbnails import draw_thumbnail
 from tests.builders.services import two_rooms
@@ -40,3 +41,14 @@ def test_an_outline_of_thousands_of_points_is_drawn_with_those_that_show() -> No
     found = outline(draw_thumbnail(FloorPlan("round", ring, 1, {})))
     assert 30 < len(found) < 200
     assert abs(shapely.Polygon(found).area / (np.pi * 940**2) - 1) < 0.01
+
+
+def test_walls_are_dark_and_on_dark_pages_light() -> None:
+    plan = two_rooms("a1")
+    picture = draw_thumbnail(plan).decode()
+    style = style_named("architect")
+    dark = dark_colours(style, {room.label for room in plan.rooms})
+    for kind, colour in re.findall(r' (fill|stroke)="(#\w+)"', picture):
+        assert f'[{kind}="{colour}"]{{{kind}:{dark[colour]}}}' in picture
+    assert f'stroke="{style.wall}"' in picture
+    assert {style.room(room.label) for room in plan.rooms} <= set(re.findall(r'fill="(#\w+)"', picture))
