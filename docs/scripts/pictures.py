@@ -51,7 +51,15 @@ def draw(folder: Path = FOLDER) -> list[Path]:
                 (picture,) = Path(drawn).glob(f"[0-9][0-9]_{stage}.png")
                 files.append(folder / f"{stage}.png")
                 shutil.copyfile(picture, files[-1])
+                _shrink(files[-1])
     return files
+
+
+def _shrink(file: Path) -> None:
+    """Write a picture again with 96 colours: drawings have no more, and the file is a third as large."""
+    with Image.open(file) as picture:
+        small = picture.convert("RGB").quantize(96, dither=Image.Dither.NONE)
+    small.save(file, optimize=True)
 
 
 def draw_homes(file: Path = HOMES) -> None:
@@ -60,7 +68,8 @@ def draw_homes(file: Path = HOMES) -> None:
     levels = [level for item in items for level in reader(item.reader).read(item)]
     plans = [plan_largest_building(level, PipelineConfig(), np.random.default_rng(0)) for level in levels]
     captions = [f"{len(plan.rooms)} rooms, {plan.area:.0f} m2" for plan in plans]
-    Image.fromarray(contact_sheet([draw_plan(plan, size=200) for plan in plans], 6, captions)).save(file, optimize=True)
+    Image.fromarray(contact_sheet([draw_plan(plan, size=200) for plan in plans], 6, captions)).save(file)
+    _shrink(file)
 
 
 def draw_readers(folder: Path = IMAGES) -> None:
@@ -81,6 +90,7 @@ def draw_readers(folder: Path = IMAGES) -> None:
     right.set_title("its ROS map")
     right.tick_params(**none)
     figure.savefig(folder / "reader_robotics.png", dpi=90)
+    _shrink(folder / "reader_robotics.png")
 
     figure, axes = plt.subplots(1, 4, figsize=(12, 3.2), layout="constrained")
     rooms = np.ma.masked_less(plan.room_grid(), 0)
@@ -96,6 +106,7 @@ def draw_readers(folder: Path = IMAGES) -> None:
         axis.set(title=title, xlabel="", ylabel="")
         axis.tick_params(**none)
     figure.savefig(folder / "reader_learning.png", dpi=90)
+    _shrink(folder / "reader_learning.png")
 
     figure, (left, right) = plt.subplots(1, 2, figsize=(9, 4.2), layout="constrained")
     bare.plot(left, rooms=False, labels=False, doors=False, title="as published: an outline and labelled boxes")
@@ -105,6 +116,7 @@ def draw_readers(folder: Path = IMAGES) -> None:
             left.annotate(label.replace("_", " "), ((x1 + x2) / 2, (y1 + y2) / 2), ha="center", fontsize=8, zorder=9)
     houseexpo.with_rooms(bare).plot(right, title="with_rooms: rooms and doors")
     figure.savefig(folder / "reader_archive.png", dpi=90)
+    _shrink(folder / "reader_archive.png")
 
 
 if __name__ == "__main__":
