@@ -25,6 +25,7 @@ from houseexpo.analysis.graph import shortest_path
 from houseexpo.analysis.navigability import disc_centre_areas, navigability, straighten_walls
 from houseexpo.analysis.similarity import compare_masks, comparison_mask, difference_lower_bound, mask_fingerprint
 from houseexpo.analysis.walls import walls_around
+from houseexpo.drawing.door_leaves import door_leaves
 from houseexpo.drawing.styles import DOOR_COLOURS
 from houseexpo.errors import ConfigError, HouseExpoError
 from houseexpo.floorplan import FloorPlan
@@ -143,7 +144,7 @@ def shape_values(plan: FloorPlan) -> dict[str, Any]:
 
 
 def rooms_and_doors(plan: FloorPlan) -> dict[str, Any]:
-    """Return the rooms and doors of a plan, as rings."""
+    """Return the rooms of a plan, as rings, and its doors, with the lines of their leaves."""
     rooms = [
         {
             "id": room.id,
@@ -158,6 +159,7 @@ def rooms_and_doors(plan: FloorPlan) -> dict[str, Any]:
         }
         for room in plan.rooms
     ]
+    leaves = door_leaves(plan)
     doors = [
         {
             "id": door.id,
@@ -169,6 +171,10 @@ def rooms_and_doors(plan: FloorPlan) -> dict[str, Any]:
             "colour": DOOR_COLOURS[door.kind],
             "segment": [list(end) for end in door.segment],
             "rings": _points([door.ring]),
+            "leaves": [
+                {"leaf": _points([[leaf.hinge, leaf.end]])[0], "arc": _points([leaf.arc])[0]}
+                for leaf in leaves.get(door.id, ())
+            ],
         }
         for door in plan.doors
     ]

@@ -58,8 +58,9 @@ export class Drawing {
     const { layers } = this;
     layers.rooms.replaceChildren(...rooms.map((room) =>
       titled(area(room.unsure ? "room unsure" : "room", room.rings, { fill: room.colour }), `${room.label}, ${room.area.toFixed(1)} m²${sure(room)}`)));
-    layers.doors.replaceChildren(...doors.map((door) =>
-      titled(area(door.unsure ? "door unsure" : "door", door.rings, { fill: door.colour }), `${door.kind}, ${door.width.toFixed(2)} m${sure(door)}`)));
+    layers.doors.replaceChildren(...doors.flatMap((door) => [
+      titled(area(door.unsure ? "door unsure" : "door", door.rings, { fill: door.colour }), `${door.kind}, ${door.width.toFixed(2)} m${sure(door)}`),
+      ...door.leaves.flatMap(({ leaf, arc }) => [stroke("leaf", leaf), stroke("arc", arc)])]));
     this.words = rooms.length
       ? rooms.map((room) => {
         const lines = [room.label, `${room.area.toFixed(1)} m²`], free = written(room.at, lines, spare(room.at, room.rings));
@@ -159,6 +160,7 @@ export class Drawing {
 const sure = ({ confidence }) => confidence === null ? "" : `, ${Math.round(100 * confidence)}% sure`;
 const apart = (one, other) => Math.hypot(one.clientX - other.clientX, one.clientY - other.clientY);
 const size = ([a, b, c, d]) => (c - a) * (d - b);
+const stroke = (cls, points) => element("polyline", { class: cls, points: points.map(([x, y]) => `${x},${-y}`).join(" "), ...line });
 const rule = (x1, y1, x2, y2, five) => element("line", { x1, y1, x2, y2, class: five ? "five" : "", ...line });
 const word = (cls, x, y, text, more = {}) => element("text", { class: cls, x, y, ...more }, text);
 const titled = (node, text) => { node.append(Object.assign(document.createElementNS("http://www.w3.org/2000/svg", "title"), { textContent: text })); return node; };
