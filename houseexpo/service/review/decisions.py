@@ -30,7 +30,7 @@ from typing import Any
 
 from houseexpo.corrections.vocabulary import Word
 from houseexpo.errors import ConfigError
-from houseexpo.files import PARTIAL, sync_folder
+from houseexpo.files import PARTIAL, sync_folder, without_mark
 from houseexpo.service.review.changes import (
     DecidedOtherwiseError,
     changed_value,
@@ -281,7 +281,7 @@ class DecisionStore:
     def _text(self) -> str:
         self._check_links()
         try:
-            return self.file.read_bytes().decode()
+            return without_mark(self.file.read_bytes()).decode()
         except FileNotFoundError:
             return ""
         except (OSError, UnicodeDecodeError) as error:

@@ -1,15 +1,12 @@
 // The end of a review: what was decided on how many plans, by whom, and what comes next.
-const WORDS = { keep: "kept", drop: "dropped", door: "a door drawn", entrance: "an entrance drawn", opening: "an opening drawn", wall: "a wall drawn", no_door: "a passage taken out", no_room: "marked no room", room: "marked a room", one_room: "rooms made one", label: "a room named", note: "a note" };
 const FEW = 24;
 
 export function showEnd(place, { actions, reviewers, from, to }, { plans }, build) {
   const counted = (number, word) => `${number} ${word}${number === 1 ? "" : "s"}`;
   const title = make("h2", `${plans === 1 ? "The plan is" : `All ${plans} plans are`} reviewed`);
   const list = make("ul");
-  for (const [action, words] of Object.entries(WORDS)) {
-    const ids = actions[action];
-    if (!ids) continue;
-    const line = make("li", `${counted(ids.length, "plan")}: ${words}`);
+  for (const [action, ids] of Object.entries(actions)) {
+    const line = make("li", `${counted(ids.length, "plan")}: ${action.replaceAll("_", " ")}`);
     if (action !== "keep") line.append(": ", ...ids.slice(0, FEW).flatMap((id, i) => [i ? ", " : "", link(id)]), ids.length > FEW ? `, and ${ids.length - FEW} more` : "");
     list.append(line);
   }

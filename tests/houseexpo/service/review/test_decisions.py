@@ -54,6 +54,12 @@ def test_decisions_stand_in_the_file_and_in_the_log(file: Path) -> None:
     assert decisions.by_plan()["villa"].actions == ("door", "door", "no_room")
 
 
+def test_a_file_from_windows_with_a_byte_order_mark_is_gone_on_with(file: Path) -> None:
+    file.write_bytes(b'\xef\xbb\xbf[villa]\nlabel = [5.0, 5.0, "Kitchen"]\n')
+    DecisionStore(file).decide("villa", "door", "ann", DOOR)
+    assert tables(file) == {"villa": {"label": [5.0, 5.0, "Kitchen"], "door": DOOR}}
+
+
 def test_keep_and_drop_take_each_others_place_and_a_note_may_go(file: Path) -> None:
     decisions = DecisionStore(file)
     decisions.decide("villa", "drop", "ann")
