@@ -155,8 +155,9 @@ def lay_out_plan(
 
 def _closed_walls(plan: PlanData, wall_m: float) -> Polygon | MultiPolygon:
     """Return the house with its walls: what is between rooms is filled, up to four times the outer walls' thickness."""
-    around = _inner_area(plan).buffer(2 * wall_m, join_style="mitre")
-    return around.buffer(-wall_m, join_style="mitre")
+    with np.errstate(divide="ignore", invalid="ignore"):  # GEOS divides by zero where parallel walls meet, and goes on
+        around = _inner_area(plan).buffer(2 * wall_m, join_style="mitre")
+        return around.buffer(-wall_m, join_style="mitre")
 
 
 def _closed(ring: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
