@@ -275,6 +275,7 @@ EXAMPLES: Final = {
     "fetch": ("fetch --subset 100",),
     "info": ("info plans/demo", "info plans/house/json/try_house.json"),
     "show": ("show plans/demo --sample 12 --out plans.png", "show try_house --dataset plans/house --out house.svg"),
+    "review": ("review house.ifc", "review plans/demo --port 8080"),
     "serve": ("serve plans/demo", "serve plans/demo plans/houses --port 8080"),
     "stats": ("stats plans/demo --out report.html", "stats plans/demo --list-bad --radius 0.3"),
     "validate": ("validate plans/demo",),

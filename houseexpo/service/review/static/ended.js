@@ -1,4 +1,5 @@
 // The end of a review: what was decided on how many plans, by whom, and what comes next.
+const DONE = { keep: "kept", drop: "dropped" }; // other actions are words of the vocabulary
 const FEW = 24;
 
 export function showEnd(place, { actions, reviewers, from, to }, { plans }, build) {
@@ -6,7 +7,7 @@ export function showEnd(place, { actions, reviewers, from, to }, { plans }, buil
   const title = make("h2", `${plans === 1 ? "The plan is" : `All ${plans} plans are`} reviewed`);
   const list = make("ul");
   for (const [action, ids] of Object.entries(actions)) {
-    const line = make("li", `${counted(ids.length, "plan")}: ${action.replaceAll("_", " ")}`);
+    const line = make("li", `${counted(ids.length, "plan")}: ${DONE[action] ?? action.replaceAll("_", " ")}`);
     if (action !== "keep") line.append(": ", ...ids.slice(0, FEW).flatMap((id, i) => [i ? ", " : "", link(id)]), ids.length > FEW ? `, and ${ids.length - FEW} more` : "");
     list.append(line);
   }
