@@ -18,7 +18,11 @@ from tests.builders.batch import run_build
 
 ROOT = Path(__file__).resolve().parents[1]
 README = (ROOT / "README.md").read_text()
-SERVED = [line.partition(" #")[0].strip() for line in README.splitlines() if line.startswith("houseexpo serve")]
+SERVED = [
+    line.partition(" #")[0].strip()
+    for line in README.splitlines()
+    if line.startswith(("houseexpo serve", "houseexpo review"))
+]
 INTERRUPTED = 130
 
 pytestmark = pytest.mark.slow

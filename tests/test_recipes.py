@@ -30,6 +30,7 @@ NOT_RUN = {
     "cd ": "as above",
     "houseexpo play": "needs a person at a terminal",
     "houseexpo serve": "runs until Ctrl-C",
+    "houseexpo review": "runs until Ctrl-C",
     "procedural:1000": "takes minutes",
     "/shared/": "needs a cluster",
     "s3://": "needs an object store",
