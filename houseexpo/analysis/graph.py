@@ -136,8 +136,17 @@ def shortest_path(space: Polygon | MultiPolygon, start: npt.ArrayLike, goal: npt
         nodes = np.concatenate([ends, *(_reflex(np.asarray(ring.coords)[:-1]) for ring in _rings(shape))])
         if len(nodes) <= MAX_CORNERS + 2:
             break
-    wide = shapely.buffer(shape, jag + SLACK_M, join_style="mitre")
-    shapely.prepare(wide)
+    return path_among_corners(shapely.buffer(shape, jag + SLACK_M, join_style="mitre"), nodes)
+
+
+def path_among_corners(space: Polygon | MultiPolygon, nodes: Points) -> WalkingPath | None:
+    """Return the shortest path inside ``space`` from the first to the second of the nodes (n, 2), metres, by A*.
+
+    It turns only at the others, and ``space`` covers its segments; None if there is none.
+    """
+    import shapely
+
+    shapely.prepare(space)
     rest = np.hypot(*(nodes - nodes[1]).T)
     known, before = np.full(len(nodes), np.inf), np.full(len(nodes), -1)
     known[0], settled = 0.0, np.zeros(len(nodes), dtype=bool)
@@ -152,7 +161,7 @@ def shortest_path(space: Polygon | MultiPolygon, start: npt.ArrayLike, goal: npt
         lengths = known[here] + np.hypot(*(nodes - nodes[here]).T)
         nearer = np.flatnonzero(~settled & (lengths < known - 1e-12))
         lines = np.stack([np.broadcast_to(nodes[here], (len(nearer), 2)), nodes[nearer]], axis=1)
-        for there in nearer[shapely.covers(wide, shapely.linestrings(lines))].tolist():
+        for there in nearer[shapely.covers(space, shapely.linestrings(lines))].tolist():
             known[there], before[there] = lengths[there], here
             heappush(waiting, (float(lengths[there] + rest[there]), there))
     return None

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from heapq import heappop, heappush
 
 import numpy as np
 import numpy.typing as npt
 import shapely
 from shapely.geometry.base import BaseGeometry
+
+from houseexpo.analysis.graph import path_among_corners
 
 ARC_SEGMENTS = 16  # a quarter of a circle: chords are at most 0.04% shorter than their arcs
 
@@ -26,25 +27,8 @@ def exact_distance(space: BaseGeometry, start: tuple[float, float], goal: tuple[
     parts = shapely.get_parts(shapely.orient_polygons(space))
     rings = [np.asarray(ring.coords)[:-1] for part in parts for ring in (part.exterior, *part.interiors)]
     nodes = np.concatenate([[start, goal], *map(_reflex, rings)])
-    inside = shapely.buffer(space, 1e-6, join_style="mitre")
-    shapely.prepare(inside)
-    rest = np.hypot(*(nodes - nodes[1]).T)
-    known, settled = np.full(len(nodes), math.inf), np.zeros(len(nodes), bool)
-    known[0], waiting = 0.0, [(float(rest[0]), 0)]
-    while waiting:
-        _, here = heappop(waiting)
-        if here == 1:
-            break
-        if settled[here]:
-            continue
-        settled[here] = True
-        lengths = known[here] + np.hypot(*(nodes - nodes[here]).T)
-        nearer = np.flatnonzero(~settled & (lengths < known - 1e-12))
-        lines = np.stack([np.broadcast_to(nodes[here], (len(nearer), 2)), nodes[nearer]], axis=1)
-        for there in nearer[shapely.covers(inside, shapely.linestrings(lines))].tolist():
-            known[there] = lengths[there]
-            heappush(waiting, (float(lengths[there] + rest[there]), there))
-    return float(known[1])
+    found = path_among_corners(shapely.buffer(space, 1e-6, join_style="mitre"), nodes)
+    return math.inf if found is None else found.length
 
 
 def _reflex(ring: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
