@@ -85,7 +85,7 @@ def compose_sheet(results: Sequence[StageResult], frame: Frame) -> bytes:
     """Lay the pictures of the stages out on one sheet, a PNG, each with its name; equal ones in a row are one."""
     shown: list[tuple[str, Picture]] = []
     for title, image in stage_pictures(results, frame, _TILE_PX):
-        same = shown and np.array_equal(shown[-1][1][:-_WORDS_PX], image[:-_WORDS_PX])
+        same = shown and np.array_equal(shown[-1][1][:-WORDS_PX], image[:-WORDS_PX])
         if same:
             shown[-1] = f"{shown[-1][0]}, {title}", shown[-1][1]
         else:
@@ -192,7 +192,7 @@ def _draw_floors(canvas: Canvas, rooms: Iterable[BaseGeometry]) -> None:
 
 Legend = Sequence[tuple[str, str]]
 
-_WORDS_PX = 84  # below a picture: its title, and two lines of its legend
+WORDS_PX = 84  # below a picture: its title, and two lines of its legend
 FINE = 2  # drawn larger by this and scaled down, so that edges are smooth
 MARGIN_M, MARGIN_SHARE = 0.5, 0.03
 TICKS = 12  # at most, along one edge
@@ -254,7 +254,7 @@ class Canvas:
         """Scale down, and add title and legend."""
         width, height = self.image.size
         small = self.image.reduce(FINE).crop((0, 0, width // FINE, height // FINE))
-        page = Image.new("RGB", (max(small.width, 520), small.height + _WORDS_PX), PAPER)
+        page = Image.new("RGB", (max(small.width, 520), small.height + WORDS_PX), PAPER)
         page.paste(small, ((page.width - small.width) // 2, 0))
         pen = ImageDraw.Draw(page)
         pen.text((12, small.height + 6), title, fill=INK, font=load_font(17))

@@ -18,13 +18,24 @@ from PIL import Image
 
 import houseexpo
 from houseexpo.drawing.draw import contact_sheet, draw_plan
-from pipeline.algorithm import plan_largest_building
+from pipeline.algorithm import plan_largest_building, run_stages
 from pipeline.config import PipelineConfig
 from pipeline.config_file import BuildConfig, BuildOptions
 from pipeline.inspection import inspect_house
+from pipeline.pictures import WORDS_PX, stage_pictures
 from pipeline.sources import find, reader
 
 IMAGES = Path(__file__).parents[1] / "images"
+EXAMPLE = Path(__file__).parents[2] / "pipeline" / "examples" / "house.ifc"
+STAGES = {
+    "evidence": "1  walls, doors, railing, floor",
+    "door plane": "2  door plane: the doors are open",
+    "ground plane": "3  ground plane: the doors are closed",
+    "layout": "4  closed rooms",
+    "contour": "5  doors, entrances, contour",
+    "plan": "6  the plan",
+}
+"""Stages of the sheet, and their titles."""
 HOMES, N_HOMES = IMAGES / "homes.png", 24
 SHOWN = "02e6f576bc6267912cff75dbb691589f"
 """The made home that the pages for readers show."""
@@ -60,6 +71,22 @@ def _shrink(file: Path) -> None:
     with Image.open(file) as picture:
         small = picture.convert("RGB").quantize(256, dither=Image.Dither.NONE)
     small.save(file, optimize=True)
+
+
+def draw_stages(file: Path = IMAGES / "stages.png") -> None:
+    """Write six stages of the example house on one sheet, with titles that can be read on a page 830 pixels wide."""
+    (item,) = find(str(EXAMPLE))
+    (level,) = reader(item.reader).read(item)
+    results = list(run_stages(level, PipelineConfig(), np.random.default_rng(0)))
+    pictures = {name: drawn[:-WORDS_PX] for name, drawn in stage_pictures(results, level.frame)}
+    pictures["plan"] = draw_plan(results[-1].value, size=pictures["doors"].shape[0])
+    figure, axes = plt.subplots(2, 3, figsize=(8.3, 4.4), layout="constrained")
+    for axis, (stage, title) in zip(axes.flat, STAGES.items(), strict=True):
+        axis.imshow(pictures[stage])
+        axis.set_title(title, fontsize=10)
+        axis.set_axis_off()
+    figure.savefig(file, dpi=200)
+    _shrink(file)
 
 
 def draw_homes(file: Path = HOMES) -> None:
@@ -121,5 +148,6 @@ def draw_readers(folder: Path = IMAGES) -> None:
 
 if __name__ == "__main__":
     draw()
+    draw_stages()
     draw_homes()
     draw_readers()
