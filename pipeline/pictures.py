@@ -133,8 +133,8 @@ def _draw_layout(canvas: Canvas, layout: Layout) -> Picture:
     _draw_floors(canvas, layout.rooms)
     canvas.fill(layout.door, WALL)
     for candidate in layout.candidates:
-        canvas.fill(candidate.polygon, CANDIDATES[candidate.kind])
-    used = {c.kind for c in layout.candidates}
+        canvas.fill(candidate.polygon, CANDIDATES[candidate.closed_by])
+    used = {c.closed_by for c in layout.candidates}
     legend = [
         ("wall", WALL),
         *((kind.replace("_", " "), colour) for kind, colour in CANDIDATES.items() if kind in used),
@@ -154,7 +154,7 @@ def _draw_spaces(canvas: Canvas, spaces: Spaces, before: Spaces | None) -> Pictu
         canvas.fill(room, GONE)
     _draw_floors(canvas, spaces.rooms)
     for passage in spaces.passages:
-        canvas.fill(passage.portal.strip(), DOOR_COLOURS[passage.kind])
+        canvas.fill(passage.strip(), DOOR_COLOURS[passage.kind])
     paths = _paths(spaces, spaces.joined[len(before.joined) :]) if before is not None else []
     for path in paths:
         canvas.trace(path, PATH)

@@ -155,7 +155,7 @@ def _plan_row(
 ) -> PlanRow:
     planned = building.rated(level)
     spaces = planned.spaces
-    middles = truths.in_source(level, np.array([p.portal.centre for p in spaces.passages]).reshape(-1, 2))
+    middles = truths.in_source(level, np.array([p.centre for p in spaces.passages]).reshape(-1, 2))
     rooms = [_to_source(level, room.polygon) for room in planned.named]
     numbers = np.arange(len(of_spaces), dtype=np.float64)
     its = room_doubt.of_rooms(planned.layout, numbers, [room.polygon for room in planned.named]).astype(int).tolist()

@@ -64,10 +64,10 @@ def levels_of(sources: list[str]) -> Iterator[Level]:
 def cuts(level: Level, found: dict[str, Any]) -> Iterator[Example]:
     """Yield each cut, where no door is seen, with the walls about it."""
     spaces = found["connectivity"]
-    walls = spaces.walls.difference(shapely.union_all([p.portal.strip() for p in spaces.passages]))
+    walls = spaces.walls.difference(shapely.union_all([p.strip() for p in spaces.passages]))
     for passage in spaces.passages:
         if passage.kind == "cut":
-            yield Example(level.id, walls, passage.portal.strip())
+            yield Example(level.id, walls, passage.strip())
 
 
 def left_out(level: Level, found: dict[str, Any]) -> Iterator[Example]:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
-from typing import Final, Literal, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -35,7 +34,7 @@ from pipeline.geometry.areas import (
     unite,
 )
 from pipeline.geometry.groups import Groups
-from pipeline.geometry.portals import Portal, find_portals, portal_strips
+from pipeline.geometry.openings import GAPS, Opening, find_strips, strips_of
 from pipeline.tolerances import (
     AROUND_M,
     CM_M,
@@ -60,28 +59,7 @@ from pipeline.tolerances import (
 # ---------------------------------------------------------------------------------------------------------------------
 
 SHARES = np.array([[-0.3], [0.0], [0.3]])
-"""Where along a face is looked, from its middle, in widths of the portal."""
-
-
-CandidateKind: TypeAlias = Literal[
-    "opening", "door", "lintel", "sill", "gap", "gate", "mouth", "rail", "room_edge", "floor_edge", "wall_ends"
-]
-"""``gate``: a wide gap, which closes to the outside only. ``mouth``: a narrow place between two parts of a room, which
-are rooms of their own."""
-GAPS: Final = frozenset({"gap", "gate", "mouth"})
-
-
-@dataclass(frozen=True, eq=False)
-class ClosingCandidate:
-    """A closing candidate: a piece of the closed plane P_g that does not stand in the door plane P_d.
-
-    ``portal`` is the straight strip that it is, from one space's face to the other's; a piece without one (a corner
-    between two lintels, the boundary of an open house) closes, but nobody passes it.
-    """
-
-    polygon: Polygon
-    kind: CandidateKind
-    portal: Portal | None = None
+"""Where along a face is looked, from its middle, in widths of the opening."""
 
 
 def grow_to_overlap(pieces: list[Polygon]) -> list[Polygon]:
@@ -89,25 +67,24 @@ def grow_to_overlap(pieces: list[Polygon]) -> list[Polygon]:
     return list(buffer_mitred(np.array(pieces, dtype=np.object_), LAP_M))
 
 
-def split_at_portals(
-    door: BaseGeometry, pieces: list[ClosingCandidate], plane: BaseGeometry, rooms: list[Polygon]
-) -> tuple[list[ClosingCandidate], list[ClosingCandidate]]:
-    """Take each piece apart into its portals and the rest of it, in the ``plane`` that all of them close.
+def split_into_strips(
+    door: BaseGeometry, pieces: list[Opening], plane: BaseGeometry, rooms: list[Polygon]
+) -> tuple[list[Opening], list[Opening]]:
+    """Take each piece apart into its openings and the rest of it, in the ``plane`` that all of them close.
 
     A lintel that goes over into a cornice, or two lintels that meet in a corner, come as one piece; each strip has to
     be judged for itself, and what hangs over one room only is freed.
     """
-    found: list[ClosingCandidate] = []
-    rest: list[ClosingCandidate] = []
-    for piece, strips in zip(pieces, find_portals([p.polygon for p in pieces], rooms, plane, door), strict=True):
-        laps = list(portal_strips(strips, deeper_m=LAP_M, wider_m=LAP_M))
-        found += [ClosingCandidate(lap, piece.kind, portal) for lap, portal in zip(laps, strips, strict=True)]
-        if piece.kind != "gate":  # of which nothing closes by itself
-            rest += [ClosingCandidate(p, piece.kind) for p in _without_strips(piece.polygon, laps)]
+    found: list[Opening] = []
+    rest: list[Opening] = []
+    for piece, strips in zip(pieces, find_strips([p.polygon for p in pieces], rooms, plane, door), strict=True):
+        laps = list(strips_of(strips, deeper_m=LAP_M, wider_m=LAP_M))
+        found += [replace(s, polygon=lap, closed_by=piece.closed_by) for lap, s in zip(laps, strips, strict=True)]
+        if piece.closed_by != "gate":  # of which nothing closes by itself
+            rest += [Opening.closing(p, piece.closed_by) for p in _without_strips(piece.polygon, laps)]
     if not rest:
         return found, []
-    found_portals = [c.portal for c in found if c.portal is not None]
-    in_line = unite(portal_strips(found_portals, deeper_m=LAP_M, wider_m=AROUND_M))
+    in_line = unite(strips_of(found, deeper_m=LAP_M, wider_m=AROUND_M))
     return found, [part for piece in rest for part in _divide_at_crossing(piece, in_line)]
 
 
@@ -123,21 +100,21 @@ def _without_strips(piece: Polygon, strips: list[Polygon]) -> list[Polygon]:
     return [polygons_of(buffer_mitred(p, HAIR_M))[0] for p, is_slim in zip(rest, slim, strict=True) if not is_slim]
 
 
-def _divide_at_crossing(piece: ClosingCandidate, in_line: BaseGeometry) -> list[ClosingCandidate]:
-    """A rest where beams cross: what goes on in line with a portal, and what leads away from it."""
+def _divide_at_crossing(piece: Opening, in_line: BaseGeometry) -> list[Opening]:
+    """A rest where beams cross: what goes on in line with an opening, and what leads away from it."""
     if not piece.polygon.intersects(in_line):
         return [piece]
     parts = polygons_of(intersect(piece.polygon, in_line)) + polygons_of(subtract(piece.polygon, in_line))
-    return [ClosingCandidate(p, piece.kind) for p in parts]
+    return [Opening.closing(p, piece.closed_by) for p in parts]
 
 
 def minimal_separators(
     door: BaseGeometry,
-    kept: list[ClosingCandidate],
-    pieces: list[ClosingCandidate],
+    kept: list[Opening],
+    pieces: list[Opening],
     plane: BaseGeometry,
     rooms: list[Polygon],
-) -> list[ClosingCandidate]:
+) -> list[Opening]:
     """Return those of ``pieces`` without which, beside ``kept``, spaces would run into each other.
 
     ``plane`` is the door plane with all of these in it, and ``rooms`` are what it encloses. The last piece is taken
@@ -168,7 +145,7 @@ def minimal_separators(
     return [pieces[k] for k in sorted(left)]
 
 
-def close_plane(door: BaseGeometry, candidates: Iterable[ClosingCandidate]) -> BaseGeometry:
+def close_plane(door: BaseGeometry, candidates: Iterable[Opening]) -> BaseGeometry:
     """Return the door plane with these pieces in it."""
     return unite([door, *(c.polygon for c in candidates)])
 
@@ -187,31 +164,28 @@ def _touching(grown: Shapes, others: Sequence[BaseGeometry]) -> list[tuple[int, 
     return [(int(k), int(other)) for k, other in pairs.T[shared > MM_M * HAIR_M]]
 
 
-def assign_sides(
-    candidates: list[ClosingCandidate], rooms: list[Polygon], plane: BaseGeometry
-) -> list[ClosingCandidate]:
-    """The same pieces, the sides of their portals looked up in ``rooms``: seen from three places along each face."""
-    looks = [_before_faces(candidate.portal) for candidate in candidates if candidate.portal is not None]
+def assign_sides(candidates: list[Opening], rooms: list[Polygon], plane: BaseGeometry) -> list[Opening]:
+    """The same pieces, the sides of their openings looked up in ``rooms``: seen from three places along each face."""
+    looks = [_before_faces(candidate) for candidate in candidates if candidate.is_strip]
     faces = locate_points(np.array(looks).reshape(-1, 2), rooms, plane).reshape(-1, 2, 3)
     found, k = [], 0
     for candidate in candidates:
-        if candidate.portal is None:
+        if not candidate.is_strip:
             found.append(candidate)
             continue
         sides = (_most_seen(faces[k, 0]), _most_seen(faces[k, 1]))
         blind = (faces[k] == WALL).all(axis=1)
-        if candidate.kind in GAPS and blind.any():  # between a curtain and the next, before a wall: it leads nowhere
+        if candidate.closed_by in GAPS and blind.any():  # between a curtain and the next, before a wall: leads nowhere
             sides = (sides[int(blind[0])],) * 2
-        same = sides == candidate.portal.sides
-        found.append(candidate if same else replace(candidate, portal=replace(candidate.portal, sides=sides)))
+        found.append(candidate if sides == candidate.sides else replace(candidate, sides=sides))
         k += 1
     return found
 
 
-def _before_faces(portal: Portal) -> npt.NDArray[np.float64]:
-    """Three places (2, 3, 2) before each of the two faces of a portal."""
-    off = portal.across * (portal.depth / 2 + 2 * CRACK_M)
-    along = portal.centre + portal.along * portal.width * SHARES
+def _before_faces(opening: Opening) -> npt.NDArray[np.float64]:
+    """Three places (2, 3, 2) before each of the two faces of an opening."""
+    off = opening.across * (opening.depth / 2 + 2 * CRACK_M)
+    along = opening.centre + opening.along * opening.width * SHARES
     return np.array([along - off, along + off])
 
 

@@ -14,8 +14,7 @@ from shapely.geometry.base import BaseGeometry
 
 from pipeline.geometry.areas import clip_to_box, dot_product, polygons_of
 from pipeline.geometry.doorways import box_around_polygon
-from pipeline.geometry.portals import Portal
-from pipeline.geometry.rooms_and_passages import Passage
+from pipeline.geometry.openings import Opening
 from pipeline.tolerances import (
     ALMOST_ALL,
     AROUND_M,
@@ -54,7 +53,7 @@ class CutRules:
 
 def cut_walls_along_lines(
     lines: Floats, pieces: list[Polygon], floor: BaseGeometry, walls: BaseGeometry, rules: CutRules
-) -> Iterator[tuple[Floats, Portal]]:
+) -> Iterator[tuple[Floats, Opening]]:
     """Cuts near the lines (n, 2, 2) from point to point, each with its line (2, 2), in the order of the lines.
 
     Only walls are cut that stand between two of the ``pieces`` in which a robot can stand: a line may cross many rooms.
@@ -80,7 +79,7 @@ def cut_walls_along_lines(
 
 def _straight_cut(
     start: Vector, end: Vector, floor: BaseGeometry, walls: BaseGeometry, rules: CutRules
-) -> Portal | None:
+) -> Opening | None:
     along = _face_direction(start, _clip_around(start, floor, AROUND_M))
     if along is None:
         return None
@@ -94,7 +93,7 @@ def _straight_cut(
     feet = start + slides[:, None] * along
     depth = _depths(feet, across, near, rules.deepest_m)
     through = np.flatnonzero(depth > CM_M)
-    cuts = [Portal(feet[k] + across * depth[k] / 2, along, rules.width_m, float(depth[k]), (0, 0)) for k in through]
+    cuts = [Opening(feet[k] + across * depth[k] / 2, along, rules.width_m, float(depth[k]), (0, 0)) for k in through]
     clean = _are_clean(cuts, near, _clip_around(start, walls, reach))
     if not clean.any():
         return None
@@ -132,7 +131,7 @@ def _depths(feet: Floats, across: Vector, floor: BaseGeometry, deepest_m: float)
     return np.where(np.isfinite(depth), depth, 0.0)
 
 
-def _are_clean(cuts: list[Portal], floor: BaseGeometry, walls: BaseGeometry) -> npt.NDArray[np.bool_]:
+def _are_clean(cuts: list[Opening], floor: BaseGeometry, walls: BaseGeometry) -> npt.NDArray[np.bool_]:
     """Of which cuts the strip is wall throughout, and the floor before and behind it is free."""
     clean = np.ones(len(cuts), np.bool_)
     for side in (-1.0, 1.0):
@@ -145,7 +144,7 @@ def _are_clean(cuts: list[Portal], floor: BaseGeometry, walls: BaseGeometry) -> 
     return clean
 
 
-def _shares(strips: list[Portal], shape: BaseGeometry) -> Floats:
+def _shares(strips: list[Opening], shape: BaseGeometry) -> Floats:
     """Return the share (n,) of each strip that lies in a shape."""
     boxes = np.array([strip.strip() for strip in strips], np.object_)
     return np.asarray(shapely.area(shapely.intersection(boxes, shape)) / shapely.area(boxes))
@@ -169,10 +168,10 @@ class DoorHint:
 
 
 def find_door_hints(
-    doorways: Iterable[Polygon], leaves: Iterable[Polygon], lintels: BaseGeometry, passages: Sequence[Passage]
+    doorways: Iterable[Polygon], leaves: Iterable[Polygon], lintels: BaseGeometry, passages: Sequence[Opening]
 ) -> Iterator[DoorHint]:
     """Yield the places, the likeliest first: doorways, leaves of doors and lintels that no passage uses."""
-    ways = shapely.STRtree([p.portal.strip() for p in passages])
+    ways = shapely.STRtree([p.strip() for p in passages])
     kinds: list[tuple[str, Iterable[Polygon], bool]] = [
         ("a doorway that nothing else leads through", doorways, False),
         ("the leaf of a door", leaves, True),

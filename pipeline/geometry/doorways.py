@@ -16,9 +16,8 @@ R5  A leaf that is named may lie in a wall in which nobody cut a hole, or at a f
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from statistics import median
-from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -49,18 +48,6 @@ from pipeline.tolerances import (
 SAME_SLOPE = 0.04
 
 Floats = npt.NDArray[np.float64]
-
-
-@dataclass(frozen=True, eq=False)
-class Doorway:
-    """Where a door is known to be: ``polygon`` from jamb to jamb and from face to face of the wall.
-
-    ``source`` says how: "named" by the source, a "leaf" that stands in it, or a "recess" under a lintel.
-    """
-
-    polygon: Polygon
-    source: Literal["named", "leaf", "recess"]
-    has_door: bool = True
 
 
 def box_polygon(box: Box, *, width: float | None = None, depth: float | None = None) -> Polygon:

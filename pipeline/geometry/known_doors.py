@@ -24,7 +24,6 @@ from pipeline.geometry.areas import (
     unite,
 )
 from pipeline.geometry.doorways import (
-    Doorway,
     box_around_polygon,
     box_polygon,
     boxes_around_polygons,
@@ -35,6 +34,7 @@ from pipeline.geometry.doorways import (
 )
 from pipeline.geometry.groups import connected_groups
 from pipeline.geometry.meshes import Bodies, Box, Mesh, box_around
+from pipeline.geometry.openings import Opening
 from pipeline.geometry.prisms import Prisms
 from pipeline.tolerances import (
     BESIDE_M,
@@ -511,7 +511,7 @@ def _leaf(box: Box, sign: float, thickness: float, walls: BaseGeometry) -> list[
 class JudgedLeaves:
     """What the leaves are: doorways, leaves closed or open, bodies that are wall after all, furniture (plan areas)."""
 
-    doorways: tuple[Doorway, ...]
+    doorways: tuple[Opening, ...]
     leaves: tuple[Polygon, ...]
     walls: tuple[int, ...]
     furniture: BaseGeometry
@@ -519,7 +519,7 @@ class JudgedLeaves:
 
 def judge_leaves(leaves: Sequence[Leaf], walls: BaseGeometry, hanging: BaseGeometry) -> JudgedLeaves:
     """Judge what is shaped as a door; ``walls`` and ``hanging`` are without it."""
-    doorways: list[Doorway] = []
+    doorways: list[Opening] = []
     found: list[Polygon] = []
     pieces: list[int] = []
     things: list[Polygon] = []
@@ -532,12 +532,12 @@ def judge_leaves(leaves: Sequence[Leaf], walls: BaseGeometry, hanging: BaseGeome
             found.append(plan)
             continue
         if way is not None and leaf.box.thickness >= way.thickness + SLIVER_M and leaf.plate_m < way.thickness:  # R1
-            doorways.append(Doorway(box_polygon(way), "leaf"))
+            doorways.append(Opening.closing(box_polygon(way), "door", "leaf"))
             found.append(plan)
         elif 0 < over <= 1.25 * max(leaf.plate_m, SHEET_M) and not (_is_framed(leaf, over) or leaf.has_handle):  # R2
             pieces += leaf.bodies
         elif way is not None and (over > 0 or not _ends_beside_lintel(leaf.box, hanging)):  # R3
-            doorways.append(Doorway(box_polygon(way), "leaf"))
+            doorways.append(Opening.closing(box_polygon(way), "door", "leaf"))
             found.append(plan)
         elif over > 0 or is_wall:
             pieces += leaf.bodies
@@ -591,8 +591,8 @@ def _stands_ajar(box: Box, hanging: BaseGeometry) -> bool:
 
 
 def find_known_doorways(
-    named: Iterable[Doorway], doors: Iterable[Mesh], walls: BaseGeometry, lintels: BaseGeometry, judged: JudgedLeaves
-) -> tuple[list[Doorway], list[Polygon]]:
+    named: Iterable[Opening], doors: Iterable[Mesh], walls: BaseGeometry, lintels: BaseGeometry, judged: JudgedLeaves
+) -> tuple[list[Opening], list[Polygon]]:
     """All doorways in ``walls`` as they stand, and the leaves, closed or open; ``doors`` are those the source names."""
     found = [replace(each, polygon=fit_into_wall(each.polygon, walls)) for each in named]
     leaves = list(judged.leaves)
@@ -603,21 +603,21 @@ def find_known_doorways(
             continue
         way = doorway_around_leaf(box, walls)
         if way is not None:
-            found.append(Doorway(box_polygon(way), "named"))
+            found.append(Opening.named(box_polygon(way), has_door=True))
         else:
             wayless.append(box)
-    found += [Doorway(box_polygon(way), "named") for way in _in_uncut_walls(wayless, walls, lintels, found)]
+    found += [Opening.named(box_polygon(way), has_door=True) for way in _in_uncut_walls(wayless, walls, lintels, found)]
     found += judged.doorways
     found = [
         replace(each, polygon=_through_wall(each.polygon, walls)) if is_shut else each
         for each, is_shut in zip(found, _may_be_shut(found, walls), strict=True)
     ]
-    found += [Doorway(strip, "recess") for strip in leaves_in_recesses(lintels, walls)]
+    found += [Opening.closing(strip, "door", "recess") for strip in leaves_in_recesses(lintels, walls)]
     return _each_once(found), leaves
 
 
 def _in_uncut_walls(
-    boxes: Sequence[Box], walls: BaseGeometry, lintels: BaseGeometry, known: Sequence[Doorway]
+    boxes: Sequence[Box], walls: BaseGeometry, lintels: BaseGeometry, known: Sequence[Opening]
 ) -> Iterator[Box]:
     """R8: yield the doorways of named leaves in walls without a hole for them."""
     others = unite([each.polygon for each in known])
@@ -628,7 +628,7 @@ def _in_uncut_walls(
             yield way
 
 
-def _may_be_shut(doorways: Sequence[Doorway], walls: BaseGeometry) -> npt.NDArray[np.bool_]:
+def _may_be_shut(doorways: Sequence[Opening], walls: BaseGeometry) -> npt.NDArray[np.bool_]:
     """Return before which of the doorways (n,) some wall stands, right at one of the two faces."""
     boxes = boxes_around_polygons([each.polygon for each in doorways])
     shapely.prepare(walls)
@@ -665,7 +665,7 @@ def _through_wall(doorway: Polygon, walls: BaseGeometry) -> Polygon:
     return box_polygon(replace(box, centre=middle), depth=box.thickness + sum(grown))
 
 
-def _each_once(doorways: list[Doorway]) -> list[Doorway]:
+def _each_once(doorways: list[Opening]) -> list[Opening]:
     """Return one doorway for the opening of a door, its leaf and its recess: the first stands for the others."""
     kept: list[int] = []
     shapes = np.array([each.polygon for each in doorways], dtype=np.object_)

@@ -12,7 +12,6 @@ import shapely
 from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
-from houseexpo.plan import DoorKind
 from pipeline.geometry.areas import (
     OUTSIDE,
     Indices,
@@ -21,7 +20,7 @@ from pipeline.geometry.areas import (
     subtract_pairs,
 )
 from pipeline.geometry.groups import connected_groups
-from pipeline.geometry.portals import Portal, portal_strips
+from pipeline.geometry.openings import Opening, strips_of
 from pipeline.tolerances import (
     THIN_WALL_M,
 )
@@ -29,26 +28,6 @@ from pipeline.tolerances import (
 # ---------------------------------------------------------------------------------------------------------------------
 # A house as rooms and the ways between them.
 # ---------------------------------------------------------------------------------------------------------------------
-
-
-@dataclass(frozen=True, eq=False)
-class Passage:
-    """A way through a wall; the ``sides`` of its portal are indices into the rooms of the same value, or OUTSIDE.
-
-    ``closed_by`` is the kind of the closing candidate that stands in its place, "" for a cut, of which ``why`` says
-    what speaks for its place. ``confidence`` is the probability that a passage is there, None if nobody has rated it.
-    """
-
-    portal: Portal
-    kind: DoorKind
-    why: str = ""
-    closed_by: str = ""
-    confidence: float | None = None
-
-    @property
-    def leads_outside(self) -> bool:
-        """Whether one side is the outside; such a passage stays closed in the outline."""
-        return OUTSIDE in self.portal.sides
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,7 +50,7 @@ class Spaces:
 
     walls: BaseGeometry
     rooms: tuple[Polygon, ...]
-    passages: tuple[Passage, ...]
+    passages: tuple[Opening, ...]
     joins: tuple[tuple[int, int], ...] = ()
     outlines: tuple[Polygon, ...] = ()
     joined: tuple[JoinedPoints, ...] = ()
@@ -83,9 +62,9 @@ class Spaces:
         new = {old: k for k, old in enumerate(keep)} | {OUTSIDE: OUTSIDE}
         passages = []
         for p in self.passages:
-            a, b = p.portal.sides
+            a, b = p.sides
             if a in new and b in new:
-                passages.append(replace(p, portal=replace(p.portal, sides=(new[a], new[b]))))
+                passages.append(replace(p, sides=(new[a], new[b])))
         return replace(
             self,
             rooms=tuple(self.rooms[k] for k in keep),
@@ -108,7 +87,7 @@ def rooms_inside(outlines: Sequence[Polygon], rooms: Sequence[Polygon]) -> tuple
 
 def connected_rooms(spaces: Spaces) -> list[list[int]]:
     """Groups of room indices joined by passages or joins, each sorted, in the order of their first room."""
-    inner = [p.portal.sides for p in spaces.passages if not p.leads_outside]
+    inner = [p.sides for p in spaces.passages if not p.leads_outside]
     return connected_groups(len(spaces.rooms), [*inner, *spaces.joins])
 
 
@@ -117,52 +96,52 @@ def connected_rooms(spaces: Spaces) -> list[list[int]]:
 # ---------------------------------------------------------------------------------------------------------------------
 
 
-def fit_portals_to_rooms(portals: Sequence[Portal], rooms: Sequence[Polygon]) -> list[Portal]:
-    """Return the portals with their faces where the rooms' are now; on the outside, where they were."""
-    ends = [(i, k) for i, portal in enumerate(portals) for k in (0, 1) if portal.sides[k] != OUTSIDE]
+def fit_to_rooms(openings: Sequence[Opening], rooms: Sequence[Polygon]) -> list[Opening]:
+    """Return the openings with their faces where the rooms' are now; on the outside, where they were."""
+    ends = [(i, k) for i, opening in enumerate(openings) for k in (0, 1) if opening.sides[k] != OUTSIDE]
     if not ends:
-        return list(portals)
-    of_portal, face = np.array(ends).T
-    facing = np.array([rooms[portals[i].sides[k]] for i, k in ends], dtype=np.object_)
-    centre, across = (np.array([(p.centre, p.across) for p in portals])[of_portal, k] for k in (0, 1))
-    half = np.array([portal.depth for portal in portals])[of_portal] / 2
+        return list(openings)
+    of_opening, face = np.array(ends).T
+    facing = np.array([rooms[openings[i].sides[k]] for i, k in ends], dtype=np.object_)
+    centre, across = (np.array([(p.centre, p.across) for p in openings])[of_opening, k] for k in (0, 1))
+    half = np.array([opening.depth for opening in openings])[of_opening] / 2
     away = np.where(face == 0, -1.0, 1.0)  # a ray from one face across to the other one, and ``THIN_WALL_M`` further
     rays = np.stack([centre + at[:, None] * across for at in (-away * half, away * (half + THIN_WALL_M))], axis=1)
     points, ray = shapely.get_coordinates(shapely.intersection(shapely.linestrings(rays), facing), return_index=True)
     at = away[ray] * ((points - centre[ray]) * across[ray]).sum(axis=1)
     nearest = np.full(len(ends), np.inf)
     np.minimum.at(nearest, ray, at)
-    limits = [[-portal.depth / 2, portal.depth / 2] for portal in portals]
+    limits = [[-opening.depth / 2, opening.depth / 2] for opening in openings]
     for (i, k), way, found in zip(ends, away.tolist(), nearest.tolist(), strict=True):
         if found < math.inf:
             limits[i][k] = way * found
-    return [_between_faces(portal, low, high) for portal, (low, high) in zip(portals, limits, strict=True)]
+    return [_between_faces(opening, low, high) for opening, (low, high) in zip(openings, limits, strict=True)]
 
 
-def _between_faces(portal: Portal, low: float, high: float) -> Portal:
-    """The portal with its faces at two distances (metres) across the wall from its centre, if it has a depth then."""
+def _between_faces(opening: Opening, low: float, high: float) -> Opening:
+    """The opening with its faces at two distances (metres) across the wall from its centre, if it has a depth then."""
     if high - low < 1e-3:
-        return portal
-    return replace(portal, centre=portal.centre + portal.across * (low + high) / 2, depth=high - low)
+        return opening
+    return replace(opening, centre=opening.centre + opening.across * (low + high) / 2, depth=high - low)
 
 
-def portal_polygons(portals: Sequence[Portal], rooms: Sequence[Polygon]) -> list[Polygon]:
-    """The area between the two faces of each portal, corner to corner, also where they are not quite parallel."""
-    entrance = np.array([OUTSIDE in portal.sides for portal in portals], np.bool_)
-    strips = portal_strips(portals, deeper_m=np.where(entrance, 0.0, THIN_WALL_M)[:, None])
+def polygons_between_rooms(openings: Sequence[Opening], rooms: Sequence[Polygon]) -> list[Polygon]:
+    """The area between the two faces of each opening, corner to corner, also where they are not quite parallel."""
+    entrance = np.array([OUTSIDE in opening.sides for opening in openings], np.bool_)
+    strips = strips_of(openings, deeper_m=np.where(entrance, 0.0, THIN_WALL_M)[:, None])
     rest = strips.copy()
     for k in (0, 1):
-        inner = [i for i, portal in enumerate(portals) if portal.sides[k] != OUTSIDE]
-        rest[inner] = subtract_pairs(rest[inner], np.array([rooms[portals[i].sides[k]] for i in inner], np.object_))
+        inner = [i for i, opening in enumerate(openings) if opening.sides[k] != OUTSIDE]
+        rest[inner] = subtract_pairs(rest[inner], np.array([rooms[openings[i].sides[k]] for i in inner], np.object_))
     return [
-        _holding(portal, polygons_of(drop_lines_and_points(r)) or [s])
-        for portal, r, s in zip(portals, rest, strips, strict=True)
+        _holding(opening, polygons_of(drop_lines_and_points(r)) or [s])
+        for opening, r, s in zip(openings, rest, strips, strict=True)
     ]
 
 
-def _holding(portal: Portal, pieces: list[Polygon]) -> Polygon:
-    """Return the piece that holds a portal's centre, else the largest."""
+def _holding(opening: Opening, pieces: list[Polygon]) -> Polygon:
+    """Return the piece that holds an opening's centre, else the largest."""
     if len(pieces) == 1:
         return pieces[0]
-    centre = shapely.points(portal.centre)
+    centre = shapely.points(opening.centre)
     return next((piece for piece in pieces if piece.distance(centre) < 1e-6), pieces[0])

@@ -12,7 +12,7 @@ from houseexpo.analysis.navigability import erode
 from pipeline.geometry.areas import (
     unite,
 )
-from pipeline.geometry.portals import portal_strips
+from pipeline.geometry.openings import strips_of
 from pipeline.geometry.rooms_and_passages import Spaces
 from pipeline.geometry.wall_sections import close_cracks
 from pipeline.tolerances import (
@@ -28,7 +28,7 @@ from pipeline.tolerances import (
 
 def walkable_floor(spaces: Spaces) -> BaseGeometry:
     """Return all rooms and the open passages between them, as one area."""
-    strips = portal_strips([p.portal for p in spaces.passages if not p.leads_outside], deeper_m=CM_M)
+    strips = strips_of([p for p in spaces.passages if not p.leads_outside], deeper_m=CM_M)
     floor = unite([*spaces.rooms, *strips])
     return close_cracks(floor, MM_M) if spaces.joins else floor
 

@@ -52,7 +52,7 @@ from pipeline.sources.tolerances import (
     TINY,
     WALLS_COVERED,
 )
-from pipeline.values import SourceOpening, SourceRoom
+from pipeline.values import Opening, SourceRoom
 
 
 @dataclass(frozen=True, eq=False)
@@ -143,9 +143,9 @@ def wall_mesh(walls: Iterable[Wall], holes: Sequence[Hole]) -> Mesh:
     return Mesh(made.vertices, made.faces)
 
 
-def passage_openings(holes: Iterable[Hole]) -> tuple[SourceOpening, ...]:
+def passage_openings(holes: Iterable[Hole]) -> tuple[Opening, ...]:
     """Return the passages among the holes, as the stages want them."""
-    return tuple(SourceOpening(hole.shape, hole.has_door) for hole in holes if hole.is_passage)
+    return tuple(Opening.named(hole.shape, hole.has_door) for hole in holes if hole.is_passage)
 
 
 def unite_rooms(shapes: Iterable[Polygon]) -> Polygon | MultiPolygon | None:

@@ -74,7 +74,7 @@ from pipeline.sources.tolerances import (
     WAIST_M,
     WIDEST_DOOR_BODY_M,
 )
-from pipeline.values import Mesh, SourceObject, SourceOpening, SourceRoom
+from pipeline.values import Mesh, Opening, SourceObject, SourceRoom
 
 Floats = npt.NDArray[np.float64]
 Indices = npt.NDArray[np.int64]
@@ -442,8 +442,8 @@ class LevelParts:
     furniture: tuple[SourceObject, ...] = ()
     rooms: tuple[SourceRoom, ...] = ()
     room_count: int | None = None
-    openings: tuple[SourceOpening, ...] = ()
-    over_thresholds: tuple[SourceOpening, ...] = ()
+    openings: tuple[Opening, ...] = ()
+    over_thresholds: tuple[Opening, ...] = ()
     """R6: there may be others, of which nothing is named."""
 
 
@@ -507,9 +507,9 @@ def _is_walked(mesh: Mesh, z: float) -> bool:
     return bool(low - z <= OPENING_FOOT_M and high - low >= OPENING_HEIGHT_M)
 
 
-def _opening(mesh: Mesh, leaves: Sequence[SourceObject]) -> SourceOpening:
+def _opening(mesh: Mesh, leaves: Sequence[SourceObject]) -> Opening:
     hull = _hull(mesh)
-    return SourceOpening(hull, any(hull.intersects(_hull(leaf.mesh)) for leaf in leaves))
+    return Opening.named(hull, any(hull.intersects(_hull(leaf.mesh)) for leaf in leaves))
 
 
 def _hull(mesh: Mesh) -> Polygon:
@@ -517,7 +517,7 @@ def _hull(mesh: Mesh) -> Polygon:
     return shapely.multipoints(mesh.vertices[:, :2]).convex_hull.buffer(ROUGH_M, join_style="mitre")
 
 
-def _over_thresholds(bodies: Sequence[NamedBody], solid: Mesh, z: float) -> Iterator[SourceOpening]:
+def _over_thresholds(bodies: Sequence[NamedBody], solid: Mesh, z: float) -> Iterator[Opening]:
     """R6: yield the openings over the thresholds of a floor at height z."""
     if not bodies:
         return
@@ -530,7 +530,7 @@ def _over_thresholds(bodies: Sequence[NamedBody], solid: Mesh, z: float) -> Iter
         if on_floor and NARROWEST_DOOR_M <= wide <= WIDEST_DOOR_BODY_M and deep <= min(DEEPEST_WALL_M, wide):
             box_ = shapely.minimum_rotated_rectangle(shapely.multipoints(body.mesh.vertices[:, :2]))
             if isinstance(box_, Polygon) and _is_crossed(box_, standing):
-                yield SourceOpening(box_, has_door="opening" not in body.words)
+                yield Opening.named(box_, has_door="opening" not in body.words)
 
 
 def _is_crossed(threshold: Polygon, standing: shapely.STRtree) -> bool:

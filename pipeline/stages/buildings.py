@@ -98,7 +98,7 @@ def _separate_dwellings(level: Level, spaces: Spaces) -> list[tuple[Level, Space
     named: list[list[SourceRoom]] = [[] for _ in parts]
     for room in level.rooms:
         named[_nearest(room, spaces, parts)].append(room)
-    entered = {side for p in spaces.passages if p.leads_outside and p.closed_by == "door" for side in p.portal.sides}
+    entered = {side for p in spaces.passages if p.leads_outside and p.closed_by == "door" for side in p.sides}
     stairs = _stair_voids(level, spaces)
     dwellings = [
         k

@@ -23,6 +23,7 @@ R10 A place outside that joins three parts of the house or more, which nothing e
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 
 import shapely
 from shapely import Polygon
@@ -48,7 +49,7 @@ from pipeline.geometry.closing_candidates import (
     grow_to_overlap,
     wall_ends,
 )
-from pipeline.geometry.doorways import Doorway, box_around_polygon, box_polygon, boxes_around_polygons
+from pipeline.geometry.doorways import box_around_polygon, box_polygon, boxes_around_polygons
 from pipeline.geometry.groups import connected_groups
 from pipeline.geometry.open_boundaries import (
     are_rooms_half_of_house,
@@ -71,22 +72,19 @@ from pipeline.tolerances import (
     PASSABLE_M,
     SPECK,
 )
-from pipeline.values import ClosingCandidate, Layout, Level, Planes
-
-KNOWN = frozenset({"door", "opening"})
-"""The kinds of what the source names, or what a leaf shows."""
+from pipeline.values import Layout, Level, Opening, Planes
 
 
-def find_closing_candidates(level: Level, planes: Planes, config: LayoutConfig) -> list[ClosingCandidate]:
+def find_closing_candidates(level: Level, planes: Planes, config: LayoutConfig) -> list[Opening]:
     """Return everything that may close the door plane, before it is known what it separates (R1)."""
-    named = [d for d in planes.doorways if level.names_doors or (level.leaves and d.source == "named")]
+    named = [d for d in planes.doorways if level.names_doors or (level.leaves and d.said_by == "named")]
     before = _before_doorways(named) if named else EMPTY
     lintels = subtract(planes.lintels, before)
     low = subtract(planes.sills, unite([planes.lintels, before]))
-    pieces = [ClosingCandidate(p, "lintel") for p in grow_to_overlap(polygons_of(lintels))]
-    pieces += [ClosingCandidate(p, "sill") for p in grow_to_overlap(polygons_of(low))]
+    pieces = [Opening.closing(p, "lintel") for p in grow_to_overlap(polygons_of(lintels))]
+    pieces += [Opening.closing(p, "sill") for p in grow_to_overlap(polygons_of(low))]
     doorways = zip(planes.doorways, grow_to_overlap([d.polygon for d in planes.doorways]), strict=True)
-    pieces += [ClosingCandidate(p, "door" if d.has_door else "opening") for d, p in doorways]
+    pieces += [replace(doorway, polygon=p) for doorway, p in doorways]
     filled = [planes.door, *(p.polygon for p in pieces)]
     ends = list(wall_ends(planes.tall, nibs=True))
     found = gap_fillings(planes.tall, filled, config.gap_m, ends=ends)
@@ -100,13 +98,13 @@ def find_closing_candidates(level: Level, planes: Planes, config: LayoutConfig) 
         standing = unite([*filled, *found])
         cracks = crack_fillings(standing)
         cracks += contact_fillings(unite([*filled, *found, *cracks]) if cracks else standing)
-    candidates = [*pieces, *(ClosingCandidate(gap, "gap") for gap in [*real, *cracks])]
-    candidates += [ClosingCandidate(gap, "gate") for gap in gates]
+    candidates = [*pieces, *(Opening.closing(gap, "gap") for gap in [*real, *cracks])]
+    candidates += [Opening.closing(gap, "gate") for gap in gates]
     candidates += _gates_of_railings(level, planes, candidates, config)
     return candidates + _wide_gates(level, planes, candidates, ends, config)
 
 
-def _before_doorways(doorways: Sequence[Doorway]) -> BaseGeometry:
+def _before_doorways(doorways: Sequence[Opening]) -> BaseGeometry:
     """Return the floor within ``BESIDE_M`` of both faces of each doorway, as wide as it (R2)."""
     boxes = boxes_around_polygons([each.polygon for each in doorways])
     return unite([box_polygon(b, depth=b.thickness + 2 * BESIDE_M) for b in boxes if b.thickness < MOSTLY * b.width])
@@ -117,7 +115,7 @@ def _is_closed(gap: Polygon, closed: BaseGeometry) -> bool:
     return bool(intersect(gap, closed).area > SPECK * gap.area)
 
 
-def _runs_along(gap: Polygon, pieces: list[ClosingCandidate]) -> bool:
+def _runs_along(gap: Polygon, pieces: list[Opening]) -> bool:
     """Return whether a door or lintel beside a gap already closes it (a gap between a frame and a curtain; R1)."""
     return box_around_polygon(gap).width > PASSABLE_M and any(
         intersect(gap, buffer_mitred(piece.polygon, BESIDE_M)).area > LARGELY * gap.area for piece in pieces
@@ -137,14 +135,12 @@ def lies_in_room(gap: Polygon, level: Level) -> bool:
     )
 
 
-def is_crack(piece: ClosingCandidate) -> bool:
+def is_crack(piece: Opening) -> bool:
     """Return whether a piece fills a crack, through which nobody passes (R3)."""
-    return piece.kind == "gap" and box_around_polygon(piece.polygon).width < PASSABLE_M
+    return piece.closed_by == "gap" and box_around_polygon(piece.polygon).width < PASSABLE_M
 
 
-def _gates_of_railings(
-    level: Level, planes: Planes, pieces: list[ClosingCandidate], config: LayoutConfig
-) -> list[ClosingCandidate]:
+def _gates_of_railings(level: Level, planes: Planes, pieces: list[Opening], config: LayoutConfig) -> list[Opening]:
     """Return the gaps of a low front under a roof (R4)."""
     if level.sills or planes.rails.is_empty:
         return []
@@ -177,10 +173,10 @@ def _gates_of_railings(
 def _wide_gates(
     level: Level,
     planes: Planes,
-    pieces: list[ClosingCandidate],
+    pieces: list[Opening],
     ends: list[WallEnd],
     config: LayoutConfig,
-) -> list[ClosingCandidate]:
+) -> list[Opening]:
     """Return the wide openings of walls that alone leave a place of the house open (R5)."""
     if level.sills:
         return []
@@ -210,7 +206,7 @@ def _gates_into_new_places(
     known: BaseGeometry,
     is_of_house: Callable[[Polygon], bool],
     config: LayoutConfig,
-) -> list[ClosingCandidate]:
+) -> list[Opening]:
     """Return, as gates, the gaps that enclose a place of the house outside what is ``known`` to be enclosed."""
     new = [
         place
@@ -218,10 +214,10 @@ def _gates_into_new_places(
         if place.area >= config.area_m2 and not place.representative_point().intersects(known) and is_of_house(place)
     ]
     around = shapely.buffer(unite(new), BESIDE_M)
-    return [ClosingCandidate(gap, "gate") for gap in gaps if gap.intersects(around)]
+    return [Opening.closing(gap, "gate") for gap in gaps if gap.intersects(around)]
 
 
-def _has_ways(place: Polygon, pieces: list[ClosingCandidate], rooms: BaseGeometry, main_m2: float) -> bool:
+def _has_ways(place: Polygon, pieces: list[Opening], rooms: BaseGeometry, main_m2: float) -> bool:
     """Return whether ``GROUP`` ways lead from rooms into a place, or two into one of more than ``main_m2`` (R5)."""
     near = [shapely.buffer(piece.polygon, BESIDE_M) for piece in pieces if not is_crack(piece)]
     ways = sum(bool(each.intersects(place) and each.intersects(rooms)) for each in near)
@@ -232,19 +228,19 @@ def _is_covered(room: Polygon, level: Level) -> bool:
     return bool(intersect(room, part_under_cover(room, level)).area > MOST * room.area)
 
 
-def _leads_into(piece: ClosingCandidate, place: Polygon, rooms: BaseGeometry) -> bool:
+def _leads_into(piece: Opening, place: Polygon, rooms: BaseGeometry) -> bool:
     """Return whether a door or a lintel stands between a place and a room."""
     near = shapely.buffer(piece.polygon, BESIDE_M)
-    return piece.kind in {"door", "opening", "lintel"} and bool(near.intersects(place) and near.intersects(rooms))
+    return piece.closed_by in {"door", "opening", "lintel"} and bool(near.intersects(place) and near.intersects(rooms))
 
 
 def boundaries(
     level: Level,
     planes: Planes,
-    pieces: list[ClosingCandidate],
+    pieces: list[Opening],
     whole: tuple[BaseGeometry, list[Polygon]],
     config: LayoutConfig,
-) -> Iterator[list[ClosingCandidate]]:
+) -> Iterator[list[Opening]]:
     """Yield what may close the house where its walls leave it open (R6, R7, R8, R9); the largest house counts.
 
     A closing between the ends of walls may also end at a wide gap, or only at what surely closes.
@@ -255,17 +251,17 @@ def boundaries(
     if edges or are_rooms_half_of_house(rooms, planes.tall):
         yield [*rails, *edges]
         return
-    sure = [piece for piece in pieces if piece.kind != "gate"]
+    sure = [piece for piece in pieces if piece.closed_by != "gate"]
     for plane in [ground, close_plane(planes.door, [*rails, *sure])][: 2 if len(sure) < len(pieces) else 1]:
         yield [
             *rails,
-            *(ClosingCandidate(p, "wall_ends") for p in closings_between_wall_ends(planes.tall, plane, config.area_m2)),
+            *(Opening.closing(p, "wall_ends") for p in closings_between_wall_ends(planes.tall, plane, config.area_m2)),
         ]
 
 
 def _railings(
     level: Level, planes: Planes, ground: BaseGeometry, rooms: list[Polygon], config: LayoutConfig
-) -> list[ClosingCandidate]:
+) -> list[Opening]:
     """Return the railings, between h_d and head height, that enclose floor which nothing else encloses (R6)."""
     if level.sills or planes.rails.is_empty:
         return []
@@ -278,26 +274,26 @@ def _railings(
     if not fenced:
         return []
     near = shapely.buffer(unite(fenced), 0.05)
-    return [ClosingCandidate(p, "rail") for p in polygons_of(planes.rails) if p.intersects(near)]
+    return [Opening.closing(p, "rail") for p in polygons_of(planes.rails) if p.intersects(near)]
 
 
-def _edges(level: Level, ground: BaseGeometry, rooms: list[Polygon], config: LayoutConfig) -> list[ClosingCandidate]:
+def _edges(level: Level, ground: BaseGeometry, rooms: list[Polygon], config: LayoutConfig) -> list[Opening]:
     """Return the edges of the source's rooms (R9) or of its floor (R7) where they lie open."""
     named = [room.polygon for room in level.rooms if room.polygon is not None]
     around = bands_around_rooms(named, ground, rooms, config.area_m2)
-    edges = [ClosingCandidate(p, "room_edge") for p in around]
+    edges = [Opening.closing(p, "room_edge") for p in around]
     if level.floor is None or (edges and unite(named).area > MOST * level.floor.area):
         return edges
     if edges:
         ground = unite([ground, *around])
     bands = bands_at_floor_edge(level.floor, ground, config.area_m2, joined=not level.sills)
-    return [*edges, *(ClosingCandidate(p, "floor_edge") for p in bands)]
+    return [*edges, *(Opening.closing(p, "floor_edge") for p in bands)]
 
 
 def hall_closings(layout: Layout, least_m2: float) -> list[Polygon]:
     """Return the bands that close the openings of a hall (R10)."""
-    portals = [(c.polygon, set(c.portal.sides)) for c in layout.candidates if c.portal is not None]
-    joined = (sides for _, sides in portals if len(sides) == 2 and OUTSIDE not in sides)
+    openings = [(c.polygon, set(c.sides)) for c in layout.candidates if c.is_strip]
+    joined = (sides for _, sides in openings if len(sides) == 2 and OUTSIDE not in sides)
     part = {room: k for k, rooms in enumerate(connected_groups(len(layout.rooms), joined)) for room in rooms}
-    ways = [(p, part[room]) for p, sides in portals if OUTSIDE in sides for room in sides - {OUTSIDE}]
+    ways = [(p, part[room]) for p, sides in openings if OUTSIDE in sides for room in sides - {OUTSIDE}]
     return bands_across_hall_openings(layout.ground, ways, least_m2)

@@ -41,9 +41,8 @@ from shapely.geometry.base import BaseGeometry
 
 from houseexpo.plan.parts import SURE
 from pipeline.geometry.areas import EMPTY, OUTSIDE, Shapes, overlaps, shares_of_places, unite
-from pipeline.geometry.closing_candidates import GAPS
 from pipeline.geometry.mesh_slicing import barred_shares
-from pipeline.geometry.portals import Portal, end_at_walls, portal_strips, strips_before
+from pipeline.geometry.openings import GAPS, KNOWN, Opening, end_at_walls, strips_before, strips_of
 from pipeline.geometry.prisms import Prisms
 from pipeline.geometry.room_shapes import are_rooms_misshapen, have_jutting_walls
 from pipeline.quality import doubt_plan
@@ -52,7 +51,7 @@ from pipeline.stages.logistic import load_models
 from pipeline.stages.quality_grounds import shares_without_floor
 from pipeline.stages.room_doubt import of_rooms
 from pipeline.tolerances import BESIDE_M, GROUP, HAND_M, MOST, SHEET_M, SHOULDERS_M
-from pipeline.values import Evidence, Layout, Level, NamedRoom, Passage, Spaces
+from pipeline.values import Evidence, Layout, Level, NamedRoom, Spaces
 
 Part: TypeAlias = Literal["door", "entrance", "room"]
 Features: TypeAlias = dict[str, float]
@@ -66,7 +65,6 @@ SMALL_ROOM_M2: Final = (4.0, 3.0)
 LARGE_ROOM_M2: Final = (40.0, 120.0)
 CROWD: Final = (3, 6)
 """Passages of a room: more than the first are many."""
-KNOWN: Final = frozenset({"door", "opening"})
 GIVEN: Final = frozenset({"room_edge", "floor_edge", "wall_ends", "rail"})
 
 
@@ -113,7 +111,7 @@ def without_unlikely_entrances(planned: FinalBuilding) -> FinalBuilding:
     gone = {k for k, sure in outer.items() if sure < MOST and not (named and spaces.passages[k].closed_by in KNOWN)}
     if gone and max(outer.values()) < SURE:
         doorless = {k for k in gone if spaces.passages[k].closed_by not in KNOWN}
-        gone = {k for k in doorless if spaces.passages[k].portal.width < SHOULDERS_M}
+        gone = {k for k in doorless if spaces.passages[k].width < SHOULDERS_M}
     if not gone:
         return planned
     passages = tuple(p for k, p in enumerate(spaces.passages) if k not in gone)
@@ -121,7 +119,7 @@ def without_unlikely_entrances(planned: FinalBuilding) -> FinalBuilding:
     return replace(planned, spaces=replace(spaces, passages=passages, notes=notes))
 
 
-def model_for_passage(passage: Passage) -> Part:
+def model_for_passage(passage: Opening) -> Part:
     """Return which model rates a passage."""
     return "entrance" if passage.leads_outside else "door"
 
@@ -129,33 +127,33 @@ def model_for_passage(passage: Passage) -> Part:
 def passage_features(planned: FinalBuilding) -> list[Features]:
     """Return the features of each passage, in the order of the passages (F2, F3, F5)."""
     level, evidence, layout, spaces = planned.level, planned.evidence, planned.layout, planned.spaces
-    rooms, portals = spaces.rooms, [passage.portal for passage in spaces.passages]
+    rooms, passages = spaces.rooms, spaces.passages
     room_is_odd, jutting = are_rooms_misshapen(rooms), have_jutting_walls(rooms)
-    strips = portal_strips(portals if evidence.leaves else [])  # a drawing has none
+    strips = strips_of(passages if evidence.leaves else [])  # a drawing has none
     beside_leaf = shapely.STRtree(evidence.leaves).query(strips, predicate="dwithin", distance=BESIDE_M)
-    pairs = [frozenset(portal.sides) for portal in portals]
+    pairs = [frozenset(passage.sides) for passage in passages]
     ways = [sum(side in pair for pair in pairs) for side in range(len(rooms))]
-    inner = [(k, side) for k, portal in enumerate(portals) for side in (0, 1) if portal.sides[side] != OUTSIDE]
+    inner = [(k, side) for k, passage in enumerate(passages) for side in (0, 1) if passage.sides[side] != OUTSIDE]
     of_passage = np.array([k for k, _ in inner], np.int64)
-    fronts = strips_before([portals[k] for k, _ in inner], [2 * side - 1 for _, side in inner], SHOULDERS_M)
+    fronts = strips_before([passages[k] for k, _ in inner], [2 * side - 1 for _, side in inner], SHOULDERS_M)
     floor = level.floor_with_rooms
     bare = np.zeros(len(fronts)) if floor is None else 1.0 - shares_of_places(fronts, floor)
     blocked, floorless = (
-        _most_of_each(of_passage, shares, len(portals))
+        _most_of_each(of_passage, shares, len(passages))
         for shares in (shares_of_places(fronts, evidence.furniture), bare)
     )
-    at_walls = end_at_walls(portals, layout.door)
+    at_walls = end_at_walls(passages, layout.door)
     of_entrances, found = _of_entrances(planned), []
-    for k, (passage, portal) in enumerate(zip(spaces.passages, portals, strict=True)):
-        within = [side for side in portal.sides if side != OUTSIDE]
+    for k, passage in enumerate(passages):
+        within = [side for side in passage.sides if side != OUTSIDE]
         known = passage.closed_by in KNOWN
         found.append(
             {
                 **_kind(passage, known=known, named=level.named_openings),
                 "leaf": float((beside_leaf[0] == k).any()),
-                "narrow": _ramp(NARROW_M[0] - portal.width, NARROW_M[1]),
-                "wide": _ramp(portal.width - WIDE_M[0], WIDE_M[1]),
-                "deep": _ramp(portal.depth - DEEP_PASSAGE_M[0], DEEP_PASSAGE_M[1]),
+                "narrow": _ramp(NARROW_M[0] - passage.width, NARROW_M[1]),
+                "wide": _ramp(passage.width - WIDE_M[0], WIDE_M[1]),
+                "deep": _ramp(passage.depth - DEEP_PASSAGE_M[0], DEEP_PASSAGE_M[1]),
                 "loose_end": float(not at_walls[k]),
                 "twin": float(pairs.count(pairs[k]) > 1 and not passage.leads_outside),
                 "blocked": float(blocked[k]),
@@ -183,34 +181,34 @@ def _of_entrances(planned: FinalBuilding) -> dict[int, Features]:
     level, passages = planned.level, planned.spaces.passages
     found: dict[int, Features] = {}
     outer = [k for k, passage in enumerate(passages) if passage.leads_outside]
-    barred = _barred([passages[k].portal for k in outer], level, scanned=planned.evidence.scanned)
+    barred = _barred([passages[k] for k in outer], level, scanned=planned.evidence.scanned)
     upper = level.below is not None
     for k, bar in zip(outer, barred, strict=True):
-        portal = passages[k].portal
-        room, side = (portal.sides[0], 1) if portal.sides[1] == OUTSIDE else (portal.sides[1], -1)
-        others = [p for j, p in enumerate(passages) if room in p.portal.sides and j != k]
+        opening = passages[k]
+        room, side = (opening.sides[0], 1) if opening.sides[1] == OUTSIDE else (opening.sides[1], -1)
+        others = [p for j, p in enumerate(passages) if room in p.sides and j != k]
         found[k] = {
             "barred": 0.0 if level.named_openings and passages[k].closed_by == "door" else bar,
             "other_ways_out": _ramp(sum(p.leads_outside for p in others), GROUP),
             "only_way": float(all(p.kind == "cut" for p in others)),
             "upper": float(upper),
-            "air_before": _air_before(portal, side, level) if upper and level.floor is not None else 0.0,
+            "air_before": _air_before(opening, side, level) if upper and level.floor is not None else 0.0,
         }
     return found
 
 
-def _air_before(portal: Portal, side: int, level: Level) -> float:
+def _air_before(opening: Opening, side: int, level: Level) -> float:
     """Return the share of the place before one side of an entrance where there is neither floor nor ground (F6)."""
-    before = strips_before([portal], [side], SHOULDERS_M)
+    before = strips_before([opening], [side], SHOULDERS_M)
     return 1.0 - max(float(shares_of_places(before, what or EMPTY)[0]) for what in (level.floor, level.below))
 
 
-def _barred(portals: Sequence[Portal], level: Level, *, scanned: bool) -> Sequence[float]:
-    """Return the share of each portal's width (n,) in which something stands that one has to step over (F6)."""
-    if isinstance(level.walls, Prisms) or level.walls.is_cloud or scanned or not portals:
-        return [0.0] * len(portals)
-    between_jambs = [portal.strip(deeper_m=HAND_M, wider_m=-SHEET_M) for portal in portals]
-    shares = barred_shares(level.walls, HAND_M, between_jambs, np.array([portal.along for portal in portals]))
+def _barred(openings: Sequence[Opening], level: Level, *, scanned: bool) -> Sequence[float]:
+    """Return the share of each opening's width (n,) in which something stands that one has to step over (F6)."""
+    if isinstance(level.walls, Prisms) or level.walls.is_cloud or scanned or not openings:
+        return [0.0] * len(openings)
+    between_jambs = [opening.strip(deeper_m=HAND_M, wider_m=-SHEET_M) for opening in openings]
+    shares = barred_shares(level.walls, HAND_M, between_jambs, np.array([opening.along for opening in openings]))
     return np.round(shares, 4).tolist()  # type: ignore[no-any-return]
 
 
@@ -223,9 +221,11 @@ def room_features(planned: FinalBuilding) -> list[Features]:
     is_odd, jutting = are_rooms_misshapen(tuple(rooms)), have_jutting_walls(tuple(rooms))
     places = np.array(rooms, np.object_)
     edges = shapely.get_exterior_ring(shapely.buffer(places, SHEET_M))
-    given = _shares_along(edges, [c.polygon for c in layout.candidates if c.kind in GIVEN])
-    patches = _shares_along(edges, [c.polygon for c in layout.candidates if c.portal is None and c.kind not in GIVEN])
-    mouths = _shares_along(edges, [c.polygon for c in layout.candidates if c.kind == "mouth"])
+    given = _shares_along(edges, [c.polygon for c in layout.candidates if c.closed_by in GIVEN])
+    patches = _shares_along(
+        edges, [c.polygon for c in layout.candidates if not c.is_strip and c.closed_by not in GIVEN]
+    )
+    mouths = _shares_along(edges, [c.polygon for c in layout.candidates if c.closed_by == "mouth"])
     walled = _shares_along(edges, [layout.ground])
     drawn = [room.polygon for room in level.rooms if room.polygon is not None]
     home = shapely.STRtree(spaces.rooms).nearest(shapely.point_on_surface(places))
@@ -234,7 +234,7 @@ def room_features(planned: FinalBuilding) -> list[Features]:
     unlike = 1.0 - overlaps(tuple(rooms), tuple(drawn)).max(axis=1) if drawn else np.zeros(len(rooms))
     found = []
     for k, (room, its) in enumerate(zip(rooms, home.tolist(), strict=True)):
-        ways = [p for p in spaces.passages if its in p.portal.sides]
+        ways = [p for p in spaces.passages if its in p.sides]
         found.append(
             {
                 "small": _ramp(SMALL_ROOM_M2[0] - room.area, SMALL_ROOM_M2[1]),
@@ -260,7 +260,7 @@ def room_features(planned: FinalBuilding) -> list[Features]:
     return found
 
 
-def _kind(passage: Passage, *, known: bool, named: bool) -> Features:
+def _kind(passage: Opening, *, known: bool, named: bool) -> Features:
     """Return what closes the place of a passage (F2)."""
     cut = passage.kind == "cut"
     return {

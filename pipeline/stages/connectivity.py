@@ -46,18 +46,17 @@ from pipeline.geometry.areas import (
     unite,
 )
 from pipeline.geometry.doorway_cuts import CutRules, cut_walls_along_lines, find_door_hints
-from pipeline.geometry.portals import Portal
 from pipeline.geometry.walkable_floor import erode_floor, nearest_piece, sample_points, walkable_floor
 from pipeline.geometry.wall_sections import close_cracks
 from pipeline.rejection import Reason, Rejection
 from pipeline.tolerances import AROUND_M, BLOCK_M, MOST, PARTITION_M, PLACE_M, STONE_WALL_M, TINY_M2
-from pipeline.values import Evidence, JoinedPoints, Passage, Spaces
+from pipeline.values import Evidence, JoinedPoints, Opening, Spaces
 
 MAX_PAIRS = 300
 NO_EVIDENCE = "no evidence: the nearest wall"
 NO_WALL = "no evidence: the nearest way, through more than wall"
 UNKNOWN = "unknown: the source shows no door inside this storey"
-_Cut: TypeAlias = tuple[npt.NDArray[np.float64], Portal, str]
+_Cut: TypeAlias = tuple[npt.NDArray[np.float64], Opening, str]
 """The pair (2, 2) of points that a cut is made for, the cut, and what speaks for its place."""
 
 
@@ -118,7 +117,7 @@ def _shows_no_door(evidence: Evidence, spaces: Spaces) -> bool:
     if any(passage.kind == "door" for passage in spaces.passages):
         return False
     seen = [*(doorway.polygon for doorway in evidence.doorways), *evidence.leaves, *polygons_of(evidence.lintels)]
-    outer = unite([p.portal.strip(deeper_m=PLACE_M, wider_m=PLACE_M) for p in spaces.passages if p.leads_outside])
+    outer = unite([p.strip(deeper_m=PLACE_M, wider_m=PLACE_M) for p in spaces.passages if p.leads_outside])
     return all(shape.within(outer) for shape in seen)
 
 
@@ -143,7 +142,7 @@ def _closed_parts(spaces: Spaces, pieces: list[Polygon], doubted: BaseGeometry) 
     if doubted.is_empty:
         return {}
     inside = set(np.flatnonzero(shares_inside(list(spaces.rooms), doubted) > MOST).tolist())
-    entered = {side for passage in spaces.passages if passage.leads_outside for side in passage.portal.sides}
+    entered = {side for passage in spaces.passages if passage.leads_outside for side in passage.sides}
     reached = [set(shapely.STRtree(spaces.rooms).query(piece, predicate="intersects").tolist()) for piece in pieces]
     found = {}
     for number in range(len(pieces) - 1, 0, -1):
@@ -254,7 +253,7 @@ def _pairs_apart(points: npt.NDArray[np.float64], piece: npt.NDArray[np.int64]) 
     return np.stack([points[i[order]], points[j[order]]], axis=1)
 
 
-def _joins_pieces(cut: Portal, pieces: list[Polygon], floor: BaseGeometry, radius_m: float) -> bool:
+def _joins_pieces(cut: Opening, pieces: list[Polygon], floor: BaseGeometry, radius_m: float) -> bool:
     """Return whether the disc can pass from one piece to another through the cut. Only floor near the cut counts."""
     strip = cut.strip(deeper_m=0.01)
     x1, y1, x2, y2 = strip.bounds
@@ -264,11 +263,11 @@ def _joins_pieces(cut: Portal, pieces: list[Polygon], floor: BaseGeometry, radiu
     return any((shapely.area(shapely.intersection(part, pieces)) > TINY_M2).sum() > 1 for part in parts)
 
 
-def _with_cut(spaces: Spaces, cut: Portal, why: str = "") -> Spaces:
+def _with_cut(spaces: Spaces, cut: Opening, why: str = "") -> Spaces:
     ends = [cut.centre + side * cut.across * (cut.depth / 2 + 0.02) for side in (-1.0, 1.0)]
     rooms = shapely.STRtree(spaces.rooms).nearest(shapely.points(ends))
     sides = (int(rooms[0]), int(rooms[1]))
     if sides[0] == sides[1]:  # a pinch inside one room is widened: no door
         wider = polygons_of(unite([spaces.rooms[sides[0]], cut.strip(deeper_m=0.01)]))[0]
         return replace(spaces, rooms=(*spaces.rooms[: sides[0]], wider, *spaces.rooms[sides[0] + 1 :]))
-    return replace(spaces, passages=(*spaces.passages, Passage(replace(cut, sides=sides), "cut", why)))
+    return replace(spaces, passages=(*spaces.passages, replace(cut, sides=sides, kind="cut", why=why)))

@@ -29,9 +29,9 @@ from houseexpo.floorplan import FloorPlan
 from houseexpo.grids.frame import plan_points_from_source, source_points_from_plan
 from houseexpo.plan import Door
 from pipeline.geometry.areas import OUTSIDE, Floats, overlaps
-from pipeline.geometry.portals import Portal
+from pipeline.geometry.openings import ClosedBy, Opening
 from pipeline.tolerances import MOST, SHEET_M, STAND_M
-from pipeline.values import Layout, Level, Passage, Spaces
+from pipeline.values import Layout, Level, Spaces
 
 
 def corrections_by_building(level: Level, buildings: Sequence[tuple[Level, Spaces]]) -> list[tuple[Level, Spaces]]:
@@ -133,16 +133,25 @@ def _moved(shape: Polygon, by: Floats) -> Polygon:
     return moved
 
 
-def _passage(door: Door, number: dict[int, int], rooms: tuple[Polygon, ...], origin: Floats) -> Passage:
+def _passage(door: Door, number: dict[int, int], rooms: tuple[Polygon, ...], origin: Floats) -> Opening:
     a, b = np.array(door.segment) + origin
     width = max(float(np.hypot(*(b - a))), STAND_M)
     sides = tuple(OUTSIDE if room is None else number[room] for room in door.rooms)
     along = (b - a) / width
     depth = max(door.polygon.area / width, STAND_M)
-    portal = Portal((a + b) / 2, along, width, depth, (sides[0], sides[1]))
-    before = shapely.Point(portal.centre - portal.across * (depth / 2 + STAND_M))
-    behind = shapely.Point(portal.centre + portal.across * (depth / 2 + STAND_M))
+    closed_by: ClosedBy = "door" if door.confidence is not None and door.confidence > MOST else ""
+    found = Opening(
+        (a + b) / 2,
+        along,
+        width,
+        depth,
+        (sides[0], sides[1]),
+        door.kind,
+        closed_by=closed_by,
+        confidence=door.confidence,
+    )
+    before = shapely.Point(found.centre - found.across * (depth / 2 + STAND_M))
+    behind = shapely.Point(found.centre + found.across * (depth / 2 + STAND_M))
     if rooms[sides[0]].distance(before) > rooms[sides[0]].distance(behind):  # ``across`` points to the second
-        portal = replace(portal, along=-along)
-    closed_by = "door" if door.confidence is not None and door.confidence > MOST else ""
-    return Passage(portal, door.kind, closed_by=closed_by, confidence=door.confidence)
+        return replace(found, along=-along)
+    return found

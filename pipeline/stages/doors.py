@@ -48,11 +48,21 @@ from pipeline.geometry.areas import (
     subtract,
     unite,
 )
-from pipeline.geometry.closing_candidates import GAPS, assign_sides
+from pipeline.geometry.closing_candidates import assign_sides
 from pipeline.geometry.doorways import box_around_polygon, boxes_around_polygons
 from pipeline.geometry.groups import Groups
 from pipeline.geometry.mesh_slicing import MeshSlicer
-from pipeline.geometry.portals import Portal, distance_in_row, hull_of_row, portal_strips, strips_before
+from pipeline.geometry.meshes import Box
+from pipeline.geometry.openings import (
+    GAPS,
+    KNOWN,
+    ClosedBy,
+    Opening,
+    distance_in_row,
+    hull_of_row,
+    strips_before,
+    strips_of,
+)
 from pipeline.geometry.prisms import Prisms
 from pipeline.geometry.scan_columns import is_scan
 from pipeline.tolerances import (
@@ -72,9 +82,9 @@ from pipeline.tolerances import (
     STAND_M,
     UNNAMED_WAY_M,
 )
-from pipeline.values import ClosingCandidate, Layout, Level, Passage, Planes, Spaces
+from pipeline.values import Layout, Level, Planes, Spaces
 
-PASSABLE = frozenset({"opening", "door", "lintel", "sill"}) | GAPS
+PASSABLE = KNOWN | GAPS | {"lintel", "sill"}
 ENDS = frozenset({"floor_edge", "wall_ends"})
 
 
@@ -82,138 +92,136 @@ def find_doors(level: Level, planes: Planes, layout: Layout, config: DoorsConfig
     """Return the rooms of a layout and the passages between them."""
     rooms = list(layout.rooms)
     leaves = shapely.STRtree(planes.leaves)
-    passages: list[Passage] = []
+    passages: list[Opening] = []
     joins: set[tuple[int, int]] = set()
-    strips = [(c, c.portal) for c in layout.candidates if c.portal is not None and c.kind in PASSABLE]
-    portals = [portal for _, portal in strips]
-    spans, bays = _rows(portals, config.post_m)
-    at_named = _lie_at_named_ways(portals, planes, drawn=isinstance(level.walls, Prisms))
-    for (candidate, portal), span, count, is_at_named in zip(strips, spans, bays, at_named, strict=True):
-        if portal.sides[0] == portal.sides[1]:  # what they parted was no room
+    strips = [c for c in layout.candidates if c.is_strip and c.closed_by in PASSABLE]
+    spans, bays = _rows(strips, config.post_m)
+    at_named = _lie_at_named_ways(strips, planes, drawn=isinstance(level.walls, Prisms))
+    for strip, span, count, is_at_named in zip(strips, spans, bays, at_named, strict=True):
+        if strip.sides[0] == strip.sides[1]:  # what they parted was no room
             continue
-        outside = OUTSIDE in portal.sides
-        kind = _kind(candidate, portal, level, planes, leaves)
-        bare = candidate.kind == "lintel" and portal.width > config.jambless_m and not portal.ends_at_walls(planes.door)
-        is_named = candidate.kind in {"door", "opening"} and is_at_named
-        wide = span > config.widest_m and not is_named
-        beside_door = wide and portal.width > config.widest_m and _is_beside_door(portal, strips)
-        is_gap = candidate.kind in GAPS and count == 1 and portal.width >= config.narrowest_m
-        if not outside and beside_door and not is_gap:
-            passages.append(Passage(portal, "opening", closed_by=candidate.kind))
-        elif not outside and not is_gap and (wide or kind is None or bare):  # R3
-            rooms[portal.sides[0]], rooms[portal.sides[1]] = _share_strip(portal, rooms)
-            joins.add((min(portal.sides), max(portal.sides)))
-        elif outside and candidate.kind not in {"door", "opening"} and _leads_into_the_air(portal, rooms, level):  # R4
+        kind = _kind(strip, level, planes, leaves)
+        bare = strip.closed_by == "lintel" and strip.width > config.jambless_m and not strip.ends_at_walls(planes.door)
+        wide = span > config.widest_m and not (strip.closed_by in KNOWN and is_at_named)
+        beside_door = wide and strip.width > config.widest_m and _is_beside_door(strip, strips)
+        is_gap = strip.closed_by in GAPS and count == 1 and strip.width >= config.narrowest_m
+        if not strip.leads_outside and beside_door and not is_gap:
+            passages.append(replace(strip, kind="opening"))
+        elif not strip.leads_outside and not is_gap and (wide or kind is None or bare):  # R3
+            rooms[strip.sides[0]], rooms[strip.sides[1]] = _share_strip(strip, rooms)
+            joins.add((min(strip.sides), max(strip.sides)))
+        elif strip.leads_outside and strip.closed_by not in KNOWN and _leads_into_the_air(strip, rooms, level):  # R4
             continue
-        elif portal.width >= config.narrowest_m:  # R1
-            passages.append(Passage(portal, "entrance" if outside else kind or "opening", closed_by=candidate.kind))
+        elif strip.width >= config.narrowest_m:  # R1
+            passages.append(replace(strip, kind="entrance" if strip.leads_outside else kind or "opening"))
     tall = _windows_to_the_floor(passages, level, planes, leaves, config.post_m)  # R5
     passages = _with_all_leaves([passage for k, passage in enumerate(passages) if k not in tall], config.widest_m)
     if not (passages or level.sills) and len(rooms) == 1:
         passages = _ends_of_corridor(layout)  # R7
     if not level.sills:  # all passages of SUNCG have sills
         passages += _openings_at_guessed_edges(level, layout, config)
-    given = {c.kind for c in layout.candidates} & (ENDS | {"room_edge"})
+    given = {c.closed_by for c in layout.candidates} & (ENDS | {"room_edge"})
     notes: dict[str, int | str] = {"boundary": min(given)} if given else {}
     return Spaces(layout.ground, tuple(rooms), tuple(passages), tuple(sorted(joins)), notes=notes)
 
 
-def _lie_at_named_ways(portals: Sequence[Portal], planes: Planes, *, drawn: bool) -> list[bool]:
-    """Return for each portal (n,) whether the source names a doorway there, in a mesh one with a door (R3)."""
-    ways = [each for each in planes.doorways if each.source == "named" and (drawn or each.has_door)]
+def _lie_at_named_ways(openings: Sequence[Opening], planes: Planes, *, drawn: bool) -> list[bool]:
+    """Return for each opening (n,) whether the source names a doorway there, in a mesh one with a door (R3)."""
+    ways = [each for each in planes.doorways if each.said_by == "named" and (drawn or each.has_door)]
     named = shapely.STRtree([each.polygon for each in ways])
-    found = np.zeros(len(portals), np.bool_)
-    found[named.query(portal_strips(portals), predicate="intersects")[0]] = True
+    found = np.zeros(len(openings), np.bool_)
+    found[named.query(strips_of(openings), predicate="intersects")[0]] = True
     return found.tolist()
 
 
-def _leads_into_the_air(portal: Portal, rooms: list[Polygon], level: Level) -> bool:
+def _leads_into_the_air(opening: Opening, rooms: list[Polygon], level: Level) -> bool:
     """Return whether neither a floor nor a stair's void lies before an opening of an upper storey (R4)."""
     if level.sills or level.below is None or level.floor is None:
         return False
-    inner = portal.sides[0] if portal.sides[1] == OUTSIDE else portal.sides[1]
+    inner = opening.sides[0] if opening.sides[1] == OUTSIDE else opening.sides[1]
     if intersect(rooms[inner], level.floor).area < MOST * rooms[inner].area:
         return False
-    (before,) = _places_before([portal])
+    (before,) = _places_before([opening])
     return bool(intersect(before, unite([level.floor, level.below])).is_empty)
 
 
-def _places_before(portals: Sequence[Portal]) -> Shapes:
+def _places_before(openings: Sequence[Opening]) -> Shapes:
     """Return where one stands (n,) who has come out of each of some openings to the outside."""
-    sides = [1 if portal.sides[1] == OUTSIDE else -1 for portal in portals]
-    return strips_before(portals, sides, SHOULDERS_M, off_m=HAND_M)
+    sides = [1 if opening.sides[1] == OUTSIDE else -1 for opening in openings]
+    return strips_before(openings, sides, SHOULDERS_M, off_m=HAND_M)
 
 
-def _is_beside_door(portal: Portal, strips: list[tuple[ClosingCandidate, Portal]]) -> bool:
+def _is_beside_door(strip: Opening, strips: list[Opening]) -> bool:
     """Return whether a known door stands in the same wall, between the same two rooms (R3)."""
-    doors = (other for candidate, other in strips if candidate.kind == "door" and other is not portal)
-    return any(distance_in_row(portal, door) is not None for door in doors)
+    doors = (other for other in strips if other.has_door and other is not strip)
+    return any(distance_in_row(strip, door) is not None for door in doors)
 
 
-def _with_all_leaves(passages: list[Passage], widest_m: float) -> list[Passage]:
+def _with_all_leaves(passages: list[Opening], widest_m: float) -> list[Opening]:
     """Return the passages, one for all leaves of a door (R6)."""
-    found: list[Passage] = []
+    found: list[Opening] = []
     for passage in passages:
         for k, other in enumerate(found):
-            if passage.closed_by != "door" or other.closed_by != "door":
+            if not (passage.has_door and other.has_door):
                 continue
-            apart = distance_in_row(other.portal, passage.portal)
+            apart = distance_in_row(other, passage)
             if apart is not None and apart <= STAND_M:
-                whole = hull_of_row(other.portal, passage.portal)
+                whole = hull_of_row(other, passage)
                 if whole.width <= widest_m:
-                    found[k] = replace(other, portal=whole)
+                    found[k] = whole
                     break
         else:
             found.append(passage)
     return found
 
 
-def _ends_of_corridor(layout: Layout) -> list[Passage]:
+def _ends_of_corridor(layout: Layout) -> list[Opening]:
     """Return the entrances at the two open ends of a room, if it has just these, and they face each other (R7)."""
-    bands = [box_around_polygon(c.polygon) for c in layout.candidates if c.kind == "wall_ends"]
+    bands = [box_around_polygon(c.polygon) for c in layout.candidates if c.closed_by == "wall_ends"]
     if len(bands) != 2:
         return []
     (one, other), away = bands, bands[1].centre - bands[0].centre
     facing = [abs(float(dot_product(away, band.along))) < SOME * band.width for band in bands]
     if not all(facing) or abs(float(dot_product(one.along, other.along))) < PARALLEL:
         return []
-    portals = [Portal(band.centre, band.along, band.width, band.thickness, (0, OUTSIDE)) for band in bands]
-    return [Passage(portal, "entrance", closed_by="wall_ends") for portal in portals]
+    return [_strip_of(band, (0, OUTSIDE), "entrance", "wall_ends") for band in bands]
 
 
-def _openings_at_guessed_edges(level: Level, layout: Layout, config: DoorsConfig) -> list[Passage]:
+def _openings_at_guessed_edges(level: Level, layout: Layout, config: DoorsConfig) -> list[Opening]:
     """Return the openings and entrances where only a guess closes a gap (R8)."""
-    bands = [c for c in layout.candidates if c.kind in ENDS and c.portal is None and c.polygon.area > 0]
+    bands = [c for c in layout.candidates if c.closed_by in ENDS and not c.is_strip and c.polygon.area > 0]
     boxes = boxes_around_polygons([c.polygon for c in bands]) if bands else []
     straight = [
-        replace(band, portal=Portal(box.centre, box.along, box.width, box.thickness, (OUTSIDE, OUTSIDE)))
+        _strip_of(box, (OUTSIDE, OUTSIDE), "opening", band.closed_by)
         for band, box in zip(bands, boxes, strict=True)
         if band.polygon.area > NEARLY_ALL * box.width * box.thickness and box.width >= config.narrowest_m
     ]
     placed = assign_sides(straight, list(layout.rooms), layout.ground)
-    portals = [(c.portal, c.kind) for c in placed if c.portal is not None and c.portal.sides[0] != c.portal.sides[1]]
-    found = [Passage(portal, "opening", closed_by=kind) for portal, kind in portals if OUTSIDE not in portal.sides]
-    broad = SHOULDERS_M, config.widest_m
-    outer = [(p, kind) for p, kind in portals if OUTSIDE in p.sides and broad[0] <= p.width <= broad[1]]
+    parting = [c for c in placed if c.sides[0] != c.sides[1]]
+    found = [c for c in parting if not c.leads_outside]
+    outer = [c for c in parting if c.leads_outside and SHOULDERS_M <= c.width <= config.widest_m]
     if not outer or len(layout.rooms) < 2 or level.named_openings or _is_scanned(level):
         return found
     house = fill_enclosed(layout.ground)
     walls = shapely.buffer(layout.ground, BESIDE_M, quad_segs=2)
-    before = shapely.intersects(house, shapely.centroid(_places_before([portal for portal, _ in outer])))
+    before = shapely.intersects(house, shapely.centroid(_places_before(outer)))
     rooms = list(layout.rooms)
-    ways = [
-        (portal, kind)
-        for (portal, kind), is_inside in zip(outer, before, strict=True)
-        if not is_inside and _ends_corridor(portal, walls) and not _leads_into_the_air(portal, rooms, level)
+    return found + [
+        replace(way, kind="entrance")
+        for way, is_inside in zip(outer, before, strict=True)
+        if not is_inside and _ends_corridor(way, walls) and not _leads_into_the_air(way, rooms, level)
     ]
-    return found + [Passage(portal, "entrance", closed_by=kind) for portal, kind in ways]
 
 
-def _ends_corridor(portal: Portal, walls: BaseGeometry) -> bool:
+def _strip_of(box: Box, sides: tuple[int, int], kind: DoorKind, closed_by: ClosedBy) -> Opening:
+    return Opening(box.centre, box.along, box.width, box.thickness, sides, kind, closed_by=closed_by)
+
+
+def _ends_corridor(opening: Opening, walls: BaseGeometry) -> bool:
     """Return whether walls go on into the house from both ends of an opening, for as far as it is wide (R8)."""
-    inward = portal.width * (portal.across if portal.sides[0] == OUTSIDE else -portal.across)
-    sides = shapely.linestrings([[end, end + inward] for end in portal.segment])
-    return bool((shapely.length(shapely.intersection(sides, walls)) > LARGELY * portal.width).all())
+    inward = opening.width * (opening.across if opening.sides[0] == OUTSIDE else -opening.across)
+    sides = shapely.linestrings([[end, end + inward] for end in opening.segment])
+    return bool((shapely.length(shapely.intersection(sides, walls)) > LARGELY * opening.width).all())
 
 
 def _is_scanned(level: Level) -> bool:
@@ -221,25 +229,25 @@ def _is_scanned(level: Level) -> bool:
 
 
 def _windows_to_the_floor(
-    passages: list[Passage], level: Level, planes: Planes, leaves: shapely.STRtree, post_m: float
+    passages: list[Opening], level: Level, planes: Planes, leaves: shapely.STRtree, post_m: float
 ) -> set[int]:
     """Return which of the passages are windows (R5)."""
-    outer = [k for k, each in enumerate(passages) if each.leads_outside and each.portal.width >= SHOULDERS_M]
+    outer = [k for k, each in enumerate(passages) if each.leads_outside and each.width >= SHOULDERS_M]
     lintels = [k for k, each in enumerate(passages) if each.leads_outside and each.closed_by == "lintel"]
     inside = [k for k, each in enumerate(passages) if not each.leads_outside]
     if level.sills or level.walls.is_cloud or not lintels or not inside or len(outer) < 2:
         return set()
     windows = polygons_of(drop_thin_parts(subtract(planes.door, planes.tall), SLIVER_M))
     middles = shapely.get_coordinates(shapely.point_on_surface(windows)) if windows else np.empty((0, 2))
-    places = np.concatenate([[each.portal.centre for each in passages], middles])
+    places = np.concatenate([[each.centre for each in passages], middles])
     heads = MeshSlicer(level.walls).caps.lowest_over(places, HEAD_M)
     of_doors, of_others = heads[inside], np.delete(heads, inside)
     if not np.isfinite(of_doors).any():
         return set()
-    portals = [passages[k].portal for k in lintels]
-    on_floor = shapely.intersects(_places_before(portals), unite([] if level.floor is None else [level.floor]))
-    beside_leaf = set(leaves.query(portal_strips(portals), predicate="dwithin", distance=BESIDE_M)[0].tolist())
-    _, bays = _rows([each.portal for each in passages], post_m)
+    openings = [passages[k] for k in lintels]
+    on_floor = shapely.intersects(_places_before(openings), unite([] if level.floor is None else [level.floor]))
+    beside_leaf = set(leaves.query(strips_of(openings), predicate="dwithin", distance=BESIDE_M)[0].tolist())
+    _, bays = _rows(passages, post_m)
     measured = {k for k in lintels if np.isfinite(heads[k])}
     found = set()
     for i, k in enumerate(lintels):
@@ -251,50 +259,48 @@ def _windows_to_the_floor(
     return found if any(k not in found and (k in measured or k not in lintels) for k in outer) else set()
 
 
-def _rows(portals: list[Portal], post_m: float) -> tuple[list[float], list[int]]:
-    """Return for each portal the width of the row in which it stands, with the posts, and how many stand in it."""
+def _rows(openings: list[Opening], post_m: float) -> tuple[list[float], list[int]]:
+    """Return for each opening the width of the row in which it stands, with the posts, and how many stand in it."""
     near, between = list[tuple[float, int, int]](), dict[frozenset[int], list[int]]()
-    for k, portal in enumerate(portals):
-        between.setdefault(frozenset(portal.sides), []).append(k)
+    for k, opening in enumerate(openings):
+        between.setdefault(frozenset(opening.sides), []).append(k)
     for i, j in (pair for group in between.values() for pair in combinations(group, 2)):
-        apart = distance_in_row(portals[i], portals[j])
+        apart = distance_in_row(openings[i], openings[j])
         if apart is not None and apart <= post_m:
             near.append((max(apart, 0.0), i, j))
-    span, count = [portal.width for portal in portals], [1] * len(portals)
-    rows = Groups(len(portals))
+    span, count = [opening.width for opening in openings], [1] * len(openings)
+    rows = Groups(len(openings))
     posts = [(apart, i) for apart, i, j in sorted(near) if rows.join(i, j)]  # of all pairs, the neighbours
     for row in rows.lists():
-        wide = sum(apart for apart, i in posts if i in row) + sum(portals[k].width for k in row)
+        wide = sum(apart for apart, i in posts if i in row) + sum(openings[k].width for k in row)
         for k in row:
             span[k], count[k] = wide, len(row)
     return span, count
 
 
-def _kind(
-    candidate: ClosingCandidate, portal: Portal, level: Level, planes: Planes, leaves: shapely.STRtree
-) -> DoorKind | None:
+def _kind(strip: Opening, level: Level, planes: Planes, leaves: shapely.STRtree) -> DoorKind | None:
     """Return the kind of a passage (R2), or None if the source names its openings and has none here."""
-    if candidate.kind in {"door", "opening"}:
-        return "door" if candidate.kind == "door" else "opening"
-    if candidate.kind in GAPS:
-        beside = leaves.query(portal.strip(), predicate="dwithin", distance=BESIDE_M)
+    if strip.closed_by in KNOWN:
+        return "door" if strip.has_door else "opening"
+    if strip.closed_by in GAPS:
+        beside = leaves.query(strip.strip(), predicate="dwithin", distance=BESIDE_M)
         return "door" if len(beside) else "opening"
     if level.named_openings:
-        return "opening" if portal.width <= UNNAMED_WAY_M and portal.has_two_jambs(planes.door) else None
+        return "opening" if strip.width <= UNNAMED_WAY_M and strip.has_two_jambs(planes.door) else None
     return "door"
 
 
-def _share_strip(portal: Portal, rooms: list[Polygon]) -> tuple[Polygon, Polygon]:
-    """Return the two rooms beside a wide portal, each with its half of the strip (R3).
+def _share_strip(opening: Opening, rooms: list[Polygon]) -> tuple[Polygon, Polygon]:
+    """Return the two rooms beside a wide opening, each with its half of the strip (R3).
 
     A candidate laps over its strip, so that the rooms begin behind that; the halves go on into them.
     """
-    half = replace(portal, depth=portal.depth / 2 + 2 * LAP_M)
-    aside = portal.across * (portal.depth / 4 + LAP_M)
-    near = replace(half, centre=portal.centre - aside).strip()
-    far = replace(half, centre=portal.centre + aside).strip()
-    first = polygons_of(unite([rooms[portal.sides[0]], near]))[0]
-    second = polygons_of(subtract(unite([rooms[portal.sides[1]], far]), first))
+    half = replace(opening, depth=opening.depth / 2 + 2 * LAP_M)
+    aside = opening.across * (opening.depth / 4 + LAP_M)
+    near = replace(half, centre=opening.centre - aside).strip()
+    far = replace(half, centre=opening.centre + aside).strip()
+    first = polygons_of(unite([rooms[opening.sides[0]], near]))[0]
+    second = polygons_of(subtract(unite([rooms[opening.sides[1]], far]), first))
     if not second:  # a sliver that the half of the other covers
-        return rooms[portal.sides[0]], rooms[portal.sides[1]]
+        return rooms[opening.sides[0]], rooms[opening.sides[1]]
     return first, second[0]

@@ -19,7 +19,7 @@ R5  A space that has the outline of its drawn room is that room: it does not beg
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -46,11 +46,11 @@ from pipeline.geometry.areas import (
 from pipeline.geometry.closing_candidates import assign_sides
 from pipeline.geometry.doorways import boxes_around_polygons
 from pipeline.geometry.meshes import footprint
-from pipeline.geometry.portals import Portal, portal_strips, turn_left
+from pipeline.geometry.openings import Opening, strips_of, turn_left
 from pipeline.geometry.prisms import Prisms, WallsWithOpenings
 from pipeline.geometry.wall_sections import close_cracks
 from pipeline.tolerances import CRACK_M, FOOT_M, HAND_M, LAP_M, MOST, SHOULDERS_M, SPECK_M2, TWICE
-from pipeline.values import ClosingCandidate, Evidence, Layout, Level, Planes
+from pipeline.values import Evidence, Layout, Level, Planes
 
 Bools = npt.NDArray[np.bool_]
 
@@ -80,7 +80,7 @@ def read_drawn_layout(level: Level, config: LayoutConfig) -> DrawnLayout | None:
     if found is None or shapely.area(found.rooms).sum() < config.area_m2:
         return None
     furniture = unite([footprint(each.mesh) for each in level.furniture]) if level.furniture else EMPTY
-    doorways, door = level.named_doorways, found.door
+    doorways, door = level.openings, found.door
     return DrawnLayout(
         Evidence(door, door, EMPTY, EMPTY, furniture, doorways, floor=level.floor),
         Planes(door, EMPTY, EMPTY, EMPTY, door, {}, doorways),
@@ -91,17 +91,17 @@ def read_drawn_layout(level: Level, config: LayoutConfig) -> DrawnLayout | None:
 def _close(level: Level, walls: BaseGeometry, openings: Shapes, grown: Shapes) -> Layout | None:
     """Return the layout of walls and openings, or None if they are not all that closes the rooms."""
     ground, spaces = enclosed_pieces(unite([walls, *grown]))
-    portals = _portals(openings, spaces, ground) if spaces else None
-    if portals is None:
+    strips = _strips(openings, spaces, ground) if spaces else None
+    if strips is None:
         return None
-    entered = np.bincount([k for each in portals for k in each.sides if k != OUTSIDE], minlength=len(spaces)) > 0
+    entered = np.bincount([k for each in strips for k in each.sides if k != OUTSIDE], minlength=len(spaces)) > 0
     is_room = _are_rooms(level, spaces, entered, ground)
     if is_room is None:
         return None
-    laps = portal_strips(portals, deeper_m=LAP_M, wider_m=LAP_M)
+    laps = strips_of(strips, deeper_m=LAP_M, wider_m=LAP_M)
     ways = tuple(
-        ClosingCandidate(lap, "door" if each.has_door else "opening", portal)
-        for each, lap, portal in zip(level.openings, laps, portals, strict=True)
+        replace(strip, polygon=lap, closed_by=each.closed_by, said_by=each.said_by)
+        for each, lap, strip in zip(level.openings, laps, strips, strict=True)
     )
     if is_room.all():
         return Layout(walls, ground, ways, tuple(spaces), tuple(spaces), ways)
@@ -165,7 +165,7 @@ def _are_rooms(level: Level, spaces: list[Polygon], entered: Bools, ground: Base
     return found
 
 
-def _portals(openings: Shapes, spaces: list[Polygon], ground: BaseGeometry) -> list[Portal] | None:
+def _strips(openings: Shapes, spaces: list[Polygon], ground: BaseGeometry) -> list[Opening] | None:
     """Return the strip of each opening (R4), or None if one of them is none.
 
     One walks through an opening across its longer side, or along it through a wall that is deeper than the way is wide.
@@ -183,7 +183,7 @@ def _portals(openings: Shapes, spaces: list[Polygon], ground: BaseGeometry) -> l
     found = []
     for k, way in enumerate(np.where(clear[:, 0], 0, 1).tolist()):
         one, other = seen[k, way, :, 0].tolist()
-        found.append(Portal(centre[k], ways[k, way], float(widths[k, way]), float(depths[k, way]), (one, other)))
+        found.append(Opening(centre[k], ways[k, way], float(widths[k, way]), float(depths[k, way]), (one, other)))
     return found
 
 

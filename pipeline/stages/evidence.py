@@ -134,7 +134,7 @@ def gather_evidence(level: Level, config: EvidenceConfig) -> Evidence:
     lintels = drop_thin_parts(subtract(hanging, walls), SLIVER_M)
     glazed = glazed_recesses(lintels, walls, panes, any_width=level.names_doors)  # R2, R7
     walls, lintels = unite([walls, *glazed]), subtract(lintels, unite(glazed))
-    doorways, found_leaves = find_known_doorways(level.named_doorways, level.door_meshes, walls, lintels, judged)
+    doorways, found_leaves = find_known_doorways(level.openings, level.door_meshes, walls, lintels, judged)
     rails = EMPTY if as_high else unite([foot, *(sections.at(height) for height in heights.between)])
     standing = _beyond(rails, [walls, lintels, cupboards])
     if CUT_OFF in level.guesses:  # R2

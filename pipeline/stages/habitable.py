@@ -33,7 +33,6 @@ R2  What of a room lies over a void in the floor is no free space (``geometry.ro
 from __future__ import annotations
 
 from functools import cache
-from typing import Final
 
 import numpy as np
 import numpy.typing as npt
@@ -56,6 +55,7 @@ from pipeline.geometry.areas import (
 )
 from pipeline.geometry.groups import Groups
 from pipeline.geometry.mesh_slicing import lengths_of_faces
+from pipeline.geometry.openings import KNOWN
 from pipeline.geometry.prisms import Prisms
 from pipeline.geometry.room_shapes import SMALLEST_ROOM_M2, subtract_floor_voids
 from pipeline.tolerances import (
@@ -79,14 +79,12 @@ from pipeline.tolerances import (
     TWICE,
     WALL_M,
 )
-from pipeline.values import ClosingCandidate, Evidence, Level, Planes
-
-KNOWN: Final = frozenset({"door", "opening"})
+from pipeline.values import Evidence, Level, Opening, Planes
 
 
 def keep_habitable_spaces(
     rooms: list[Polygon],
-    candidates: list[ClosingCandidate],
+    candidates: list[Opening],
     planes: Planes,
     evidence: Evidence,
     level: Level,
@@ -98,15 +96,15 @@ def keep_habitable_spaces(
 
     With ``all_closed`` each space without a way that walls close all round is one, as in the paper.
     """
-    inner = [c.portal.sides for c in candidates if c.portal is not None and OUTSIDE not in c.portal.sides]
+    inner = [c.sides for c in candidates if c.is_strip and OUTSIDE not in c.sides]
     entered = {side for sides in inner for side in sides}
     area = shapely.area(rooms)
     covered = shares_inside(rooms, evidence.floor)
     low = shares_inside(rooms, evidence.low_headroom)
     below = shares_inside(rooms, level.below)
     known = evidence.floor is not None and bool((covered * area).sum() > MOST * _floorable_m2(rooms, level))
-    doors = [c.polygon for c in candidates if c.kind in KNOWN]
-    lintels = [c.polygon for c in candidates if c.kind == "lintel"]
+    doors = [c.polygon for c in candidates if c.closed_by in KNOWN]
+    lintels = [c.polygon for c in candidates if c.closed_by == "lintel"]
     ways = [] if level.sills else [c for c in candidates if _is_way_inside(c)]
     walls = cache(lambda: shapely.buffer(unite([planes.door, *doors]), CRACK_M, quad_segs=2))
     passed = [*doors, *lintels, *(c.polygon for c in ways)]
@@ -114,7 +112,7 @@ def keep_habitable_spaces(
     fences = shapely.buffer(planes.rails, CRACK_M, quad_segs=2)
     house = EMPTY if planes.rails.is_empty else fill_enclosed(unite([planes.door, planes.rails, *rooms]))
     outer = intersect(fences, shapely.buffer(house.boundary, WALL_M, quad_segs=2))
-    ends = [] if level.sills else [c.polygon for c in candidates if c.kind == "floor_edge"]
+    ends = [] if level.sills else [c.polygon for c in candidates if c.closed_by == "floor_edge"]
     edge = shapely.buffer(unite(ends), CRACK_M, quad_segs=2)
     beyond = {k for k, room in enumerate(rooms) if k not in entered and _along(room, edge) > MOST}
     outdoors = _gardens(rooms, area, planes, evidence, level) | (beyond if len(beyond) < len(rooms) else set())
@@ -130,10 +128,10 @@ def keep_habitable_spaces(
     outdoors |= fenced | _porches(rooms, candidates, edge) | _solids(rooms, covered, candidates, level)
     outdoors |= filled | _boxes_seen_from_outside(rooms, candidates, evidence, level)
     kept = []
-    passable = {side for c in candidates if c.portal is not None for side in c.portal.sides}
-    leading = [c for c in candidates if c.kind == "door"] or ways
+    passable = {side for c in candidates if c.is_strip for side in c.sides}
+    leading = [c for c in candidates if c.closed_by == "door"] or ways
     into = np.bincount(
-        [side for c in leading if c.portal for side in c.portal.sides if side != OUTSIDE], minlength=len(rooms)
+        [side for c in leading if c.is_strip for side in c.sides if side != OUTSIDE], minlength=len(rooms)
     )
     if leading is ways:
         into[area < SMALLEST_ROOM_M2] = 0  # a doorway through a thick wall
@@ -147,19 +145,18 @@ def keep_habitable_spaces(
     return kept
 
 
-def _is_way_inside(candidate: ClosingCandidate) -> bool:
+def _is_way_inside(candidate: Opening) -> bool:
     """Return whether a gap or a lintel, no wider than a door, leads from one space to another."""
-    portal = candidate.portal
-    if portal is None or candidate.kind not in {"gap", "lintel"} or OUTSIDE in portal.sides:
+    if not candidate.is_strip or candidate.closed_by not in {"gap", "lintel"} or candidate.leads_outside:
         return False
-    return portal.sides[0] != portal.sides[1] and PASSABLE_M <= portal.width <= DOORWAY_M[1]
+    return candidate.sides[0] != candidate.sides[1] and PASSABLE_M <= candidate.width <= DOORWAY_M[1]
 
 
 def _solids(
-    rooms: list[Polygon], floored: npt.NDArray[np.float64], candidates: list[ClosingCandidate], level: Level
+    rooms: list[Polygon], floored: npt.NDArray[np.float64], candidates: list[Opening], level: Level
 ) -> set[int]:
     """Return which spaces have no floor, nothing above and no way in, where most of the others have all three."""
-    ways = {side for c in candidates if c.portal is not None for side in c.portal.sides}
+    ways = {side for c in candidates if c.is_strip for side in c.sides}
     shut = {k for k in range(len(rooms)) if floored[k] < SOME and k not in ways}
     others = [k for k in ways - {OUTSIDE} if floored[k] > MOST]
     if level.only_walls or not shut or len(others) < 2:
@@ -170,29 +167,27 @@ def _solids(
     return {k for k in shut if shares_inside([rooms[k]], part_under_cover(rooms[k], level))[0] < SOME}
 
 
-def filled_spaces(
-    rooms: list[Polygon], candidates: list[ClosingCandidate], evidence: Evidence, level: Level
-) -> set[int]:
+def filled_spaces(rooms: list[Polygon], candidates: list[Opening], evidence: Evidence, level: Level) -> set[int]:
     """Return the spaces without a known door that what stands in them fills: pillars and blocks under a ceiling.
 
     Furniture that the source names makes no room full: a shower is one.
     """
     if level.furniture:
         return set()
-    known = {side for c in candidates if c.kind in KNOWN and c.portal is not None for side in c.portal.sides}
+    known = {side for c in candidates if c.closed_by in KNOWN and c.is_strip for side in c.sides}
     filled = shares_inside(rooms, evidence.furniture)
     return {k for k in range(len(rooms)) if filled[k] > NEARLY_ALL and k not in known}
 
 
 def _boxes_seen_from_outside(
-    rooms: list[Polygon], candidates: list[ClosingCandidate], evidence: Evidence, level: Level
+    rooms: list[Polygon], candidates: list[Opening], evidence: Evidence, level: Level
 ) -> set[int]:
     """Return the spaces without a way in into which hardly any face looks, where faces look into the others.
 
     A plinth or a pillar of sheets is seen from the room around it, and nobody sees the back of its faces. Where the
     source does not wind its faces with care, they say nothing.
     """
-    ways = {side for c in candidates if c.portal is not None for side in c.portal.sides}
+    ways = {side for c in candidates if c.is_strip for side in c.sides}
     shut = [k for k in range(len(rooms)) if k not in ways]
     height = evidence.heights.get("breast")
     if isinstance(level.walls, Prisms) or not isinstance(height, float) or not shut or len(rooms) < 2:
@@ -210,14 +205,14 @@ def _without_boards(planes: Planes) -> BaseGeometry:
     return unite([rail for rail, part in zip(rails, beside, strict=True) if part.area < NEARLY_ALL * rail.area])
 
 
-def _porches(rooms: list[Polygon], candidates: list[ClosingCandidate], edge: BaseGeometry) -> set[int]:
+def _porches(rooms: list[Polygon], candidates: list[Opening], edge: BaseGeometry) -> set[int]:
     """Return which spaces lie open for ``OPEN_EDGE`` of their edge to the outside or each other.
 
     A wide lintel is open below, and the ``edge`` of a floor is open. A single opening of a space that is no wider than
     a door with two leaves is its doorway; two with a post between them are none. Where that would be all spaces, none
     is: a house of glass fronts that nobody drew.
     """
-    wide = [c.portal for c in candidates if c.kind == "lintel" and c.portal and c.portal.width > SINGLE_DOOR_M[1]]
+    wide = [c for c in candidates if c.closed_by == "lintel" and c.width > SINGLE_DOOR_M[1]]
     area, length = shapely.area(rooms), shapely.length(rooms)
     at_edge = length * [_along(room, edge) for room in rooms]
     if area[at_edge > HARDLY * length].sum() > MOST * area.sum():
@@ -225,10 +220,10 @@ def _porches(rooms: list[Polygon], candidates: list[ClosingCandidate], edge: Bas
     outside = {OUTSIDE}
     while True:
         widths: dict[int, list[float]] = {k: [] for k in range(len(rooms))}
-        for portal in wide:
-            one, other = portal.sides
+        for opening in wide:
+            one, other = opening.sides
             if one != other and (one in outside) != (other in outside):
-                widths[one if other in outside else other].append(portal.width)
+                widths[one if other in outside else other].append(opening.width)
         open_m = [
             sum(each) if len(each) > 1 or max(each, default=0.0) > DOORWAY_M[1] else 0.0 for each in widths.values()
         ]
@@ -240,20 +235,20 @@ def _porches(rooms: list[Polygon], candidates: list[ClosingCandidate], edge: Bas
     return {k for k in found if not _joins_rooms(k, rooms, candidates, found)} if len(found) < len(rooms) else set()
 
 
-def _joins_rooms(place: int, rooms: list[Polygon], candidates: list[ClosingCandidate], outside: set[int]) -> bool:
+def _joins_rooms(place: int, rooms: list[Polygon], candidates: list[Opening], outside: set[int]) -> bool:
     """Return whether two rooms or more open wide to a place, and nothing but it joins them."""
     joined, open_to = Groups(len(rooms)), set[int]()
-    for portal in (c.portal for c in candidates if c.portal is not None):
-        if not {OUTSIDE, *outside} & set(portal.sides):
-            joined.join(*portal.sides)
-        elif place in portal.sides and portal.width > SINGLE_DOOR_M[1]:
-            open_to |= set(portal.sides) - {OUTSIDE, *outside}
+    for opening in (c for c in candidates if c.is_strip):
+        if not {OUTSIDE, *outside} & set(opening.sides):
+            joined.join(*opening.sides)
+        elif place in opening.sides and opening.width > SINGLE_DOOR_M[1]:
+            open_to |= set(opening.sides) - {OUTSIDE, *outside}
     return len({joined.of(room) for room in open_to}) > 1
 
 
-def _alone_joins_rooms(place: int, candidates: list[ClosingCandidate]) -> bool:
+def _alone_joins_rooms(place: int, candidates: list[Opening]) -> bool:
     """Return whether a place has ways to two other spaces or more that nothing inside but it joins."""
-    inner = [c.portal.sides for c in candidates if c.portal is not None and OUTSIDE not in c.portal.sides]
+    inner = [c.sides for c in candidates if c.is_strip and OUTSIDE not in c.sides]
     joined = Groups(1 + max((side for sides in inner for side in sides), default=0))
     for sides in inner:
         if place not in sides:

@@ -50,14 +50,15 @@ from pipeline.geometry.areas import (
     subtract,
     unite,
 )
-from pipeline.geometry.closing_candidates import assign_sides, close_plane, grow_to_overlap, split_at_portals
+from pipeline.geometry.closing_candidates import assign_sides, close_plane, grow_to_overlap, split_into_strips
 from pipeline.geometry.doorless_openings import find_doorless_openings
-from pipeline.geometry.doorways import Doorway, box_around_polygon, box_polygon
+from pipeline.geometry.doorways import box_around_polygon, box_polygon
 from pipeline.geometry.mouths import mouth_fillings
 from pipeline.geometry.open_boundaries import bands_around_open_house, bands_at_open_fronts
+from pipeline.geometry.openings import KNOWN
 from pipeline.geometry.prisms import Prisms
 from pipeline.rejection import Reason, Rejection
-from pipeline.stages.closings import KNOWN, boundaries, find_closing_candidates, hall_closings, is_crack, lies_in_room
+from pipeline.stages.closings import boundaries, find_closing_candidates, hall_closings, is_crack, lies_in_room
 from pipeline.stages.habitable import (
     clip_rooms_to_floor,
     filled_spaces,
@@ -80,7 +81,7 @@ from pipeline.tolerances import (
     SOME,
     THICK_WALL_M,
 )
-from pipeline.values import ClosingCandidate, Evidence, Layout, Level, Planes
+from pipeline.values import Evidence, Layout, Level, Opening, Planes
 
 EDGES = frozenset({"rail", "room_edge", "floor_edge", "wall_ends"})
 SLIT_M = 0.25
@@ -123,7 +124,7 @@ def _close(
     all_closed: bool,
 ) -> Layout:
     """Return the layout; ``storey`` is the one room of the level that may be a whole storey (R1)."""
-    walls, ends = planes.door, [ClosingCandidate(p, "floor_edge") for p in polygons_of(evidence.open_edge)]
+    walls, ends = planes.door, [Opening.closing(p, "floor_edge") for p in polygons_of(evidence.open_edge)]
     if ends:  # R2
         planes = replace(
             planes,
@@ -138,11 +139,11 @@ def _close(
     if config.characters and (level.sills or not is_shown):
         _reject_characters(planes, whole[1])
 
-    def within(fixed: list[ClosingCandidate]) -> Layout:
+    def within(fixed: list[Opening]) -> Layout:
         """Return the layout in which all of ``fixed`` closes, whether or not it separates anything."""
         standing = close_plane(planes.door, fixed) if fixed else planes.door
         ground, rooms = enclosed_pieces(close_plane(standing, pieces)) if fixed else whole
-        strips, rest = split_at_portals(standing, pieces, ground, rooms)
+        strips, rest = split_into_strips(standing, pieces, ground, rooms)
         strips = [strip for strip in strips if not is_beam_in_room(strip, standing, level)]
         strips, ground, rooms = keep_separating(standing, evidence.shallow_headers, strips, rest, config)
         if not level.sills and (
@@ -160,7 +161,7 @@ def _close(
         strips, ground, rooms = _in_line_with_idle_doors(planes.doorways, pieces, (strips, ground, rooms), config)  # R7
         candidates = assign_sides(strips + fixed, rooms, ground)
         filled = filled_spaces(rooms, candidates, evidence, level)  # what hangs over their edges is no way outside
-        candidates = [c for c in candidates if c.portal is None or not filled.intersection(c.portal.sides)] + ends
+        candidates = [c for c in candidates if not c.is_strip or not filled.intersection(c.sides)] + ends
         kept = keep_habitable_spaces(rooms, candidates, planes, evidence, level, filled=filled, all_closed=all_closed)
         of_rooms = clip_rooms_to_floor(kept, level)
         sides = tuple(assign_sides(candidates, of_rooms, ground))
@@ -168,17 +169,17 @@ def _close(
 
     found = max(map(within, boundaries(level, planes, pieces, whole, config)), key=_area)
     if not found.rooms and (
-        fronts := [ClosingCandidate(p, "wall_ends") for p in bands_at_open_fronts(planes.tall, config.area_m2)]
+        fronts := [Opening.closing(p, "wall_ends") for p in bands_at_open_fronts(planes.tall, config.area_m2)]
     ):  # R8
         found = within(fronts)
     if not found.rooms and (
-        open_edges := [ClosingCandidate(p, "floor_edge") for p in _edges_of_open_house(level, planes, config)]
+        open_edges := [Opening.closing(p, "floor_edge") for p in _edges_of_open_house(level, planes, config)]
     ):
         found = within(open_edges)
     if not level.sills and (
-        openings := [ClosingCandidate(p, "wall_ends") for p in hall_closings(found, config.area_m2)]
+        openings := [Opening.closing(p, "wall_ends") for p in hall_closings(found, config.area_m2)]
     ):
-        edges = [c for c in found.candidates if c.kind in EDGES and c not in ends]
+        edges = [c for c in found.candidates if c.closed_by in EDGES and c not in ends]
         found = within([*edges, *openings])
     area = _area(found)
     if area < config.area_m2:  # R9
@@ -223,21 +224,21 @@ def _what_stands(planes: Planes, spaces: list[Polygon]) -> str:
 
 
 def _without_effect(
-    pieces: Sequence[ClosingCandidate],
+    pieces: Sequence[Opening],
     kinds: Collection[str],
-    strips: Sequence[ClosingCandidate],
+    strips: Sequence[Opening],
     ground: BaseGeometry,
-) -> list[ClosingCandidate]:
+) -> list[Opening]:
     """Return what parted nothing of some kinds: doors and openings, lintels over doorways of others, gaps (R6).
 
     A wide opening beside a doorway may leave nothing that the doorway parts by itself. A lintel or a gap that would
     part spaces was dropped for another reason, and is not returned.
     """
     taken = unite([strip.polygon for strip in strips])
-    found = [piece for piece in pieces if piece.kind in kinds]
+    found = [piece for piece in pieces if piece.closed_by in kinds]
     found = [piece for piece in found if intersect(piece.polygon, taken).area < MOST * piece.polygon.area]
-    found = [piece for piece in found if piece.kind != "lintel" or _is_over_doorway(piece.polygon)]
-    if all(piece.kind in KNOWN for piece in found):
+    found = [piece for piece in found if piece.closed_by != "lintel" or _is_over_doorway(piece.polygon)]
+    if all(piece.closed_by in KNOWN for piece in found):
         return found
     closed, parts = enclosed_pieces(close_plane(ground, found))
     return [piece for piece in found if not _parts_spaces(piece, ground, closed, parts)]
@@ -245,9 +246,9 @@ def _without_effect(
 
 def _part_at_mouths(
     level: Level,
-    beside: Sequence[ClosingCandidate],
-    found: tuple[list[ClosingCandidate], BaseGeometry, list[Polygon]],
-) -> tuple[list[ClosingCandidate], BaseGeometry, list[Polygon]]:
+    beside: Sequence[Opening],
+    found: tuple[list[Opening], BaseGeometry, list[Polygon]],
+) -> tuple[list[Opening], BaseGeometry, list[Polygon]]:
     """Return the strips, the closed plane and its spaces with the mouths, and what parts only ``beside`` them (R6).
 
     A gap in line with a mouth is one of its row (``mouth_fillings``), and does not close beside it.
@@ -256,44 +257,45 @@ def _part_at_mouths(
     for row in mouth_fillings(*_closed_by(ground, beside, rooms)):
         if any(lies_in_room(mouth, level) for mouth in row):
             continue
-        mouths = [ClosingCandidate(mouth, "mouth") for mouth in row]
+        mouths = [Opening.closing(mouth, "mouth") for mouth in row]
         others = [
             piece
             for piece in beside
-            if piece.kind != "gap" or not any(_width_in_line(mouth, piece.polygon) for mouth in row)
+            if piece.closed_by != "gap" or not any(_width_in_line(mouth, piece.polygon) for mouth in row)
         ]
         closed, parts = enclosed_pieces(close_plane(ground, mouths + others))
         needed = [piece for piece in others if is_crack(piece) or _parts_spaces(piece, ground, closed, parts)]
         if len(needed) < len(others):
             closed, parts = enclosed_pieces(close_plane(ground, mouths + needed))
-        ways = split_at_portals(ground, mouths + needed, closed, parts)[0]
-        if any(way.kind == "mouth" for way in ways):
+        ways = split_into_strips(ground, mouths + needed, closed, parts)[0]
+        if any(way.closed_by == "mouth" for way in ways):
             strips, ground, rooms = strips + ways, closed, parts
     return strips, ground, rooms
 
 
 def _in_line_with_idle_doors(
-    doorways: Sequence[Doorway],
-    pieces: Sequence[ClosingCandidate],
-    found: tuple[list[ClosingCandidate], BaseGeometry, list[Polygon]],
+    doorways: Sequence[Opening],
+    pieces: Sequence[Opening],
+    found: tuple[list[Opening], BaseGeometry, list[Polygon]],
     config: LayoutConfig,
-) -> tuple[list[ClosingCandidate], BaseGeometry, list[Polygon]]:
+) -> tuple[list[Opening], BaseGeometry, list[Polygon]]:
     """Return the strips, the closed plane and its spaces with those of named doors that parted nothing (R7)."""
     strips, ground, rooms = found
-    named = unite([each.polygon for each in doorways if each.source == "named" and each.has_door])
+    named = unite([each.polygon for each in doorways if each.said_by == "named" and each.has_door])
     if named.is_empty:
         return found
     taken = unite([strip.polygon for strip in strips])
     idle = [
         each
         for each in pieces
-        if each.kind in {"door", "lintel", "gate"} and intersect(each.polygon, taken).area < MOST * each.polygon.area
+        if each.closed_by in {"door", "lintel", "gate"}
+        and intersect(each.polygon, taken).area < MOST * each.polygon.area
     ]
-    for door in [each for each in idle if each.kind == "door" and each.polygon.intersects(named)]:
+    for door in [each for each in idle if each.closed_by == "door" and each.polygon.intersects(named)]:
         in_line = [
             replace(each, polygon=box_polygon(box_around_polygon(each.polygon), width=width + 2 * BESIDE_M))
             for each in idle
-            if each.kind != "door" and (width := _width_in_line(door.polygon, each.polygon))
+            if each.closed_by != "door" and (width := _width_in_line(door.polygon, each.polygon))
         ]
         if not in_line or _parting(door, in_line, ground, config) is None:
             continue
@@ -301,18 +303,18 @@ def _in_line_with_idle_doors(
             fewer = [other for other in in_line if other is not each]
             in_line = fewer if _parting(door, fewer, ground, config) is not None else in_line
         closed, parts = _parting(door, in_line, ground, config) or (ground, rooms)
-        ways = split_at_portals(ground, [door, *in_line], closed, parts)[0]
+        ways = split_into_strips(ground, [door, *in_line], closed, parts)[0]
         strips, ground, rooms = strips + ways, closed, parts
     return strips, ground, rooms
 
 
 def _parting(
-    door: ClosingCandidate, beside: Sequence[ClosingCandidate], ground: BaseGeometry, config: LayoutConfig
+    door: Opening, beside: Sequence[Opening], ground: BaseGeometry, config: LayoutConfig
 ) -> tuple[BaseGeometry, list[Polygon]] | None:
     """Return the plane and its spaces where a door, closed with others, parts two that are rooms, else None (R7)."""
     closed, parts = enclosed_pieces(close_plane(ground, [door, *beside]))
-    ways = split_at_portals(ground, [door], closed, parts)[0]
-    sides = [way.portal.sides for way in ways if way.portal is not None]
+    ways = split_into_strips(ground, [door], closed, parts)[0]
+    sides = [way.sides for way in ways if way.is_strip]
     are_rooms = (
         one != other and OUTSIDE not in {one, other} and min(parts[one].area, parts[other].area) >= config.area_m2
         for one, other in sides
@@ -335,14 +337,14 @@ def _is_over_doorway(lintel: Polygon) -> bool:
     return DOORWAY_M[0] <= box.width <= DOORWAY_M[1] and box.thickness <= THICK_WALL_M
 
 
-def _parts_spaces(piece: ClosingCandidate, ground: BaseGeometry, closed: BaseGeometry, parts: list[Polygon]) -> bool:
+def _parts_spaces(piece: Opening, ground: BaseGeometry, closed: BaseGeometry, parts: list[Polygon]) -> bool:
     """Return whether a piece leads from one space of the closed plane to another (R6)."""
-    ways = split_at_portals(ground, [piece], closed, parts)[0]
-    return any(way.portal is not None and way.portal.sides[0] != way.portal.sides[1] for way in ways)
+    ways = split_into_strips(ground, [piece], closed, parts)[0]
+    return any(way.is_strip and way.sides[0] != way.sides[1] for way in ways)
 
 
 def _closed_by(
-    ground: BaseGeometry, pieces: Sequence[ClosingCandidate], rooms: list[Polygon]
+    ground: BaseGeometry, pieces: Sequence[Opening], rooms: list[Polygon]
 ) -> tuple[list[Polygon], BaseGeometry]:
     """Return the spaces and the plane that more pieces close."""
     if not pieces:
@@ -353,7 +355,7 @@ def _closed_by(
 
 def _at_doorless_openings(
     level: Level, walls: BaseGeometry, ground: BaseGeometry, rooms: list[Polygon]
-) -> tuple[list[ClosingCandidate], BaseGeometry, list[Polygon]]:
+) -> tuple[list[Opening], BaseGeometry, list[Polygon]]:
     """Return the openings without a door between named rooms, and the closed plane with its spaces (R5)."""
     named = [] if level.sills else [room.polygon for room in level.rooms if room.polygon is not None]
     if len(named) < 2:
@@ -365,10 +367,10 @@ def _at_doorless_openings(
     depths = [max(HAND_M - opening.apart_m, 0.0) / 2 for opening in found]
     strips = [opening.strip(deeper_m=depth, wider_m=LAP_M) for opening, depth in zip(found, depths, strict=True)]
     while strips:
-        pieces = [ClosingCandidate(strip, "opening") for strip in strips]
+        pieces = [Opening.closing(strip, "opening") for strip in strips]
         closed, parts = enclosed_pieces(close_plane(ground, pieces))
         held = [any(intersect(room, part).area > MOST * room.area for room in named) for part in parts]
-        ways = split_at_portals(ground, pieces, closed, parts)[0]
+        ways = split_into_strips(ground, pieces, closed, parts)[0]
         parting = [way.polygon for way in ways if _parts_two(way, held)]
         kept = [strip for strip in strips if intersect(strip, unite(parting)).area > MOST * strip.area]
         if len(kept) == len(strips):
@@ -377,11 +379,11 @@ def _at_doorless_openings(
     return [], ground, rooms
 
 
-def _parts_two(way: ClosingCandidate, held: Sequence[bool]) -> bool:
+def _parts_two(way: Opening, held: Sequence[bool]) -> bool:
     """Return whether a way leads from one space to another, each of which holds a room (R5)."""
-    if way.portal is None or OUTSIDE in way.portal.sides or way.portal.sides[0] == way.portal.sides[1]:
+    if not way.is_strip or OUTSIDE in way.sides or way.sides[0] == way.sides[1]:
         return False
-    return all(held[side] for side in way.portal.sides)
+    return all(held[side] for side in way.sides)
 
 
 def _area(layout: Layout) -> float:

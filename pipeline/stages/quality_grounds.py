@@ -73,7 +73,7 @@ from pipeline.tolerances import (
     SPECK,
     THICK_WALL_M,
 )
-from pipeline.values import EDGE, Evidence, Layout, Level, Passage, Spaces
+from pipeline.values import EDGE, Evidence, Layout, Level, Opening, Spaces
 
 Floats = npt.NDArray[np.float64]
 MAX_GUESSES: Final = 2
@@ -105,13 +105,13 @@ def measure_quality_grounds(
     return {
         "cut_share": _share(sum(p.kind == "cut" for p in inner), len(inner)),
         "cut_off_share": _cut_off(spaces),
-        "patch_share": _share(sum(c.portal is None for c in layout.candidates), len(layout.candidates)),
+        "patch_share": _share(sum(not c.is_strip for c in layout.candidates), len(layout.candidates)),
         "given_edge": float(spaces.notes.get("boundary", "room_edge") != "room_edge" or EDGE in level.guesses),
         "guesses": _share(len(level.guesses), MAX_GUESSES),
         **_floors(level, rooms, layout.ground, spaces.rooms),
         "roomless_wall_share": 0.0 if level.has_no_rooms else _roomless_share(evidence.walls, rooms, layout, far_walls),
         "idle_lintel_share": _idle(evidence.lintels, layout, rooms),
-        "twin_door_share": _share(len(inner) - len({frozenset(p.portal.sides) for p in inner}), len(inner)),
+        "twin_door_share": _share(len(inner) - len({frozenset(p.sides) for p in inner}), len(inner)),
         "odd_doors": _odd_doors(spaces.passages),
         "odd_room_share": float(are_rooms_misshapen(spaces.rooms).mean()),
         "loose_end_share": float(have_jutting_walls(spaces.rooms).mean()),
@@ -144,7 +144,7 @@ def _as_a_storey(
 
 def _open_share(level: Level, evidence: Evidence, layout: Layout) -> float:
     """Return the share of the edges of all rooms that only guesses close (R17)."""
-    guessed = unite([c.polygon for c in layout.candidates if c.kind in {"floor_edge", "wall_ends"}])
+    guessed = unite([c.polygon for c in layout.candidates if c.closed_by in {"floor_edge", "wall_ends"}])
     guessed = guessed if evidence.open_edge.is_empty else subtract(guessed, evidence.open_edge)
     is_named = any(room.polygon is not None for room in level.rooms)
     if guessed.is_empty or is_named or level.walls.is_cloud:
@@ -173,9 +173,9 @@ def _share(part: float, whole: float) -> float:
 
 def _cut_off(spaces: Spaces) -> float:
     """R1."""
-    by_evidence = {side for p in spaces.passages if p.kind != "cut" for side in p.portal.sides}
+    by_evidence = {side for p in spaces.passages if p.kind != "cut" for side in p.sides}
     by_evidence |= {room for pair in spaces.joins for room in pair}
-    by_cut = {side for p in spaces.passages if p.kind == "cut" for side in p.portal.sides} - by_evidence - {OUTSIDE}
+    by_cut = {side for p in spaces.passages if p.kind == "cut" for side in p.sides} - by_evidence - {OUTSIDE}
     return _share(len(by_cut), len(spaces.rooms))
 
 
@@ -262,9 +262,9 @@ def _rails(rails: BaseGeometry, rooms: BaseGeometry, walls: BaseGeometry) -> flo
     return _share(beside.area, SOME * walls.area)
 
 
-def _odd_doors(passages: tuple[Passage, ...]) -> float:
+def _odd_doors(passages: tuple[Opening, ...]) -> float:
     """R7."""
-    widths = [p.portal.width for p in passages if p.kind in {"door", "entrance"}]
+    widths = [p.width for p in passages if p.kind in {"door", "entrance"}]
     if not widths:
         return 0.0
     middle = float(np.median(widths))

@@ -17,7 +17,7 @@ from shapely import Polygon
 
 from pipeline.config import RefineConfig
 from pipeline.geometry.areas import drop_thin_parts_of_each, polygons_of, subtract, unite
-from pipeline.geometry.rooms_and_passages import fit_portals_to_rooms
+from pipeline.geometry.rooms_and_passages import fit_to_rooms
 from pipeline.geometry.straighten import are_straight, straighten_outlines
 from pipeline.geometry.wall_sections import close_cracks
 from pipeline.tolerances import CRACK_M, SLIVER_M
@@ -34,8 +34,7 @@ def straighten_rooms(spaces: Spaces, config: RefineConfig, drawn: Iterable[Polyg
         rooms = _disjoint(straight, rooms)
     for a, b in spaces.joins:  # R3
         rooms[a] = _meeting(rooms[a], rooms[b])
-    portals = fit_portals_to_rooms([p.portal for p in spaces.passages], rooms)  # R2
-    passages = [replace(p, portal=portal) for p, portal in zip(spaces.passages, portals, strict=True)]
+    passages = fit_to_rooms(spaces.passages, rooms)  # R2
     return replace(spaces, rooms=tuple(rooms), passages=tuple(passages))
 
 

@@ -126,7 +126,7 @@ def _without_ways(evidence: Evidence, layout: Layout) -> BaseGeometry:
     if len(layout.spaces) < 2:
         return EMPTY
     spaces = np.array(layout.spaces, np.object_)
-    ways = [c.portal.sides for c in layout.ways if c.portal is not None and c.portal.width >= PASSABLE_M]
+    ways = [c.sides for c in layout.ways if c.is_strip and c.width >= PASSABLE_M]
     ways = [sides for sides in ways if sides[0] != sides[1]]
     entered = {side for sides in ways for side in sides}
     windows = _band(drop_thin_parts(subtract(evidence.walls, evidence.tall), SLIVER_M))
@@ -207,7 +207,7 @@ def _edges(spaces: list[Polygon], evidence: Evidence, layout: Layout) -> Feature
     """F3, but for wide openings."""
 
     def candidates(*kinds: str) -> list[BaseGeometry]:
-        return [c.polygon for c in layout.ways if c.kind in kinds]
+        return [c.polygon for c in layout.ways if c.closed_by in kinds]
 
     rings = shapely.get_exterior_ring(np.array(spaces, np.object_))
     length = shapely.length(rings)
@@ -234,14 +234,14 @@ def _ways(spaces: list[Polygon], area: Floats, layout: Layout) -> Features:
     n, length = len(spaces), shapely.length(spaces)
     count, known, wide = (np.zeros((2, n)) for _ in range(3))  # inside, outside
     for c in layout.ways:
-        if c.portal is None or c.portal.sides[0] == c.portal.sides[1]:
+        if not c.is_strip or c.sides[0] == c.sides[1]:
             continue
-        for side, other in (c.portal.sides, c.portal.sides[::-1]):
+        for side, other in (c.sides, c.sides[::-1]):
             if side != OUTSIDE:
                 where = int(other == OUTSIDE)
                 count[where, side] += 1
-                known[where, side] += c.kind == "door"
-                wide[where, side] += c.portal.width * (c.kind != "door" and c.portal.width > SINGLE_DOOR_M[1])
+                known[where, side] += c.closed_by == "door"
+                wide[where, side] += c.width * (c.closed_by != "door" and c.width > SINGLE_DOOR_M[1])
     shut = count.sum(axis=0) == 0
     return {
         "shut": shut.astype(float),

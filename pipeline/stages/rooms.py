@@ -19,10 +19,10 @@ import shapely
 from shapely import Polygon
 
 from pipeline.geometry.areas import Floats, intersect, polygons_of, shared_areas, subtract, unite
-from pipeline.geometry.doorways import Doorway, boxes_around_polygons
-from pipeline.geometry.portals import Portal, portal_strips
+from pipeline.geometry.doorways import boxes_around_polygons
+from pipeline.geometry.openings import Opening, strips_of
 from pipeline.tolerances import BESIDE_M, MOST, PATCH_M2, SOME
-from pipeline.values import Level, NamedRoom, Passage, SourceRoom, Spaces
+from pipeline.values import Level, NamedRoom, SourceRoom, Spaces
 
 
 def name_rooms(level: Level, spaces: Spaces) -> tuple[NamedRoom, ...]:
@@ -43,7 +43,7 @@ def name_rooms(level: Level, spaces: Spaces) -> tuple[NamedRoom, ...]:
     return tuple(named)
 
 
-def with_doors_between_parts(spaces: Spaces, named: Sequence[NamedRoom], doorways: Sequence[Doorway]) -> Spaces:
+def with_doors_between_parts(spaces: Spaces, named: Sequence[NamedRoom], doorways: Sequence[Opening]) -> Spaces:
     """Return the spaces with a passage for each door that the source names between two parts of one space (R1).
 
     ``named`` are the rooms with the parts of divided spaces, ``doorways`` where doors are known to be.
@@ -51,21 +51,21 @@ def with_doors_between_parts(spaces: Spaces, named: Sequence[NamedRoom], doorway
     if len(named) == len(spaces.rooms):  # nothing is divided
         return spaces
     parts = shapely.STRtree([room.polygon for room in named])
-    used = shapely.union_all(portal_strips([passage.portal for passage in spaces.passages]))
+    used = shapely.union_all(strips_of(spaces.passages))
     rooms, passages = list(spaces.rooms), list(spaces.passages)
-    shapes = [each.polygon for each in doorways if each.source == "named" and each.has_door]
+    shapes = [each.polygon for each in doorways if each.said_by == "named" and each.has_door]
     free = [shape for shape in shapes if not shape.intersects(used)]
     for shape, box in zip(free, boxes_around_polygons(free), strict=True):
         space = next((k for k, room in enumerate(rooms) if intersect(room, shape).area > MOST * shape.area), None)
         if space is None:
             continue
-        portal = Portal(box.centre, box.along, box.width, box.thickness, (space, space))
-        out = portal.across * (portal.depth / 2 + BESIDE_M)
-        before = parts.nearest(shapely.points(np.stack([portal.centre - out, portal.centre + out]))).tolist()
-        rest = polygons_of(subtract(rooms[space], portal.strip()))
+        opening = Opening(box.centre, box.along, box.width, box.thickness, (space, space), "door", closed_by="door")
+        out = opening.across * (opening.depth / 2 + BESIDE_M)
+        before = parts.nearest(shapely.points(np.stack([opening.centre - out, opening.centre + out]))).tolist()
+        rest = polygons_of(subtract(rooms[space], opening.strip()))
         if before[0] != before[1] and len(rest) == 1:
             rooms[space] = rest[0]
-            passages.append(Passage(portal, "door", closed_by="door"))
+            passages.append(opening)
     return replace(spaces, rooms=tuple(rooms), passages=tuple(passages))
 
 

@@ -39,7 +39,7 @@ def gather_scan_evidence(level: Level, config: EvidenceConfig) -> Evidence:
         beyond = subtract(buffer_mitred(mask_to_area(masks.open_edge, masks.raster), 2 * CELL_M), doorways)
         walls, open_edge = subtract(walls, beyond), intersect(walls, beyond)
     judged = judge_leaves([], walls, lintels)
-    known, leaves = find_known_doorways(level.named_doorways, level.door_meshes, walls, lintels, judged)
+    known, leaves = find_known_doorways(level.openings, level.door_meshes, walls, lintels, judged)
     return Evidence(
         walls=walls,
         tall=walls,

@@ -35,8 +35,8 @@ from pipeline.geometry.closing_candidates import (
     close_plane,
     minimal_separators,
 )
-from pipeline.geometry.portals import Portal
-from pipeline.stages.closings import KNOWN, lies_in_room
+from pipeline.geometry.openings import KNOWN, Opening
+from pipeline.stages.closings import lies_in_room
 from pipeline.tolerances import (
     AROUND_M,
     BESIDE_M,
@@ -49,7 +49,7 @@ from pipeline.tolerances import (
     SOME,
     THICK_WALL_M,
 )
-from pipeline.values import ClosingCandidate, Level
+from pipeline.values import Level
 
 CLOSET_M2 = 0.9
 WHOLE_BREADTH = 0.85
@@ -58,10 +58,10 @@ WHOLE_BREADTH = 0.85
 def keep_separating(
     door: BaseGeometry,
     shallow_headers: BaseGeometry,
-    strips: list[ClosingCandidate],
-    rest: list[ClosingCandidate],
+    strips: list[Opening],
+    rest: list[Opening],
     config: LayoutConfig,
-) -> tuple[list[ClosingCandidate], BaseGeometry, list[Polygon]]:
+) -> tuple[list[Opening], BaseGeometry, list[Polygon]]:
     """Drop strips until each remaining one separates two spaces, then drop what is not needed to keep the spaces apart.
 
     Returns what is left, and the closed plane with its spaces.
@@ -88,73 +88,72 @@ def keep_separating(
 
 
 def _parts_nothing(
-    candidate: ClosingCandidate,
-    strips: Sequence[ClosingCandidate],
+    candidate: Opening,
+    strips: Sequence[Opening],
     rooms: list[Polygon],
     planes: tuple[BaseGeometry, BaseGeometry],
     config: LayoutConfig,
 ) -> bool:
     """R1: ``planes`` are the walls of the door plane and the shallow headers."""
     door, shallow_headers = planes
-    portal = candidate.portal
-    if portal is None or portal.sides[0] == portal.sides[1]:
-        return portal is not None
-    if OUTSIDE in portal.sides or candidate.kind in KNOWN:
+    if not candidate.is_strip or candidate.sides[0] == candidate.sides[1]:
+        return candidate.is_strip
+    if candidate.leads_outside or candidate.closed_by in KNOWN:
         return False
-    if candidate.kind == "gate":  # R1
+    if candidate.closed_by == "gate":  # R1
         return True
-    if candidate.kind == "gap" and _is_in_colonnade(portal, strips):
+    if candidate.closed_by == "gap" and _is_in_colonnade(candidate, strips):
         return True
-    is_lintel = candidate.kind == "lintel"
-    if is_lintel and portal.width > config.header_m:
+    is_lintel = candidate.closed_by == "lintel"
+    if is_lintel and candidate.width > config.header_m:
         shallow = intersect(candidate.polygon, shallow_headers)
         if shallow.area > MOST * candidate.polygon.area:
             return True
-    is_beam = portal.width > config.beam_m and not portal.has_jamb(door)
-    return is_beam or (is_lintel and _stands_on_pillars(portal, strips, rooms, config))
+    is_beam = candidate.width > config.beam_m and not candidate.has_jamb(door)
+    return is_beam or (is_lintel and _stands_on_pillars(candidate, strips, rooms, config))
 
 
-def _stands_on_pillars(
-    portal: Portal, strips: Sequence[ClosingCandidate], rooms: list[Polygon], config: LayoutConfig
-) -> bool:
+def _stands_on_pillars(opening: Opening, strips: Sequence[Opening], rooms: list[Polygon], config: LayoutConfig) -> bool:
     """Return whether a lintel is part of a beam over one bay or several, as broad as the rooms at both sides (R1)."""
-    bays = [c.portal for c in strips if c.kind == "lintel" and c.portal is not None]
-    rows = [_row_of_bays(portal, [bay for bay in bays if side in bay.sides], config.header_m) for side in portal.sides]
-    sides = zip(rows, portal.sides, (-1.0, 1.0), strict=True)
-    return all(row.width > config.beam_m and _is_as_broad(row, portal, way, rooms[side]) for row, side, way in sides)
+    bays = [c for c in strips if c.closed_by == "lintel"]
+    rows = [
+        _row_of_bays(opening, [bay for bay in bays if side in bay.sides], config.header_m) for side in opening.sides
+    ]
+    sides = zip(rows, opening.sides, (-1.0, 1.0), strict=True)
+    return all(row.width > config.beam_m and _is_as_broad(row, opening, way, rooms[side]) for row, side, way in sides)
 
 
-def _is_in_colonnade(portal: Portal, strips: Sequence[ClosingCandidate]) -> bool:
+def _is_in_colonnade(opening: Opening, strips: Sequence[Opening]) -> bool:
     """Return whether a gap stands in a row of ``GROUP`` gaps or more between the same two spaces (R1)."""
-    gaps = [c.portal for c in strips if c.kind == "gap" and c.portal is not None]
-    gaps = [gap for gap in gaps if set(gap.sides) == set(portal.sides)]
-    row = _row_of_bays(portal, gaps, 0.0) if len(gaps) >= GROUP else portal
+    gaps = [c for c in strips if c.closed_by == "gap"]
+    gaps = [gap for gap in gaps if set(gap.sides) == set(opening.sides)]
+    row = _row_of_bays(opening, gaps, 0.0) if len(gaps) >= GROUP else opening
     line = shapely.linestrings(row.segment)
-    return bool(sum(shapely.dwithin(line, shapely.points(gap.centre), portal.depth) for gap in gaps) >= GROUP)
+    return bool(sum(shapely.dwithin(line, shapely.points(gap.centre), opening.depth) for gap in gaps) >= GROUP)
 
 
-def _row_of_bays(portal: Portal, bays: Sequence[Portal], least_m: float) -> Portal:
+def _row_of_bays(opening: Opening, bays: Sequence[Opening], least_m: float) -> Opening:
     """Return the opening that a bay, wider than ``least_m``, makes with those in line beside it, pillars and all (R1).
 
     Between two bays stands a pillar: at most ``THICK_WALL_M`` of wall.
     """
-    if portal.width <= least_m:
-        return portal
-    start, end = portal.width / -2, portal.width / 2
+    if opening.width <= least_m:
+        return opening
+    start, end = opening.width / -2, opening.width / 2
     spans = []
     for bay in bays:
-        away = bay.centre - portal.centre
-        in_line = abs(float(bay.along @ portal.along)) > PARALLEL and abs(float(away @ portal.across)) < portal.depth
+        away = bay.centre - opening.centre
+        in_line = abs(float(bay.along @ opening.along)) > PARALLEL and abs(float(away @ opening.across)) < opening.depth
         if in_line and bay.width > least_m:
-            middle = float(away @ portal.along)
+            middle = float(away @ opening.along)
             spans.append((middle - bay.width / 2, middle + bay.width / 2))
     for low, high in sorted(spans, key=lambda span: abs(span[0] + span[1])):  # the nearest first
         if low - end < THICK_WALL_M and start - high < THICK_WALL_M:
             start, end = min(start, low), max(end, high)
-    return portal.part_between(start, end)
+    return opening.part_between(start, end)
 
 
-def _is_as_broad(row: Portal, bay: Portal, way: float, room: Polygon) -> bool:
+def _is_as_broad(row: Opening, bay: Opening, way: float, room: Polygon) -> bool:
     """Return whether a row takes ``WHOLE_BREADTH`` of the room right behind one of its bays (R1).
 
     The room lies on the side ``way`` (-1 or 1) of the row.
@@ -168,21 +167,17 @@ def _is_as_broad(row: Portal, bay: Portal, way: float, room: Polygon) -> bool:
     return bool(row.width >= WHOLE_BREADTH * sum(piece.area for piece in seen) / AROUND_M)
 
 
-def _around_no_room(candidates: list[ClosingCandidate], rooms: list[Polygon], walled: float) -> set[int]:
+def _around_no_room(candidates: list[Opening], rooms: list[Polygon], walled: float) -> set[int]:
     """Return the strips around the first space that hardly touches a wall (R2)."""
     for index, room in enumerate(rooms):
-        around = {
-            k
-            for k, c in enumerate(candidates)
-            if c.portal is not None and index in c.portal.sides and OUTSIDE not in c.portal.sides
-        }
-        open_width = sum(b.width for k in around if (b := candidates[k].portal) is not None)
+        around = {k for k, c in enumerate(candidates) if c.is_strip and index in c.sides and not c.leads_outside}
+        open_width = sum(candidates[k].width for k in around)
         if open_width > (1 - walled) * room.length:
             return around
     return set()
 
 
-def _around_a_slot(candidates: list[ClosingCandidate], rooms: list[Polygon]) -> set[int]:
+def _around_a_slot(candidates: list[Opening], rooms: list[Polygon]) -> set[int]:
     """Return the strips between the first space too narrow to stand in and the room to which it opens most (R2).
 
     What opens to rooms along less than ``LARGELY`` of its length lies under the eaves, and is opened to the outside.
@@ -190,11 +185,11 @@ def _around_a_slot(candidates: list[ClosingCandidate], rooms: list[Polygon]) -> 
     for index in np.flatnonzero(are_too_narrow(rooms, PASSABLE_M)).tolist():
         ways: dict[int, set[int]] = {}
         for k, candidate in enumerate(candidates):
-            if candidate.portal is not None and index in candidate.portal.sides:
-                (other,) = set(candidate.portal.sides) - {index} or {OUTSIDE}
+            if candidate.is_strip and index in candidate.sides:
+                (other,) = set(candidate.sides) - {index} or {OUTSIDE}
                 ways.setdefault(other, set()).add(k)
         outer = ways.pop(OUTSIDE, set())
-        inner = sum(b.width for strips in ways.values() for k in strips if (b := candidates[k].portal) is not None)
+        inner = sum(candidates[k].width for strips in ways.values() for k in strips)
         if outer and inner < LARGELY * rooms[index].length / 2:
             return outer
         if ways:
@@ -202,36 +197,35 @@ def _around_a_slot(candidates: list[ClosingCandidate], rooms: list[Polygon]) -> 
     return set()
 
 
-def _widest_gap_of_a_niche(candidates: list[ClosingCandidate], rooms: list[Polygon], least_m2: float) -> set[int]:
+def _widest_gap_of_a_niche(candidates: list[Opening], rooms: list[Polygon], least_m2: float) -> set[int]:
     """Return the widest gap of the first room below ``least_m2`` that one can leave only through gaps."""
     for index, room in enumerate(rooms):
-        ways = [k for k, c in enumerate(candidates) if c.portal is not None and index in c.portal.sides]
-        if room.area >= least_m2 or not ways or any(candidates[k].kind not in {"gap", "gate"} for k in ways):
+        ways = [k for k, c in enumerate(candidates) if c.is_strip and index in c.sides]
+        if room.area >= least_m2 or not ways or any(candidates[k].closed_by not in {"gap", "gate"} for k in ways):
             continue
-        portal = candidates[widest := max(ways, key=lambda k: candidates[k].polygon.length)].portal
-        if portal is not None and not _is_closet(room, portal):
+        widest = max(ways, key=lambda k: candidates[k].polygon.length)
+        if not _is_closet(room, candidates[widest]):
             return {widest}
     return set()
 
 
-def _is_closet(room: Polygon, portal: Portal) -> bool:
+def _is_closet(room: Polygon, opening: Opening) -> bool:
     """Return whether a gap leads into a small room that is wider than the gap, as a closet is (R2)."""
-    breadth = np.ptp(dot_product(shapely.get_coordinates(room.exterior), portal.along))
-    return bool(room.area >= CLOSET_M2 and portal.width < MOSTLY * breadth)
+    breadth = np.ptp(dot_product(shapely.get_coordinates(room.exterior), opening.along))
+    return bool(room.area >= CLOSET_M2 and opening.width < MOSTLY * breadth)
 
 
-def is_beam_in_room(strip: ClosingCandidate, walls: BaseGeometry, level: Level) -> bool:
+def is_beam_in_room(strip: Opening, walls: BaseGeometry, level: Level) -> bool:
     """Return whether a lintel hangs in one room of the source, nearly from one side of it to the other (R3)."""
-    if strip.kind != "lintel" or strip.portal is None or not lies_in_room(strip.polygon, level):
+    if strip.closed_by != "lintel" or not strip.is_strip or not lies_in_room(strip.polygon, level):
         return False
-    portal = strip.portal
     rooms = [each.polygon for each in level.rooms if each.polygon is not None]
     most = MOST * shapely.area(rooms).sum()
     for room in rooms:
-        if room.area < most and room.contains(shapely.points(portal.centre)):
-            reach = portal.along * room.length
-            line = shapely.linestrings([portal.centre - reach, portal.centre + reach])
+        if room.area < most and room.contains(shapely.points(strip.centre)):
+            reach = strip.along * room.length
+            line = shapely.linestrings([strip.centre - reach, strip.centre + reach])
             pieces = shapely.get_parts(shapely.intersection(line, room))
-            chord = min(pieces, key=shapely.points(portal.centre).distance)
+            chord = min(pieces, key=shapely.points(strip.centre).distance)
             return bool(shapely.intersection(chord, walls).length < SOME * chord.length)
     return False

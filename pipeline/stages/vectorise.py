@@ -21,10 +21,10 @@ from houseexpo.plan import Box, Door, Frame, PlanObject, Room
 from houseexpo.plan.room_labels import UNLABELLED
 from houseexpo.tolerances import GRID_M
 from pipeline.geometry.areas import OUTSIDE, polygons_of, unite
-from pipeline.geometry.portals import portals_as_arrays, turn_left
-from pipeline.geometry.rooms_and_passages import portal_polygons
+from pipeline.geometry.openings import openings_as_arrays, turn_left
+from pipeline.geometry.rooms_and_passages import polygons_between_rooms
 from pipeline.tolerances import AROUND_M, STAND_M
-from pipeline.values import Level, NamedRoom, Obstacle, Passage, Spaces
+from pipeline.values import Level, NamedRoom, Obstacle, Opening, Spaces
 
 MARGIN_M = 0.1
 """``min(verts)`` of every plan, as published."""
@@ -63,7 +63,7 @@ def vectorise(
     )
 
 
-def _cuts(passages: list[Passage]) -> dict[str, list[dict[str, int | str]]]:
+def _cuts(passages: list[Opening]) -> dict[str, list[dict[str, int | str]]]:
     """Return for each cut, by the id of its door, the evidence for its place."""
     cuts: list[dict[str, int | str]] = [{"door": k, "why": p.why} for k, p in enumerate(passages) if p.kind == "cut"]
     return {"cuts": cuts} if cuts else {}
@@ -83,7 +83,7 @@ class _Tiles:
     outline: Polygon
     named: tuple[NamedRoom, ...]
     rooms: list[Polygon]
-    passages: list[Passage]
+    passages: list[Opening]
     doors: list[Polygon]
 
 
@@ -92,7 +92,7 @@ def _in_one_piece(spaces: Spaces, named: tuple[NamedRoom, ...]) -> _Tiles:
 
     A room or a door that vanishes on the grid, narrower than a centimetre, is left out, and so are the ways into it.
     """
-    strips = portal_polygons([p.portal for p in spaces.passages], spaces.rooms)
+    strips = polygons_between_rooms(spaces.passages, spaces.rooms)
     inner = [p for p in spaces.passages if not p.leads_outside]
     openings = [strip for strip, p in zip(strips, spaces.passages, strict=True) if not p.leads_outside]
     room_shapes, door_shapes = tile_on_grid([r.polygon for r in named], openings)
@@ -146,15 +146,14 @@ def _room(k: int, ring: Points, holes: tuple[Points, ...], name: NamedRoom) -> R
 
 def _rooms_beside(tiles: _Tiles) -> list[tuple[int, int | None]]:
     """Return the rooms at the two faces of each passage; the outside comes last, as None."""
-    portals = [passage.portal for passage in tiles.passages]
-    centre, along, sizes = portals_as_arrays(portals)
+    centre, along, sizes = openings_as_arrays(tiles.passages)
     off = turn_left(along) * (sizes[:, 1:] + STAND_M)
     looks = np.stack([centre - off, centre + off], axis=1)
     nearest = shapely.STRtree(tiles.rooms).nearest(shapely.points(looks.reshape(-1, 2)))
     found: list[tuple[int, int | None]] = []
-    for portal, (first, second) in zip(portals, nearest.reshape(-1, 2).tolist(), strict=True):
-        if OUTSIDE in portal.sides:
-            found.append((second if portal.sides[0] == OUTSIDE else first, None))
+    for opening, (first, second) in zip(tiles.passages, nearest.reshape(-1, 2).tolist(), strict=True):
+        if OUTSIDE in opening.sides:
+            found.append((second if opening.sides[0] == OUTSIDE else first, None))
         else:
             found.append((first, second))
     return found
@@ -162,12 +161,12 @@ def _rooms_beside(tiles: _Tiles) -> list[tuple[int, int | None]]:
 
 def _segments(tiles: _Tiles, shift: Points) -> list[list[list[float]]]:
     """Return for each passage its ends on the centre line of the wall, in the plan's axes."""
-    centre, along, sizes = portals_as_arrays([passage.portal for passage in tiles.passages])
+    centre, along, sizes = openings_as_arrays(tiles.passages)
     half = along * sizes[:, :1]
     return np.round(np.stack([centre - half, centre + half], axis=1) + shift, 2).tolist()  # type: ignore[no-any-return]
 
 
-def _door(k: int, passage: Passage, segment: list[list[float]], ring: Points, rooms: tuple[int, int | None]) -> Door:
+def _door(k: int, passage: Opening, segment: list[list[float]], ring: Points, rooms: tuple[int, int | None]) -> Door:
     (ax, ay), (bx, by) = segment
     return Door(
         id=k,

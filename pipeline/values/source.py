@@ -19,8 +19,8 @@ from shapely.geometry.base import BaseGeometry
 from houseexpo.corrections import Correction
 from houseexpo.plan import Frame
 from pipeline.geometry.areas import unite
-from pipeline.geometry.doorways import Doorway
 from pipeline.geometry.meshes import Mesh
+from pipeline.geometry.openings import Opening
 from pipeline.rejection import Rejection
 
 EDGE: Final = "edge"
@@ -46,14 +46,6 @@ class SourceRoom:
     labels: tuple[str, ...]
     polygon: Polygon | None = None
     box: tuple[float, float, float, float] | None = None
-
-
-@dataclass(frozen=True, eq=False)
-class SourceOpening:
-    """An opening that the source names (IFC), with or without a door (``has_door``); level frame, metres."""
-
-    polygon: Polygon
-    has_door: bool
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,7 +102,7 @@ class Level:
     measure_signs: Callable[[Sequence[Polygon], Sequence[Polygon]], Mapping[str, float]] | None = None
     rooms: tuple[SourceRoom, ...] = ()
     room_count: int | None = None
-    openings: tuple[SourceOpening, ...] = ()
+    openings: tuple[Opening, ...] = ()
     corrections: tuple[Correction, ...] = ()
     n_objects: int = 0
     provenance: Mapping[str, Any] = field(default_factory=dict)
@@ -133,11 +125,6 @@ class Level:
     def names_doors(self) -> bool:
         """Whether the source names all openings, and has doors in some of them."""
         return self.named_openings and any(each.has_door for each in self.openings)
-
-    @property
-    def named_doorways(self) -> tuple[Doorway, ...]:
-        """The ``openings`` in the form that the stages use."""
-        return tuple(Doorway(each.polygon, "named", each.has_door) for each in self.openings)
 
     @property
     def door_meshes(self) -> tuple[Mesh, ...]:

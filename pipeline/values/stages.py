@@ -9,8 +9,7 @@ from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
 from pipeline.geometry.areas import EMPTY
-from pipeline.geometry.closing_candidates import ClosingCandidate
-from pipeline.geometry.doorways import Doorway
+from pipeline.geometry.openings import Opening
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,7 +31,7 @@ class Evidence:
     lintels: BaseGeometry
     rails: BaseGeometry
     furniture: BaseGeometry
-    doorways: tuple[Doorway, ...] = ()
+    doorways: tuple[Opening, ...] = ()
     leaves: tuple[Polygon, ...] = ()
     floor: BaseGeometry | None = None
     low_headroom: BaseGeometry = EMPTY
@@ -58,7 +57,7 @@ class Planes:
     rails: BaseGeometry
     tall: BaseGeometry
     heights: Mapping[str, float | list[float]]
-    doorways: tuple[Doorway, ...] = ()
+    doorways: tuple[Opening, ...] = ()
     leaves: tuple[Polygon, ...] = ()
 
 
@@ -66,18 +65,18 @@ class Planes:
 class Layout:
     """Result of the stage ``layout``: the closed plane, its pieces, and the spaces that it encloses, largest first.
 
-    The ``sides`` of a candidate's portal are indices into ``rooms``, or OUTSIDE. Candidates of kind "room_edge",
-    "floor_edge" and "wall_ends" close an open house. ``spaces`` are the rooms and all other spaces between the walls,
-    before one of them was found to be no room; the portals of ``ways``, the candidates of that moment, have indices
+    The ``sides`` of a candidate are indices into ``rooms``, or OUTSIDE. What is ``closed_by`` "room_edge",
+    "floor_edge" or "wall_ends" closes an open house. ``spaces`` are the rooms and all other spaces between the walls,
+    before one of them was found to be no room; the ``ways``, the candidates of that moment, have indices
     into these.
     """
 
     door: BaseGeometry
     ground: BaseGeometry
-    candidates: tuple[ClosingCandidate, ...]
+    candidates: tuple[Opening, ...]
     rooms: tuple[Polygon, ...]
     spaces: tuple[Polygon, ...] = ()
-    ways: tuple[ClosingCandidate, ...] = ()
+    ways: tuple[Opening, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)

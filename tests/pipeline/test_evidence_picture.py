@@ -21,7 +21,7 @@ from pipeline.pictures import (
     draw_evidence,
     ruler_ticks,
 )
-from pipeline.values import Doorway, Evidence
+from pipeline.values import Evidence, Opening
 
 BOUNDS = (0.0, 0.0, 9.0, 9.0)
 UPRIGHT = Frame(((1.0, 0.0, 0.0), (0.0, 1.0, 0.0)), "z", 0.0, 0)
@@ -37,7 +37,7 @@ EVERYTHING = Evidence(
     lintels=spot(3, 1),
     rails=spot(5, 1),
     furniture=spot(7, 1),
-    doorways=(Doorway(spot(1, 3), "named"),),
+    doorways=(Opening.named(spot(1, 3), has_door=True),),
     leaves=(spot(3, 3),),
     floor=spot(5, 3),
 )

@@ -53,5 +53,5 @@ def digest(degrees: float = 31.0) -> str:
     )
     spaces = stage_values(level(turned(mesh, degrees)))["refine"]
     outlines = [room.wkb for room in spaces.rooms]
-    middles = [np.asarray(passage.portal.centre).tobytes() for passage in spaces.passages]
+    middles = [np.asarray(passage.centre).tobytes() for passage in spaces.passages]
     return hashlib.sha256(b"".join([*outlines, *middles])).hexdigest()

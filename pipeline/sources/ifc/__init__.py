@@ -88,7 +88,7 @@ from pipeline.sources.tolerances import (
     WALL_FOOT_M,
 )
 from pipeline.tolerances import FOOT_M, GROUP, HAND_M, MOST, SHEET_M
-from pipeline.values import Input, Level, Mesh, SourceObject, SourceOpening, SourceRoom
+from pipeline.values import Input, Level, Mesh, Opening, SourceObject, SourceRoom
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,7 +105,7 @@ class IfcLevelParts:
     cover: Polygon | MultiPolygon | None
     outdoors: Polygon | MultiPolygon | None
     rooms: tuple[SourceRoom, ...]
-    openings: tuple[SourceOpening, ...]
+    openings: tuple[Opening, ...]
     leaves: tuple[ElementBody, ...]
     furniture: tuple[ElementBody, ...]
     named_openings: bool
@@ -460,7 +460,7 @@ def _in_own_frame(found: IfcLevelParts, shift: Shift, name: str, number: int, pr
         named_openings=found.named_openings,
         only_walls=True,
         guesses=found.guesses,
-        openings=tuple(SourceOpening(translate(each.polygon, -x, -y), each.has_door) for each in found.openings),
+        openings=tuple(Opening.named(translate(each.polygon, -x, -y), each.has_door) for each in found.openings),
         n_objects=len(found.furniture),
         provenance=provenance,
     )

@@ -77,7 +77,7 @@ from pipeline.sources.tolerances import (
     WALL_BEYOND_M,
 )
 from pipeline.tolerances import MOST
-from pipeline.values import Mesh, SourceOpening, SourceRoom
+from pipeline.values import Mesh, Opening, SourceRoom
 
 
 def merge_parts(parts: Iterable[ElementBody]) -> Mesh:
@@ -325,7 +325,7 @@ class WallFootprints:
 
 def find_openings(
     holes: Sequence[WallHole], walls: WallFootprints, floor: float, floors: Sequence[float]
-) -> tuple[SourceOpening, ...]:
+) -> tuple[Opening, ...]:
     """Return the openings of the level at ``floor`` (one of ``floors``), in project axes."""
     here = [hole for hole in holes if _is_of(hole, floor, floors)]
     return tuple(_merge_openings([found for hole in here if (found := _opening(hole, walls, DUCT_M)) is not None]))
@@ -389,7 +389,7 @@ def _is_of(hole: WallHole, floor: float, floors: Sequence[float]) -> bool:
     return hole.bottom < floor + KNEE_M and hole.top > floor + WALKED_M
 
 
-def _opening(hole: WallHole, walls: WallFootprints, least_m: float, skin_m: float = SKIN_M) -> SourceOpening | None:
+def _opening(hole: WallHole, walls: WallFootprints, least_m: float, skin_m: float = SKIN_M) -> Opening | None:
     """H1; None for a niche, and for what is narrower than ``least_m`` and no door (H2)."""
     standing = walls.near(hole.mesh)
     axis = wall_direction(hole, standing)
@@ -409,7 +409,7 @@ def _opening(hole: WallHole, walls: WallFootprints, least_m: float, skin_m: floa
     else:
         depth = _over(place, standing) or _beside(place, host) or _before(place, hole, host) or across
     thin = max((MIN_DEPTH_M - (depth[1] - depth[0])) / 2, skin_m)
-    return SourceOpening(axis.box(along, (depth[0] - thin, depth[1] + thin)), hole.has_door)
+    return Opening.named(axis.box(along, (depth[0] - thin, depth[1] + thin)), hole.has_door)
 
 
 def _is_niche(place: _Place, wall: BaseGeometry) -> bool:
@@ -471,7 +471,7 @@ def _standing_at(place: _Place, strip: Span, standing: BaseGeometry) -> Span | N
     return low, high
 
 
-def _are_one_way(one: SourceOpening, other: SourceOpening) -> bool:
+def _are_one_way(one: Opening, other: Opening) -> bool:
     """H4."""
     if are_same_area(one.polygon, other.polygon, SAME_HOLE):
         return True
@@ -481,14 +481,14 @@ def _are_one_way(one: SourceOpening, other: SourceOpening) -> bool:
     return bool(one.polygon.area + other.polygon.area > SAME_ROOM * both.area)
 
 
-def _merge_openings(found: list[SourceOpening]) -> Iterator[SourceOpening]:
+def _merge_openings(found: list[Opening]) -> Iterator[Opening]:
     """H4."""
-    kept: list[SourceOpening] = []
+    kept: list[Opening] = []
     for each in found:
         at = next((k for k, other in enumerate(kept) if _are_one_way(each, other)), None)
         if at is None:
             kept.append(each)
         else:
             both = shapely.oriented_envelope(each.polygon.union(kept[at].polygon))
-            kept[at] = SourceOpening(both, each.has_door or kept[at].has_door)
+            kept[at] = Opening.named(both, each.has_door or kept[at].has_door)
     yield from kept

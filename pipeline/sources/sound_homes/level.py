@@ -17,7 +17,7 @@ from pipeline.geometry.meshes import Mesh
 from pipeline.sources.homes.level import prisms_mesh
 from pipeline.sources.procedural.values import DOOR_HEAD_M, SILL_M, WALL_TOP_M
 from pipeline.sources.sound_homes.values import SoundHome
-from pipeline.values import MADE, Level, SourceOpening, SourceRoom
+from pipeline.values import MADE, Level, Opening, SourceRoom
 
 _MIN_M2: Final = 1e-4
 _PARAPET_M: Final = 1.0
@@ -36,7 +36,7 @@ def level_from_sound_home(home: SoundHome) -> Level:
         floor=_shell(home),
         rooms=tuple(rooms),
         room_count=len(rooms),
-        openings=tuple(SourceOpening(shapely.box(*door.rect), True) for door in doors),
+        openings=tuple(Opening.named(shapely.box(*door.rect), True) for door in doors),
         named_openings=True,
         provenance={"source": MADE, "style": "sound", "kind": home.kind, "sha256": sound_home_digest(home)},
     )

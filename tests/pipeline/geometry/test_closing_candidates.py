@@ -13,7 +13,7 @@ from pipeline.geometry.closing_candidates import (
     gap_beyond_wall_end,
     gap_fillings,
     minimal_separators,
-    split_at_portals,
+    split_into_strips,
     wall_ends,
 )
 from pipeline.geometry.open_boundaries import (
@@ -23,7 +23,7 @@ from pipeline.geometry.open_boundaries import (
     closings_between_wall_ends,
     makes_a_ring,
 )
-from pipeline.values import ClosingCandidate
+from pipeline.values import Opening
 
 FLOOR = shapely.box(0, 0, 5, 4)
 
@@ -119,19 +119,17 @@ LINTEL = shapely.box(4.0, 1.0, 4.2, 1.9)
 CORNICE = shapely.box(4.2, 2.8, 7.2, 3.0)
 
 
-def in_its_plane(
-    door: shapely.Geometry, piece: shapely.Geometry
-) -> tuple[list[ClosingCandidate], list[ClosingCandidate]]:
-    return split_at_portals(
-        door, [ClosingCandidate(piece, "lintel")], *enclosed_pieces(shapely.union_all([door, piece]))
+def in_its_plane(door: shapely.Geometry, piece: shapely.Geometry) -> tuple[list[Opening], list[Opening]]:
+    return split_into_strips(
+        door, [Opening.closing(piece, "lintel")], *enclosed_pieces(shapely.union_all([door, piece]))
     )
 
 
-def test_a_piece_is_taken_apart_into_its_portal_and_the_rest() -> None:
+def test_a_piece_is_taken_apart_into_its_opening_and_the_rest() -> None:
     console = shapely.box(4.2, 1.3, 5.5, 1.5)  # one body with the lintel
     (strip,), rest = in_its_plane(DOOR, LINTEL.union(console))
-    assert strip.portal is not None
-    assert strip.portal.strip().symmetric_difference(LINTEL).area < 1e-6
+    assert strip.is_strip
+    assert strip.strip().symmetric_difference(LINTEL).area < 1e-6
     assert shapely.union_all([c.polygon for c in rest]).symmetric_difference(console).area < 0.01
 
 
@@ -140,18 +138,18 @@ def test_beside_an_oblique_strip_rounding_leaves_nothing() -> None:
     uneven = shapely.Polygon([(x1, y1), (x2, y1), (x2, y2 + 0.003), (x1, y2)])  # one end is not square
     walls, piece = (shapely.affinity.rotate(shape, 7.0, origin=(0, 0)) for shape in (DOOR, uneven))
     (strip,), rest = in_its_plane(walls, piece)
-    assert strip.portal is not None
+    assert strip.is_strip
     assert rest == []
 
 
-def test_a_piece_over_one_room_only_has_no_portal() -> None:
+def test_a_piece_over_one_room_only_has_no_opening() -> None:
     strips, rest = in_its_plane(DOOR.union(LINTEL), CORNICE)
     assert strips == []
     assert sum(c.polygon.area for c in rest) == pytest.approx(CORNICE.area, abs=1e-3)
 
 
 def test_only_what_parts_two_spaces_is_needed() -> None:
-    lintel, cornice = ClosingCandidate(LINTEL, "lintel"), ClosingCandidate(CORNICE, "lintel")
+    lintel, cornice = Opening.closing(LINTEL, "lintel"), Opening.closing(CORNICE, "lintel")
     closed = enclosed_pieces(shapely.union_all([DOOR, LINTEL, CORNICE]))
     assert minimal_separators(DOOR, [], [lintel, cornice], *closed) == [lintel]
     assert minimal_separators(DOOR, [lintel], [cornice], *closed) == []
@@ -162,9 +160,9 @@ def test_sides_are_looked_up_again() -> None:
     plane, rooms = enclosed_pieces(DOOR.union(LINTEL))
     assert rooms[0].bounds[0] == 0.0  # the larger room is the left one
     (found,) = assign_sides([candidate], rooms[::-1], plane)
-    assert found.portal is not None
-    left, right = found.portal.sides
-    if found.portal.across[0] < 0:
+    assert found.is_strip
+    left, right = found.sides
+    if found.across[0] < 0:
         left, right = right, left
     assert (left, right) == (1, 0)
 

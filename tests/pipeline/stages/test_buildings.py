@@ -12,7 +12,7 @@ from houseexpo.floorplan import FloorPlan
 from pipeline.algorithm import plan_level
 from pipeline.config import IsolatedConfig, PipelineConfig
 from pipeline.stages.buildings import building_id, with_floor_near
-from pipeline.values import Level, SourceOpening
+from pipeline.values import Level, Opening
 from tests.builders.houses import Hole, level, shell, two_rooms, wall
 from tests.builders.meshes import as_trimesh, joined
 
@@ -60,7 +60,7 @@ def semi_detached(inner: list[Hole], *named: tuple[float, float, float, float]) 
     for x in between:
         parts += wall((x, 0, x + 0.2, 4), DOOR)
     boxes = [(x, 1.0, x + 0.2, 1.9) for x in between] + [(hole.start, -0.2, hole.end, 0.0) for hole in fronts]
-    openings = tuple(SourceOpening(shapely.box(*each), True) for each in (*boxes, *named))
+    openings = tuple(Opening.named(shapely.box(*each), True) for each in (*boxes, *named))
     return level(parts, id="row_L0", named_openings=True, openings=openings)
 
 

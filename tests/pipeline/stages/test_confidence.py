@@ -15,7 +15,7 @@ from houseexpo.plan import DoorKind, Frame
 from pipeline.algorithm import plan_largest_building
 from pipeline.config import PipelineConfig
 from pipeline.geometry.areas import OUTSIDE
-from pipeline.geometry.portals import Portal
+from pipeline.geometry.openings import Opening
 from pipeline.quality import doubt_plan
 from pipeline.sources import find, reader
 from pipeline.stages.confidence import (
@@ -27,7 +27,7 @@ from pipeline.stages.confidence import (
 )
 from pipeline.stages.connectivity import NO_EVIDENCE
 from pipeline.stages.logistic import LogisticModel, load_models
-from pipeline.values import ClosingCandidate, Evidence, Layout, Level, Mesh, NamedRoom, Passage, SourceRoom, Spaces
+from pipeline.values import Evidence, Layout, Level, Mesh, NamedRoom, SourceRoom, Spaces
 from research.confidence_fit import Part, fit, measures, weights_of
 from tests.builders import houses
 from tests.builders.kinds.registry import make_member
@@ -43,13 +43,13 @@ LEVEL = Level(
 )
 
 
-def passage(kind: DoorKind = "door", closed_by: str = "lintel", width: float = 0.9, why: str = "") -> Passage:
+def passage(kind: DoorKind = "door", closed_by: str = "lintel", width: float = 0.9, why: str = "") -> Opening:
     """The passage from the left room to the right one, or from the left one to the outside."""
     sides = (0, OUTSIDE) if kind == "entrance" else (0, 1)
-    return Passage(Portal(np.array([4.1, 1.45]), np.array([0.0, -1.0]), width, 0.2, sides), kind, why, closed_by)
+    return Opening(np.array([4.1, 1.45]), np.array([0.0, -1.0]), width, 0.2, sides, kind, why=why, closed_by=closed_by)
 
 
-def planned(*passages: Passage, level: Level = LEVEL, evidence: Evidence | None = None) -> FinalBuilding:
+def planned(*passages: Opening, level: Level = LEVEL, evidence: Evidence | None = None) -> FinalBuilding:
     """Two rooms side by side with these passages."""
     evidence = evidence or Evidence(WALLS, WALLS, NOTHING, NOTHING, NOTHING)
     layout = Layout(WALLS, box(-0.2, -0.2, 8.4, 4.2).difference(shapely.union_all(ROOMS)), (), ROOMS)
@@ -58,7 +58,7 @@ def planned(*passages: Passage, level: Level = LEVEL, evidence: Evidence | None 
     )
 
 
-def features(*passages: Passage, level: Level = LEVEL, evidence: Evidence | None = None) -> dict[str, float]:
+def features(*passages: Opening, level: Level = LEVEL, evidence: Evidence | None = None) -> dict[str, float]:
     """The features of the first passage that are more than nothing."""
     first = passage_features(planned(*passages, level=level, evidence=evidence))[0]
     assert all(0 <= value <= 1 for value in first.values())
@@ -125,9 +125,9 @@ def test_odd_shapes_of_passages_count() -> None:
     assert features(passage(), evidence=leaf) == {"lintel": 1.0, "leaf": 1.0}
 
 
-def entrance(y: float = 1.45, width: float = 0.9) -> Passage:
+def entrance(y: float = 1.45, width: float = 0.9) -> Opening:
     """A way from the left room, whose left wall is 0.2 m thick, to the outside."""
-    return Passage(Portal(np.array([-0.1, y]), np.array([0.0, 1.0]), width, 0.2, (0, OUTSIDE)), "entrance", "", "gap")
+    return Opening(np.array([-0.1, y]), np.array([0.0, 1.0]), width, 0.2, (0, OUTSIDE), "entrance", closed_by="gap")
 
 
 def wall_across(low: float, high: float, y: tuple[float, float]) -> Mesh:
@@ -176,7 +176,7 @@ def test_of_rooms_is_said_how_they_close_and_what_leads_in() -> None:
     assert left == right
     drawn = replace(whole, level=replace(LEVEL, rooms=(SourceRoom((), (), polygon=box(0, 0, 4, 2)),)))
     assert [room_features(drawn)[k]["unlike_drawn"] for k in (0, 1)] == [0.5, 1.0]
-    open_side = ClosingCandidate(box(8.2, 0, 8.4, 4), "wall_ends")
+    open_side = Opening.closing(box(8.2, 0, 8.4, 4), "wall_ends")
     given = replace(whole, layout=replace(whole.layout, candidates=(open_side,)))
     assert room_features(given)[0]["given_edge"] == 0.0
     assert room_features(given)[1]["given_edge"] == pytest.approx(0.25, abs=0.01)

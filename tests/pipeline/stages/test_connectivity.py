@@ -14,7 +14,7 @@ from pipeline.geometry.areas import EMPTY, unite
 from pipeline.geometry.walkable_floor import erode_floor, walkable_floor
 from pipeline.rejection import Reason, Rejection
 from pipeline.stages.connectivity import NO_EVIDENCE, UNKNOWN, connect_rooms
-from pipeline.values import Doorway, Evidence, Spaces
+from pipeline.values import Evidence, Opening, Spaces
 from tests.builders.houses import Hole, gap, kinds, level, shell, stage_values, three_rooms, two_rooms, wall
 
 CONFIG = ConnectivityConfig()
@@ -124,11 +124,11 @@ def test_a_cut_is_a_door_through_the_wall(seed: int) -> None:
     found = connected(before(two_rooms()), seed=seed)
     (cut,) = found.passages
     assert cut.kind == "cut"
-    assert set(cut.portal.sides) == {0, 1}
-    assert (cut.portal.width, cut.portal.depth) == (0.8, pytest.approx(0.2, abs=1e-3))
-    assert abs(cut.portal.along[0]) < 1e-9
-    assert cut.portal.centre[0] == pytest.approx(4.1, abs=1e-3)
-    assert 0.4 <= cut.portal.centre[1] <= 2.6
+    assert set(cut.sides) == {0, 1}
+    assert (cut.width, cut.depth) == (0.8, pytest.approx(0.2, abs=1e-3))
+    assert abs(cut.along[0]) < 1e-9
+    assert cut.centre[0] == pytest.approx(4.1, abs=1e-3)
+    assert 0.4 <= cut.centre[1] <= 2.6
     assert found.notes["cuts"] == 1
 
 
@@ -142,7 +142,7 @@ AJAR = shapely.box(4.2, 1.7, 5.0, 1.74)
         (seen(leaves=(AT_THE_WALL,)), "the leaf of a door"),
         (seen(leaves=(AJAR,)), "the leaf of a door"),
         (seen(lintels=AT_THE_WALL), "a lintel"),
-        (seen(doorways=(Doorway(AT_THE_WALL, "named"),)), "a doorway that nothing else leads through"),
+        (seen(doorways=(Opening.named(AT_THE_WALL, has_door=True),)), "a doorway that nothing else leads through"),
         (seen(leaves=(AT_THE_WALL,), lintels=shapely.box(4, 0.3, 4.2, 1.2)), "the leaf of a door"),
     ],
     ids=["leaf", "leaf ajar", "lintel", "doorway", "a leaf before a lintel"],
@@ -151,8 +151,8 @@ AJAR = shapely.box(4.2, 1.7, 5.0, 1.74)
 def test_a_cut_prefers_a_place_with_evidence_and_says_so(evidence: Evidence, why: str, seed: int) -> None:
     (cut,) = connected(before(two_rooms()), seed=seed, evidence=evidence).passages
     assert cut.why == why
-    assert cut.portal.centre[0] == pytest.approx(4.1, abs=1e-3)
-    assert cut.portal.centre[1] == pytest.approx(2.1, abs=0.6)
+    assert cut.centre[0] == pytest.approx(4.1, abs=1e-3)
+    assert cut.centre[1] == pytest.approx(2.1, abs=0.6)
 
 
 @pytest.mark.parametrize(
@@ -169,7 +169,7 @@ def test_evidence_elsewhere_moves_no_cut(evidence: Evidence | None) -> None:
     (bare,) = connected(before(two_rooms())).passages
     (cut,) = connected(before(two_rooms()), evidence=evidence).passages
     assert cut.why == NO_EVIDENCE
-    np.testing.assert_allclose(cut.portal.segment, bare.portal.segment)
+    np.testing.assert_allclose(cut.segment, bare.segment)
 
 
 def test_the_pair_of_a_cut_has_a_path_that_goes_through_it() -> None:
@@ -177,7 +177,7 @@ def test_the_pair_of_a_cut_has_a_path_that_goes_through_it() -> None:
     (pair,) = found.joined
     way = shortest_path(walkable_floor(found).buffer(-pair.radius_m), *pair.points)
     line = shapely.linestrings(way.points)
-    assert line.intersects(found.passages[0].portal.strip())
+    assert line.intersects(found.passages[0].strip())
     assert walkable_floor(found).covers(line.buffer(CONFIG.robot_radius_m - 0.05))
 
 
@@ -185,14 +185,14 @@ def test_three_closed_rooms_need_two_cuts_and_no_more() -> None:
     found = connected(before(three_rooms()))
     assert kinds(found) == ["cut", "cut"]
     assert len(erode_floor(walkable_floor(found), CONFIG.robot_radius_m)) == 1
-    assert sorted(round(p.portal.depth, 2) for p in found.passages) == [0.1, 0.2]
+    assert sorted(round(p.depth, 2) for p in found.passages) == [0.1, 0.2]
 
 
 def test_a_room_that_can_be_reached_is_not_cut_a_second_time() -> None:
     found = connected(before(three_rooms([Hole(1, 1.9)])))
     assert kinds(found) == ["cut", "door"]
     cut = next(p for p in found.passages if p.kind == "cut")
-    assert cut.portal.centre[0] == pytest.approx(6.2, abs=1e-3)
+    assert cut.centre[0] == pytest.approx(6.2, abs=1e-3)
 
 
 def test_a_door_too_narrow_for_the_robot_is_no_way() -> None:
@@ -204,7 +204,7 @@ def test_a_door_too_narrow_for_the_robot_is_no_way() -> None:
 
 def test_cuts_are_as_wide_as_asked_for() -> None:
     found = connected(before(two_rooms()), ConnectivityConfig(cut_width_m=1.0))
-    assert found.passages[0].portal.width == 1.0
+    assert found.passages[0].width == 1.0
 
 
 @pytest.mark.parametrize("gap_m", [0.3, 1.0, 1.9])
@@ -234,7 +234,7 @@ def test_a_cut_leads_through_what_is_as_good_as_wall(between: shapely.Geometry) 
     one, other = shapely.box(0, 0, 4, 3), shapely.box(far, 0, far + 4, 3)
     walls = shapely.box(-0.2, -0.2, far + 4.2, 3.2).difference(unite([one, other, between]))
     (cut,) = connected(drawn(walls, one, other)).passages
-    assert cut.portal.depth == pytest.approx(far - 4.0, abs=0.01)
+    assert cut.depth == pytest.approx(far - 4.0, abs=0.01)
 
 
 def test_a_pinch_inside_a_room_is_widened_and_makes_no_door() -> None:
@@ -274,8 +274,8 @@ def test_a_wall_on_the_way_between_two_walls_is_cut_at_right_angles() -> None:
     left, right = sorted(room.difference(oblique).geoms, key=lambda p: p.bounds)
     walls = unite([shapely.box(-0.2, -0.2, 8.2, 4.2).difference(room), room.intersection(oblique)])
     (cut,) = connected(drawn(walls, left, right)).passages
-    assert abs(cut.portal.along @ [-np.sin(np.deg2rad(20)), np.cos(np.deg2rad(20))]) == pytest.approx(1, abs=1e-6)
-    assert cut.portal.depth == pytest.approx(0.1, abs=1e-6)
+    assert abs(cut.along @ [-np.sin(np.deg2rad(20)), np.cos(np.deg2rad(20))]) == pytest.approx(1, abs=1e-6)
+    assert cut.depth == pytest.approx(0.1, abs=1e-6)
 
 
 def test_rooms_too_small_for_a_robot_are_rejected() -> None:
@@ -295,7 +295,7 @@ def test_rooms_in_which_nothing_is_left_to_stand_are_rejected(monkeypatch: pytes
 def test_a_seed_gives_the_same_cuts() -> None:
     first, second = (connected(before(three_rooms()), seed=9) for _ in range(2))
     for one, other in zip(first.passages, second.passages, strict=True):
-        np.testing.assert_array_equal(one.portal.segment, other.portal.segment)
+        np.testing.assert_array_equal(one.segment, other.segment)
 
 
 @pytest.mark.slow

@@ -68,6 +68,6 @@ def test_planning_every_pair_makes_the_same_cuts(name: str, seed: int) -> None:
     assert len(quick.passages) == len(slow.passages)
     for one, other in zip(quick.passages, slow.passages, strict=True):
         assert one.kind == other.kind
-        assert one.portal.sides == other.portal.sides
-        np.testing.assert_allclose(one.portal.segment, other.portal.segment, atol=1e-12)
+        assert one.sides == other.sides
+        np.testing.assert_allclose(one.segment, other.segment, atol=1e-12)
     assert len(erode_floor(walkable_floor(slow), CONFIG.robot_radius_m)) == 1

@@ -6,20 +6,20 @@ import shapely
 
 from pipeline.config import CellsConfig, IsolatedConfig
 from pipeline.geometry.areas import unite
-from pipeline.geometry.portals import Portal
+from pipeline.geometry.openings import Opening
 from pipeline.geometry.rooms_and_passages import connected_rooms
 from pipeline.rejection import Rejection
 from pipeline.stages.cells import drop_small_cells
 from pipeline.stages.contour import trace_contour
 from pipeline.stages.isolated import erase_isolated
-from pipeline.values import Passage, Spaces
+from pipeline.values import Spaces
 
 
-def door(first: int, second: int) -> Passage:
-    return Passage(Portal(np.zeros(2), np.array([1.0, 0.0]), 0.8, 0.2, (first, second)), "door")
+def door(first: int, second: int) -> Opening:
+    return Opening(np.zeros(2), np.array([1.0, 0.0]), 0.8, 0.2, (first, second), "door")
 
 
-def house(*rooms: tuple[float, float, float, float], passages: tuple[Passage, ...] = (), **values: object) -> Spaces:
+def house(*rooms: tuple[float, float, float, float], passages: tuple[Opening, ...] = (), **values: object) -> Spaces:
     """Rooms of which each has a wall of 0.1 m all round."""
     boxes = [shapely.box(*r) for r in rooms]
     walls = unite([b.buffer(0.1, join_style="mitre") for b in boxes]).difference(unite(boxes))
@@ -70,7 +70,7 @@ def test_an_entrance_is_no_way_from_room_to_room() -> None:
 def test_passages_follow_their_rooms() -> None:
     spaces = house((0, 0, 1, 1), (2, 0, 6, 3), (7, 0, 11, 3), passages=(door(2, 1), door(2, -1)))
     found = drop_small_cells(spaces, CellsConfig())
-    assert [p.portal.sides for p in found.passages] == [(1, 0), (1, -1)]
+    assert [p.sides for p in found.passages] == [(1, 0), (1, -1)]
 
 
 @pytest.mark.parametrize(
@@ -89,7 +89,7 @@ def test_a_garage_that_stands_apart(garage: tuple[float, float, float, float], r
     assert len(found.rooms) == rooms + 1
     assert found.notes == ({"erased_parts": 1} if main else {})
     assert len(found.outlines) == rooms
-    assert all(max(p.portal.sides) < len(found.rooms) for p in found.passages)
+    assert all(max(p.sides) < len(found.rooms) for p in found.passages)
 
 
 def test_a_tiny_garage_close_by_is_kept_and_far_ones_all_go() -> None:

@@ -6,7 +6,7 @@ import shapely
 
 from pipeline.config import DoorsConfig, PipelineConfig
 from pipeline.stages.doors import find_doors
-from pipeline.values import SourceObject, SourceOpening, Spaces
+from pipeline.values import Opening, SourceObject, Spaces
 from tests.builders.houses import (
     Hole,
     Parts,
@@ -32,15 +32,15 @@ def doors(parts: Parts, config: DoorsConfig | None = None, **values: object) -> 
 def test_a_door_has_its_place_width_and_rooms() -> None:
     (door,) = doors(two_rooms(Hole(1.0, 1.9))).passages
     assert door.kind == "door"
-    assert door.portal.centre == pytest.approx([4.1, 1.45], abs=1e-3)
-    assert (door.portal.width, door.portal.depth) == pytest.approx((0.9, 0.2), abs=5e-3)  # refine fits it exactly
-    assert set(door.portal.sides) == {0, 1}
+    assert door.centre == pytest.approx([4.1, 1.45], abs=1e-3)
+    assert (door.width, door.depth) == pytest.approx((0.9, 0.2), abs=5e-3)  # refine fits it exactly
+    assert set(door.sides) == {0, 1}
 
 
 @pytest.mark.parametrize("named", [True, False])
 def test_a_pane_as_wide_as_a_door_is_none_where_the_source_names_its_doors(named: bool) -> None:
     pane = box((4.0, 1.6, 4.05, 2.5), 0.0, 2.0)
-    door = SourceOpening(shapely.box(4.0, 0.3, 4.2, 1.2), has_door=True)
+    door = Opening.named(shapely.box(4.0, 0.3, 4.2, 1.2), has_door=True)
     found = doors([*two_rooms(Hole(0.3, 1.2), Hole(1.6, 2.5)), pane], openings=(door,), named_openings=named)
     assert kinds(found) == ["door"] * (1 if named else 2)
 
@@ -49,7 +49,7 @@ def test_a_pane_as_wide_as_a_door_is_none_where_the_source_names_its_doors(named
 def test_a_sliding_door_of_three_metres_is_a_door_where_the_source_names_it(values: dict[str, object]) -> None:
     between = wall((4.0, 0.0, 4.2, 5.0), Hole(1.0, 4.0))
     house = [*shell((0.0, 0.0, 8.2, 5.0)), *between]
-    door = SourceOpening(shapely.box(4.0, 1.0, 4.2, 4.0), has_door=True)
+    door = Opening.named(shapely.box(4.0, 1.0, 4.2, 4.0), has_door=True)
     assert kinds(doors(house, openings=(door,), **values)) == ["door"]
     assert kinds(doors(house)) == []
 
@@ -63,21 +63,21 @@ def test_a_named_leaf_of_three_metres_is_a_door() -> None:
 def test_two_doors_in_one_wall() -> None:
     found = doors(two_rooms(Hole(0.3, 1.1), Hole(1.8, 2.6)))
     assert kinds(found) == ["door", "door"]
-    assert sorted(round(p.portal.centre[1], 2) for p in found.passages) == [0.7, 2.2]
+    assert sorted(round(p.centre[1], 2) for p in found.passages) == [0.7, 2.2]
 
 
 def test_three_rooms_in_a_row() -> None:
     found = doors(three_rooms([Hole(1, 1.9)], [Hole(0.5, 1.4)]))
     assert kinds(found) == ["door", "door"]
     middle = next(k for k, room in enumerate(found.rooms) if 3.1 <= room.centroid.x <= 6.1)
-    assert all(middle in p.portal.sides for p in found.passages)
+    assert all(middle in p.sides for p in found.passages)
 
 
 @pytest.mark.parametrize(("hole", "kind"), [(Hole(1, 1.9), "door"), (gap(1, 1.9), "opening"), (gap(1, 2.2), "opening")])
 def test_a_lintel_makes_a_door_and_a_full_gap_an_opening(hole: Hole, kind: str) -> None:
     found = doors(two_rooms(hole))
     assert kinds(found) == [kind]
-    assert found.passages[0].portal.width == pytest.approx(hole.end - hole.start, abs=2e-3)
+    assert found.passages[0].width == pytest.approx(hole.end - hole.start, abs=2e-3)
     assert found.joins == ()
 
 
@@ -86,7 +86,7 @@ def test_a_gap_of_full_height_is_an_opening_however_wide(width: float) -> None:
     halls = [*shell((0.0, 0.0, 12.0, 8.0)), *wall((6.0, 0.0, 6.2, 8.0), gap(2.0, 2.0 + width))]
     found = doors(halls)
     assert kinds(found) == ["opening"]
-    assert found.passages[0].portal.width == pytest.approx(width, abs=2e-3)
+    assert found.passages[0].width == pytest.approx(width, abs=2e-3)
 
 
 def test_an_entrance_stays_closed_and_a_window_is_none() -> None:
@@ -124,12 +124,12 @@ def test_a_wide_pier_between_two_doors_keeps_them_doors() -> None:
 
 @pytest.mark.parametrize(("has_door", "kind"), [(True, "door"), (False, "opening")])
 def test_the_source_says_what_an_opening_is(has_door: bool, kind: str) -> None:
-    named = SourceOpening(shapely.box(3.9, 1.0, 4.3, 1.9), has_door)
+    named = Opening.named(shapely.box(3.9, 1.0, 4.3, 1.9), has_door)
     assert kinds(doors(two_rooms(Hole(1.0, 1.9)), openings=(named,))) == [kind]
 
 
 def test_where_the_source_names_its_openings_another_hole_in_a_wall_is_an_opening() -> None:
-    named = SourceOpening(shapely.box(3.9, 2.2, 4.3, 2.9), has_door=True)
+    named = Opening.named(shapely.box(3.9, 2.2, 4.3, 2.9), has_door=True)
     found = doors(two_rooms(Hole(0.5, 1.4), Hole(2.2, 2.9)), openings=(named,), named_openings=True)
     assert kinds(found) == ["door", "opening"]
     assert found.joins == ()
@@ -157,7 +157,7 @@ def test_the_open_ends_of_a_corridor_are_entrances_and_an_open_front_is_none(bac
     found = doors([*walls, *(wall((-0.2, -0.2, 0.0, 2.2)) if back else [])])
     assert found.notes == {"boundary": "wall_ends"}
     assert kinds(found) == ["entrance"] * entrances
-    assert all(each.portal.width == pytest.approx(2.0, abs=0.3) for each in found.passages)
+    assert all(each.width == pytest.approx(2.0, abs=0.3) for each in found.passages)
     assert kinds(doors([*walls, *(wall((-0.2, -0.2, 0.0, 2.2)) if back else [])], sills=True)) == []
 
 
@@ -183,7 +183,7 @@ def test_the_open_end_of_a_corridor_is_an_entrance(level_values: dict[str, bool]
     below = shapely.box(20, 0, 24, 4) if values.pop("upper", False) else None
     spaces = doors(walls, floor=shapely.box(-0.2, -0.2, 6.2, 8.2), below=below, **values)
     ways = [each for each in spaces.passages if each.kind == "entrance"]
-    assert [(each.closed_by, round(each.portal.width)) for each in ways] == [("floor_edge", 2)] * found
+    assert [(each.closed_by, round(each.width)) for each in ways] == [("floor_edge", 2)] * found
 
 
 def test_the_stage_alone_needs_a_layout_only() -> None:
@@ -231,7 +231,7 @@ def test_what_hangs_as_high_as_the_windows_is_no_entrance(
     house = [*shell((0.0, 0.0, 7.2, 3.0), front=front), *wall((4.0, 0.0, 4.2, 3.0), Hole(1.0, 1.9, high=inner))]
     found = [each for each in doors(house).passages if each.kind == "entrance"]
     assert len(found) == entrances
-    assert max(each.portal.centre[0] for each in found) == pytest.approx(6.05, abs=0.01)
+    assert max(each.centre[0] for each in found) == pytest.approx(6.05, abs=0.01)
 
 
 def test_an_opening_as_high_as_the_windows_is_an_entrance_where_a_leaf_stands_beside_it() -> None:
@@ -255,7 +255,7 @@ def test_a_way_out_whose_head_nobody_can_measure_is_no_reason_to_call_another_on
 def test_what_is_wider_than_doors_is_an_opening_beside_a_known_door_of_the_same_rooms() -> None:
     between = wall((4.0, 0.0, 4.2, 6.0), Hole(0.5, 1.4), Hole(2.0, 5.0))
     house = [*shell((0.0, 0.0, 8.2, 6.0)), *between]
-    door = SourceOpening(shapely.box(4.0, 0.5, 4.2, 1.4), has_door=True)
+    door = Opening.named(shapely.box(4.0, 0.5, 4.2, 1.4), has_door=True)
     assert sorted(kinds(doors(house, openings=(door,)))) == ["door", "opening"]
     assert kinds(doors(house)) == ["door"]
 
@@ -263,6 +263,6 @@ def test_what_is_wider_than_doors_is_an_opening_beside_a_known_door_of_the_same_
 @pytest.mark.parametrize(("post", "widths"), [(0.0, [1.6]), (0.2, [0.8, 0.8])])
 def test_the_leaves_of_one_door_are_one_passage(post: float, widths: list[float]) -> None:
     low, high = (1.0, 1.8), (1.8 + post, 2.6 + post)
-    leaves = tuple(SourceOpening(shapely.box(4.0, a, 4.2, b), has_door=True) for a, b in (low, high))
+    leaves = tuple(Opening.named(shapely.box(4.0, a, 4.2, b), has_door=True) for a, b in (low, high))
     found = doors(two_rooms(Hole(1.0, 1.8), Hole(1.8 + post, 2.6 + post)), openings=leaves).passages
-    assert [each.portal.width for each in found] == pytest.approx(widths, abs=0.01)
+    assert [each.width for each in found] == pytest.approx(widths, abs=0.01)

@@ -12,7 +12,7 @@ from pipeline.algorithm import plan_largest_building
 from pipeline.config import LayoutConfig, PipelineConfig
 from pipeline.sources.drawn_storeys import Hole, Wall, passage_openings, wall_prisms
 from pipeline.stages.drawn_layout import read_drawn_layout
-from pipeline.values import Level, SourceOpening, SourceRoom
+from pipeline.values import Level, Opening, SourceRoom
 
 LEFT, RIGHT = shapely.box(0.1, 0.1, 4.1, 3.1), shapely.box(4.3, 0.1, 7.3, 3.1)
 OUTER = shapely.box(0.0, 0.0, 7.4, 3.2)
@@ -49,7 +49,7 @@ def found(level: Level):
 def test_rooms_and_ways_are_those_that_are_drawn() -> None:
     layout = found(storey()).layout
     assert layout.rooms == (LEFT, RIGHT), "openings lap over their walls, but not into rooms"
-    door, entrance = (each.portal for each in layout.candidates)
+    door, entrance = (each for each in layout.candidates)
     assert (door.width, door.depth, sorted(door.sides)) == (pytest.approx(0.9), pytest.approx(0.2), [0, 1])
     assert sorted(entrance.sides) == [-1, 0]
 
@@ -87,7 +87,7 @@ def test_where_something_is_not_drawn_it_is_searched_for() -> None:
     one = LEFT.union(shapely.box(4.0, 0.1, 4.4, 3.1)).union(RIGHT)
     low = Wall(shapely.box(1.0, 2.0, 2.0, 2.1), 0.0, 1.0)
     over = Wall(shapely.box(4.1, 0.1, 4.3, 3.1), 2.1, 2.5)
-    in_wall = SourceOpening(shapely.box(4.0, 2.2, 4.4, 3.0), has_door=True)
+    in_wall = Opening.named(shapely.box(4.0, 2.2, 4.4, 3.0), has_door=True)
     blind = Hole(shapely.box(0.0, 2.0, 0.05, 2.9), 0.0, 2.1, has_door=True)
     beside = replace(DOOR, shape=shapely.box(4.1, 1.9, 4.3, 2.8))
     assert found(storey(rooms=(one,), more=(over,))) is None, "two rooms in one space"
@@ -115,7 +115,7 @@ def test_walls_are_cut_up_only_where_somebody_asks() -> None:
 
 
 def test_an_opening_that_a_person_added_is_not_taken_for_a_hole() -> None:
-    added = SourceOpening(shapely.box(5.0, 0.0, 5.9, 0.1), has_door=True)
+    added = Opening.named(shapely.box(5.0, 0.0, 5.9, 0.1), has_door=True)
     assert found(replace(storey(), openings=(*storey().openings, added))) is None
 
 

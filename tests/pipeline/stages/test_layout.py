@@ -10,7 +10,7 @@ from pipeline.rejection import Reason, Rejection
 from pipeline.stages.evidence import gather_evidence
 from pipeline.stages.layout import close_openings
 from pipeline.stages.planes import find_planes
-from pipeline.values import Layout, SourceObject, SourceOpening, SourceRoom
+from pipeline.values import Layout, Opening, SourceObject, SourceRoom
 from tests.builders.houses import Hole, Parts, gap, level, shell, three_rooms, two_rooms, wall, window
 from tests.builders.meshes import box, joined, sheet
 
@@ -29,34 +29,34 @@ def test_a_lintel_parts_two_rooms() -> None:
     found = layout(two_rooms(Hole(1.0, 1.9)))
     assert areas(found) == [12.0, 9.0]
     (candidate,) = found.candidates
-    assert candidate.kind == "lintel"
-    assert candidate.portal is not None
-    assert set(candidate.portal.sides) == {0, 1}
+    assert candidate.closed_by == "lintel"
+    assert candidate.is_strip
+    assert set(candidate.sides) == {0, 1}
 
 
 def test_an_outer_door_leads_outside() -> None:
     found = layout(shell((0, 0, 5, 4), front=[Hole(1, 2)]))
     (candidate,) = found.candidates
-    assert candidate.portal is not None
-    assert set(candidate.portal.sides) == {0, OUTSIDE}
+    assert candidate.is_strip
+    assert set(candidate.sides) == {0, OUTSIDE}
 
 
 @pytest.mark.parametrize("named", [True, False])
 def test_a_beam_along_a_wall_does_not_close_its_doors_where_they_are_named(named: bool) -> None:
     """Beams of 0.2 m hang from the ceiling on both sides of the wall, from end to end."""
     beams = [box((4.2, 0.0, 4.4, 3.0), 2.3, 2.5), box((3.8, 0.0, 4.0, 3.0), 2.3, 2.5)]
-    door = SourceOpening(shapely.box(4.0, 1.0, 4.2, 1.9), has_door=True)
+    door = Opening.named(shapely.box(4.0, 1.0, 4.2, 1.9), has_door=True)
     found = layout([*two_rooms(Hole(1.0, 1.9)), *beams], openings=(door,), named_openings=named)
-    doors = [c.portal for c in found.candidates if c.kind == "door"]
-    assert [set(portal.sides) for portal in doors if portal is not None] == ([{0, 1}] if named else [])
+    doors = [c for c in found.candidates if c.closed_by == "door"]
+    assert [set(opening.sides) for opening in doors if opening is not None] == ([{0, 1}] if named else [])
 
 
 def test_a_beam_along_a_wall_does_not_close_the_doorway_of_a_leaf_that_is_named() -> None:
     beams = [box((4.2, 0.0, 4.4, 3.0), 2.1, 2.5), box((3.8, 0.0, 4.0, 3.0), 2.1, 2.5)]
     leaf = SourceObject(("Door",), joined([box((4.08, 1.0, 4.12, 1.9), 0.0, 2.1)]))
     found = layout([*two_rooms(Hole(1.0, 1.9)), *beams], leaves=(leaf,))
-    doors = [c.portal for c in found.candidates if c.kind == "door"]
-    assert [set(portal.sides) for portal in doors if portal is not None] == [{0, 1}]
+    doors = [c for c in found.candidates if c.closed_by == "door"]
+    assert [set(opening.sides) for opening in doors if opening is not None] == [{0, 1}]
 
 
 @pytest.mark.parametrize("has_door", [True, False])
@@ -64,7 +64,7 @@ def test_a_beam_along_a_wall_does_not_close_the_doorway_of_a_leaf_that_is_named(
 def test_a_named_door_parts_two_rooms_though_a_wide_gap_or_a_header_is_beside_it(beside: Hole, has_door: bool) -> None:
     """R7: an opening of 2.8 m in the same wall, of full height or under a header of 8 cm, that the source omits."""
     between = wall((4.0, 0.0, 4.2, 4.4), Hole(0.2, 1.1), beside)
-    opening = SourceOpening(shapely.box(4.0, 0.2, 4.2, 1.1), has_door)
+    opening = Opening.named(shapely.box(4.0, 0.2, 4.2, 1.1), has_door)
     found = layout([*shell((0.0, 0.0, 7.2, 4.4)), *between], openings=(opening,), named_openings=True)
     assert len(found.rooms) == (2 if has_door else 1)
 
@@ -73,7 +73,7 @@ def test_a_named_door_parts_two_rooms_though_a_wide_gap_or_a_header_is_beside_it
 def test_a_gap_of_full_height_parts_up_to_a_width(width: float, widest: float, rooms: int) -> None:
     found = layout(two_rooms(gap(0.5, 0.5 + width)), LayoutConfig(gap_m=widest))
     assert len(found.rooms) == rooms
-    assert [c.kind for c in found.candidates] == ["gap"] * (rooms - 1)
+    assert [c.closed_by for c in found.candidates] == ["gap"] * (rooms - 1)
 
 
 @pytest.mark.parametrize("step", [0.0, 0.015, 0.2])
@@ -82,7 +82,7 @@ def test_a_gap_parts_where_one_sheet_of_its_wall_ends_before_the_other(step: flo
     leaves = [*wall((4.0, 0.0, 4.1, 3.0), gap(1.0 - step, 1.9)), *wall((4.1, 0.0, 4.2, 3.0), gap(1.0, 1.9 + step))]
     found = layout([*shell((0.0, 0.0, 7.2, 3.0)), *leaves])
     assert areas(found) == [12.0, 9.0]
-    assert {candidate.kind for candidate in found.candidates} == {"gap"}
+    assert {candidate.closed_by for candidate in found.candidates} == {"gap"}
 
 
 @pytest.mark.parametrize(("post_m", "gaps", "rooms"), [(0.1, 3, 1), (0.1, 2, 2), (0.6, 3, 2)])
@@ -97,7 +97,7 @@ def test_a_wide_gap_parts_two_rooms_that_are_much_broader(breadth: float, rooms:
     between = wall((4.0, 0.0, 4.2, breadth), gap(0.8, 3.0))
     found = layout([*shell((0.0, 0.0, 8.2, breadth)), *between])
     assert len(found.rooms) == rooms
-    assert [candidate.kind for candidate in found.candidates] == ["mouth"] * (rooms - 1)
+    assert [candidate.closed_by for candidate in found.candidates] == ["mouth"] * (rooms - 1)
 
 
 @pytest.mark.parametrize("apart", [0.0, 0.2])
@@ -114,7 +114,7 @@ def test_rooms_that_the_source_draws_meet_in_an_opening_at_the_end_of_a_wall(
     between = [box((4.0, a, 4.2, b), 0.0, 2.5) for a, b in spans]
     found = layout([*shell((0.0, 0.0, 8.2, 3.0)), *between], rooms=tuple(drawn))
     assert len(found.rooms) == rooms
-    assert [candidate.kind for candidate in found.candidates] == ["opening"] * (rooms - 1)
+    assert [candidate.closed_by for candidate in found.candidates] == ["opening"] * (rooms - 1)
 
 
 def test_a_border_that_parts_nothing_stays_open() -> None:
@@ -163,15 +163,15 @@ def test_two_wide_openings_of_one_wall_part_rooms_together() -> None:
     between = wall((5.0, 0.0, 5.2, 10.0), gap(1.0, 3.2), gap(6.5, 8.9))
     found = layout([*shell((0.0, 0.0, 10.2, 10.0)), *between])
     assert areas(found) == [50.0, 50.0]
-    assert [candidate.kind for candidate in found.candidates] == ["mouth", "mouth"]
+    assert [candidate.closed_by for candidate in found.candidates] == ["mouth", "mouth"]
 
 
 @pytest.mark.parametrize("named", [True, False])
 def test_a_door_beside_a_wide_opening_parts_rooms_with_it(named: bool) -> None:
     """Both together would take two thirds of the breadth; the opening alone takes half."""
     between = wall((5.0, 0.0, 5.2, 5.0), gap(0.5, 3.0), gap(3.6, 4.5))
-    door = SourceOpening(shapely.box(5.0, 3.6, 5.2, 4.5), has_door=True)
-    other = SourceOpening(shapely.box(-0.2, 1.0, 0.0, 1.9), has_door=True)
+    door = Opening.named(shapely.box(5.0, 3.6, 5.2, 4.5), has_door=True)
+    other = Opening.named(shapely.box(-0.2, 1.0, 0.0, 1.9), has_door=True)
     openings = (door, other) if named else (other,)
     found = layout([*shell((0.0, 0.0, 10.2, 5.0)), *between], openings=openings, unnamed_gaps=True)
     assert len(found.rooms) == (2 if named else 1)
@@ -189,7 +189,7 @@ def test_a_gap_in_another_wall_parts_a_side_room_beside_a_wide_opening(width_m: 
     corner = [*wall((0.0, 4.0, 4.2, 4.2), gap(1.0, 1.0 + width_m)), *wall((4.0, 0.0, 4.2, 4.0), gap(1.0, 2.8))]
     found = layout([*shell((0.0, 0.0, 12.0, 12.0)), *corner])
     assert len(found.rooms) == rooms
-    assert sorted(candidate.kind for candidate in found.candidates) == ["gap", "mouth"][: 2 * (rooms - 1)]
+    assert sorted(candidate.closed_by for candidate in found.candidates) == ["gap", "mouth"][: 2 * (rooms - 1)]
 
 
 def test_a_crack_beside_a_wide_opening_closes_with_it() -> None:
@@ -337,7 +337,7 @@ def parapet(height: float, x: float = 4.0) -> Parts:
 def test_a_balcony_with_a_parapet_is_a_room_with_a_door(height: float) -> None:
     found = layout([*shell((0, 0, 4, 3), front=[Hole(1, 1.9)]), *parapet(height)])
     assert areas(found) == [12.0, 6.4]
-    assert [set(c.portal.sides) for c in found.candidates if c.portal] == [{0, 1}]
+    assert [set(c.sides) for c in found.candidates if c.is_strip] == [{0, 1}]
 
 
 @pytest.mark.parametrize(("roof", "name", "rooms"), [(-0.2, "", 1), (-2.0, "", 2), (-0.2, "Balcony", 2)])
@@ -347,7 +347,7 @@ def test_a_balcony_under_the_sky_is_no_room_of_a_roofed_house(roof: float, name:
     house = [*shell((0, 0, 4, 3), front=[Hole(1, 1.9)]), box((-0.2, roof, 4.2, 3.2), 2.5, 2.7)]
     found = layout([*house, *parapet(1.0)], rooms=drawn)
     assert areas(found) == [12.0, 6.4][:rooms]
-    assert [set(c.portal.sides) for c in found.candidates if c.portal] == [{0, 1} if rooms == 2 else {0, OUTSIDE}]
+    assert [set(c.sides) for c in found.candidates if c.is_strip] == [{0, 1} if rooms == 2 else {0, OUTSIDE}]
 
 
 @pytest.mark.parametrize(("roof", "gate_m", "rooms"), [(True, 1.0, 2), (True, 4.0, 1), (False, 1.0, 1)])
@@ -359,7 +359,7 @@ def test_a_low_front_with_an_entrance_closes_a_room_under_a_roof(roof: bool, gat
     cover = [box((-0.2, -0.2, 10.4, 4.2), 2.5, 2.7)] if roof else []
     found = layout([*house, *front, *cover])
     assert sorted(areas(found)) == [16.0, 24.0][:rooms]
-    gates = [c.portal for c in found.candidates if c.kind == "gate" and c.portal is not None]
+    gates = [c for c in found.candidates if c.closed_by == "gate" and c.is_strip]
     assert [(round(gate.width, 1), OUTSIDE in gate.sides) for gate in gates] == [(1.0, True)] * (rooms - 1)
 
 
@@ -371,7 +371,7 @@ def test_a_low_front_closes_a_room_without_a_roof_into_which_two_doors_lead(ways
     house += [*wall((-0.2, 0, 0, 4)), *wall((12.4, 0, 12.6, 4))]
     house += [*wall((4.0, 0, 4.2, 4), *doors), *wall((8.2, 0, 8.4, 4), *doors[: ways - 1])]
     front = [box((4.2, -0.2, 5.7, 0.0), 0.0, 1.0), box((6.7, -0.2, 8.2, 0.0), 0.0, 1.0)]
-    gates = [c for c in layout([*house, *front]).candidates if c.kind == "gate"]
+    gates = [c for c in layout([*house, *front]).candidates if c.closed_by == "gate"]
     assert len(gates) == (rooms == 3)
 
 
@@ -383,7 +383,7 @@ def test_a_railing_closes_a_balcony_that_its_balusters_do_not(rail: float) -> No
     balcony = [box(r, 0, 1.0) for r in across + sides] + [box(r, 1.0, 1.0 + rail) for r in handrail]
     found = layout([*shell((0, 0, 4, 3), front=[Hole(1, 1.9)]), *balcony])
     assert [round(a) for a in areas(found)] == [12, 7]
-    assert {c.kind for c in found.candidates} == {"lintel", "rail"}
+    assert {c.closed_by for c in found.candidates} == {"lintel", "rail"}
 
 
 @pytest.mark.parametrize(("roof_m", "rooms"), [(0.0, 1), (1.8, 2)])
@@ -400,7 +400,7 @@ U_SHAPE = [*wall((-0.2, -0.2, 0, 4.2)), *wall((0, 4, 5, 4.2)), *wall((5, -0.2, 5
 def test_an_open_front_is_closed_at_the_edge_of_its_floor() -> None:
     found = layout(U_SHAPE, floor=shapely.box(0, -1.0, 5, 4))
     assert areas(found) == [25.0]
-    assert {c.kind for c in found.candidates} == {"floor_edge"}
+    assert {c.closed_by for c in found.candidates} == {"floor_edge"}
 
 
 @pytest.mark.parametrize("juts_m", [0.0, 0.015, 0.03])
@@ -408,13 +408,13 @@ def test_a_slab_that_juts_out_from_under_its_walls_closes_an_open_corner(juts_m:
     walls = [*wall((-0.2, -0.2, 0, 4.2)), *wall((0, 4, 5, 4.2)), *wall((5, 1.0, 5.2, 4.2)), *wall((0, -0.2, 4, 0))]
     found = layout(walls, floor=shapely.box(-0.2, -0.2 - juts_m, 5.2 + juts_m, 4.2))
     assert sum(areas(found)) == pytest.approx(20.4, abs=0.2)
-    assert {c.kind for c in found.candidates} == {"floor_edge"}
+    assert {c.closed_by for c in found.candidates} == {"floor_edge"}
 
 
 def test_an_open_front_without_a_floor_is_closed_between_its_walls() -> None:
     found = layout(U_SHAPE)
     assert sum(areas(found)) == pytest.approx(21.0, abs=0.5)
-    assert {c.kind for c in found.candidates} == {"wall_ends"}
+    assert {c.closed_by for c in found.candidates} == {"wall_ends"}
 
 
 def test_walls_on_two_sides_are_a_room_along_the_edge_of_the_floor() -> None:
@@ -491,8 +491,8 @@ def test_a_hall_with_a_wide_entrance_is_a_room_where_three_ways_lead_into_it(way
     house += [part for x in (3.9, 8.1) for part in wall((x, 4.2, x + 0.2, 10.2), Hole(6, 7))]
     found = layout(house)
     assert len(found.rooms) == rooms
-    gates = [c.portal for c in found.candidates if c.kind == "gate" and c.portal and OUTSIDE in c.portal.sides]
-    assert [portal.width for portal in gates] == pytest.approx([4.5] if rooms == 4 else [], abs=0.02)
+    gates = [c for c in found.candidates if c.closed_by == "gate" and c.is_strip and OUTSIDE in c.sides]
+    assert [opening.width for opening in gates] == pytest.approx([4.5] if rooms == 4 else [], abs=0.02)
 
 
 def test_a_corridor_without_a_floor_is_a_room_where_gaps_lead_into_it() -> None:
@@ -548,7 +548,7 @@ def test_a_gap_to_the_outside_may_be_wider(width: float) -> None:
     walls += shell((10, 0, 16, 4))
     found = layout(walls)
     assert len(found.rooms) == 2
-    assert [candidate.kind for candidate in found.candidates] in (["gap"], ["gate"])
+    assert [candidate.closed_by for candidate in found.candidates] in (["gap"], ["gate"])
 
 
 def test_walls_that_spell_characters_are_no_house() -> None:
@@ -562,7 +562,7 @@ def test_a_gap_between_walls_that_stand_aside_of_each_other_is_closed(aside: flo
     lower, upper = (4.0, 0.0, 4.2, 1.4), (4.0 + aside, 2.6, 4.2 + aside, 4.0)
     found = layout([*shell((0, 0, 8, 4)), *wall(lower), *wall(upper)])
     assert len(found.rooms) == 2
-    assert [candidate.kind for candidate in found.candidates] in (["gap"], ["gate"])
+    assert [candidate.closed_by for candidate in found.candidates] in (["gap"], ["gate"])
 
 
 def test_a_single_room_that_walls_surround_nearly_all_round_has_a_front() -> None:
@@ -571,7 +571,7 @@ def test_a_single_room_that_walls_surround_nearly_all_round_has_a_front() -> Non
     jambs = [(-0.2, 0.0, 0.0, 0.5), (-0.2, 3.5, 0.0, 4.0)]
     frames = [(-0.3, 0.45, 0.1, 0.5), (-0.3, 3.5, 0.1, 3.55)]
     found = layout([part for rectangle in (*walls, *jambs, *frames) for part in wall(rectangle)])
-    assert "wall_ends" in [candidate.kind for candidate in found.candidates]
+    assert "wall_ends" in [candidate.closed_by for candidate in found.candidates]
     assert sum(areas(found)) == pytest.approx(24.5, abs=0.5)
 
 
@@ -599,7 +599,7 @@ def test_a_porch_under_a_long_lintel_is_no_room(deep_m: float, rooms: int) -> No
 @pytest.mark.parametrize(("sill_m", "kinds"), [(0.2, ["lintel"]), (0.25, ["lintel"]), (0.35, []), (0.42, [])])
 def test_what_has_a_sill_higher_than_any_threshold_is_a_window(sill_m: float, kinds: list[str]) -> None:
     found = layout(shell((0, 0, 6, 4), front=[Hole(1, 2.4, sill_m)]))
-    assert [c.kind for c in found.candidates] == kinds
+    assert [c.closed_by for c in found.candidates] == kinds
 
 
 @pytest.mark.parametrize(("panes", "ways"), [(1, 1), (3, 0)])
@@ -609,8 +609,8 @@ def test_a_row_of_panes_from_the_floor_up_is_no_row_of_entrances(panes: int, way
     house = shell((0, 0, 6, 4), front=[Hole(start, start + 1.2) for start in starts])
     glass = [box((start + 0.01, -0.12, start + 1.19, -0.08), 0.02, 2.08) for start in starts]
     found = layout([*house, *glass])
-    assert sum(OUTSIDE in c.portal.sides and c.kind != "lintel" for c in found.candidates if c.portal) == ways
-    assert len([c for c in found.candidates if c.portal]) == ways
+    assert sum(OUTSIDE in c.sides and c.closed_by != "lintel" for c in found.candidates if c.is_strip) == ways
+    assert len([c for c in found.candidates if c.is_strip]) == ways
 
 
 @pytest.mark.parametrize(("crack_m", "rooms"), [(0.01, 2), (0.04, 2)])
@@ -714,7 +714,7 @@ def test_open_rooms_with_a_floor_are_no_characters() -> None:
 
 
 def test_a_room_with_a_door_needs_no_floor_where_others_have_one() -> None:
-    door = SourceOpening(shapely.box(4.0, 0.5, 4.2, 2.0), has_door=True)
+    door = Opening.named(shapely.box(4.0, 0.5, 4.2, 2.0), has_door=True)
     found = layout(two_rooms(Hole(0.5, 2.0)), floor=shapely.box(0, 0, 4, 3), openings=(door,), named_openings=True)
     assert len(found.rooms) == 2
 
@@ -728,14 +728,14 @@ def test_a_corridor_needs_no_floor_where_doors_lead_into_it_or_nothing_else_join
     doors: int, joined: bool, rooms: int
 ) -> None:
     holes = [(0.3, 1.1), (1.6, 2.4)][:doors]
-    named = [SourceOpening(shapely.box(3.0, a, 3.1, b), has_door=True) for a, b in holes]
+    named = [Opening.named(shapely.box(3.0, a, 3.1, b), has_door=True) for a, b in holes]
     house = three_rooms([Hole(a, b) for a, b in holes], [Hole(0.2, 2.8)])
     floor = shapely.union(shapely.box(0, 0, 3, 3), shapely.box(6.3, 0, 9.3, 3))
     if joined:  # a second room along the row, into which a door leads from both
         house = [part for part in house if not (part.bounds[0][1] < -0.1 and part.bounds[1][1] < 0.1)]
         house += [*wall((-0.2, -0.2, 9.5, 0.0), Hole(1.0, 1.8), Hole(7.0, 7.8)), *wall((-0.2, -2.2, 9.5, -2.0))]
         house += [*wall((-0.2, -2.0, 0.0, -0.2)), *wall((9.3, -2.0, 9.5, -0.2))]
-        named += [SourceOpening(shapely.box(a, -0.2, a + 0.8, 0.0), has_door=True) for a in (1.0, 7.0)]
+        named += [Opening.named(shapely.box(a, -0.2, a + 0.8, 0.0), has_door=True) for a in (1.0, 7.0)]
         floor = shapely.union(floor, shapely.box(0, -2, 9.3, -0.2))
     found = layout(house, floor=floor, openings=tuple(named))
     assert len(found.rooms) == rooms + joined
@@ -806,7 +806,7 @@ def test_what_a_block_fills_is_no_room_and_has_no_entrance(deep_m: float, rooms:
     beam = [box((0.0, 1.6, 1.6, 1.7), 2.0, 2.6), box((1.5, 0.0, 1.6, 1.6), 2.0, 2.6)]
     found = layout([*shell((0, 0, 6, 4)), *beam, box((0.0, 0.0, 1.5, deep_m), 0.0, 1.7)])
     assert len(found.rooms) == rooms
-    assert not any(OUTSIDE in c.portal.sides for c in found.candidates if c.portal is not None)
+    assert not any(OUTSIDE in c.sides for c in found.candidates if c.is_strip)
 
 
 WELL = shapely.box(3.0, 1.0, 5.0, 4.0)
@@ -862,7 +862,7 @@ def test_what_the_source_says_is_outside_is_no_room_unless_it_is_named(name: str
     named = (SourceRoom((name,), (), there),) if name else ()
     found = layout(two_rooms(Hole(1, 1.9)), outdoors=there, rooms=named)
     assert len(found.rooms) == rooms
-    assert [OUTSIDE in c.portal.sides for c in found.candidates if c.portal is not None] == [rooms == 1]
+    assert [OUTSIDE in c.sides for c in found.candidates if c.is_strip] == [rooms == 1]
 
 
 def test_a_door_that_opens_on_a_void_is_none_between_rooms() -> None:
@@ -882,7 +882,7 @@ def test_a_room_of_the_source_that_lies_open_is_closed_along_its_edge() -> None:
     attic = tuple(SourceRoom((name,), (), shapely.box(x, 0.5, x + 3.8, 3.5)) for name, x in (("A", 0.1), ("B", 4.2)))
     found = layout(gables, rooms=attic)
     assert areas(found) == [11.4, 11.4]
-    assert {c.kind for c in found.candidates} == {"room_edge", "lintel"}
+    assert {c.closed_by for c in found.candidates} == {"room_edge", "lintel"}
     with pytest.raises(Rejection):
         layout(gables[:2])
 

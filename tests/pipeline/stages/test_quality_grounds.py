@@ -10,19 +10,19 @@ from shapely import Polygon, box
 
 from houseexpo.plan import DoorKind, Frame
 from pipeline.geometry.areas import OUTSIDE
-from pipeline.geometry.portals import Portal
+from pipeline.geometry.openings import Opening
 from pipeline.quality import GROUNDS, score_quality
 from pipeline.stages.quality_grounds import measure_quality_grounds, walls_far_from_rooms
-from pipeline.values import EDGE, ClosingCandidate, Evidence, Layout, Level, Mesh, Passage, SourceRoom, Spaces
+from pipeline.values import EDGE, Evidence, Layout, Level, Mesh, SourceRoom, Spaces
 
 ROOMS = (box(0, 0, 4, 4), box(4.2, 0, 8.2, 4), box(0, 4.2, 8.2, 8.2))
 NOTHING = Polygon()
 WALLS = box(-0.2, -0.2, 8.4, 8.4).difference(shapely.union_all(ROOMS))
 
 
-def passage(kind: DoorKind, one: int, other: int) -> Passage:
+def passage(kind: DoorKind, one: int, other: int) -> Opening:
     """A passage between two rooms; where it is makes no difference here."""
-    return Passage(Portal(np.array([4.1, 1.5]), np.array([0.0, 1.0]), 0.9, 0.2, (one, other)), kind)
+    return Opening(np.array([4.1, 1.5]), np.array([0.0, 1.0]), 0.9, 0.2, (one, other), kind)
 
 
 LEVEL = Level(
@@ -63,8 +63,8 @@ def test_cuts_count_against_doors_and_against_the_rooms_that_they_alone_lead_int
 
 def test_pieces_that_nobody_passes_mend_walls_with_holes() -> None:
     patch, way = (
-        ClosingCandidate(box(4.0, 1, 4.2, 1.9), "gap"),
-        ClosingCandidate(box(4.0, 1, 4.2, 1.9), "lintel", passage("door", 0, 1).portal),
+        Opening.closing(box(4.0, 1, 4.2, 1.9), "gap"),
+        replace(passage("door", 0, 1), polygon=box(4.0, 1, 4.2, 1.9), closed_by="lintel"),
     )
     assert grounds(layout=replace(LAYOUT, candidates=(patch, way))) == {"patch_share": 0.5}
     assert grounds(layout=replace(LAYOUT, candidates=(way,))) == {}
@@ -76,7 +76,7 @@ def test_an_open_house_was_given_its_edge() -> None:
 
 def test_a_lintel_that_the_plan_has_no_door_under() -> None:
     lintels = shapely.union_all([box(4, 1, 4.2, 1.9), box(1, 4, 1.9, 4.2), box(2.5, 4, 2.8, 4.2)])  # the last is narrow
-    under = ClosingCandidate(box(4.0, 1, 4.2, 1.9), "lintel", passage("door", 0, 1).portal)
+    under = replace(passage("door", 0, 1), polygon=box(4.0, 1, 4.2, 1.9), closed_by="lintel")
     evidence = replace(EVIDENCE, lintels=lintels)
     assert grounds(evidence=evidence, layout=replace(LAYOUT, candidates=(under,))) == {"idle_lintel_share": 0.5}
     elsewhere = replace(EVIDENCE, lintels=box(20, 0, 21, 0.2))
@@ -91,7 +91,7 @@ def test_walls_that_stand_beside_no_room() -> None:
 def test_doors_beside_another_and_doors_of_odd_width() -> None:
     twin = replace(SPACES, passages=(*SPACES.passages, passage("door", 1, 0)))
     assert grounds(spaces=twin) == {"twin_door_share": round(1 / 3, 3)}
-    wide = tuple(replace(p, portal=replace(p.portal, width=1.29)) for p in SPACES.passages)
+    wide = tuple(replace(p, width=1.29) for p in SPACES.passages)
     assert grounds(spaces=replace(SPACES, passages=wide)) == {"odd_doors": 0.4}
 
 

@@ -6,16 +6,16 @@ import shapely
 from shapely.affinity import rotate
 
 from pipeline.config import RefineConfig
-from pipeline.geometry.portals import Portal
+from pipeline.geometry.openings import Opening
 from pipeline.stages.refine import straighten_rooms
-from pipeline.values import Passage, Spaces
+from pipeline.values import Spaces
 
 CONFIG = RefineConfig()
 
 
 def house(left: shapely.Polygon, right: shapely.Polygon, depth: float = 0.2) -> Spaces:
-    portal = Portal(np.array([4.1, 1.5]), np.array([0.0, -1.0]), 0.9, depth, (0, 1))
-    return Spaces(shapely.Polygon(), (left, right), (Passage(portal, "door"),))
+    opening = Opening(np.array([4.1, 1.5]), np.array([0.0, -1.0]), 0.9, depth, (0, 1))
+    return Spaces(shapely.Polygon(), (left, right), (opening,))
 
 
 def test_a_wall_of_skewed_slabs_has_one_thickness() -> None:
@@ -25,15 +25,15 @@ def test_a_wall_of_skewed_slabs_has_one_thickness() -> None:
     thick = found.rooms[1].bounds[0] - found.rooms[0].bounds[2]
     assert thick == pytest.approx(0.2, abs=0.01)
     assert [len(r.exterior.coords) - 1 for r in found.rooms] == [4, 4]
-    assert found.passages[0].portal.depth == pytest.approx(thick, abs=1e-9)
+    assert found.passages[0].depth == pytest.approx(thick, abs=1e-9)
 
 
 def test_a_passage_is_fitted_between_the_new_faces() -> None:
     found = straighten_rooms(house(shapely.box(0, 0, 4, 3), shapely.box(4.2, 0, 7, 3), depth=0.14), CONFIG)
-    portal = found.passages[0].portal
-    assert portal.centre == pytest.approx([4.1, 1.5])
-    assert portal.depth == pytest.approx(0.2)
-    assert portal.width == 0.9
+    opening = found.passages[0]
+    assert opening.centre == pytest.approx([4.1, 1.5])
+    assert opening.depth == pytest.approx(0.2)
+    assert opening.width == 0.9
 
 
 def test_rooms_that_meet_under_a_beam_do_not_lap() -> None:

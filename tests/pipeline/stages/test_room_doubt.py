@@ -26,7 +26,7 @@ from pipeline.stages.room_doubt import (
     space_features,
     unlikely_rooms,
 )
-from pipeline.values import Evidence, Layout, Level, SourceOpening, SourceRoom
+from pipeline.values import Evidence, Layout, Level, Opening, SourceRoom
 from tests.builders.houses import Hole, Parts, gap, kinds, level, plan_of, shell, two_rooms, wall, window
 from tests.builders.meshes import box
 from tests.builders.tries import tries
@@ -203,7 +203,7 @@ def test_a_drawing_of_walls_and_doors_has_no_room_without_a_door(
     has_door: bool, rooms: tuple[SourceRoom, ...], expected: bool
 ) -> None:
     walls = Prisms([Prism(shapely.box(*p.bounds[0][:2], *p.bounds[1][:2]), 0.0, 2.5) for p in with_cell(gap(1.0, 1.9))])
-    door = SourceOpening(shapely.box(4.0, 1.0, 4.2, 1.9), has_door=has_door)
+    door = Opening.named(shapely.box(4.0, 1.0, 4.2, 1.9), has_door=has_door)
     house, evidence, layout = found(walls, openings=(door,), only_walls=True, rooms=rooms)
     area = unlikely_rooms(house, evidence, layout, np.zeros(len(layout.spaces)))
     assert area.is_empty if not expected else area.bounds == pytest.approx(CELL, abs=1e-3)

@@ -11,19 +11,19 @@ from houseexpo.floorplan import FloorPlan
 from houseexpo.grids.frame import source_points_from_plan
 from houseexpo.plan import Frame
 from pipeline.geometry.areas import OUTSIDE
-from pipeline.geometry.portals import Portal
+from pipeline.geometry.openings import Opening
 from pipeline.stages.vectorise import vectorise
-from pipeline.values import NamedRoom, Passage, SourceRoom, Spaces
+from pipeline.values import NamedRoom, SourceRoom, Spaces
 from tests.builders.houses import level, shell
 
 LEFT, RIGHT = shapely.box(0, 0, 4, 3), shapely.box(4.2, 0, 7.2, 3)
 
 
-def passage(x: float = 4.1, kind: str = "door", sides: tuple[int, int] = (1, 0), depth: float = 0.2) -> Passage:
-    return Passage(Portal(np.array([x, 1.5]), np.array([0.0, 1.0]), 0.9, depth, sides), kind)
+def passage(x: float = 4.1, kind: str = "door", sides: tuple[int, int] = (1, 0), depth: float = 0.2) -> Opening:
+    return Opening(np.array([x, 1.5]), np.array([0.0, 1.0]), 0.9, depth, sides, kind)
 
 
-def plan_from(shapes: list[shapely.Polygon], *passages: Passage, **values: object) -> FloorPlan:
+def plan_from(shapes: list[shapely.Polygon], *passages: Opening, **values: object) -> FloorPlan:
     house = level(shell((0, 0, 7.2, 3)), **values)
     named = tuple(NamedRoom(r, ("Kitchen",) if k else (), ("Küche",) if k else ()) for k, r in enumerate(shapes))
     return vectorise(house, Spaces(shapely.Polygon(), tuple(shapes), passages), named, {"source": "test"})
@@ -58,7 +58,7 @@ def test_a_cut_says_in_the_provenance_what_speaks_for_its_place() -> None:
 
 @pytest.mark.parametrize("lost", [shapely.box(7.4, 0, 7.404, 3), shapely.box(1, 1, 1.003, 1.003)])
 def test_a_room_that_vanishes_on_the_grid_is_left_out_with_its_doors(lost: shapely.Polygon) -> None:
-    into = Passage(Portal(np.array([7.3, 1.5]), np.array([0.0, 1.0]), 0.9, 0.2, (1, 2)), "door")
+    into = Opening(np.array([7.3, 1.5]), np.array([0.0, 1.0]), 0.9, 0.2, (1, 2), "door")
     plan = plan_from([LEFT, RIGHT, lost], passage(), into)
     assert [room.label for room in plan.rooms] == ["Unlabelled", "Kitchen"]
     assert [sorted(door.rooms) for door in plan.doors] == [[0, 1]]
@@ -117,7 +117,7 @@ def test_oblique_rooms_tile_too(degrees: float) -> None:
     rooms = [rotate(r, degrees, origin=(0, 0)) for r in (LEFT, RIGHT)]
     along = np.array([-np.sin(np.deg2rad(degrees)), np.cos(np.deg2rad(degrees))])
     centre = shapely.get_coordinates(rotate(shapely.Point(4.1, 1.5), degrees, origin=(0, 0)))[0]
-    plan = plan_from(rooms, Passage(Portal(centre, along, 0.9, 0.2, (1, 0)), "door"))
+    plan = plan_from(rooms, Opening(centre, along, 0.9, 0.2, (1, 0), "door"))
     check_rings(plan)
     assert plan.area == pytest.approx(21.18, abs=0.05)
 
@@ -164,8 +164,8 @@ def test_a_door_with_a_spur_that_is_a_cell_wide_on_the_grid_only_stays() -> None
         shapely.box(5.025, 3.026, 9, 8),
         shapely.box(0, 3.026, 4.975, 8),
     )
-    way = Portal(np.array([(5.0 + end) / 2, 3.0]), np.array([1.0, 0.0]), end - 5.0, 0.052, (0, 1))
-    mouth = Portal(np.array([5.0, 4.0135]), np.array([0.0, 1.0]), 1.973, 0.05, (2, 1))
-    plan = plan_from([below, hall, left], Passage(way, "opening"), Passage(mouth, "opening"))
+    way = Opening(np.array([(5.0 + end) / 2, 3.0]), np.array([1.0, 0.0]), end - 5.0, 0.052, (0, 1))
+    mouth = Opening(np.array([5.0, 4.0135]), np.array([0.0, 1.0]), 1.973, 0.05, (2, 1))
+    plan = plan_from([below, hall, left], way, mouth)
     check_rings(plan)
     assert (len(plan.rooms), len(plan.doors)) == (3, 2)

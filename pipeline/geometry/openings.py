@@ -1,4 +1,4 @@
-"""Find portals, the straight strips through a piece of wall from one space to another, and join those in a row."""
+"""Hold an opening; find the straight strips through a piece of wall from one space to another; join those in a row."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import combinations
+from typing import Final, Literal, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -14,7 +15,10 @@ import shapely
 from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
+from houseexpo.plan import DoorKind
 from pipeline.geometry.areas import (
+    EMPTY,
+    OUTSIDE,
     WALL,
     Shapes,
     clip_to_box,
@@ -41,17 +45,39 @@ from pipeline.tolerances import (
 )
 
 # ---------------------------------------------------------------------------------------------------------------------
-# A portal: the straight strip through a wall that joins two spaces, and rows of such strips.
+# An opening: the straight strip through a wall that joins two spaces, and rows of such strips.
 # ---------------------------------------------------------------------------------------------------------------------
 
 Vector = npt.NDArray[np.float64]
 
+NOWHERE: Final = np.full(2, np.nan)
+
+ClosedBy: TypeAlias = Literal[
+    "", "opening", "door", "lintel", "sill", "gap", "gate", "mouth", "rail", "room_edge", "floor_edge", "wall_ends"
+]
+"""What closes an opening in P_g. ``door`` and ``opening`` are known ones. ``gate``: a wide gap, which closes to the
+outside only. ``mouth``: a narrow place between two parts of a room, which are rooms of their own. "" for a cut."""
+GAPS: Final = frozenset({"gap", "gate", "mouth"})
+KNOWN: Final = frozenset({"door", "opening"})
+"""What the source names, or what a leaf shows."""
+
 
 @dataclass(frozen=True, eq=False)
-class Portal:
-    """A strip through a wall: ``centre`` (2,), unit ``along`` the wall and ``across`` it, its width and depth (m).
+class Opening:
+    """A place where two spaces may meet: what all finders yield, what the stages weigh, and what parts or joins rooms.
 
-    ``sides`` are the indices of the two spaces, ``across`` pointing from the first to the second; OUTSIDE may be one.
+    It is a straight strip through a wall: ``centre`` (2,), unit ``along`` the wall and ``across`` it, its width from
+    jamb to jamb and its depth from face to face (m). ``sides`` are the indices of the two spaces that it joins,
+    ``across`` pointing from the first to the second; OUTSIDE may be one.
+
+    ``polygon`` is its plan area: all that closes it in the closed plane P_g, or the place from jamb to jamb that is
+    known for a door. Where only that is known, the width is 0 (``closing``): it may close something, as a corner
+    between two lintels does, but nobody passes it.
+
+    ``closed_by`` says what stands or hangs there, and ``said_by`` who says so: the source names it ("named"), a "leaf"
+    stands in it, or a "recess" under a lintel shows it; "" where the walls show it. ``kind`` is what it is in the plan,
+    an opening until stage ``doors`` has decided. ``why`` says what speaks for the place of a cut. ``confidence`` is the
+    probability that a passage is there, None if nobody has rated it.
     """
 
     centre: Vector
@@ -59,6 +85,39 @@ class Portal:
     width: float
     depth: float
     sides: tuple[int, int]
+    kind: DoorKind = "opening"
+    polygon: Polygon = EMPTY
+    closed_by: ClosedBy = ""
+    said_by: Literal["", "named", "leaf", "recess"] = ""
+    why: str = ""
+    confidence: float | None = None
+
+    @classmethod
+    def closing(
+        cls, polygon: Polygon, closed_by: ClosedBy, said_by: Literal["", "named", "leaf", "recess"] = ""
+    ) -> Opening:
+        """Return an opening of which only the plan area is known."""
+        return cls(NOWHERE, NOWHERE, 0.0, 0.0, (OUTSIDE, OUTSIDE), "opening", polygon, closed_by, said_by)
+
+    @classmethod
+    def named(cls, polygon: Polygon, has_door: bool) -> Opening:
+        """Return an opening that the source names, with or without a door."""
+        return cls.closing(polygon, "door" if has_door else "opening", "named")
+
+    @property
+    def has_door(self) -> bool:
+        """Whether a door is known to be in it."""
+        return self.closed_by == "door"
+
+    @property
+    def is_strip(self) -> bool:
+        """Whether it is known as a strip through a wall, which somebody may pass."""
+        return self.width > 0.0
+
+    @property
+    def leads_outside(self) -> bool:
+        """Whether one side is the outside; such a passage stays closed in the outline."""
+        return OUTSIDE in self.sides
 
     @cached_property
     def across(self) -> Vector:
@@ -103,26 +162,26 @@ class Portal:
         """Return whether a wall stands at both ends, be it in line or crossing; a trim ends in the air."""
         return bool(end_at_walls([self], door_plane)[0])
 
-    def part_between(self, start: float, end: float) -> Portal:
+    def part_between(self, start: float, end: float) -> Opening:
         """Return the part between two distances (metres) along the wall from the centre."""
         return replace(self, centre=self.centre + self.along * (start + end) / 2, width=end - start)
 
 
-def portal_strips(portals: Sequence[Portal], *, deeper_m: float | Vector = 0.0, wider_m: float = 0.0) -> Shapes:
-    """Return the ``strip`` of each portal (n,); ``deeper_m`` may be one for each of them (n, 1)."""
-    centre, along, sizes = portals_as_arrays(portals)
+def strips_of(openings: Sequence[Opening], *, deeper_m: float | Vector = 0.0, wider_m: float = 0.0) -> Shapes:
+    """Return the ``strip`` of each opening (n,); ``deeper_m`` may be one for each of them (n, 1)."""
+    centre, along, sizes = openings_as_arrays(openings)
     return _rectangles(centre, along, sizes[:, :1] + wider_m, sizes[:, 1:] + deeper_m)
 
 
-def portals_as_arrays(portals: Sequence[Portal]) -> tuple[Vector, Vector, Vector]:
-    """Return the centres, the directions, and half the widths and depths of portals, (n, 2) each."""
-    each = [(portal.centre, portal.along, (portal.width / 2, portal.depth / 2)) for portal in portals]
+def openings_as_arrays(openings: Sequence[Opening]) -> tuple[Vector, Vector, Vector]:
+    """Return the centres, the directions, and half the widths and depths of openings, (n, 2) each."""
+    each = [(opening.centre, opening.along, (opening.width / 2, opening.depth / 2)) for opening in openings]
     centre, along, sizes = np.array(each, np.float64).reshape(-1, 3, 2).transpose(1, 0, 2)
     return centre, along, sizes
 
 
 def turn_left(along: Vector) -> Vector:
-    """Return directions (n, 2) turned by a right angle, as ``Portal.across`` is."""
+    """Return directions (n, 2) turned by a right angle, as ``Opening.across`` is."""
     return np.stack([-along[:, 1], along[:, 0]], axis=1)
 
 
@@ -133,33 +192,33 @@ def _rectangles(centre: Vector, along: Vector, half_width: Vector, half_depth: V
     return np.atleast_1d(shapely.polygons(np.stack([a - half, b - half, b + half, a + half], axis=1)))
 
 
-def end_at_walls(portals: Sequence[Portal], door_plane: BaseGeometry) -> npt.NDArray[np.bool_]:
-    """Return for each portal (n,) whether a wall stands at both ends, be it in line or crossing."""
+def end_at_walls(openings: Sequence[Opening], door_plane: BaseGeometry) -> npt.NDArray[np.bool_]:
+    """Return for each opening (n,) whether a wall stands at both ends, be it in line or crossing."""
     shapely.prepare(door_plane)
-    centre, along, sizes = portals_as_arrays(portals)
+    centre, along, sizes = openings_as_arrays(openings)
     half = along * sizes[:, :1]
     ends = np.stack([centre - half - along * STAND_M, centre + half + along * STAND_M], axis=1)
     return np.asarray(shapely.intersects_xy(door_plane, ends[:, :, 0], ends[:, :, 1]).all(axis=1), np.bool_)
 
 
-def strips_before(portals: Sequence[Portal], sides: Sequence[int], depth_m: float, *, off_m: float = 0.0) -> Shapes:
-    """Return the floor before one face of each portal (n,), on its side -1 or 1, as deep as ``depth_m``.
+def strips_before(openings: Sequence[Opening], sides: Sequence[int], depth_m: float, *, off_m: float = 0.0) -> Shapes:
+    """Return the floor before one face of each opening (n,), on its side -1 or 1, as deep as ``depth_m``.
 
     It begins ``off_m`` from the face.
     """
-    centre, along, sizes = portals_as_arrays(portals)
+    centre, along, sizes = openings_as_arrays(openings)
     away = np.array(sides, np.float64)[:, None] * turn_left(along) * (sizes[:, 1:] + off_m + depth_m / 2)
-    return _rectangles(centre + away, along, sizes[:, :1], np.full((len(portals), 1), depth_m / 2))
+    return _rectangles(centre + away, along, sizes[:, :1], np.full((len(openings), 1), depth_m / 2))
 
 
-def join_portals_in_rows(found: list[Portal], door_plane: BaseGeometry) -> list[Portal]:
-    """One portal for neighbours in a row between the same spaces: a beam with posts is one passage, not ten.
+def join_in_rows(found: list[Opening], door_plane: BaseGeometry) -> list[Opening]:
+    """One opening for neighbours in a row between the same spaces: a beam with posts is one passage, not ten.
 
     Two are neighbours if they are parallel, each lies in the other's depth, and nothing stands between their ends. The
     whole is as deep as the deepest of them, except what is ``TWICE`` as deep as the widest.
     """
     rest = sorted(found, key=lambda b: -b.width)
-    result: list[Portal] = []
+    result: list[Opening] = []
     while rest:
         whole = rest.pop(0)
         while (k := next((k for k, b in enumerate(rest) if _neighbours(whole, b, door_plane)), None)) is not None:
@@ -168,7 +227,7 @@ def join_portals_in_rows(found: list[Portal], door_plane: BaseGeometry) -> list[
     return result
 
 
-def _offsets(whole: Portal, other: Portal) -> tuple[float, float, float]:
+def _offsets(whole: Opening, other: Opening) -> tuple[float, float, float]:
     """Where ``other`` starts and ends along ``whole`` from its centre, and how far aside its centre line lies."""
     half = abs(dot_product(other.along, whole.along)) * other.width / 2
     to = other.centre - whole.centre
@@ -179,7 +238,7 @@ def _offsets(whole: Portal, other: Portal) -> tuple[float, float, float]:
     )
 
 
-def _neighbours(whole: Portal, other: Portal, door_plane: BaseGeometry) -> bool:
+def _neighbours(whole: Opening, other: Opening, door_plane: BaseGeometry) -> bool:
     apart = distance_in_row(whole, other)
     if apart is None or apart > PLACE_M:
         return False
@@ -191,8 +250,8 @@ def _neighbours(whole: Portal, other: Portal, door_plane: BaseGeometry) -> bool:
     return bool(shapely.intersection(between.strip(), door_plane).area < 0.1 * between.strip().area)
 
 
-def distance_in_row(whole: Portal, other: Portal) -> float | None:
-    """Metres between the near ends of two portals between the same spaces, or None if they are not in one row."""
+def distance_in_row(whole: Opening, other: Opening) -> float | None:
+    """Metres between the near ends of two openings between the same spaces, or None if they are not in one row."""
     if set(whole.sides) != set(other.sides) or abs(dot_product(whole.along, other.along)) < PARALLEL:
         return None
     start, end, aside = _offsets(whole, other)
@@ -201,7 +260,7 @@ def distance_in_row(whole: Portal, other: Portal) -> float | None:
     return max(start - whole.width / 2, -whole.width / 2 - end)
 
 
-def hull_of_row(whole: Portal, other: Portal) -> Portal:
+def hull_of_row(whole: Opening, other: Opening) -> Opening:
     """Return the strip from the far end of one to that of another in its row, as deep as the deeper of the two.
 
     What is ``TWICE`` as deep as ``whole`` does not deepen it.
@@ -214,16 +273,16 @@ def hull_of_row(whole: Portal, other: Portal) -> Portal:
     return replace(wider, centre=wider.centre + wider.across * (near + far) / 2, depth=far - near)
 
 
-def free_intervals(portal: Portal, standing: BaseGeometry) -> list[tuple[float, float]]:
+def free_intervals(opening: Opening, standing: BaseGeometry) -> list[tuple[float, float]]:
     """Stretches (start, end) along the strip, metres from its centre, free of what is ``standing`` in it."""
     blocked = shapely.get_parts(standing)
     taken: list[tuple[float, float]] = []
     for part in blocked:
-        points = shapely.get_coordinates(part) - portal.centre
-        across, along = dot_product(points, portal.across), dot_product(points, portal.along)
+        points = shapely.get_coordinates(part) - opening.centre
+        across, along = dot_product(points, opening.across), dot_product(points, opening.along)
         if len(points) and np.ptp(across) > STAND_M:
             taken.append((float(along.min()), float(along.max())))
-    free, at, half = [], -portal.width / 2, portal.width / 2
+    free, at, half = [], -opening.width / 2, opening.width / 2
     for start, end in [*sorted(taken), (half, half)]:
         if start - at > STAND_M:
             free.append((at, start))
@@ -236,7 +295,7 @@ def free_intervals(portal: Portal, standing: BaseGeometry) -> list[tuple[float, 
 #
 # A lintel, a sill or the filling of a gap is a piece of wall that stands in one plane and not in the other. Its outline
 # is walked; each stretch of it faces a room, the outside, or more wall. Two stretches that face each other across the
-# piece and look into different spaces bound a *portal*: the strip between them, as far as nothing stands there in the
+# piece and look into different spaces bound a *opening*: the strip between them, as far as nothing stands there in the
 # door plane.
 # ---------------------------------------------------------------------------------------------------------------------
 
@@ -252,9 +311,9 @@ class _Stretch:
     faces: int
 
 
-def find_portals(
+def find_strips(
     pieces: Sequence[Polygon], rooms: list[Polygon], walls: BaseGeometry, door_plane: BaseGeometry
-) -> list[list[Portal]]:
+) -> list[list[Opening]]:
     """For each of the pieces all strips through it that join two different spaces.
 
     Parameters
@@ -262,7 +321,7 @@ def find_portals(
     pieces
         Wall that does not stand in the door plane.
     rooms
-        The closed spaces; a portal's ``sides`` are indices into them, or OUTSIDE.
+        The closed spaces; an opening's ``sides`` are indices into them, or OUTSIDE.
     walls
         All walls of the closed plane, the pieces included.
     door_plane
@@ -278,18 +337,18 @@ def find_portals(
         return [[] for _ in pieces]
     of_piece = np.array([k for k, _ in facing])
     near = _pieces_near(pieces, door_plane)
-    strips = portal_strips([whole for _, whole in facing])
+    strips = strips_of([whole for _, whole in facing])
     filled = shapely.area(intersect_pairs(strips, np.array(pieces, dtype=np.object_)[of_piece]))
     standing = intersect_pairs(strips, near[of_piece])
     real = filled + shapely.area(standing) >= NEARLY_ALL * shapely.area(strips)
-    found: list[list[Portal]] = [[] for _ in pieces]
+    found: list[list[Opening]] = [[] for _ in pieces]
     for j in np.flatnonzero(real).tolist():
         k, whole = facing[j]
         free = free_intervals(whole, drop_lines_and_points(standing[j]))
         if not free:  # a film that rounding left before a doorway
             free = free_intervals(whole, drop_thin_parts(drop_lines_and_points(standing[j]), HAIR_M))
         found[k] += [whole.part_between(s, e) for s, e in free]
-    return [join_portals_in_rows(each, plane) for each, plane in zip(found, near, strict=True)]
+    return [join_in_rows(each, plane) for each, plane in zip(found, near, strict=True)]
 
 
 def _pieces_near(pieces: Sequence[Polygon], door_plane: BaseGeometry) -> Shapes:
@@ -327,7 +386,7 @@ def _stretches(pieces: Sequence[Polygon], rooms: list[Polygon], walls: BaseGeome
     return found
 
 
-def _strip_across(first: _Stretch, second: _Stretch) -> Portal | None:
+def _strip_across(first: _Stretch, second: _Stretch) -> Opening | None:
     """Return the strip from one stretch to the other, or None if they see one space or do not face each other."""
     if first.faces == second.faces:
         return None
@@ -345,4 +404,4 @@ def _strip_across(first: _Stretch, second: _Stretch) -> Portal | None:
         return None
     middle = dot_product((first.a + first.b) / 2 + (second.a + second.b) / 2, across) / 2
     centre = along * (low + high) / 2 + across * middle
-    return Portal(centre, along, float(high - low), depth, (first.faces, second.faces))
+    return Opening(centre, along, float(high - low), depth, (first.faces, second.faces))

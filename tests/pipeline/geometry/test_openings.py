@@ -6,19 +6,19 @@ import shapely
 
 from pipeline.geometry.areas import OUTSIDE, enclosed_pieces
 from pipeline.geometry.doorway_cuts import CutRules, cut_walls_along_lines
-from pipeline.geometry.portals import (
-    Portal,
+from pipeline.geometry.openings import (
+    Opening,
     distance_in_row,
     end_at_walls,
-    find_portals,
+    find_strips,
     free_intervals,
-    join_portals_in_rows,
-    portal_strips,
+    join_in_rows,
     strips_before,
+    strips_of,
 )
-from pipeline.geometry.rooms_and_passages import fit_portals_to_rooms, portal_polygons
+from pipeline.geometry.rooms_and_passages import fit_to_rooms, polygons_between_rooms
 from pipeline.geometry.walkable_floor import erode_floor, nearest_piece, sample_points, walkable_floor
-from pipeline.values import Passage, Spaces
+from pipeline.values import Spaces
 
 SHELL = shapely.box(-0.2, -0.2, 7.4, 3.2).difference(shapely.box(0, 0, 7.2, 3))
 UPPER, LOWER = shapely.box(4.0, 1.9, 4.2, 3.0), shapely.box(4.0, 0.0, 4.2, 1.0)
@@ -26,52 +26,52 @@ DOOR = shapely.union_all([SHELL, UPPER, LOWER])
 LINTEL = shapely.box(4.0, 1.0, 4.2, 1.9)
 
 
-def found(piece: shapely.Polygon, door: shapely.Geometry = DOOR) -> list[Portal]:
+def found(piece: shapely.Polygon, door: shapely.Geometry = DOOR) -> list[Opening]:
     plane, rooms = enclosed_pieces(shapely.union_all([door, piece]))
-    return find_portals([piece], rooms, plane, door)[0]
+    return find_strips([piece], rooms, plane, door)[0]
 
 
-def test_a_lintel_is_a_portal_from_face_to_face() -> None:
-    (portal,) = found(LINTEL)
-    assert portal.centre == pytest.approx([4.1, 1.45])
-    assert (portal.width, portal.depth) == (pytest.approx(0.9), pytest.approx(0.2))
-    assert set(portal.sides) == {0, 1}
-    assert portal.strip().symmetric_difference(LINTEL).area < 1e-9
-    assert sorted(portal.segment[:, 1].tolist()) == pytest.approx([1.0, 1.9])
-    assert portal.has_jamb(DOOR)
-    assert portal.has_two_jambs(DOOR)
-    assert not portal.has_two_jambs(DOOR.difference(LOWER))
+def test_a_lintel_is_an_opening_from_face_to_face() -> None:
+    (opening,) = found(LINTEL)
+    assert opening.centre == pytest.approx([4.1, 1.45])
+    assert (opening.width, opening.depth) == (pytest.approx(0.9), pytest.approx(0.2))
+    assert set(opening.sides) == {0, 1}
+    assert opening.strip().symmetric_difference(LINTEL).area < 1e-9
+    assert sorted(opening.segment[:, 1].tolist()) == pytest.approx([1.0, 1.9])
+    assert opening.has_jamb(DOOR)
+    assert opening.has_two_jambs(DOOR)
+    assert not opening.has_two_jambs(DOOR.difference(LOWER))
 
 
 def test_a_film_that_rounding_left_shuts_nothing() -> None:
     lapping = LINTEL.buffer(0.002, join_style="mitre")  # so that the film joins what it has of both jambs
-    (portal,) = found(lapping, shapely.union_all([DOOR, shapely.box(4.0, 1.0, 4.0 + 1e-9, 1.9)]))
-    assert portal.width == pytest.approx(0.9, abs=0.01)
+    (opening,) = found(lapping, shapely.union_all([DOOR, shapely.box(4.0, 1.0, 4.0 + 1e-9, 1.9)]))
+    assert opening.width == pytest.approx(0.9, abs=0.01)
     assert found(lapping, shapely.union_all([DOOR, shapely.box(4.0, 1.0, 4.1, 1.9)])) == []
 
 
 def test_across_points_from_the_first_side_to_the_second() -> None:
-    (portal,) = found(LINTEL)
+    (opening,) = found(LINTEL)
     rooms = enclosed_pieces(DOOR.union(LINTEL))[1]
-    for side, sign in zip(portal.sides, (-1, 1), strict=True):
-        assert rooms[side].contains(shapely.Point(portal.centre + sign * 0.2 * portal.across))
+    for side, sign in zip(opening.sides, (-1, 1), strict=True):
+        assert rooms[side].contains(shapely.Point(opening.centre + sign * 0.2 * opening.across))
 
 
 def test_a_lintel_in_an_outer_wall_leads_outside() -> None:
     hole = shapely.box(1, -0.2, 2, 0)
-    (portal,) = found(hole, DOOR.union(LINTEL).difference(hole))
-    assert OUTSIDE in portal.sides
+    (opening,) = found(hole, DOOR.union(LINTEL).difference(hole))
+    assert OUTSIDE in opening.sides
 
 
 @pytest.mark.parametrize("step", [(4.2, 1.0, 5.0, 1.2), (4.2, 1.3, 5.0, 1.5), (4.2, 1.7, 5.0, 1.9)])
 def test_a_step_that_hangs_before_a_lintel_is_no_part_of_the_wall(step: tuple[float, float, float, float]) -> None:
-    (portal,) = found(LINTEL.union(shapely.box(*step)))
-    assert portal.strip().symmetric_difference(LINTEL).area < 1e-3
+    (opening,) = found(LINTEL.union(shapely.box(*step)))
+    assert opening.strip().symmetric_difference(LINTEL).area < 1e-3
 
 
 def test_a_lintel_thicker_for_a_part_of_it_is_as_deep_as_that() -> None:
-    (portal,) = found(LINTEL.union(shapely.box(4.2, 1.6, 4.3, 1.9)))
-    assert (portal.width, portal.depth) == (pytest.approx(0.9), pytest.approx(0.3))
+    (opening,) = found(LINTEL.union(shapely.box(4.2, 1.6, 4.3, 1.9)))
+    assert (opening.width, opening.depth) == (pytest.approx(0.9), pytest.approx(0.3))
 
 
 def test_a_shelf_in_a_room_is_none() -> None:
@@ -80,29 +80,29 @@ def test_a_shelf_in_a_room_is_none() -> None:
 
 def test_an_oblique_lintel() -> None:
     turn = [shapely.affinity.rotate(g, 17, origin=(0, 0)) for g in (LINTEL, DOOR)]
-    (portal,) = found(*turn)
-    assert (portal.width, portal.depth) == (pytest.approx(0.9, abs=1e-6), pytest.approx(0.2, abs=1e-6))
-    assert abs(portal.along @ [-np.sin(np.deg2rad(17)), np.cos(np.deg2rad(17))]) == pytest.approx(1)
+    (opening,) = found(*turn)
+    assert (opening.width, opening.depth) == (pytest.approx(0.9, abs=1e-6), pytest.approx(0.2, abs=1e-6))
+    assert abs(opening.along @ [-np.sin(np.deg2rad(17)), np.cos(np.deg2rad(17))]) == pytest.approx(1)
 
 
 def test_a_strip_wider_and_deeper() -> None:
-    portal = Portal(np.array([1.0, 2.0]), np.array([1.0, 0.0]), 0.8, 0.2, (0, 1))
-    assert portal.strip(deeper_m=0.1, wider_m=0.2).bounds == pytest.approx((0.4, 1.8, 1.6, 2.2))
-    assert portal.part_between(-0.4, 0.0).strip().bounds == pytest.approx((0.6, 1.9, 1.0, 2.1))
+    opening = Opening(np.array([1.0, 2.0]), np.array([1.0, 0.0]), 0.8, 0.2, (0, 1))
+    assert opening.strip(deeper_m=0.1, wider_m=0.2).bounds == pytest.approx((0.4, 1.8, 1.6, 2.2))
+    assert opening.part_between(-0.4, 0.0).strip().bounds == pytest.approx((0.6, 1.9, 1.0, 2.1))
 
 
 def test_what_stands_in_a_strip_divides_it() -> None:
-    portal = Portal(np.array([0.0, 0.0]), np.array([1.0, 0.0]), 2.0, 0.2, (0, 1))
+    opening = Opening(np.array([0.0, 0.0]), np.array([1.0, 0.0]), 2.0, 0.2, (0, 1))
     post = shapely.box(-0.1, -0.1, 0.1, 0.1)
-    assert free_intervals(portal, post) == [pytest.approx((-1.0, -0.1)), pytest.approx((0.1, 1.0))]
-    assert free_intervals(portal, shapely.Polygon()) == [(-1.0, 1.0)]
+    assert free_intervals(opening, post) == [pytest.approx((-1.0, -0.1)), pytest.approx((0.1, 1.0))]
+    assert free_intervals(opening, shapely.Polygon()) == [(-1.0, 1.0)]
 
 
 @pytest.mark.parametrize(("apart", "sides", "number"), [(0.3, (0, 1), 1), (0.3, (0, 2), 2), (0.8, (0, 1), 2)])
-def test_neighbours_in_a_row_are_one_portal(apart: float, sides: tuple[int, int], number: int) -> None:
-    first = Portal(np.array([0.0, 0.0]), np.array([1.0, 0.0]), 1.0, 0.2, (0, 1))
-    second = Portal(np.array([1.0 + apart, 0.02]), np.array([1.0, 0.0]), 1.0, 0.2, sides)
-    result = join_portals_in_rows([first, second], shapely.Polygon())
+def test_neighbours_in_a_row_are_one_opening(apart: float, sides: tuple[int, int], number: int) -> None:
+    first = Opening(np.array([0.0, 0.0]), np.array([1.0, 0.0]), 1.0, 0.2, (0, 1))
+    second = Opening(np.array([1.0 + apart, 0.02]), np.array([1.0, 0.0]), 1.0, 0.2, sides)
+    result = join_in_rows([first, second], shapely.Polygon())
     assert len(result) == number
     if number == 1:
         assert result[0].width == pytest.approx(2.0 + apart)
@@ -110,10 +110,10 @@ def test_neighbours_in_a_row_are_one_portal(apart: float, sides: tuple[int, int]
 
 
 def test_the_distance_in_a_row() -> None:
-    first = Portal(np.array([0.0, 0.0]), np.array([1.0, 0.0]), 1.0, 0.2, (0, 1))
-    second = Portal(np.array([0.0, 1.5]), np.array([1.0, 0.0]), 1.0, 0.2, (0, 1))
-    crossing = Portal(np.array([1.0, 0.0]), np.array([0.0, 1.0]), 1.0, 0.2, (0, 1))
-    in_row = Portal(np.array([-2.0, 0.0]), np.array([-1.0, 0.0]), 1.0, 0.2, (1, 0))
+    first = Opening(np.array([0.0, 0.0]), np.array([1.0, 0.0]), 1.0, 0.2, (0, 1))
+    second = Opening(np.array([0.0, 1.5]), np.array([1.0, 0.0]), 1.0, 0.2, (0, 1))
+    crossing = Opening(np.array([1.0, 0.0]), np.array([0.0, 1.0]), 1.0, 0.2, (0, 1))
+    in_row = Opening(np.array([-2.0, 0.0]), np.array([-1.0, 0.0]), 1.0, 0.2, (1, 0))
     assert distance_in_row(first, second) is None
     assert distance_in_row(first, crossing) is None
     assert distance_in_row(first, in_row) == pytest.approx(1.0)
@@ -122,50 +122,50 @@ def test_the_distance_in_a_row() -> None:
 ROOMS = [shapely.box(0, 0, 4, 3), shapely.box(4.2, 0, 7.2, 3)]
 
 
-def portal(x: float, depth: float, sides: tuple[int, int] = (1, 0)) -> Portal:
+def strip_at(x: float, depth: float, sides: tuple[int, int] = (1, 0)) -> Opening:
     """Across a wall at ``x``, 0.8 m wide; across points left, as along points up."""
-    return Portal(np.array([x, 1.5]), np.array([0.0, 1.0]), 0.8, depth, sides)
+    return Opening(np.array([x, 1.5]), np.array([0.0, 1.0]), 0.8, depth, sides)
 
 
-def test_a_portal_reaches_from_face_to_face() -> None:
+def test_an_opening_reaches_from_face_to_face() -> None:
     for x, depth in ((4.1, 0.3), (4.08, 0.1), (4.12, 0.22)):
-        (found,) = fit_portals_to_rooms([portal(x, depth)], ROOMS)
+        (found,) = fit_to_rooms([strip_at(x, depth)], ROOMS)
         assert found.centre == pytest.approx([4.1, 1.5])
         assert found.depth == pytest.approx(0.2)
 
 
 def test_on_the_outside_it_stays_where_it_was() -> None:
-    (found,) = fit_portals_to_rooms([portal(7.3, 0.14, (OUTSIDE, 1))], ROOMS)
+    (found,) = fit_to_rooms([strip_at(7.3, 0.14, (OUTSIDE, 1))], ROOMS)
     assert (found.centre[0] - found.depth / 2, found.centre[0] + found.depth / 2) == pytest.approx((7.2, 7.37))
 
 
 def test_the_opening_lies_between_the_two_faces() -> None:
-    (opening,) = portal_polygons([portal(4.1, 0.2)], ROOMS)
+    (opening,) = polygons_between_rooms([strip_at(4.1, 0.2)], ROOMS)
     assert opening.symmetric_difference(shapely.box(4.0, 1.1, 4.2, 1.9)).area < 1e-6
 
 
 def test_the_opening_follows_faces_that_are_not_parallel() -> None:
     wedge = shapely.Polygon([(4.2, 0), (7.2, 0), (7.2, 3), (4.3, 3)])
-    (opening,) = portal_polygons([portal(4.13, 0.25)], [ROOMS[0], wedge])
+    (opening,) = polygons_between_rooms([strip_at(4.13, 0.25)], [ROOMS[0], wedge])
     assert opening.area == pytest.approx(0.8 * (0.2 + 0.1 * 0.5), rel=0.01)
     assert opening.touches(wedge) or opening.intersection(wedge).area < 1e-6
 
 
-def test_strips_of_portals_and_the_floor_before_them() -> None:
-    between, outer = portal(4.1, 0.2), Portal(np.array([6.0, -0.1]), np.array([1.0, 0.0]), 1.0, 0.2, (OUTSIDE, 1))
-    strips = portal_strips([between, outer], deeper_m=0.1, wider_m=0.2)
+def test_strips_of_openings_and_the_floor_before_them() -> None:
+    between, outer = strip_at(4.1, 0.2), Opening(np.array([6.0, -0.1]), np.array([1.0, 0.0]), 1.0, 0.2, (OUTSIDE, 1))
+    strips = strips_of([between, outer], deeper_m=0.1, wider_m=0.2)
     assert strips[0].equals(between.strip(deeper_m=0.1, wider_m=0.2))
     assert strips[1].symmetric_difference(shapely.box(5.3, -0.3, 6.7, 0.1)).area < 1e-9
     left, inner = strips_before([between, outer], [1, 1], 0.6)
     assert left.symmetric_difference(shapely.box(3.4, 1.1, 4.0, 1.9)).area < 1e-9
     assert inner.symmetric_difference(shapely.box(5.5, 0.0, 6.5, 0.6)).area < 1e-9
     assert end_at_walls([between, outer], UPPER.union(shapely.box(4.0, 0.0, 4.2, 1.1))).tolist() == [True, False]
-    assert len(portal_strips([])) == len(strips_before([], [], 0.6)) == len(end_at_walls([], UPPER)) == 0
+    assert len(strips_of([])) == len(strips_before([], [], 0.6)) == len(end_at_walls([], UPPER)) == 0
 
 
 def test_a_house_without_passages_needs_no_fitting() -> None:
-    assert fit_portals_to_rooms([], ROOMS) == []
-    assert portal_polygons([], ROOMS) == []
+    assert fit_to_rooms([], ROOMS) == []
+    assert polygons_between_rooms([], ROOMS) == []
 
 
 TWO_ROOMS = (shapely.box(0, 0, 4, 3), shapely.box(4.2, 0, 7.2, 3))
@@ -173,8 +173,8 @@ TWO_ROOMS = (shapely.box(0, 0, 4, 3), shapely.box(4.2, 0, 7.2, 3))
 
 def spaces(width: float, kind: str = "door") -> Spaces:
     sides = (0, OUTSIDE) if kind == "entrance" else (0, 1)
-    portal = Portal(np.array([4.1, 1.5]), np.array([0.0, -1.0]), width, 0.2, sides)
-    return Spaces(shapely.Polygon(), TWO_ROOMS, (Passage(portal, kind),))
+    opening = Opening(np.array([4.1, 1.5]), np.array([0.0, -1.0]), width, 0.2, sides, kind)
+    return Spaces(shapely.Polygon(), TWO_ROOMS, (opening,))
 
 
 @pytest.mark.parametrize(
@@ -213,7 +213,7 @@ RULES = CutRules(width_m=0.8, deepest_m=1.5)
 
 def cuts(
     line: object, floor: shapely.Geometry = FLOOR, walls: shapely.Geometry = WALLS, rules: CutRules = RULES
-) -> list[Portal]:
+) -> list[Opening]:
     return [
         cut for _, cut in cut_walls_along_lines(np.array([line], float), erode_floor(floor, 0.2), floor, walls, rules)
     ]
