@@ -1,9 +1,11 @@
-"""How many examples a property is tried on: in the quick run a half of what the whole run tries."""
+"""What the quick run tries: half as many examples of a property as the whole run, and some values of a parameter."""
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any
 
+import pytest
 from hypothesis import settings
 
 _share = 1.0
@@ -18,3 +20,8 @@ def try_half() -> None:
 def tries(number: int, **more: Any) -> settings:
     """Return the settings of a property that the whole run tries on so many examples, without a time limit for one."""
     return settings(max_examples=max(round(number * _share), 1), deadline=None, **more)
+
+
+def slow_but(values: Iterable[Any], *quick: Any) -> list[Any]:
+    """Return the values of a parameter, of which the quick run tries these alone."""
+    return [value if value in quick else pytest.param(value, marks=pytest.mark.slow) for value in values]

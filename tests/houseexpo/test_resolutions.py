@@ -17,8 +17,6 @@ from houseexpo.errors import ConfigError, HouseExpoError, PlanError
 from houseexpo.exports import export
 from houseexpo.floorplan import FloorPlan
 from houseexpo.grids.frame import GridFrame
-from houseexpo.pseudoslam import SimulatorConfig
-from houseexpo.pseudoslam.config import ObservationConfig
 from houseexpo.pseudoslam.worlds.maps import map_house
 from houseexpo.pseudoslam.worlds.world import make_world
 from houseexpo.service.api.analysis import clearance_picture
@@ -119,14 +117,6 @@ def test_worlds_refuse_a_grid_without_a_place_for_the_robot_or_with_too_many_cel
     plan = SMALL if scale < 1 else FloorPlan("hall", [(0, 0), (0, 90), (90, 90), (90, 0)], 1, {})
     with pytest.raises(HouseExpoError, match=r"px/m|pixels_per_metre"):
         make_world(plan, scale, 0.2, 5.0)
-
-
-def test_a_configuration_refuses_it_before_a_world_is_made() -> None:
-    for scale in (1e-9, 1e9, 1e308):
-        with pytest.raises(ConfigError, match=r"pixels_per_metre|two cells"):
-            SimulatorConfig(pixels_per_metre=scale)
-    with pytest.raises(ConfigError, match="cells"):
-        SimulatorConfig(pixels_per_metre=200.0, observation=ObservationConfig(size_m=1e6))
 
 
 @pytest.mark.parametrize("side_m", [1e9, 11.0, 1e-9])

@@ -130,6 +130,7 @@ def _check_other_words(level: Level, before: FloorPlan, most: int) -> int:
     return count
 
 
+@pytest.mark.slow
 def test_fifteen_doors_drawn_in_made_homes_open_fifteen_walls() -> None:
     drawn = 0
     for level in levels("procedural:16?style=published"):

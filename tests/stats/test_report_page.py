@@ -177,8 +177,3 @@ def test_help_imports_nothing_heavy() -> None:
     code = "import sys; from houseexpo.commands.app import make_app; make_app(); print(*sys.modules)"
     done = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True)
     assert not {"matplotlib", "jinja2", "shapely", "scipy", "networkx", "pyarrow"} & set(done.stdout.split())
-
-
-def test_python_dash_m_is_the_command(folder: Path) -> None:
-    done = subprocess.run([sys.executable, "-m", "stats", folder], check=True, capture_output=True, text=True)
-    assert "5 plans" in done.stdout

@@ -59,10 +59,6 @@ def test_the_build_finds_it_by_its_entry_point() -> None:
     assert isinstance(new_summaries()["plans"], PlanSummary)
 
 
-def test_an_empty_summary_reports() -> None:
-    assert PlanSummary().report()["rooms"] == {"count": 0}
-
-
 def test_measured_reach_fits_in() -> None:
     plan = published()
     summary = PlanSummary()

@@ -38,16 +38,6 @@ def two_rooms(width: float) -> shapely.Geometry:
     return shapely.union_all([shapely.box(0, 0, 4, 4), shapely.box(4, 1, 5, 1 + width), shapely.box(5, 0, 8, 4)])
 
 
-def test_a_door_is_a_passage_at_either_end():
-    found = find_passages(two_rooms(0.8))
-    assert found.radius[:2].tolist() == pytest.approx([0.4, 0.4])
-    np.testing.assert_allclose(sorted(found.middle[:2].tolist()), [[4.0, 1.4], [5.0, 1.4]])
-
-
-def test_no_passage_where_nothing_juts_in():
-    assert len(find_passages(shapely.box(0, 0, 0.3, 9)).radius) == 0
-
-
 def test_an_inner_corner_and_the_wall_across_are_a_passage():
     shape = shapely.Polygon([(0, 0), (5, 0), (5, 2), (2, 2), (2, 5), (0, 5)])
     assert listed(shape) == [(1.0, 1.0, 2.0), (1.0, 2.0, 1.0)]

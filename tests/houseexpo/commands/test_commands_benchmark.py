@@ -20,13 +20,6 @@ def called(*words: object) -> Result:
     return CliRunner().invoke(make_app(), ["benchmark", *map(str, words)])
 
 
-def test_help_names_both_commands() -> None:
-    said = called("--help")
-    assert said.exit_code == 0
-    assert "compare" in said.output
-    assert "--decision-limit" in called("run", "--help").output
-
-
 @pytest.mark.slow
 def test_a_policy_is_run_and_compared(tmp_path: Path) -> None:
     words = ("run", "--track", "avoidance", "--plans", 2, "--workers", 1)

@@ -20,7 +20,6 @@ from houseexpo.plan.json_codec import encode
 from houseexpo.pseudoslam.agents.policies import make_policy
 from houseexpo.pseudoslam.config import SimulatorConfig, StartConfig
 from houseexpo.pseudoslam.envs.single import ExplorationEnv
-from houseexpo.pseudoslam.io import movies
 from houseexpo.pseudoslam.io.movies import write_movie
 from houseexpo.pseudoslam.io.races import record_race
 from houseexpo.pseudoslam.io.record import record_episode
@@ -198,12 +197,6 @@ def test_what_cannot_be_is_refused(tmp_path: Path) -> None:
     with pytest.raises(ConfigError, match="policy 'bounce': expected an environment with discrete actions"):
         make_policy("bounce", ExplorationEnv(ROOM, CONFIG, actions="continuous"))
     assert not list(tmp_path.iterdir())
-
-
-def test_the_palette_fits_a_gif() -> None:
-    palette = movies._palette()
-    assert palette.shape[1] == 3
-    assert len(palette) <= 256
 
 
 def test_policies_go_side_by_side(tmp_path: Path) -> None:

@@ -6,7 +6,6 @@ import codecs
 import json
 import logging
 import os
-import re
 import subprocess
 import sys
 from importlib.metadata import EntryPoint
@@ -106,13 +105,6 @@ def test_info_and_validate_answer_programs(data, two_rooms, tmp_path, monkeypatc
     assert found["rules"]["identity"] == {"findings": 1, "plans": 1}
 
 
-def test_info_speaks_plainly(furnished, tmp_path):
-    (tmp_path / "plan.json").write_bytes(encode(furnished))
-    said = call("info", tmp_path / "plan.json")
-    assert "None" not in said
-    assert "1 pieces" not in said
-
-
 @pytest.mark.parametrize(
     ("given", "expected"),
     [
@@ -143,12 +135,6 @@ def test_a_word_that_is_no_file_and_can_be_no_id_is_named(tmp_path, monkeypatch)
     monkeypatch.setenv("HOUSEEXPO_CACHE", str(tmp_path / "cache"))
     for words in (("info", "plan"), ("show", "plan", "--out", tmp_path / "sheet.svg")):
         assert "plan: no such file or folder, and no data set in which it could be an id" in call(*words, code=2)
-
-
-def test_help_names_every_command():
-    listed = call("--help")
-    for entry in ("benchmark", "build", "info", "inspect", "serve"):
-        assert re.search(rf"^│ {entry} ", listed, re.MULTILINE), entry
 
 
 def test_a_reader_who_has_seen_enough_is_no_error(data, tmp_path):
@@ -230,10 +216,6 @@ def test_completion_is_offered():
     asked = {"_HOUSEEXPO_COMPLETE": "complete_bash", "COMP_WORDS": "houseexpo va", "COMP_CWORD": "1"}
     done = CliRunner().invoke(app.make_app(), prog_name="houseexpo", env=asked)
     assert done.output.split() == ["validate"]
-
-
-def test_the_graph_of_a_plan_has_a_type():
-    assert houseexpo.FloorPlan.graph.__annotations__["return"] == "nx.MultiGraph[int | str]"
 
 
 def test_a_notebook_shows_a_data_set(data):

@@ -219,7 +219,7 @@ def check_names(plan: FloorPlan, size: int) -> int:
 
 
 def test_names_stand_in_their_rooms(two_rooms, furnished, published_lines):
-    plans = [two_rooms, furnished, *(decode(line).divided for line in published_lines)]
+    plans = [two_rooms, furnished, *(decode(line).divided for line in published_lines[::10])]
     for size in (60, 200, 400, 1000):
         assert sum(check_names(plan, size) for plan in plans) > 0 or size == 60
     assert check_names(two_rooms, 400) == 2

@@ -18,6 +18,7 @@ from houseexpo import FloorPlan
 from houseexpo.errors import ConfigError, PlanError
 from houseexpo.exports import FORMATS, default_frame, export
 from houseexpo.plan import Frame
+from tests.builders.tries import slow_but
 from tests.houseexpo.exports.readers import READERS
 
 YAW = 0.4
@@ -51,7 +52,7 @@ def test_all_formats_are_tried() -> None:
     assert READERS.keys() == FORMATS.keys()
 
 
-@pytest.mark.parametrize("placed", FRAMES, indirect=True)
+@pytest.mark.parametrize("placed", slow_but(FRAMES, "turned", "mirrored"), indirect=True)
 @pytest.mark.parametrize("name", sorted(FORMATS))
 def test_what_a_file_has_lies_where_its_source_has_it(placed, name, tmp_path):
     if name in {"dxf", "ifc"}:

@@ -49,34 +49,6 @@ def initial_state(plan: FloorPlan, **given: Any) -> None:
 
 
 @pytest.mark.parametrize(
-    ("mapping", "text"),
-    [
-        ({"pixel_per_metre": 16}, "pixel_per_metre"),
-        ({"robot": {"radius": 0.2}}, "robot.*radius"),
-        ({"laser": {"range_m": 5, "beams": 3}}, "laser.*beams"),
-        ({"obstacles": {"random": {"count": 3}}}, "obstacles.random.*count"),
-        ({"people": {"number": 2, "age": 3}}, "people.*age"),
-        ({"robot": 3}, "robot.*found 3"),
-    ],
-)
-def test_unknown_keys_are_named(mapping: dict[str, object], text: str) -> None:
-    with pytest.raises(ConfigError, match=text):
-        SimulatorConfig.from_mapping(mapping)
-
-
-def test_unknown_keys_of_a_file_are_named_with_it(tmp_path: Path) -> None:
-    path = tmp_path / "config.yaml"
-    path.write_text("laser:\n  rnage: 5\n")
-    with pytest.raises(ConfigError, match=r"config\.yaml: .*rnage"):
-        SimulatorConfig.from_yaml(path)
-    path.write_text("meter2pixel: 16\nrobotRadios: 0.2\n")
-    with pytest.raises(ConfigError, match=r"config\.yaml: .*robotRadios"):
-        SimulatorConfig.from_yaml(path)
-    with pytest.raises(ConfigError, match=r"none\.yaml: expected a readable file"):
-        SimulatorConfig.from_yaml(tmp_path / "none.yaml")
-
-
-@pytest.mark.parametrize(
     ("make", "text"),
     [
         (lambda: RobotConfig(radius_m=1e-9), "robot.radius_m: expected at least 0.01, found 1e-09"),
@@ -192,26 +164,6 @@ def test_what_holds_no_plans_is_refused(dataset: object) -> None:
         gymnasium.make("PseudoSLAM/Exploration-v0", dataset=dataset)
 
 
-@pytest.mark.parametrize(
-    ("name", "given", "said"),
-    [
-        ("Exploration", {}, "dataset: expected a data set or its path, a plan, a list of plans, or maps, found None"),
-        (
-            "Navigation",
-            {"dataset": HALL, "foo": 1},
-            "Navigation.* keyword argument 'foo'; it takes .*actions,",
-        ),
-        ("Navigation", {"dataset": HALL, "reward": "coverage"}, "Navigation.* keyword argument 'reward'"),
-        ("Exploration", {"dataset": HALL, "config": {"max_steps": 5}}, "config: expected a SimulatorConfig, one of "),
-    ],
-)
-def test_arguments_that_there_are_not_are_named(name: str, given: dict[str, object], said: str) -> None:
-    with pytest.raises(ConfigError, match=said):
-        gymnasium.make(f"PseudoSLAM/{name}-v0", **given)  # type: ignore[arg-type]
-    with pytest.raises(ConfigError, match=said):
-        gymnasium.make_vec(f"PseudoSLAM/{name}-v0", num_envs=2, **given)  # type: ignore[arg-type]
-
-
 def test_an_empty_folder_and_a_missing_path_are_named(tmp_path: Path) -> None:
     for path in (tmp_path, tmp_path / "nowhere"):
         with pytest.raises(DatasetError, match=f"{path.name}: expected .* check the path"):
@@ -219,10 +171,3 @@ def test_an_empty_folder_and_a_missing_path_are_named(tmp_path: Path) -> None:
     (tmp_path / "plan.json").write_text('{"verts": [[0, 0], [1, 1]], "id": "broken"}')
     with pytest.raises(HouseExpoError, match=r"broken|plan\.json"):
         gymnasium.make("PseudoSLAM/Exploration-v0", dataset=tmp_path)
-
-
-def test_a_plan_that_does_not_exist_is_named() -> None:
-    env = gymnasium.make("PseudoSLAM/Exploration-v0", dataset=[HALL, WALL])
-    with pytest.raises(ConfigError, match="plan_id: none of the 2 plans has the id 'cellar'"):
-        env.reset(seed=0, options={"plan_id": "cellar"})
-    assert env.reset(seed=0, options={"plan_id": "wall"})[1]["plan_id"] == "wall"

@@ -32,15 +32,6 @@ def journal(out: Path) -> list[str]:
     return [plan["id"] for entry in entries if not entry["gone"] for plan in entry["plans"]]
 
 
-def test_what_is_done_is_not_done_again(street: Path, tmp_path: Path) -> None:
-    out = tmp_path / "out"
-    run_build([street], out)
-    before = contents(out)
-    assert run_build([street], out).ids == ("a", "b", "c")
-    assert journal(out) == ["a", "b", "c"]
-    assert contents(out) == before
-
-
 def test_what_assembling_needs_is_loaded_early_only_where_something_is_to_be_planned(
     street: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -129,16 +120,6 @@ def test_an_interrupted_build_has_no_manifest_and_goes_on(street: Path, tmp_path
     run_build([street], out)
     assert journal(out) == ["a", "b", "c"]
     assert contents(out) == contents(whole)
-
-
-def test_a_lost_plan_is_made_again(street: Path, tmp_path: Path) -> None:
-    out = tmp_path / "out"
-    run_build([street], out)
-    before = contents(out)
-    for file in (*(out / ".build" / "plans").glob("*/*"), out / "json" / "b.json"):
-        file.unlink()
-    run_build([street], out)
-    assert contents(out) == before
 
 
 def test_no_half_file_is_left_where_a_build_fails(

@@ -15,6 +15,7 @@ from houseexpo import FloorPlan
 from houseexpo.grids.frame import source_points_from_plan
 from pipeline.sources.occupancy_map.seen_walls import SeenSides, entrance_gaps
 from tests.builders.batch import plans_of
+from tests.builders.tries import slow_but
 
 CELL_M = 0.05
 WIDE, HIGH = 500, 240
@@ -54,8 +55,8 @@ def built(picture: Image.Image, folder: Path) -> tuple[FloorPlan, shapely.Geomet
 
 
 @pytest.mark.parametrize("turn", [0.0, 0.4], ids=["straight", "oblique"])
-@pytest.mark.parametrize("thick_m", [0.1, 0.2, 0.4])
-@pytest.mark.parametrize("length_m", [1.8, 6.0, 12.6, 19.2])
+@pytest.mark.parametrize("thick_m", slow_but([0.1, 0.2, 0.4], 0.1, 0.4))
+@pytest.mark.parametrize("length_m", slow_but([1.8, 6.0, 12.6, 19.2], 1.8, 6.0))
 def test_a_wall_that_hangs_at_one_end_is_a_slit(length_m: float, thick_m: float, turn: float, tmp_path: Path) -> None:
     picture = hall()
     drawn = wall(picture, (0.4, 2.0), length_m, thick_m, turn)
@@ -67,8 +68,8 @@ def test_a_wall_that_hangs_at_one_end_is_a_slit(length_m: float, thick_m: float,
     assert not space.interiors
 
 
-@pytest.mark.parametrize("thick_m", [0.1, 0.25, 0.4])
-@pytest.mark.parametrize("length_m", [2.0, 6.0, 12.6])
+@pytest.mark.parametrize("thick_m", slow_but([0.1, 0.25, 0.4], 0.1, 0.4))
+@pytest.mark.parametrize("length_m", slow_but([2.0, 6.0, 12.6], 2.0, 12.6))
 def test_a_wall_that_stands_free_is_a_hole(length_m: float, thick_m: float, tmp_path: Path) -> None:
     picture = hall()
     drawn = wall(picture, (4.0, 6.0), length_m, thick_m, 0.0)

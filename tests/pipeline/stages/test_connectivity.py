@@ -16,6 +16,7 @@ from pipeline.rejection import Reason, Rejection
 from pipeline.stages.connectivity import NO_EVIDENCE, UNKNOWN, connect_rooms
 from pipeline.values import Evidence, Opening, Spaces
 from tests.builders.houses import Hole, gap, kinds, level, shell, stage_values, three_rooms, two_rooms, wall
+from tests.builders.tries import slow_but
 
 CONFIG = ConnectivityConfig()
 
@@ -207,7 +208,7 @@ def test_cuts_are_as_wide_as_asked_for() -> None:
     assert found.passages[0].width == 1.0
 
 
-@pytest.mark.parametrize("gap_m", [0.3, 1.0, 1.9])
+@pytest.mark.parametrize("gap_m", slow_but([0.3, 1.0, 1.9], 1.0))
 def test_no_cut_leads_through_the_open(gap_m: float) -> None:
     """Two parts apart, and the two arms of a U whose third side is too thick to be cut."""
     far = 4.2 + gap_m

@@ -88,6 +88,7 @@ def test_costs_are_shares_of_the_root_of_what_nearest_frontier_needs() -> None:
     assert _costs(ways, 0.01) == pytest.approx([(11 / 26**0.5 + 6 / 2**0.5) / 2, (21 / 26**0.5 + 6 / 2**0.5) / 2])
 
 
+@pytest.mark.slow
 def test_a_run_that_was_stopped_ends_with_the_same_weights(tmp_path: Path) -> None:
     need_cma()
     plans, said = open_dataset(write_rooms(tmp_path)), list[str]()

@@ -26,6 +26,7 @@ from houseexpo.pseudoslam.worlds.cache import load_static_world, world_for
 from houseexpo.pseudoslam.worlds.margin import MOST_SIGMA, margin_px
 from houseexpo.pseudoslam.worlds.world import MAX_WORLD_CELLS
 from tests.builders.simulations import hall, wander
+from tests.builders.tries import slow_but
 
 ROOM = hall(7.0, 5.0)
 TWO_ROOMS = FloorPlan(
@@ -83,7 +84,7 @@ def test_no_normal_draw_exceeds_its_bound() -> None:
 
 
 @pytest.mark.parametrize("motion", ["discrete", "differential"])
-@pytest.mark.parametrize("name", DRIFTS)
+@pytest.mark.parametrize("name", slow_but(DRIFTS, "shares", "wheels, random"))
 def test_drift_stays_on_the_map(name: str, motion: str) -> None:
     """Episodes as long as the margin is made for, of a robot that wanders."""
     drive = Differential() if motion == "differential" else None
