@@ -69,6 +69,29 @@ def test_walls_far_from_all_rooms_lie_beyond_the_plan() -> None:
     assert measured(shades, rooms)["beyond_rooms"] > 0.3
 
 
+def test_the_inside_of_what_is_solid_is_no_wall() -> None:
+    shades = drawn()
+    rooms = [room(shades, 1, 1, 4, 4), room(shades, 6, 1, 9, 4)]
+    fill(shades, 4, 1, 6, 4, WALL)  # 2 m thick: its inside is farther from both rooms than a wall is thick
+    assert measured(shades, rooms)["beyond_rooms"] < 0.1
+
+
+@pytest.mark.parametrize("place", ["at a wall", "in a corner", "free"])
+def test_a_map_with_a_solid_block_is_no_doubtful_plan(place: str, tmp_path: Path) -> None:
+    shades = drawn(160, 200)
+    room(shades, 1, 1, 9, 7)
+    left, bottom = {"at a wall": (1.0, 3.0), "in a corner": (1.0, 1.0), "free": (4.0, 3.0)}[place]
+    fill(shades, left, bottom, left + 2.0, bottom + 1.5, WALL)
+    Image.fromarray(shades).save(tmp_path / "map.png")
+    (tmp_path / "map.yaml").write_text(
+        "image: map.png\nresolution: 0.05\norigin: [0, 0, 0]\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196\n"
+    )
+    (plan,) = plans_of(tmp_path / "map.yaml")
+    assert plan.area == pytest.approx(48.0 - 3.0 * (place != "free"), rel=0.01)
+    assert plan.quality is not None
+    assert plan.quality.grounds["beyond_rooms"] < 0.05  # the outer faces of a corner lie far from the room
+
+
 def test_a_free_margin_around_the_house_is_not_beyond_the_plan() -> None:
     shades = np.full((200, 200), FREE, np.uint8)
     assert measured(shades, [room(shades, 2, 2, 5, 5)])["beyond_rooms"] == 0.0
