@@ -39,6 +39,13 @@ def real_path(path: str | os.PathLike[str]) -> Path:
     return Path(os.path.realpath(path))
 
 
+def named_path(path: str | os.PathLike[str], what: str) -> Path:
+    """Return a path; raise ConfigError if it is an empty text, which ``Path`` takes for the current folder."""
+    if not os.fspath(path):
+        raise ConfigError(f"{what}: expected a path, found an empty text; the current folder is '.'")
+    return Path(path)
+
+
 MAX_RECORD_BYTES: Final = 256 << 20
 """Largest size of a file that describes a data set: its manifest, a list of ids, what was rejected."""
 

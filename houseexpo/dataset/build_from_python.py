@@ -10,6 +10,7 @@ from typing import Final, Literal
 
 from houseexpo.dataset.dataset import Dataset, open_dataset
 from houseexpo.errors import ConfigError, MissingDependencyError
+from houseexpo.files import named_path
 
 GROUP: Final = "houseexpo.builders"
 """The group of entry points that build data sets; the pipeline provides one."""
@@ -106,6 +107,8 @@ def build(
     if others not in {"refuse", "add", "replace"}:
         raise ConfigError(f"others: expected 'refuse', 'add' or 'replace', found {others!r}")
     sources = [source] if isinstance(source, (str, os.PathLike)) else list(source)
+    for each in (*sources, out):
+        named_path(each, "build")
     run = next(iter(found.values())).load()
     run(
         [os.fspath(each) for each in sources],

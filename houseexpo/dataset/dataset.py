@@ -47,7 +47,8 @@ def open_dataset(path: str | os.PathLike[str]) -> Dataset:
 
     Opening reads only an index. The first time, it reads and checks every plan once and saves the index in the user's
     cache folder, for archives and JSON lines together with the plans in blocks. The variable HOUSEEXPO_CACHE sets the
-    place of the cache. Plans that cannot be read are left out, with a warning; ``left_out`` lists them.
+    place of the cache. Plans that cannot be read are left out, with a warning; ``left_out`` lists them. So are those
+    after the place at which a file is cut off, and a plan with the id of an earlier one.
 
     Parameters
     ----------
@@ -57,7 +58,7 @@ def open_dataset(path: str | os.PathLike[str]) -> Dataset:
     Raises
     ------
     DatasetError
-        There is no data set, it is truncated or damaged, or two plans have the same id.
+        There is no data set, or it is damaged at no place that is known (a check sum of an archive does not fit).
     PlanError
         No plan can be read; the error names the file, the plan and the key.
 

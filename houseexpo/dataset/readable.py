@@ -10,7 +10,7 @@ from pathlib import Path
 from houseexpo.dataset.dataset import Dataset, open_dataset
 from houseexpo.dataset.store.stored_plans import BrokenPlan, StoredPlan, broken_plan, read_id_lists, read_stored_plans
 from houseexpo.errors import DatasetError, PlanError
-from houseexpo.floorplan import FloorPlan, decode
+from houseexpo.floorplan import FloorPlan
 from houseexpo.progress import show_progress
 
 
@@ -21,13 +21,13 @@ def open_readable(path: Path) -> Iterator[tuple[Dataset, tuple[BrokenPlan, ...]]
     1. A plan is broken if it cannot be decoded, encloses no area, or has the id of an earlier plan.
     2. The other plans are copied, with the lists of ids, to a file of JSON lines in the folder for temporary files.
 
-    The data set exists until the context ends. It is needed for plans that were damaged after the build and for ids
-    that occur twice; other plans that cannot be read are left out by ``open_dataset``.
+    The data set exists until the context ends. It is needed for plans that were damaged after the build, since the
+    index of a build still lists them; ``open_dataset`` leaves out all others.
 
     Raises
     ------
     DatasetError
-        The data set itself is truncated or damaged, or none of its plans can be read.
+        The data set is damaged at no place that is known, or none of its plans can be read.
     """
     with tempfile.TemporaryDirectory(prefix="houseexpo-") as folder:
         copy = Path(folder) / f"{path.name}.jsonl"
@@ -57,7 +57,7 @@ def _copy_readable(path: Path, copy: Path) -> tuple[BrokenPlan, ...]:
 
 def _decode_checked(record: StoredPlan, seen: dict[str, str]) -> FloorPlan:
     """Decode a plan (R1); raise PlanError if it is broken."""
-    plan = decode(record.data)
+    plan = record.decode()
     if plan.id in seen:
         raise PlanError(f"expected an id of its own, found that of {seen[plan.id]}", "id", plan.id)
     if plan.area <= 0:

@@ -22,7 +22,7 @@ from houseexpo.dataset.store import files_at
 from houseexpo.dataset.store.stored_plans import StoredPlan, read_stored_plans
 from houseexpo.errors import DatasetError, PlanError
 from houseexpo.files import decode_json, read_json, sha256_of
-from houseexpo.floorplan import FloorPlan, decode
+from houseexpo.floorplan import FloorPlan
 from houseexpo.plan.parts import RADII_M, Ring, signed_area
 from houseexpo.plan.room_labels import LABELS
 from houseexpo.processes import map_in_processes, split_into_chunks
@@ -280,7 +280,7 @@ def validate_dataset(path: Path, workers: int = 1) -> ValidationReport:
     Raises
     ------
     DatasetError
-        The data set itself is truncated or damaged, so that not all of its plans can be read.
+        The data set is damaged at no place that is known, so that not all of its plans can be read.
     """
     path = files_at(path, "validate")
     count = 0
@@ -325,7 +325,7 @@ def _check_chunks(path: Path, workers: int) -> Iterator[tuple[list[tuple[str, st
 
 def _read(record: StoredPlan) -> tuple[FloorPlan | None, list[RuleViolation]]:
     try:
-        return decode(record.data), []
+        return record.decode(), []
     except PlanError as error:
         return None, [RuleViolation(record.place, error.plan, "schema", error.key, error.problem)]
 

@@ -26,6 +26,7 @@ from houseexpo.exports.sdf import sdf, sdf_building
 from houseexpo.exports.svg import svg
 from houseexpo.exports.usd import usd, usd_building
 from houseexpo.exports.worlds_2d import irsim, stage
+from houseexpo.files import named_path
 from houseexpo.floorplan import FloorPlan
 from houseexpo.outputs import CommandOutput
 from houseexpo.words import suggest_name
@@ -149,7 +150,7 @@ def export(
     unknown = sorted(set(options) - set(chosen.options))
     if unknown:
         raise ConfigError(f"export: {to} takes {', '.join(chosen.options)}; found {', '.join(unknown)}")
-    folder = Path(out)
+    folder = named_path(out, "export: out")
     written = []
     distinct = _distinct([plans] if isinstance(plans, FloorPlan) else plans)
     if building is not None:

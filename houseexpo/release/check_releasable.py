@@ -150,8 +150,8 @@ def _no_build(path: Path) -> DatasetError:
     """Return the error for something that is not a finished build (R1, R5)."""
     if (path / ".build").is_dir():
         return DatasetError(f"{path}: expected a finished build, found no manifest.json; run houseexpo build again")
-    first = next(iter(read_stored_plans(path)))  # raises an error if there is no plan
-    if b'"format"' not in first.data:
+    first = next((record for record in read_stored_plans(path) if not record.fault), None)
+    if first is not None and b'"format"' not in first.data:
         return DatasetError(
             f"{path}: published HouseExpo plans are not passed on from here, because whoever wants them gets them from "
             "their authors by houseexpo fetch; build a data set of houses of your own, or of procedural:COUNT"

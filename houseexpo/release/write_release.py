@@ -26,7 +26,7 @@ from houseexpo.dataset.store.folders import ARCHIVE
 from houseexpo.drawing import draw_plan
 from houseexpo.errors import ConfigError
 from houseexpo.exports.encoding import encode_image
-from houseexpo.files import PARTIAL, encode_json, sha256_of, write_atomically
+from houseexpo.files import PARTIAL, encode_json, named_path, sha256_of, write_atomically
 from houseexpo.floorplan import decode
 from houseexpo.outputs import check_not_in_inputs
 from houseexpo.processes import map_in_processes
@@ -77,7 +77,7 @@ def release(dataset: str | os.PathLike[str], out: str | os.PathLike[str], about:
     DatasetError
         The data set is unfinished, damaged or empty, its plans may not be redistributed, or its lists divide a house.
     """
-    target = Path(out)
+    target = named_path(out, "release: out")
     check_target(target)
     check_not_in_inputs(target, [Path(dataset)])
     with check_releasable(files_at(dataset, "release")) as found, atomic_release_folder(target) as folder:

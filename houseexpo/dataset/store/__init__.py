@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from houseexpo.errors import DatasetError
+from houseexpo.files import named_path
 
 if TYPE_CHECKING:
     from houseexpo.dataset.store.catalogue import Catalogue
@@ -25,7 +26,7 @@ def files_at(place: str | os.PathLike[str], what: str) -> Path:
     if address:
         shown = address.partition("?")[0]  # the token follows it
         raise DatasetError(f"{shown}: {what} needs the files of a data set; run it where houseexpo serve runs")
-    return Path(place)
+    return named_path(place, what)
 
 
 def open_store(place: str | os.PathLike[str]) -> Catalogue:
@@ -37,4 +38,4 @@ def open_store(place: str | os.PathLike[str]) -> Catalogue:
         return open_remote(address)
     from houseexpo.dataset.store.catalogue import open_catalogue
 
-    return open_catalogue(Path(place))
+    return open_catalogue(named_path(place, "data set"))

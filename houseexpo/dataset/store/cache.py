@@ -154,7 +154,9 @@ def _content(path: Path) -> str:
         if path.is_dir():
             folder = plan_folder(path)
             for name in plan_file_names(folder):
-                digest.update(name.encode() + b"\0" + hashlib.sha256((folder / name).read_bytes()).digest())
+                digest.update(name.encode() + b"\0")
+                with suppress(OSError):  # a file that cannot be read is left out
+                    digest.update(hashlib.sha256((folder / name).read_bytes()).digest())
         else:
             with path.open("rb") as stream:
                 digest.update(hashlib.file_digest(stream, "sha256").digest())

@@ -61,7 +61,7 @@ def plan_file_names(folder: Path) -> list[str]:
     It would not be clear which of the two was meant, and one of them would be ignored silently.
     """
     with os.scandir(folder) as entries:
-        files = sorted(entry.name for entry in entries if entry.is_file())
+        files = sorted(entry.name for entry in entries if _is_file_or_lost(entry))
     plans = [name for name in files if is_plan(f"{folder.name}/{name}")]
     lines = [name for name in files if name.endswith(_LINES) and not _is_record(name)]
     if plans and lines:
@@ -79,8 +79,23 @@ def folder_stamp(folder: Path) -> str:
     """
     names = set(plan_file_names(folder))
     with os.scandir(folder) as entries:
-        found = sorted((entry.name, *file_stamp(entry.stat())) for entry in entries if entry.name in names)
+        found = sorted((entry.name, *file_stamp(_stat(entry))) for entry in entries if entry.name in names)
     return hashlib.sha256(repr(found).encode()).hexdigest()
+
+
+def _is_file_or_lost(entry: os.DirEntry[str]) -> bool:
+    """Return whether an entry of a folder is a file, or a link that leads to nothing."""
+    try:
+        return entry.is_file() or (entry.is_symlink() and not Path(entry.path).exists())
+    except OSError:  # links in a circle
+        return True
+
+
+def _stat(entry: os.DirEntry[str]) -> os.stat_result:
+    try:
+        return entry.stat()
+    except OSError:
+        return entry.stat(follow_symlinks=False)
 
 
 def file_stamp(found: os.stat_result) -> tuple[int, int, int]:

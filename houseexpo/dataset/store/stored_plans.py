@@ -1,7 +1,8 @@
 """Read the plans of a data set in one pass from a folder, an archive or JSON lines.
 
-Nothing is decoded or written here. Truncated, damaged or too large input raises DatasetError, which names the file and
-the place in it. A reader that ends without an error has read everything.
+Nothing is written here. What cannot be read of one plan is a record with a fault, and costs no other plan: a file or
+member that is too large or damaged, and what follows the place at which a file is cut off. Where nothing says which
+plans a fault concerns (a check sum of a whole archive), DatasetError is raised, which names the file.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ from typing import IO, Final, NamedTuple
 from houseexpo.dataset.store.folders import ARCHIVE, is_plan, is_release, no_plans_advice, plan_file_names, plan_folder
 from houseexpo.errors import DatasetError, PlanError
 from houseexpo.files import read_file, real_path
+from houseexpo.floorplan import FloorPlan, decode
 
 MAX_PLAN_BYTES: Final = 64 * 2**20
 """The largest plan that is read; the largest published one has 0.3 MB."""
@@ -35,10 +37,20 @@ _CHUNK_BYTES: Final = 1 << 20
 
 
 class StoredPlan(NamedTuple):
-    """The bytes of one plan; ``place`` is its file or member, or "line N"."""
+    """The bytes of one plan; ``place`` is its file or member, or "line N".
+
+    If they cannot be read, ``fault`` says why.
+    """
 
     place: str
     data: bytes
+    fault: str = ""
+
+    def decode(self) -> FloorPlan:
+        """Return the plan; raise PlanError if it cannot be read."""
+        if self.fault:
+            raise PlanError(self.fault)
+        return decode(self.data)
 
 
 class BrokenPlan(NamedTuple):
@@ -67,17 +79,25 @@ def read_stored_plans(path: Path) -> Iterator[StoredPlan]:
     Raises
     ------
     DatasetError
-        The path is not a data set, or it is damaged.
+        The path is not a data set, or it is damaged at no place that is known.
     """
     path = plans_path(path)
     read = _reader(path)
-    size, count = 0, 0
+    size, count, place = 0, 0, ""
     with damage_as_dataset_error(path):
-        for count, record in enumerate(read(path), start=1):
-            size += len(record.data)
-            if size > MAX_BYTES or count > MAX_PLANS:
-                raise DatasetError(f"{path}: expected at most {MAX_PLANS} plans and {MAX_BYTES >> 30} GiB, found more")
-            yield record
+        try:
+            for count, record in enumerate(read(path), start=1):
+                size, place = size + len(record.data), record.place
+                if size > MAX_BYTES or count > MAX_PLANS:
+                    most = f"{MAX_PLANS} plans and {MAX_BYTES >> 30} GiB"
+                    raise DatasetError(f"{path}: expected at most {most}, found more")
+                yield record
+        except (EOFError, tarfile.ReadError) as error:
+            if not count:
+                raise
+            yield StoredPlan(
+                f"after {place}", b"", f"expected a whole file, found one that is cut off ({error}); get it again"
+            )
     if not count:
         raise DatasetError(f"{path}: expected floor plans (JSON), found none; {no_plans_advice(path)}")
 
@@ -90,10 +110,11 @@ def read_id_lists(path: Path) -> dict[str, bytes]:
     with damage_as_dataset_error(path):
         if path.suffix == ".zip":
             with zipfile.ZipFile(path) as archive:
-                inside = {info.filename: _member(path, archive, info) for info in archive.infolist() if _list(info)}
+                lists = (_zip_member(archive, info) for info in archive.infolist() if _list(info))
+                inside = {record.place: record.data for record in lists if not record.fault}
         elif _is_tar(path):
             with _tar(path) as tar:
-                inside = {m.name: _tar_member(path, tar, m) for m in tar if m.isfile() and id_list_name(m.name)}
+                inside = dict(_lists_in_tar(tar))
         else:
             inside = {}
         if not inside:
@@ -154,9 +175,11 @@ def _read_folder(path: Path) -> Iterator[StoredPlan]:
     folder = plan_folder(path)
     for name in plan_file_names(folder):
         file = folder / name
-        if file.stat().st_size > MAX_PLAN_BYTES:
-            raise _too_large(path, name, file.stat().st_size)
-        yield StoredPlan(name, file.read_bytes())
+        try:
+            size = file.stat().st_size
+            yield _too_large(name, size) if size > MAX_PLAN_BYTES else StoredPlan(name, file.read_bytes())
+        except OSError as error:
+            yield StoredPlan(name, b"", f"cannot be read ({error.strerror})")
 
 
 def _read_lines(path: Path) -> Iterator[StoredPlan]:
@@ -165,24 +188,30 @@ def _read_lines(path: Path) -> Iterator[StoredPlan]:
             line = stream.readline(MAX_PLAN_BYTES + 1)
             if not line:
                 return
-            if len(line) > MAX_PLAN_BYTES:
-                raise _too_large(path, f"line {number}", len(line))
-            if line.strip():
-                yield StoredPlan(f"line {number}", line.rstrip(b"\r\n"))
+            place, size = f"line {number}", len(line)
+            if size > MAX_PLAN_BYTES:
+                while line and not line.endswith(b"\n") and size <= MAX_BYTES:
+                    line = stream.readline(_CHUNK_BYTES)
+                    size += len(line)
+                if size > MAX_BYTES:
+                    raise DatasetError(f"{path}: {place}: expected at most {MAX_BYTES >> 30} GiB, found more")
+                yield _too_large(place, size)
+            elif line.strip():
+                yield StoredPlan(place, line.rstrip(b"\r\n"))
 
 
 def _read_zip(path: Path) -> Iterator[StoredPlan]:
     with zipfile.ZipFile(path) as archive:
         for info in archive.infolist():
             if not info.is_dir() and is_plan(info.filename):
-                yield StoredPlan(info.filename, _member(path, archive, info))
+                yield _zip_member(archive, info)
 
 
 def _read_tar(path: Path) -> Iterator[StoredPlan]:
     with _tar(path) as tar:
         for member in tar:
             if member.isfile() and is_plan(member.name):
-                yield StoredPlan(member.name, _tar_member(path, tar, member))
+                yield _tar_member(tar, member)
 
 
 @contextmanager
@@ -208,24 +237,37 @@ class _Bounded(io.RawIOBase):
         return data
 
 
-def _tar_member(path: Path, tar: tarfile.TarFile, member: tarfile.TarInfo) -> bytes:
+def _tar_member(tar: tarfile.TarFile, member: tarfile.TarInfo) -> StoredPlan:
     if member.size > MAX_PLAN_BYTES:
-        raise _too_large(path, member.name, member.size)
+        return _too_large(member.name, member.size)
     stream = tar.extractfile(member)
     data = stream.read() if stream else b""
     if len(data) != member.size:
         raise EOFError(f"{member.name} ends early")
-    return data
+    return StoredPlan(member.name, data)
 
 
-def _member(path: Path, archive: zipfile.ZipFile, info: zipfile.ZipInfo) -> bytes:
+def _lists_in_tar(tar: tarfile.TarFile) -> Iterator[tuple[str, bytes]]:
+    """Yield the name and the bytes of each list; those that a cut-off archive lacks are left out."""
+    try:
+        for member in tar:
+            if member.isfile() and id_list_name(member.name):
+                record = _tar_member(tar, member)
+                if not record.fault:
+                    yield record.place, record.data
+    except (EOFError, tarfile.ReadError):
+        return
+
+
+def _zip_member(archive: zipfile.ZipFile, info: zipfile.ZipInfo) -> StoredPlan:
     if info.file_size > MAX_PLAN_BYTES:
-        raise _too_large(path, info.filename, info.file_size)
-    with archive.open(info) as stream:  # the size in the header may be wrong
-        data = stream.read(MAX_PLAN_BYTES + 1)
-    if len(data) > MAX_PLAN_BYTES:
-        raise _too_large(path, info.filename, len(data))
-    return data
+        return _too_large(info.filename, info.file_size)
+    try:
+        with archive.open(info) as stream:  # the size in the header may be wrong
+            data = stream.read(MAX_PLAN_BYTES + 1)
+    except _BROKEN as error:
+        return StoredPlan(info.filename, b"", f"cannot be unpacked ({error or type(error).__name__})")
+    return StoredPlan(info.filename, data) if len(data) <= MAX_PLAN_BYTES else _too_large(info.filename, len(data))
 
 
 def _list(info: zipfile.ZipInfo) -> bool:
@@ -242,7 +284,6 @@ def _is_tar(path: Path) -> bool:
     return path.name.endswith((".tar.gz", ".tgz"))
 
 
-def _too_large(path: Path, place: str, size: int) -> DatasetError:
-    return DatasetError(
-        f"{path}: {place}: expected a plan of at most {MAX_PLAN_BYTES >> 20} MiB, found {size / 2**20:.0f} MiB or more"
-    )
+def _too_large(place: str, size: int) -> StoredPlan:
+    found = f"found {size / 2**20:.0f} MiB or more"
+    return StoredPlan(place, b"", f"expected a plan of at most {MAX_PLAN_BYTES >> 20} MiB, {found}")

@@ -16,9 +16,9 @@ import shapely
 from houseexpo.dataset.index import SCHEMA, index_row
 from houseexpo.dataset.store.cache import INDEX, LEFT_OUT, PLANS, BlockWriter
 from houseexpo.dataset.store.stored_plans import StoredPlan, broken_plan, read_stored_plans
-from houseexpo.errors import DatasetError, PlanError
+from houseexpo.errors import PlanError
 from houseexpo.files import encode_json
-from houseexpo.floorplan import FloorPlan, decode
+from houseexpo.floorplan import FloorPlan
 from houseexpo.processes import split_into_chunks
 from houseexpo.progress import show_progress
 
@@ -36,40 +36,44 @@ def write_cached_copy(source: Path, target: Path) -> None:
     Raises
     ------
     DatasetError
-        The data set is damaged, or two plans have the same id.
+        The data set is damaged at no place that is known.
     PlanError
         No plan can be read; the error names the first one's file, its id and the key.
     """
-    broken: dict[str, PlanError] = {}  # by the place of each
+    broken: list[_Broken] = []
     seen: dict[str, str] = {}  # the place of each plan, by its id
     blocks = nullcontext() if source.is_dir() else BlockWriter(target / PLANS)
     with blocks as writer, pa.ipc.new_file(str(target / INDEX), CACHED) as index:
         for chunk in _measure_chunks(source, broken):
-            for record, plan, _ in chunk:
+            rows = []
+            for record, plan, area in chunk:
+                if plan.id in seen:
+                    problem = f"expected an id of its own, found {plan.id!r} in {seen[plan.id]}, too"
+                    broken.append((record.place, PlanError(problem, "id", plan.id)))
+                    continue
                 if writer is not None:
                     writer.add(record.data)
-                if plan.id in seen:
-                    places = f"{seen[plan.id]} and in {record.place}"
-                    raise DatasetError(f"{source}: expected ids that differ, found {plan.id!r} in {places}")
                 seen[plan.id] = record.place
-            rows = [_row(*measured) for measured in chunk]
+                rows.append(_row(record, plan, area))
             index.write_batch(pa.RecordBatch.from_pylist(rows, schema=CACHED))
     if broken and not seen:
-        place, error = next(iter(broken.items()))
+        place, error = broken[0]
         where = f"{source}: {place}"
         raise PlanError(error.problem, f"{where}: {error.key}" if error.key else where, error.plan)
     if broken:
-        left_out = [broken_plan(place, error) for place, error in broken.items()]
+        left_out = [broken_plan(place, error) for place, error in broken]
         (target / LEFT_OUT).write_bytes(encode_json(left_out))
 
 
 _Measured = tuple[StoredPlan, FloorPlan, float]
+_Broken = tuple[str, PlanError]
+"""The place of a plan that cannot be read, and its fault."""
 
 
-def _measure_chunks(source: Path, broken: dict[str, PlanError]) -> Iterator[list[_Measured]]:
+def _measure_chunks(source: Path, broken: list[_Broken]) -> Iterator[list[_Measured]]:
     """Yield records, plans and areas in chunks; a thread measures one chunk while the next is decoded.
 
-    The errors of records that are no plans go into ``broken``, by their places.
+    The places and errors of records that are no plans go into ``broken``.
     """
     waiting: tuple[list[StoredPlan], list[FloorPlan], Future[list[float | PlanError]]] | None = None
     with ThreadPoolExecutor(1) as thread:
@@ -84,12 +88,12 @@ def _measure_chunks(source: Path, broken: dict[str, PlanError]) -> Iterator[list
 
 
 def _with_area(
-    records: list[StoredPlan], plans: list[FloorPlan], areas: list[float | PlanError], broken: dict[str, PlanError]
+    records: list[StoredPlan], plans: list[FloorPlan], areas: list[float | PlanError], broken: list[_Broken]
 ) -> list[_Measured]:
     found = []
     for record, plan, area in zip(records, plans, areas, strict=True):
         if isinstance(area, PlanError):
-            broken[record.place] = area
+            broken.append((record.place, area))
         else:
             found.append((record, plan, area))
     return found
@@ -100,14 +104,12 @@ def _row(record: StoredPlan, plan: FloorPlan, area: float) -> dict[str, Any]:
     return {**index_row(plan, area), "file": record.place, "digest": digest}
 
 
-def _decode_readable(
-    records: Iterable[StoredPlan], broken: dict[str, PlanError]
-) -> Iterator[tuple[StoredPlan, FloorPlan]]:
+def _decode_readable(records: Iterable[StoredPlan], broken: list[_Broken]) -> Iterator[tuple[StoredPlan, FloorPlan]]:
     for record in records:
         try:
-            plan = decode(record.data)
+            plan = record.decode()
         except PlanError as error:
-            broken[record.place] = error
+            broken.append((record.place, error))
         else:
             yield record, plan
 

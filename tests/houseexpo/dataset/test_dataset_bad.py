@@ -8,9 +8,10 @@ import re
 import tarfile
 from pathlib import Path
 
+import numpy as np
 import pytest
 
-from houseexpo import Dataset, DatasetError, HouseExpoError, encode, open_dataset
+from houseexpo import ConfigError, Dataset, DatasetError, HouseExpoError, build, encode, export, open_dataset
 from houseexpo.dataset.index import index_row, index_table
 from houseexpo.dataset.store import stored_plans
 from houseexpo.dataset.store.cache import VERSION
@@ -18,6 +19,7 @@ from houseexpo.dataset.store.catalogue import parse_id_list
 from houseexpo.dataset.validation import validate_dataset
 from houseexpo.files import cache_folder
 from houseexpo.pseudoslam.benchmark.cases import choose_plan_ids
+from houseexpo.release import release
 from tests.builders.plan_files import KINDS, hexed, house, houses, pack, tar
 
 
@@ -43,6 +45,14 @@ def refused(path: Path) -> str:
 
 def good(name: str = "good") -> bytes:
     return encode(house(name))
+
+
+def noisy_houses(count: int) -> dict[str, bytes]:
+    """Return plans that hardly compress, so that a cut of an archive is a cut in its plans."""
+    draw = np.random.default_rng(0)
+    return {
+        name: data[:-1] + b',"note":"' + draw.bytes(1000).hex().encode() + b'"}' for name, data in houses(count).items()
+    }
 
 
 BAD = {
@@ -92,22 +102,55 @@ def test_a_bad_plan_is_named_and_costs_no_other(tmp_path, kind, fault, caplog):
     assert re.search(says, message), message
 
 
+def left_out_of(path: Path) -> tuple[list[str], list[str]]:
+    """Return the ids of a data set and what was left out of it, which a second opening and ``validate`` say, too."""
+    plans = open_dataset(path)
+    opened.append(plans)
+    assert open_dataset(path).left_out == plans.left_out
+    assert {found.place for found in plans.left_out} <= {found.place for found in validate_dataset(path).findings}
+    return plans.ids, [str(found) for found in plans.left_out]
+
+
 @pytest.mark.parametrize("kind", ["tar.gz", "jsonl.gz"])
-@pytest.mark.parametrize("share", [0.02, 0.5, 0.999])
-def test_truncated(tmp_path, kind, share):
-    path = pack(tmp_path, kind, houses(50))
+@pytest.mark.parametrize("share", [0.5, 0.9, 0.999])
+def test_what_follows_a_cut_is_left_out(tmp_path, kind, share):
+    members = noisy_houses(50)
+    path = pack(tmp_path, kind, members)
     data = path.read_bytes()
     path.write_bytes(data[: int(len(data) * share)])
+    ids, (left_out,) = left_out_of(path)
+    assert ids == list(members)[: len(ids)]
+    assert (share - 0.15) * 50 < len(ids) <= 50
+    assert "cut off" in left_out
+    assert left_out.startswith("after ")
+
+
+@pytest.mark.parametrize("kind", ["tar.gz", "jsonl.gz"])
+def test_a_file_that_is_cut_off_before_its_first_plan(tmp_path, kind):
+    path = pack(tmp_path, kind, houses(50))
+    path.write_bytes(path.read_bytes()[:40])
     assert "cut off" in refused(path)
 
 
-@pytest.mark.parametrize("kind", ["tar.gz", "jsonl.gz", "zip"])
+@pytest.mark.parametrize("kind", ["tar.gz", "jsonl.gz"])
 def test_one_byte_is_wrong(tmp_path, kind):
+    """A check sum says that some plan of an archive is another one, and not which."""
     path = pack(tmp_path, kind, houses(50))
     data = bytearray(path.read_bytes())
-    data[len(data) // 2 if kind != "zip" else 100] ^= 0x10
+    data[len(data) // 2] ^= 0x10
     path.write_bytes(bytes(data))
     refused(path)
+
+
+def test_one_byte_of_a_zip_is_wrong(tmp_path):
+    """Each member has a check sum of its own."""
+    path = pack(tmp_path, "zip", houses(50))
+    data = bytearray(path.read_bytes())
+    data[100] ^= 0x10
+    path.write_bytes(bytes(data))
+    ids, (left_out,) = left_out_of(path)
+    assert ids == list(houses(50))[1:]
+    assert "cannot be unpacked" in left_out
 
 
 @pytest.mark.parametrize("kind", [k for k in KINDS if k not in ("folder", "nested")])
@@ -134,9 +177,25 @@ def test_no_data_set(tmp_path):
 
 
 @pytest.mark.parametrize("kind", ["folder", "tar.gz", "jsonl"])
-def test_two_plans_with_one_id(tmp_path, kind):
-    path = pack(tmp_path, kind, {"one": good("a"), "two": good("a")})
-    assert "found 'a' in" in refused(path)
+def test_of_plans_with_one_id_the_first_is_kept(tmp_path, kind):
+    others = {"other": good("other"), "two": good("a").replace(b"4.1", b"5.1"), "zero": good("a")}
+    path = pack(tmp_path, kind, {"one": good("a"), **others})
+    ids, left_out = left_out_of(path)
+    assert sorted(ids) == ["a", "other"]
+    assert opened[-1]["a"].bbox[2] == 4.1
+    assert len(left_out) == 2
+    assert all("expected an id of its own, found 'a' in" in found for found in left_out)
+
+
+@pytest.mark.parametrize(
+    ("link", "problem"), [("a.json", "Too many levels of symbolic links"), ("nowhere", "No such file or directory")]
+)
+def test_a_file_of_a_folder_that_cannot_be_read(tmp_path, link, problem):
+    path = pack(tmp_path, "folder", {"b": good("b")})
+    (path / "a.json").symlink_to(link)
+    ids, left_out = left_out_of(path)
+    assert ids == ["b"]
+    assert left_out == [f"a.json: cannot be read ({problem})"]
 
 
 def test_a_member_of_a_gigabyte(tmp_path):
@@ -150,8 +209,17 @@ def test_a_member_of_a_gigabyte(tmp_path):
 @pytest.mark.parametrize("kind", ["zip", "jsonl.gz", "folder"])
 def test_a_plan_that_is_too_large(tmp_path, kind, monkeypatch):
     monkeypatch.setattr(stored_plans, "MAX_PLAN_BYTES", 10_000)
-    path = pack(tmp_path, kind, {"good": good(), "large": b" " * 20_000 + good("large")})
-    assert "expected a plan of at most" in refused(path)
+    path = pack(tmp_path, kind, {"good": good(), "large": b" " * 20_000 + good("large"), "next": good("next")})
+    ids, (left_out,) = left_out_of(path)
+    assert ids == ["good", "next"]
+    assert "expected a plan of at most" in left_out
+
+
+def test_a_line_without_end_is_refused(tmp_path, monkeypatch):
+    monkeypatch.setattr(stored_plans, "MAX_PLAN_BYTES", 10_000)
+    monkeypatch.setattr(stored_plans, "MAX_BYTES", 2**22)
+    path = pack(tmp_path, "jsonl.gz", {"good": good(), "large": b" " * 2**23})
+    assert "line 2: expected at most" in refused(path)
 
 
 def test_an_archive_that_unpacks_to_too_much(tmp_path, monkeypatch):
@@ -167,6 +235,22 @@ def test_members_outside_are_only_read(tmp_path):
     link.type, link.linkname = tarfile.SYMTYPE, "/etc/passwd"
     path.write_bytes(tar({"../evil.json": good().replace(b"good", b"../evil")}, (link,)))
     assert "safe as a file name" in refused(path)
+
+
+def test_an_empty_text_is_no_path(tmp_path, monkeypatch):
+    monkeypatch.chdir(pack(tmp_path, "folder", {"a": good("a")}))
+    calls = (
+        lambda: open_dataset(""),
+        lambda: validate_dataset(""),
+        lambda: build("procedural:1", ""),
+        lambda: build("", tmp_path / "out"),
+        lambda: export(house("a"), "ros", ""),
+        lambda: release("", tmp_path / "out"),
+    )
+    for call in calls:
+        with pytest.raises(ConfigError, match="expected a path, found an empty text"):
+            call()
+    assert [file.name for file in Path().iterdir()] == ["a.json"]
 
 
 def test_a_list_that_is_none():
@@ -196,7 +280,7 @@ def test_a_zip_that_lies_about_a_size(tmp_path, monkeypatch):
     data = path.read_bytes()
     real = (20_000 + len(good("large"))).to_bytes(4, "little")
     path.write_bytes(data.replace(real, (100).to_bytes(4, "little")))
-    refused(path)
+    assert "large.json: cannot be unpacked" in refused(path)
 
 
 @pytest.mark.parametrize(("place", "value"), [(6, 1), (8, 99)])
@@ -206,7 +290,7 @@ def test_a_zip_that_is_locked_or_packed_in_an_unknown_way(tmp_path, place, value
     for mark, shift in ((b"PK\x03\x04", 0), (b"PK\x01\x02", 2)):  # in the member's header, and in the directory
         data[data.index(mark) + place + shift] = value
     path.write_bytes(data)
-    assert "expected a whole file" in refused(path)
+    assert "json/a.json: cannot be unpacked" in refused(path)
 
 
 def test_a_tar_with_one_member_twice(tmp_path):
@@ -218,4 +302,4 @@ def test_a_tar_with_one_member_twice(tmp_path):
             archive.addfile(info, io.BytesIO(good("a")))
     path = tmp_path / "plans.tar.gz"
     path.write_bytes(stream.getvalue())
-    assert "expected ids that differ, found 'a' in json/a.json and in json/a.json" in refused(path)
+    assert left_out_of(path) == (["a"], ["json/a.json: id: expected an id of its own, found 'a' in json/a.json, too"])

@@ -130,11 +130,12 @@ def test_a_manifest_that_disagrees(tmp_path):
         validate_dataset(path)
 
 
-def test_what_is_cut_off_is_no_report(tmp_path):
+def test_what_is_cut_off_is_a_finding(tmp_path):
     path = pack(tmp_path, "jsonl.gz", houses(9))
-    path.write_bytes(path.read_bytes()[:-20])
-    with pytest.raises(DatasetError, match="cut off"):
-        validate_dataset(path)
+    path.write_bytes(path.read_bytes()[:-4])
+    (finding,) = validate_dataset(path).findings
+    assert finding.place == "after line 9"
+    assert "cut off" in finding.detail
 
 
 def test_two_processes_find_the_same(tmp_path):
