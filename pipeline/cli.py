@@ -11,7 +11,7 @@ from typing import Annotated, Literal
 import typer
 
 from pipeline.batch.disk import printable
-from pipeline.cli_build import BuildRequest, build_and_show, build_one_shard, verify_or_exit
+from pipeline.cli_build import BuildRequest, build_and_show, build_one_shard, verify_or_exit, write_source_record
 from pipeline.cli_cluster import assemble_and_show
 from pipeline.cli_common import (
     end_cleanly,
@@ -194,6 +194,7 @@ def build(
     address: Annotated[
         str | None, typer.Option(help="Address of a Ray cluster.", rich_help_panel=_RUN, show_default=False)
     ] = None,
+    show_source: Annotated[str | None, typer.Option("--show-source", hidden=True)] = None,
 ) -> None:
     """Build a data set of floor plans from 3D houses.
 
@@ -235,6 +236,9 @@ def build(
     }
     others = "add" if add else "replace" if replace_others else "refuse"
     work = BuildRequest(config, given, overrides, out, workers, executor, address, rehash)
+    if show_source is not None:  # the page Review asks for it, with the words of the build that it shows
+        write_source_record(work, show_source)
+        return
     with end_cleanly() as check:
         if shard is not None:
             code = build_one_shard(work, shard, check)

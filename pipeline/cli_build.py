@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
@@ -82,6 +83,17 @@ def build_and_show(work: BuildRequest, others: str, check: Callable[[], None]) -
     from pipeline.terminal_report import read_index_rows  # not before the workers have begun to load
 
     return show_outcomes(data_set, read_index_rows(data_set.root), work.out)
+
+
+def write_source_record(work: BuildRequest, name: str) -> None:
+    """Write what a person is shown of an input while they correct it to standard output; nothing is built."""
+    from houseexpo.dataset.source_records import encode_source_record
+    from pipeline.overrides import load_overrides
+    from pipeline.source_record import source_record
+
+    overrides = load_overrides(work.config, work.overrides, Path(work.out))
+    found = source_record(load_build_config(work.config, work.given), overrides, name)
+    sys.stdout.buffer.write(encode_source_record(found))
 
 
 def from_python(

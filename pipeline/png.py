@@ -41,7 +41,7 @@ def draw_top_view(mesh: Mesh, up: int = 2) -> bytes:
     """
     from scipy.ndimage import minimum_filter
 
-    points = _sample_points(mesh)
+    points = sample_points(mesh)
     if not len(points):
         return b""
     if up == 1:
@@ -57,16 +57,16 @@ def draw_top_view(mesh: Mesh, up: int = 2) -> bytes:
     return encode_png(minimum_filter(grey.T[::-1], 3))  # between the points, the highest place beside
 
 
-def _sample_points(mesh: Mesh) -> npt.NDArray[np.float64]:
-    """Points (about SAMPLES, 3) spread evenly over the faces by area."""
+def sample_points(mesh: Mesh, count: int = SAMPLES) -> npt.NDArray[np.float64]:
+    """Return points (count, 3) spread evenly over the faces by area, always the same ones."""
     a, b, c = (mesh.vertices[mesh.faces[:, i]] for i in range(3))
     areas = np.linalg.norm(np.cross(b - a, c - a), axis=1)
     total = float(areas.sum())
     if not (np.isfinite(total) and total > 0):
         return np.empty((0, 3))
-    steps = (np.arange(SAMPLES) + 0.5) * (total / SAMPLES)
+    steps = (np.arange(count) + 0.5) * (total / count)
     face = np.minimum(np.searchsorted(np.cumsum(areas), steps), len(areas) - 1)
-    u, v = np.random.default_rng(0).random((2, SAMPLES))
+    u, v = np.random.default_rng(0).random((2, count))
     over = u + v > 1
     u, v = np.where(over, 1 - u, u)[:, None], np.where(over, 1 - v, v)[:, None]
     spread: npt.NDArray[np.float64] = a[face] + u * (b - a)[face] + v * (c - a)[face]

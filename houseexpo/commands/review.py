@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Annotated, Final
 import typer
 
 from houseexpo.commands.serve import announce, browser_address, listening_service, run_service
-from houseexpo.errors import NO_PLAN, ConfigError, HouseExpoError
+from houseexpo.errors import ConfigError, HouseExpoError
 from houseexpo.words import count_noun
 
 if TYPE_CHECKING:
@@ -71,10 +71,10 @@ def review(
 def data_set_of(sources: Sequence[str], out: Path | None, workers: int | None = None) -> Dataset:
     """Return the data set that is named, or that of the named houses, which are built if they are not yet.
 
+    If no house became a plan, the reasons are printed; the page opens the houses all the same.
+
     Raises
     ------
-    typer.Exit
-        No house became a plan; the reasons have been printed.
     ConfigError
         A source does not exist, ``out`` holds something else, or it is given with a data set.
     """
@@ -92,8 +92,7 @@ def data_set_of(sources: Sequence[str], out: Path | None, workers: int | None = 
         for each in made.rejected[:_SHOWN]:
             typer.secho(f"{each['id']}: {each['reason'].replace('_', ' ')}: {each['detail']}", fg="red", err=True)
         what = count_noun(len(made.rejected), "input")
-        typer.secho(f"none of {what} became a plan; {folder / 'rejected.jsonl'} says why", fg="red", err=True)
-        raise typer.Exit(NO_PLAN)
+        typer.secho(f"none of {what} became a plan; the page shows what was found, to be corrected", err=True)
     return made
 
 

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Generic, TypeVar
 
 import msgspec
 import numpy as np
 
-from houseexpo.corrections.apply import correct_plan
+from houseexpo.corrections.apply import Corrected, correct_plan
+from houseexpo.corrections.draft import Space
 from houseexpo.corrections.vocabulary import Correction
 from houseexpo.grids.frame import plan_points_from_source, source_points_from_plan
 from houseexpo.plan.model import PlanData, shift_plan
@@ -28,14 +29,28 @@ class Preview(Generic[_Plan]):
     records: tuple[dict[str, Any], ...]
 
 
-def preview(plan: _Plan, corrections: Sequence[Correction]) -> Preview[_Plan]:
+def preview(
+    plan: _Plan, corrections: Sequence[Correction], base: _Plan | None = None, spaces: Iterable[Space] = ()
+) -> Preview[_Plan]:
     """Return what corrections do to a plan that may have been built with some of them.
 
-    A space that the plan does not have is known to a build only; its ``room`` is said to be looked for then.
+    Parameters
+    ----------
+    plan
+        The plan as it was built.
+    corrections
+        All that is said of it.
+    base
+        The plan as it is without any correction, if that is known. Without it, what the plan was built with stays, and
+        the ``room`` of a space that the plan does not have is said to be looked for by the build.
+    spaces
+        Spaces between walls that ``base`` does not have, in its coordinates.
     """
-    if not corrections or plan.frame is None:
-        return Preview(plan, ())
     built = {_key(told["word"], told["value"]): told for told in (plan.provenance or {}).get("corrections", [])}
+    if plan.frame is None or (not corrections and (base is None or not built)):
+        return Preview(plan, ())
+    if base is not None:
+        return _from_base(plan, correct_plan(base, corrections, spaces, measure=False), built)
     found = correct_plan(plan, corrections, measure=False)
     records = []
     for effect in found.effects:
@@ -48,6 +63,17 @@ def preview(plan: _Plan, corrections: Sequence[Correction]) -> Preview[_Plan]:
         new = [record for record in records if not record["built"] and record["outcome"] == "done"]
         if new:
             new[-1]["also"] = [*new[-1].get("also", []), *found.followed]
+    return Preview(_in_place_of(found.plan, plan), tuple(records))
+
+
+def _from_base(plan: _Plan, found: Corrected[_Plan], built: Mapping[bytes, dict[str, Any]]) -> Preview[_Plan]:
+    records = []
+    for effect in found.effects:
+        told = effect.as_record()
+        records.append({**told, "built": _key(told["word"], told["value"]) in built})
+    done = [record for record in records if record["outcome"] == "done"]
+    if found.followed and done:
+        done[-1]["also"] = [*done[-1].get("also", []), *found.followed]
     return Preview(_in_place_of(found.plan, plan), tuple(records))
 
 

@@ -93,6 +93,7 @@ def describe_log_line(line: LogLine) -> str:
     words |= {
         "note": "wrote a note",
         "leave": "left a question",
+        "file": "said something of the file",
         "undo": "undid a decision",
         "move": "moved a correction",
         "remove": "took out a correction",

@@ -42,6 +42,10 @@ from houseexpo.service.review.changes import (
 from houseexpo.service.review.log import Action, DecisionLog, LogLine
 from houseexpo.service.review.toml_edit import edit_table
 
+_SIZES = ("units", "scale", "distance", "storey_height")
+_INSTEAD = {key: tuple(other for other in _SIZES if other != key) for key in _SIZES}
+"""Each says how large the model is: one takes the place of another."""
+
 
 @dataclass(frozen=True)
 class PlanDecisions:
@@ -97,6 +101,10 @@ class DecisionStore:
         check_points(table, place)
         return table
 
+    def tables(self) -> dict[str, Any]:
+        """Return all tables of ``overrides.toml``."""
+        return _tables(self._text())
+
     def decide(self, plan: str, action: Action, reviewer: str, value: Any = None, seen: int = 0) -> LogLine:
         """Store a decision; it is on the disk when this returns.
 
@@ -119,6 +127,21 @@ class DecisionStore:
             self._check_seen(plan, seen)
             about = value if action == "leave" else ""
             return self._note(plan, action, reviewer, decision_changes(self.table(plan), action, value), about=about)
+
+    def say_of_file(self, name: str, key: str, value: Any, reviewer: str) -> LogLine:
+        """Store what is said of a whole file under its id; None takes the key out.
+
+        Raises
+        ------
+        ConfigError
+            ``overrides.toml`` cannot be read, changed or written.
+        """
+        with self._hold_lock():
+            table = self.table(name)
+            changes = {key: (table.get(key), value)}
+            if value is not None:
+                changes |= {other: (table[other], None) for other in _INSTEAD.get(key, ()) if other in table}
+            return self._note(name, "file", reviewer, changes)
 
     def left(self, plan: str) -> set[str]:
         """Return the questions about a plan that are not asked again."""

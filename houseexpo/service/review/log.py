@@ -19,7 +19,7 @@ import msgspec
 from houseexpo.corrections.vocabulary import Word
 from houseexpo.files import sync_folder, write_atomically
 
-Action = Literal["keep", "drop", Word, "note", "leave", "move", "remove", "undo", "build"]
+Action = Literal["keep", "drop", Word, "note", "leave", "file", "move", "remove", "undo", "build"]
 
 
 class LogLine(msgspec.Struct, frozen=True, omit_defaults=True):

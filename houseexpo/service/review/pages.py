@@ -24,6 +24,7 @@ from houseexpo.service.review.queue import Move
 from houseexpo.service.review.session import (
     SIZE_PX,
     DecisionRequest,
+    FileRequest,
     RebuildRequest,
     ReplaceRequest,
     Review,
@@ -70,6 +71,9 @@ def routes(service: Service) -> list[BaseRoute]:
         how = asked.get("move", "here")
         if how not in _MOVES:
             raise ConfigError(f"move: expected one of {', '.join(_MOVES)}; found {how!r}")
+        chosen = asked.get("plan")
+        if how == "here" and chosen in found.rejected:
+            return JsonResponse(found.state(chosen), headers={"cache-control": "no-store"})
         name = found.queue.move(asked.get("plan"), how, one_line(asked.get("reviewer", "")), found.decisions.by_plan())  # type: ignore[arg-type]  # one of _MOVES
         return JsonResponse(found.state(name), headers={"cache-control": "no-store"})
 
@@ -79,27 +83,18 @@ def routes(service: Service) -> list[BaseRoute]:
         if when == "built":
             return _picture_response(found.queue.dataset[name])
         if when != "before":
-            return _picture_response(found.told(found.queue.dataset[name], found.decisions.table(name)).plan)
+            table, source_ = found.decisions.table(name), found.source(name)
+            return _picture_response(found.told(found.queue.dataset[name], table, source_).plan)
         if name not in found.building.before:
             raise HTTPException(404, f"{name}: this plan did not exist before the last build")
         return _picture_response(decode(found.building.before[name]))
 
-    def decide(found: Review, body: bytes) -> dict[str, Any]:
-        asked = decode_body(body, DecisionRequest)
-        if asked.action in WORDS:
-            _check_idle(found)
-        return found.decide(asked, _reviewer(asked.reviewer))
-
-    def replace(found: Review, body: bytes) -> dict[str, Any]:
-        asked = decode_body(body, ReplaceRequest)
-        _check_idle(found)
-        return found.replace(asked, _reviewer(asked.reviewer))
-
-    def undo(found: Review, body: bytes) -> dict[str, Any]:
-        return found.undo(_reviewer(decode_body(body, UndoRequest).reviewer))
-
-    def redo(found: Review, body: bytes) -> dict[str, Any]:
-        return found.redo(_reviewer(decode_body(body, UndoRequest).reviewer))
+    def source(request: Request) -> Response:
+        found, name = review(request), request.query_params.get("plan", "")
+        view = found.source(name, wait=True)
+        if view is None:
+            raise HTTPException(404, f"{name}: no plan of this data set, and no house that its build rejected")
+        return JsonResponse(view.drawn, headers={"cache-control": "no-store"})
 
     def status(request: Request) -> Response:
         return JsonResponse(review(request).building.status(), headers={"cache-control": "no-store"})
@@ -119,14 +114,43 @@ def routes(service: Service) -> list[BaseRoute]:
         Route("/{data}/review", page),
         Route("/{data}/review/state", state),
         Route("/{data}/review/pictures/{plan}.svg", picture),
-        Route("/{data}/review/decide", post(decide), methods=["POST"]),
-        Route("/{data}/review/replace", post(replace), methods=["POST"]),
-        Route("/{data}/review/undo", post(undo), methods=["POST"]),
-        Route("/{data}/review/redo", post(redo), methods=["POST"]),
+        Route("/{data}/review/source", source),
+        Route("/{data}/review/file", post(_say_of_file), methods=["POST"]),
+        Route("/{data}/review/decide", post(_decide), methods=["POST"]),
+        Route("/{data}/review/replace", post(_replace), methods=["POST"]),
+        Route("/{data}/review/undo", post(_undo), methods=["POST"]),
+        Route("/{data}/review/redo", post(_redo), methods=["POST"]),
         Route("/{data}/review/build", post(_start), methods=["POST"]),
         Route("/{data}/review/stop", post(_stop), methods=["POST"]),
         Route("/{data}/review/build", status),
     ]
+
+
+def _say_of_file(found: Review, body: bytes) -> dict[str, Any]:
+    asked = decode_body(body, FileRequest)
+    _check_idle(found)
+    return found.say_of_file(asked, _reviewer(asked.reviewer))
+
+
+def _decide(found: Review, body: bytes) -> dict[str, Any]:
+    asked = decode_body(body, DecisionRequest)
+    if asked.action in WORDS:
+        _check_idle(found)
+    return found.decide(asked, _reviewer(asked.reviewer))
+
+
+def _replace(found: Review, body: bytes) -> dict[str, Any]:
+    asked = decode_body(body, ReplaceRequest)
+    _check_idle(found)
+    return found.replace(asked, _reviewer(asked.reviewer))
+
+
+def _undo(found: Review, body: bytes) -> dict[str, Any]:
+    return found.undo(_reviewer(decode_body(body, UndoRequest).reviewer))
+
+
+def _redo(found: Review, body: bytes) -> dict[str, Any]:
+    return found.redo(_reviewer(decode_body(body, UndoRequest).reviewer))
 
 
 def _check_idle(found: Review) -> None:

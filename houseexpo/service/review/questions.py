@@ -4,6 +4,11 @@ R1  A cut was made since nothing showed a way between two parts of the plan: the
 R2  A passage or a room that is rated below ``ASKED_BELOW`` is asked about.
 R3  Rooms that meet without a wall are one room, or they stay two; only where nobody has drawn a wall.
 R4  What a person has answered or left is not asked again. Answers are words of the storey, as if they had been drawn.
+R5  Where the source is known: a space between walls that the plan left out, and that is large enough for a room. So is
+    a place that the source shows as a door or a gap, in a wall of a room of the plan, where the plan has no passage.
+R6  Where a corner juts into a room, the line from it to the wall before it may be an opening between two rooms, along
+    both of its edges. It is asked about where it is as narrow as an opening, and parts off what could be a room.
+R7  What the reader guessed of the whole file (its unit, its axis) is asked first: all else depends on it.
 """
 
 from __future__ import annotations
@@ -13,12 +18,17 @@ from itertools import combinations
 from typing import Any, Final
 
 import msgspec
+import numpy as np
 import shapely
+from shapely import LineString, Point, Polygon
+from shapely.ops import split
 
 from houseexpo.floorplan import FloorPlan
-from houseexpo.grids.frame import source_points_from_plan
+from houseexpo.grids.frame import plan_points_from_source, source_points_from_plan
 from houseexpo.plan import Door, Room
 from houseexpo.service.plan_page import room_names_beside
+from houseexpo.service.review.sources import SourceView
+from houseexpo.tolerances import SMALLEST_ROOM_M2
 
 ASKED_BELOW: Final = 0.7
 """Confidence. Of ten parts rated so, three are wrong: a look at each costs a person less than the search for them."""
@@ -30,10 +40,27 @@ _MEETING_M: Final = 1.0
 """Rooms that meet for less have a passage between them, metres."""
 _NEAR_M: Final = 0.01
 """Rooms share their edge to the grid of a plan, metres."""
+_LEFT_OUT: Final = 0.6
+"""Doubt of a space that was left out: some of them are shafts, courts and hollow walls."""
+_SHOWN: Final = {"door": 0.55, "opening": 0.5, "lintel": 0.45, "gap": 0.3}
+"""Doubt of a place without a passage by what the source shows there."""
+_FREE: Final = 0.8
+"""A space of which less is free of rooms was not left out."""
+_WALL_M: Final = 0.6
+"""A place in a wall of a room is so near to it, metres: half of the thickest wall."""
+_PASSAGE_M: Final = (0.6, 2.5)
+"""The widths of what may be an opening, metres."""
+_CORNER: Final = 0.25
+"""Doubt of an opening at a corner that juts into a room."""
+_MOST_CORNERS: Final = 6
+_GUESSED: Final = {"units": "the unit", "scale": "the scale", "up": "the upward axis", "levels": "the floors"}
 
 
 class Answer(msgspec.Struct, frozen=True):
-    """An answer: what its button says, and the word that it stands for; no word if the plan is right as it is."""
+    """An answer: what its button says, and the word that it stands for; no word if the plan is right as it is.
+
+    The action "file" opens what can be said of the file.
+    """
 
     title: str
     action: str = "leave"
@@ -50,11 +77,14 @@ class Question(msgspec.Struct, frozen=True):
     doubt: float
 
 
-def questions(plan: FloorPlan, left: Collection[str] = ()) -> list[Question]:
-    """Return what is to be asked of a plan without the questions that were left, the most doubtful first (R1 to R4)."""
+def questions(plan: FloorPlan, left: Collection[str] = (), source: SourceView | None = None) -> list[Question]:
+    """Return what is to be asked of a plan without the questions that were left, the most doubtful first (R1 to R7)."""
     if plan.frame is None:
         return []
-    found = [*_passages(plan), *_rooms(plan), *_meetings(plan)]
+    found = [*_passages(plan), *_rooms(plan), *_meetings(plan), *_corners(plan)]
+    if source is not None and source.plan is not None:
+        dx, dy = _shift(plan, source)
+        found += [*_guesses(plan, source), *_spaces_left_out(plan, source, dx, dy), *_places(plan, source, dx, dy)]
     return sorted((each for each in found if each.key not in left), key=lambda each: (-each.doubt, each.key))
 
 
@@ -106,6 +136,123 @@ def _meetings(plan: FloorPlan) -> Iterator[Question]:
         says = f"{_name(one).capitalize()} and {_name(other)} meet without a wall for {edge.length:.1f} m. One room?"
         answers = Answer("One room", "one_room", (_inside(one), _inside(other))), Answer("Two rooms")
         yield Question(_key(plan, "meet", at), at, says, answers, _OPEN)
+
+
+def _shift(plan: FloorPlan, source: SourceView) -> tuple[float, float]:
+    """Return how far the plan that is shown lies from the one of the source, metres."""
+    base: Any = source.plan
+    frame: Any = plan.frame
+    there = source_points_from_plan(base.frame, np.zeros((1, 2)))
+    x, y = plan_points_from_source(frame, there)[0].round(3).tolist()
+    return x, y
+
+
+def _guesses(plan: FloorPlan, source: SourceView) -> Iterator[Question]:
+    """R7."""
+    names = [_GUESSED[name] for name in source.level.guesses if name in _GUESSED]
+    if not names or not {"units", "up"} & set(source.record.takes):
+        return
+    x1, y1, x2, y2 = plan.bbox
+    at = round((x1 + x2) / 2, 3), round((y1 + y2) / 2, 3)
+    size = f"{x2 - x1:.1f} m x {y2 - y1:.1f} m"
+    says = f"The file does not say {' and '.join(names)}; this storey is {size} so. Is that right?"
+    yield Question(_key(plan, "guess", at), at, says, (Answer("Right"), Answer("Wrong", "file")), 1.0)
+
+
+def _spaces_left_out(plan: FloorPlan, source: SourceView, dx: float, dy: float) -> Iterator[Question]:
+    """R5."""
+    taken = shapely.union_all([*(room.polygon for room in plan.rooms), *(door.polygon for door in plan.doors)])
+    asked: list[Polygon] = []
+    for space in source.spaces:
+        shape = shapely.transform(space.shape, lambda points: points + np.array([dx, dy]))
+        free = shapely.difference(shape, shapely.union_all([taken, *asked]))
+        if free.area < SMALLEST_ROOM_M2 or free.area < _FREE * shape.area:
+            continue
+        asked.append(shape)
+        point = shape.representative_point()
+        at = round(point.x, 3), round(point.y, 3)
+        why = "nothing leads into it" if not space.reachable else "it was taken for no room"
+        says = f"This space of {shape.area:.1f} m² between walls was left out: {why}. Is it a room?"
+        yield Question(
+            _key(plan, "space", at), at, says, (Answer("A room", "room", (at,)), Answer("No room")), _LEFT_OUT
+        )
+
+
+def _places(plan: FloorPlan, source: SourceView, dx: float, dy: float) -> Iterator[Question]:
+    """R5."""
+    rooms = [room.polygon for room in plan.rooms]
+    doors = [door.polygon for door in plan.doors]
+    for kind, ends in source.places:
+        (ax, ay), (bx, by) = ((round(x + dx, 3), round(y + dy, 3)) for x, y in ends)
+        line = LineString([(ax, ay), (bx, by)])
+        if kind not in _SHOWN or not _PASSAGE_M[0] <= line.length <= _PASSAGE_M[1]:
+            continue
+        beside = sum(room.distance(line.centroid) < _WALL_M for room in rooms)
+        inside = any(room.buffer(-_WALL_M / 2).intersects(line) for room in rooms)
+        if not beside or inside or any(door.distance(line.centroid) < _WALL_M for door in doors):
+            continue
+        at = round((ax + bx) / 2, 3), round((ay + by) / 2, 3)
+        word = "door" if beside > 1 else "entrance"
+        shows = {"lintel": "a lintel hangs", "gap": "the walls leave a gap"}.get(kind, f"the source names {_a(kind)}")
+        says = f"{shows.capitalize()} here, {line.length:.2f} m wide, and the plan has no way. Is there {_a(word)}?"
+        answers = Answer(_a(word).capitalize(), word, ((ax, ay), (bx, by))), Answer("None")
+        yield Question(_key(plan, "place", at), at, says, answers, _SHOWN[kind])
+
+
+def _corners(plan: FloorPlan) -> Iterator[Question]:
+    """R6."""
+    found: list[tuple[float, LineString]] = []
+    for room in plan.rooms:
+        doors = shapely.union_all([door.polygon for door in plan.doors if room.id in door.rooms])
+        for ray in corner_rays(room.polygon):
+            if not _PASSAGE_M[0] <= ray.length <= _PASSAGE_M[1] or ray.distance(doors) < _PASSAGE_M[0] / 2:
+                continue
+            parts = sorted(part.area for part in split(room.polygon, _longer(ray)).geoms)
+            if len(parts) > 1 and parts[-2] >= SMALLEST_ROOM_M2 * 2:
+                found.append((ray.length, ray))
+    chosen: list[LineString] = []
+    for _, ray in sorted(found, key=lambda pair: pair[0]):
+        if all(ray.distance(other) > _PASSAGE_M[0] / 2 for other in chosen) and len(chosen) < _MOST_CORNERS:
+            chosen.append(ray)
+    for ray in chosen:
+        (ax, ay), (bx, by) = (tuple(round(v, 3) for v in end) for end in ray.coords)
+        at = round((ax + bx) / 2, 3), round((ay + by) / 2, 3)
+        says = f"The room is narrow here, {ray.length:.2f} m. Is there an opening between two rooms?"
+        answers = Answer("An opening", "opening", ((ax, ay), (bx, by))), Answer("One room")
+        yield Question(_key(plan, "corner", at), at, says, answers, _CORNER)
+
+
+def corner_rays(room: Polygon) -> list[LineString]:
+    """Return the lines along both edges of each corner that juts into a room, from it to the wall before it."""
+    found = []
+    x1, y1, x2, y2 = room.bounds
+    far = x2 - x1 + y2 - y1
+    for ring in (shapely.orient_polygons(room).exterior, *shapely.orient_polygons(room).interiors):
+        points = np.array(ring.coords[:-1])
+        before, after = points - np.roll(points, 1, axis=0), np.roll(points, -1, axis=0) - points
+        turn = before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0]
+        for k in np.flatnonzero(turn < -_NEAR_M * _NEAR_M):  # orientation: the room lies to the left of its edges
+            for along in (before[k], -after[k]):
+                way = along / max(float(np.hypot(*along)), _NEAR_M)
+                start = points[k] + way * _NEAR_M
+                line = LineString([start, points[k] + way * far])
+                inside = shapely.intersection(line, room)
+                first = min(shapely.get_parts(inside), key=lambda part: part.distance(Point(start)), default=None)
+                if first is not None and first.length > _NEAR_M and first.distance(Point(start)) < _NEAR_M:
+                    end = max(first.coords, key=lambda at: float(np.hypot(*(np.array(at) - points[k]))))
+                    found.append(LineString([points[k], end]))
+    return found
+
+
+def _longer(ray: LineString) -> LineString:
+    """Return a line a little longer at both ends, so that it parts the room."""
+    a, b = np.array(ray.coords)
+    way = (b - a) / ray.length * _NEAR_M
+    return LineString([a - way, b + way])
+
+
+def _a(word: str) -> str:
+    return f"{'an' if word[0] in 'aeiou' else 'a'} {word}"
 
 
 def _doubt(confidence: float | None) -> float | None:

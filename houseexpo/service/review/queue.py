@@ -23,7 +23,8 @@ _LEVEL: Final = re.compile(r"_L\d+(?:_B\d+)?$")
 """What a build adds to the id of a house for the plan of a level, or of a building in it."""
 
 
-def _house(name: str) -> str:
+def house_of(name: str) -> str:
+    """Return the id of the house that has a plan of several as one of its levels, "" if the id names no level."""
     found = _LEVEL.search(name)
     return name[: found.start()] if found else ""
 
@@ -70,8 +71,8 @@ class ReviewQueue:
 
     def storeys(self, name: str) -> list[dict[str, str]]:
         """Return the plans of one house, by level: the id and a title of each; none if the house has one plan."""
-        house = _house(name)
-        ids = sorted(each for each in self.order if _house(each) == house) if house else []
+        house = house_of(name)
+        ids = sorted(each for each in self.order if house_of(each) == house) if house else []
         told = [(each, (self.dataset[each].provenance or {}).get("storey")) for each in ids[:_MOST_STOREYS]]
         return [{"plan": each, "title": str(title or each[len(house) + 1 :])} for each, title in told if len(ids) > 1]
 

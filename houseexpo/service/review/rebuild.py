@@ -35,6 +35,7 @@ from houseexpo.service.build_lists import read_build_lists
 from houseexpo.service.collection import Collection
 from houseexpo.service.review.changes import DecidedOtherwiseError
 from houseexpo.service.review.decisions import DecisionStore
+from houseexpo.service.review.queue import house_of
 
 Became = Literal["changed", "the same", "gone", "new"]
 Phase = Literal["idle", "building", "built", "failed", "stopped"]
@@ -136,6 +137,12 @@ class Rebuild:
             atexit.register(self.stop)
         Thread(target=self._follow, args=(commands[1:], touched[:_MAX_SHOWN], reviewer, upto), daemon=True).start()
 
+    def commands(self) -> list[list[str]]:
+        """Return the commands of the builds that made the data set; raise ConfigError if they may not be run (R6)."""
+        if why := self.refusal():
+            raise ConfigError(why)
+        return self._commands(self._record())
+
     def stop(self) -> None:
         """Interrupt a build as Ctrl-C does: finished houses are kept."""
         process = self._process
@@ -228,7 +235,9 @@ def compare_decided_plans(root: Path, before: Mapping[str, bytes], touched: Sequ
     dataset = open_dataset(root)
     reasons = _reasons(root)
     found = []
-    for name in touched:
+    ids = [*dataset.ids, *reasons]
+    named = [each for name in touched for each in _ids_of(name, ids)]
+    for name in dict.fromkeys(named):
         if name in dataset:
             same = before.get(name) == dataset.raw(name)
             became: Became = "new" if name not in before else "the same" if same else "changed"
@@ -236,6 +245,13 @@ def compare_decided_plans(root: Path, before: Mapping[str, bytes], touched: Sequ
         else:
             found.append(DecidedPlan(name, "gone", reasons.get(name, "it is no longer in the data set")))
     return found
+
+
+def _ids_of(name: str, ids: Sequence[str]) -> list[str]:
+    """Return the ids of the levels of a file with decisions, or the one of a plan."""
+    if name in ids:
+        return [name]
+    return [each for each in ids if house_of(each) == name] or [name]
 
 
 def _effects(plan: FloorPlan) -> tuple[tuple[str, ...], tuple[str, ...]]:

@@ -2,20 +2,22 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Mapping, Sequence
-from typing import Annotated, Any, Final, Literal
+from typing import Annotated, Any, Final, Literal, NamedTuple
 
 import msgspec
 from msgspec import Meta
 
-from houseexpo.corrections import Correction
+from houseexpo.corrections import Correction, Override
 from houseexpo.corrections.preview import Preview, preview
-from houseexpo.corrections.vocabulary import WORDS, Word, checked_values
+from houseexpo.corrections.vocabulary import FILE_WORDS, WORDS, Word, checked_values
 from houseexpo.dataset.store.folders import overrides_path
 from houseexpo.errors import ConfigError
 from houseexpo.floorplan import FloorPlan
 from houseexpo.grids.frame import plan_points_from_source, source_points_from_plan
+from houseexpo.plan import Frame
 from houseexpo.plan.explanations import GROUNDS
 from houseexpo.service.api.analysis import shape_values
 from houseexpo.service.collection import Collection
@@ -26,6 +28,7 @@ from houseexpo.service.review.decisions import DecisionStore, PlanDecisions
 from houseexpo.service.review.questions import questions
 from houseexpo.service.review.queue import ReviewQueue, summarise_review
 from houseexpo.service.review.rebuild import Rebuild
+from houseexpo.service.review.sources import Sources, SourceView
 from houseexpo.service.review.tools import tools
 from houseexpo.service.search import plan_title
 
@@ -73,6 +76,19 @@ class ReplaceRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     text: Annotated[str, Meta(max_length=500)] = ""
 
 
+class FileRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """What is said of the whole file of a plan: a key of ``FILE_WORDS`` or ``keep``, and its value; "" takes it out.
+
+    ``points`` are the ends of a known distance, in plan metres.
+    """
+
+    plan: Id
+    key: Literal["up", "units", "scale", "distance", "storey_height", "floors", "drop_nodes", "keep"]
+    reviewer: Name
+    value: Annotated[str, Meta(max_length=4000)] = ""
+    points: Annotated[list[Point], Meta(max_length=2)] = []
+
+
 class RebuildRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """A request to rebuild; ``confirm`` is the digest of the commands that were shown (``Rebuild.status``)."""
 
@@ -91,7 +107,15 @@ def one_line(text: str) -> str:
     return _CONTROLS.sub(" ", text).strip()
 
 
-def decision_value(asked: DecisionRequest, plan: FloorPlan) -> Any:
+class Ground(NamedTuple):
+    """Where something is drawn: a plan, or the source of one that is not there yet."""
+
+    id: str
+    frame: Frame | None
+    bbox: tuple[float, float, float, float]
+
+
+def decision_value(asked: DecisionRequest, plan: FloorPlan | Ground) -> Any:
     """Return the value of a decision, as ``DecisionStore.decide`` takes it.
 
     Raises
@@ -105,7 +129,7 @@ def decision_value(asked: DecisionRequest, plan: FloorPlan) -> Any:
     return word_value(asked.action, asked.points, asked.text, plan)  # type: ignore[arg-type]  # all others are words
 
 
-def word_value(word: Word, points: Sequence[Point], text: str, plan: FloorPlan) -> Any:
+def word_value(word: Word, points: Sequence[Point], text: str, plan: FloorPlan | Ground) -> Any:
     """Return the value of a word, in the source's axes, from points in plan metres; see ``decision_value``."""
     tool = _TOOLS[word]
     if len(points) < tool.points or (len(points) > tool.points and not tool.more):
@@ -129,9 +153,15 @@ def corrections_in(table: Mapping[str, Any]) -> list[Correction]:
     return [Correction(word, value) for word in WORDS for value in checked_values(word, table.get(word, ()))]
 
 
-def told_corrections(plan: FloorPlan, table: Mapping[str, Any]) -> Preview[FloorPlan]:
-    """Return the plan with what a table says of its storey, and the effect of each word."""
-    return preview(plan, corrections_in(table))
+def told_corrections(plan: FloorPlan, table: Mapping[str, Any], source: SourceView | None = None) -> Preview[FloorPlan]:
+    """Return the plan with what a table says of its storey, and each word's effect; exact if the source is known."""
+    base = None if source is None else source.plan
+    if base is None or source is None:
+        return preview(plan, corrections_in(table))
+    if source.is_founded:
+        records = (base.provenance or {}).get("corrections", [])
+        return Preview(base, tuple({**record, "built": False} for record in records))
+    return preview(plan, corrections_in(table), base, source.spaces)
 
 
 def effect_in(told: Preview[FloorPlan], word: Word, value: Any) -> dict[str, Any]:
@@ -148,7 +178,7 @@ def effect_in(told: Preview[FloorPlan], word: Word, value: Any) -> dict[str, Any
     return mine
 
 
-def _check_inside(points: Sequence[Point], plan: FloorPlan) -> None:
+def _check_inside(points: Sequence[Point], plan: FloorPlan | Ground) -> None:
     x1, y1, x2, y2 = plan.bbox
     for x, y in points:
         if not (x1 - _BESIDE_M <= x <= x2 + _BESIDE_M and y1 - _BESIDE_M <= y <= y2 + _BESIDE_M):
@@ -157,6 +187,65 @@ def _check_inside(points: Sequence[Point], plan: FloorPlan) -> None:
 
 def _round_point(point: Sequence[float]) -> list[float]:
     return [round(value, _DIGITS) + 0.0 for value in point]  # + 0.0: no -0.0
+
+
+def file_value(asked: FileRequest, plan: FloorPlan | Ground, source: SourceView) -> Any:
+    """Return the value of what is said of a file, as ``overrides.toml`` has it, None to take it out."""
+    text = one_line(asked.value)
+    if not text:
+        return None
+    if asked.key in {"keep", "up", "units"}:
+        return True if asked.key == "keep" else text
+    if asked.key == "drop_nodes":
+        return [line.strip() for line in asked.value.splitlines() if line.strip()]
+    numbers = [_number(asked.key, part) for part in re.split(r"[,;\s]+", text) if part]
+    if len(numbers) != 1 and asked.key != "floors":
+        raise ConfigError(f"{asked.key}: expected one number, found {text!r}")
+    if asked.key != "distance":
+        return numbers if asked.key == "floors" else numbers[0]
+    unit_m = source.record.unit_m
+    if len(asked.points) != 2 or unit_m is None or plan.frame is None:
+        raise ConfigError("distance: expected two points, and the metres between them")
+    _check_inside(asked.points, plan)
+    there = source_points_from_plan(plan.frame, asked.points) / unit_m
+    a, b = (_round_to_unit(point, unit_m) for point in there.tolist())
+    return [a, b, numbers[0]]
+
+
+def _round_to_unit(point: Sequence[float], unit_m: float) -> list[float]:
+    """Return a point of a file to a tenth of a millimetre, whatever its unit."""
+    digits = max(0, _DIGITS + 1 + math.ceil(math.log10(unit_m)))
+    return [round(value, digits) + 0.0 for value in point]
+
+
+def _number(key: str, text: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        raise ConfigError(f"{key}: expected a number, found {text!r}") from None
+    if not math.isfinite(value):
+        raise ConfigError(f"{key}: expected a finite number, found {text}")
+    return value
+
+
+def _nothing(name: str, source: SourceView | None) -> dict[str, Any]:
+    """Return what the page shows of a house without a plan: nothing, where its source lies."""
+    bounds = list(source.bounds) if source is not None else None
+    shape = {
+        "id": name,
+        "bounds": bounds,
+        "space": [],
+        "walls": [],
+        "boxes": [],
+        "objects": [],
+        "rooms": [],
+        "doors": [],
+    }
+    return {
+        "plan": name, "title": "Rejected", "quality": None, "doubtful": False, "grounds": [], "unsure": [], "area": 0.0,
+        "rooms": 0, "doors": 0, "drawable": source is not None, "shape": shape if bounds else None, "effects": [],
+        "questions": [], "storeys": [], "place": 0,
+    }  # fmt: skip
 
 
 SIZE_PX: Final = 900
@@ -239,6 +328,8 @@ class Review:
         self.decisions = DecisionStore(overrides_path(collection.path))
         self.building = Rebuild(collection, self.decisions)
         self._told: LruCache[Preview[FloorPlan]] = LruCache(_KEPT)
+        self._sources = Sources(self.building.commands)
+        self._refused: tuple[Any, dict[str, str]] = None, {}
 
     @property
     def queue(self) -> ReviewQueue:
@@ -249,24 +340,69 @@ class Review:
             self._told = LruCache(_KEPT)
         return self._queue
 
+    @property
+    def rejected(self) -> dict[str, str]:
+        """The houses that the build rejected and that nobody dropped, and why."""
+        dataset = self._collection.dataset
+        if self._refused[0] is not dataset:
+            found = {
+                each.id: f"{each.reason.replace('_', ' ')}: {each.detail}"
+                for each in self._collection.now.records.refused
+                if each.reason not in {"dropped_by_hand", "no_such_level"}
+            }
+            self._refused = dataset, {name: why for name, why in found.items() if name not in dataset}
+        return self._refused[1]
+
+    def source(self, name: str, *, wait: bool = False) -> SourceView | None:
+        """Return the source of a plan, None if it is not known yet; raise SourceError if it cannot be read."""
+        known = name in self.queue.dataset
+        if not known and name not in self.rejected:
+            return None
+        tables = self.decisions.tables()
+        if wait:
+            return self._sources.read(name, tables, is_plan=known)
+        return self._sources.known(name, tables, is_plan=known)
+
     def state(self, name: str | None) -> dict[str, Any]:
         """Return what the page shows of a plan, or of the end if it is None, and the progress of the review."""
         judged = self.decisions.by_plan()
         queue = self.queue
-        common = {"progress": queue.progress(judged), "build": self.building.status()}
+        common = {"progress": queue.progress(judged), "build": self.building.status(), "rejections": self.rejected}
         if name is None:
             return {"plan": None, "summary": summarise_review(queue.dataset.ids, judged), **common}
-        plan, table = queue.dataset[name], self.decisions.table(name)
-        told = self.told(plan, table)
+        table, source, is_plan = self.decisions.table(name), self.source(name), name in queue.dataset
+        common["source"] = self._source_facts(name, source, is_plan=is_plan)
+        common |= {**decision_history(name, self.decisions, judged.get(name)), "table": table}
+        plan = queue.dataset[name] if is_plan else None if source is None else source.plan
+        if plan is None:
+            return {**_nothing(name, source), "rejected": self.rejected.get(name, ""), **common}
+        told = self.told(plan, table, source)
         return {
             **plan_facts(told.plan),
+            "rejected": "" if is_plan else self.rejected.get(name, ""),
             "effects": said_corrections(plan, told),
-            **decision_history(name, self.decisions, judged.get(name)),
-            "place": queue.places[name] + 1,
-            "table": table,
-            "questions": msgspec.to_builtins(questions(told.plan, self.decisions.left(name))),
-            "storeys": queue.storeys(name),
+            "place": queue.places.get(name, -1) + 1,
+            "questions": msgspec.to_builtins(questions(told.plan, self.decisions.left(name), source)),
+            "storeys": queue.storeys(name) if is_plan else [],
             **common,
+        }
+
+    def _source_facts(self, name: str, source: SourceView | None, *, is_plan: bool) -> dict[str, Any]:
+        """Return whether the source is known, why it cannot be, and what is said of the file."""
+        tables = self.decisions.tables()
+        why = self.building.refusal() or self._sources.why_not(name, tables, is_plan=is_plan)
+        file = name if source is None else source.record.id
+        table = tables.get(file, {})
+        said = {key: table[key] for key in (*FILE_WORDS, "keep") if key in table} if isinstance(table, dict) else {}
+        takes = () if source is None else source.record.takes
+        return {
+            "known": source is not None,
+            "why": why,
+            "file": file,
+            "said": said,
+            "takes": [*takes, *(["distance"] if "units" in takes and source and source.record.unit_m else [])],
+            "names": () if source is None else source.record.names,
+            "rejected": "" if source is None or source.plan is not None else source.level.rejected,
         }
 
     def undo(self, reviewer: str) -> dict[str, Any]:
@@ -280,12 +416,28 @@ class Review:
         return {**self.state(self._there(line.plan)), "redone": line.plan}
 
     def _there(self, name: str) -> str | None:
-        return name if name in self.queue.dataset else None
+        return name if name in self.queue.dataset or name in self.rejected else None
 
-    def told(self, plan: FloorPlan, table: Mapping[str, Any]) -> Preview[FloorPlan]:
+    def told(self, plan: FloorPlan, table: Mapping[str, Any], source: SourceView | None = None) -> Preview[FloorPlan]:
         """Return ``told_corrections``; the latest answers are kept."""
-        key = plan.id, msgspec.json.encode({word: table[word] for word in WORDS if word in table})
-        return self._told.get_or_make(key, lambda: told_corrections(plan, table))
+        words = msgspec.json.encode({word: table[word] for word in WORDS if word in table})
+        key = plan.id, words, None if source is None else id(source)
+        return self._told.get_or_make(key, lambda: told_corrections(plan, table, source))
+
+    def _ground(self, name: str) -> FloorPlan | Ground:
+        """Return what is drawn on.
+
+        Raises
+        ------
+        ConfigError
+            The source of a house without a plan has not been read.
+        """
+        if name in self.queue.dataset:
+            return self.queue.dataset[name]
+        source = self.source(name)
+        if source is None:
+            raise ConfigError(f"{name}: its source is not read yet; wait until it is shown")
+        return source.plan or Ground(name, source.level.frame, source.bounds)
 
     def decide(self, asked: DecisionRequest, reviewer: str) -> dict[str, Any]:
         """Store a decision; return the plan's state and the effect of a word, None if it is not one.
@@ -295,13 +447,13 @@ class Review:
         ConfigError
             See ``decision_value`` and ``DecisionStore.decide``, or the word has no effect.
         """
-        plan = self.queue.dataset[asked.plan]
+        plan = self._ground(asked.plan)
         value = decision_value(asked, plan)
         effect = self._said(asked, plan, value)
         line = self.decisions.decide(asked.plan, asked.action, reviewer, value, asked.seen)
         return {**self.state(asked.plan), "noted": line.number, "effect": effect}
 
-    def _said(self, asked: DecisionRequest, plan: FloorPlan, value: Any) -> dict[str, Any] | None:
+    def _said(self, asked: DecisionRequest, plan: FloorPlan | Ground, value: Any) -> dict[str, Any] | None:
         if asked.action not in WORDS:
             return None
         word: Word = asked.action
@@ -309,7 +461,38 @@ class Review:
         items = list_items(table.get(word), word)
         if value in items:
             raise ConfigError(f"{word}: no effect: it is said already")
-        return effect_in(self.told(plan, {**table, word: [*items, value]}), word, value)
+        return self._effect(asked.plan, plan, {**table, word: [*items, value]}, word, value)
+
+    def _effect(
+        self, name: str, plan: FloorPlan | Ground, table: Mapping[str, Any], word: Word, value: Any
+    ) -> dict[str, Any]:
+        """Return the record of a word that was just said; what only the search can tell is looked for afterwards."""
+        source = self.source(name)
+        if isinstance(plan, Ground) or (source is not None and source.is_founded):
+            Override(**{each: table[each] for each in WORDS if each in table})
+            return {"word": word, "value": value, "outcome": "done", "said": "the source is read with it now"}
+        return effect_in(self.told(plan, table, source), word, value)
+
+    def say_of_file(self, asked: FileRequest, reviewer: str) -> dict[str, Any]:
+        """Store what is said of a whole file; return the state of the plan, whose source is to be read again.
+
+        Raises
+        ------
+        ConfigError
+            The value is invalid, the reader of the file does not take the key, or the source has not been read.
+        """
+        source = self.source(asked.plan)
+        if source is None:
+            raise ConfigError(f"{asked.plan}: its source is not read yet; wait until it is shown")
+        if asked.key not in self._source_facts(asked.plan, source, is_plan=asked.plan in self.queue.dataset)["takes"]:
+            raise ConfigError(f"{asked.key}: the reader of {source.record.id} does not take it")
+        value = file_value(asked, self._ground(asked.plan), source)
+        said = self.decisions.table(source.record.id)
+        kept = {key: said[key] for key in ("up", "floors", "drop_nodes") if key in said and key != asked.key}
+        if value is not None:
+            Override(**kept, **{asked.key: value})  # raises what is wrong with it
+        line = self.decisions.say_of_file(source.record.id, asked.key, value, reviewer)
+        return {**self.state(asked.plan), "noted": line.number, "effect": None}
 
     def replace(self, asked: ReplaceRequest, reviewer: str) -> dict[str, Any]:
         """Move or take out something that is said; return the plan's state and the effect of the word that moved.
@@ -319,9 +502,9 @@ class Review:
         ConfigError
             See ``word_value`` and ``DecisionStore.replace``, or the word has no effect in its new place.
         """
-        plan, table = self.queue.dataset[asked.plan], self.decisions.table(asked.plan)
+        plan, table = self._ground(asked.plan), self.decisions.table(asked.plan)
         new = word_value(asked.word, asked.points, asked.text, plan) if asked.points else None
         changed = {key: after for key, (_, after) in replacement(table, asked.word, asked.value, new).items()}
-        effect = None if new is None else effect_in(self.told(plan, {**table, **changed}), asked.word, new)
+        effect = None if new is None else self._effect(asked.plan, plan, {**table, **changed}, asked.word, new)
         line = self.decisions.replace(asked.plan, asked.word, asked.value, new, reviewer=reviewer, seen=asked.seen)
         return {**self.state(asked.plan), "noted": line.number, "effect": effect}

@@ -16,8 +16,8 @@ import msgspec
 
 from houseexpo.corrections.vocabulary import WORDS, Word
 
-_TAKEN: Final = frozenset("kxnuyb")
-"""Keys of decisions on a whole plan, of the build, of undo and redo."""
+_TAKEN: Final = frozenset("kxnuybj")
+"""Keys of decisions on a whole plan, of the build, of undo and redo, of the next house without a plan."""
 _KNOWN: Final = {
     "door": "d",
     "entrance": "e",

@@ -2,18 +2,22 @@
 import { Sheet } from "./sheet.js";
 import { showBuild } from "./build.js";
 import { showEnd } from "./ended.js";
+import { FileForm } from "./file.js";
 
 const root = document.getElementById("review");
 const base = root.dataset.base;
 const readOnly = root.dataset.readOnly === "yes";
 const LOOK_MS = 700;
+const FIRST_LAYER = 4; // the key of the first layer: 1 to 3 answer
 const at = (id) => document.getElementById(id);
 const tools = JSON.parse(root.dataset.tools); // the words of a storey, each with its key and the points that it asks for
 const titles = {
-  keep: "Kept", drop: "Dropped", note: "A note", leave: "Left a question", move: "Moved", remove: "Taken out", build: "Rebuilt",
+  keep: "Kept", drop: "Dropped", note: "A note", file: "Of the file", leave: "Left a question", move: "Moved", remove: "Taken out", build: "Rebuilt",
   ...Object.fromEntries(tools.map(({ word, title }) => [word, title])),
 };
-const sheet = new Sheet(at("stage"), at("hint"), { choose: showChosen, move });
+const sheet = new Sheet(at("stage"), at("hint"), { choose: showChosen, move, take: (word, points) => decide(word, { points }) });
+const file = new FileForm({ draw: drawDistance, say: sayOfFile });
+let reading = ""; // the plan whose source is on its way
 let now = null; // what the server said of the plan that is shown
 const seen = new Map(); // by plan, the number of the latest line about it that was shown here
 let busy = Promise.resolve(); // one request after the other: keys may come faster than answers
@@ -65,8 +69,11 @@ function show(found) {
   now = found;
   showProgress(found.progress);
   setBuild(found.build);
+  showRejections(found);
   if (found.plan === null) {
-    sayNone(found);
+    const [first] = Object.keys(found.rejections);
+    if (!found.progress.plans && first) go("here", first);
+    else sayNone(found);
     return;
   }
   at("ended").hidden = true;
@@ -75,7 +82,7 @@ function show(found) {
   at("plan").textContent = found.plan;
   at("title").textContent = found.title;
   const sure = found.quality === null ? "no quality" : `quality ${found.quality.toFixed(2)}${found.doubtful ? ", doubtful" : ""}`;
-  at("facts").textContent = `${sure} · ${counted(found.rooms, "room")} in the source · ${counted(found.doors, "door")} · ${found.place} of ${found.progress.plans}`;
+  at("facts").textContent = found.rejected ? found.source.rejected || found.rejected : `${sure} · ${counted(found.rooms, "room")} in the source · ${counted(found.doors, "door")} · ${found.place} of ${found.progress.plans}`;
   at("judged").textContent = found.judged
     ? `${found.judged.by}: ${found.judged.actions.map((each) => titles[each].toLowerCase()).join(", ")}` : "no decision yet";
   at("table").textContent = Object.entries(found.table).map(([key, value]) => `${key} = ${JSON.stringify(value)}`).join("\n") || "no entry yet";
@@ -89,6 +96,9 @@ function show(found) {
   for (const id of ["unsure", "unsure_head"]) at(id).hidden = found.unsure.length === 0;
   for (const { word } of tools) at(word).disabled = readOnly || !found.drawable;
   sheet.show(found);
+  readSource(found);
+  showSwitches();
+  file.show(found.source, readOnly);
   showQuestion(found.questions);
   at("storeys").hidden = found.storeys.length === 0;
   at("storeys").replaceChildren(...found.storeys.map(({ plan, title }) => {
@@ -98,6 +108,74 @@ function show(found) {
   }));
   at("effects").replaceChildren(...found.effects.map(effect));
   for (const id of ["effects", "effects_head"]) at(id).hidden = found.effects.length === 0;
+}
+
+// Has the source of the plan read, once for what is said of the file, and shows it under the plan.
+function readSource({ plan, source: { known, why } }) {
+  if (reading === plan || (known && sheet.source) || why) return;
+  reading = plan;
+  if (!known) say("Reading the source of this plan…");
+  ask(`source?${new URLSearchParams({ plan })}`).then((found) => {
+    if (now?.plan !== plan) return undefined;
+    sheet.under(found);
+    showSwitches();
+    if (known) return undefined;
+    if (at("said").textContent.startsWith("Reading")) say("");
+    return go("here", plan); // with the questions that the source answers
+  }).catch((error) => { if (now?.plan === plan) { now.source.why = error.message; file.show(now.source, readOnly); say(error.message, "bad"); } })
+    .finally(() => { reading = ""; if (now?.plan && now.plan !== plan) readSource(now); });
+}
+
+function showSwitches() {
+  const switches = sheet.switches;
+  at("switches").hidden = switches.length === 0;
+  at("switches").replaceChildren(...switches.map(({ name, title, on }, i) => {
+    const found = button(` ${title}`, () => { sheet.toggle(name); showSwitches(); }, "switch");
+    found.prepend(Object.assign(document.createElement("kbd"), { textContent: i + FIRST_LAYER }));
+    found.setAttribute("aria-pressed", String(on));
+    return found;
+  }));
+}
+
+function toggleLayer(number) {
+  const found = sheet.switches[number];
+  if (found) { sheet.toggle(found.name); showSwitches(); }
+}
+
+function showRejections({ rejections, plan }) {
+  const all = Object.entries(rejections);
+  for (const id of ["rejections", "rejections_head"]) at(id).hidden = all.length === 0;
+  at("rejections").replaceChildren(...all.map(([name, why]) => {
+    const line = document.createElement("li"), open = button(`${name}: ${why}`, () => go("here", name), "rejection");
+    if (name === plan) open.setAttribute("aria-current", "true");
+    line.append(open);
+    return line;
+  }));
+}
+
+function nextRejected() {
+  const names = Object.keys(now?.rejections ?? {});
+  if (!names.length) return say("No house of this data set is without a plan.");
+  return go("here", names[(names.indexOf(now.plan) + 1) % names.length]);
+}
+
+function drawDistance(done) {
+  if (!now?.plan || !now.shape) return;
+  sheet.draw({ word: "distance", title: "A known distance", key: "", points: 2, more: false, text: false, snaps: true }, done);
+}
+
+function sayOfFile(key, value, points = []) {
+  if (!mayWrite()) return undefined;
+  const { plan } = now;
+  return inTurn(async () => {
+    sheet.source = null; // what is said of the file makes another reading of it
+    const found = await ask("file", { plan, key, value, points, reviewer: reviewer() }).catch(async (error) => {
+      show(await ask(`state?${new URLSearchParams({ move: "here", plan, reviewer: reviewer() })}`));
+      throw error;
+    });
+    say(`Said of the file: ${key.replaceAll("_", " ")}. It is on the disk; the source is read with it.`, "good");
+    show(found);
+  });
 }
 
 function sayNone({ progress, summary, build }) {
@@ -148,6 +226,7 @@ function showQuestion(asked) {
 function answer(which) {
   const [first] = now?.questions ?? [];
   if (!first || !mayWrite()) return undefined;
+  if (which < 2 && first.answers[which].action === "file") return file.open();
   const { action, points } = which < 2 ? first.answers[which] : { action: "leave", points: [] };
   now.questions = []; // a key that is too fast is not for the next question
   return decide(action, { points, text: action === "leave" ? first.key : "" });
@@ -333,6 +412,8 @@ function lookSoon() {
 const KEYS = {
   ...Object.fromEntries(tools.map(({ word, key }) => [key, () => draw(word)])),
   k: () => decide("keep"), x: () => decide("drop"), n: openNote,
+  j: nextRejected,
+  ...Object.fromEntries([0, 1, 2, 3, 4, 5].map((i) => [FIRST_LAYER + i, () => toggleLayer(i)])),
   1: () => answer(0), 2: () => answer(1), 3: () => answer(2),
   u: undo, y: redo, delete: () => remove(sheet.chosen), backspace: () => remove(sheet.chosen), b: build, arrowright: () => go("next"), arrowleft: () => go("previous"), " ": () => go("open"),
 };

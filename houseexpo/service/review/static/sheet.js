@@ -6,15 +6,31 @@ import { segmentsOf, snap } from "./snap.js";
 const STEP_M = 0.1, FAR_M = 1;
 const SNAP_PX = 11, TOUCH_PX = 22; // a finger hides what it points at
 const ARROWS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
-const LAYERS = ["gone", "changed", "marks", "sketch"];
+const LAYERS = ["source", "gone", "changed", "places", "marks", "sketch"];
+const PLACES = "places"; // the layer of what may close and what the plan has no passage at
+const AT_FIRST = ["map", "section_1_1", PLACES];
+const BESIDE_M = 0.6; // a point so far from a place lies in the room beside it
 const keep = { "vector-effect": "non-scaling-stroke" };
 const apart = ([a, b], [c, d]) => Math.hypot(a - c, b - d);
+
+function farFrom(points, at) {
+  return Math.min(...points.map((from, i) => {
+    const to = points[i + 1] ?? from, [dx, dy] = [to[0] - from[0], to[1] - from[1]], square = dx * dx + dy * dy || 1;
+    const share = Math.min(1, Math.max(0, ((at[0] - from[0]) * dx + (at[1] - from[1]) * dy) / square));
+    return apart(at, [from[0] + share * dx, from[1] + share * dy]);
+  }));
+}
+
+const isInside = ([x, y], rings) => rings.reduce((inside, ring) => ring.reduce((found, [ax, ay], i) => {
+  const [bx, by] = ring[(i + 1) % ring.length];
+  return (ay > y) !== (by > y) && x < ((bx - ax) * (y - ay)) / (by - ay) + ax ? !found : found;
+}, inside), false);
 
 export class Sheet {
   // `hooks`: choose(number) when something that is said is chosen, move(number, points) when a point of it was moved.
   constructor(stage, hint, hooks) {
     Object.assign(this, { stage, hint, hooks, tool: null, points: [], cross: null, snapped: "", plan: null, drawing: null });
-    Object.assign(this, { chosen: -1, held: -1, moved: [], waiting: [], layers: {}, segments: [] });
+    Object.assign(this, { chosen: -1, held: -1, moved: [], waiting: [], layers: {}, segments: [], source: null, on: new Set(AT_FIRST) });
   }
 
   get wanted() { return this.tool?.word ?? ""; }
@@ -23,13 +39,75 @@ export class Sheet {
     const before = this.plan?.plan === plan.plan ? this.plan.shape : null;
     if (!before) this.draw(null);
     if (!before || this.plan.seen !== plan.seen) { this.chosen = -1; this.held = -1; }
+    if (this.plan?.plan !== plan.plan) this.source = null;
     this.plan = plan;
     this.waiting = [];
-    this.segments = segmentsOf(plan.shape);
+    if (!plan.shape) { // a house without a plan, the source of which is not read yet
+      this.drawing = null;
+      this.stage.replaceChildren();
+      return;
+    }
+    this.#collect();
     if (before) this.drawing.renew(plan.shape);
     else this.#open(plan.shape);
+    this.#underlay();
     this.#colour(before, plan.shape);
     this.#paint();
+  }
+
+  // What lies under the plan: pictures of the source, walls to snap to, places that may be doors; in metres of the plan.
+  under(source) {
+    this.source = source;
+    if (!this.drawing) return;
+    this.#collect();
+    this.#underlay();
+    this.#paint();
+  }
+
+  // What can be switched on and off: a name, a title, and whether it is shown.
+  get switches() {
+    if (!this.source) return [];
+    const places = this.source.places.length ? [{ name: PLACES, title: "Places for doors" }] : [];
+    return [...this.source.layers, ...places].map(({ name, title }) => ({ name, title, on: this.on.has(name) }));
+  }
+
+  toggle(name) {
+    if (!this.on.delete(name)) this.on.add(name);
+    if (!this.drawing) return;
+    this.#underlay();
+    this.#paint();
+  }
+
+  #collect() {
+    const edges = (this.source?.edges ?? []).flatMap((ring) => ring.map((from, i) => [from, ring[(i + 1) % ring.length]]));
+    this.segments = [...segmentsOf(this.plan.shape), ...edges];
+  }
+
+  #underlay() {
+    const layers = (this.source?.layers ?? []).filter(({ name }) => this.on.has(name));
+    this.stage.classList.toggle("see-through", layers.length > 0);
+    this.layers.source.replaceChildren(...layers.map(({ title, png, box: [a, b, c, d] }) => {
+      const image = element("image", { href: `data:image/png;base64,${png}`, x: a, y: -d, width: c - a, height: d - b, preserveAspectRatio: "none" });
+      image.setAttribute("aria-label", title);
+      return image;
+    }));
+  }
+
+  // The places where the plan has no passage.
+  get #freePlaces() {
+    if (!this.source || !this.on.has(PLACES)) return [];
+    const middle = (points) => [0, 1].map((k) => points.reduce((sum, each) => sum + each[k], 0) / points.length);
+    const there = this.plan.shape.doors.map(({ rings, width }) => [middle(rings[0]), width]);
+    return this.source.places.filter(({ ends }) => there.every(([at, width]) => apart(at, middle(ends)) > Math.max(0.45, width / 2)));
+  }
+
+  // What a place says when it is taken: a door between two rooms, an entrance of one, an opening within one.
+  #wordOf([a, b]) {
+    const [x, y] = [(a[0] + b[0]) / 2, (a[1] + b[1]) / 2], far = apart(a, b) || 1;
+    const [nx, ny] = [-(b[1] - a[1]) / far * BESIDE_M, (b[0] - a[0]) / far * BESIDE_M];
+    const [one, other] = [[x + nx, y + ny], [x - nx, y - ny]].map((at) => this.plan.shape.rooms.findIndex(({ rings }) => isInside(at, rings)));
+    if (one >= 0 && one === other) return "opening";
+    return one >= 0 && other >= 0 ? "door" : "entrance";
   }
 
   #open(shape) {
@@ -38,7 +116,8 @@ export class Sheet {
     for (const name of ["clearance", "reach", "grid", "frame", "way"]) this.drawing.show(name, false);
     for (const name of LAYERS) {
       this.layers[name] = element("g", { class: name });
-      this.drawing.svg.insertBefore(this.layers[name], name === "marks" || name === "sketch" ? null : this.drawing.layers.labels);
+      const before = name === "source" ? this.drawing.svg.firstChild : name === "gone" || name === "changed" ? this.drawing.layers.labels : null;
+      this.drawing.svg.insertBefore(this.layers[name], before);
     }
     this.drawing.onlook = () => this.#paint();
     this.drawing.onhover = (point, event) => {
@@ -118,7 +197,12 @@ export class Sheet {
   }
 
   #click(point, event) {
-    if (!this.tool) { this.choose(this.#markAt(point, event)); return; }
+    if (!this.tool) {
+      const mark = this.#markAt(point, event), place = mark < 0 ? this.#placeAt(point, event) : null;
+      if (place) this.hooks.take(this.#wordOf(place.ends), place.ends);
+      else this.choose(mark);
+      return;
+    }
     if (this.canEnd && apart(point, this.points[0]) <= this.#reach(event)) { this.end(); return; }
     this.cross = this.#snap(point, event);
     this.#set(this.cross);
@@ -142,13 +226,13 @@ export class Sheet {
     return found.point;
   }
 
+  #placeAt(point, event) {
+    const near = this.#freePlaces.map((place) => [farFrom(place.ends, point), place]).sort((one, other) => one[0] - other[0]);
+    return near.length && near[0][0] <= this.#reach(event) ? near[0][1] : null;
+  }
+
   #markAt(point, event) {
-    const far = (points) => Math.min(...points.map((from, i) => {
-      const to = points[i + 1] ?? from, [dx, dy] = [to[0] - from[0], to[1] - from[1]], square = dx * dx + dy * dy || 1;
-      const share = Math.min(1, Math.max(0, ((point[0] - from[0]) * dx + (point[1] - from[1]) * dy) / square));
-      return apart(point, [from[0] + share * dx, from[1] + share * dy]);
-    }));
-    const all = this.plan.effects.map(({ points }, i) => [far(points), i]).sort((one, other) => one[0] - other[0]);
+    const all = this.plan.effects.map(({ points }, i) => [farFrom(points, point), i]).sort((one, other) => one[0] - other[0]);
     return all.length && all[0][0] <= this.#reach(event) ? all[0][1] : -1;
   }
 
@@ -195,6 +279,12 @@ export class Sheet {
       sketch.push(line([[x - arm, y], [x + arm, y]], "cross"), line([[x, y - arm], [x, y + arm]], "cross"));
       if (this.snapped) sketch.push(dot(this.cross, 7, "snapped"));
     }
+    this.layers.places.replaceChildren(...this.#freePlaces.map(({ ends, kind }) => {
+      const found = line(ends, "place");
+      found.append(element("title"));
+      found.lastChild.textContent = `${kind.replaceAll("_", " ")}; click to say what it is`;
+      return found;
+    }));
     this.layers.marks.replaceChildren(...marks);
     this.layers.sketch.replaceChildren(...sketch);
     this.hint.textContent = this.#words();

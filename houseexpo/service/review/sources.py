@@ -1,0 +1,189 @@
+"""Have the source of a plan read by the build that made it, and keep what a person is shown of it.
+
+R1  The record of a house is made by the command that built it, in a process of its own: it is read once, and the page
+    answers from memory after that.
+R2  Only a build that this user ran in this place is run, as for a rebuild (``review.rebuild``).
+R3  A record holds for what was said of the file when it was made. Of a house without a plan it holds for all that is
+    said, since only the search can tell what that does.
+R4  One process at a time. What the page waits for longest is told why it failed, and may ask again.
+"""
+
+from __future__ import annotations
+
+import subprocess
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from threading import Lock
+from typing import Any, Final
+
+import msgspec
+import numpy as np
+import shapely
+from shapely import Polygon
+
+from houseexpo.corrections.draft import Space
+from houseexpo.corrections.vocabulary import FILE_WORDS, WORDS
+from houseexpo.dataset.source_records import LevelSource, PlanSource, Rings, SourceRecord, decode_source_record
+from houseexpo.errors import ConfigError
+from houseexpo.floorplan import FloorPlan, decode
+from houseexpo.grids.frame import plan_points_from_source, source_points_from_plan
+from houseexpo.service.lru_cache import LruCache
+
+READ_S: Final = 300.0
+"""The most time that reading a source may take: that of a house in a build."""
+_KEPT: Final = 8
+_WORDS_SHOWN: Final = 400
+
+
+class SourceError(ConfigError):
+    """A source cannot be shown; the message says why."""
+
+
+@dataclass(frozen=True, eq=False)
+class SourceView:
+    """The source of one plan, or of a level that is none; ``plan`` is None then. Coordinates are those of the plan."""
+
+    record: SourceRecord
+    level: LevelSource
+    found: PlanSource | None
+
+    @cached_property
+    def plan(self) -> FloorPlan | None:
+        """The plan without any word of its storey; with them if the search finds none without (``is_founded``)."""
+        return None if self.found is None else decode(bytes(self.found.plan))
+
+    @property
+    def is_founded(self) -> bool:
+        """Whether the plan has the words of its storey in it."""
+        return self.found is not None and self.found.is_founded
+
+    @cached_property
+    def origin(self) -> tuple[float, float]:
+        """Where the plan's origin lies in the level's frame, metres."""
+        if self.plan is None or self.plan.frame is None:
+            return 0.0, 0.0
+        there = source_points_from_plan(self.plan.frame, np.zeros((1, 2)))
+        x, y = np.round(plan_points_from_source(self.level.frame, there)[0], 4).tolist()
+        return x, y
+
+    @cached_property
+    def spaces(self) -> tuple[Space, ...]:
+        """Spaces between walls, those first into which nothing led."""
+        if self.found is None:
+            return ()
+        unreached = [Space(shape, reachable=False) for shape in self._moved(self.found.unreached)]
+        return (*unreached, *map(Space, self._moved(self.found.spaces)))
+
+    @cached_property
+    def bounds(self) -> tuple[float, float, float, float]:
+        """The area that the pictures cover, in metres of the plan."""
+        boxes = np.array([picture.bounds for picture in self.level.pictures] or [(0.0, 0.0, 10.0, 10.0)])
+        (x1, y1), (x2, y2) = boxes[:, :2].min(axis=0) - self.origin, boxes[:, 2:].max(axis=0) - self.origin
+        return float(x1), float(y1), float(x2), float(y2)
+
+    @cached_property
+    def places(self) -> list[tuple[str, list[list[float]]]]:
+        """What may close: its kind, and its jambs in metres of the plan."""
+        return [(place.kind, (np.array(place.ends) - self.origin).round(3).tolist()) for place in self.level.places]
+
+    @cached_property
+    def drawn(self) -> dict[str, Any]:
+        """What the page draws under the plan."""
+        x, y = self.origin
+        return {
+            "layers": [
+                {"name": each.name, "title": each.title, "png": msgspec.to_builtins(each.png),
+                 "box": [each.bounds[0] - x, each.bounds[1] - y, each.bounds[2] - x, each.bounds[3] - y]}
+                for each in self.level.pictures
+            ],
+            "edges": [(np.array(ring) - (x, y)).round(3).tolist() for wall in self.level.edges for ring in wall],
+            "places": [{"kind": kind, "ends": ends} for kind, ends in self.places],
+        }  # fmt: skip
+
+    def _moved(self, shapes: Iterable[Rings]) -> list[Polygon]:
+        found = [Polygon(rings[0], rings[1:]) for rings in shapes if rings]
+        return [shapely.transform(shape, lambda points: points - self.origin) for shape in found]
+
+
+class Sources:
+    """The records of one data set's houses; threads may share it."""
+
+    def __init__(self, commands: Callable[[], Sequence[Sequence[str]]]) -> None:
+        """``commands`` returns those of the builds that made the data set, or raises ConfigError (R2)."""
+        self._commands = commands
+        self._views: LruCache[SourceView] = LruCache(_KEPT)
+        self._failed: dict[tuple[str, bytes], str] = {}
+        self._reading = Lock()
+
+    def known(self, name: str, tables: Mapping[str, Any], *, is_plan: bool) -> SourceView | None:
+        """Return what was read of a plan's source with what is said now, None if it was not."""
+        return self._views.get(_key(name, tables, is_plan=is_plan))
+
+    def why_not(self, name: str, tables: Mapping[str, Any], *, is_plan: bool) -> str:
+        """Return why the source could not be read, "" if nobody tried or it could."""
+        return self._failed.get(_key(name, tables, is_plan=is_plan), "")
+
+    def read(self, name: str, tables: Mapping[str, Any], *, is_plan: bool) -> SourceView:
+        """Return the source of a plan; it takes seconds if it is not known.
+
+        Raises
+        ------
+        SourceError
+            It cannot be read.
+        """
+        key = _key(name, tables, is_plan=is_plan)
+        with self._reading:  # R4
+            if (known := self._views.get(key)) is not None:
+                return known
+            try:
+                view = _view(self._record(name), name)
+            except ConfigError as error:
+                self._failed[key] = str(error)
+                raise SourceError(str(error)) from None
+            self._failed.pop(key, None)
+            return self._views.get_or_make(key, lambda: view)
+
+    def _record(self, name: str) -> SourceRecord:
+        why = ""
+        for command in reversed(self._commands()):
+            try:
+                done = subprocess.run(  # noqa: S603  # a command that this user ran (R2)
+                    [*command[:5], f"--show-source={name}", *command[5:]], stdin=subprocess.DEVNULL,
+                    capture_output=True, timeout=READ_S, check=False,
+                )  # fmt: skip
+            except subprocess.TimeoutExpired:
+                raise SourceError(f"{name}: reading its source took more than {READ_S:.0f} s") from None
+            except OSError as error:
+                raise SourceError(f"{name}: its source cannot be read ({error.strerror})") from None
+            if done.returncode == 0:
+                try:
+                    return decode_source_record(done.stdout)
+                except msgspec.DecodeError:
+                    raise SourceError(f"{name}: its source was read by another version; restart the service") from None
+            why = done.stderr.decode(errors="replace").strip().splitlines()[-1:][0] if done.stderr.strip() else ""
+        raise SourceError(f"{name}: its source cannot be shown: {why[:_WORDS_SHOWN] or 'nothing was said'}")
+
+
+def _view(record: SourceRecord, name: str) -> SourceView:
+    for level in record.levels:
+        for plan in level.plans:
+            if plan.id == name:
+                return SourceView(record, level, plan)
+    for level in record.levels:
+        if level.id == name or (len(record.levels) == 1 and record.id == name):
+            return SourceView(record, level, level.plans[0] if len(level.plans) == 1 else None)
+    levels = ", ".join(level.id for level in record.levels) or "none"
+    raise SourceError(
+        f"{name}: with what is said of the file, it has no such level; it has {levels}: {record.rejected}"
+    )
+
+
+def _key(name: str, tables: Mapping[str, Any], *, is_plan: bool) -> tuple[str, bytes]:
+    """R3."""
+    said: dict[str, Any] = {}
+    for place, table in sorted(tables.items()):
+        if isinstance(table, dict) and name.startswith(place):
+            words = (*FILE_WORDS, "keep", *(() if is_plan else WORDS))
+            said[place] = {word: table[word] for word in words if word in table}
+    return name, msgspec.json.encode({place: table for place, table in said.items() if table})
