@@ -162,7 +162,7 @@ def _of_level(level: Level | RejectedLevel, item: Input, override: Override, con
     return LevelSource(
         id=level.id,
         frame=level.frame,
-        pictures=tuple(_pictures(level, item, walls)),
+        pictures=tuple(_pictures(level, item, walls, is_plan=not (why or is_founded))),
         edges=tuple(_rings(shapely.simplify(wall, _FINE_M)) for wall in walls),
         places=tuple(_places(evidence, layout)),
         plans=tuple(_plan_source(plan, results, layout, is_founded=is_founded) for plan in _plans_of(results)),
@@ -264,7 +264,8 @@ class _Sheet:
         return self.picture(name, title, np.asarray(image, np.uint8))
 
 
-def _pictures(level: Level, item: Input, walls: Sequence[Polygon]) -> Iterator[Picture]:
+def _pictures(level: Level, item: Input, walls: Sequence[Polygon], *, is_plan: bool) -> Iterator[Picture]:
+    """Yield the layers: what the walls cover, with all of the floor if no rooms were found on it."""
     if item.reader == "occupancy_map":
         yield from _map_picture(level, item)
         return
@@ -272,7 +273,8 @@ def _pictures(level: Level, item: Input, walls: Sequence[Polygon]) -> Iterator[P
     whole = merge_meshes(meshes) if not isinstance(level.walls, Prisms) else level.walls
     if whole.is_empty:
         return
-    around = [each for wall in walls for each in (wall.bounds[:2], wall.bounds[2:])]
+    shown = [*walls, *polygons_of(level.floor)] if level.floor is not None and not is_plan else walls
+    around = [each for area in shown for each in (area.bounds[:2], area.bounds[2:])]
     if around:
         low, high = np.min(around, axis=0) - _ROUND_M, np.max(around, axis=0) + _ROUND_M
         bounds = (float(low[0]), float(low[1]), float(high[0]), float(high[1]))

@@ -391,17 +391,18 @@ class Review:
         """Return whether the source is known, why it cannot be, and what is said of the file."""
         tables = self.decisions.tables()
         why = self.building.refusal() or self._sources.why_not(name, tables, is_plan=is_plan)
-        file = name if source is None else source.record.id
+        latest = source or self._sources.latest(name)
+        file = name if latest is None else latest.record.id
         table = tables.get(file, {})
         said = {key: table[key] for key in (*FILE_WORDS, "keep") if key in table} if isinstance(table, dict) else {}
-        takes = () if source is None else source.record.takes
+        takes = () if latest is None else latest.record.takes
         return {
             "known": source is not None,
             "why": why,
             "file": file,
             "said": said,
-            "takes": [*takes, *(["distance"] if "units" in takes and source and source.record.unit_m else [])],
-            "names": () if source is None else source.record.names,
+            "takes": [*takes, *(["distance"] if "units" in takes and latest and latest.record.unit_m else [])],
+            "names": () if latest is None else latest.record.names,
             "rejected": "" if source is None or source.plan is not None else source.level.rejected,
         }
 
@@ -434,7 +435,7 @@ class Review:
         """
         if name in self.queue.dataset:
             return self.queue.dataset[name]
-        source = self.source(name)
+        source = self.source(name) or self._sources.latest(name)
         if source is None:
             raise ConfigError(f"{name}: its source is not read yet; wait until it is shown")
         return source.plan or Ground(name, source.level.frame, source.bounds)
@@ -481,12 +482,12 @@ class Review:
         ConfigError
             The value is invalid, the reader of the file does not take the key, or the source has not been read.
         """
-        source = self.source(asked.plan)
+        source = self._sources.latest(asked.plan)
         if source is None:
             raise ConfigError(f"{asked.plan}: its source is not read yet; wait until it is shown")
         if asked.key not in self._source_facts(asked.plan, source, is_plan=asked.plan in self.queue.dataset)["takes"]:
             raise ConfigError(f"{asked.key}: the reader of {source.record.id} does not take it")
-        value = file_value(asked, self._ground(asked.plan), source)
+        value = file_value(asked, source.plan or Ground(asked.plan, source.level.frame, source.bounds), source)
         said = self.decisions.table(source.record.id)
         kept = {key: said[key] for key in ("up", "floors", "drop_nodes") if key in said and key != asked.key}
         if value is not None:

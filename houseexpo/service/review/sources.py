@@ -113,12 +113,17 @@ class Sources:
         """``commands`` returns those of the builds that made the data set, or raises ConfigError (R2)."""
         self._commands = commands
         self._views: LruCache[SourceView] = LruCache(_KEPT)
+        self._latest: dict[str, SourceView] = {}
         self._failed: dict[tuple[str, bytes], str] = {}
         self._reading = Lock()
 
     def known(self, name: str, tables: Mapping[str, Any], *, is_plan: bool) -> SourceView | None:
         """Return what was read of a plan's source with what is said now, None if it was not."""
         return self._views.get(_key(name, tables, is_plan=is_plan))
+
+    def latest(self, name: str) -> SourceView | None:
+        """Return what was read of a plan's source last, whatever was said since."""
+        return self._latest.get(name)
 
     def why_not(self, name: str, tables: Mapping[str, Any], *, is_plan: bool) -> str:
         """Return why the source could not be read, "" if nobody tried or it could."""
@@ -142,6 +147,8 @@ class Sources:
                 self._failed[key] = str(error)
                 raise SourceError(str(error)) from None
             self._failed.pop(key, None)
+            self._latest.pop(name, None)
+            self._latest = dict([*self._latest.items(), (name, view)][-_KEPT:])
             return self._views.get_or_make(key, lambda: view)
 
     def _record(self, name: str) -> SourceRecord:

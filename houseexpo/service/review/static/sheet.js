@@ -87,9 +87,7 @@ export class Sheet {
     const layers = (this.source?.layers ?? []).filter(({ name }) => this.on.has(name));
     this.stage.classList.toggle("see-through", layers.length > 0);
     this.layers.source.replaceChildren(...layers.map(({ title, png, box: [a, b, c, d] }) => {
-      const image = element("image", { href: `data:image/png;base64,${png}`, x: a, y: -d, width: c - a, height: d - b, preserveAspectRatio: "none" });
-      image.setAttribute("aria-label", title);
-      return image;
+      return element("image", { href: `data:image/png;base64,${png}`, x: a, y: -d, width: c - a, height: d - b, preserveAspectRatio: "none", role: "img", "aria-label": title });
     }));
   }
 

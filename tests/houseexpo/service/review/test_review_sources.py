@@ -1,0 +1,162 @@
+"""The source of plans on the page: read by the build's own command, for houses without a plan too, with file words."""
+
+from __future__ import annotations
+
+import shutil
+import tomllib
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+import shapely
+import trimesh
+
+pytest.importorskip("starlette")
+from starlette.testclient import TestClient
+
+from houseexpo import build, open_dataset
+from houseexpo.errors import ConfigError
+from houseexpo.plan import Room
+from houseexpo.service.app import make_app
+from houseexpo.service.collection import Collection
+from houseexpo.service.review.questions import corner_rays, questions
+from houseexpo.service.review.sources import Sources
+from houseexpo.service.service import Service, ServiceSettings
+from tests.builders.bungalow import FILE
+from tests.builders.services import FRAME, box, two_rooms
+
+PARTS = [[[0, 0, 0], [6, 0.2, 2.6]], [[0, 0, -0.1], [6, 5, 0]]]
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A bungalow, and a wall on a slab, which is no plan."""
+    monkeypatch.setenv("HOUSEEXPO_CACHE", str(tmp_path / "cache"))
+    (tmp_path / "in").mkdir()
+    shutil.copy(FILE, tmp_path / "in" / f"bungalow{FILE.suffix}")
+    trimesh.util.concatenate([trimesh.creation.box(bounds=part) for part in PARTS]).export(tmp_path / "in" / "open.ply")
+    build(tmp_path / "in", tmp_path / "houses", workers=1)
+    return tmp_path / "houses"
+
+
+@pytest.fixture
+def client(folder: Path) -> Iterator[TestClient]:
+    service = Service({"houses": Collection("houses", folder)}, ServiceSettings(review=True))
+    with TestClient(make_app(service), base_url="http://127.0.0.1") as found:
+        yield found
+
+
+def state(client: TestClient, **query: str) -> dict[str, Any]:
+    answer = client.get("/houses/review/state", params={"reviewer": "ann", **query})
+    assert answer.status_code == 200, answer.text
+    return dict(answer.json())
+
+
+def post(client: TestClient, path: str, status: int = 200, **words: Any) -> dict[str, Any]:
+    answer = client.post(f"/houses/review/{path}", json={"reviewer": "ann", **words})
+    assert answer.status_code == status, answer.text
+    return dict(answer.json())
+
+
+@pytest.mark.slow
+def test_the_source_of_a_plan_is_read_by_the_command_that_built_it(client: TestClient) -> None:
+    before = state(client)
+    assert not before["source"]["known"]
+    assert before["source"]["why"] == ""
+    found = client.get("/houses/review/source", params={"plan": before["plan"]}).json()
+    assert {"section_1_1", "section_1_9"} <= {layer["name"] for layer in found["layers"]}
+    x1, y1, x2, y2 = before["shape"]["bounds"]
+    for layer in found["layers"]:
+        a, b, c, d = layer["box"]
+        assert a < x1 + 0.5
+        assert b < y1 + 0.5
+        assert c > x2 - 0.5
+        assert d > y2 - 0.5
+    assert found["edges"]
+    after = state(client, plan=before["plan"])
+    assert after["source"]["known"]
+    assert after["shape"]["rooms"] == before["shape"]["rooms"]
+    assert client.get("/houses/review/source", params={"plan": "nobody"}).status_code == 404
+
+
+@pytest.mark.slow
+def test_a_house_without_a_plan_is_opened_and_finished(client: TestClient, folder: Path) -> None:
+    ((name, why),) = state(client)["rejections"].items()
+    opened = state(client, plan=name)
+    assert (opened["plan"], opened["shape"], opened["rejected"]) == (name, None, why)
+    asked = {"plan": name, "action": "room_outline", "points": [[0, 0], [0, 2], [2, 0]]}
+    assert "its source is not read yet" in post(client, "decide", 400, **asked)["error"]
+    assert client.get("/houses/review/source", params={"plan": name}).json()["layers"]
+    shape = state(client, plan=name)["shape"]
+    assert shape["rooms"] == []
+    x1, y1, x2, y2 = shape["bounds"]
+    x, y = (x1 + x2) / 2, (y1 + y2) / 2
+    post(client, "decide", **{**asked, "points": [[x - 2, y - 1], [x - 2, y + 1], [x + 2, y + 1], [x + 2, y - 1]]})
+    assert tomllib.loads((folder / "overrides.toml").read_text())[name]["room_outline"]
+    assert not state(client, plan=name)["source"]["known"]  # it is read again with what is said
+    client.get("/houses/review/source", params={"plan": name})
+    found = state(client, plan=name)
+    assert [round(room["area"]) for room in found["shape"]["rooms"]] == [8]
+    assert found["effects"][0]["outcome"] == "done"
+    build(folder.parent / "in", folder, workers=1)
+    assert name in open_dataset(folder).ids
+
+
+@pytest.mark.slow
+def test_what_is_said_of_the_file_makes_another_reading(client: TestClient, folder: Path) -> None:
+    name = state(client)["plan"]
+    client.get("/houses/review/source", params={"plan": name})
+    facts = state(client, plan=name)["source"]
+    assert {"distance", "units", "scale", "up", "floors", "drop_nodes"} <= set(facts["takes"])
+    x1 = state(client, plan=name)["shape"]["bounds"][0]
+    post(client, "file", plan=name, key="distance", value="1", points=[[x1, 1.0], [x1 + 2.0, 1.0]])
+    post(client, "file", plan=name, key="units", value="m")
+    assert "distance" not in tomllib.loads((folder / "overrides.toml").read_text())[facts["file"]]
+    post(client, "file", plan=name, key="scale", value="2")
+    client.get("/houses/review/source", params={"plan": name})
+    post(client, "file", plan=name, key="units", value="")
+    for value, what in (("x", "expected a number"), ("0", "expected more than 0"), ("nan", "finite")):
+        client.get("/houses/review/source", params={"plan": name})
+        assert what in post(client, "file", 400, plan=name, key="scale", value=value)["error"]
+
+
+def test_a_data_set_of_somebody_else_shows_no_source() -> None:
+    def commands() -> list[list[str]]:
+        raise ConfigError("built by somebody else")
+
+    sources = Sources(commands)
+    with pytest.raises(ConfigError, match="somebody else"):
+        sources.read("house", {}, is_plan=True)
+    assert sources.known("house", {}, is_plan=True) is None
+    assert sources.why_not("house", {}, is_plan=True) == "built by somebody else"
+
+
+def test_a_command_that_fails_is_told_by_its_last_line() -> None:
+    sources = Sources(lambda: [["/bin/sh", "-c", "echo one >&2; echo two >&2; exit 2", "", ""]])
+    with pytest.raises(ConfigError, match="cannot be shown: two"):
+        sources.read("house", {}, is_plan=True)
+
+
+def test_lines_along_the_edges_of_a_corner_that_juts_into_a_room() -> None:
+    room = shapely.Polygon([(0, 0), (6, 0), (6, 3), (4, 3), (4, 5), (0, 5)])  # juts in at (4, 3)
+    found = sorted([*map(tuple, line.coords)] for line in corner_rays(room))
+    assert [[tuple(round(v, 3) for v in at) for at in line] for line in found] == [
+        [(4.0, 3.0), (0.0, 3.0)],
+        [(4.0, 3.0), (4.0, 0.0)],
+    ]
+    assert corner_rays(shapely.box(0, 0, 4, 3)) == []
+    hole = shapely.Polygon(box(0, 0, 6, 6), [box(2, 2, 4, 4)])
+    assert len(corner_rays(hole)) == 8
+    assert all(line.within(hole.buffer(0.02)) for line in corner_rays(hole))
+
+
+def test_a_narrow_place_between_two_parts_of_a_room_is_asked_about() -> None:
+    plan = replace(two_rooms("house"), frame=FRAME)
+    ring = [(0.1, 0.1), (0.1, 3.1), (2.0, 3.1), (2.0, 1.1), (2.1, 1.1), (2.1, 3.1), (4.1, 3.1), (4.1, 0.1)]
+    asked = questions(replace(plan, rooms=(Room(0, "Kitchen", ring), *plan.rooms[1:])))
+    assert [each.answers[0].action for each in asked] == ["opening"]
+    (a, b) = asked[0].answers[0].points
+    assert abs(a[0] - b[0]) < 0.01
+    assert abs(a[1] - b[1]) == pytest.approx(1.0)

@@ -1,0 +1,153 @@
+"""What a person is shown of a source: pictures to scale, walls to snap to, places for doors, the plan without words."""
+
+from __future__ import annotations
+
+import io
+import json
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import trimesh
+from PIL import Image
+
+from houseexpo.corrections import Correction, Override
+from houseexpo.corrections.preview import preview
+from houseexpo.dataset.source_records import decode_source_record, encode_source_record
+from houseexpo.errors import ConfigError
+from houseexpo.floorplan import decode
+from houseexpo.service.review.sources import SourceView
+from pipeline.algorithm import plan_largest_building
+from pipeline.batch.job import level_rng
+from pipeline.batch.listing import list_inputs
+from pipeline.cli_common import load_build_config
+from pipeline.source_record import SECTIONS_M, source_record
+from pipeline.sources import reader
+from pipeline.values import Level
+from tests.builders.bungalow import FILE
+
+
+def config_of(path: Path) -> Any:
+    return load_build_config(None, {"sources": (str(path),)})
+
+
+def id_of(path: Path) -> str:
+    return next(iter(list_inputs(config_of(path)))).id
+
+
+def test_a_record_is_the_same_after_it_was_written() -> None:
+    record = source_record(config_of(FILE), {}, id_of(FILE))
+    assert decode_source_record(encode_source_record(record)) == record
+
+
+def test_the_plan_and_its_spaces_are_enough_to_say_what_a_build_will_do() -> None:
+    config, name = config_of(FILE), id_of(FILE)
+    (item,) = list_inputs(config)
+    record = source_record(config, {}, name)
+    (level,) = record.levels
+    (found,) = level.plans
+    view = SourceView(record, level, found)
+    plan = decode(bytes(found.plan))
+    (x, y), frame = plan.rooms[0].polygon.representative_point().coords[0], plan.frame
+    assert frame is not None
+    (a, b, c), (d, e, f) = frame.matrix
+    place = (round(a * x + b * y + c, 3), round(d * x + e * y + f, 3))
+    said = [Correction("no_room", place)]
+    (there,) = (each for each in reader(item.reader).read(item) if isinstance(each, Level))
+    built = plan_largest_building(replace(there, corrections=tuple(said)), config.planning, level_rng(there, 0))
+    told = preview(plan, said, plan, view.spaces)
+    assert [room.area for room in told.plan.rooms] == pytest.approx([room.area for room in built.rooms])
+    assert len(told.plan.doors) == len(built.doors)
+    assert told.records[0]["said"] == (built.provenance or {})["corrections"][0]["said"]
+
+
+def test_what_a_plan_was_built_with_is_gone_when_it_is_taken_out() -> None:
+    config = config_of(FILE)
+    (item,) = list_inputs(config)
+    record = source_record(config, {}, item.id)
+    (found,) = record.levels[0].plans
+    base = decode(bytes(found.plan))
+    (there,) = (each for each in reader(item.reader).read(item) if isinstance(each, Level))
+    (x, y), frame = base.rooms[0].polygon.representative_point().coords[0], base.frame
+    assert frame is not None
+    (a, b, c), (d, e, f) = frame.matrix
+    words = (Correction("no_room", (a * x + b * y + c, d * x + e * y + f)),)
+    built = plan_largest_building(replace(there, corrections=words), config.planning, level_rng(there, 0))
+    assert len(built.rooms) < len(base.rooms)
+    assert len(preview(built, [], base, ()).plan.rooms) == len(base.rooms)
+    assert len(preview(built, []).plan.rooms) == len(built.rooms)  # nobody knows better without the source
+
+
+def test_sections_show_what_stands_at_their_height_to_scale(tmp_path: Path) -> None:
+    parts = [
+        trimesh.creation.box(bounds=[[0, 0, 0], [6, 0.2, 2.6]]),
+        trimesh.creation.box(bounds=[[0, 4, 0], [6, 4.2, 2.6]]),
+        trimesh.creation.box(bounds=[[0, 0, 0], [0.2, 4.2, 2.6]]),
+        trimesh.creation.box(bounds=[[5.8, 0, 0], [6, 4.2, 2.6]]),
+        trimesh.creation.box(bounds=[[0, 0, -0.1], [6, 4.2, 0]]),
+        trimesh.creation.box(bounds=[[2, 2, 0], [3, 3, 1.4]]),  # a cupboard: at 1.1 m, and not at 1.9 m
+    ]  # fmt: skip
+    file = tmp_path / "box.ply"
+    trimesh.util.concatenate(parts).export(file)
+    record = source_record(config_of(file), {}, id_of(file))
+    (level,) = record.levels
+    pictures = {picture.name: picture for picture in level.pictures}
+    assert {"top", "section_1_1", "section_1_9"} <= set(pictures)
+    (_, _, shift_x), (_, _, shift_y) = level.frame.matrix
+    for name, cupboard in (("section_1_1", True), ("section_1_9", False)):
+        picture = pictures[name]
+        image = np.asarray(Image.open(io.BytesIO(picture.png)))[..., 3] > 0
+        x1, y1, x2, y2 = picture.bounds
+
+        def drawn(x: float, y: float, image: Any = image, box: Any = (x1, y1, x2, y2)) -> bool:
+            a, b, c, d = box
+            col = round((x - shift_x - a) / (c - a) * image.shape[1])
+            row = round((d - (y - shift_y)) / (d - b) * image.shape[0])
+            return bool(image[max(row - 3, 0) : row + 4, max(col - 3, 0) : col + 4].any())
+
+        assert drawn(3.0, 0.0)
+        assert drawn(0.0, 2.0)
+        assert not drawn(4.5, 2.0)
+        assert drawn(2.0, 2.5) is cupboard
+    assert SECTIONS_M == (1.1, 1.9)
+
+
+def test_a_house_that_is_no_plan_shows_its_source_and_becomes_one_by_what_is_said(tmp_path: Path) -> None:
+    parts = [
+        trimesh.creation.box(bounds=[[0, 0, 0], [6, 0.2, 2.6]]),
+        trimesh.creation.box(bounds=[[0, 0, -0.1], [6, 5, 0]]),
+    ]
+    file = tmp_path / "open.ply"
+    trimesh.util.concatenate(parts).export(file)
+    record = source_record(config_of(file), {}, id_of(file))
+    assert not any(level.plans for level in record.levels)
+    assert record.rejected or record.levels[0].rejected
+    (level,) = record.levels
+    assert level.pictures
+    said = {level.id: Override(room_outline=[[[0, 0.2], [0, 4], [5, 4], [5, 0.2]]])}
+    (again,) = source_record(config_of(file), said, level.id).levels
+    (plan,) = again.plans
+    assert plan.is_founded
+    assert len(json.loads(bytes(plan.plan))["rooms"]) == 1
+
+
+def test_a_robots_map_is_shown_itself(tmp_path: Path) -> None:
+    (tmp_path / "map.yaml").write_text("image: map.pgm\nresolution: 0.05\norigin: [2.0, 3.0, 0.0]\n")
+    cells = np.zeros((100, 160), np.uint8)
+    cells[2:-2, 2:-2] = 254
+    cells[2:-2, 79:81] = 0
+    cells[40:60, 79:81] = 254
+    Image.fromarray(cells).save(tmp_path / "map.pgm")
+    file = tmp_path / "map.yaml"
+    record = source_record(config_of(file), {}, id_of(file))
+    (picture,) = record.levels[0].pictures
+    assert picture.name == "map"
+    x1, y1, x2, y2 = picture.bounds
+    assert (x2 - x1, y2 - y1) == pytest.approx((8.0, 5.0), abs=0.21)  # but for unseen cells at its edge
+
+
+def test_an_unknown_house_is_named(tmp_path: Path) -> None:
+    with pytest.raises(ConfigError, match="nobody: expected an id of this build"):
+        source_record(config_of(FILE), {}, "nobody")
