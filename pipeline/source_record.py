@@ -30,6 +30,7 @@ from houseexpo.floorplan import FloorPlan
 from houseexpo.grids.robot_map import read_map
 from houseexpo.plan import Box, Frame
 from houseexpo.plan.json_codec import encode
+from houseexpo.tolerances import SAME_M2
 from pipeline.algorithm import StageResult, run_stages
 from pipeline.batch.job import level_rng
 from pipeline.batch.listing import list_inputs
@@ -208,10 +209,11 @@ def _places(evidence: Evidence | None, layout: Layout | None) -> Iterator[Place]
     """Yield what may close, once each: what is named first, then what closes for the layout."""
     kinds: list[tuple[str, Polygon]] = []
     if evidence is not None:
-        kinds += [("door" if each.has_door else "opening", each.polygon) for each in evidence.doorways]
+        kinds += [(each.closed_by or "opening", each.polygon) for each in evidence.doorways]
         kinds += [("lintel", part) for part in polygons_of(evidence.lintels)]
     if layout is not None:
-        kinds += [(each.kind, each.polygon) for each in (*layout.candidates, *layout.ways)]
+        kinds += [(each.closed_by, each.polygon) for each in (*layout.candidates, *layout.ways)]
+    kinds = [(kind, polygon) for kind, polygon in kinds if polygon.area > SAME_M2]
     if not kinds:
         return
     seen: list[Floats] = []

@@ -56,7 +56,7 @@ def _section(name: str, command: Any) -> str:
 
 def _rows(command: Any) -> Iterator[str]:
     for parameter in command.params:
-        if {"--help", "--verbose", "--quiet"} & set(parameter.opts):
+        if {"--help", "--verbose", "--quiet"} & set(parameter.opts) or getattr(parameter, "hidden", False):
             continue
         is_option = parameter.param_type_name == "option"
         what = ", ".join(f"`{name}`" for name in (*parameter.opts, *parameter.secondary_opts)) if is_option else ""

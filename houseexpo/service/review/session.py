@@ -433,7 +433,7 @@ class Review:
         ConfigError
             The source of a house without a plan has not been read.
         """
-        if name in self.queue.dataset:
+        if name not in self.rejected:
             return self.queue.dataset[name]
         source = self.source(name) or self._sources.latest(name)
         if source is None:
@@ -448,7 +448,8 @@ class Review:
         ConfigError
             See ``decision_value`` and ``DecisionStore.decide``, or the word has no effect.
         """
-        plan = self._ground(asked.plan)
+        is_word = asked.action in WORDS or asked.plan not in self.rejected
+        plan = self._ground(asked.plan) if is_word else Ground(asked.plan, None, (0.0, 0.0, 0.0, 0.0))
         value = decision_value(asked, plan)
         effect = self._said(asked, plan, value)
         line = self.decisions.decide(asked.plan, asked.action, reviewer, value, asked.seen)
