@@ -17,6 +17,7 @@ from typing import Any
 
 import gymnasium
 import numpy as np
+import numpy.typing as npt
 import pytest
 from rich.console import Console
 from rich.table import Table
@@ -28,6 +29,7 @@ from houseexpo.pseudoslam import ObservationConfig, Simulator, SimulatorConfig, 
 from houseexpo.pseudoslam.io.pair_shards import write_pair_shards
 from houseexpo.pseudoslam.io.pairs import USUAL_NOISE, PairConfig
 from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE, crop_view, merge_cells, merge_runs
+from houseexpo.pseudoslam.kernels.planning.goal_paths import DONE
 from houseexpo.pseudoslam.kernels.sensing.rays import merge_ray_scan
 from houseexpo.pseudoslam.kernels.sensing.sector import sector_scan
 from houseexpo.pseudoslam.step_kernels import make_step_params
@@ -267,9 +269,9 @@ def step_us(env: Any, seed: int, pose: tuple[float, float, float] | None = None)
     return (time.process_time() - start) / 400 * 1e6
 
 
-def reset_ms(env: Any, pose: tuple[float, float, float]) -> float:
+def reset_ms(env: Any, pose: tuple[float, float, float] | None) -> float:
     start = time.process_time()
-    env.reset(options={"pose": pose})
+    env.reset(options={"pose": pose} if pose else None)
     return (time.process_time() - start) * 1e3
 
 
@@ -284,11 +286,10 @@ def hall_in_a_map(side_m: float, hall_m: float = 12.0) -> FloorPlan:
 
 def test_no_observation_costs_more_in_a_larger_map() -> None:
     """The same hall in a map of 12 m and in one of 160 m, so that the robot sees the same; the two take turns."""
-    sides, title = (
-        (12, 160),
-        "Processor time in a hall of 12 m, in maps of 12 m and of 160 m, 25 px/m (medians)",
-    )
-    table = Table("observation", "step, us", "ratio (asked: 1.2)", "reset, ms", "ratio (asked: 3)", title=title)
+    table = Table(
+        "observation", "step, us", "ratio (asked: 1.2)", "reset, ms", "ratio (asked: 3)",
+        title="Processor time in a hall of 12 m, in maps of 12 m and of 160 m, 25 px/m (medians)",
+    )  # fmt: skip
     pose = (7.0, 7.0, 0.5)
     for name, given in {"dict, view-10m": {"config": "view-10m", "observation": "dict"}, **OBSERVATIONS}.items():
         envs = [
@@ -299,17 +300,52 @@ def test_no_observation_costs_more_in_a_larger_map() -> None:
                 max_episode_steps=10**6,
                 **given,
             )
-            for side in sides
+            for side in SIDES_M
         ]
         steps = np.array([[step_us(env, seed, pose) for env in envs] for seed in range(2 * ROUNDS + 1)])[1:]
         resets = np.array([[reset_ms(env, pose) for env in envs] for _ in range(30)])[5:]
-        texts = []
-        for found, digits in ((steps, 0), (resets, 2)):
-            one, other = np.median(found, axis=0).tolist()
-            ratio = float(np.median(found[:, 1] / found[:, 0]))
-            texts += [f"{one:.{digits}f}, {other:.{digits}f}", f"{ratio:.2f}"]
-        table.add_row(name, *texts)
+        table.add_row(name, *in_turns(steps, 0), *in_turns(resets, 2))
     Console(width=120).print(table)
+
+
+SIDES_M = (12.0, 160.0)
+
+
+def in_turns(found: npt.NDArray[np.float64], digits: int) -> tuple[str, str]:
+    """Return the medians of two environments that took turns, and the median of the ratios."""
+    one, other = np.median(found, axis=0).tolist()
+    return f"{one:.{digits}f}, {other:.{digits}f}", f"{float(np.median(found[:, 1] / found[:, 0])):.2f}"
+
+
+def test_navigation_in_a_larger_map() -> None:
+    """To random goals: in the same hall in a larger map, and in a hall as large as the map."""
+    table = Table("", "step, us", "ratio", "reset, ms", "ratio (asked: 3)", "corners, searched of all",
+                  title="Navigation, processor time, 12 m and 160 m, 25 px/m (medians)")  # fmt: skip
+    for name, make in (("the hall of 12 m in a map of 160 m", hall_in_a_map), ("a hall of 160 m", lattice)):
+        envs = [gymnasium.make("PseudoSLAM/Navigation-v0", dataset=make(side)) for side in SIDES_M]
+        steps, resets, searched = [], [], []
+        for seed in range(60):
+            for env in envs:
+                env.reset(seed=seed)
+            resets.append([reset_ms(env, None) for env in envs])
+            done = envs[1].unwrapped.state.episode.paths.ways[:, DONE]
+            searched.append((np.isfinite(done).sum(), len(done)))
+            steps.append([some_steps_us(env, seed) for env in envs])
+        counts = "{:.0f} of {:.0f}".format(*np.mean(searched[10:], axis=0))
+        table.add_row(name, *in_turns(np.array(steps[10:]), 0), *in_turns(np.array(resets[10:]), 2), counts)
+    Console(width=140).print(table)
+
+
+def some_steps_us(env: Any, seed: int) -> float:
+    """Microseconds of processor time for each of at most 100 steps."""
+    rng, blocked, step = np.random.default_rng(seed), False, 0
+    start = time.process_time()
+    for step, turn in enumerate(rng.random(100) > 0.8, 1):  # noqa: B007  # used below
+        *_, ended, _, info = env.step(int(turn or blocked))
+        blocked = info["collided"]
+        if ended:
+            break
+    return (time.process_time() - start) / step * 1e6
 
 
 PUBLISHED = DATA / "houseexpo" / "plans_33717.jsonl.gz"

@@ -126,7 +126,9 @@ def slice_episode(pool: Episode, sizes: Counts, i: int) -> Episode:
         Bodies(bodies.clocks[i], placed_people(bodies.people[i]), bodies.robots[i]),
         Tracks(tracks.times_s[i], tracks.poses[i], tracks.corners[i], tracks.shapes[i]),
         FlowField(flow.sizes[i], flow.toward[i], flow.spots[i], flow.goals[i]),
-        GoalPaths(paths.sizes[i], paths.standing[i], paths.corners[i]),
+        GoalPaths(
+            paths.sizes[i], paths.standing[i], paths.corners[i], paths.starts[i], paths.others[i], paths.ways[i]
+        ),
         PlannerMemory(plans.frontiers[i], plans.given_up[i], plans.state[i]),
         Graph(graph.nodes[i], graph.edges[i], graph.visited[i], graph.state[i]),
         pool.changed[i], Blocks(blocks.near[i], blocks.far[i], blocks.whole[i]),

@@ -200,7 +200,7 @@ def update_readings(episode: Episode, params: StepParams) -> None:
         readings.clearance = clearance(
             episode.occupied, pose.x, pose.y, params.robot.radius_px, params.robot.radius_px + params.clearance_px
         )
-    if len(episode.paths.corners) > 0:
+    if len(episode.paths.standing) > 0:
         way = goal_distance_at(episode.paths, pose.x, pose.y)
         if way < math.inf:  # in a gap without a cell to stand in, the last distance is kept
             readings.to_goal = way

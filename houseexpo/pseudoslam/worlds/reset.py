@@ -11,7 +11,6 @@ from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.config import GoalConfig, SimulatorConfig, StartConfig
 from houseexpo.pseudoslam.kernels.collision import Disc, disc_is_free, placed_people
 from houseexpo.pseudoslam.kernels.episode import StepParams
-from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE, UNKNOWN
 from houseexpo.pseudoslam.kernels.people import mark_bodies
 from houseexpo.pseudoslam.kernels.placement import count_before_rows, nth_cell
 from houseexpo.pseudoslam.kernels.planning.goal_paths import (
@@ -88,7 +87,7 @@ def make_initial_state(
         start_people(config.people, static, bodies, world.tracks, world.flow, params.walk, key, robot, world.plan_id)
         mark_bodies(occupied, bodies._replace(people=placed_people(bodies.people)), world.tracks, params.walk)
     observable, observable_cells = _observable(world, placed, config, scratch)
-    known = _empty_map(occupied.shape, last) if own or config.known_map else world.unknown
+    known = _first_map(world, placed.occupied, config, last, own=own)
     if own and occupied is world.occupied:
         occupied = occupied.copy() if last is None else last.occupied
     if own and observable is world.observable:
@@ -101,18 +100,20 @@ def make_initial_state(
     )
     state = State(episode, observable_cells, placed.obstacles, goal, best / config.pixels_per_metre)
     if config.known_map:
-        house = world.inside_margin
-        episode.known[house] = np.where(placed.occupied[house], np.uint8(OBSTACLE), np.uint8(FREE))
-        episode.counts["known"], episode.counts["covered"] = known[house].size, observable_cells
-        state.note_new_map()
+        episode.counts["known"], episode.counts["covered"] = known[world.inside_margin].size, observable_cells
+        episode.changed[:] = 0, known.shape[0], 0, known.shape[1]
     return state
 
 
-def _empty_map(shape: tuple[int, int], last: State | None) -> Grid:
-    """Return an unknown map (rows, cols): the last one, cleared where scans have drawn, or a new one."""
+def _first_map(world: World, occupied: Grid, config: SimulatorConfig, last: State | None, *, own: bool) -> Grid:
+    """Return the map (rows, cols) at the start: the last one, cleared where scans have drawn, or a new one."""
+    if occupied is not world.occupied and config.known_map:
+        return world.map_of(occupied)
+    first = world.known if config.known_map else world.unknown
     if last is None:
-        return np.zeros(shape, np.uint8)
-    last.known.reshape(-1)[last.counts.low : last.counts.high] = UNKNOWN
+        return first.copy() if own else first
+    scanned = slice(last.counts.low, last.counts.high)
+    last.known.reshape(-1)[scanned] = first.reshape(-1)[scanned]
     return last.known
 
 

@@ -16,6 +16,7 @@ from houseexpo.floorplan import FloorPlan
 from houseexpo.grids.frame import GridFrame, check_not_too_coarse
 from houseexpo.grids.raster import free_mask
 from houseexpo.pseudoslam.kernels.body_tracks import Tracks, no_tracks
+from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE
 from houseexpo.pseudoslam.kernels.placement import count_before_rows
 from houseexpo.pseudoslam.kernels.planning.fields import FlowField, no_flow_field
 from houseexpo.pseudoslam.kernels.planning.goal_paths import CornerGraph, make_corner_graph
@@ -83,6 +84,19 @@ class World:
         unknown = np.zeros_like(self.occupied)
         unknown.flags.writeable = False
         return unknown
+
+    @cached_property
+    def known(self) -> Cells:
+        """The complete map (rows, cols) without obstacles, read-only."""
+        known = self.map_of(self.occupied)
+        known.flags.writeable = False
+        return known
+
+    def map_of(self, occupied: Cells) -> Cells:
+        """Return the complete map (rows, cols) of these occupied cells; the margin is unknown."""
+        found, house = np.zeros_like(occupied), self.inside_margin
+        found[house] = np.where(occupied[house], np.uint8(OBSTACLE), np.uint8(FREE))
+        return found
 
     @cached_property
     def corner_m(self) -> tuple[float, float]:

@@ -8,9 +8,12 @@ R4  Lines between two corners are at most ``reach_px`` long. A longer one, in a 
 R5  A corner of these cells lies up to ``HALF_DIAGONAL`` beside the circle on which a disc turns around a wall's corner.
     So lengths are measured between places on these circles: at the distance of the robot's radius from the occupied
     cell that is nearest to the corner.
+R6  Distances are searched only as far as they are asked for: those of all corners on ways from the goal to the robot
+    that are at most ``sure_px`` long. A corner outside of this ellipse is on no shorter way. The search goes on where
+    it stopped when the robot leaves the places for which it was enough.
 
-``CornerGraph`` has what belongs to a house: its corners, and which of them see each other. ``GoalPaths`` has what
-belongs to a goal: the distance from each corner; from a place, the path leads to the best corner in sight, or straight
+``CornerGraph`` has what belongs to a house: its corners, and which of them see each other. ``GoalPaths`` adds what
+belongs to a goal: the distance from the corners; from a place, the path leads to the best corner in sight, or straight
 to the goal.
 """
 
@@ -26,14 +29,21 @@ from numba import njit
 from houseexpo.pseudoslam.kernels.collision import HALF_DIAGONAL
 from houseexpo.pseudoslam.kernels.types import Cells, Counts, Floats, Grid, Rows, as_int64, make_row_dtype
 
-PATHS = make_row_dtype(rows=int, cols=int, corners=int, reach_px=float, last=int)
-"""Rows and columns of the cells, the number of corners with the goal, the longest line between two of them, and the
-corner to which the last path led."""
-X, Y, WAY, SIGN, TURN_X, TURN_Y = range(6)
-"""The columns of ``GoalPaths.corners``: the place in pixels, the distance to the goal in pixels, the sign of the
-product of right and down on lines that may end there (R3; 0 for the goal, where all may), and the place from and to
-which lengths are measured (R5)."""
-_EPS = 1e-7  # pixels by which a line may graze a cell because of rounding
+PATHS = make_row_dtype(
+    rows=int, cols=int, corners=int, reach_px=float, goal_x=float, goal_y=float, last=int, from_x=float, from_y=float,
+    sure_px=float,
+)  # fmt: skip
+"""Rows and columns of the cells, the number of corners, the longest line between two of them, the goal, and the corner
+to which the last path led; the place for which distances were searched, and the length up to which its ways are
+sure."""
+X, Y, SIGN, TURN_X, TURN_Y = range(5)
+"""The columns of ``CornerGraph.corners``: the place in pixels, the sign of the product of right and down on lines that
+may end there (R3), and the place from and to which lengths are measured (R5)."""
+WAY, DONE, LOOKED = range(3)
+"""The columns of ``GoalPaths.ways``: the distance to the goal as far as it is known, the one with which the corner's
+lines were followed, both in pixels, and whether the line to the goal has been looked at."""
+_EPS = 1e-7  # pixels by which a line may graze a cell because of rounding, and by which lengths may differ
+_AHEAD = 0.05  # of the longest line: how much longer ways are searched, so that few steps have to go on with it
 
 
 class GoalPaths(NamedTuple):
@@ -44,12 +54,19 @@ class GoalPaths(NamedTuple):
     standing: Grid
     """(rows * cols,), 1 for cells where the robot can stand."""
     corners: Floats
-    """(corners, 6), the goal first and then the corners from top to bottom."""
+    starts: Counts
+    others: Cells
+    """These three are the house's, as in ``CornerGraph``."""
+    ways: Floats
+    """(corners, 3), which the search changes."""
 
 
 def no_goal_paths() -> GoalPaths:
     """Return no paths, for no goal."""
-    return GoalPaths(np.zeros(1, PATHS), np.zeros(0, np.uint8), np.zeros((0, 6)))
+    return GoalPaths(
+        np.zeros(1, PATHS), np.zeros(0, np.uint8), np.zeros((0, 5)), np.zeros(0, np.int64), np.zeros(0, np.int32),
+        np.zeros((0, 3)),
+    )  # fmt: skip
 
 
 class CornerGraph(NamedTuple):
@@ -58,7 +75,7 @@ class CornerGraph(NamedTuple):
     standing: Grid
     """(rows, cols), 1 for cells where the robot can stand."""
     corners: Floats
-    """(corners, 6), the rows of ``GoalPaths.corners`` before there is a goal, whose place is the first row."""
+    """(corners, 5), from top to bottom."""
     starts: Counts
     """(corners + 1,), where each corner's part of ``others`` begins."""
     others: Cells
@@ -71,19 +88,19 @@ def make_corner_graph(standing: Grid, occupied: Grid, radius_px: float, reach_px
 
     ``occupied`` (rows, cols) is not 0 in the cells that keep the centre of the robot ``radius_px`` away (R5).
     """
-    corners = np.empty((1 + list_corners(standing, np.empty((0, 6))), 6))
-    corners[0] = 0.0, 0.0, math.inf, 0.0, 0.0, 0.0
-    list_corners(standing, corners[1:])
-    place_turns(occupied, radius_px, corners[1:])
+    corners = np.empty((list_corners(standing, np.empty((0, 5))), 5))
+    list_corners(standing, corners)
+    place_turns(occupied, radius_px, corners)
     return CornerGraph(standing, corners, *link_corners(standing, corners, reach_px), reach_px)
 
 
 def find_goal_paths(graph: CornerGraph, x: float, y: float) -> GoalPaths:
-    """Return the paths to the goal (x, y), pixels."""
-    standing, corners = graph.standing, graph.corners.copy()
-    corners[0] = x, y, 0.0, 0.0, x, y
-    measure_corners(standing, corners, graph.starts, graph.others)
-    return GoalPaths(np.array([(*standing.shape, len(corners), graph.reach_px, 0)], PATHS), standing.ravel(), corners)
+    """Return the paths to the goal (x, y), pixels, of which nothing has been searched yet."""
+    number = len(graph.corners)
+    ways = np.full((number, 3), math.inf)
+    ways[:, LOOKED] = 0.0
+    sizes = np.array([(*graph.standing.shape, number, graph.reach_px, x, y, 0, 0.0, 0.0, 0.0)], PATHS)
+    return GoalPaths(sizes, graph.standing.ravel(), graph.corners, graph.starts, graph.others, ways)
 
 
 @njit(cache=True, nogil=True)
@@ -98,7 +115,7 @@ def list_corners(standing: Grid, corners: Floats) -> int:
             free = int(one) + int(two) + int(three) + int(four)
             if free == 3 or (free == 2 and one == four):
                 if count < len(corners):
-                    corners[count, X], corners[count, Y], corners[count, WAY] = col, row, math.inf
+                    corners[count, X], corners[count, Y] = col, row
                     corners[count, SIGN] = -1.0 if one == 0 or four == 0 else 1.0
                 count += 1
     return count
@@ -126,10 +143,10 @@ def place_turns(occupied: Grid, radius_px: float, corners: Floats) -> None:
 
 @njit(cache=True, nogil=True)
 def link_corners(standing: Grid, corners: Floats, reach_px: float) -> tuple[Counts, Cells]:
-    """Return ``CornerGraph.starts`` and ``CornerGraph.others`` of corners, of which the first row is no corner."""
+    """Return ``CornerGraph.starts`` and ``CornerGraph.others`` of corners."""
     number, count = len(corners), 0
     pairs = np.empty((4 * number + 4, 2), np.int32)  # from top to bottom
-    for here in range(1, number):
+    for here in range(number):
         x, y, sign = corners[here, X], corners[here, Y], corners[here, SIGN]
         _, last = _rows_within(corners, y, y + reach_px)
         for there in range(here + 1, last):
@@ -160,61 +177,107 @@ def link_corners(standing: Grid, corners: Floats, reach_px: float) -> tuple[Coun
 
 
 @njit(cache=True, nogil=True)
-def measure_corners(standing: Grid, corners: Floats, starts: Counts, others: Cells) -> None:
-    """Write the distances of the corners to the first row, the goal (Dijkstra, 1959)."""
-    heap = [(0.0, 0)]
-    x, y = corners[0, X], corners[0, Y]
-    for there in range(1, len(corners)):
-        right, down = corners[there, X] - x, corners[there, Y] - y
-        if right * down * corners[there, SIGN] < 0.0:
-            continue  # R3
-        if is_straight(standing, x, y, corners[there, X], corners[there, Y]):
-            corners[there, WAY] = math.hypot(corners[there, TURN_X] - x, corners[there, TURN_Y] - y)
-            heapq.heappush(heap, (corners[there, WAY], there))
-    while len(heap) > 0:
-        way, here = heapq.heappop(heap)
-        if way > corners[here, WAY]:
-            continue
-        x, y = corners[here, TURN_X], corners[here, TURN_Y]
-        for k in range(starts[here], starts[here + 1]):
-            there = as_int64(others[k])
-            far = way + math.hypot(corners[there, TURN_X] - x, corners[there, TURN_Y] - y)
-            if far < corners[there, WAY] - _EPS:
-                corners[there, WAY] = far
-                heapq.heappush(heap, (far, there))
-
-
-@njit(cache=True, nogil=True)
 def goal_distance_at(paths: GoalPaths, x: float, y: float) -> float:
     """Return the length of the shortest path from a place to the goal, pixels; infinite if there is none.
 
-    The corner to which it leads is noted, which only makes the next call faster.
+    The result depends on the place and the goal alone. What was searched is kept in ``ways`` and ``sizes`` (R6), which
+    only makes the next calls faster.
 
     A robot that is not in a standing cell, since it need not be at a cell's centre, goes to the nearest one first.
     """
     size = paths.sizes[0]
-    rows, cols, number = size.rows, size.cols, size.corners
-    standing, corners = paths.standing[: rows * cols].reshape((rows, cols)), paths.corners[:number]
-    from_x, from_y, best = _nearest_standing(standing, x, y)
-    if best == math.inf:
-        return best
-    if is_straight(standing, from_x, from_y, corners[0, X], corners[0, Y]):
-        return math.hypot(x - corners[0, X], y - corners[0, Y])
-    off, best, reach = best, math.inf, size.reach_px
-    first, last = _rows_within(corners, from_y - reach, from_y + reach)
+    standing = paths.standing[: size.rows * size.cols].reshape((size.rows, size.cols))
+    from_x, from_y, off = _nearest_standing(standing, x, y)
+    if off == math.inf:
+        return off
+    if is_straight(standing, from_x, from_y, size.goal_x, size.goal_y):
+        return math.hypot(x - size.goal_x, y - size.goal_y)
+    best, most = _best_by_corners(paths, from_x, from_y), math.hypot(from_x - size.goal_x, from_y - size.goal_y)
+    ahead = _AHEAD * size.reach_px
+    while best + _EPS > size.sure_px - math.hypot(from_x - size.from_x, from_y - size.from_y):
+        most = (best if best < math.inf else most) + ahead
+        ahead *= 2.0
+        _search_ways(paths, from_x, from_y, most)
+        best = _best_by_corners(paths, from_x, from_y)
+    return off + best
+
+
+@njit(cache=True, nogil=True)
+def _best_by_corners(paths: GoalPaths, x: float, y: float) -> float:
+    """Return the length of the shortest known way from a standing cell over a corner to the goal; note the corner."""
+    size = paths.sizes[0]
+    rows, cols, number, reach = size.rows, size.cols, size.corners, size.reach_px
+    standing, corners, ways = paths.standing[: rows * cols].reshape((rows, cols)), paths.corners[:number], paths.ways
+    best = math.inf
+    first, last = _rows_within(corners, y - reach, y + reach)
     for k in range(first - 1, last):
-        there = k if k >= first else max(size.last, 1)  # first that of the last step: few others promise less then
-        if there >= number:
+        there = k if k >= first else size.last  # first that of the last step: few others promise less then
+        if there >= number or ways[there, WAY] >= best:
             continue
-        right, down = corners[there, X] - from_x, corners[there, Y] - from_y
+        right, down = corners[there, X] - x, corners[there, Y] - y
         if abs(right) > reach or right * down * corners[there, SIGN] < 0.0:
             continue
-        turn = math.hypot(corners[there, TURN_X] - from_x, corners[there, TURN_Y] - from_y)
-        way = off + turn + corners[there, WAY]
-        if way < best and is_straight(standing, from_x, from_y, corners[there, X], corners[there, Y]):
+        way = math.hypot(corners[there, TURN_X] - x, corners[there, TURN_Y] - y) + ways[there, WAY]
+        if way < best and is_straight(standing, x, y, corners[there, X], corners[there, Y]):
             best = way
             size.last = there
     return best
+
+
+@njit(cache=True, nogil=True)
+def _search_ways(paths: GoalPaths, x: float, y: float, most: float) -> None:
+    """Find the distances of all corners on ways from the goal to (x, y) that are at most ``most`` long (R6).
+
+    Within these it is the algorithm of Dijkstra (1959). Distances of other corners may be found too long.
+    """
+    size, corners, ways, starts, others = paths.sizes[0], paths.corners, paths.ways, paths.starts, paths.others
+    standing = paths.standing[: size.rows * size.cols].reshape((size.rows, size.cols))
+    goal_x, goal_y, is_left = size.goal_x, size.goal_y, False
+    heap = [(0.0, 0)]
+    heap.pop()
+    for there in range(size.corners):
+        if ways[there, LOOKED] != 0.0 and ways[there, WAY] >= ways[there, DONE]:
+            continue
+        to_x, to_y = corners[there, TURN_X], corners[there, TURN_Y]
+        if _apart(to_x, to_y, goal_x, goal_y) + _apart(to_x, to_y, x, y) > most:
+            is_left = True
+            continue
+        if ways[there, LOOKED] == 0.0:
+            ways[there, LOOKED] = 1.0
+            at_x, at_y, way = corners[there, X], corners[there, Y], math.hypot(to_x - goal_x, to_y - goal_y)
+            leads = (at_x - goal_x) * (at_y - goal_y) * corners[there, SIGN] >= 0.0  # R3
+            if leads and way < ways[there, WAY] and is_straight(standing, goal_x, goal_y, at_x, at_y):
+                ways[there, WAY] = way
+        if ways[there, WAY] < ways[there, DONE]:
+            if ways[there, WAY] + _apart(to_x, to_y, x, y) > most:
+                is_left = True
+            else:
+                heapq.heappush(heap, (ways[there, WAY], there))
+    while len(heap) > 0:
+        way, here = heapq.heappop(heap)
+        if way >= ways[here, DONE]:
+            continue
+        ways[here, DONE] = way
+        from_x, from_y = corners[here, TURN_X], corners[here, TURN_Y]
+        for k in range(starts[here], starts[here + 1]):
+            there = as_int64(others[k])
+            to_x, to_y = corners[there, TURN_X], corners[there, TURN_Y]
+            if way + _apart(from_x, from_y, to_x, to_y) > ways[there, WAY] + _EPS:
+                continue
+            far = way + math.hypot(to_x - from_x, to_y - from_y)
+            if far < ways[there, WAY]:
+                ways[there, WAY] = far
+                if far + _apart(to_x, to_y, x, y) > most:
+                    is_left = True
+                else:
+                    heapq.heappush(heap, (far, there))
+    size.from_x, size.from_y, size.sure_px = x, y, most if is_left else math.inf
+
+
+@njit(inline="always")
+def _apart(x: float, y: float, to_x: float, to_y: float) -> float:
+    """Return a distance, where its last digits do not matter: ``math.hypot`` takes several times as long."""
+    return math.sqrt((to_x - x) * (to_x - x) + (to_y - y) * (to_y - y))
 
 
 @njit(cache=True, nogil=True)
@@ -246,8 +309,8 @@ def is_straight(standing: Grid, x: float, y: float, end_x: float, end_y: float) 
 
 @njit(cache=True, nogil=True)
 def _rows_within(corners: Floats, top: float, bottom: float) -> tuple[int, int]:
-    """Return the first and the last (excluded) corner after the goal with y from ``top`` to ``bottom``."""
-    first, last = 1, len(corners)
+    """Return the first and the last (excluded) corner with y from ``top`` to ``bottom``."""
+    first, last = 0, len(corners)
     low, high = first, last
     while low < high:
         middle = (low + high) // 2

@@ -10,6 +10,7 @@ import pytest
 from houseexpo import FloorPlan
 from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.config import NoiseConfig, ObservationConfig, SimulatorConfig, StartConfig
+from houseexpo.pseudoslam.tasks import Navigation
 
 ID = "PseudoSLAM/Exploration-v0"
 SMALL = SimulatorConfig(pixels_per_metre=16.0, observation=ObservationConfig(4.0), max_steps=40)
@@ -76,6 +77,22 @@ def test_a_known_map_is_on_the_whole_map_from_the_start() -> None:
     area = (observation["global_map"] == 127).sum() * (32 / 128) ** 2
     assert area == pytest.approx(6.0 * 9.6, rel=0.1)
     assert observation["goal"].shape == (2,)
+
+
+def test_a_known_map_is_the_true_one_again_after_a_noisy_episode() -> None:
+    """In the same house, whose arrays are used again."""
+    config = replace(Navigation.default, noise=NoiseConfig(registration_m=0.3), max_steps=500)
+    used, new = (gymnasium.make("PseudoSLAM/Navigation-v0", dataset=PLANS[2], config=config) for _ in range(2))
+    for seed in range(3):
+        _, info = used.reset(seed=seed)
+        assert info["explored_m2"] > 0
+        before = used.unwrapped.state.known.copy()
+        for step in range(40):
+            used.step([0, 0, 1][step % 3])
+        assert (used.unwrapped.state.known != before).sum() > 100
+        used.reset(seed=9)
+        new.reset(seed=9)
+        assert used.unwrapped.state.known.tobytes() == new.unwrapped.state.known.tobytes()
 
 
 def test_the_seed_of_a_reset_decides_everything() -> None:

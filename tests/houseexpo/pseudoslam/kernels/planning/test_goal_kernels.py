@@ -12,6 +12,7 @@ import shapely.affinity
 
 from houseexpo import FloorPlan
 from houseexpo.pseudoslam.kernels.planning.goal_paths import (
+    DONE,
     SIGN,
     TURN_X,
     TURN_Y,
@@ -89,16 +90,13 @@ def test_corners_are_linked_if_a_path_may_turn_at_both(reach_px: float) -> None:
     standing[1:-1, 1:-1] = rng.random((12, 15)) < 0.8
     graph = graph_of(standing, reach_px)
     number, found = len(graph.corners), 0
-    assert graph.starts[0] == graph.starts[1] == 0
+    assert graph.starts[0] == 0
     assert graph.starts[-1] == len(graph.others)
-    for one in range(1, number):
+    for one in range(number):
         links = graph.others[graph.starts[one] : graph.starts[one + 1]].tolist()
         assert links == sorted(set(links))
-        for other in range(1, number):
-            (x, y, _, sign), (to_x, to_y, _, to_sign) = (
-                graph.corners[one, :4].tolist(),
-                graph.corners[other, :4].tolist(),
-            )
+        for other in range(number):
+            (x, y, sign), (to_x, to_y, to_sign) = (graph.corners[k, [X, Y, SIGN]].tolist() for k in (one, other))
             product = (to_x - x) * (to_y - y)
             wanted = (
                 one != other and product * sign >= 0 and product * to_sign >= 0
@@ -114,10 +112,57 @@ def test_goals_of_one_house_do_not_change_its_corners() -> None:
     standing[5:15, 5:15] = 0
     graph = graph_of(standing)
     first = find_goal_paths(graph, 2.5, 2.5)
-    find_goal_paths(graph, 17.5, 9.5)
-    again = find_goal_paths(graph, 2.5, 2.5)
-    assert first.corners.tobytes() == again.corners.tobytes()
-    assert goal_distance_at(again, 17.5, 17.5) == pytest.approx(2 * math.hypot(12.5, 2.5))
+    for paths in (first, find_goal_paths(graph, 17.5, 9.5), find_goal_paths(graph, 2.5, 2.5)):
+        goal_distance_at(paths, 17.5, 17.5)
+    assert first.ways.tobytes() == paths.ways.tobytes()
+    assert goal_distance_at(paths, 17.5, 17.5) == pytest.approx(2 * math.hypot(12.5, 2.5))
+
+
+def pillars(rows: int, cols: int) -> np.ndarray:
+    """A hall with a pillar of 4 x 4 cells every 20."""
+    standing = np.ones((rows, cols), np.uint8)
+    for row in range(10, rows, 20):
+        for col in range(10, cols, 20):
+            standing[row : row + 4, col : col + 4] = 0
+    return standing
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_what_was_searched_before_changes_no_distance(seed: int) -> None:
+    """A robot that walks, and one that is now here and now there, against a search for each place alone (R6)."""
+    rng = np.random.default_rng(seed)
+    if seed % 2:
+        standing = pillars(120, 200)
+    else:
+        standing = np.zeros((60, 80), np.uint8)
+        standing[1:-1, 1:-1] = rng.random((58, 78)) < 0.75
+        standing = connected(standing)
+    graph, cells = graph_of(standing, 100.0), np.argwhere(standing)
+    goal, place = (cell[::-1] + 0.5 for cell in rng.choice(cells, 2))
+    paths, sure = find_goal_paths(graph, *goal), 0
+    for k in range(60):
+        before = paths.ways.tobytes()
+        if k % 20 == 19:
+            place = rng.choice(cells)[::-1] + 0.5
+        step = place + rng.uniform(-3, 3, 2)
+        if (step > 0).all() and (step < standing.shape[::-1]).all() and standing[int(step[1]), int(step[0])]:
+            place = step
+        assert goal_distance_at(paths, *place) == goal_distance_at(find_goal_paths(graph, *goal), *place)
+        sure += paths.ways.tobytes() == before
+    assert sure > 30
+
+
+def test_only_what_lies_between_the_robot_and_its_goal_is_searched() -> None:
+    standing = pillars(600, 800)
+    graph = graph_of(standing, 100.0)
+    paths = find_goal_paths(graph, 45.5, 31.5)
+    assert 200.0 < goal_distance_at(paths, 245.5, 31.5) < 201.0
+    assert 0 < np.isfinite(paths.ways[:, DONE]).sum() < 0.1 * len(graph.corners)
+    nowhere = pillars(600, 800)
+    nowhere[:, 400] = 0
+    paths = find_goal_paths(graph_of(nowhere, 100.0), 52.0, 52.0)
+    assert goal_distance_at(paths, 752.0, 192.0) == math.inf
+    assert paths.sizes["sure_px"] == math.inf
 
 
 def test_in_sight_it_is_the_straight_line() -> None:
@@ -131,19 +176,14 @@ def test_round_a_corner_it_is_the_path_by_the_corner() -> None:
     standing = np.ones((50, 60), np.uint8)
     standing[:30, 20:] = 0  # an L: down the left, then right
     paths = paths_to(standing, 5.5, 3.5)
-    assert len(paths.corners) == 2
-    assert paths.corners[1, [X, Y]].tolist() == [20.0, 30.0]
+    assert paths.corners[:, [X, Y]].tolist() == [[20.0, 30.0]]
     by_corner = math.hypot(20 - 5.5, 30 - 3.5) + math.hypot(55.5 - 20, 31.0 - 30)
     assert goal_distance_at(paths, 55.5, 31.0) == pytest.approx(by_corner)
 
 
 def test_short_lines_lengthen_a_path_hardly() -> None:
     """In a hall of pillars, lines are as long as five pillars are apart, or as long as they can be."""
-    standing = np.ones((120, 200), np.uint8)
-    for row in range(10, 120, 20):
-        for col in range(10, 200, 20):
-            standing[row : row + 4, col : col + 4] = 0
-    rng = np.random.default_rng(0)
+    standing, rng = pillars(120, 200), np.random.default_rng(0)
     for _ in range(20):
         (x, y), (to_x, to_y) = rng.uniform((0, 0), (200, 120), (2, 2)).tolist()
         exact = goal_distance_at(paths_to(standing, to_x, to_y), x, y)
@@ -183,8 +223,8 @@ def test_lines_along_sides_need_an_open_cell_beside_them() -> None:
 def test_corners_are_where_one_cell_of_four_is_closed() -> None:
     standing = np.ones((5, 6), np.uint8)
     standing[2, 2:4] = 0
-    corners = np.empty((4, 6))
-    assert list_corners(standing, np.empty((0, 6))) == list_corners(standing, corners) == 4
+    corners = np.empty((4, 5))
+    assert list_corners(standing, np.empty((0, 5))) == list_corners(standing, corners) == 4
     assert corners[:, [X, Y]].tolist() == [[2, 2], [4, 2], [2, 3], [4, 3]]
     assert corners[:, SIGN].tolist() == [-1.0, 1.0, 1.0, -1.0]
 
@@ -195,7 +235,7 @@ def test_a_disc_turns_around_the_corner_of_a_wall_on_a_circle() -> None:
     occupied[9, 9:11] = 1
     rows, cols = np.mgrid[:20, :20] + 0.5
     standing = np.hypot(np.maximum(np.abs(cols - 10) - 1, 0), np.maximum(np.abs(rows - 9.5) - 0.5, 0)) >= 5.0
-    corners = make_corner_graph(standing.astype(np.uint8), occupied, 5.0, FAR).corners[1:]
+    corners = make_corner_graph(standing.astype(np.uint8), occupied, 5.0, FAR).corners
     assert len(corners) > 8
     wall = shapely.box(9, 9, 11, 10)
     turns = shapely.distance(wall, shapely.points(corners[:, [TURN_X, TURN_Y]]))
