@@ -27,6 +27,7 @@ from houseexpo.corrections import Override
 from houseexpo.dataset.source_records import LevelSource, Picture, Place, PlanSource, Rings, SourceRecord
 from houseexpo.errors import ConfigError
 from houseexpo.floorplan import FloorPlan
+from houseexpo.grids.frame import source_points_from_plan
 from houseexpo.grids.robot_map import read_map
 from houseexpo.plan import Box, Frame
 from houseexpo.plan.json_codec import encode
@@ -109,7 +110,7 @@ def source_record(config: BuildConfig, overrides: Mapping[str, Override], name: 
     if not levels and whole is not None:
         levels = [_of_file(item, said.get(item.id, Override()), whole, why, config)]
     unit_m = next(iter(units)) if len(units) == 1 else None
-    return SourceRecord(found.id, tuple(levels), why, takes, unit_m, tuple(names[:_MOST_NAMES]))
+    return SourceRecord(found.id, item.path, tuple(levels), why, takes, unit_m, tuple(names[:_MOST_NAMES]))
 
 
 def _unit_of(provenance: Mapping[str, Any]) -> float | None:
@@ -169,7 +170,17 @@ def _of_level(level: Level | RejectedLevel, item: Input, override: Override, con
         plans=tuple(_plan_source(plan, results, layout, is_founded=is_founded) for plan in _plans_of(results)),
         rejected=why,
         guesses=level.guesses,
+        extent=extent_of(level),
     )
+
+
+def extent_of(level: Level) -> tuple[float, float]:
+    """Return how far a level's walls reach, metres, along the source's plan axes; robust against stray parts."""
+    if level.walls.is_empty:
+        return 0.0, 0.0
+    there = source_points_from_plan(level.frame, level.walls.vertices[:, :2])
+    low, high = np.quantile(there, [0.002, 0.998], axis=0)
+    return round(float(high[0] - low[0]), 2), round(float(high[1] - low[1]), 2)
 
 
 def _stages(level: Level, override: Override, config: BuildConfig) -> tuple[list[StageResult], str]:

@@ -7,6 +7,7 @@ tells that the program has changed since: delete the folder after a change of ``
 
 from __future__ import annotations
 
+import hashlib
 import os
 import pickle
 from collections.abc import Callable, Iterator
@@ -84,6 +85,11 @@ def built_file(file: File, checkouts: Path, kept: Path | None) -> BuiltHouse:
     """Return a file of the corpus, built as a user would build it."""
     models = os.pathsep.join(str(checkout(checkouts, file.repository) / model) for model in file.models)
     return _keep(f"corpus {file.key}", kept, lambda: _build(file.place(checkouts), model_path=models))
+
+
+def built_path(path: Path, kept: Path | None) -> BuiltHouse:
+    """Return a file that somebody has reviewed, built without their corrections: these are what is known of it."""
+    return _keep(f"reviewed {hashlib.sha256(os.fsencode(path)).hexdigest()[:16]}", kept, lambda: _build(path))
 
 
 def _keep(name: str, folder: Path | None, build: Callable[[], BuiltHouse]) -> BuiltHouse:

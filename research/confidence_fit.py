@@ -37,7 +37,7 @@ from pipeline.stages import confidence, room_doubt
 from pipeline.stages.logistic import LogisticModel
 from pipeline.tolerances import MOST, SHEET_M
 from pipeline.values import Evidence, Layout, Level, Spaces
-from research.built_houses import Building, built_file, built_member
+from research.built_houses import Building, built_file, built_member, built_path
 from tests.builders.judged import area_under_curve
 from tests.builders.kinds.measuring import SAME_FLOOR_M, paired
 from tests.builders.matching import which_near
@@ -296,6 +296,16 @@ def of_file(name: str, folder: Path, built: Path | None) -> HouseRows:
     return rows_of(storeys, Origin(name, f"corpus {file.half}", file.repository.lower(), name))
 
 
+def of_reviewed(file: Path, labels: Path, built: Path | None) -> HouseRows:
+    """Return the rows of a file that somebody has reviewed (``houseexpo labels``)."""
+    marked = [each for storeys in marks.load(labels).values() for each in storeys if each.path == str(file)]
+    storeys = [
+        (level, buildings, [each for each in marked if each.is_of(level)], [None] * len(buildings))
+        for level, buildings in built_path(file, built).storeys
+    ]
+    return rows_of(storeys, Origin(str(file), "reviewed", str(file.parent), file.name))
+
+
 def _of_drawing(level: Level, storey: truths.Storey) -> Known:
     """Return what somebody has drawn of a level."""
     inner = [d.middle for d in storey.doors if d.interior]
@@ -399,11 +409,19 @@ def table_of(scored: Sequence[tuple[Part, float]]) -> Table:
 
 
 def collect(
-    kinds: Sequence[str], members: int, seed: int, corpus: Path | None, built: Path | None, *, both_halves: bool = False
+    kinds: Sequence[str],
+    members: int,
+    seed: int,
+    corpus: Path | None,
+    built: Path | None,
+    *,
+    both_halves: bool = False,
+    labels: Path | None = None,
 ) -> list[HouseRows]:
     """Return the rows of made houses and of the corpus, of its first half only unless both are asked for.
 
-    ``built`` is where the houses are kept as they were built; None to keep none.
+    ``built`` is where the houses are kept as they were built; None to keep none. ``labels`` are those of reviewed
+    houses, whose files are where they were.
     """
     with tempfile.TemporaryDirectory() as folder:
         tasks = [(kind, number) for number in range(members) for kind in kinds]
@@ -411,6 +429,9 @@ def collect(
     if corpus:
         files = [file for file in manifest.load() if (both_halves or file.half == 1) and file.is_in(corpus)]
         found += in_order(partial(of_file, folder=corpus, built=built), [file.name for file in files])
+    if labels:
+        paths = sorted({Path(each.path) for storeys in marks.load(labels).values() for each in storeys if each.path})
+        found += in_order(partial(of_reviewed, labels=labels, built=built), paths)
     return found
 
 

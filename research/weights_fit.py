@@ -128,12 +128,19 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--built", type=Path)
     parser.add_argument("--corpus", type=Path)
+    parser.add_argument("--labels", type=Path, help="labels of reviewed houses, which houseexpo labels has written")
     parser.add_argument("--both-halves", action="store_true", help="count the corpus's second half too")
     parser.add_argument("--write", action="store_true")
     given = parser.parse_args()
     corpus = given.corpus.absolute() if given.corpus else None
     every = collect(
-        given.kinds.split(","), given.members, given.seed, corpus, given.built, both_halves=given.both_halves
+        given.kinds.split(","),
+        given.members,
+        given.seed,
+        corpus,
+        given.built,
+        both_halves=given.both_halves,
+        labels=given.labels,
     )
     second = [row for row in every if any(plan.group == SECOND for plan in row.plans)]
     rows = [row for row in every if row not in second]

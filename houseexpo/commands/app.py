@@ -98,7 +98,7 @@ _TO_DO: Final = {
 PANELS: Final = {
     "Make plans": ("demo", "build", "inspect", "assemble", "slurm", "fetch"),
     "Look at plans": ("info", "show", "serve", "review", "stats", "validate"),
-    "Use and pass on": ("export", "split", "release"),
+    "Use and pass on": ("export", "split", "release", "labels"),
     "Simulate": ("play", "record", "replay", "ros", "benchmark", "train", "observe", "prepare"),
 }
 """The commands in the groups of ``--help``; others, such as those of plug-ins, come after them."""
@@ -285,6 +285,7 @@ EXAMPLES: Final = {
     ),
     "split": ("split plans/demo --train 0.7 --val 0.1 --test 0.2",),
     "release": ("release plans/demo --out release",),
+    "labels": ("labels plans/demo --out labels.jsonl",),
     "play": ("play plans/demo", "play map.yaml"),
     "record": ("record plans/demo --policy frontier --out run.gif",),
     "replay": ("replay run.mcap --out map",),

@@ -50,7 +50,8 @@ class PlanSource(msgspec.Struct, frozen=True):
 class LevelSource(msgspec.Struct, frozen=True):
     """What is known of a level; ``rejected`` says why it is no plan.
 
-    ``edges`` are the walls, to which points snap. ``guesses`` names what the reader had to guess.
+    ``edges`` are the walls, to which points snap. ``guesses`` names what the reader had to guess. ``extent`` is how far
+    the walls reach along the source's axes, metres.
     """
 
     id: str
@@ -61,16 +62,18 @@ class LevelSource(msgspec.Struct, frozen=True):
     plans: tuple[PlanSource, ...] = ()
     rejected: str = ""
     guesses: tuple[str, ...] = ()
+    extent: tuple[float, float] = (0.0, 0.0)
 
 
 class SourceRecord(msgspec.Struct, frozen=True):
-    """An input, its levels, and the reason if none of it could be read.
+    """An input, the file that it is read from, its levels, and the reason if none of it could be read.
 
     ``takes`` are the keys of ``overrides.toml`` that its reader takes. ``unit_m`` is the length of the file's own unit,
     metres, None if it is not known. ``names`` are what its parts are called.
     """
 
     id: str
+    path: str = ""
     levels: tuple[LevelSource, ...] = ()
     rejected: str = ""
     takes: tuple[str, ...] = ()

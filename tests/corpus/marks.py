@@ -7,6 +7,9 @@ each passage whether one can walk through it. ``marks.jsonl`` holds a line for e
     {"file": "NAME", "level": 0, "extent": [8.2, 6.1], "rooms": [[x, y, m2]], "unlike": [[x, y, m2]],
      "no_rooms": [[x, y, m2]], "ways": [[x, y]], "no_ways": [[x, y]]}
 
+``houseexpo labels`` writes the same lines of reviewed houses, with the ``path`` of each file
+(``houseexpo.service.review.labels``).
+
 Lengths are metres in the source's plan axes. ``unlike`` are indoors, but not one room each: several rooms in one, or a
 part of a room. ``no_rooms`` are terraces, courts, voids, the insides of walls, and what else was taken for rooms, or
 might be. What a person could not tell is not in the file. What nobody has seen, because no plan had it, is not either.
@@ -25,6 +28,7 @@ import numpy.typing as npt
 import shapely
 from shapely import Polygon
 
+from houseexpo.dataset.storey_labels import Space, StoreyLabels
 from pipeline.values import Level
 from tests.corpus import truths
 
@@ -32,21 +36,9 @@ MARKS: Final = Path(__file__).with_name("marks.jsonl")
 SAME_AREA: Final = 0.1
 """A room of a plan is the marked one if it holds its place, and their areas differ by no more than this share."""
 
-Place = tuple[float, float]
-Space = tuple[float, float, float]
 
-
-class Marked(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+class Marked(StoreyLabels, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """What a person has marked of one storey."""
-
-    file: str
-    level: int
-    extent: tuple[float, float]
-    rooms: list[Space]
-    unlike: list[Space]
-    no_rooms: list[Space]
-    ways: list[Place]
-    no_ways: list[Place]
 
     def is_of(self, level: Level) -> bool:
         """Whether a level is the storey that was marked, and as large."""

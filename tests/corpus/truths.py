@@ -38,6 +38,7 @@ from scipy.optimize import linear_sum_assignment
 from shapely import Polygon
 
 from houseexpo.errors import ConfigError
+from pipeline.source_record import extent_of
 from pipeline.values import Level
 from tests.builders.matching import found_near
 
@@ -173,12 +174,6 @@ def in_source(level: Level, points: Floats) -> Floats:
     """Points (n, 2) of a level's frame in the source's plan axes."""
     matrix = np.asarray(level.frame.matrix)
     return np.asarray(points @ matrix[:, :2].T + matrix[:, 2])
-
-
-def extent_of(level: Level) -> tuple[float, float]:
-    """How far a level's walls reach, metres, along the source's plan axes; robust against stray parts."""
-    low, high = np.quantile(in_source(level, level.walls.vertices[:, :2]), [0.002, 0.998], axis=0)
-    return round(float(high[0] - low[0]), 2), round(float(high[1] - low[1]), 2)
 
 
 def rooms_of(level: Level, storey: Storey) -> list[Polygon]:

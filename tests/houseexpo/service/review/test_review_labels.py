@@ -1,0 +1,110 @@
+"""What a review tells the fits: rooms and ways that are right and wrong, in the form of marks."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import pytest
+
+pytest.importorskip("starlette")
+
+from typer.testing import CliRunner
+
+from houseexpo import build
+from houseexpo.commands.app import make_app
+from houseexpo.dataset.storey_labels import StoreyLabels
+from houseexpo.floorplan import FloorPlan
+from houseexpo.grids.frame import source_points_from_plan
+from houseexpo.service.collection import Collection
+from houseexpo.service.review.labels import labels_of
+from houseexpo.service.review.session import DecisionRequest, Review, told_corrections
+from houseexpo.service.review.sources import SourceView
+from pipeline.batch.listing import list_inputs
+from pipeline.cli_common import load_build_config
+from pipeline.source_record import source_record
+from pipeline.sources import reader
+from pipeline.values import Level
+from research.confidence_fit import of_reviewed
+from tests.builders.bungalow import FILE
+from tests.corpus.marks import Marked
+
+
+@pytest.fixture(scope="module")
+def view() -> SourceView:
+    config = load_build_config(None, {"sources": (str(FILE),)})
+    record = source_record(config, {}, next(iter(list_inputs(config))).id)
+    return SourceView(record, record.levels[0], record.levels[0].plans[0])
+
+
+def plan_of(view: SourceView) -> FloorPlan:
+    assert view.plan is not None
+    return view.plan
+
+
+def in_source(plan: FloorPlan, x: float, y: float) -> list[float]:
+    frame: Any = plan.frame
+    found: list[float] = source_points_from_plan(frame, [(x, y)])[0].tolist()
+    return found
+
+
+def said_no_room(view: SourceView) -> tuple[FloorPlan, list[float]]:
+    """The plan without its first room, and where that lies."""
+    plan = plan_of(view)
+    place = in_source(plan, *plan.rooms[0].polygon.representative_point().coords[0])
+    return told_corrections(plan, {"no_room": [place]}, view).plan, place
+
+
+def test_a_house_that_was_kept_tells_of_all_its_parts(view: SourceView) -> None:
+    plan = plan_of(view)
+    found = labels_of(view, plan, is_kept=True)
+    assert sorted(area for *_, area in found.rooms) == pytest.approx(
+        sorted(r.polygon.area for r in plan.rooms), abs=0.01
+    )
+    assert len(found.ways) == sum(door.kind != "cut" for door in plan.doors)
+    assert (found.unlike, found.no_ways) == ([], [])
+
+
+def test_a_correction_tells_what_was_wrong(view: SourceView) -> None:
+    plan = plan_of(view)
+    told, _ = said_no_room(view)
+    found = labels_of(view, told, is_kept=False)
+    assert [area for *_, area in found.no_rooms] == pytest.approx([plan.rooms[0].polygon.area], abs=0.01)
+    assert found.rooms == []  # nobody spoke of the others
+    every = labels_of(view, told, is_kept=True)
+    assert len(every.rooms) == len(plan.rooms) - 1
+
+
+def test_labels_are_marks_of_the_storey_as_it_is_read(view: SourceView) -> None:
+    told, _ = said_no_room(view)
+    line = msgspec.json.encode(labels_of(view, told, is_kept=True))
+    marked = msgspec.json.decode(line, type=Marked)
+    (item,) = list_inputs(load_build_config(None, {"sources": (str(FILE),)}))
+    (level,) = (each for each in reader(item.reader).read(item) if isinstance(each, Level))
+    assert marked.is_of(level)
+    assert marked.path == item.path
+    assert sum(bool(each) for each in marked.judge_ways([(x, y) for x, y in marked.ways])) == len(marked.ways)  # type: ignore[arg-type]  # any array
+
+
+@pytest.mark.slow
+def test_the_command_writes_what_the_fits_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("HOUSEEXPO_CACHE", str(tmp_path / "cache"))
+    build(FILE, tmp_path / "plans", workers=1)
+    review = Review(Collection("plans", tmp_path / "plans"))
+    (name,) = review.queue.order
+    plan = review.queue.dataset[name]
+    point = plan.rooms[0].polygon.representative_point()
+    review.decide(DecisionRequest(name, "no_room", "ann", points=[(point.x, point.y)]), "ann")
+    review.decide(DecisionRequest(name, "keep", "ann", seen=1), "ann")
+    labels = tmp_path / "labels.jsonl"
+    done = CliRunner().invoke(make_app(), ["labels", str(tmp_path / "plans"), "--out", str(labels)])
+    assert done.exit_code == 0, done.output
+    assert "1 storey in" in done.output
+    (line,) = labels.read_bytes().splitlines()
+    found = msgspec.json.decode(line, type=StoreyLabels)
+    assert len(found.no_rooms) >= 1
+    assert len(found.rooms) == len(plan.rooms) - 1
+    rows = of_reviewed(Path(found.path), labels, None)
+    rooms = [part for part in rows.plans[0].parts if part.part == "room"]
+    assert sorted(part.true for part in rooms) == [False, *[True] * (len(plan.rooms) - 1)]
