@@ -14,6 +14,7 @@ TEXT = (ROOT / "docs" / "sources.md").read_text()
 COMMANDS = re.findall(r"^    houseexpo (build \S+ --out plans/\w+)$", TEXT, re.MULTILINE)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("command", COMMANDS)
 def test_a_command_of_the_page_makes_a_plan(tmp_path, command):
     build, source, option, out = command.split()
@@ -32,6 +33,7 @@ def test_there_is_a_command_and_a_picture_for_each_example():
     assert all((ROOT / "docs" / picture).is_file() for picture in pictures)
 
 
+@pytest.mark.slow
 def test_the_examples_are_what_the_builders_write(tmp_path):
     for path in write_examples(tmp_path):
         assert path.read_bytes() == (FOLDER / path.relative_to(tmp_path)).read_bytes(), path.name

@@ -76,14 +76,8 @@ def address(folder: Path) -> Iterator[str]:
         yield f"{found}/demo"
 
 
-def slowly(lines: dict[str, str]) -> list[object]:
-    """Lines that simulate compile kernels first."""
-    return [
-        pytest.param(text, id=name, marks=[pytest.mark.slow] * ("pseudoslam" in text)) for text, name in lines.items()
-    ]
-
-
-@pytest.mark.parametrize("lines", slowly(PYTHON))
+@pytest.mark.slow
+@pytest.mark.parametrize("lines", PYTHON, ids=PYTHON.get)
 def test_lines_of_python_run(lines: str, folder: Path, address: str, monkeypatch: pytest.MonkeyPatch) -> None:
     for module, how in INSTALLED_BY.items():
         if re.search(rf"^(import|from) {module}\b", lines, re.MULTILINE) or f"to_{module}" in lines:

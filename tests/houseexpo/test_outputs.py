@@ -124,9 +124,7 @@ def test_without_notes_a_file_is_asked_for(tmp_path: Path, monkeypatch: pytest.M
 
 def test_runs_go_into_folders_of_their_own(homes: Path) -> None:
     before = files_of(homes)
-    for words in (["observe", homes, "--out", homes / "json"], ["train", "avoidance", "--out", homes]):
-        done = houseexpo_(*words, *(["--dataset", homes] if words[0] == "train" else []))
-        assert done.exit_code == 2, done.output
+    assert houseexpo_("train", "avoidance", "--out", homes, "--dataset", homes).exit_code == 2
     mine = homes.parent / "mine"
     mine.mkdir()
     (mine / "manifest.json").write_text("mine")

@@ -22,6 +22,7 @@ def kept(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return tmp_path_factory.mktemp("kept")
 
 
+@pytest.mark.slow
 @needs_shared
 def test_a_kept_house_is_not_built_again_and_gives_the_same_parts(
     kept: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
@@ -40,6 +41,7 @@ def test_a_kept_house_is_not_built_again_and_gives_the_same_parts(
         built_member(TASK, 0, tmp_path, None)
 
 
+@pytest.mark.slow
 def test_grounds_that_rest_on_weights_are_measured_anew(kept: Path, tmp_path: Path) -> None:
     house = built_member(TASK, 0, tmp_path, kept)
     ((level, (building,)),) = house.storeys
@@ -64,6 +66,7 @@ def test_the_doubt_of_spaces_comes_from_the_model_that_is_fitted() -> None:
     }
 
 
+@pytest.mark.slow
 @needs_shared
 def test_all_weights_come_from_one_fit_and_are_the_same_each_time(kept: Path, tmp_path: Path) -> None:
     made = [of_member(TASK, 0, tmp_path, kept), of_member(("solids", 2), 0, tmp_path, None)]

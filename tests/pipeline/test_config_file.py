@@ -68,11 +68,6 @@ def test_a_bad_manifest_is_refused_with_the_full_name_of_the_key(tmp_path: Path,
     assert str(path) in str(caught.value)
 
 
-def test_a_missing_manifest_is_named(tmp_path: Path) -> None:
-    with pytest.raises(ConfigError, match=r"absent\.toml: cannot be read"):
-        load_config(tmp_path / "absent.toml")
-
-
 def test_the_hash_tells_parameters_apart_but_not_inputs(tmp_path: Path) -> None:
     plain = BuildConfig().digest()
     assert load_config(written(tmp_path, '[build]\nsources = ["x.ply"]\nlimit = 2')).digest() == plain

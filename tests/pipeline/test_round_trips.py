@@ -170,8 +170,8 @@ UNNAMED = [("Unlabelled", "")] * 4
 @pytest.mark.parametrize(
     ("turn_deg", "names"),
     [
-        pytest.param(0, UNNAMED, id="unnamed"),
         pytest.param(20, TWO_ALIKE, id="named-20"),
+        pytest.param(0, UNNAMED, id="unnamed", marks=pytest.mark.slow),
         pytest.param(0, TWO_ALIKE, id="named", marks=pytest.mark.slow),
         pytest.param(20, UNNAMED, id="unnamed-20", marks=pytest.mark.slow),
     ],

@@ -1,17 +1,13 @@
 from __future__ import annotations
 
 import io
-from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
-import pytest
 import trimesh
 from PIL import Image
 
 from pipeline.png import PNG_SIDE_PX, draw_top_view
-from pipeline.rejection import Rejection
-from pipeline.sources import find, reader
 from pipeline.values import Mesh
 
 
@@ -40,16 +36,6 @@ def test_what_is_higher_is_darker_and_nothing_is_white() -> None:
 def test_y_points_up_and_a_y_up_mesh_is_seen_from_above_too() -> None:
     x, y, z = STEPS.vertices.T
     assert (seen(Mesh(np.column_stack([x, z, -y]), STEPS.faces), up=1) == seen(STEPS)).mean() > 0.97
-
-
-def test_a_mesh_that_its_reader_rejects_is_shown(tmp_path: Path) -> None:
-    plate = trimesh.creation.box((9.0, 6.0, 0.2))
-    plate.export(tmp_path / "plate.ply")
-    (item,) = find(str(tmp_path / "plate.ply"))
-    with pytest.raises(Rejection) as caught:
-        list(reader("mesh_file").read(item))
-    rows, cols = np.asarray(Image.open(io.BytesIO(caught.value.picture))).shape
-    assert (cols, abs(rows - PNG_SIDE_PX * 2 / 3) <= 1) == (PNG_SIDE_PX, True)
 
 
 def test_the_same_mesh_gives_the_same_bytes_and_one_without_area_none() -> None:

@@ -13,6 +13,7 @@ from pipeline.config import PipelineConfig
 from tests.builders.houses import CEILING, Hole, shell, wall
 from tests.builders.kinds.registry import make_member
 from tests.builders.meshes import box, joined, write
+from tests.builders.tries import slow_but
 from tests.builders.variations import UNSEEN, VariedHouse, house_of, levels_of
 
 
@@ -24,7 +25,7 @@ def with_a_block(folder: Path) -> Path:
     return write(joined(parts), folder / "block.obj")
 
 
-@pytest.fixture(scope="module", params=["made", "block"])
+@pytest.fixture(scope="module", params=slow_but(["made", "block"], "block"))
 def house(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> VariedHouse:
     folder = tmp_path_factory.mktemp("varied")
     return house_of(with_a_block(folder) if request.param == "block" else make_member("solids", 1, 0, folder).path)

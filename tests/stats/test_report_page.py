@@ -4,7 +4,6 @@ import json
 import re
 import shutil
 import subprocess
-import sys
 from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
@@ -171,9 +170,3 @@ def test_nothing_is_wider_than_the_screen(folder: Path, tmp_path: Path, width: i
     assert scrolled <= width
     assert plots >= 5
     assert narrowest > 250
-
-
-def test_help_imports_nothing_heavy() -> None:
-    code = "import sys; from houseexpo.commands.app import make_app; make_app(); print(*sys.modules)"
-    done = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True)
-    assert not {"matplotlib", "jinja2", "shapely", "scipy", "networkx", "pyarrow"} & set(done.stdout.split())

@@ -225,8 +225,8 @@ def test_a_notebook_shows_a_data_set(data):
 
 
 def test_python_m_says_the_command_that_it_is(tmp_path):
-    done = shell('"$PYTHON" -m stats --help', tmp_path)
-    assert "Usage: houseexpo stats" in done.stdout
+    for package, command in (("stats", "stats"), ("pipeline", "build")):
+        assert f"Usage: houseexpo {command}" in shell(f'"$PYTHON" -m {package} --help', tmp_path).stdout
 
 
 @pytest.mark.parametrize(

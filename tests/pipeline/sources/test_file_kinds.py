@@ -18,13 +18,14 @@ from pipeline.sources.meshes.formats import SUFFIXES
 from tests.builders.batch import run_build
 from tests.builders.meshes import one_level, write
 from tests.builders.plan_files import house
+from tests.builders.tries import slow_but
 
 NAMES = ("house.ply", "house.obj", "house.glb", "house.gltf", "house.stl", "house.off", "house.dae", "house.ifc",
          "house.dxf", "house.bak", "house", "house.json", "house.txt", "house.usdc", "house.png")  # fmt: skip
 
 
 @pytest.mark.parametrize("suffix", [each for each in SUFFIXES if each not in {".dae", ".gltf"}])
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", slow_but(NAMES, "house.ply", "house.json", "house"))
 def test_a_mesh_is_read_as_what_it_is(tmp_path: Path, suffix: str, name: str) -> None:
     true = write(one_level(), tmp_path / f"true{suffix}")
     (expected,) = levels_at(true)

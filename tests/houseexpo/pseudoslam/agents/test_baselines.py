@@ -19,6 +19,7 @@ from houseexpo.pseudoslam.config import GoalConfig, SimulatorConfig, StartConfig
 from houseexpo.pseudoslam.envs.single import ExplorationEnv, NavigationEnv, PseudoSlamEnv
 from houseexpo.pseudoslam.kernels.mapping import FREE
 from houseexpo.pseudoslam.kernels.planning.planner_types import FRONTIER
+from tests.builders.tries import slow_but
 
 HALL = FloorPlan("hall", [(0, 0), (0, 8), (10, 8), (10, 0)], 1, {})
 ANGLE = FloorPlan("angle", [(0, 0), (0, 8), (3, 8), (3, 2), (9, 2), (9, 0)], 1, {})
@@ -95,7 +96,7 @@ def test_the_wall_follower_crosses_what_is_open() -> None:
 
 
 @pytest.mark.parametrize("name", EXPLORERS)
-@pytest.mark.parametrize("seed", [0, 1])
+@pytest.mark.parametrize("seed", slow_but([0, 1], 0))
 def test_explorers_see_all_round_a_corner(name: str, seed: int) -> None:
     env = ExplorationEnv(ANGLE, SimulatorConfig(pixels_per_metre=16.0, max_steps=400), success_coverage=1.0)
     steps = list(episode(name, env, seed))

@@ -24,7 +24,6 @@ from houseexpo.pseudoslam.config import (
     StartConfig,
 )
 from houseexpo.pseudoslam.config.simulator import PRESETS
-from houseexpo.pseudoslam.envs import spec
 from houseexpo.pseudoslam.envs.pictures import Pictures
 from houseexpo.pseudoslam.kernels.mapping import draw_coarse_view
 from tests.builders.simulations import HUTS, assert_same_step, native, singles
@@ -214,12 +213,6 @@ def test_what_there_is_not_is_refused(given: dict[str, Any], text: str) -> None:
 def test_a_number_of_pixels_is_a_whole_number(pixels: Any) -> None:
     with pytest.raises(ConfigError, match=r"observation\.pixels: expected a whole number of at least 2"):
         ObservationConfig(pixels=pixels)
-
-
-def test_the_plain_view_is_not_drawn_where_nobody_looks() -> None:
-    env = one()
-    env.reset(seed=0)
-    assert env.unwrapped.state.view.shape == (spec._NO_VIEW_PX, spec._NO_VIEW_PX)
 
 
 def test_whole_numbers_have_no_kernel_compiled_once_more() -> None:
