@@ -7,7 +7,8 @@ import re
 import shlex
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -126,21 +127,26 @@ def _commands(text: str) -> list[list[str]]:
 
 
 @pytest.fixture(scope="module")
-def group() -> typer.core.TyperGroup:
-    """The commands as the command line finds them."""
-    made = typer.main.get_command(make_app())
-    assert isinstance(made, typer.core.TyperGroup)
-    return made
+def options_of() -> Callable[[str, str], set[str]]:
+    """The options of a command, by its name and the word after it, which names one of a command's own."""
+    group = typer.main.get_command(make_app())
+    assert isinstance(group, typer.core.TyperGroup)
+
+    @cache
+    def options(name: str, word: str) -> set[str]:
+        command = group.get_command(None, name)  # type: ignore[arg-type]
+        if hasattr(command, "get_command"):
+            command = command.get_command(None, word)
+        return {option for parameter in command.params for option in [*parameter.opts, *parameter.secondary_opts]}
+
+    return options
 
 
 @pytest.mark.parametrize("page", PAGES, ids=NAMES.get)
-def test_every_command_and_option_that_is_shown_exists(page: Path, group: typer.core.TyperGroup) -> None:
+def test_every_command_and_option_that_is_shown_exists(page: Path, options_of: Callable[[str, str], set[str]]) -> None:
     for _, name, *words in _commands(page.read_text()):
-        command = group.get_command(None, name)  # type: ignore[arg-type]
-        if hasattr(command, "get_command"):  # so is this one, of commands of its own
-            command = command.get_command(None, words[0])
-        options = {option for parameter in command.params for option in [*parameter.opts, *parameter.secondary_opts]}
-        assert {word for word in words if word.startswith("--")} <= options, (name, words)
+        known = options_of(name, words[0] if words else "")
+        assert {word for word in words if word.startswith("--")} <= known, (name, words)
 
 
 def test_the_readme_shows_the_commands_that_most_people_need() -> None:
