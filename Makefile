@@ -94,7 +94,7 @@ docs: setup ## build the pages of docs/ as a site, into docs/_build; warnings ar
 	@echo "-- open docs/_build/index.html"
 
 pictures: setup ## draw the pictures of docs/algorithm.md anew
-	@$(BIN)/python docs/scripts/pictures.py
+	@PYTHONPATH=. $(BIN)/python docs/scripts/pictures.py
 
 screenshots: dataset ## take the pictures of the service's pages anew; needs Chromium
 	@$(BIN)/python docs/scripts/screenshots.py $(DATASET)

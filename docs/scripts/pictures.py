@@ -1,6 +1,6 @@
 """Draw the pictures of ``docs/algorithm.md``, ``docs/guide-homes.md`` and ``docs/readers``: ``make pictures``.
 
-Three of the houses of ``procedural:60?style=test --seed 2019``: one in which a wall is cut, one with a chimney, one
+Three of the first 60 houses that the tests make with seed 2019: one in which a wall is cut, one with a chimney, one
 with a garage that stands apart. The pages for readers show one home of the demo data set.
 """
 
@@ -24,6 +24,7 @@ from pipeline.config_file import BuildConfig, BuildOptions
 from pipeline.inspection import inspect_house
 from pipeline.pictures import WORDS_PX, stage_pictures
 from pipeline.sources import find, reader
+from tests.builders.suncg_houses import scene_id, write_house
 
 IMAGES = Path(__file__).parents[1] / "images"
 EXAMPLE = Path(__file__).parents[2] / "pipeline" / "examples" / "house.ifc"
@@ -40,7 +41,7 @@ HOMES, N_HOMES = IMAGES / "homes.png", 24
 SHOWN = "02e6f576bc6267912cff75dbb691589f"
 """The made home that the pages for readers show."""
 FOLDER = IMAGES / "stages"
-CONFIG = BuildConfig(BuildOptions(sources=("procedural:60?style=test",), seed=2019))
+SEED = 2019
 HOUSES = {
     "b16a83220d643acf43c072de5df74a54": (
         *("door_plane", "ground_plane", "layout", "doors", "contour", "connectivity", "refine", "plan"),
@@ -56,8 +57,11 @@ def draw(folder: Path = FOLDER) -> list[Path]:
     folder.mkdir(parents=True, exist_ok=True)
     files = []
     for name, stages in HOUSES.items():
-        with tempfile.TemporaryDirectory() as drawn:
-            inspect_house(CONFIG, {}, 0, Path(drawn), name)
+        with tempfile.TemporaryDirectory() as root, tempfile.TemporaryDirectory() as drawn:
+            (index,) = (index for index in range(60) if scene_id(index, SEED) == name)
+            write_house(Path(root), index, SEED)
+            config = BuildConfig(BuildOptions(sources=(root,), seed=SEED))
+            inspect_house(config, {}, 0, Path(drawn), name)
             for stage in stages:
                 (picture,) = Path(drawn).glob(f"[0-9][0-9]_{stage}.png")
                 files.append(folder / f"{stage}.png")

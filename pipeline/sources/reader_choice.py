@@ -269,14 +269,14 @@ def how_to_export(suffixes: Iterable[str]) -> str:
 
 SOUND, PUBLISHED, TEST = "sound", "published", "test"
 STYLES = {SOUND: SOUND, PUBLISHED: PUBLISHED, TEST: TEST, "home": PUBLISHED, "plain": TEST}
-"""The styles by the names that a source may give them; "home" and "plain" are what two were called before."""
+"""The styles by the names that a source may give them; "home" and "plain" are earlier names. TEST is no longer made."""
 
 _NAME = re.compile(r"procedural:(\d+)(?:\?style=(\w+))?", re.ASCII)
 
 
 @dataclass(frozen=True)
 class MadeHouses:
-    """How many houses, of which style: sound homes, homes like the published plans, or houses with planted faults."""
+    """How many houses, of which style: sound homes, homes like the published plans, or test houses."""
 
     count: int
     style: str

@@ -2,7 +2,7 @@
 
 Names end in the unit: ``_M`` metres, ``_M2`` square metres, ``_RAD`` radians; shares, cosines, counts and weights
 have none. A number that several readers use stands here once. Limits on the size of files, in bytes, faces or lines,
-stand beside the code that they protect. What ``homes`` and ``procedural`` draw at random stands there: it describes
+stand beside the code that they protect. What ``homes`` and ``sound_homes`` draw at random stands there: it describes
 the houses that they make, not what is true of houses. The stages have numbers of their own. Those that divide a
 robot's map were fitted or chosen together and stand in ``occupancy_map``. What a format gives to a part of which a file
 does not say it stands beside the reader of the format.

@@ -36,9 +36,9 @@ from pipeline.config_file import BuildConfig, BuildOptions
 from pipeline.executors.local import Limits, run
 from pipeline.rejection import Rejection
 from pipeline.sources import reader
-from pipeline.sources.procedural import write_house
 from pipeline.values import Input, Level
 from tests.builders.batch import run_build
+from tests.builders.suncg_houses import write_house
 
 HOUSES, SEED = 200, 2019
 BATCH, WARM_UP = 2_000, 5

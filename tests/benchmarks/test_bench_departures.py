@@ -20,11 +20,11 @@ from pipeline.algorithm import plan_level
 from pipeline.config import PipelineConfig
 from pipeline.rejection import Rejection
 from pipeline.sources import suncg
-from pipeline.sources.procedural import write_houses
 from pipeline.values import Level
 from tests.builders.houses import CEILING, Parts, level, wall
 from tests.builders.meshes import box
 from tests.builders.shared import planned
+from tests.builders.suncg_houses import write_houses
 
 HOUSES, SEED = 200, 11
 EACH = 20

@@ -26,11 +26,11 @@ from pipeline.algorithm import run_stages
 from pipeline.config import PipelineConfig
 from pipeline.rejection import Rejection
 from pipeline.sources import suncg
-from pipeline.sources.procedural import write_house
 from pipeline.values import Level
 from tests.builders.formats.clouds import flat, sampled
 from tests.builders.meshes import city, house_of_many_faces, office
 from tests.builders.shared import DATA, needs_shared
+from tests.builders.suncg_houses import write_house
 
 HOUSES, SEED = 200, 2019
 WARM_UP = 5

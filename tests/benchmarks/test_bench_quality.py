@@ -22,13 +22,13 @@ from rich.table import Table
 
 from pipeline.rejection import Rejection
 from pipeline.sources import suncg
-from pipeline.sources.procedural import write_houses
 from pipeline.values import Level
 from research.quality_fit import by_kind, quality_table
 from tests.builders import shared
 from tests.builders.judged import NAMES, judged, met_of, split
 from tests.builders.kinds.registry import KINDS
 from tests.builders.shared import CASES, DATA, NOT_YET, as_json, case, needs_shared, plan_nearest, planned, scorer
+from tests.builders.suncg_houses import write_houses
 
 HOUSES, SEED = 500, 11
 COLUMNS = {

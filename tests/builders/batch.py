@@ -34,9 +34,9 @@ from pipeline.executors import local
 from pipeline.executors.local import Executor
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources import find, reader, suncg
-from pipeline.sources.procedural import write_houses
 from pipeline.values import Level
 from tests.builders.shared import planned
+from tests.builders.suncg_houses import write_houses
 
 
 def one_room(path: Path, width: float = 5.0, depth: float = 4.0) -> Path:

@@ -26,12 +26,12 @@ from numpy.random import Generator
 from pipeline.geometry.meshes import Bodies
 from pipeline.rejection import Rejection
 from pipeline.sources import find, reader
-from pipeline.sources.procedural import write_house
 from pipeline.values import Level, Mesh, RejectedLevel
 from tests.builders.batch import contents, lines
 from tests.builders.examples import FOLDER
 from tests.builders.kinds.registry import KINDS, RAW, make_member
 from tests.builders.shared import DATA
+from tests.builders.suncg_houses import write_house
 
 
 def damaged(level: Level, rng: Generator) -> Level:

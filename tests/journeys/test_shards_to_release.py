@@ -50,7 +50,7 @@ def run(command: str, machine: Path, code: int = 0) -> str:
 def test_shards_of_which_one_dies_become_a_release(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     need(modules=["datasets", "duckdb"], how="make readers")
     houses, shared = tmp_path / "houses.toml", tmp_path / "shared"
-    houses.write_text('[build]\nsources = ["procedural:24?style=test"]\nseed = 3\n')
+    houses.write_text('[build]\nsources = ["procedural:24?style=published"]\nseed = 3\n')
     here, there = tmp_path / "here", tmp_path / "there"
 
     def placed(command: str) -> str:

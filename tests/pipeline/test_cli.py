@@ -21,10 +21,10 @@ from houseexpo.dataset import open_dataset
 from houseexpo.plan import Frame
 from pipeline.inspection import _number
 from pipeline.sources.files import id_from_file_name
-from pipeline.sources.procedural import write_house
 from pipeline.terminal_report import describe_oddity
 from pipeline.values import Input, Level, Mesh
 from tests.builders.batch import contents, lines, one_room
+from tests.builders.suncg_houses import write_house
 
 runner = CliRunner()
 

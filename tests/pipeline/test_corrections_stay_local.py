@@ -22,6 +22,7 @@ from pipeline.values import Level
 from tests.builders.drawn import changed_shapes, doors_beside, in_source, walls_without_door
 from tests.builders.kinds.registry import KINDS, RAW, make_member
 from tests.builders.shared import DATA, needs_shared
+from tests.builders.suncg_houses import write_houses
 
 MOST_WORDS = 3  # of one kind in one plan: each is planned anew
 
@@ -141,8 +142,9 @@ def test_fifteen_doors_drawn_in_made_homes_open_fifteen_walls() -> None:
 
 
 @pytest.mark.slow
-def test_corrections_of_houses_with_hard_cases_stay_local() -> None:
-    assert sum(_of_level(level) for level in levels("procedural:20?style=test")) > 10
+def test_corrections_of_houses_with_hard_cases_stay_local(tmp_path: Path) -> None:
+    write_houses(tmp_path, 20, 0)
+    assert sum(_of_level(level) for level in levels(str(tmp_path))) > 10
 
 
 @pytest.mark.slow

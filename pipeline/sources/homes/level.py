@@ -8,19 +8,27 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Sequence
-from typing import Final
+from functools import lru_cache
+from typing import Final, TypeAlias
 
 import numpy as np
+import numpy.typing as npt
 import shapely
 
 from houseexpo.plan import Frame
 from houseexpo.plan.room_labels import canonical
-from pipeline.geometry.areas import polygons_of
+from pipeline.geometry.areas import polygons_of, triangulate
 from pipeline.geometry.meshes import Mesh
 from pipeline.sources.homes.values import Home
-from pipeline.sources.procedural.solids import prism_mesh
-from pipeline.sources.procedural.values import DOOR_HEAD_M, SILL_M, WALL_TOP_M
 from pipeline.values import MADE, Level, SourceRoom
+
+WALL_TOP_M: Final = 2.73
+SILL_M: Final = 0.04
+DOOR_HEAD_M: Final = 2.12
+"""Heights above the floor, of SUNCG's houses."""
+
+Meshed: TypeAlias = tuple[npt.NDArray[np.float64], npt.NDArray[np.float64], npt.NDArray[np.int64]]
+"""Points (n, 3): plan x, plan y, height, metres; texture (n, 2); faces (m, 3), outward in that frame."""
 
 _MIN_M2: Final = 1e-4
 
@@ -79,3 +87,26 @@ def prisms_mesh(prisms: Sequence[tuple[shapely.Polygon, float, float]]) -> Mesh:
 
 def _pieces(shape: shapely.Geometry) -> list[shapely.Polygon]:
     return [each for each in polygons_of(shape) if each.area > _MIN_M2]
+
+
+def prism_mesh(polygon: shapely.Polygon, low: float, high: float) -> Meshed:
+    """Return the closed mesh of a slab over a polygon, from one height to another."""
+    plan, top, sides = _triangulate(polygon)
+    n = len(plan)
+    faces = np.concatenate([top + n, top[:, ::-1], sides])
+    twice = np.tile(plan, (2, 1))
+    return np.column_stack([twice, np.repeat([low, high], n)]), twice, faces
+
+
+@lru_cache(maxsize=2)  # a room's ceiling is its floor again
+def _triangulate(
+    polygon: shapely.Polygon,
+) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.int64], npt.NDArray[np.int64]]:
+    """Return a polygon's corners, its triangles, and those of a band round it whose upper corners come n later."""
+    plan, top = triangulate(polygon)
+    sizes = [len(ring.coords) - 1 for ring in (polygon.exterior, *polygon.interiors)]
+    a = np.arange(len(plan))
+    starts = np.cumsum([0, *sizes[:-1]])
+    b = np.concatenate([start + np.roll(np.arange(size), -1) for start, size in zip(starts, sizes, strict=True)])
+    n = len(plan)
+    return plan, top, np.concatenate([np.stack([a, b, b + n], axis=1), np.stack([a, b + n, a + n], axis=1)])

@@ -14,8 +14,7 @@ import shapely
 from houseexpo.plan import Frame
 from pipeline.geometry.areas import polygons_of
 from pipeline.geometry.meshes import Mesh
-from pipeline.sources.homes.level import prisms_mesh
-from pipeline.sources.procedural.values import DOOR_HEAD_M, SILL_M, WALL_TOP_M
+from pipeline.sources.homes.level import DOOR_HEAD_M, SILL_M, WALL_TOP_M, prisms_mesh
 from pipeline.sources.sound_homes.values import SoundHome
 from pipeline.values import MADE, Level, Opening, SourceRoom
 

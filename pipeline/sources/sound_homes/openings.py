@@ -14,8 +14,8 @@ from typing import Final, NamedTuple
 import numpy as np
 import shapely
 
+from pipeline.sources.homes.level import DOOR_HEAD_M
 from pipeline.sources.homes.values import Rect
-from pipeline.sources.procedural.values import DOOR_HEAD_M
 from pipeline.sources.sound_homes.values import HALL, SIDES, Cell, Doorway, Join, Layout, Side, Window
 
 DOORS_M: Final = {

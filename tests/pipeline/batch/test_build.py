@@ -19,6 +19,7 @@ from pipeline.config import DedupeConfig
 from pipeline.rejection import Reason
 from pipeline.values import Input
 from tests.builders.batch import boxed, config_for, contents, lines, one_room, run_build
+from tests.builders.suncg_houses import write_houses
 
 
 @pytest.fixture
@@ -71,9 +72,8 @@ def test_a_library_without_memory_is_no_fault_of_the_program(error: Exception, t
 
 @pytest.mark.slow
 def test_a_build_counts_the_plans_in_which_a_rule_had_something_to_do(tmp_path: Path) -> None:
-    outcomes = run_build([Path("procedural:40?style=test")], tmp_path / "out", seed=7, plan=plan_level).stats[
-        "outcomes"
-    ]
+    write_houses(tmp_path / "houses", 40, 7)
+    outcomes = run_build([tmp_path / "houses"], tmp_path / "out", seed=7, plan=plan_level).stats["outcomes"]
     plans = [decode(file.read_bytes()) for file in (tmp_path / "out" / "json").iterdir()]
     notes = [(plan.provenance or {})["notes"] for plan in plans]
     assert outcomes["rules"]["boundary:floor_edge"] == sum("boundary" in note for note in notes) > 0

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import threading
 from functools import partial
 from pathlib import Path
@@ -222,18 +223,19 @@ def test_more_made_houses_are_no_other_source(tmp_path: Path) -> None:
         run_build([Path("procedural:1")], tmp_path / "out")
 
 
-def test_a_build_of_test_houses_that_did_not_name_the_style_is_not_replaced_by_homes(tmp_path: Path) -> None:
-    """Before homes were the default, the source ``procedural:2`` meant what ``?style=test`` means now."""
+def test_a_build_of_test_houses_is_not_replaced_by_homes(tmp_path: Path) -> None:
+    """Before homes were the default, ``procedural:2`` meant test houses, later called ``?style=test``."""
     out = tmp_path / "out"
-    first = run_build(["procedural:2?style=test"], out, plan=plan_level)
-    for file in (out / "manifest.json", *(out / ".build").glob("*.json*")):
-        file.write_text(file.read_text().replace("procedural:2?style=test", "procedural:2"))
-    before = contents(out)
-    with pytest.raises(ConfigError, match=r"plans of other sources \(procedural:2\)"):
-        run_build(["procedural:2"], out, plan=plan_level)
-    assert contents(out) == before
-    for name in ("procedural:2?style=plain", "procedural:2?style=test"):
-        assert run_build([name], out, plan=plan_level).ids == first.ids
+    run_build(["procedural:2?style=published"], out, plan=plan_level)
+    for name in ("procedural:2", "procedural:2?style=test"):
+        for file in (out / "manifest.json", *(out / ".build").glob("*.json*")):
+            file.write_text(re.sub(r"procedural:2(\?style=\w+)?", name, file.read_text()))
+        before = contents(out)
+        with pytest.raises(ConfigError, match=rf"plans of other sources \({re.escape(name)}\)"):
+            run_build(["procedural:2"], out, plan=plan_level)
+        with pytest.raises(ConfigError, match="test houses are no longer made"):
+            run_build(["procedural:2?style=test"], out, plan=plan_level)
+        assert contents(out) == before
 
 
 def test_a_data_set_whose_style_has_another_name_now_goes_on(tmp_path: Path) -> None:

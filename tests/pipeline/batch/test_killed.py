@@ -14,18 +14,19 @@ import psutil
 import pytest
 
 from tests.builders.batch import contents
+from tests.builders.suncg_houses import write_houses
 
 pytestmark = pytest.mark.slow
 HOUSES, KILLS = 16, 6
 
 
-def command(out: Path) -> list[str]:
+def command(houses: Path, out: Path) -> list[str]:
     return [
         sys.executable,
         "-m",
         "houseexpo",
         "build",
-        f"procedural:{HOUSES}?style=test",
+        str(houses),
         "--seed",
         "3",
         "--out",
@@ -34,10 +35,18 @@ def command(out: Path) -> list[str]:
 
 
 @pytest.fixture(scope="module")
-def calm(tmp_path_factory: pytest.TempPathFactory) -> tuple[dict[str, bytes], float]:
+def houses(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Houses in SUNCG's layout."""
+    folder = tmp_path_factory.mktemp("houses")
+    write_houses(folder, HOUSES, 3)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def calm(houses: Path, tmp_path_factory: pytest.TempPathFactory) -> tuple[dict[str, bytes], float]:
     """The data set of a build that nobody disturbs, and how long it takes."""
     out, start = tmp_path_factory.mktemp("calm") / "out", time.monotonic()
-    subprocess.run(command(out), check=True, capture_output=True)
+    subprocess.run(command(houses, out), check=True, capture_output=True)
     return contents(out), time.monotonic() - start
 
 
@@ -52,24 +61,26 @@ def kill_worker(build: psutil.Popen) -> None:
 
 @pytest.mark.parametrize("part", range(KILLS))
 def test_a_build_killed_as_a_whole_goes_on_to_the_same_bytes(
-    part: int, calm: tuple[dict[str, bytes], float], tmp_path: Path
+    part: int, houses: Path, calm: tuple[dict[str, bytes], float], tmp_path: Path
 ) -> None:
     expected, seconds = calm
     build = psutil.Popen(
-        command(tmp_path / "out"), start_new_session=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+        command(houses, tmp_path / "out"), start_new_session=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
     )
     time.sleep(seconds * (part + 0.5) / KILLS)
     with contextlib.suppress(ProcessLookupError):
         os.killpg(build.pid, signal.SIGKILL)
     build.wait()
-    subprocess.run(command(tmp_path / "out"), check=True, capture_output=True)
+    subprocess.run(command(houses, tmp_path / "out"), check=True, capture_output=True)
     assert contents(tmp_path / "out") == expected
 
 
 @pytest.mark.parametrize("part", range(KILLS))
-def test_a_worker_that_is_killed_costs_nothing(part: int, calm: tuple[dict[str, bytes], float], tmp_path: Path) -> None:
+def test_a_worker_that_is_killed_costs_nothing(
+    part: int, houses: Path, calm: tuple[dict[str, bytes], float], tmp_path: Path
+) -> None:
     expected, seconds = calm
-    build = psutil.Popen(command(tmp_path / "out"), stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
+    build = psutil.Popen(command(houses, tmp_path / "out"), stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
     time.sleep(seconds * part / KILLS)
     kill_worker(build)
     said = build.communicate()[1]

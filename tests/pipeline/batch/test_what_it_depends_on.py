@@ -18,9 +18,9 @@ from houseexpo.floorplan import FloorPlan
 from pipeline.batch import recipe
 from pipeline.config import PipelineConfig
 from pipeline.sources.files import record_opened_files
-from pipeline.sources.procedural import write_house
 from pipeline.values import Level
 from tests.builders.batch import boxed, contents, lines, one_room, run_build
+from tests.builders.suncg_houses import write_house
 
 
 def done(out: Path) -> int:

@@ -26,21 +26,22 @@ from pipeline.furnish.room import has_simple_rings
 from tests.builders.batch import contents, run_build
 
 ROBOT_M = 0.2
+HOMES = "procedural:14"
 
 
 @pytest.fixture(scope="module")
 def built(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Fourteen houses that the project makes, half of them furnished."""
+    """Fourteen homes, half of them furnished."""
     out = tmp_path_factory.mktemp("furnished") / "built"
-    run_build([Path("procedural:14?style=test")], out, seed=11, plan=plan_level, furnished=0.5)
+    run_build([HOMES], out, seed=11, plan=plan_level, furnished=0.5)
     return out
 
 
 @pytest.fixture(scope="module")
 def plain(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The same houses, empty."""
+    """The same homes, empty."""
     out = tmp_path_factory.mktemp("plain") / "built"
-    run_build([Path("procedural:14?style=test")], out, seed=11, plan=plan_level)
+    run_build([HOMES], out, seed=11, plan=plan_level)
     return out
 
 
@@ -67,7 +68,7 @@ def test_a_share_of_the_houses_is_furnished_and_the_others_are_as_they_were(buil
 
 @pytest.mark.slow
 def test_furniture_is_the_same_whatever_the_workers(built: Path, tmp_path: Path) -> None:
-    run_build([Path("procedural:14?style=test")], tmp_path / "two", seed=11, plan=plan_level, furnished=0.5, workers=2)
+    run_build([HOMES], tmp_path / "two", seed=11, plan=plan_level, furnished=0.5, workers=2)
     assert contents(tmp_path / "two") == contents(built)
 
 

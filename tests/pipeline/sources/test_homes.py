@@ -30,7 +30,6 @@ from pipeline.sources.homes.wishes import (
     draw_house_profile,
     stratum_index,
 )
-from pipeline.sources.procedural import scene_id
 from research.home_traces import has_hole, longest_stair
 
 SEED, COUNT = 11, 40
@@ -96,11 +95,9 @@ def test_the_pipeline_reads_what_was_made(homes: list[Home]) -> None:
 
 
 def test_the_source_says_which_style() -> None:
-    homes, planted = (list(find(f"procedural:3{style}", seed="5")) for style in ("?style=published", "?style=test"))
+    homes = list(find("procedural:3?style=published", seed="5"))
     assert [item.id for item in homes] == [home_id(index, 5) for index in range(3)]
-    assert [item.id for item in planted] == [scene_id(index, 5) for index in range(3)]
     assert list(find("procedural:3?style=home", seed="5")) == homes  # its name in older manifests
-    assert list(find("procedural:3?style=plain", seed="5")) == planted  # its name in older manifests
     assert made_count("procedural:3?style=home") == 3
     (level,) = reader(homes[0].reader).read(homes[0])
     assert level.id == homes[0].id
@@ -108,8 +105,14 @@ def test_the_source_says_which_style() -> None:
 
 @pytest.mark.parametrize("source", ["procedural:0?style=home", "procedural:3?style=castle", "procedural:3?home"])
 def test_an_unknown_style_is_refused(source: str) -> None:
-    with pytest.raises(ConfigError, match=r"expected procedural:COUNT .*a STYLE of sound, published, test"):
+    with pytest.raises(ConfigError, match=r"expected procedural:COUNT .*a STYLE of sound, published"):
         list(find(source))
+
+
+@pytest.mark.parametrize("style", ["test", "plain"])
+def test_test_houses_are_no_longer_made(style: str) -> None:
+    with pytest.raises(ConfigError, match=rf"{style}': test houses are no longer made; .* sound, published; plans"):
+        list(find(f"procedural:3?style={style}"))
 
 
 def test_rectangles_fill_the_box_that_is_asked_for() -> None:

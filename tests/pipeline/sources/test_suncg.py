@@ -13,9 +13,9 @@ from houseexpo.errors import ConfigError
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources import suncg
 from pipeline.sources.meshes import obj
-from pipeline.sources.procedural import write_houses
 from pipeline.values import Level, RejectedLevel
 from tests.builders.formats.suncg_tree import HOUSE, write_house, write_tree
+from tests.builders.suncg_houses import write_houses
 
 
 def _read(root: Path, **options: str) -> dict[str, Level | RejectedLevel]:

@@ -18,8 +18,9 @@ from shapely.affinity import scale, translate
 from houseexpo.plan.room_labels import LABELS
 from pipeline.sources import suncg
 from pipeline.sources.meshes import obj
-from pipeline.sources.procedural import write_house, write_houses
-from pipeline.sources.procedural.house import (
+from pipeline.values import Level
+from tests.builders.suncg_houses import write_house, write_houses
+from tests.builders.suncg_houses.house import (
     DUPLICATES,
     PER_HUNDRED,
     make_house,
@@ -28,8 +29,7 @@ from pipeline.sources.procedural.house import (
     scene_id,
     storey_plan_id,
 )
-from pipeline.sources.procedural.truth import TrueArea, TrueDoor, TrueRoom, Truth, storey_truth
-from pipeline.values import Level
+from tests.builders.suncg_houses.truth import TrueArea, TrueDoor, TrueRoom, Truth, storey_truth
 
 SEED, COUNT = 11, 150
 

@@ -10,10 +10,11 @@ import numpy as np
 import numpy.typing as npt
 import shapely
 
-from pipeline.sources.procedural.furniture import LEAF, LEAF_SIZE, MODELS
-from pipeline.sources.procedural.solids import prism_mesh, slab_mesh
-from pipeline.sources.procedural.values import WALL_TOP_M, House, Opening, PlacedItem, Storey, Wall
-from pipeline.sources.procedural.walls import slab_holes, wall_slabs
+from pipeline.sources.homes.level import WALL_TOP_M, prism_mesh
+from tests.builders.suncg_houses.furniture import LEAF, LEAF_SIZE, MODELS
+from tests.builders.suncg_houses.solids import slab_mesh
+from tests.builders.suncg_houses.values import House, Opening, PlacedItem, Storey, Wall
+from tests.builders.suncg_houses.walls import slab_holes, wall_slabs
 
 _FLOOR_M = (0.0, 0.05)
 _CEILING_M = (2.69, 2.74)

@@ -7,7 +7,7 @@ from typing import Final
 import numpy as np
 import shapely
 
-from pipeline.sources.procedural.values import Cell, Opening, PlacedItem
+from tests.builders.suncg_houses.values import Cell, Opening, PlacedItem
 
 # Width, height, depth of a box, metres; ids that SUNCG gives to no door.
 MODELS: Final = {

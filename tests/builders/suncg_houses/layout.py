@@ -13,7 +13,7 @@ import numpy as np
 import shapely
 from shapely.affinity import affine_transform
 
-from pipeline.sources.procedural.values import Cell, RoomSpec
+from tests.builders.suncg_houses.values import Cell, RoomSpec
 
 # Plans with 1, 2, ... 30 rooms among 33,717 published ones.
 _ROOM_COUNTS: Final = np.fromstring(

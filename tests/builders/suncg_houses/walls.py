@@ -10,9 +10,8 @@ import numpy as np
 import numpy.typing as npt
 import shapely
 
-from pipeline.sources.procedural.values import (
-    DOOR_HEAD_M,
-    SILL_M,
+from pipeline.sources.homes.level import DOOR_HEAD_M, SILL_M
+from tests.builders.suncg_houses.values import (
     SLAB_M,
     WINDOW_HEAD_M,
     WINDOW_LOW_M,

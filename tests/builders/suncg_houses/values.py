@@ -21,8 +21,6 @@ Part: TypeAlias = tuple[float, float]
 """A part of an edge: from, to, in metres along it."""
 
 SLAB_M = 0.05
-WALL_TOP_M = 2.73
-SILL_M, DOOR_HEAD_M = 0.04, 2.12
 WINDOW_LOW_M, WINDOW_HEAD_M = 0.87, 2.23
 
 

@@ -7,9 +7,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from pipeline.sources.procedural.house import make_house, scene_id, storey_plan_id
-from pipeline.sources.procedural.scene import write_scene
-from pipeline.sources.procedural.truth import Truth, storey_truth
+from tests.builders.suncg_houses.house import make_house, scene_id, storey_plan_id
+from tests.builders.suncg_houses.scene import write_scene
+from tests.builders.suncg_houses.truth import Truth, storey_truth
 
 __all__ = ["Truth", "scene_id", "write_house", "write_houses"]
 

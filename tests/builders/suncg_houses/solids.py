@@ -1,4 +1,4 @@
-"""Make closed triangle meshes: of a wall's slab with its holes, and of a plan polygon between two heights."""
+"""Make the closed triangle mesh of a wall's slab with its holes."""
 
 from __future__ import annotations
 
@@ -7,15 +7,11 @@ from typing import TypeAlias
 
 import numpy as np
 import numpy.typing as npt
-import shapely
 
-from pipeline.geometry.areas import triangulate
-from pipeline.sources.procedural.values import WALL_TOP_M
-from pipeline.sources.procedural.walls import Hole, Slab
+from pipeline.sources.homes.level import WALL_TOP_M, Meshed
+from tests.builders.suncg_houses.walls import Hole, Slab
 
 _Indices: TypeAlias = npt.NDArray[np.int64]
-Meshed: TypeAlias = tuple[npt.NDArray[np.float64], npt.NDArray[np.float64], npt.NDArray[np.int64]]
-"""Points (n, 3): plan x, plan y, height, metres; texture (n, 2); faces (m, 3), outward in that frame."""
 
 
 def slab_mesh(slab: Slab, holes: list[Hole]) -> Meshed:
@@ -55,29 +51,3 @@ def _grid(columns: int, rows: int, cut: frozenset[tuple[int, int]]) -> tuple[_In
     quad = np.array(quads)
     line, level, side = np.indices((columns + 1, rows + 1, 2)).reshape(3, -1)
     return line, level, side, np.concatenate([quad[:, [0, 1, 2]], quad[:, [0, 2, 3]]])
-
-
-# The closed mesh of a slab over a polygon, with holes where the polygon has them.
-
-
-def prism_mesh(polygon: shapely.Polygon, low: float, high: float) -> Meshed:
-    """Return the closed mesh of a slab over a polygon, from one height to another."""
-    plan, top, sides = _triangulate(polygon)
-    n = len(plan)
-    faces = np.concatenate([top + n, top[:, ::-1], sides])
-    twice = np.tile(plan, (2, 1))
-    return np.column_stack([twice, np.repeat([low, high], n)]), twice, faces
-
-
-@lru_cache(maxsize=2)  # a room's ceiling is its floor again
-def _triangulate(
-    polygon: shapely.Polygon,
-) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.int64], npt.NDArray[np.int64]]:
-    """Return a polygon's corners, its triangles, and those of a band round it whose upper corners come n later."""
-    plan, top = triangulate(polygon)
-    sizes = [len(ring.coords) - 1 for ring in (polygon.exterior, *polygon.interiors)]
-    a = np.arange(len(plan))
-    starts = np.cumsum([0, *sizes[:-1]])
-    b = np.concatenate([start + np.roll(np.arange(size), -1) for start, size in zip(starts, sizes, strict=True)])
-    n = len(plan)
-    return plan, top, np.concatenate([np.stack([a, b, b + n], axis=1), np.stack([a, b + n, a + n], axis=1)])

@@ -13,8 +13,8 @@ import msgspec
 import numpy as np
 import shapely
 
-from pipeline.sources.procedural.values import Opening, Storey
-from pipeline.sources.procedural.walls import walls_area
+from tests.builders.suncg_houses.values import Opening, Storey
+from tests.builders.suncg_houses.walls import walls_area
 
 _OVERLAP_M = 5e-5
 _FACE_M = 0.2  # a door's strip reaches this far to either side of the wall's centre line

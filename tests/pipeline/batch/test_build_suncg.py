@@ -1,4 +1,4 @@
-"""The main job in small: houses that the project makes, through the SUNCG reader and every stage."""
+"""The main job in small: houses that the tests make, through the SUNCG reader and every stage."""
 
 from __future__ import annotations
 
@@ -9,13 +9,14 @@ import pytest
 
 from houseexpo.floorplan import load_plan
 from pipeline.algorithm import plan_level
-from pipeline.sources.procedural import scene_id
 from tests.builders.batch import contents, run_build
+from tests.builders.suncg_houses import scene_id, write_houses
 
 
 @pytest.mark.slow
 def test_made_houses_become_plans_whatever_the_workers(tmp_path: Path) -> None:
-    house = [Path("procedural:8?style=test")]
+    write_houses(tmp_path / "houses", 8, 5)
+    house = [tmp_path / "houses"]
     one = run_build(house, tmp_path / "one", workers=1, seed=5, plan=plan_level)
     run_build(house, tmp_path / "two", workers=2, seed=5, plan=plan_level)
     assert contents(tmp_path / "one") == contents(tmp_path / "two")

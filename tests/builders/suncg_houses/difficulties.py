@@ -13,7 +13,7 @@ import numpy.typing as npt
 import shapely
 from shapely.affinity import affine_transform
 
-from pipeline.sources.procedural.values import Cell, Opening, Part, RoomSpec, Use, Wall
+from tests.builders.suncg_houses.values import Cell, Opening, Part, RoomSpec, Use, Wall
 
 
 def carve_small_room(cells: list[Cell], spec: RoomSpec, rng: np.random.Generator, use: Use = "room") -> list[Cell]:

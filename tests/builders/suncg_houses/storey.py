@@ -7,11 +7,11 @@ from dataclasses import replace
 import numpy as np
 import shapely
 
-from pipeline.sources.procedural import difficulties
-from pipeline.sources.procedural.furniture import furnish_rooms
-from pipeline.sources.procedural.layout import draw_room_count, draw_rooms, lay_out_rooms
-from pipeline.sources.procedural.values import Cell, Storey, Wall
-from pipeline.sources.procedural.walls import (
+from tests.builders.suncg_houses import difficulties
+from tests.builders.suncg_houses.furniture import furnish_rooms
+from tests.builders.suncg_houses.layout import draw_room_count, draw_rooms, lay_out_rooms
+from tests.builders.suncg_houses.values import Cell, Storey, Wall
+from tests.builders.suncg_houses.walls import (
     are_all_cells_joined,
     build_walls,
     cell_edges,

@@ -15,9 +15,9 @@ import numpy as np
 import shapely
 from shapely.affinity import affine_transform
 
-from pipeline.sources.procedural.furniture import furniture_without_house
-from pipeline.sources.procedural.storey import make_storey
-from pipeline.sources.procedural.values import Cell, House, Opening, PlacedItem, Point, Storey, Wall
+from tests.builders.suncg_houses.furniture import furniture_without_house
+from tests.builders.suncg_houses.storey import make_storey
+from tests.builders.suncg_houses.values import Cell, House, Opening, PlacedItem, Point, Storey, Wall
 
 # Each stroke joins points (column, row) written as two digits; rows count upward.
 _STROKES: Final = {
