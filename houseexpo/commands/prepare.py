@@ -45,7 +45,7 @@ def prepare(
     done = run_prepare(open_data_set(dataset), given, workers or count_cores())
     out = make_console()
     out.print(
-        f"{count_noun(done.made, 'world')} made, {done.known} known, {done.size / 1e6:,.1f} MB in {done.folder}",
+        f"{count_noun(done.made, 'world')} made, {done.known} known, {done.size / 1e6:,.1f} MB in {done.file}",
         highlight=False,
         soft_wrap=True,
     )

@@ -30,7 +30,6 @@ from houseexpo.pseudoslam.worlds.moving_obstacles import (
     new_bodies,
     start_people,
 )
-from houseexpo.pseudoslam.worlds.store import store_folder
 from houseexpo.pseudoslam.worlds.world import World
 
 PLAIN = SimulatorConfig()
@@ -266,7 +265,3 @@ def write_huts(folder: Path) -> Path:
     file = folder / "huts.jsonl"
     file.write_bytes(b"\n".join(map(encode, HUTS)))
     return file
-
-
-def files() -> list[Path]:
-    return sorted(store_folder(COARSE).glob("*.worlds"))

@@ -216,7 +216,7 @@ def _pairs(plan: FloorPlan, episode: HouseVisit, config: PairConfig, seed: int) 
 @lru_cache(maxsize=1)
 def _store(config: SimulatorConfig) -> WorldStore:
     """Return the worlds that were prepared, if any; none are added."""
-    return WorldStore.of(config)
+    return WorldStore(config)
 
 
 def _file(out: Path, shard: int) -> Path:

@@ -17,7 +17,7 @@ from houseexpo.pseudoslam.config import SimulatorConfig
 from houseexpo.pseudoslam.worlds.maps import House, MapHouse, Plans, open_houses
 from houseexpo.pseudoslam.worlds.margin import add_margin
 from houseexpo.pseudoslam.worlds.moving_obstacles import make_flow_field, make_tracks
-from houseexpo.pseudoslam.worlds.store import WorldStore, encode_world, unpack_raster
+from houseexpo.pseudoslam.worlds.store import WorldStore, unpack_raster
 from houseexpo.pseudoslam.worlds.world import World, make_world, make_world_from_raster
 from houseexpo.words import unknown_name_message
 
@@ -76,7 +76,7 @@ class WorldCache:
     def __init__(self, plans: Plans, config: SimulatorConfig) -> None:
         self._plans: Sequence[House] = open_houses(plans)
         self._config = config
-        self._stored = (self._plans, WorldStore.of(config)) if isinstance(self._plans, Dataset) else None
+        self._stored = (self._plans, WorldStore(config)) if isinstance(self._plans, Dataset) else None
         self._moves = bool(config.trajectories or config.people.number)
         self._kept: _Recent[_Packed] = _Recent(MAX_KEPT)
         self._open: _Recent[World] = _Recent(MAX_OPEN)
@@ -123,7 +123,7 @@ class WorldCache:
         world = store.get(key)
         if world is None:
             world = load_static_world(plans[number], self._config)
-            store.put(key, encode_world(world))
+            store.put(key, world)
         return world
 
     def house(self, number: int) -> House:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import errno
+import sqlite3
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import partial
@@ -16,7 +16,7 @@ from houseexpo.processes import map_in_processes
 from houseexpo.progress import show_progress
 from houseexpo.pseudoslam.config import SimulatorConfig
 from houseexpo.pseudoslam.worlds.cache import load_static_world
-from houseexpo.pseudoslam.worlds.store import WorldStore, encode_world, store_folder
+from houseexpo.pseudoslam.worlds.store import WorldStore, encode_world, world_file
 
 _WORLDS_PER_CHUNK: Final = 16
 _BATCH: Final = 4096
@@ -30,17 +30,17 @@ class PreparedWorlds:
 
     Parameters
     ----------
-    folder
-        The folder of the worlds.
+    file
+        The file of all worlds.
     known, made
         The numbers of worlds that already existed and of those that were made.
     refused
         The errors of plans without a world, for example because the robot does not fit anywhere.
     size
-        Size of all files in the folder, bytes.
+        Size of the file, bytes.
     """
 
-    folder: Path
+    file: Path
     known: int
     made: int
     refused: tuple[str, ...]
@@ -57,9 +57,9 @@ def prepare_worlds(plans: Dataset, config: SimulatorConfig, workers: int) -> Pre
     ConfigError
         Worlds cannot be written: the disk is full, or the folder is read-only.
     """
-    folder = store_folder(config)
-    store = WorldStore(folder, config.pixels_per_metre)
-    missing = {key: number for number in range(len(plans)) if (key := plans.digest(number)) not in store}
+    file, store = world_file(), WorldStore(config)
+    known = store.keys()
+    missing = {key: number for number in range(len(plans)) if (key := plans.digest(number)) not in known}
     jobs = ((key, plans.raw_of(number)) for key, number in missing.items())
     refused, waiting, made = [], dict[bytes, bytes](), 0
     for key, found in show_progress(
@@ -71,10 +71,9 @@ def prepare_worlds(plans: Dataset, config: SimulatorConfig, workers: int) -> Pre
         waiting[key] = found
         made += 1
         if len(waiting) == _BATCH:
-            _keep(store, folder, waiting)
-    _keep(store, folder, waiting)
-    size = sum(file.stat().st_size for file in folder.iterdir())
-    return PreparedWorlds(folder, len(plans) - len(missing), made, tuple(refused), size)
+            _keep(store, file, waiting)
+    _keep(store, file, waiting)
+    return PreparedWorlds(file, len(plans) - len(missing), made, tuple(refused), file.stat().st_size)
 
 
 def _make_records(
@@ -97,13 +96,14 @@ def _make_record(config: SimulatorConfig, job: Job) -> tuple[bytes, bytes | str]
         return key, str(error)
 
 
-def _keep(store: WorldStore, folder: Path, waiting: dict[bytes, bytes]) -> None:
+def _keep(store: WorldStore, file: Path, waiting: dict[bytes, bytes]) -> None:
+    """Write worlds, and empty the dictionary."""
     try:
         store.write(waiting)
-    except OSError as error:
-        room = f", some {sum(map(len, waiting.values())) / 1e6:.0f} MB at once," if error.errno == errno.ENOSPC else ""
+    except (sqlite3.Error, OSError) as error:
         raise ConfigError(
-            f"{folder}: {len(waiting)} worlds{room} cannot be written ({error.strerror}); "
-            "free some space, or name another "
-            "folder in HOUSEEXPO_CACHE. Worlds that were written before are kept"
+            f"{file}: {len(waiting)} worlds, some {sum(map(len, waiting.values())) / 1e6:.0f} MB at once, cannot be "
+            f"written ({error}); free some space, or name another folder in HOUSEEXPO_CACHE. Worlds that were written "
+            "before are kept"
         ) from None
+    waiting.clear()

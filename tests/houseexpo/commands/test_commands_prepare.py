@@ -33,7 +33,7 @@ def test_it_makes_worlds_once(plans: Path) -> None:
     assert "3 worlds made, 0 known" in said(plans, "--resolution", 10)
     assert "0 worlds made, 3 known" in said(plans, "--resolution", 10)
     assert "3 worlds made, 0 known" in said(plans, "--resolution", 11)
-    assert len(WorldStore.of(SimulatorConfig(10.0))) == 3
+    assert len(WorldStore(SimulatorConfig(10.0)).keys()) == 3
 
 
 def test_sizes_are_options_or_a_configurations(plans: Path, tmp_path: Path) -> None:
@@ -42,7 +42,7 @@ def test_sizes_are_options_or_a_configurations(plans: Path, tmp_path: Path) -> N
     file.write_text("pixels_per_metre: 10.0\nrobot:\n  radius_m: 0.3\n")
     assert SimulatorConfig.from_yaml(file) == config
     said(plans, "--config", file)
-    assert len(WorldStore.of(config)) == 3
+    assert len(WorldStore(config).keys()) == 3
     assert "0 worlds made" in said(plans, "--resolution", 10, "--robot-radius", 0.3)
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from houseexpo import open_dataset
+from houseexpo import disk_cache, open_dataset
 from houseexpo.dataset.store import value_cache as module
 from houseexpo.floorplan import FloorPlan
 from houseexpo.plan.json_codec import encode
@@ -74,7 +74,7 @@ def forgets(plan: FloorPlan) -> float:
 
 
 def file_of(folder: Path) -> Path:
-    (found,) = (folder.parent / "cache").glob("derived-*.sqlite")
+    (found,) = (folder.parent / "cache").glob("values-*.sqlite")
     return found
 
 
@@ -94,11 +94,11 @@ def test_a_damaged_file_is_made_anew(folder, place):
     assert open_dataset(folder).measure_cached("area", forgets) == [4.0, 9.0, 16.0]
 
 
-@pytest.mark.parametrize("commit_s", [2.0, 0.0])
-def test_a_file_that_another_process_holds_is_left_alone(folder, monkeypatch, caplog, commit_s):
+@pytest.mark.parametrize("write_s", [2.0, 0.0])
+def test_a_file_that_another_process_holds_is_left_alone(folder, monkeypatch, caplog, write_s):
     open_dataset(folder).measure_cached("area", area)
-    monkeypatch.setattr(module, "_TIMEOUT_S", 0.1)
-    monkeypatch.setattr(module, "_COMMIT_S", commit_s)
+    monkeypatch.setattr(disk_cache, "_TIMEOUT_S", 0.1)
+    monkeypatch.setattr(disk_cache, "_WRITE_S", write_s)
     with closing(sqlite3.connect(file_of(folder))) as other:
         other.execute("BEGIN EXCLUSIVE")
         assert open_dataset(folder).measure_cached("area", area) == [4.0, 9.0, 16.0]
@@ -108,8 +108,8 @@ def test_a_file_that_another_process_holds_is_left_alone(folder, monkeypatch, ca
 
 def test_a_file_that_cannot_be_written_keeps_what_it_has(folder, monkeypatch):
     open_dataset(folder).measure_cached("area", area)
-    monkeypatch.setattr(module, "_TIMEOUT_S", 0.1)
-    monkeypatch.setattr(module, "_COMMIT_S", 0.0)
+    monkeypatch.setattr(disk_cache, "_TIMEOUT_S", 0.1)
+    monkeypatch.setattr(disk_cache, "_WRITE_S", 0.0)
     with closing(sqlite3.connect(file_of(folder))) as other:
         other.execute("BEGIN IMMEDIATE")  # others may read, and not write
         assert open_dataset(folder).measure_cached("length", lambda plan: plan.area**0.5) == [2.0, 3.0, 4.0]

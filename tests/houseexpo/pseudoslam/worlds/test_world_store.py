@@ -14,8 +14,8 @@ from houseexpo.pseudoslam.config import LaserConfig, RobotConfig, SimulatorConfi
 from houseexpo.pseudoslam.config.moving_obstacles import PeopleConfig
 from houseexpo.pseudoslam.worlds.cache import WorldCache, world_for
 from houseexpo.pseudoslam.worlds.prepare import prepare_worlds
-from houseexpo.pseudoslam.worlds.store import RecordError, Shard, decode_world, encode_world
-from tests.builders.simulations import COARSE, HUTS, assert_same_step, assert_same_world, files, hut, native
+from houseexpo.pseudoslam.worlds.store import RecordError, WorldStore, decode_world, encode_world
+from tests.builders.simulations import COARSE, HUTS, assert_same_step, assert_same_world, hut, native
 
 
 def test_a_world_read_is_the_world_that_was_made() -> None:
@@ -48,9 +48,9 @@ def test_what_is_asked_for_once_is_found_by_the_next(plans: Path, made: list[str
 def test_what_waits_is_written_when_nobody_needs_the_store_any_more(plans: Path) -> None:
     one = WorldCache(plans, COARSE)
     one[1]
-    assert not files()
-    one._stored[1].close()  # as at the end of a program
-    assert [len(Shard(file)) for file in files()] == [1]
+    assert not WorldStore(COARSE).keys()
+    one._stored[1]._cache.close()  # as at the end of a program
+    assert len(WorldStore(COARSE).keys()) == 1
 
 
 def test_others_find_it_while_both_go_on(plans: Path, made: list[str]) -> None:

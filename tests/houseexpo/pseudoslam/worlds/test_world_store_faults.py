@@ -2,48 +2,36 @@
 
 from __future__ import annotations
 
-import errno
 import hashlib
-import os
+import sqlite3
+from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
-from houseexpo import open_dataset
+from houseexpo import disk_cache, open_dataset
 from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.config import RobotConfig, SimulatorConfig
 from houseexpo.pseudoslam.worlds import cache as cache_module
 from houseexpo.pseudoslam.worlds import prepare as prepare_module
-from houseexpo.pseudoslam.worlds import store as store_module
 from houseexpo.pseudoslam.worlds.cache import WorldCache, world_for
 from houseexpo.pseudoslam.worlds.prepare import prepare_worlds
-from houseexpo.pseudoslam.worlds.store import Shard, ShardError, WorldStore, encode_world, store_folder, write_shard
-from tests.builders.simulations import COARSE, HUTS, assert_same_world, files
+from houseexpo.pseudoslam.worlds.store import world_file
+from tests.builders.simulations import COARSE, HUTS, assert_same_world
 
 
-def damaged(data: bytes, how: str) -> bytes:
-    if how == "cut off":
-        return data[:-10]
-    if how == "empty":
-        return b""
-    if how == "another version":
-        return data[:8] + bytes([255]) + data[9:]
-    if how == "a world":
-        return data[:-10] + bytes([data[-10] ^ 1]) + data[-9:]
-    return data[:30] + bytes([data[30] ^ 1]) + data[31:]  # the table
-
-
-@pytest.mark.parametrize("how", ["cut off", "empty", "another version", "a world", "the table"])
-def test_what_is_damaged_is_made_again(plans: Path, made: list[str], how: str) -> None:
+def test_a_damaged_world_is_made_again(plans: Path, made: list[str]) -> None:
     prepare_worlds(open_dataset(plans), COARSE, 1)
-    (file,) = files()
-    file.write_bytes(damaged(file.read_bytes(), how))
+    with closing(sqlite3.connect(world_file())) as database, database:
+        for key, value in database.execute("SELECT key, value FROM entries ORDER BY key LIMIT 1").fetchall():
+            wrong = value[:-10] + bytes([value[-10] ^ 1]) + value[-9:]
+            database.execute("UPDATE entries SET value = ? WHERE key = ?", (wrong, key))
     made.clear()
     kept = WorldCache(plans, COARSE)
     for i in range(3):
         assert_same_world(kept[i], world_for(HUTS[i], COARSE))
-    assert len(made) - 3 == (1 if how == "a world" else 3)  # three are this test's own
+    assert len(made) == 3 + 1  # three are this test's own
     kept._stored[1].flush()
     made.clear()
     WorldCache(plans, COARSE)[2]
@@ -53,24 +41,24 @@ def test_what_is_damaged_is_made_again(plans: Path, made: list[str], how: str) -
 def test_a_full_disk_leaves_worlds_in_memory(
     plans: Path, made: list[str], monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
-    monkeypatch.setattr(store_module, "_PENDING", 1)
-    monkeypatch.setattr(store_module, "write_atomically", full_disk)
+    monkeypatch.setattr(disk_cache, "_WRITE_S", 0.0)
+    monkeypatch.setattr(disk_cache, "_insert", full_disk)
     monkeypatch.setattr(cache_module, "MAX_OPEN", 1)
     kept = WorldCache(plans, COARSE)
     for i in (0, 1, 2, 0, 1, 2):
         assert_same_world(kept[i], world_for(HUTS[i], COARSE))
     assert len(made) == 3 + 6  # six are this test's own
-    assert len([record for record in caplog.records if "cannot be stored on disk" in record.message]) == 1
+    assert len([record for record in caplog.records if "its entries stay in memory" in record.message]) == 1
 
 
-def full_disk(file: Path, data: bytes) -> None:
-    raise OSError(errno.ENOSPC, "No space left on device", str(file))
+def full_disk(*_: object) -> None:
+    raise sqlite3.OperationalError("database or disk is full")
 
 
 def test_preparing_on_a_full_disk_says_so(plans: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(store_module, "write_atomically", full_disk)
+    monkeypatch.setattr(disk_cache, "_insert", full_disk)
     with pytest.raises(
-        ConfigError, match=r"3 worlds, some \d+ MB at once, cannot be written \(No space left on device"
+        ConfigError, match=r"3 worlds, some \d+ MB at once, cannot be written \(database or disk is full"
     ):
         prepare_worlds(open_dataset(plans), COARSE, 1)
 
@@ -96,8 +84,7 @@ def test_preparing_goes_on_where_it_was(plans: Path, made: list[str], monkeypatc
     assert (first.known, first.made, first.refused, made) == (0, 2, (), ["small", "middle"])
     second = prepare_worlds(found, COARSE, 1)
     assert (second.known, second.made, made[2:]) == (2, 1, ["large"])
-    assert second.size == sum(file.stat().st_size for file in files()) > 0
-    assert len(files()) == 3
+    assert second.size == world_file().stat().st_size > 0
 
 
 def test_a_plan_that_has_no_world_is_named(plans: Path) -> None:
@@ -107,36 +94,8 @@ def test_a_plan_that_has_no_world_is_named(plans: Path) -> None:
     assert "fits nowhere in plan 'small'" in done.refused[0]
 
 
-def test_many_small_files_become_one(plans: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(store_module, "_FILES", 4)
-    store = WorldStore(store_folder(COARSE), 10.0)
-    other = WorldStore(store_folder(COARSE), 10.0)
-    records = {hashlib.sha256(bytes([i])).digest()[:20]: encode_world(world_for(HUTS[i % 3], COARSE)) for i in range(9)}
-    for key, record in records.items():
-        store.put(key, record)
-        store.flush()
-        assert key in other
-    assert 1 <= len(files()) <= 4
-    for reader in (store, other, WorldStore(store_folder(COARSE), 10.0)):
-        assert len(reader) == 9
-        for i, key in enumerate(records):
-            found = reader.get(key)
-            assert found is not None
-            assert found.plan_id == HUTS[i % 3].id
-
-
-def test_a_shard_holds_what_was_written(tmp_path: Path) -> None:
-    records = {os.urandom(20): os.urandom(n) for n in (0, 1, 1000)}
-    write_shard(tmp_path / "one", records)
-    shard = Shard(tmp_path / "one")
-    assert {key: shard.get(key) for key in shard.keys()} == records  # noqa: SIM118  # it is no dictionary
-    assert shard.get(bytes(20)) is None
-    with pytest.raises(ShardError, match="cannot be read"):
-        Shard(tmp_path / "none")
-
-
 def test_how_worlds_are_made_has_not_changed(published_lines: list[bytes]) -> None:
-    """Where it has, ``store.WORLDS`` needs another number: what others have kept would be wrong."""
+    """Where it has, ``store._FILE`` needs another number: what others have kept would be wrong."""
     from houseexpo.floorplan import decode
 
     found = hashlib.sha256()
