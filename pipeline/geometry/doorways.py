@@ -15,8 +15,8 @@ R5  A leaf that is named may lie in a wall in which nobody cut a hole, or at a f
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
 from statistics import median
 
 import numpy as np
@@ -25,22 +25,54 @@ import shapely
 from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
-from pipeline.geometry.areas import Shapes, clip_to_box, dot_product, intersect
-from pipeline.geometry.meshes import Box
+from pipeline.geometry.areas import (
+    Shapes,
+    buffer_mitred,
+    clip_to_box,
+    dot_product,
+    drop_thin_parts,
+    intersect,
+    polygons_of,
+    subtract,
+    unite,
+)
+from pipeline.geometry.leaves import LEAF_WIDTH_M, Leaf, find_leaves
+from pipeline.geometry.meshes import (
+    Bodies,
+    Box,
+    Mesh,
+    box_around,
+    box_around_polygon,
+    box_polygon,
+    boxes_around_polygons,
+    strips_beside,
+)
+from pipeline.geometry.openings import Opening
 from pipeline.tolerances import (
     AROUND_M,
     BESIDE_M,
+    CM_M,
     CRACK_M,
+    DOORWAY_M,
+    FOOT_M,
+    HALF_CM_M,
     HAND_M,
+    HEAD_M,
+    IN_ONE_LINE,
     LAP_M,
+    LARGELY,
     LOOKS,
+    MOST,
     MOSTLY,
+    NEARLY_ALL,
     RUN_M,
     SHEET_M,
     SKEW,
     SLIVER_M,
+    SOME,
     STAND_M,
     STONE_WALL_M,
+    THICK_WALL_M,
     THIN_WALL_M,
     WALL_M,
 )
@@ -48,30 +80,6 @@ from pipeline.tolerances import (
 SAME_SLOPE = 0.04
 
 Floats = npt.NDArray[np.float64]
-
-
-def box_polygon(box: Box, *, width: float | None = None, depth: float | None = None) -> Polygon:
-    """Return the plan of a box, or of one as wide and deep in its place."""
-    a = box.along * (box.width if width is None else width) / 2
-    d = box.across * (box.thickness if depth is None else depth) / 2
-    c = box.centre
-    return shapely.polygons(np.array([c - a - d, c + a - d, c + a + d, c - a + d]))
-
-
-def strips_beside(boxes: Sequence[Box], widths_m: Sequence[float], *, off_m: float, depth_m: float) -> Shapes:
-    """Return two strips (n, 2) of these widths (n,) beside each of some boxes, on its right and on its left.
-
-    Each lies along the middle of a long side, begins ``off_m`` before it and is ``depth_m`` deep.
-    """
-    if not boxes:
-        return np.zeros((0, 2), np.object_)
-    centre, along = (np.array([getattr(box, name) for box in boxes])[:, None] for name in ("centre", "along"))
-    thickness, width = np.array([box.thickness for box in boxes]), np.array(widths_m)
-    across = np.stack([-along[..., 1], along[..., 0]], axis=-1) * np.array([[-1.0], [1.0]])
-    middle = centre + across * (thickness[:, None, None] / 2 + off_m + depth_m / 2)
-    long, deep = along * width[:, None, None] / 2, across * depth_m / 2
-    corners = [middle - long - deep, middle + long - deep, middle + long + deep, middle - long + deep]
-    return np.asarray(shapely.polygons(np.stack(corners, axis=2)))
 
 
 def fit_into_wall(polygon: Polygon, walls: BaseGeometry) -> Polygon:
@@ -82,25 +90,6 @@ def fit_into_wall(polygon: Polygon, walls: BaseGeometry) -> Polygon:
     drawn = box_polygon(found)
     kept = intersect(drawn, polygon).area > 0.5 * min(drawn.area, polygon.area)
     return drawn if kept else polygon  # between two walls the one beside it may look nearer
-
-
-def box_around_polygon(polygon: Polygon) -> Box:
-    """Return the smallest rectangle around a plan polygon, as a box without height."""
-    return boxes_around_polygons([polygon])[0]
-
-
-def boxes_around_polygons(polygons: Sequence[Polygon]) -> list[Box]:
-    """Return ``box_around_polygon`` of each."""
-    around = shapely.minimum_rotated_rectangle(np.array(polygons, np.object_))
-    corners = shapely.get_coordinates(around).reshape(-1, 5, 2)[:, :4]
-    edges = corners[:, 1:3] - corners[:, :2]
-    lengths = np.hypot(edges[..., 0], edges[..., 1])
-    longer = (lengths[:, 1] > lengths[:, 0]).astype(np.int64)
-    rows = np.arange(len(corners))
-    wide, thick = lengths[rows, longer], lengths[rows, 1 - longer]
-    along = edges[rows, longer] / np.maximum(wide, 1e-9)[:, None]
-    found = zip(corners.mean(axis=1), along, wide.tolist(), thick.tolist(), strict=True)
-    return [Box(centre, axis, width, thickness, 0.0, 0.0) for centre, axis, width, thickness in found]
 
 
 def doorway_around_leaf(box: Box, walls: BaseGeometry) -> Box | None:
@@ -233,3 +222,311 @@ def _faces(box: Box, at: Floats, walls: BaseGeometry) -> list[tuple[float, float
         if other - one > 1e-3 and (known is None or abs(one + other) < abs(known[0] + known[1])):
             best[k] = (one, other)
     return [None if found is None or found[1] - found[0] > STONE_WALL_M else found for found in best]
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Leaves and panes that are one body with their wall: what is shut leaves a recess under its lintel.
+# ---------------------------------------------------------------------------------------------------------------------
+
+LOOK_SHARES = np.linspace(-0.4, 0.4, LOOKS)
+
+
+def leaves_in_recesses(lintels: BaseGeometry, walls: BaseGeometry) -> list[Polygon]:
+    """Doorways in which a thin piece of ``walls`` stands beside a slim lintel; each is the piece and the lintels by it.
+
+    ``lintels`` is what hangs over free floor. A lintel over an open door is as deep as the wall; one over a recess is
+    slimmer, and what stands beside it, as long as it, is the leaf. The recess ends at a jamb on both sides; what hangs
+    before a wall that goes on (a shelf, a pile of boards) makes none.
+    """
+    found = [pair for pair in _door_recesses(lintels, walls, DOORWAY_M) if _has_jambs(pair[0], walls)]
+    return polygons_of(unite(_with_lintel(leaf, lintel) for lintel, leaf in found))
+
+
+def _has_jambs(lintel: Polygon, walls: BaseGeometry) -> bool:
+    """Return whether wall stands at both ends of a lintel, in line with it."""
+    box = box_around_polygon(lintel)
+    reach = (box.width / 2 + STAND_M) * box.along
+    ends = shapely.points([box.centre - reach, box.centre + reach])
+    return bool((shapely.distance(ends, walls) < STAND_M).all())
+
+
+def glazed_recesses(
+    lintels: BaseGeometry, walls: BaseGeometry, panes: Sequence[Leaf] = (), *, any_width: bool = False
+) -> list[Polygon]:
+    """Lintels beside a pane too wide for a door: full-height glazing stands there, and the wall is as deep as they.
+
+    ``panes`` are plates of rows, whatever their width. ``any_width``: so is a pane as wide as a door, since all doors
+    are known.
+    """
+    bare = lintels if any_width else drop_thin_parts(lintels, HAND_M)  # without the seams of a ceiling that end at them
+    least = DOORWAY_M[0] if any_width else DOORWAY_M[1]
+    beside = unite([box_polygon(pane.box, depth=2 * WALL_M) for pane in panes])
+    return [
+        *(lintel for lintel, _ in _door_recesses(bare, walls, (least, np.inf))),
+        *polygons_of(intersect(lintels, beside)),
+    ]
+
+
+def _door_recesses(
+    lintels: BaseGeometry, walls: BaseGeometry, width_m: tuple[float, float]
+) -> list[tuple[Polygon, Polygon]]:
+    """Slim lintels of such widths, each with the thin piece of wall beside it."""
+    every = polygons_of(lintels)
+    slim = [
+        (lintel, box)
+        for lintel, box in zip(every, boxes_around_polygons(every), strict=True)
+        if CRACK_M <= box.thickness <= THICK_WALL_M
+        and width_m[0] <= box.width <= width_m[1]
+        and lintel.area >= LARGELY * box.width * box.thickness
+    ]
+    shapely.prepare(walls)
+    closed = shapely.intersects(walls, _places_beside([box for _, box in slim]))
+    found = []
+    for k, side in np.argwhere(closed).tolist():  # beside an open doorway nothing stands, and no ray need look
+        (lintel, box), sign = slim[k], (-1.0, 1.0)[side]
+        x1, y1, x2, y2 = lintel.bounds
+        near = clip_to_box(walls, x1 - 0.5, y1 - 0.5, x2 + 0.5, y2 + 0.5)
+        thickness = _thickness_beside(box, sign, near)
+        if thickness is not None:
+            found += [(lintel, leaf) for leaf in _leaf(box, sign, thickness, near)]
+    return found
+
+
+def _places_beside(boxes: Sequence[Box]) -> Shapes:
+    """Return the strips (n, 2) in which all looks beside the long sides of lintels lie (``_thickness_beside``)."""
+    widths = [2 * LOOK_SHARES[-1] * box.width + CM_M for box in boxes]
+    return strips_beside(boxes, widths, off_m=-CM_M - HALF_CM_M, depth_m=THIN_WALL_M + CM_M)
+
+
+def _with_lintel(leaf: Polygon, lintel: Polygon) -> BaseGeometry:
+    """A leaf and the lintel beside it as one area."""
+    return buffer_mitred(buffer_mitred(unite([leaf, lintel]), CM_M), -CM_M)
+
+
+def _thickness_beside(box: Box, sign: float, walls: BaseGeometry) -> float | None:
+    """Return how thick the wall is that touches one long side, or None if it is none, or too thick for a leaf."""
+    across = sign * box.across
+    found: list[float] = []
+    for looks, share in enumerate(LOOK_SHARES, start=1):
+        foot = box.centre + share * box.width * box.along + (box.thickness / 2 - 0.01) * across
+        thickness = _thickness_along(foot, across, walls)
+        if thickness is not None:
+            found.append(thickness)
+        elif looks - len(found) > 1:
+            return None
+    return float(np.median(found))
+
+
+def _thickness_along(foot: Floats, across: Floats, walls: BaseGeometry) -> float | None:
+    """Return how thick the wall is that begins at a place, or None if none does, or one too thick for a leaf."""
+    ray = shapely.linestrings([foot, foot + THIN_WALL_M * across])
+    parts = [p for p in shapely.get_parts(shapely.intersection(ray, walls)) if p.length > 0]
+    if not parts:
+        return None
+    ends = dot_product(shapely.get_coordinates(parts[0]) - foot, across)
+    return float(ends.max() - ends.min()) if ends.min() <= 0.03 and ends.max() <= HAND_M + 0.02 else None
+
+
+def _leaf(box: Box, sign: float, thickness: float, walls: BaseGeometry) -> list[Polygon]:
+    centre = box.centre + sign * box.across * (box.thickness + thickness) / 2
+    strip = box_polygon(Box(centre, box.along, box.width, thickness + 0.02, 0.0, 0.0))
+    return polygons_of(intersect(strip, walls))[:1]
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Doors that are known before any gap is looked at: named by the source, or by the leaf that stands in them.
+#
+# R1  A leaf that stands proud of the wall on both sides (a frame) is a door.
+# R2  A leaf with wall above it that is no thicker than itself is a piece of wall, but for one with a handle, or in a
+#     frame of its own as deep as that wall: a door in a thin partition.
+# R3  A leaf between two ends of one wall stands closed in a doorway, but not one that ends beside a lintel of its own
+#     width: that hangs over the doorway, and the leaf stands ajar against another wall.
+# R4  Any other leaf stands open, or is furniture where it is too thick for a leaf. What ends as high as the walls that
+#     it touches, and has nothing above it, is a stretch of wall.
+# R5  A leaf that is one body with its wall shows by the recess under its lintel, as above.
+# R6  An opening that the source names is a doorway, whatever stands in it, and so is a door that it names in a wall.
+#     Where the wall leans or bulges, what is left of it before a face of the doorway, thinner than a sheet, goes too.
+# R7  A leaf that hangs at the end of a lintel about as wide and stands at an angle to it, with no lintel of its own
+#     over it, stands ajar, named or not: its free end may come so near to a crossing wall that it seems to close a
+#     doorway.
+# R8  A named leaf in a wall without a hole for it, or at the face of one, is a door in that wall all the same, but one
+#     beside a doorway or a lintel as wide: it may be the leaf of that, and stand open.
+# ---------------------------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, eq=False)
+class JudgedLeaves:
+    """What the leaves are: doorways, leaves closed or open, bodies that are wall after all, furniture (plan areas)."""
+
+    doorways: tuple[Opening, ...]
+    leaves: tuple[Polygon, ...]
+    walls: tuple[int, ...]
+    furniture: BaseGeometry
+
+
+def judge_leaves(leaves: Sequence[Leaf], walls: BaseGeometry, hanging: BaseGeometry) -> JudgedLeaves:
+    """Judge what is shaped as a door; ``walls`` and ``hanging`` are without it."""
+    doorways: list[Opening] = []
+    found: list[Polygon] = []
+    pieces: list[int] = []
+    things: list[Polygon] = []
+    for leaf in leaves:
+        way = doorway_around_leaf(leaf.box, walls)
+        plan = box_polygon(leaf.box, depth=max(leaf.box.thickness, SHEET_M))
+        over = _thickness_above(leaf.box, hanging)
+        is_wall = leaf.ends_with_walls and not leaf.has_handle and over == 0  # R4
+        if leaf.box.thickness <= HAND_M and not is_wall and _stands_ajar(leaf.box, hanging):  # R7
+            found.append(plan)
+            continue
+        if way is not None and leaf.box.thickness >= way.thickness + SLIVER_M and leaf.plate_m < way.thickness:  # R1
+            doorways.append(Opening.closing(box_polygon(way), "door", "leaf"))
+            found.append(plan)
+        elif 0 < over <= 1.25 * max(leaf.plate_m, SHEET_M) and not (_is_framed(leaf, over) or leaf.has_handle):  # R2
+            pieces += leaf.bodies
+        elif way is not None and (over > 0 or not _ends_beside_lintel(leaf.box, hanging)):  # R3
+            doorways.append(Opening.closing(box_polygon(way), "door", "leaf"))
+            found.append(plan)
+        elif over > 0 or is_wall:
+            pieces += leaf.bodies
+        elif leaf.box.thickness <= HAND_M:  # R4
+            found.append(plan)
+        else:
+            things.append(plan)
+    return JudgedLeaves(tuple(doorways), tuple(found), tuple(pieces), unite(things))
+
+
+def _is_framed(leaf: Leaf, wall_m: float) -> bool:
+    """R2: return whether a leaf stands in a frame that is deeper than itself and at least as deep as the wall above."""
+    return len(leaf.bodies) > 1 and leaf.box.thickness > max(leaf.plate_m + CM_M, wall_m - CM_M)
+
+
+def _thickness_above(box: Box, hanging: BaseGeometry) -> float:
+    """Return how thick the wall is over a leaf, metres, or 0 if none is over half of it."""
+    x, y = box.centre
+    near = clip_to_box(hanging, x - box.width, y - box.width, x + box.width, y + box.width)
+    if intersect(box_polygon(box, depth=SHEET_M), near).area < MOST * box.width * SHEET_M:
+        return 0.0
+    wide = intersect(box_polygon(box, depth=2 * WALL_M), near)
+    return float(wide.area / box.width)
+
+
+def _ends_beside_lintel(box: Box, hanging: BaseGeometry) -> bool:
+    """Return whether a lintel about as wide as a leaf begins at one of the leaf's ends."""
+    reach = box.width / 2 + THIN_WALL_M
+    x, y = box.centre
+    near = clip_to_box(hanging, x - reach, y - reach, x + reach, y + reach)
+    ends = shapely.points([box.centre - box.width / 2 * box.along, box.centre + box.width / 2 * box.along])
+    if near.is_empty:
+        return False
+    beside = [p for p in polygons_of(hanging) if shapely.distance(ends, p).min() < THIN_WALL_M]
+    return any(abs(box_around_polygon(p).width - box.width) < SOME * box.width for p in beside)
+
+
+def _stands_ajar(box: Box, hanging: BaseGeometry) -> bool:
+    """R7."""
+    plan = box_polygon(box, depth=max(box.thickness, SHEET_M))
+    ends = shapely.points([box.centre - box.width / 2 * box.along, box.centre + box.width / 2 * box.along])
+    parts = [p for p in polygons_of(hanging) if shapely.distance(p, plan) < THIN_WALL_M]
+    lintels = [(p, box_around_polygon(p)) for p in parts]
+    own = any(abs(dot_product(lintel.along, box.along)) > IN_ONE_LINE and p.intersects(plan) for p, lintel in lintels)
+    return not own and any(
+        shapely.distance(ends, p).min() < THIN_WALL_M
+        and abs(dot_product(lintel.along, box.along)) < IN_ONE_LINE
+        and abs(lintel.width - box.width) < SOME * box.width
+        for p, lintel in lintels
+    )
+
+
+def find_known_doorways(
+    named: Iterable[Opening], doors: Iterable[Mesh], walls: BaseGeometry, lintels: BaseGeometry, judged: JudgedLeaves
+) -> tuple[list[Opening], list[Polygon]]:
+    """All doorways in ``walls`` as they stand, and the leaves, closed or open; ``doors`` are those the source names."""
+    found = [replace(each, polygon=fit_into_wall(each.polygon, walls)) for each in named]
+    leaves = list(judged.leaves)
+    wayless: list[Box] = []
+    for box in (box for mesh in doors for box in _boxes(mesh)):
+        leaves.append(box_polygon(box, depth=max(box.thickness, SHEET_M)))
+        if _stands_ajar(box, lintels):  # R7
+            continue
+        way = doorway_around_leaf(box, walls)
+        if way is not None:
+            found.append(Opening.named(box_polygon(way), has_door=True))
+        else:
+            wayless.append(box)
+    found += [Opening.named(box_polygon(way), has_door=True) for way in _in_uncut_walls(wayless, walls, lintels, found)]
+    found += judged.doorways
+    found = [
+        replace(each, polygon=_through_wall(each.polygon, walls)) if is_shut else each
+        for each, is_shut in zip(found, _may_be_shut(found, walls), strict=True)
+    ]
+    found += [Opening.closing(strip, "door", "recess") for strip in leaves_in_recesses(lintels, walls)]
+    return _each_once(found), leaves
+
+
+def _in_uncut_walls(
+    boxes: Sequence[Box], walls: BaseGeometry, lintels: BaseGeometry, known: Sequence[Opening]
+) -> Iterator[Box]:
+    """R8: yield the doorways of named leaves in walls without a hole for them."""
+    others = unite([each.polygon for each in known])
+    for box in boxes:
+        as_large = DOORWAY_M[0] <= box.width <= DOORWAY_M[1] and box.low <= FOOT_M and box.high >= HEAD_M
+        beside = shapely.dwithin(box_polygon(box), others, BESIDE_M) or _ends_beside_lintel(box, lintels)
+        if as_large and not beside and (way := doorway_in_uncut_wall(box, walls)) is not None:
+            yield way
+
+
+def _may_be_shut(doorways: Sequence[Opening], walls: BaseGeometry) -> npt.NDArray[np.bool_]:
+    """Return before which of the doorways (n,) some wall stands, right at one of the two faces."""
+    boxes = boxes_around_polygons([each.polygon for each in doorways])
+    shapely.prepare(walls)
+    before = strips_beside(boxes, [box.width - 2 * CRACK_M for box in boxes], off_m=-LAP_M, depth_m=LAP_M + SHEET_M)
+    return np.asarray(shapely.intersects(walls, before).any(axis=1), np.bool_)
+
+
+def _through_wall(doorway: Polygon, walls: BaseGeometry) -> Polygon:
+    """Return a doorway, so much deeper that no wall thinner than ``SHEET_M``, nor a hair of it, shuts it (R6)."""
+    box = box_around_polygon(doorway)
+    x1, y1, x2, y2 = doorway.bounds
+    rest = subtract(clip_to_box(walls, x1 - WALL_M, y1 - WALL_M, x2 + WALL_M, y2 + WALL_M), doorway)
+
+    def left(sign: float, start_m: float) -> tuple[float, float]:
+        """Return the share of the width that wall shuts in a layer of ``SHEET_M``, and how far it reaches, metres."""
+        middle = box.centre + sign * box.across * (box.thickness / 2 + start_m + SHEET_M / 2)
+        strip = box_polygon(replace(box, centre=middle), width=box.width - 2 * CRACK_M, depth=SHEET_M)
+        shut, far = 0.0, 0.0
+        for part in shapely.get_parts(shapely.intersection(strip, rest)):
+            if part.is_empty:
+                continue
+            corners = shapely.get_coordinates(part) - box.centre
+            shut += float(np.ptp(dot_product(corners, box.along)))
+            far = max(far, float(dot_product(corners, sign * box.across).max()) - box.thickness / 2)
+        return shut / box.width, far
+
+    grown = []
+    for sign in (-1.0, 1.0):
+        shut, far = left(sign, -LAP_M)
+        grown.append(far + LAP_M if shut > NEARLY_ALL and left(sign, SHEET_M)[0] < SOME else 0.0)
+    if box.width < DOORWAY_M[0] or not any(grown):
+        return doorway
+    middle = box.centre + box.across * (grown[1] - grown[0]) / 2
+    return box_polygon(replace(box, centre=middle), depth=box.thickness + sum(grown))
+
+
+def _each_once(doorways: list[Opening]) -> list[Opening]:
+    """Return one doorway for the opening of a door, its leaf and its recess: the first stands for the others."""
+    kept: list[int] = []
+    shapes = np.array([each.polygon for each in doorways], dtype=np.object_)
+    meeting = set(map(tuple, shapely.STRtree(shapes).query(shapes, predicate="intersects").T.tolist()))
+    for k, shape in enumerate(shapes):
+        near = [shapes[j] for j in kept if (k, j) in meeting]
+        if not any(intersect(shape, each).area > SOME * min(shape.area, each.area) for each in near):
+            kept.append(k)
+    return [doorways[k] for k in kept]
+
+
+def _boxes(mesh: Mesh) -> list[Box]:
+    """Return the box of a leaf, or those of its parts where it is no plate as a whole (a leaf open in its frame)."""
+    whole = box_around(mesh.vertices[mesh.faces].reshape(-1, 3))
+    if LEAF_WIDTH_M[0] <= whole.width <= 2 * LEAF_WIDTH_M[1] and whole.thickness <= WALL_M:
+        return [whole]
+    return [leaf.box for leaf in find_leaves(Bodies.of(mesh))]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Final
@@ -10,10 +10,16 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 import shapely
+from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
-from pipeline.geometry.areas import EMPTY, drop_lines_and_points
-from pipeline.tolerances import MANY_FACES, MM_M, POINT_M, SPECK
+from pipeline.geometry.areas import EMPTY, Shapes, drop_lines_and_points
+from pipeline.tolerances import (
+    MANY_FACES,
+    MM_M,
+    POINT_M,
+    SPECK,
+)
 
 # ---------------------------------------------------------------------------------------------------------------------
 # Triangles in space.
@@ -236,3 +242,46 @@ def footprint(mesh: Mesh) -> BaseGeometry:
         )
     triangles = shapely.polygons(corners)
     return drop_lines_and_points(shapely.union_all(triangles[shapely.area(triangles) > 1e-9], grid_size=MM_M))
+
+
+def box_polygon(box: Box, *, width: float | None = None, depth: float | None = None) -> Polygon:
+    """Return the plan of a box, or of one as wide and deep in its place."""
+    a = box.along * (box.width if width is None else width) / 2
+    d = box.across * (box.thickness if depth is None else depth) / 2
+    c = box.centre
+    return shapely.polygons(np.array([c - a - d, c + a - d, c + a + d, c - a + d]))
+
+
+def strips_beside(boxes: Sequence[Box], widths_m: Sequence[float], *, off_m: float, depth_m: float) -> Shapes:
+    """Return two strips (n, 2) of these widths (n,) beside each of some boxes, on its right and on its left.
+
+    Each lies along the middle of a long side, begins ``off_m`` before it and is ``depth_m`` deep.
+    """
+    if not boxes:
+        return np.zeros((0, 2), np.object_)
+    centre, along = (np.array([getattr(box, name) for box in boxes])[:, None] for name in ("centre", "along"))
+    thickness, width = np.array([box.thickness for box in boxes]), np.array(widths_m)
+    across = np.stack([-along[..., 1], along[..., 0]], axis=-1) * np.array([[-1.0], [1.0]])
+    middle = centre + across * (thickness[:, None, None] / 2 + off_m + depth_m / 2)
+    long, deep = along * width[:, None, None] / 2, across * depth_m / 2
+    corners = [middle - long - deep, middle + long - deep, middle + long + deep, middle - long + deep]
+    return np.asarray(shapely.polygons(np.stack(corners, axis=2)))
+
+
+def box_around_polygon(polygon: Polygon) -> Box:
+    """Return the smallest rectangle around a plan polygon, as a box without height."""
+    return boxes_around_polygons([polygon])[0]
+
+
+def boxes_around_polygons(polygons: Sequence[Polygon]) -> list[Box]:
+    """Return ``box_around_polygon`` of each."""
+    around = shapely.minimum_rotated_rectangle(np.array(polygons, np.object_))
+    corners = shapely.get_coordinates(around).reshape(-1, 5, 2)[:, :4]
+    edges = corners[:, 1:3] - corners[:, :2]
+    lengths = np.hypot(edges[..., 0], edges[..., 1])
+    longer = (lengths[:, 1] > lengths[:, 0]).astype(np.int64)
+    rows = np.arange(len(corners))
+    wide, thick = lengths[rows, longer], lengths[rows, 1 - longer]
+    along = edges[rows, longer] / np.maximum(wide, 1e-9)[:, None]
+    found = zip(corners.mean(axis=1), along, wide.tolist(), thick.tolist(), strict=True)
+    return [Box(centre, axis, width, thickness, 0.0, 0.0) for centre, axis, width, thickness in found]

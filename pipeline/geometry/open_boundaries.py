@@ -22,7 +22,8 @@ from pipeline.geometry.areas import (
     subtract,
     unite,
 )
-from pipeline.geometry.closing_candidates import WallEnd, area_outside, gap_beyond_wall_end, grow_to_overlap, wall_ends
+from pipeline.geometry.openings import area_outside, grow_to_overlap
+from pipeline.geometry.wall_gaps import WallEnd, gap_beyond_wall_end, wall_ends
 from pipeline.tolerances import (
     BESIDE_M,
     CRACK_M,

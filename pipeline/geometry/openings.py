@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import combinations
@@ -21,13 +21,20 @@ from pipeline.geometry.areas import (
     OUTSIDE,
     WALL,
     Shapes,
+    are_too_narrow,
+    buffer_mitred,
     clip_to_box,
     dot_product,
     drop_lines_and_points,
     drop_thin_parts,
+    fill_enclosed,
+    intersect,
     intersect_pairs,
     locate_points,
+    polygons_of,
+    subtract,
     trace_outlines,
+    unite,
 )
 from pipeline.tolerances import (
     AROUND_M,
@@ -405,3 +412,99 @@ def _strip_across(first: _Stretch, second: _Stretch) -> Opening | None:
     middle = dot_product((first.a + first.b) / 2 + (second.a + second.b) / 2, across) / 2
     centre = along * (low + high) / 2 + across * middle
     return Opening(centre, along, float(high - low), depth, (first.faces, second.faces))
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Pieces that close the door plane, as the straight strips they consist of.
+# ---------------------------------------------------------------------------------------------------------------------
+
+SHARES = np.array([[-0.3], [0.0], [0.3]])
+"""Where along a face is looked, from its middle, in widths of the opening."""
+
+
+def grow_to_overlap(pieces: list[Polygon]) -> list[Polygon]:
+    """Return the pieces of one plane, grown a little, so that they meet the walls of the other."""
+    return list(buffer_mitred(np.array(pieces, dtype=np.object_), LAP_M))
+
+
+def split_into_strips(
+    door: BaseGeometry, pieces: list[Opening], plane: BaseGeometry, rooms: list[Polygon]
+) -> tuple[list[Opening], list[Opening]]:
+    """Take each piece apart into its openings and the rest of it, in the ``plane`` that all of them close.
+
+    A lintel that goes over into a cornice, or two lintels that meet in a corner, come as one piece; each strip has to
+    be judged for itself, and what hangs over one room only is freed.
+    """
+    found: list[Opening] = []
+    rest: list[Opening] = []
+    for piece, strips in zip(pieces, find_strips([p.polygon for p in pieces], rooms, plane, door), strict=True):
+        laps = list(strips_of(strips, deeper_m=LAP_M, wider_m=LAP_M))
+        found += [replace(s, polygon=lap, closed_by=piece.closed_by) for lap, s in zip(laps, strips, strict=True)]
+        if piece.closed_by != "gate":  # of which nothing closes by itself
+            rest += [Opening.closing(p, piece.closed_by) for p in _without_strips(piece.polygon, laps)]
+    if not rest:
+        return found, []
+    in_line = unite(strips_of(found, deeper_m=LAP_M, wider_m=AROUND_M))
+    return found, [part for piece in rest for part in _divide_at_crossing(piece, in_line)]
+
+
+def _without_strips(piece: Polygon, strips: list[Polygon]) -> list[Polygon]:
+    left: BaseGeometry = piece
+    for strip in strips:
+        left = subtract(left, strip)
+    # a hair wider: along an oblique cut, rounding would leave a crack between strip and rest
+    rest = [part for part in polygons_of(left) if part.area > HAIR_M * HAIR_M]
+    if not rest:
+        return []
+    slim = are_too_narrow(rest, LAP_M)  # what rounding leaves beside an oblique strip closes nothing
+    return [polygons_of(buffer_mitred(p, HAIR_M))[0] for p, is_slim in zip(rest, slim, strict=True) if not is_slim]
+
+
+def _divide_at_crossing(piece: Opening, in_line: BaseGeometry) -> list[Opening]:
+    """A rest where beams cross: what goes on in line with an opening, and what leads away from it."""
+    if not piece.polygon.intersects(in_line):
+        return [piece]
+    parts = polygons_of(intersect(piece.polygon, in_line)) + polygons_of(subtract(piece.polygon, in_line))
+    return [Opening.closing(p, piece.closed_by) for p in parts]
+
+
+def close_plane(door: BaseGeometry, candidates: Iterable[Opening]) -> BaseGeometry:
+    """Return the door plane with these pieces in it."""
+    return unite([door, *(c.polygon for c in candidates)])
+
+
+def area_outside(plane: BaseGeometry, wide_m: float = 1.0) -> BaseGeometry:
+    """Return the air around a house, a metre of it or as wide as asked."""
+    house = fill_enclosed(plane)
+    return subtract(shapely.box(*shapely.bounds(house)).buffer(wide_m), house)
+
+
+def assign_sides(candidates: list[Opening], rooms: list[Polygon], plane: BaseGeometry) -> list[Opening]:
+    """The same pieces, the sides of their openings looked up in ``rooms``: seen from three places along each face."""
+    looks = [_before_faces(candidate) for candidate in candidates if candidate.is_strip]
+    faces = locate_points(np.array(looks).reshape(-1, 2), rooms, plane).reshape(-1, 2, 3)
+    found, k = [], 0
+    for candidate in candidates:
+        if not candidate.is_strip:
+            found.append(candidate)
+            continue
+        sides = (_most_seen(faces[k, 0]), _most_seen(faces[k, 1]))
+        blind = (faces[k] == WALL).all(axis=1)
+        if candidate.closed_by in GAPS and blind.any():  # between a curtain and the next, before a wall: leads nowhere
+            sides = (sides[int(blind[0])],) * 2
+        found.append(candidate if sides == candidate.sides else replace(candidate, sides=sides))
+        k += 1
+    return found
+
+
+def _before_faces(opening: Opening) -> npt.NDArray[np.float64]:
+    """Three places (2, 3, 2) before each of the two faces of an opening."""
+    off = opening.across * (opening.depth / 2 + 2 * CRACK_M)
+    along = opening.centre + opening.along * opening.width * SHARES
+    return np.array([along - off, along + off])
+
+
+def _most_seen(faces: npt.NDArray[np.int64]) -> int:
+    """Return the space seen most often; walls count only where nothing else is seen, and then as the outside."""
+    seen = [face for face in faces.tolist() if face != WALL]
+    return max(sorted(set(seen)), key=seen.count, default=OUTSIDE)

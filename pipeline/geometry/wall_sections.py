@@ -30,9 +30,8 @@ from pipeline.geometry.areas import (
     subtract,
     unite,
 )
-from pipeline.geometry.doorways import box_around_polygon
 from pipeline.geometry.mesh_slicing import MeshSlicer, SectionSegments, winding_number
-from pipeline.geometry.meshes import Mesh, cells_along
+from pipeline.geometry.meshes import Mesh, box_around_polygon, cells_along
 from pipeline.geometry.prisms import Prisms
 from pipeline.tolerances import (
     BESIDE_M,

@@ -28,9 +28,9 @@ from shapely.affinity import translate
 from shapely.geometry.base import BaseGeometry
 
 from pipeline.geometry.areas import Shapes, buffer_mitred, clip_to_box, drop_thin_parts, polygons_of
-from pipeline.geometry.doorless_openings import find_doorless_openings
 from pipeline.geometry.meshes import Mesh
 from pipeline.geometry.prisms import Prism, Prisms, WallsWithOpenings
+from pipeline.geometry.wall_gaps import find_doorless_openings
 from pipeline.sources.tolerances import (
     CORNER_M2,
     CRACK_M,

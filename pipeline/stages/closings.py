@@ -40,17 +40,8 @@ from pipeline.geometry.areas import (
     subtract,
     unite,
 )
-from pipeline.geometry.closing_candidates import (
-    WallEnd,
-    close_plane,
-    contact_fillings,
-    crack_fillings,
-    gap_fillings,
-    grow_to_overlap,
-    wall_ends,
-)
-from pipeline.geometry.doorways import box_around_polygon, box_polygon, boxes_around_polygons
 from pipeline.geometry.groups import connected_groups
+from pipeline.geometry.meshes import box_around_polygon, box_polygon, boxes_around_polygons
 from pipeline.geometry.open_boundaries import (
     are_rooms_half_of_house,
     bands_across_hall_openings,
@@ -58,6 +49,8 @@ from pipeline.geometry.open_boundaries import (
     bands_at_floor_edge,
     closings_between_wall_ends,
 )
+from pipeline.geometry.openings import close_plane, grow_to_overlap
+from pipeline.geometry.wall_gaps import WallEnd, contact_fillings, crack_fillings, gap_fillings, wall_ends
 from pipeline.stages.habitable import (
     part_under_cover,
 )

@@ -48,16 +48,15 @@ from pipeline.geometry.areas import (
     subtract,
     unite,
 )
-from pipeline.geometry.closing_candidates import assign_sides
-from pipeline.geometry.doorways import box_around_polygon, boxes_around_polygons
 from pipeline.geometry.groups import Groups
 from pipeline.geometry.mesh_slicing import MeshSlicer
-from pipeline.geometry.meshes import Box
+from pipeline.geometry.meshes import Box, box_around_polygon, boxes_around_polygons
 from pipeline.geometry.openings import (
     GAPS,
     KNOWN,
     ClosedBy,
     Opening,
+    assign_sides,
     distance_in_row,
     hull_of_row,
     strips_before,

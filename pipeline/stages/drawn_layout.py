@@ -43,10 +43,8 @@ from pipeline.geometry.areas import (
     subtract,
     unite,
 )
-from pipeline.geometry.closing_candidates import assign_sides
-from pipeline.geometry.doorways import boxes_around_polygons
-from pipeline.geometry.meshes import footprint
-from pipeline.geometry.openings import Opening, strips_of, turn_left
+from pipeline.geometry.meshes import boxes_around_polygons, footprint
+from pipeline.geometry.openings import Opening, assign_sides, strips_of, turn_left
 from pipeline.geometry.prisms import Prisms, WallsWithOpenings
 from pipeline.geometry.wall_sections import close_cracks
 from pipeline.tolerances import CRACK_M, FOOT_M, HAND_M, LAP_M, MOST, SHOULDERS_M, SPECK_M2, TWICE

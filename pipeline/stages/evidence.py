@@ -45,22 +45,13 @@ from pipeline.geometry.areas import (
     subtract,
     unite,
 )
-from pipeline.geometry.closing_candidates import WallEnd, wall_ends
-from pipeline.geometry.doorways import box_around_polygon, doorway_around_leaf
-from pipeline.geometry.known_doors import (
-    Leaf,
-    cubicle_leaves,
-    find_known_doorways,
-    find_plates,
-    glazed_recesses,
-    judge_leaves,
-    may_hold_leaves,
-    part_from_panelling,
-)
+from pipeline.geometry.doorways import doorway_around_leaf, find_known_doorways, glazed_recesses, judge_leaves
+from pipeline.geometry.leaves import Leaf, cubicle_leaves, find_plates, may_hold_leaves, part_from_panelling
 from pipeline.geometry.mesh_slicing import MeshSlicer, nearest_clear_height, section_heights
-from pipeline.geometry.meshes import Bodies, footprint
+from pipeline.geometry.meshes import Bodies, box_around_polygon, footprint
 from pipeline.geometry.prisms import Prisms
 from pipeline.geometry.scan_columns import is_scan
+from pipeline.geometry.wall_gaps import WallEnd, wall_ends
 from pipeline.geometry.wall_sections import (
     WallSections,
     close_cracks,

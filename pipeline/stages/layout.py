@@ -13,10 +13,10 @@ R3  Walls that spell characters are no layout: strokes that stand apart from eac
     small part of what all of them span, has its place to itself, and encloses no more than ``GROUP`` spaces. What the
     source itself calls walls is no character.
 R4  A slit between two walls, too narrow for anybody, parts the rooms at its ends.
-R5  Where two rooms that the source draws meet between the ends of a wall (``geometry.doorless_openings``), and that
+R5  Where two rooms that the source draws meet between the ends of a wall (``geometry.wall_gaps``), and that
     parts them, there is an opening.
 R6  Where a room is narrow between two broad parts of it, these are rooms of their own, unless the source says that
-    they are one room, or names openings, and none there (``geometry.mouths``). In a world that
+    they are one room, or names openings, and none there (``geometry.wall_gaps``). In a world that
     robots drive through, a gap is a way though doors have names (``Level.unnamed_gaps``). A door of such a world that
     parts nothing by itself, beside a mouth, closes with it, and so does a lintel where no openings have names. So does
     a gap in another wall: of two ways into a side room, one may be wide, and neither parts it alone.
@@ -50,13 +50,11 @@ from pipeline.geometry.areas import (
     subtract,
     unite,
 )
-from pipeline.geometry.closing_candidates import assign_sides, close_plane, grow_to_overlap, split_into_strips
-from pipeline.geometry.doorless_openings import find_doorless_openings
-from pipeline.geometry.doorways import box_around_polygon, box_polygon
-from pipeline.geometry.mouths import mouth_fillings
+from pipeline.geometry.meshes import box_around_polygon, box_polygon
 from pipeline.geometry.open_boundaries import bands_around_open_house, bands_at_open_fronts
-from pipeline.geometry.openings import KNOWN
+from pipeline.geometry.openings import KNOWN, assign_sides, close_plane, grow_to_overlap, split_into_strips
 from pipeline.geometry.prisms import Prisms
+from pipeline.geometry.wall_gaps import find_doorless_openings, find_mouths
 from pipeline.rejection import Reason, Rejection
 from pipeline.stages.closings import boundaries, find_closing_candidates, hall_closings, is_crack, lies_in_room
 from pipeline.stages.habitable import (
@@ -251,23 +249,22 @@ def _part_at_mouths(
 ) -> tuple[list[Opening], BaseGeometry, list[Polygon]]:
     """Return the strips, the closed plane and its spaces with the mouths, and what parts only ``beside`` them (R6).
 
-    A gap in line with a mouth is one of its row (``mouth_fillings``), and does not close beside it.
+    A gap in line with a mouth is one of its row (``find_mouths``), and does not close beside it.
     """
     strips, ground, rooms = found
-    for row in mouth_fillings(*_closed_by(ground, beside, rooms)):
-        if any(lies_in_room(mouth, level) for mouth in row):
+    for row in find_mouths(*_closed_by(ground, beside, rooms)):
+        if any(lies_in_room(mouth.polygon, level) for mouth in row):
             continue
-        mouths = [Opening.closing(mouth, "mouth") for mouth in row]
         others = [
             piece
             for piece in beside
-            if piece.closed_by != "gap" or not any(_width_in_line(mouth, piece.polygon) for mouth in row)
+            if piece.closed_by != "gap" or not any(_width_in_line(mouth.polygon, piece.polygon) for mouth in row)
         ]
-        closed, parts = enclosed_pieces(close_plane(ground, mouths + others))
+        closed, parts = enclosed_pieces(close_plane(ground, row + others))
         needed = [piece for piece in others if is_crack(piece) or _parts_spaces(piece, ground, closed, parts)]
         if len(needed) < len(others):
-            closed, parts = enclosed_pieces(close_plane(ground, mouths + needed))
-        ways = split_into_strips(ground, mouths + needed, closed, parts)[0]
+            closed, parts = enclosed_pieces(close_plane(ground, row + needed))
+        ways = split_into_strips(ground, row + needed, closed, parts)[0]
         if any(way.closed_by == "mouth" for way in ways):
             strips, ground, rooms = strips + ways, closed, parts
     return strips, ground, rooms
@@ -364,7 +361,7 @@ def _at_doorless_openings(
     if len(np.unique(met)) == len(met):  # no space holds two rooms
         return [], ground, rooms
     found = find_doorless_openings(named, unite(rooms), walls)
-    depths = [max(HAND_M - opening.apart_m, 0.0) / 2 for opening in found]
+    depths = [max(HAND_M - opening.depth, 0.0) / 2 for opening in found]
     strips = [opening.strip(deeper_m=depth, wider_m=LAP_M) for opening, depth in zip(found, depths, strict=True)]
     while strips:
         pieces = [Opening.closing(strip, "opening") for strip in strips]

@@ -58,7 +58,7 @@ from pipeline.geometry.areas import (
     subtract,
     unite,
 )
-from pipeline.geometry.doorways import boxes_around_polygons
+from pipeline.geometry.meshes import boxes_around_polygons
 from pipeline.geometry.room_shapes import are_rooms_misshapen, have_jutting_walls
 from pipeline.stages.room_doubt import doubt_spaces, of_rooms
 from pipeline.tolerances import (

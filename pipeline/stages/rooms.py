@@ -19,7 +19,7 @@ import shapely
 from shapely import Polygon
 
 from pipeline.geometry.areas import Floats, intersect, polygons_of, shared_areas, subtract, unite
-from pipeline.geometry.doorways import boxes_around_polygons
+from pipeline.geometry.meshes import boxes_around_polygons
 from pipeline.geometry.openings import Opening, strips_of
 from pipeline.tolerances import BESIDE_M, MOST, PATCH_M2, SOME
 from pipeline.values import Level, NamedRoom, SourceRoom, Spaces

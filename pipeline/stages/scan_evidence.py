@@ -13,7 +13,7 @@ from shapely import Polygon
 
 from pipeline.config import EvidenceConfig
 from pipeline.geometry.areas import EMPTY, buffer_mitred, intersect, subtract, unite
-from pipeline.geometry.known_doors import find_known_doorways, judge_leaves
+from pipeline.geometry.doorways import find_known_doorways, judge_leaves
 from pipeline.geometry.meshes import footprint
 from pipeline.geometry.scan_columns import columns_of_mesh, columns_of_points
 from pipeline.geometry.scan_walls import find_wall_masks, mask_to_area, wall_top_height

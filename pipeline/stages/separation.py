@@ -24,24 +24,28 @@ from shapely.geometry.base import BaseGeometry
 from pipeline.config import LayoutConfig
 from pipeline.geometry.areas import (
     OUTSIDE,
+    Shapes,
     are_too_narrow,
     dot_product,
+    drop_lines_and_points,
+    drop_thin_parts_of_each,
     enclosed_pieces,
     intersect,
+    intersect_pairs,
     polygons_of,
+    subtract,
+    unite,
 )
-from pipeline.geometry.closing_candidates import (
-    assign_sides,
-    close_plane,
-    minimal_separators,
-)
-from pipeline.geometry.openings import KNOWN, Opening
+from pipeline.geometry.groups import Groups
+from pipeline.geometry.openings import KNOWN, Opening, area_outside, assign_sides, close_plane
 from pipeline.stages.closings import lies_in_room
 from pipeline.tolerances import (
     AROUND_M,
     BESIDE_M,
     GROUP,
+    HAIR_M,
     LARGELY,
+    MM_M,
     MOST,
     MOSTLY,
     PARALLEL,
@@ -229,3 +233,48 @@ def is_beam_in_room(strip: Opening, walls: BaseGeometry, level: Level) -> bool:
             chord = min(pieces, key=shapely.points(strip.centre).distance)
             return bool(shapely.intersection(chord, walls).length < SOME * chord.length)
     return False
+
+
+def minimal_separators(
+    door: BaseGeometry,
+    kept: list[Opening],
+    pieces: list[Opening],
+    plane: BaseGeometry,
+    rooms: list[Polygon],
+) -> list[Opening]:
+    """Return those of ``pieces`` without which, beside ``kept``, spaces would run into each other.
+
+    ``plane`` is the door plane with all of these in it, and ``rooms`` are what it encloses. The last piece is taken
+    away first. Without it, all spaces and all pieces already taken away that it touches become one: it may go as long
+    as that holds no two spaces, the outside being one of them.
+    """
+    spaces = [*rooms, area_outside(plane)]
+    others = unite(candidate.polygon for candidate in kept)
+    bare = [subtract(subtract(piece.polygon, door), others) for piece in pieces]
+    shapes = [drop_lines_and_points(shape) for shape in drop_thin_parts_of_each(bare, 4 * HAIR_M)]
+    grown = shapely.buffer(shapes, MM_M, join_style="mitre")
+    n = len(pieces)
+    meets: list[set[int]] = [set() for _ in pieces]  # pieces, and after them the spaces
+    for k, space in _touching(grown, spaces):
+        meets[k].add(n + space)
+    for k, other in _touching(grown, shapes):
+        meets[k].add(other)
+        meets[other].add(k)
+    groups, left = Groups(n + len(spaces)), set[int]()
+    for k in range(n - 1, -1, -1):
+        touched = [each for each in meets[k] if each >= n or (each > k and each not in left)]
+        held = {groups.of(space) for space in range(n, n + len(spaces))} & {groups.of(each) for each in touched}
+        if len(held) > 1:
+            left.add(k)
+            continue
+        for each in touched:
+            groups.join(k, each)
+    return [pieces[k] for k in sorted(left)]
+
+
+def _touching(grown: Shapes, others: Sequence[BaseGeometry]) -> list[tuple[int, int]]:
+    """Return which of the grown pieces lie over which of the others for more than a point: pairs of indices."""
+    tree = shapely.STRtree(others)
+    pairs = tree.query(grown, predicate="intersects")
+    shared = shapely.area(intersect_pairs(grown[pairs[0]], tree.geometries[pairs[1]]))
+    return [(int(k), int(other)) for k, other in pairs.T[shared > MM_M * HAIR_M]]

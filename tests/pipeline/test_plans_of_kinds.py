@@ -11,7 +11,7 @@ import trimesh
 
 from houseexpo.floorplan import FloorPlan
 from pipeline.config import EvidenceConfig
-from pipeline.geometry.known_doors import find_leaves
+from pipeline.geometry.leaves import find_leaves
 from pipeline.geometry.meshes import Bodies
 from pipeline.sources.meshes.formats import FrameConvention
 from pipeline.sources.storeys.axis_and_unit import SizeOptions, find_axis_and_unit

@@ -4,18 +4,8 @@ import numpy as np
 import pytest
 import shapely
 
-from pipeline.geometry import closing_candidates
+from pipeline.geometry import wall_gaps
 from pipeline.geometry.areas import enclosed_area, enclosed_pieces, trace_outlines, unite
-from pipeline.geometry.closing_candidates import (
-    assign_sides,
-    contact_fillings,
-    crack_fillings,
-    gap_beyond_wall_end,
-    gap_fillings,
-    minimal_separators,
-    split_into_strips,
-    wall_ends,
-)
 from pipeline.geometry.open_boundaries import (
     are_rooms_half_of_house,
     bands_at_floor_edge,
@@ -23,6 +13,9 @@ from pipeline.geometry.open_boundaries import (
     closings_between_wall_ends,
     makes_a_ring,
 )
+from pipeline.geometry.openings import assign_sides, split_into_strips
+from pipeline.geometry.wall_gaps import contact_fillings, crack_fillings, gap_beyond_wall_end, gap_fillings, wall_ends
+from pipeline.stages.separation import minimal_separators
 from pipeline.values import Opening
 
 FLOOR = shapely.box(0, 0, 5, 4)
@@ -322,12 +315,12 @@ def test_cracks_are_what_lies_between_walls_that_nearly_meet(walls, cracks, monk
     plane = unite(walls)
     found = crack_fillings(plane)
     assert len(found) == cracks
-    monkeypatch.setattr(closing_candidates, "_joins_or_parts", lambda *_: True)
+    monkeypatch.setattr(wall_gaps, "_joins_or_parts", lambda *_: True)
     assert [each.wkb for each in crack_fillings(plane)] == [each.wkb for each in found]
 
 
 def test_no_crack_is_looked_for_where_grown_walls_join_nothing(monkeypatch):
-    monkeypatch.setattr(closing_candidates, "drop_thin_parts", None)
+    monkeypatch.setattr(wall_gaps, "drop_thin_parts", None)
     assert crack_fillings(RING) == []
 
 

@@ -5,7 +5,7 @@ import pytest
 import shapely
 from shapely import Polygon, affinity
 
-from pipeline.geometry.doorless_openings import find_doorless_openings
+from pipeline.geometry.wall_gaps import find_doorless_openings
 
 OUTER = shapely.difference(shapely.box(-0.2, -0.2, 8.2, 4.2), shapely.box(0, 0, 8, 4))
 
@@ -27,8 +27,8 @@ def test_rooms_meet_between_two_wall_ends(apart: float, turn: float) -> None:
     drawn = [affinity.rotate(room, turn, origin=(0, 0)) for room in rooms(apart)]
     (border,) = find_doorless_openings(drawn, shapely.difference(shapely.convex_hull(walls), walls), walls)
     middle = affinity.rotate(shapely.Point(4, 2), turn, origin=(0, 0))
-    assert border.middle == pytest.approx((middle.x, middle.y), abs=1e-6)
-    assert border.width_m == pytest.approx(2.0, abs=1e-6)
+    assert border.centre == pytest.approx((middle.x, middle.y), abs=1e-6)
+    assert border.width == pytest.approx(2.0, abs=1e-6)
     assert border.strip().area == pytest.approx(2.0 * apart, abs=1e-6)
     assert abs(np.dot(border.along, border.across)) < 1e-12
 
@@ -36,7 +36,7 @@ def test_rooms_meet_between_two_wall_ends(apart: float, turn: float) -> None:
 def test_a_wall_on_one_side_is_enough() -> None:
     walls = inner((1.5, 4.0))
     (border,) = find_doorless_openings(rooms(0.0), shapely.box(0, 0, 8, 4).difference(walls), walls)
-    assert border.width_m == pytest.approx(1.5)
+    assert border.width == pytest.approx(1.5)
 
 
 @pytest.mark.parametrize(

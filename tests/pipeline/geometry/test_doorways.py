@@ -7,7 +7,7 @@ import pytest
 import shapely
 from shapely.affinity import rotate
 
-from pipeline.geometry.doorways import box_polygon, boxes_around_polygons, strips_beside
+from pipeline.geometry.meshes import box_polygon, boxes_around_polygons, strips_beside
 
 SHAPES = [rotate(shapely.box(k, 0, k + 0.9, 0.1), turn) for k, turn in enumerate((0.0, 30.0, 90.0, -75.0))]
 

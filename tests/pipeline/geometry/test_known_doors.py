@@ -6,14 +6,8 @@ import shapely
 import trimesh
 
 from pipeline.geometry.areas import EMPTY
-from pipeline.geometry.doorways import doorway_around_leaf
-from pipeline.geometry.known_doors import (
-    JudgedLeaves,
-    cubicle_leaves,
-    find_known_doorways,
-    find_leaves,
-    leaves_in_recesses,
-)
+from pipeline.geometry.doorways import JudgedLeaves, doorway_around_leaf, find_known_doorways, leaves_in_recesses
+from pipeline.geometry.leaves import cubicle_leaves, find_leaves
 from pipeline.geometry.meshes import Bodies, Box, Mesh
 from pipeline.values import SourceObject
 from tests.builders.houses import CEILING, HEAD, Hole, Parts, gap, kinds, level, plan_of, shell, two_rooms, wall

@@ -5,7 +5,6 @@ import pytest
 import shapely
 
 from pipeline.geometry.areas import OUTSIDE, enclosed_pieces
-from pipeline.geometry.doorway_cuts import CutRules, cut_walls_along_lines
 from pipeline.geometry.openings import (
     Opening,
     distance_in_row,
@@ -18,6 +17,7 @@ from pipeline.geometry.openings import (
 )
 from pipeline.geometry.rooms_and_passages import fit_to_rooms, polygons_between_rooms
 from pipeline.geometry.walkable_floor import erode_floor, nearest_piece, sample_points, walkable_floor
+from pipeline.stages.connectivity import CutRules, cut_walls_along_lines
 from pipeline.values import Spaces
 
 SHELL = shapely.box(-0.2, -0.2, 7.4, 3.2).difference(shapely.box(0, 0, 7.2, 3))

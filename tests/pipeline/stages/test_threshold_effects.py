@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import shapely
 
-from pipeline.geometry import closing_candidates
+from pipeline.geometry import wall_gaps
 from pipeline.stages import doors, evidence
 from research.threshold_effects import (
     Number,
@@ -98,17 +98,17 @@ def test_a_name_stands_for_one_number_in_geometry_and_stages():
 
 
 def test_a_number_moves_wherever_it_was_imported_and_comes_back():
-    old = closing_candidates.LAP_M
+    old = wall_gaps.LAP_M
     with moved(Number("pipeline.tolerances", "LAP_M"), 10.0):
-        assert closing_candidates.LAP_M == doors.LAP_M == evidence.LAP_M == 10 * old
-    assert closing_candidates.LAP_M == doors.LAP_M == evidence.LAP_M == old
+        assert wall_gaps.LAP_M == doors.LAP_M == evidence.LAP_M == 10 * old
+    assert wall_gaps.LAP_M == doors.LAP_M == evidence.LAP_M == old
 
 
 def test_a_default_moves_too():
-    assert closing_candidates.wall_ends.__defaults__ == (closing_candidates.THICK_WALL_M,)
+    assert wall_gaps.wall_ends.__defaults__ == (wall_gaps.THICK_WALL_M,)
     with moved(Number("pipeline.tolerances", "THICK_WALL_M"), 0.0):
-        assert closing_candidates.wall_ends.__defaults__ == (0.0,)
-    assert closing_candidates.wall_ends.__defaults__ == (closing_candidates.THICK_WALL_M,)
+        assert wall_gaps.wall_ends.__defaults__ == (0.0,)
+    assert wall_gaps.wall_ends.__defaults__ == (wall_gaps.THICK_WALL_M,)
 
 
 @pytest.mark.parametrize(

@@ -1,10 +1,11 @@
-"""Find pieces that may close the door plane's openings or a room's mouths, and keep those that part two spaces."""
+"""Find openings where walls end: gaps of full height, cracks, mouths of rooms, and ways between drawn rooms."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from itertools import combinations
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -14,186 +15,43 @@ from shapely.geometry.base import BaseGeometry
 
 from pipeline.geometry.areas import (
     OUTSIDE,
-    WALL,
     OutlineCorners,
-    Shapes,
-    are_too_narrow,
     buffer_mitred,
     dot_product,
-    drop_lines_and_points,
     drop_thin_parts,
-    drop_thin_parts_of_each,
     enclosed_pieces,
-    fill_enclosed,
     intersect,
-    intersect_pairs,
-    locate_points,
     polygons_of,
     subtract,
     trace_outlines,
     unite,
 )
-from pipeline.geometry.groups import Groups
-from pipeline.geometry.openings import GAPS, Opening, find_strips, strips_of
+from pipeline.geometry.openings import Opening, area_outside, grow_to_overlap
 from pipeline.tolerances import (
-    AROUND_M,
+    BESIDE_M,
+    BLOCK_M,
     CM_M,
     CRACK_M,
     HAIR_M,
+    HALL_M,
     HAND_M,
     LAP_M,
     MM_M,
     MOST,
+    NEARLY_ALL,
     PARALLEL,
+    PARTITION_M,
+    SHEET_M,
+    SHOULDERS_M,
     SINGLE_DOOR_M,
     SLIVER_M,
     SOME,
     STAND_M,
     THICK_WALL_M,
+    THIN_WALL_M,
     TWICE,
     WALL_M,
 )
-
-# ---------------------------------------------------------------------------------------------------------------------
-# Pieces that close the door plane, as the straight strips they consist of.
-# ---------------------------------------------------------------------------------------------------------------------
-
-SHARES = np.array([[-0.3], [0.0], [0.3]])
-"""Where along a face is looked, from its middle, in widths of the opening."""
-
-
-def grow_to_overlap(pieces: list[Polygon]) -> list[Polygon]:
-    """Return the pieces of one plane, grown a little, so that they meet the walls of the other."""
-    return list(buffer_mitred(np.array(pieces, dtype=np.object_), LAP_M))
-
-
-def split_into_strips(
-    door: BaseGeometry, pieces: list[Opening], plane: BaseGeometry, rooms: list[Polygon]
-) -> tuple[list[Opening], list[Opening]]:
-    """Take each piece apart into its openings and the rest of it, in the ``plane`` that all of them close.
-
-    A lintel that goes over into a cornice, or two lintels that meet in a corner, come as one piece; each strip has to
-    be judged for itself, and what hangs over one room only is freed.
-    """
-    found: list[Opening] = []
-    rest: list[Opening] = []
-    for piece, strips in zip(pieces, find_strips([p.polygon for p in pieces], rooms, plane, door), strict=True):
-        laps = list(strips_of(strips, deeper_m=LAP_M, wider_m=LAP_M))
-        found += [replace(s, polygon=lap, closed_by=piece.closed_by) for lap, s in zip(laps, strips, strict=True)]
-        if piece.closed_by != "gate":  # of which nothing closes by itself
-            rest += [Opening.closing(p, piece.closed_by) for p in _without_strips(piece.polygon, laps)]
-    if not rest:
-        return found, []
-    in_line = unite(strips_of(found, deeper_m=LAP_M, wider_m=AROUND_M))
-    return found, [part for piece in rest for part in _divide_at_crossing(piece, in_line)]
-
-
-def _without_strips(piece: Polygon, strips: list[Polygon]) -> list[Polygon]:
-    left: BaseGeometry = piece
-    for strip in strips:
-        left = subtract(left, strip)
-    # a hair wider: along an oblique cut, rounding would leave a crack between strip and rest
-    rest = [part for part in polygons_of(left) if part.area > HAIR_M * HAIR_M]
-    if not rest:
-        return []
-    slim = are_too_narrow(rest, LAP_M)  # what rounding leaves beside an oblique strip closes nothing
-    return [polygons_of(buffer_mitred(p, HAIR_M))[0] for p, is_slim in zip(rest, slim, strict=True) if not is_slim]
-
-
-def _divide_at_crossing(piece: Opening, in_line: BaseGeometry) -> list[Opening]:
-    """A rest where beams cross: what goes on in line with an opening, and what leads away from it."""
-    if not piece.polygon.intersects(in_line):
-        return [piece]
-    parts = polygons_of(intersect(piece.polygon, in_line)) + polygons_of(subtract(piece.polygon, in_line))
-    return [Opening.closing(p, piece.closed_by) for p in parts]
-
-
-def minimal_separators(
-    door: BaseGeometry,
-    kept: list[Opening],
-    pieces: list[Opening],
-    plane: BaseGeometry,
-    rooms: list[Polygon],
-) -> list[Opening]:
-    """Return those of ``pieces`` without which, beside ``kept``, spaces would run into each other.
-
-    ``plane`` is the door plane with all of these in it, and ``rooms`` are what it encloses. The last piece is taken
-    away first. Without it, all spaces and all pieces already taken away that it touches become one: it may go as long
-    as that holds no two spaces, the outside being one of them.
-    """
-    spaces = [*rooms, area_outside(plane)]
-    others = unite(candidate.polygon for candidate in kept)
-    bare = [subtract(subtract(piece.polygon, door), others) for piece in pieces]
-    shapes = [drop_lines_and_points(shape) for shape in drop_thin_parts_of_each(bare, 4 * HAIR_M)]
-    grown = shapely.buffer(shapes, MM_M, join_style="mitre")
-    n = len(pieces)
-    meets: list[set[int]] = [set() for _ in pieces]  # pieces, and after them the spaces
-    for k, space in _touching(grown, spaces):
-        meets[k].add(n + space)
-    for k, other in _touching(grown, shapes):
-        meets[k].add(other)
-        meets[other].add(k)
-    groups, left = Groups(n + len(spaces)), set[int]()
-    for k in range(n - 1, -1, -1):
-        touched = [each for each in meets[k] if each >= n or (each > k and each not in left)]
-        held = {groups.of(space) for space in range(n, n + len(spaces))} & {groups.of(each) for each in touched}
-        if len(held) > 1:
-            left.add(k)
-            continue
-        for each in touched:
-            groups.join(k, each)
-    return [pieces[k] for k in sorted(left)]
-
-
-def close_plane(door: BaseGeometry, candidates: Iterable[Opening]) -> BaseGeometry:
-    """Return the door plane with these pieces in it."""
-    return unite([door, *(c.polygon for c in candidates)])
-
-
-def area_outside(plane: BaseGeometry, wide_m: float = 1.0) -> BaseGeometry:
-    """Return the air around a house, a metre of it or as wide as asked."""
-    house = fill_enclosed(plane)
-    return subtract(shapely.box(*shapely.bounds(house)).buffer(wide_m), house)
-
-
-def _touching(grown: Shapes, others: Sequence[BaseGeometry]) -> list[tuple[int, int]]:
-    """Return which of the grown pieces lie over which of the others for more than a point: pairs of indices."""
-    tree = shapely.STRtree(others)
-    pairs = tree.query(grown, predicate="intersects")
-    shared = shapely.area(intersect_pairs(grown[pairs[0]], tree.geometries[pairs[1]]))
-    return [(int(k), int(other)) for k, other in pairs.T[shared > MM_M * HAIR_M]]
-
-
-def assign_sides(candidates: list[Opening], rooms: list[Polygon], plane: BaseGeometry) -> list[Opening]:
-    """The same pieces, the sides of their openings looked up in ``rooms``: seen from three places along each face."""
-    looks = [_before_faces(candidate) for candidate in candidates if candidate.is_strip]
-    faces = locate_points(np.array(looks).reshape(-1, 2), rooms, plane).reshape(-1, 2, 3)
-    found, k = [], 0
-    for candidate in candidates:
-        if not candidate.is_strip:
-            found.append(candidate)
-            continue
-        sides = (_most_seen(faces[k, 0]), _most_seen(faces[k, 1]))
-        blind = (faces[k] == WALL).all(axis=1)
-        if candidate.closed_by in GAPS and blind.any():  # between a curtain and the next, before a wall: leads nowhere
-            sides = (sides[int(blind[0])],) * 2
-        found.append(candidate if sides == candidate.sides else replace(candidate, sides=sides))
-        k += 1
-    return found
-
-
-def _before_faces(opening: Opening) -> npt.NDArray[np.float64]:
-    """Three places (2, 3, 2) before each of the two faces of an opening."""
-    off = opening.across * (opening.depth / 2 + 2 * CRACK_M)
-    along = opening.centre + opening.along * opening.width * SHARES
-    return np.array([along - off, along + off])
-
-
-def _most_seen(faces: npt.NDArray[np.int64]) -> int:
-    """Return the space seen most often; walls count only where nothing else is seen, and then as the outside."""
-    seen = [face for face in faces.tolist() if face != WALL]
-    return max(sorted(set(seen)), key=seen.count, default=OUTSIDE)
-
 
 # ---------------------------------------------------------------------------------------------------------------------
 # Gaps of full height: where a wall ends and goes on, or meets another, after a step of free floor.
@@ -438,3 +296,209 @@ def contact_fillings(walls: BaseGeometry) -> list[Polygon]:
     places = shapely.centroid(shapely.get_parts(meet))
     places = places[~shapely.contains(buffer_mitred(walls, -HAIR_M), places)]  # there the wall is thin, and no more
     return polygons_of(unite(shapely.buffer(places, CRACK_M / 2, cap_style="square")))
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# The mouths of a room: narrow places, where a person sees one room end and the next begin.
+#
+# R1  A mouth lies between the end of a wall, or of a block between two rooms, and the wall that the end points at, or
+#     that ends a partition's breadth beside where it points.
+# R2  On both sides, right behind it, the room is at least twice as broad as the mouth is wide. So the
+#     end of a corridor is none: one side is as broad as the mouth. Behind a mouth between blocks that is not ``TWICE``
+#     as wide as deep, the room holds a disc ``WIDER`` times as wide as the mouth; so a corridor between bends and
+#     crossings is none. A hole in one wall, with a jamb on either side, may take ``NARROW_IN_WALL`` of the breadth.
+#     A block deeper than ``BLOCK_M`` makes a mouth that is no deeper than wide; what is deeper is a corridor.
+# R3  Both parts are as large as a room. Of several mouths, the one that is narrowest beside its two sides comes first.
+# ---------------------------------------------------------------------------------------------------------------------
+
+NARROW_IN_WALL = 0.65
+WIDER = 1.5
+"""The disc in a crossing of four corridors of one width is 1.41 times as wide as they are."""
+LOOK_M = (0.5, 2.0)
+"""How far behind a mouth its breadth is measured: as far as the mouth is wide, within these limits."""
+MOUTH_ROOM_M2 = 4.0
+
+
+class _Mouth(NamedTuple):
+    """A mouth, whose polygon is its filling, and how much of the breadth behind it the mouth may take (R2)."""
+
+    opening: Opening
+    share: float
+
+    def in_row(self, other: _Mouth) -> bool:
+        """Return whether two mouths lie in one wall."""
+        along, off = self.opening.along, other.opening.centre - self.opening.centre
+        aside = abs(along[0] * off[1] - along[1] * off[0])
+        return bool(aside < BESIDE_M and abs(dot_product(along, other.opening.along)) > PARALLEL)
+
+
+def find_mouths(rooms: Sequence[Polygon], walls: BaseGeometry) -> list[list[Opening]]:
+    """Return the mouths that part ``rooms`` into more rooms; ``walls`` is all that closes them.
+
+    Mouths of one wall that part a room only together are in one list.
+    """
+    ends = list(wall_ends(walls, HALL_M, nibs=True)) if rooms else []
+    every = [mouth for end in ends if (mouth := _mouth_at(end, ends, walls)) is not None]
+    every = [mouth for mouth in every if mouth.opening.width > CRACK_M]
+    every.sort(key=lambda each: (round(each.opening.width, 6), each.opening.polygon.bounds))
+    every = [every[k] for k in each_place_once([mouth.opening.polygon for mouth in every])]
+    found: list[list[Opening]] = []
+    waiting = list(rooms)
+    while waiting:
+        room = waiting.pop()
+        near = [mouth for mouth in every if shapely.contains(room, shapely.points(mouth.opening.centre))]
+        rows = [[other for other in near if mouth.in_row(other)] for mouth in near]
+        tries = [(parts, row) for row in [*([mouth] for mouth in near), *rows] if (parts := _part_at_mouths(room, row))]
+        if tries:
+            (_, sides), row = min(
+                tries, key=lambda each: (round(each[0][0], 6), len(each[1]), each[1][0].opening.polygon.bounds)
+            )
+            found.append([mouth.opening for mouth in row])
+            waiting += sides
+    return found
+
+
+def _mouth_at(end: WallEnd, ends: Sequence[WallEnd], walls: BaseGeometry) -> _Mouth | None:
+    strip = gap_beyond_wall_end(end, walls, HALL_M)
+    straight = np.inf if strip is None else end.width_of(strip) - 0.015
+    depth, left = float(np.hypot(*(end.b - end.a))), np.array([-end.out[1], end.out[0]])
+    low, high = -min(depth, PARTITION_M) / 2, min(depth, PARTITION_M) / 2
+    width, centre = straight, end.centre
+    for way in (-1, 1):
+        past = _distance_beside(end, way * (depth / 2 + THIN_WALL_M) * left, walls)
+        if past < min(width, straight - THICK_WALL_M):
+            width, side = past, way * (depth / 2 + THIN_WALL_M)
+            low, high = min(-depth / 2, side), max(depth / 2, side)
+            centre = end.centre + (low + high) / 2 * left
+    if not np.isfinite(width) or depth > max(BLOCK_M, width + PARTITION_M):
+        return None
+    near, far = end.centre - 0.005 * end.out, end.centre + (width + 0.01) * end.out
+    filling = Polygon([near + low * left, near + high * left, far + high * left, far + low * left])
+    met = end.centre + end.out * width
+    in_wall = any(end.faces(other) and np.hypot(*(other.centre - met)) < BESIDE_M for other in ends)
+    deep = depth if width == straight else high - low
+    wide = min(width, _distance_beside(end, np.zeros(2), walls))  # some of the end's breadth may point past the wall
+    middle = centre + end.out * width / 2
+    opening = Opening(middle, end.out, wide, deep, (OUTSIDE, OUTSIDE), polygon=filling, closed_by="mouth")
+    return _Mouth(opening, NARROW_IN_WALL if in_wall else MOST)
+
+
+def _distance_beside(end: WallEnd, aside: npt.NDArray[np.float64], walls: BaseGeometry) -> float:
+    """Return how far away the first wall stands so much aside of where a wall's end points; infinite if none does."""
+    start = end.centre + aside
+    ray = shapely.linestrings([start + 1e-3 * end.out, start + HALL_M * end.out])
+    hit = shapely.get_coordinates(shapely.intersection(ray, walls))
+    return float(np.min(dot_product(hit - start, end.out), initial=np.inf))
+
+
+def _part_at_mouths(room: Polygon, row: Sequence[_Mouth]) -> tuple[float, list[Polygon]] | None:
+    """R2, R3: how narrow mouths are beside the room behind them, and the two parts; None if they do not part it so."""
+    mouths = [mouth.opening for mouth in row]
+    parts = [p for p in polygons_of(subtract(room, unite(m.polygon for m in mouths))) if p.area >= MOUTH_ROOM_M2]
+    if len(parts) < 2:
+        return None
+    narrowest, between = 0.0, set()
+    for mouth in mouths:
+        sides = [_room_behind_mouth(mouth, way, parts) for way in (1, -1)]
+        if sides[0] is None or sides[1] is None or sides[0][0] == sides[1][0]:
+            return None
+        between.add(frozenset(k for k, _ in (sides[0], sides[1])))
+        narrowest = max(narrowest, sum(m.width for m in mouths) / min(sides[0][1], sides[1][1]))
+    if len(between) > 1 or narrowest > min(mouth.share for mouth in row):
+        return None
+    return narrowest, [parts[k] for k in sorted(next(iter(between)))]
+
+
+def _room_behind_mouth(mouth: Opening, way: int, parts: Sequence[Polygon]) -> tuple[int, float] | None:
+    """Return which part of a room lies behind a mouth on one side, and how broad it is there, in metres."""
+    aside = mouth.across * way
+    face = mouth.centre + aside * (mouth.depth / 2 + 1e-2)
+    at = shapely.points(face)
+    k = next((k for k, part in enumerate(parts) if shapely.contains(part, at)), None)
+    if k is None:
+        return None
+    look = float(np.clip(mouth.width, *LOOK_M))
+    far = HALL_M / MOST * mouth.along
+    window = Polygon([face - far, face + far, face + far + aside * look, face - far + aside * look])
+    seen = [piece for piece in polygons_of(intersect(parts[k], window)) if shapely.dwithin(piece, at, 0.05)]
+    wide = WIDER * mouth.width
+    between_blocks = mouth.depth > THICK_WALL_M and mouth.width < TWICE * mouth.depth
+    if between_blocks and not shapely.dwithin(shapely.buffer(parts[k], -wide / 2), at, 2 * wide):
+        return None
+    return k, sum(piece.area for piece in seen) / look
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Openings without a door: where a wall between two rooms of the source stops and leaves a straight, passable gap.
+#
+# R1  An opening lies in the middle between two rooms, at most ``THICK_WALL_M`` apart, where nothing stands. It is
+#     straight and wide enough to walk through.
+# R2  Walls stand at both of its ends, and at one end or both a wall goes on that parts the same two rooms: somebody
+#     drew the wall and left the way open. Two rooms without any wall between them have no opening: they are one space
+#     that the source divides.
+# ---------------------------------------------------------------------------------------------------------------------
+
+Floats = npt.NDArray[np.float64]
+
+
+def find_doorless_openings(rooms: Sequence[Polygon], free: BaseGeometry, walls: BaseGeometry) -> list[Opening]:
+    """Return the openings between drawn rooms, in the order of the rooms, as deep as these are apart.
+
+    Parameters
+    ----------
+    free
+        Where openings may lie: what of the plan nothing closes.
+    walls
+        What stands.
+    """
+    if len(rooms) < 2 or free.is_empty or walls.is_empty:
+        return []
+    shapely.prepare(walls)
+    pairs = shapely.STRtree(rooms).query(rooms, predicate="dwithin", distance=THICK_WALL_M).T.tolist()
+    found = []
+    for one, other in sorted((i, j) for i, j in pairs if i < j):
+        apart = float(rooms[one].distance(rooms[other]))
+        near = [buffer_mitred(rooms[k], apart / 2 + SHEET_M) for k in (one, other)]
+        for piece in polygons_of(intersect(intersect(near[0], near[1]), free)):
+            opening = _straight(piece, apart)
+            if opening is not None and _is_between(opening, (rooms[one], rooms[other]), walls):
+                found.append(opening)
+    return found
+
+
+def _straight(piece: Polygon, apart: float) -> Opening | None:
+    """R1."""
+    box = shapely.oriented_envelope(piece)
+    if box.geom_type != "Polygon" or piece.area < NEARLY_ALL * box.area:
+        return None
+    corners = shapely.get_coordinates(box)[:4]
+    sides = corners[1] - corners[0], corners[2] - corners[1]
+    lengths = [float(np.hypot(*side)) for side in sides]
+    k = int(lengths[1] > lengths[0])
+    if lengths[k] < SHOULDERS_M or lengths[1 - k] > 2 * SHEET_M + STAND_M:
+        return None
+    middle = corners.mean(axis=0)
+    return Opening(middle, sides[k] / lengths[k], lengths[k], apart, (OUTSIDE, OUTSIDE), closed_by="opening")
+
+
+def _is_between(opening: Opening, rooms: tuple[Polygon, Polygon], walls: BaseGeometry) -> bool:
+    """R2."""
+    sides = list(zip(opening.segment, (-opening.along, opening.along), strict=True))
+    if not all(shapely.dwithin(walls, shapely.points(end + STAND_M * out), SHEET_M) for end, out in sides):
+        return False
+    beside = (_rooms_beside(end + THIN_WALL_M * out, opening.across, rooms, walls) for end, out in sides)
+    return any(found in ((0, 1), (1, 0)) for found in beside)
+
+
+def _rooms_beside(
+    at: Floats, across: Floats, rooms: tuple[Polygon, Polygon], walls: BaseGeometry
+) -> tuple[int | None, ...]:
+    """Return which of the rooms lie on the two sides of the wall at a point; nothing where no wall stands there."""
+    line = shapely.linestrings([at - THICK_WALL_M * across, at + THICK_WALL_M * across])
+    pieces = [piece for piece in shapely.get_parts(shapely.intersection(line, walls)) if piece.length > 0]
+    wall = min(pieces, key=shapely.points(at).distance, default=None)
+    if wall is None or wall.distance(shapely.points(at)) > SHEET_M:
+        return ()
+    places = shapely.line_locate_point(line, shapely.points(shapely.get_coordinates(wall)))
+    beside = at + (np.array([[places.min() - STAND_M], [places.max() + STAND_M]]) - THICK_WALL_M) * across
+    return tuple(next((k for k in (0, 1) if shapely.intersects_xy(rooms[k], *point)), None) for point in beside)

@@ -1,0 +1,350 @@
+"""Find door leaves among the bodies of a mesh that nobody named, and the leaves of cubicles."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+import numpy.typing as npt
+import shapely
+
+from pipeline.geometry.areas import (
+    dot_product,
+)
+from pipeline.geometry.groups import connected_groups
+from pipeline.geometry.meshes import (
+    Bodies,
+    Box,
+    box_around,
+    box_polygon,
+)
+from pipeline.geometry.prisms import Prisms
+from pipeline.tolerances import (
+    CM_M,
+    CRACK_M,
+    FOOT_M,
+    HAND_M,
+    HEAD_M,
+    IN_ONE_LINE,
+    MM_M,
+    MOST,
+    MOSTLY,
+    PARALLEL,
+    PARTITION_M,
+    PLACE_M,
+    SHEET_M,
+    SHOULDERS_M,
+    SINGLE_DOOR_M,
+    SOME,
+    THIN_WALL_M,
+    WALL_M,
+)
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Doors among the bodies of a mesh that nobody named: leaves, and leaves with their frames.
+#
+# R1  What a door is made of is thin or hollow (a plate, a frame) or holds such a thing, begins at the floor, ends below
+#     the ceiling, and is no wider than a door.
+# R2  Parts that touch and stand parallel belong to one door; together they are as large as one, and no deeper than a
+#     thick wall. A leaf that stands ajar in its frame, or against another leaf, is one of its own, and so are two
+#     parallel ones that only a third joins. What is hollow, and ends with the walls that it touches above a leaf in it,
+#     is no frame, but a short wall with a hole for the leaf.
+# R3  Three plates or more side by side in one row are glazing or panelling, and stay wall.
+# R4  What has a handle is a door, though it reaches the ceiling or stands in such a row: something small that begins
+#     above a table and ends below a person's eyes, at the face of a plate, near one of its two edges. A pane beside
+#     it, broader than a post, has no handle and stays wall.
+# ---------------------------------------------------------------------------------------------------------------------
+
+LEAF_WIDTH_M = (0.5, 1.7)
+HIGHEST_M = 3.4
+TOUCH_M = 0.06
+SQUARE_LEAVES = np.sin(np.deg2rad(10.0))
+
+
+@dataclass(frozen=True, eq=False)
+class Leaf:
+    """What may be a door: the box around it, the bodies that it is made of, and their boxes.
+
+    ``plate_m`` is how thick it is without frames: the metres across the box from the first to the last of its plates.
+    ``ends_with_walls`` is True if a wall that it touches, wider than a door, ends at the same height.
+    """
+
+    box: Box
+    bodies: tuple[int, ...]
+    parts: tuple[Box, ...]
+    plate_m: float
+    has_handle: bool = False
+    ends_with_walls: bool = False
+
+
+def find_leaves(bodies: Bodies, ceiling_m: float = HIGHEST_M) -> list[Leaf]:
+    """Return all that is shaped as a door; heights count from the level's floor."""
+    return part_from_panelling(find_plates(bodies, ceiling_m))[0]
+
+
+def find_plates(bodies: Bodies, ceiling_m: float = HIGHEST_M) -> list[Leaf]:
+    """Return all that is shaped as a door, or as a plate of panelling (R1, R2)."""
+    boxes = {k: bodies.box(k) for k in _likely(bodies, min(ceiling_m - HAND_M, HIGHEST_M))}
+    parts = {k: box for k, box in boxes.items() if _is_part(box, bodies, k)}
+    handled = _with_handles(bodies)  # R4
+    parts |= handled
+    casings = {k: box for k, box in boxes.items() if k not in parts and _is_casing(box, parts.values())}
+    parts |= casings
+    keys = list(parts)
+    found = []
+    parallel = [each for members in _touching(keys, parts) for each in _parallel(members, parts)]
+    doors = [_without_walls(members, parts, bodies) for members in parallel]
+    groups = [each for members in doors for each in _touching(members, parts)]  # R2
+    for group in (each for members in groups for each in _apart_from_panes(members, parts, handled)):  # R4
+        points = [bodies.mesh.vertices[np.unique(bodies.mesh.faces[bodies.faces(k)])] for k in group]
+        box = box_around(np.concatenate(points))
+        if LEAF_WIDTH_M[0] <= box.width <= 2 * LEAF_WIDTH_M[1] and box.thickness <= WALL_M:
+            plates = [parts[k] for k in group if k not in casings and _is_plate(parts[k], bodies, k)]
+            has_handle = any(k in handled for k in group)
+            boxes_ = tuple(parts[k] for k in group)
+            found.append(
+                Leaf(box, tuple(group), boxes_, _depth(box, plates), has_handle, _ends_with_walls(box, bodies))
+            )
+    return found
+
+
+def _without_walls(group: list[int], parts: Mapping[int, Box], bodies: Bodies) -> list[int]:
+    """Return a group of parts without short walls that have a hole for a leaf of the group (R2)."""
+    tops = [parts[k].high for k in group if parts[k].width >= LEAF_WIDTH_M[0]]
+    above = [k for k in group if parts[k].high > min(tops, default=np.inf) + HAND_M]
+    walls = {k for k in above if not _is_plate(parts[k], bodies, k) and _ends_with_walls(parts[k], bodies)}
+    return [k for k in group if k not in walls]
+
+
+def _ends_with_walls(box: Box, bodies: Bodies) -> bool:
+    """Return whether a body that stands on the floor, is wider than a door and touches a box ends as high as it."""
+    low, high = bodies.low, bodies.high
+    wall = (low[:, 2] <= FOOT_M) & (np.abs(high[:, 2] - box.high) <= CRACK_M)
+    wall &= (high - low)[:, :2].max(axis=1) > LEAF_WIDTH_M[1]
+    near = shapely.box(low[wall, 0], low[wall, 1], high[wall, 0], high[wall, 1])
+    return bool(shapely.dwithin(near, box_polygon(box, depth=max(box.thickness, MM_M)), TOUCH_M).any())
+
+
+def _with_handles(bodies: Bodies) -> dict[int, Box]:
+    """Return the bodies as wide and thick as a door at which a handle sits, with their boxes (R4)."""
+    low, high = bodies.low, bodies.high
+    size = np.sort(high - low, axis=1)
+    small = (size <= (HAND_M, THIN_WALL_M, PLACE_M)).all(axis=1)
+    handles = np.flatnonzero(small & (low[:, 2] >= SHOULDERS_M) & (high[:, 2] <= MOSTLY * HEAD_M))
+    if not len(handles):
+        return {}
+    likely = _likely(bodies, HIGHEST_M)
+    plans = shapely.box(low[likely, 0], low[likely, 1], high[likely, 0], high[likely, 1])
+    grips = shapely.box(low[handles, 0], low[handles, 1], high[handles, 0], high[handles, 1])
+    pairs = shapely.STRtree(plans).query(grips, predicate="dwithin", distance=CRACK_M).T
+    boxes = {k: bodies.box(k) for k in sorted({likely[j] for _, j in pairs})}
+    return {
+        k: box
+        for k, box in boxes.items()
+        if LEAF_WIDTH_M[0] <= box.width <= LEAF_WIDTH_M[1]
+        and box.thickness <= WALL_M
+        and any(_is_at_edge(bodies, int(handles[i]), box) for i, j in pairs if likely[j] == k)
+    }
+
+
+def _apart_from_panes(group: list[int], parts: Mapping[int, Box], handled: Mapping[int, Box]) -> list[list[int]]:
+    """Return a group of parts as it is, or only what has a handle in it, without the panes beside that (R4)."""
+    doors = [k for k in group if k in handled]
+    beside = {k for k in group if doors and not any(_overlap(parts[k], handled[door]) for door in doors)}
+    beside -= {k for k in beside if parts[k].width <= HAND_M}
+    if not beside:
+        return [group]
+    return _touching([k for k in group if k not in beside], parts)
+
+
+def _overlap(one: Box, other: Box) -> bool:
+    """Return whether a good part of the narrower of two parallel boxes lies before the other."""
+    apart = abs(float(dot_product(one.centre - other.centre, other.along)))
+    return bool((one.width + other.width) / 2 - apart > SOME * min(one.width, other.width))
+
+
+def _is_at_edge(bodies: Bodies, handle: int, box: Box) -> bool:
+    """Return whether a body lies at the face of a plate, no deeper in it than before it, near an edge (R4)."""
+    points = bodies.mesh.vertices[np.unique(bodies.mesh.faces[bodies.faces(handle)])][:, :2] - box.centre
+    along, across = dot_product(points, box.along), dot_product(points, box.across)
+    aside = abs(float(along.min() + along.max())) / 2
+    out = max(float(across.max()), -float(across.min())) - box.thickness / 2
+    return bool(SOME * box.width < aside < box.width / 2 and out > CM_M)
+
+
+def may_hold_leaves(walls: Prisms, ceiling_m: float) -> bool:
+    """Return whether any of some upright bodies ends where a leaf does: at a person's breast or higher, not above."""
+    return any(MIN_M <= each.top_m <= ceiling_m - HAND_M for each in walls.bodies)
+
+
+def _touching(keys: list[int], parts: Mapping[int, Box]) -> list[list[int]]:
+    """Return the parts in groups of those that touch."""
+    boxes = [parts[k] for k in keys]
+    shapes = np.array([box_polygon(box, depth=max(box.thickness, 1e-3)) for box in boxes], dtype=object)
+    pairs = shapely.STRtree(shapes).query(shapes, predicate="dwithin", distance=TOUCH_M).T.tolist()
+    return [sorted(keys[k] for k in group) for group in connected_groups(len(keys), pairs)]
+
+
+def _parallel(group: list[int], parts: Mapping[int, Box]) -> list[list[int]]:
+    """A group parted by the directions of its parts; a post belongs to the nearest one square to it, or to none.
+
+    Frames of two doors touch in a corner, and posts stand square to both.
+    """
+    wide = sorted((k for k in group if parts[k].width >= LEAF_WIDTH_M[0]), key=lambda k: -parts[k].width)
+    parted: list[list[int]] = []
+    for k in wide:
+        same = [each for each in parted if abs(dot_product(parts[each[0]].along, parts[k].along)) > PARALLEL]
+        if same:
+            same[0].append(k)
+        else:
+            parted.append([k])
+    for k in sorted(set(group) - set(wide)):
+        square = [each for each in parted if _is_square(parts[each[0]], parts[k])]
+        if square:
+            min(square, key=lambda each: _distance(parts[each[0]], parts[k])).append(k)
+    return [sorted(each) for each in parted] or [group]
+
+
+def _distance(box: Box, post: Box) -> float:
+    """Return how far a post stands from a plate in plan, metres."""
+    return float(box_polygon(box).distance(shapely.points(post.centre)))
+
+
+def _is_square(box: Box, post: Box) -> bool:
+    """Return whether a post stands parallel to a box or at right angles to it."""
+    along = abs(dot_product(box.along, post.along))
+    return bool(along > PARALLEL or along < SQUARE_LEAVES)
+
+
+def _is_plate(box: Box, bodies: Bodies, body: int) -> bool:
+    """Return whether a body fills its box from side to side: a leaf, a pane, a sheet of wall; a frame does not."""
+    if box.width < LEAF_WIDTH_M[0] or box.thickness > WALL_M:
+        return False
+    corners = bodies.mesh.vertices[bodies.mesh.faces[bodies.faces(body)]]
+    area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1).sum() / 2
+    sides = 1.0 if box.thickness < 1e-3 else 2.0
+    return bool(area > MOST * sides * box.width * box.height) and (
+        box.thickness < CRACK_M or _volume(bodies, body) > MOST * box.width * box.thickness * box.height
+    )
+
+
+def _depth(box: Box, plates: list[Box]) -> float:
+    """From the near face of the first plate to the far face of the last, metres across the box."""
+    at = [(float(dot_product(plate.centre - box.centre, box.across)), plate.thickness / 2) for plate in plates]
+    return max(c + t for c, t in at) - min(c - t for c, t in at) if at else 0.0
+
+
+def _likely(bodies: Bodies, highest_m: float) -> list[int]:
+    low, high = bodies.low, bodies.high
+    extent = np.hypot(*(high - low)[:, :2].T)
+    tall = (low[:, 2] <= FOOT_M) & (high[:, 2] - low[:, 2] >= HEAD_M) & (high[:, 2] <= highest_m)
+    return [int(k) for k in np.flatnonzero(tall & (extent <= 1.1 * LEAF_WIDTH_M[1]))]
+
+
+def _is_part(box: Box, bodies: Bodies, body: int) -> bool:
+    """R1."""
+    if box.width > LEAF_WIDTH_M[1] or box.thickness > WALL_M:
+        return False
+    if box.thickness <= HAND_M and box.width >= LEAF_WIDTH_M[0]:
+        return True
+    return box.thickness <= TOUCH_M or _volume(bodies, body) < MOST * box.width * box.thickness * box.height
+
+
+def _is_casing(box: Box, parts: Iterable[Box]) -> bool:
+    """R1: return whether a box holds a leaf: a frame and its filling drawn as one block."""
+    if not (LEAF_WIDTH_M[0] <= box.width <= LEAF_WIDTH_M[1] and box.thickness <= WALL_M):
+        return False
+    return any(_holds(box, part) for part in parts if part.width > 0.7 * box.width)
+
+
+def _holds(box: Box, part: Box) -> bool:
+    to = part.centre - box.centre
+    aside = abs(dot_product(to, box.across)) < box.thickness / 2 and abs(dot_product(to, box.along)) < 0.15 * box.width
+    return bool(aside and abs(dot_product(box.along, part.along)) > PARALLEL)
+
+
+def _volume(bodies: Bodies, body: int) -> float:
+    corners = bodies.mesh.vertices[bodies.mesh.faces[bodies.faces(body)]]
+    corners = corners - corners.reshape(-1, 3).mean(axis=0)
+    a, b, c = np.moveaxis(corners, 1, 0)
+    return abs(float(np.einsum("ij,ij->i", a, np.cross(b, c)).sum())) / 6
+
+
+def part_from_panelling(leaves: list[Leaf]) -> tuple[list[Leaf], list[Leaf]]:
+    """R3, R4: return the leaves, and the rows of three plates or more, from their first plate to their last."""
+    pairs = combinations(range(len(leaves)), 2)
+    near = (pair for pair in pairs if _in_row(*(leaves[k].box for k in pair)))
+    panelling = {k for row in connected_groups(len(leaves), near) if len(row) > 2 for k in row}
+    panelling |= {k for k, leaf in enumerate(leaves) if leaf.box.width > LEAF_WIDTH_M[1] and _plates(leaf) > 2}
+    panelling -= {k for k, leaf in enumerate(leaves) if leaf.has_handle}
+    return [leaf for k, leaf in enumerate(leaves) if k not in panelling], [leaves[k] for k in sorted(panelling)]
+
+
+def _plates(leaf: Leaf) -> int:
+    """Return how many parts of a leaf's width stand side by side in it; a pane in its frame is one with it."""
+    wide = [part for part in leaf.parts if part.width >= LEAF_WIDTH_M[0]]
+    at = sorted(float(dot_product(part.centre - leaf.box.centre, leaf.box.along)) for part in wide)
+    return 1 + int((np.diff(at) > LEAF_WIDTH_M[0] / 2).sum()) if at else 0
+
+
+def _in_row(one: Box, other: Box) -> bool:
+    to = other.centre - one.centre
+    return bool(
+        abs(dot_product(one.along, other.along)) > PARALLEL
+        and abs(dot_product(to, one.across)) < 0.1
+        and abs(dot_product(to, one.along)) < (one.width + other.width) / 2 + PARTITION_M
+    )
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Doors of cubicles (toilets, changing rooms): lower than any other, in partitions that end below the ceiling.
+#
+# R1  The leaf is a thin plate that stands on the floor or a little above, as high as a person, and as wide as a door.
+# R2  Thin partitions in line with it, or one with a cut-out for it, hold both of its ends. They are higher than the
+#     leaf and end below the ceiling; so a headboard or the panel of a desk is none.
+# ---------------------------------------------------------------------------------------------------------------------
+
+MIN_M = 1.2
+
+
+def cubicle_leaves(bodies: Bodies, ceiling_m: float) -> list[Leaf]:
+    """Return all that is shaped and held as the door of a cubicle; heights count from the level's floor."""
+    return [
+        Leaf(box, (k,), (box,), box.thickness)
+        for k, box in _cubicle_doors(bodies)
+        if _is_held(k, box, bodies, ceiling_m)
+    ]
+
+
+def _cubicle_doors(bodies: Bodies) -> Iterator[tuple[int, Box]]:
+    """R1."""
+    low, high = bodies.low, bodies.high
+    tall = high[:, 2] - low[:, 2]
+    extent = np.hypot(*(high - low)[:, :2].T)
+    likely = (low[:, 2] <= FOOT_M) & (tall >= MIN_M) & (tall < HEAD_M)
+    for k in np.flatnonzero(likely & (extent >= SINGLE_DOOR_M[0]) & (extent <= SINGLE_DOOR_M[1] + SHEET_M)):
+        box = bodies.box(int(k))
+        if SINGLE_DOOR_M[0] <= box.width <= SINGLE_DOOR_M[1] and box.thickness <= SHEET_M:
+            yield int(k), box
+
+
+def _is_held(plate: int, box: Box, bodies: Bodies, ceiling_m: float) -> bool:
+    """R2."""
+    low, high = bodies.low, bodies.high
+    near = (low[:, :2] <= high[plate, :2] + TOUCH_M).all(axis=1) & (high[:, :2] >= low[plate, :2] - TOUCH_M).all(axis=1)
+    near &= (high[:, 2] >= box.high + SHEET_M) & (high[:, 2] <= ceiling_m - HAND_M) & (low[:, 2] < box.high)
+    partitions = [box_polygon(each, depth=max(each.thickness, SHEET_M)) for each in _in_line(near, box, bodies)]
+    ends = shapely.points([box.centre - box.width / 2 * box.along, box.centre + box.width / 2 * box.along])
+    return bool(partitions) and bool((shapely.distance(shapely.multipolygons(partitions), ends) <= TOUCH_M).all())
+
+
+def _in_line(near: npt.NDArray[np.bool_], box: Box, bodies: Bodies) -> Iterator[Box]:
+    """Yield the thin upright boxes among bodies that lie in line with a plate."""
+    for k in np.flatnonzero(near):
+        each = bodies.box(int(k))
+        aside = abs(dot_product(each.centre - box.centre, box.across))
+        parallel = abs(dot_product(each.along, box.along)) > IN_ONE_LINE
+        if each.thickness <= SHEET_M and aside < SHEET_M and parallel:
+            yield each
