@@ -1,4 +1,4 @@
-"""Fit the curves of ``pipeline.sources.occupancy_map.separation_odds``, and print its table, to be put there by hand.
+"""Fit the curves of ``pipeline.sources.occupancy_map.narrow_places``, and print its table, to be put there by hand.
 
 ::
 
@@ -23,7 +23,7 @@ import numpy.typing as npt
 from rich.console import Console
 from scipy.optimize import minimize
 
-from pipeline.sources.occupancy_map import rooms, separation_odds
+from pipeline.sources.occupancy_map import narrow_places, rooms
 from pipeline.sources.occupancy_map.clutter import fill_clutter
 from pipeline.sources.occupancy_map.narrow_places import Basins, NarrowPlaces, find_basins
 from tests.builders.matching import RoomScores, room_scores
@@ -81,9 +81,9 @@ def _joined_by(basins: Basins, room: npt.NDArray[np.int64]) -> tuple[Floats, Flo
 
 def design(narrows: NarrowPlaces, peaks: Floats, areas: Floats) -> Floats:
     """Return for each narrow place and knot the weight of the knot (hat functions), after a column of ones."""
-    found = separation_odds.narrow_place_features(narrows, peaks, areas)
+    found = narrow_places.narrow_place_features(narrows, peaks, areas)
     columns = [np.ones(len(peaks))]
-    for name, knots in separation_odds.KNOTS.items():
+    for name, knots in narrow_places.KNOTS.items():
         columns += [np.interp(found[name], knots, one) for one in np.eye(len(knots))]
     return np.stack(columns, axis=1)
 
@@ -92,7 +92,7 @@ def fit(rows: Floats, apart: npt.NDArray[np.bool_]) -> Floats:
     """Return weights by ridge logistic regression; neighbouring knots of a curve are drawn together."""
     pull = np.zeros((rows.shape[1],) * 2)
     at = 1
-    for knots in separation_odds.KNOTS.values():
+    for knots in narrow_places.KNOTS.values():
         steps = np.diff(np.eye(len(knots)), axis=0)
         pull[at : at + len(knots), at : at + len(knots)] = steps.T @ steps + 0.05 * np.eye(len(knots))
         at += len(knots)
@@ -109,14 +109,14 @@ def fit(rows: Floats, apart: npt.NDArray[np.bool_]) -> Floats:
 
 def curves_of(weights: Floats) -> dict[str, tuple[float, ...]]:
     """Return the weights of the knots of each curve, which follow the bias."""
-    ends = np.cumsum([1, *map(len, separation_odds.KNOTS.values())])
-    pairs = zip(separation_odds.KNOTS, np.split(weights, ends)[1:], strict=False)
+    ends = np.cumsum([1, *map(len, narrow_places.KNOTS.values())])
+    pairs = zip(narrow_places.KNOTS, np.split(weights, ends)[1:], strict=False)
     return {name: tuple(part.tolist()) for name, part in pairs}
 
 
 def using(weights: Floats) -> mock._patch_dict:
     """Have the weights used instead of the module's."""
-    return mock.patch.dict(vars(separation_odds), SEPARATION_BIAS=float(weights[0]), CURVES=curves_of(weights))
+    return mock.patch.dict(vars(narrow_places), SEPARATION_BIAS=float(weights[0]), CURVES=curves_of(weights))
 
 
 def scores(made: TrueMap) -> RoomScores:

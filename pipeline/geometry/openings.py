@@ -36,6 +36,7 @@ from pipeline.geometry.areas import (
     trace_outlines,
     unite,
 )
+from pipeline.geometry.meshes import Box
 from pipeline.tolerances import (
     AROUND_M,
     CRACK_M,
@@ -67,6 +68,9 @@ outside only. ``mouth``: a narrow place between two parts of a room, which are r
 GAPS: Final = frozenset({"gap", "gate", "mouth"})
 KNOWN: Final = frozenset({"door", "opening"})
 """What the source names, or what a leaf shows."""
+ENDS: Final = frozenset({"floor_edge", "wall_ends"})
+EDGES: Final = ENDS | {"rail", "room_edge"}
+"""What closes an open house."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,6 +114,11 @@ class Opening:
     def named(cls, polygon: Polygon, has_door: bool) -> Opening:
         """Return an opening that the source names, with or without a door."""
         return cls.closing(polygon, "door" if has_door else "opening", "named")
+
+    @classmethod
+    def in_box(cls, box: Box, sides: tuple[int, int], kind: DoorKind, closed_by: ClosedBy) -> Opening:
+        """Return an opening that is the plan of a box, of which the longer side lies along the wall."""
+        return cls(box.centre, box.along, box.width, box.thickness, sides, kind, closed_by=closed_by)
 
     @property
     def has_door(self) -> bool:

@@ -42,7 +42,7 @@ from shapely.geometry.base import BaseGeometry
 from houseexpo.plan.parts import SURE
 from pipeline.geometry.areas import EMPTY, OUTSIDE, Shapes, overlaps, shares_of_places, unite
 from pipeline.geometry.mesh_slicing import barred_shares
-from pipeline.geometry.openings import GAPS, KNOWN, Opening, end_at_walls, strips_before, strips_of
+from pipeline.geometry.openings import EDGES, GAPS, KNOWN, Opening, end_at_walls, strips_before, strips_of
 from pipeline.geometry.prisms import Prisms
 from pipeline.geometry.room_shapes import are_rooms_misshapen, have_jutting_walls
 from pipeline.quality import doubt_plan
@@ -65,7 +65,6 @@ SMALL_ROOM_M2: Final = (4.0, 3.0)
 LARGE_ROOM_M2: Final = (40.0, 120.0)
 CROWD: Final = (3, 6)
 """Passages of a room: more than the first are many."""
-GIVEN: Final = frozenset({"room_edge", "floor_edge", "wall_ends", "rail"})
 
 
 @dataclass(frozen=True, eq=False)
@@ -221,9 +220,9 @@ def room_features(planned: FinalBuilding) -> list[Features]:
     is_odd, jutting = are_rooms_misshapen(tuple(rooms)), have_jutting_walls(tuple(rooms))
     places = np.array(rooms, np.object_)
     edges = shapely.get_exterior_ring(shapely.buffer(places, SHEET_M))
-    given = _shares_along(edges, [c.polygon for c in layout.candidates if c.closed_by in GIVEN])
+    given = _shares_along(edges, [c.polygon for c in layout.candidates if c.closed_by in EDGES])
     patches = _shares_along(
-        edges, [c.polygon for c in layout.candidates if not c.is_strip and c.closed_by not in GIVEN]
+        edges, [c.polygon for c in layout.candidates if not c.is_strip and c.closed_by not in EDGES]
     )
     mouths = _shares_along(edges, [c.polygon for c in layout.candidates if c.closed_by == "mouth"])
     walled = _shares_along(edges, [layout.ground])

@@ -45,10 +45,12 @@ from pipeline.geometry.areas import (
     intersect,
     polygons_of,
     shares_inside,
+    shares_of_places,
     subtract,
     unite,
 )
 from pipeline.geometry.meshes import box_around_polygon
+from pipeline.geometry.openings import strips_before, strips_of
 from pipeline.geometry.walkable_floor import erode_floor, nearest_piece, sample_points, walkable_floor
 from pipeline.geometry.wall_sections import close_cracks
 from pipeline.rejection import Reason, Rejection
@@ -222,10 +224,10 @@ def _at_evidence(
     """Return a cut at a place that shows evidence of a door, or None if there is no such place (R6)."""
     rules = CutRules(config.cut_width_m, STONE_WALL_M, slide_m=PLACE_M)
     doorways = (each.polygon for each in evidence.doorways)
-    for place in find_door_hints(doorways, evidence.leaves, evidence.lintels, spaces.passages):
-        for line, cut in cut_walls_along_lines(place.line[None], pieces, floor, spaces.walls, rules):
+    for place, why in find_door_hints(doorways, evidence.leaves, evidence.lintels, spaces.passages):
+        for line, cut in cut_walls_along_lines(place[None], pieces, floor, spaces.walls, rules):
             if _joins_pieces(cut, pieces, floor, config.robot_radius_m):
-                return line, cut, place.why
+                return line, cut, why
     return None
 
 
@@ -397,20 +399,11 @@ def _depths(feet: Floats, across: Vector, floor: BaseGeometry, deepest_m: float)
 def _are_clean(cuts: list[Opening], floor: BaseGeometry, walls: BaseGeometry) -> npt.NDArray[np.bool_]:
     """Of which cuts the strip is wall throughout, and the floor before and behind it is free."""
     clean = np.ones(len(cuts), np.bool_)
-    for side in (-1.0, 1.0):
-        before = [
-            replace(c, centre=c.centre + side * c.across * (c.depth + PASSABLE_M) / 2, depth=PASSABLE_M) for c in cuts
-        ]
-        clean &= _shares(before, floor) >= ALMOST_ALL
-    strips = [c for c, free in zip(cuts, clean, strict=True) if free]
-    clean[clean] = (_shares(strips, floor) <= SPECK) & (_shares(strips, walls) >= NEARLY_ALL)
+    for side in (-1, 1):
+        clean &= shares_of_places(strips_before(cuts, [side] * len(cuts), PASSABLE_M), floor) >= ALMOST_ALL
+    strips = strips_of([c for c, free in zip(cuts, clean, strict=True) if free])
+    clean[clean] = (shares_of_places(strips, floor) <= SPECK) & (shares_of_places(strips, walls) >= NEARLY_ALL)
     return clean
-
-
-def _shares(strips: list[Opening], shape: BaseGeometry) -> Floats:
-    """Return the share (n,) of each strip that lies in a shape."""
-    boxes = np.array([strip.strip() for strip in strips], np.object_)
-    return np.asarray(shapely.area(shapely.intersection(boxes, shape)) / shapely.area(boxes))
 
 
 # ---------------------------------------------------------------------------------------------------------------------
@@ -422,18 +415,13 @@ def _shares(strips: list[Opening], shape: BaseGeometry) -> Floats:
 # ---------------------------------------------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True, eq=False)
-class DoorHint:
-    """A line (2, 2) across the place of a door that may be, and what speaks for it, in words."""
-
-    line: npt.NDArray[np.float64]
-    why: str
-
-
 def find_door_hints(
     doorways: Iterable[Polygon], leaves: Iterable[Polygon], lintels: BaseGeometry, passages: Sequence[Opening]
-) -> Iterator[DoorHint]:
-    """Yield the places, the likeliest first: doorways, leaves of doors and lintels that no passage uses."""
+) -> Iterator[tuple[Floats, str]]:
+    """Yield lines (2, 2) across the places of doors that may be, the likeliest first, and what speaks for each.
+
+    They are doorways, leaves of doors and lintels that no passage uses.
+    """
     ways = shapely.STRtree([p.strip() for p in passages])
     kinds: list[tuple[str, Iterable[Polygon], bool]] = [
         ("a doorway that nothing else leads through", doorways, False),
@@ -443,16 +431,16 @@ def find_door_hints(
     return chain.from_iterable(_of_kind(why, shapes, ways, leaf) for why, shapes, leaf in kinds)
 
 
-def _of_kind(why: str, shapes: Iterable[Polygon], ways: shapely.STRtree, leaf: bool) -> Iterator[DoorHint]:
+def _of_kind(why: str, shapes: Iterable[Polygon], ways: shapely.STRtree, leaf: bool) -> Iterator[tuple[Floats, str]]:
     """R1, R2."""
     for shape in sorted(shapes, key=lambda p: (-p.area, p.bounds)):
         box = box_around_polygon(shape)
         if not DOORWAY_M[0] <= box.width <= DOORWAY_M[1] or len(ways.query(shape, "dwithin", BESIDE_M)):
             continue
-        yield DoorHint(_line(box.centre, box.across, AROUND_M), why)
+        yield _line(box.centre, box.across, AROUND_M), why
         if leaf:
-            yield DoorHint(_line(box.centre, box.along, box.width / 2 + AROUND_M), why)
+            yield _line(box.centre, box.along, box.width / 2 + AROUND_M), why
 
 
-def _line(centre: npt.NDArray[np.float64], way: npt.NDArray[np.float64], reach_m: float) -> npt.NDArray[np.float64]:
+def _line(centre: Vector, way: Vector, reach_m: float) -> Floats:
     return np.stack([centre - reach_m * way, centre + reach_m * way])

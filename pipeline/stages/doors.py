@@ -50,11 +50,11 @@ from pipeline.geometry.areas import (
 )
 from pipeline.geometry.groups import Groups
 from pipeline.geometry.mesh_slicing import MeshSlicer
-from pipeline.geometry.meshes import Box, box_around_polygon, boxes_around_polygons
+from pipeline.geometry.meshes import box_around_polygon, boxes_around_polygons
 from pipeline.geometry.openings import (
+    ENDS,
     GAPS,
     KNOWN,
-    ClosedBy,
     Opening,
     assign_sides,
     distance_in_row,
@@ -84,7 +84,6 @@ from pipeline.tolerances import (
 from pipeline.values import Layout, Level, Planes, Spaces
 
 PASSABLE = KNOWN | GAPS | {"lintel", "sill"}
-ENDS = frozenset({"floor_edge", "wall_ends"})
 
 
 def find_doors(level: Level, planes: Planes, layout: Layout, config: DoorsConfig) -> Spaces:
@@ -183,7 +182,7 @@ def _ends_of_corridor(layout: Layout) -> list[Opening]:
     facing = [abs(float(dot_product(away, band.along))) < SOME * band.width for band in bands]
     if not all(facing) or abs(float(dot_product(one.along, other.along))) < PARALLEL:
         return []
-    return [_strip_of(band, (0, OUTSIDE), "entrance", "wall_ends") for band in bands]
+    return [Opening.in_box(band, (0, OUTSIDE), "entrance", "wall_ends") for band in bands]
 
 
 def _openings_at_guessed_edges(level: Level, layout: Layout, config: DoorsConfig) -> list[Opening]:
@@ -191,7 +190,7 @@ def _openings_at_guessed_edges(level: Level, layout: Layout, config: DoorsConfig
     bands = [c for c in layout.candidates if c.closed_by in ENDS and not c.is_strip and c.polygon.area > 0]
     boxes = boxes_around_polygons([c.polygon for c in bands]) if bands else []
     straight = [
-        _strip_of(box, (OUTSIDE, OUTSIDE), "opening", band.closed_by)
+        Opening.in_box(box, (OUTSIDE, OUTSIDE), "opening", band.closed_by)
         for band, box in zip(bands, boxes, strict=True)
         if band.polygon.area > NEARLY_ALL * box.width * box.thickness and box.width >= config.narrowest_m
     ]
@@ -210,10 +209,6 @@ def _openings_at_guessed_edges(level: Level, layout: Layout, config: DoorsConfig
         for way, is_inside in zip(outer, before, strict=True)
         if not is_inside and _ends_corridor(way, walls) and not _leads_into_the_air(way, rooms, level)
     ]
-
-
-def _strip_of(box: Box, sides: tuple[int, int], kind: DoorKind, closed_by: ClosedBy) -> Opening:
-    return Opening(box.centre, box.along, box.width, box.thickness, sides, kind, closed_by=closed_by)
 
 
 def _ends_corridor(opening: Opening, walls: BaseGeometry) -> bool:

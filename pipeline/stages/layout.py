@@ -52,7 +52,7 @@ from pipeline.geometry.areas import (
 )
 from pipeline.geometry.meshes import box_around_polygon, box_polygon
 from pipeline.geometry.open_boundaries import bands_around_open_house, bands_at_open_fronts
-from pipeline.geometry.openings import KNOWN, assign_sides, close_plane, grow_to_overlap, split_into_strips
+from pipeline.geometry.openings import EDGES, KNOWN, assign_sides, close_plane, grow_to_overlap, split_into_strips
 from pipeline.geometry.prisms import Prisms
 from pipeline.geometry.wall_gaps import find_doorless_openings, find_mouths
 from pipeline.rejection import Reason, Rejection
@@ -81,7 +81,6 @@ from pipeline.tolerances import (
 )
 from pipeline.values import Evidence, Layout, Level, Opening, Planes
 
-EDGES = frozenset({"rail", "room_edge", "floor_edge", "wall_ends"})
 SLIT_M = 0.25
 
 

@@ -59,7 +59,7 @@ def with_doors_between_parts(spaces: Spaces, named: Sequence[NamedRoom], doorway
         space = next((k for k, room in enumerate(rooms) if intersect(room, shape).area > MOST * shape.area), None)
         if space is None:
             continue
-        opening = Opening(box.centre, box.along, box.width, box.thickness, (space, space), "door", closed_by="door")
+        opening = Opening.in_box(box, (space, space), "door", "door")
         out = opening.across * (opening.depth / 2 + BESIDE_M)
         before = parts.nearest(shapely.points(np.stack([opening.centre - out, opening.centre + out]))).tolist()
         rest = polygons_of(subtract(rooms[space], opening.strip()))

@@ -54,7 +54,7 @@ from pipeline.geometry.straighten import straighten_outlines
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.drawn_storeys import Hole, walls_around
 from pipeline.sources.files import LeftOutParts, check_file, input_from_file
-from pipeline.sources.occupancy_map.drawn_doorways import area_of_cells
+from pipeline.sources.occupancy_map.gaps import area_of_cells
 from pipeline.sources.occupancy_map.rooms import (
     DRAWN_ROOM_M2,
     MARGIN,

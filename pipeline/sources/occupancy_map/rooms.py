@@ -2,7 +2,7 @@
 
 R1  Clutter and noise are left out (``clutter``).
 R2  Basins are joined, the least likely border first, as long as a border more probably does not separate rooms
-    (``separation_odds``). A border of several narrow places is as likely as the least likely of them.
+    (``narrow_places``). A border of several narrow places is as likely as the least likely of them.
     A place wider than WIDE_M needs log-odds of WIDE_ODDS: to cut a corridor costs more of its area than to join two
     rooms. The value was chosen on empty maps that were left out of the fit.
 R11 Through a slit, narrower than MAP_SLIT_M, nobody goes: a thin wall was not seen whole there. Where it is in a wall
@@ -24,7 +24,7 @@ R10 A corridor ends at a wall, or at a doorway, both of whose jambs stand out. W
     corridor is LONG times as long as wide or longer: as wide as its widest place, and as long as its area by that.
 R9  Where it is known which cells are occupied, rays correct the rooms (``rays``).
 R8  Where all that is not free is wall, there is no clutter and no furniture, and the ways are the doorways between the
-    ends of walls (``drawn_doorways``) that part rooms of DRAWN_ROOM_M2 or more.
+    ends of walls (``gaps``) that part rooms of DRAWN_ROOM_M2 or more.
 R12 Where walls enclose a room, and the robot saw beyond them, the room ends there (``enclosure``). A room of which it
     saw a fan alone is outside. What no way leads to is no room where it is a closed block, or was seen through glass
     (``reach``).
@@ -46,9 +46,8 @@ from shapely import Polygon
 
 from pipeline.geometry.groups import Groups
 from pipeline.sources.occupancy_map.clutter import drop_scraps, fill_clutter, free_beside_dashes
-from pipeline.sources.occupancy_map.drawn_doorways import find_doorways
 from pipeline.sources.occupancy_map.enclosure import find_fans, is_marked, unreached_rooms, without_fans
-from pipeline.sources.occupancy_map.gaps import find_gaps
+from pipeline.sources.occupancy_map.gaps import find_doorways, find_gaps
 from pipeline.sources.occupancy_map.narrow_places import (
     Basins,
     Bools,
@@ -57,6 +56,7 @@ from pipeline.sources.occupancy_map.narrow_places import (
     NarrowPlaces,
     find_basins,
     measure_gaps,
+    separation_log_odds,
 )
 from pipeline.sources.occupancy_map.rays import (
     fill_between_rays,
@@ -65,7 +65,6 @@ from pipeline.sources.occupancy_map.rays import (
     with_likely_cells,
     with_scattered_cells,
 )
-from pipeline.sources.occupancy_map.separation_odds import separation_log_odds
 
 WIDE_M = 1.2
 WIDE_ODDS = 0.9

@@ -8,8 +8,8 @@ import pytest
 import shapely
 
 from pipeline.sources.occupancy_map.clutter import fill_clutter
-from pipeline.sources.occupancy_map.drawn_doorways import area_of_cells, find_doorways
 from pipeline.sources.occupancy_map.enclosure import find_fans, unreached_rooms, wall_share, without_fans
+from pipeline.sources.occupancy_map.gaps import area_of_cells, find_doorways
 from pipeline.sources.occupancy_map.narrow_places import measure_gaps
 from pipeline.sources.occupancy_map.rays import rooms_of_rays, unseen_islands, with_likely_cells, with_scattered_cells
 from pipeline.sources.occupancy_map.rooms import (
