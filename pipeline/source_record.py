@@ -37,9 +37,8 @@ from pipeline.batch.job import level_rng
 from pipeline.batch.listing import list_inputs
 from pipeline.config_file import BuildConfig
 from pipeline.geometry.areas import Floats, ignore_division_warnings, polygons_of
-from pipeline.geometry.doorways import boxes_around_polygons
 from pipeline.geometry.mesh_slicing import MeshSlicer
-from pipeline.geometry.meshes import Mesh, merge_meshes
+from pipeline.geometry.meshes import Mesh, boxes_around_polygons, merge_meshes
 from pipeline.geometry.prisms import Prisms
 from pipeline.overrides import (
     configure,
