@@ -41,12 +41,22 @@ from pathlib import Path
 from typing import Any, Final
 
 from houseexpo.configuration import config_from_mapping, name_in_config_errors, read_toml
-from houseexpo.corrections.vocabulary import FILE_WORDS, NAME, WORDS, Override, checked_distance, checked_values
+from houseexpo.corrections.vocabulary import (
+    FILE_WORDS,
+    NAME,
+    WORDS,
+    Override,
+    author_key,
+    checked_distance,
+    checked_values,
+    word_values,
+)
 from houseexpo.dataset.manifest import is_bundled_manifest
 from houseexpo.dataset.store.folders import overrides_path
 from houseexpo.errors import ConfigError
 from houseexpo.floorplan import FloorPlan
 from houseexpo.plan import Frame
+from houseexpo.service.review.log import DecisionLog
 from pipeline.config import PipelineConfig
 from pipeline.config_file import convert_to_type
 from pipeline.geometry.meshes import NO_MESH
@@ -110,7 +120,7 @@ def load_overrides(
         return first
     if own.is_symlink():
         raise ConfigError(f"{own}: expected a file, found a link, which is not followed; name it with --overrides")
-    second = _read(own) if own.is_file() else {}
+    second = _with_authors(_read(own), own) if own.is_file() else {}
     for name in sorted(set(first) & set(second)):
         if (first[name].keep, first[name].drop) == (second[name].drop, second[name].keep) != (False, False):
             said = "drop" if second[name].drop else "keep"
@@ -120,6 +130,48 @@ def load_overrides(
     }
 
 
+def _with_authors(overrides: Mapping[str, Override], path: Path) -> Mapping[str, Override]:
+    """Return overrides with who said what, and when, as far as the log of a review beside them tells."""
+    log = DecisionLog(path.with_suffix(".log.jsonl"))
+    if log.path.is_symlink() or not log.path.is_file():
+        return overrides
+    log.catch_up()
+    said: dict[str, dict[str, tuple[str, str]]] = {}
+    for line in log.active:
+        for key, (before, after) in line.changes.items():
+            if after is not None:
+                keys = set(_author_keys(key, after)) - set(_author_keys(key, before))
+                said.setdefault(line.plan, {}).update(dict.fromkeys(keys, (line.reviewer, line.time)))
+    return {
+        name: replace(each, authors=tuple((key, *who) for key, who in sorted(said.get(name, {}).items())))
+        for name, each in overrides.items()
+    }
+
+
+def _author_keys(key: str, value: Any) -> list[str]:
+    word = next((word for word in WORDS if word == key), None)
+    try:
+        return [author_key(key, each) for each in (word_values(word, value) if word and value else [value])]
+    except ConfigError:  # a log is no input: what another version wrote there says nothing
+        return []
+
+
+def with_authors(plan: FloorPlan, overrides: Mapping[str, Override]) -> FloorPlan:
+    """Return a plan whose provenance names who said each of its corrections, and who kept it, if a log told it."""
+    who = {key: (by, at) for each in overrides.values() for key, by, at in each.authors}
+    told = plan.provenance or {}
+    if not who:
+        return plan
+    named = []
+    for record in told.get("corrections", []):
+        by = who.get(author_key(record["word"], record["value"]))
+        named.append(record if by is None else {**record, "by": by[0], "at": by[1]})
+    kept = who.get(author_key("keep", True))  # the value that the file has
+    more: dict[str, Any] = {"corrections": named} if named else {}
+    more |= {} if kept is None else {"kept_by": kept[0], "kept_at": kept[1]}
+    return replace(plan, provenance={**told, **more}) if more else plan
+
+
 def _read(path: Path) -> Mapping[str, Override]:
     return {name: _override(name, table, path) for name, table in sorted(read_toml(path).items())}
 
@@ -127,6 +179,8 @@ def _read(path: Path) -> Mapping[str, Override]:
 def _override(name: str, table: Any, path: Path) -> Override:
     """Return the table of an id, checked; errors name the file and the id."""
     if isinstance(table, Mapping):
+        if "authors" in table:
+            raise ConfigError(f"{path}: {name}.authors: unknown key; the log of a review says who said what")
         try:
             for word in sorted(WORDS.keys() & table.keys()):
                 table = {**table, word: checked_values(word, table[word])}

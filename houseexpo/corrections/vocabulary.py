@@ -7,6 +7,7 @@ its plan; ``houseexpo.corrections.apply`` applies them. All other keys are of a 
 from __future__ import annotations
 
 import itertools
+import json
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -106,7 +107,8 @@ class Override:
     after units and scale: (X, Y) of a z-up source, (X, Z) of a y-up one. ``FILE_WORDS`` are of a whole mesh file, and
     inputs of its reading: ``distance`` are two points in the file's own units, before any scale, and how far apart they
     are, metres; ``floors`` are heights along the vertical axis, metres after units and scale. ``why`` is a note for
-    people.
+    people. ``authors`` is what a review's log says of who said what: a key (``author_key``), a name and a time each; it
+    is no key of the file.
 
     Raises
     ------
@@ -145,6 +147,7 @@ class Override:
     floors: tuple[float, ...] = ()
     drop_nodes: tuple[str, ...] = ()
     why: str = ""
+    authors: tuple[tuple[str, str, str], ...] = ()
 
     def __post_init__(self) -> None:
         for word in WORDS:
@@ -192,9 +195,16 @@ class Override:
             up=later.up or self.up,
             floors=later.floors or self.floors,
             why=later.why or self.why,
+            authors=(*self.authors, *later.authors),
             **_sizes(self, later),
             **rest,
         )
+
+
+def author_key(word: str, value: Any) -> str:
+    """Return what stands for one thing that is said, whether its value is of a file, a log or a plan's provenance."""
+    values = checked_values(word, [value]) if word in WORDS else (value,)
+    return json.dumps([word, _plain(values[0])])
 
 
 def _sizes(earlier: Override, later: Override) -> dict[str, Any]:

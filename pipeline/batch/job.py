@@ -23,7 +23,14 @@ from pipeline.batch.file_records import describe_if_unchanged, describe_opened_f
 from pipeline.batch.plan_store import PlanStore
 from pipeline.config import PipelineConfig
 from pipeline.geometry.areas import ignore_division_warnings
-from pipeline.overrides import configure, correct_level, ids_without_level, level_without_walls, override_for_level
+from pipeline.overrides import (
+    configure,
+    correct_level,
+    ids_without_level,
+    level_without_walls,
+    override_for_level,
+    with_authors,
+)
 from pipeline.png import draw_top_view
 from pipeline.quality import check_quality
 from pipeline.rejection import Reason, Rejection
@@ -236,7 +243,7 @@ def _outcome(found: Planned, level: Level, of_level: Override, job: Job, setting
             kept_from = kept_from or str(doubt.reason)
     except Rejection as rejection:
         return StoredRejection.of(found.id, rejection.with_picture(draw_top_view(level.walls)))
-    plan = _furnish(found, settings)
+    plan = with_authors(_furnish(found, settings), job.overrides)
     plan = replace(plan, provenance={**(plan.provenance or {}), **settings.stamp})
     kept = settings.plans.put(found.id, str(level.provenance.get("sha256", "")), encode(plan) + b"\n", picture)
     return msgspec.structs.replace(kept, by_hand=override.keep, kept_from=kept_from if override.keep else "")
