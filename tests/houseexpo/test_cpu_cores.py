@@ -4,9 +4,7 @@ import os
 from pathlib import Path
 
 import pytest
-from typer.testing import CliRunner
 
-from houseexpo.commands.app import make_app
 from houseexpo.cpu_cores import count_cores
 
 OWN = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
@@ -42,8 +40,3 @@ def test_cores_are_those_that_the_control_group_allows(
 
 def test_without_control_groups_the_affinity_counts(tmp_path: Path) -> None:
     assert count_cores(tmp_path / "none", tmp_path) == OWN
-
-
-def test_the_command_says_its_version() -> None:
-    result = CliRunner().invoke(make_app(), ["--version"])
-    assert (result.exit_code, result.output.split()[0]) == (0, "houseexpo")

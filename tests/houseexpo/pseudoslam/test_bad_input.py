@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -114,17 +113,6 @@ def test_values_that_no_house_has_are_refused(make: Callable[[], object], text: 
 def test_what_a_house_cannot_give_is_refused(plan: FloorPlan, given: dict[str, Any], text: str) -> None:
     with pytest.raises((ConfigError, PlanError), match=text):
         initial_state(plan, **given)
-
-
-@pytest.mark.slow
-def test_obstacles_that_find_no_place_are_refused_soon() -> None:
-    some = ObstaclesConfig(random=RandomObstacles((1, 1)))
-    initial_state(HALL, obstacles=some)  # compiled
-    before = time.process_time()
-    said = r"obstacles.random.number: at most \d+ of 500 obstacles found a place in 32.* of plan 'hall'"
-    with pytest.raises(ConfigError, match=said):
-        initial_state(HALL, obstacles=ObstaclesConfig(random=RandomObstacles((500, 500))))
-    assert time.process_time() - before < 5.0
 
 
 def test_a_house_without_room_for_all_random_obstacles_gets_fewer() -> None:

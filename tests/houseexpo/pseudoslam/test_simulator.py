@@ -1,12 +1,10 @@
 from __future__ import annotations
 
-import math
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from houseexpo.errors import ConfigError
 from houseexpo.floorplan import decode
 from houseexpo.pseudoslam.config import LaserConfig, NoiseConfig, StartConfig
 from houseexpo.pseudoslam.simulator import Simulator
@@ -65,19 +63,6 @@ def test_the_map_as_ros_has_it() -> None:
     assert grid.data[row, col] == 0
     assert grid.data[-2, -2] == -1  # far up and right
     assert grid.resolution == 0.04
-
-
-def test_what_cannot_be_is_refused() -> None:
-    with pytest.raises(ConfigError, match=r"a robot of radius 0.2 m does not fit at \(0.1, 2\) m in plan 'hall'"):
-        started(at(0.1, 2, 0))
-    with pytest.raises(ConfigError, match="does not fit"):
-        started(at(-50, 2, 0))
-    simulator, state, _ = started(PLAIN)
-    with pytest.raises(ConfigError, match="action: expected one of forward, left, right; found 'up'"):
-        simulator.step(state, "up")
-    for turn_rad, forward_m in ((math.nan, 0.1), (0.0, math.inf), (7.0, 0.0), (0.0, -101.0)):
-        with pytest.raises(ConfigError, match="action: expected at most a full turn and 100 m, found a turn of"):
-            simulator.move(state, turn_rad, forward_m)
 
 
 def test_a_copy_shares_nothing() -> None:

@@ -121,6 +121,7 @@ def spin(word: str) -> str:
     return word
 
 
+@pytest.mark.slow
 def test_the_limit_is_processor_time_and_a_busy_machine_costs_nothing() -> None:
     began = time.monotonic()
     assert dict(run(compute_now_and_then, ["a"], workers=1, limits=LIMITS)) == {"a": "a"}

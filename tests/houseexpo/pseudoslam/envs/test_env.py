@@ -105,18 +105,6 @@ def test_the_seed_of_a_reset_decides_everything() -> None:
     assert played(env, 6) != first
 
 
-def test_rewards_add_up_to_the_area_that_became_known() -> None:
-    env = make(success_coverage=None)
-    _, info = env.reset(seed=1)
-    before, total = info["explored_m2"], 0.0
-    for step in range(40):
-        _, reward, terminated, truncated, info = env.step([0, 0, 1][step % 3])
-        assert reward >= 0
-        total += reward
-        assert (terminated, truncated) == (False, step == 39)
-    assert total == pytest.approx(info["explored_m2"] - before)
-
-
 def test_an_episode_can_end_well() -> None:
     """The published simulator asks for cells that cannot be seen."""
     env = make(success_coverage=1.0)
