@@ -11,7 +11,7 @@ from houseexpo.pseudoslam.worlds.maps import Plans
 
 if TYPE_CHECKING:
     from houseexpo.pseudoslam.teams.env import TeamEnv
-    from houseexpo.pseudoslam.teams.tasks.task import TeamTask
+    from houseexpo.pseudoslam.teams.tasks import TeamTask
     from houseexpo.pseudoslam.teams.vector import TeamVectorEnv
 
 
@@ -33,8 +33,7 @@ def parallel_env(
     Parameters
     ----------
     task
-        "exploration", "rendezvous", "patrol", "coverage", "pursuit", or a ``TeamTask``. The classes of ``teams.tasks``
-        describe each task's rewards, its end, its part of the observations, its measures, and its options.
+        "exploration", whose rewards, end and options ``teams.tasks.TeamExploration`` describes, or a ``TeamTask``.
     robots
         Number of robots, 1 to 16.
     dataset

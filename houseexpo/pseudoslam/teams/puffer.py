@@ -16,7 +16,7 @@ import numpy.typing as npt
 
 from houseexpo.errors import ConfigError, MissingDependencyError
 from houseexpo.pseudoslam.teams.making import parallel_vector_env
-from houseexpo.pseudoslam.teams.tasks.task import TeamTask
+from houseexpo.pseudoslam.teams.tasks import TeamTask
 
 try:
     import pufferlib

@@ -15,7 +15,7 @@ from houseexpo.pseudoslam.envs.reset_options import Pose, parse_pose
 from houseexpo.pseudoslam.envs.spec import Actions, EnvOptions, EnvSpec, Kind, check_options, make_env_spec
 from houseexpo.pseudoslam.teams.discs import ROBOTS_MOST
 from houseexpo.pseudoslam.teams.radio import Radio
-from houseexpo.pseudoslam.teams.tasks.task import TeamTask
+from houseexpo.pseudoslam.teams.tasks import TeamTask
 from houseexpo.pseudoslam.worlds.maps import Plans
 
 

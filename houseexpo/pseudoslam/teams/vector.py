@@ -27,7 +27,7 @@ from houseexpo.pseudoslam.metrics import Metrics
 from houseexpo.pseudoslam.teams.pools import TeamPools
 from houseexpo.pseudoslam.teams.radio import Radio
 from houseexpo.pseudoslam.teams.spec import check_starts, make_observation_space, make_team_spec
-from houseexpo.pseudoslam.teams.tasks.task import TeamEpisode, TeamTask
+from houseexpo.pseudoslam.teams.tasks import TeamEpisode, TeamTask
 from houseexpo.pseudoslam.teams.team import Team, compute_report
 from houseexpo.pseudoslam.worlds.maps import Plans
 

@@ -27,6 +27,7 @@ from houseexpo.pseudoslam.config import ObservationConfig, SimulatorConfig
 from houseexpo.pseudoslam.envs.puffer import PseudoSlamPufferEnv
 from houseexpo.pseudoslam.teams.puffer import PseudoSlamTeamPufferEnv
 from houseexpo.pseudoslam import parallel_vector_env
+from tests.builders.meeting_task import Rendezvous
 from tests.builders.simulations import HUTS
 
 SMALL = SimulatorConfig(pixels_per_metre=16.0, observation=ObservationConfig(3.0, global_cells=36), max_steps=9)
@@ -103,11 +104,11 @@ for n in range(25):
     assert seen is held
 assert ends == [9.0] * 6
 try:
-    PseudoSlamTeamPufferEnv("pursuit", dataset=HUTS, robots=2)
+    PseudoSlamTeamPufferEnv(Rendezvous(), dataset=HUTS, robots=2)
 except ConfigError as error:
     assert "found several" in str(error), error
 else:
-    raise AssertionError("pursuit")
+    raise AssertionError("a task with observations of its own")
 """
 TRAINER = """
 import pufferlib.models

@@ -16,6 +16,7 @@ from houseexpo.pseudoslam.config import NoiseConfig
 from houseexpo.pseudoslam.config.obstacles import Circle
 from houseexpo.pseudoslam.teams import team
 from houseexpo.pseudoslam.teams.radio import Radio
+from tests.builders.meeting_task import Rendezvous
 
 pytest.importorskip("pettingzoo")
 
@@ -39,10 +40,7 @@ CASES: dict[str, dict[str, Any]] = {
     "people": {"config": replace(SHORT, people=PeopleConfig(2)), "robots": 3, "until": "report"},
     "drives": {"config": SHORT, "robots": 3, "motion": "differential", "radio": "range"},
     "scales": {"config": SHORT, "robots": 2, "observation": "scales", "layout": "HWC"},
-    "rendezvous": {"task": "rendezvous", "config": SHORT, "robots": 3, "reward": "nearer"},
-    "patrol": {"task": "patrol", "config": replace(SHORT, known_map=True), "robots": 2},
-    "coverage": {"task": "coverage", "config": replace(SHORT, known_map=True), "robots": 2, "actions": "continuous"},
-    "pursuit": {"task": "pursuit", "config": SHORT, "robots": 2, "radio": "always"},
+    "a task of its own": {"task": Rendezvous(reward="nearer"), "config": SHORT, "robots": 3},
 }  # fmt: skip
 
 

@@ -1,7 +1,8 @@
-"""Define the task of a team that meets: all robots come near each other, with no wall between any two."""
+"""A task of a team as a user would write it: all robots come near each other, with no wall between any two."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from itertools import combinations
 from typing import Any, Literal, get_args
@@ -11,21 +12,14 @@ from gymnasium import spaces
 
 from houseexpo.pseudoslam.config.checks import check_number, check_one_of
 from houseexpo.pseudoslam.envs.spec import EnvSpec
+from houseexpo.pseudoslam.kernels.walls import length_in_walls
 from houseexpo.pseudoslam.metrics import Bools, Metrics
-from houseexpo.pseudoslam.teams.tasks.task import (
-    FARTHER_THAN_ANY_M,
-    Array,
-    Floats,
-    TeamEpisode,
-    TeamTask,
-    are_in_view,
-    has_line_of_sight,
-    to_robot_frame,
-)
+from houseexpo.pseudoslam.teams.tasks import Array, Floats, TeamEpisode, TeamTask
 from houseexpo.pseudoslam.teams.team import Team
 from houseexpo.pseudoslam.worlds.maps import House
 
 MeetingReward = Literal["meeting", "nearer"]
+FARTHER_THAN_ANY_M = 10_000.0
 
 
 @dataclass(frozen=True)
@@ -58,6 +52,7 @@ class Rendezvous(TeamTask):
     reward: MeetingReward = "meeting"
 
     name = "rendezvous"
+    house_matters = True
 
     def __post_init__(self) -> None:
         check_number(self.meet_m, "meet_m", above=0.0)
@@ -72,7 +67,7 @@ class Rendezvous(TeamTask):
 
     def begin(self, team: Team, house: House | None) -> TeamEpisode:
         """Return the task's part of an episode."""
-        del house
+        assert house is not None, "it matters"
         return _Episode(team, self)
 
 
@@ -135,3 +130,30 @@ class _Episode(TeamEpisode):
             "spread_m": float(self._apart.max()),
             "pairs_in_sight": float(np.mean(pairs)) if pairs else 1.0,
         }
+
+
+def to_robot_frame(pose_px: Floats, places_px: Floats, pixels_per_metre: float) -> Floats:
+    """Return places (n, 2) relative to a pose (3,), both in pixels with y down: metres ahead and to the left (n, 2)."""
+    right, up = places_px[:, 0] - pose_px[0], pose_px[1] - places_px[:, 1]
+    cos, sin = math.cos(pose_px[2]), math.sin(pose_px[2])
+    return np.column_stack([right * cos + up * sin, up * cos - right * sin]) / pixels_per_metre
+
+
+def are_in_view(team: Team, robot: int, places_px: Floats) -> Bools:
+    """Return which places (n, 2), pixels, are in the range and field of view of a robot's laser, with no wall between.
+
+    Robots and people do not hide each other.
+    """
+    pose = team.states[robot].pose_px
+    near = to_robot_frame(pose, places_px, 1.0)
+    sensor = team.params.sensor
+    found: Bools = np.hypot(*near.T) <= sensor.range_px
+    found &= np.abs(np.arctan2(near[:, 1], near[:, 0])) <= sensor.half_fov
+    for k in np.flatnonzero(found).tolist():
+        found[k] = has_line_of_sight(team, pose[:2], places_px[k])
+    return found
+
+
+def has_line_of_sight(team: Team, one_px: Floats, other_px: Floats) -> bool:
+    """Return whether no wall is between two places (2,), pixels."""
+    return length_in_walls(team.walls, *one_px.tolist(), *other_px.tolist()) == 0.0

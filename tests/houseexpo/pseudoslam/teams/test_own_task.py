@@ -1,4 +1,4 @@
-"""Robots that meet: PettingZoo's own tests, and meetings whose truth is known."""
+"""A task of the user's own, robots that meet: PettingZoo's own tests, and meetings whose truth is known."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ import pytest
 from houseexpo import FloorPlan
 from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam import parallel_env
+from tests.builders.meeting_task import Rendezvous
 
 pytest.importorskip("pettingzoo")
 
@@ -23,12 +24,12 @@ TWO_ROOMS = FloorPlan(  # a wall of 0.4 m between two rooms, with a door at the 
 def test_pettingzoo_accepts_it() -> None:
     from pettingzoo.test import parallel_api_test, parallel_seed_test
 
-    parallel_api_test(parallel_env("rendezvous", robots=3, dataset=TWO_ROOMS), num_cycles=150)
-    parallel_seed_test(lambda: parallel_env("rendezvous", robots=3, dataset=TWO_ROOMS, reward="nearer"), 60)
+    parallel_api_test(parallel_env(Rendezvous(), robots=3, dataset=TWO_ROOMS), num_cycles=150)
+    parallel_seed_test(lambda: parallel_env(Rendezvous(reward="nearer"), robots=3, dataset=TWO_ROOMS), 60)
 
 
 def test_two_robots_meet_where_the_distance_says() -> None:
-    env = parallel_env("rendezvous", robots=2, dataset=ROOM, meet_m=1.5, reward="nearer")
+    env = parallel_env(Rendezvous(meet_m=1.5, reward="nearer"), robots=2, dataset=ROOM)
     _, infos = env.reset(seed=0, options={"pose": [(1.0, 1.5, 0.0), (5.0, 1.5, math.pi)]})
     assert infos["robot_0"]["team"]["spread_m"] == pytest.approx(4.0)
     assert infos["robot_0"]["team"]["steps_to_meet"] is None
@@ -47,7 +48,7 @@ def test_two_robots_meet_where_the_distance_says() -> None:
 
 
 def test_a_wall_keeps_robots_from_meeting_and_from_seeing_each_other() -> None:
-    env = parallel_env("rendezvous", robots=2, dataset=TWO_ROOMS, meet_m=2.0)
+    env = parallel_env(Rendezvous(meet_m=2.0), robots=2, dataset=TWO_ROOMS)
     observed, infos = env.reset(seed=0, options={"pose": [(3.5, 1.0, 0.0), (4.9, 1.0, math.pi)]})
     assert not observed["robot_0"]["robots"].any()
     assert infos["robot_0"]["team"]["pairs_in_sight"] == 0.0
@@ -62,23 +63,19 @@ def test_a_wall_keeps_robots_from_meeting_and_from_seeing_each_other() -> None:
 
 
 def test_one_robot_has_met_and_three_have_only_if_all_have() -> None:
-    env = parallel_env("rendezvous", robots=1, dataset=ROOM)
+    env = parallel_env(Rendezvous(), robots=1, dataset=ROOM)
     observed, infos = env.reset(seed=0)
     assert infos["robot_0"]["is_success"]
     assert isinstance(observed["robot_0"], np.ndarray)
-    env = parallel_env("rendezvous", robots=3, dataset=ROOM, meet_m=1.0)
+    env = parallel_env(Rendezvous(meet_m=1.0), robots=3, dataset=ROOM)
     _, infos = env.reset(seed=0, options={"pose": [(1.0, 1.5, 0.0), (1.6, 1.5, 0.0), (2.2, 1.5, 0.0)]})
     assert not infos["robot_0"]["is_success"]  # the first and the last are 1.2 m apart
     _, infos = env.reset(seed=0, options={"pose": [(1.0, 1.5, 0.0), (1.5, 1.5, 0.0), (2.0, 1.5, 0.0)]})
     assert infos["robot_0"]["is_success"]
 
 
-def test_bad_options_say_what_they_expect() -> None:
-    with pytest.raises(ConfigError, match=r"task: expected one of exploration, rendezvous.*found 'meet'"):
-        parallel_env("meet", robots=2, dataset=ROOM)
-    with pytest.raises(ConfigError, match="meet_m: expected"):
-        parallel_env("rendezvous", robots=2, dataset=ROOM, meet_m=0)
-    with pytest.raises(ConfigError, match="reward: expected"):
-        parallel_env("rendezvous", robots=2, dataset=ROOM, reward="area")
-    with pytest.raises(TypeError, match=r"unexpected keyword argument 'until'.*it takes .*meet_m"):
-        parallel_env("rendezvous", robots=2, dataset=ROOM, until="team")
+def test_other_tasks_are_refused() -> None:
+    with pytest.raises(ConfigError, match=r"task: expected 'exploration' or a TeamTask, found 'rendezvous'"):
+        parallel_env("rendezvous", robots=2, dataset=ROOM)
+    with pytest.raises(TypeError, match=r"unexpected keyword argument 'until'"):
+        parallel_env(Rendezvous(), robots=2, dataset=ROOM, until="team")
