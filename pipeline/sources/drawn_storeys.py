@@ -10,7 +10,7 @@ R4  What is drawn as a room but has neither walls nor other rooms around it is o
 R5  Where rooms are drawn as areas, what is left between these and the walls is wall, as far as it is narrower than
     THICKEST_WALL_M; what is wider is a room that nobody drew.
     But where a wall ends between two rooms and leaves a way, with no door or window in it, this is a passage
-    (``geometry.doorless_openings``).
+    (``geometry.wall_gaps``).
 R6  Where rooms are drawn between the walls, and not over them, a wall that lies in a room, deeper than INTO_ROOM_M,
     ends at the room's edge. One with a hole stands: how far a room goes into a door, people draw as they like.
 """

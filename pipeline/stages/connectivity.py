@@ -10,7 +10,7 @@ R4  A corner of a room that the disc fits in but cannot get to, smaller than a c
 R5  Where no pair gives a clean cut through a wall, parts are joined through what is as good as wall, if that is less
     than ``BLOCK_M`` deep: cells that were filled (a chimney, a block of cupboards), and joints of ``PARTITION_M``
     between the walls of a row. No cut leads through the open, be it around the house or a court in it.
-R6  A place with some evidence of a door (``geometry.doorway_cuts``) is cut before any bare wall, where that joins two
+R6  A place with some evidence of a door (below) is cut before any bare wall, where that joins two
     parts; a cut says what speaks for its place.
 R7  A part that no cut joins is left out, the smallest first, and a note says so: what a robot cannot reach is no reason
     to reject a house.

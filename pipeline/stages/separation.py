@@ -10,11 +10,23 @@ R2  A gap is dropped where it would part off less than a room, but for a closet 
     is too narrow to stand in.
 R3  A lintel over one room of the source, which no wall but posts and nibs goes on from, is a beam and closes nothing. A
     room that is most of what the source draws may be the floor of a storey, and says nothing.
+R4  A slit between two walls, too narrow for anybody, parts the rooms at its ends.
+R5  Where two rooms that the source draws meet between the ends of a wall (``geometry.wall_gaps``), and that
+    parts them, there is an opening.
+R6  Where a room is narrow between two broad parts of it, these are rooms of their own, unless the source says that
+    they are one room, or names openings, and none there (``geometry.wall_gaps``). In a world that
+    robots drive through, a gap is a way though doors have names (``Level.unnamed_gaps``). A door of such a world that
+    parts nothing by itself, beside a mouth, closes with it, and so does a lintel where no openings have names. So does
+    a gap in another wall: of two ways into a side room, one may be wide, and neither parts it alone.
+R7  A door that the source names parts two rooms. Where both of its faces look into one, because its wall goes on under
+    a beam or ends before another wall, what closes that line closes: lintels and gaps up to ``entrance_m``.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass, replace
+from itertools import combinations
 
 import numpy as np
 import shapely
@@ -26,6 +38,7 @@ from pipeline.geometry.areas import (
     OUTSIDE,
     Shapes,
     are_too_narrow,
+    buffer_mitred,
     dot_product,
     drop_lines_and_points,
     drop_thin_parts_of_each,
@@ -37,13 +50,26 @@ from pipeline.geometry.areas import (
     unite,
 )
 from pipeline.geometry.groups import Groups
-from pipeline.geometry.openings import KNOWN, Opening, area_outside, assign_sides, close_plane
-from pipeline.stages.closings import lies_in_room
+from pipeline.geometry.meshes import box_around_polygon, box_polygon
+from pipeline.geometry.openings import (
+    KNOWN,
+    Opening,
+    area_outside,
+    assign_sides,
+    close_plane,
+    grow_to_overlap,
+    split_into_strips,
+)
+from pipeline.geometry.wall_gaps import find_doorless_openings, find_mouths
+from pipeline.stages.closings import is_crack, lies_in_room
 from pipeline.tolerances import (
     AROUND_M,
     BESIDE_M,
+    DOORWAY_M,
     GROUP,
     HAIR_M,
+    HAND_M,
+    LAP_M,
     LARGELY,
     MM_M,
     MOST,
@@ -53,10 +79,69 @@ from pipeline.tolerances import (
     SOME,
     THICK_WALL_M,
 )
-from pipeline.values import Level
+from pipeline.values import Evidence, Level, Planes
 
 CLOSET_M2 = 0.9
+SLIT_M = 0.25
 WHOLE_BREADTH = 0.85
+
+
+@dataclass(frozen=True, eq=False)
+class Division:
+    """The openings of a closed plane, all that stands in it, openings too, and the spaces that it encloses."""
+
+    openings: list[Opening]
+    ground: BaseGeometry
+    spaces: list[Polygon]
+
+    def closed_by(self, pieces: Sequence[Opening]) -> Division:
+        """Return the division in which more pieces close, whose strips are not yet among its openings."""
+        return Division(self.openings, *enclosed_pieces(close_plane(self.ground, pieces))) if pieces else self
+
+    def strips_of(self, pieces: Sequence[Opening], standing: BaseGeometry) -> list[Opening]:
+        """Return the strips of pieces that close this division and lie in what is ``standing`` without them."""
+        return split_into_strips(standing, list(pieces), self.ground, self.spaces)[0]
+
+
+def part_spaces(
+    level: Level,
+    evidence: Evidence,
+    planes: Planes,
+    whole: Division,
+    config: LayoutConfig,
+    *,
+    standing: BaseGeometry,
+    storey: Polygon | None,
+) -> Division:
+    """Return the division by those openings that part two spaces, and by what parts only beside them.
+
+    Parameters
+    ----------
+    whole
+        All that may close the plane, and the spaces that all of it encloses.
+    standing
+        What closes in any case: the walls, and the edges of an open house.
+    storey
+        The one room of the level that may be a whole storey, through which mouths lead all the same (R6).
+    """
+    pieces = whole.openings
+    strips, rest = split_into_strips(standing, pieces, whole.ground, whole.spaces)
+    strips = [strip for strip in strips if not is_beam_in_room(strip, standing, level)]
+    found = keep_separating(standing, evidence.shallow_headers, strips, rest, config)
+    if not level.sills and (
+        slits := [slit for space in found.spaces for slit in _impassable_slits(space, config.area_m2)]
+    ):  # R4
+        found = Division(found.openings, *enclosed_pieces(unite([found.ground, *slits])))
+    found = _at_doorless_openings(level, planes.door, found)  # R5
+    if not level.sills and (level.unnamed_gaps or not level.openings):  # R6
+        doorways = _without_effect(pieces, KNOWN if level.unnamed_gaps else {"lintel"}, found)
+        drawn = replace(
+            level, rooms=tuple(room for room in level.rooms if storey is None or room.polygon is not storey)
+        )
+        found = _part_at_mouths(drawn, doorways, found)
+        if gaps := _without_effect(pieces, {"gap"}, found):
+            found = _part_at_mouths(drawn, gaps, found)
+    return _in_line_with_idle_doors(planes.doorways, pieces, found, config)  # R7
 
 
 def keep_separating(
@@ -65,11 +150,8 @@ def keep_separating(
     strips: list[Opening],
     rest: list[Opening],
     config: LayoutConfig,
-) -> tuple[list[Opening], BaseGeometry, list[Polygon]]:
-    """Drop strips until each remaining one separates two spaces, then drop what is not needed to keep the spaces apart.
-
-    Returns what is left, and the closed plane with its spaces.
-    """
+) -> Division:
+    """Drop strips until each remaining one separates two spaces, then what is not needed to keep the spaces apart."""
     pruned = not rest
     while True:
         plane, rooms = enclosed_pieces(close_plane(door, strips + rest))
@@ -86,7 +168,7 @@ def keep_separating(
         if useless:
             strips, pruned = [strip for k, strip in enumerate(strips) if k not in useless], not rest
         elif pruned:
-            return strips + rest, plane, rooms
+            return Division(strips + rest, plane, rooms)
         else:  # strips that stood against what is dropped here may part nothing now
             rest, pruned = minimal_separators(door, strips, rest, plane, rooms), True
 
@@ -278,3 +360,155 @@ def _touching(grown: Shapes, others: Sequence[BaseGeometry]) -> list[tuple[int, 
     pairs = tree.query(grown, predicate="intersects")
     shared = shapely.area(intersect_pairs(grown[pairs[0]], tree.geometries[pairs[1]]))
     return [(int(k), int(other)) for k, other in pairs.T[shared > MM_M * HAIR_M]]
+
+
+def _without_effect(
+    pieces: Sequence[Opening],
+    kinds: Collection[str],
+    division: Division,
+) -> list[Opening]:
+    """Return what parted nothing of some kinds: doors and openings, lintels over doorways of others, gaps (R6).
+
+    A wide opening beside a doorway may leave nothing that the doorway parts by itself. A lintel or a gap that would
+    part spaces was dropped for another reason, and is not returned.
+    """
+    taken = unite([opening.polygon for opening in division.openings])
+    found = [piece for piece in pieces if piece.closed_by in kinds]
+    found = [piece for piece in found if intersect(piece.polygon, taken).area < MOST * piece.polygon.area]
+    found = [piece for piece in found if piece.closed_by != "lintel" or _is_over_doorway(piece.polygon)]
+    if all(piece.closed_by in KNOWN for piece in found):
+        return found
+    closed = division.closed_by(found)
+    return [piece for piece in found if not _parts_spaces(piece, division.ground, closed)]
+
+
+def _part_at_mouths(level: Level, beside: Sequence[Opening], found: Division) -> Division:
+    """Return the division with the mouths, and with what parts only ``beside`` them (R6).
+
+    A gap in line with a mouth is one of its row (``find_mouths``), and does not close beside it.
+    """
+    all_closed = found.closed_by(beside)
+    for row in find_mouths(all_closed.spaces, all_closed.ground):
+        if any(lies_in_room(mouth.polygon, level) for mouth in row):
+            continue
+        others = [
+            piece
+            for piece in beside
+            if piece.closed_by != "gap" or not any(_width_in_line(mouth.polygon, piece.polygon) for mouth in row)
+        ]
+        closed = found.closed_by(row + others)
+        needed = [piece for piece in others if is_crack(piece) or _parts_spaces(piece, found.ground, closed)]
+        if len(needed) < len(others):
+            closed = found.closed_by(row + needed)
+        ways = closed.strips_of(row + needed, found.ground)
+        if any(way.closed_by == "mouth" for way in ways):
+            found = replace(closed, openings=found.openings + ways)
+    return found
+
+
+def _in_line_with_idle_doors(
+    doorways: Sequence[Opening], pieces: Sequence[Opening], found: Division, config: LayoutConfig
+) -> Division:
+    """Return the division with those named doors that parted nothing, and what closes in line with them (R7)."""
+    named = unite([each.polygon for each in doorways if each.said_by == "named" and each.has_door])
+    if named.is_empty:
+        return found
+    taken = unite([opening.polygon for opening in found.openings])
+    idle = [
+        each
+        for each in pieces
+        if each.closed_by in {"door", "lintel", "gate"}
+        and intersect(each.polygon, taken).area < MOST * each.polygon.area
+    ]
+    for door in [each for each in idle if each.has_door and each.polygon.intersects(named)]:
+        in_line = [
+            replace(each, polygon=box_polygon(box_around_polygon(each.polygon), width=width + 2 * BESIDE_M))
+            for each in idle
+            if not each.has_door and (width := _width_in_line(door.polygon, each.polygon))
+        ]
+        if not in_line or (closed := _parting(door, in_line, found, config)) is None:
+            continue
+        for each in list(in_line):
+            fewer = [other for other in in_line if other is not each]
+            if (less := _parting(door, fewer, found, config)) is not None:
+                in_line, closed = fewer, less
+        found = replace(closed, openings=found.openings + closed.strips_of([door, *in_line], found.ground))
+    return found
+
+
+def _parting(door: Opening, beside: Sequence[Opening], found: Division, config: LayoutConfig) -> Division | None:
+    """Return the division where a door, closed with others, parts two spaces that are rooms, else None (R7)."""
+    closed = found.closed_by([door, *beside])
+    sides = [way.sides for way in closed.strips_of([door], found.ground) if way.is_strip]
+    spaces = closed.spaces
+    are_rooms = (
+        one != other and OUTSIDE not in {one, other} and min(spaces[one].area, spaces[other].area) >= config.area_m2
+        for one, other in sides
+    )
+    return closed if any(are_rooms) else None
+
+
+def _width_in_line(door: Polygon, other: Polygon) -> float:
+    """Return the width of a piece that is as thin as a wall and in line with a door, else 0 (R7)."""
+    box, there = box_around_polygon(door), box_around_polygon(other)
+    aside = abs(float(dot_product(there.centre - box.centre, box.across)))
+    runs = abs(float(dot_product(box.along, there.along))) > PARALLEL
+    in_line = runs and there.thickness <= THICK_WALL_M and aside <= (box.thickness + there.thickness) / 2
+    return there.width if in_line else 0.0
+
+
+def _is_over_doorway(lintel: Polygon) -> bool:
+    """Return whether a lintel is as wide as a doorway, and no deeper than a wall."""
+    box = box_around_polygon(lintel)
+    return DOORWAY_M[0] <= box.width <= DOORWAY_M[1] and box.thickness <= THICK_WALL_M
+
+
+def _parts_spaces(piece: Opening, ground: BaseGeometry, closed: Division) -> bool:
+    """Return whether a piece leads from one space of a closed division to another (R6)."""
+    return any(way.is_strip and way.sides[0] != way.sides[1] for way in closed.strips_of([piece], ground))
+
+
+def _at_doorless_openings(level: Level, walls: BaseGeometry, found: Division) -> Division:
+    """Return the division with the openings without a door between named rooms (R5)."""
+    named = [] if level.sills else [room.polygon for room in level.rooms if room.polygon is not None]
+    if len(named) < 2:
+        return found
+    met = shapely.STRtree(found.spaces).query(named, predicate="intersects")[1]
+    if len(np.unique(met)) == len(met):  # no space holds two rooms
+        return found
+    ways = find_doorless_openings(named, unite(found.spaces), walls)
+    depths = [max(HAND_M - way.depth, 0.0) / 2 for way in ways]
+    strips = [way.strip(deeper_m=depth, wider_m=LAP_M) for way, depth in zip(ways, depths, strict=True)]
+    while strips:
+        pieces = [Opening.closing(strip, "opening") for strip in strips]
+        closed = found.closed_by(pieces)
+        held = [any(intersect(room, part).area > MOST * room.area for room in named) for part in closed.spaces]
+        ways = closed.strips_of(pieces, found.ground)
+        parting = [way.polygon for way in ways if _parts_two(way, held)]
+        kept = [strip for strip in strips if intersect(strip, unite(parting)).area > MOST * strip.area]
+        if len(kept) == len(strips):
+            return replace(closed, openings=found.openings + ways)
+        strips = kept
+    return found
+
+
+def _parts_two(way: Opening, held: Sequence[bool]) -> bool:
+    """Return whether a way leads from one space to another, each of which holds a room (R5)."""
+    if not way.is_strip or way.leads_outside or way.sides[0] == way.sides[1]:
+        return False
+    return all(held[side] for side in way.sides)
+
+
+def _impassable_slits(room: Polygon, least_m2: float) -> list[Polygon]:
+    """Return the slits that join parts of a room of ``least_m2`` or more (R4)."""
+    pieces = polygons_of(buffer_mitred(room, -SLIT_M / 2))
+    if len(pieces) < 2:
+        return []
+    parts = [intersect(buffer_mitred(piece, SLIT_M / 2 + HAIR_M), room) for piece in pieces]
+    large = [part for part in parts if part.area >= least_m2]
+    if len(large) < 2:
+        return []
+    between = [intersect(one, other) for one, other in combinations(large, 2)]
+    rest = polygons_of(subtract(room, unite(parts)))
+    between += [slit for slit in rest if sum(slit.distance(part) < HAIR_M for part in large) > 1]
+    return grow_to_overlap([slit for shape in between for slit in polygons_of(shape)])
