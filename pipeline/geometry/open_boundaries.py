@@ -22,7 +22,7 @@ from pipeline.geometry.areas import (
     subtract,
     unite,
 )
-from pipeline.geometry.openings import area_outside, grow_to_overlap
+from pipeline.geometry.openings import Opening, area_outside, grow_to_overlap
 from pipeline.geometry.wall_gaps import WallEnd, gap_beyond_wall_end, wall_ends
 from pipeline.tolerances import (
     BESIDE_M,
@@ -47,7 +47,7 @@ DISCS_M = (1.0, 1.5, 2.0, 2.5)
 
 def bands_at_floor_edge(
     floor: BaseGeometry, ground: BaseGeometry, least_m2: float, *, joined: bool = True
-) -> list[Polygon]:
+) -> list[Opening]:
     """Bands along the edges of the floor slab where it is open.
 
     ``ground`` is the closed plane so far. A part of the floor that it does not enclose is a room that lacks a wall if
@@ -92,7 +92,7 @@ def bands_at_floor_edge(
     if joined and not all(fill_enclosed(unite([ground, *bands])).contains(inside) for inside in insides):
         edge = unite(bands)
         bands += [gap for end in ends if (gap := gap_beyond_wall_end(end, edge, WALL_M)) is not None]
-    return bands
+    return [Opening.closing(band, "floor_edge") for band in bands]
 
 
 def _between_bands(bands: list[Polygon], standing: BaseGeometry) -> list[Polygon]:
@@ -111,7 +111,7 @@ def _in_cracks(bands: list[Polygon], ground: BaseGeometry) -> list[Polygon]:
 
 def bands_around_rooms(
     named: list[Polygon], ground: BaseGeometry, rooms: list[Polygon], least_m2: float
-) -> list[Polygon]:
+) -> list[Opening]:
     """Bands around those of the source's own rooms that lie open; they lie outside all of these rooms.
 
     Rooms that lie open and meet count together: around less than ``least_m2`` there is no band. ``ground`` is the
@@ -126,14 +126,15 @@ def bands_around_rooms(
     lying_open = drawn[covered < MOST * area]
     wider = polygons_of(unite(buffer_mitred(room, HAND_M) for room in lying_open))
     wide = [group for group in wider if areas_inside(lying_open, group).sum() >= least_m2]
-    return polygons_of(subtract(unite(wide), unite([*named, ground]))) if wide else []
+    bands = polygons_of(subtract(unite(wide), unite([*named, ground]))) if wide else []
+    return [Opening.closing(band, "room_edge") for band in bands]
 
 
 def _lies_along(gap: Polygon, edge: BaseGeometry) -> bool:
     return bool(intersect(gap, shapely.buffer(edge, BESIDE_M, quad_segs=2)).area > 0.9 * gap.area)
 
 
-def closings_between_wall_ends(tall: BaseGeometry, ground: BaseGeometry, least_m2: float) -> list[Polygon]:
+def closings_between_wall_ends(tall: BaseGeometry, ground: BaseGeometry, least_m2: float) -> list[Opening]:
     """Straight closings between wall ends, shortest first, each kept if it encloses ``least_m2`` more.
 
     Once half of what the walls span is enclosed, only fronts no wider than those closed so far are closed.
@@ -158,7 +159,7 @@ def closings_between_wall_ends(tall: BaseGeometry, ground: BaseGeometry, least_m
         if area >= so_far + least_m2:
             kept.append(candidate)
             parts, so_far, touching = joined, area, _do_any_touch(joined)
-    return kept
+    return [Opening.closing(band, "wall_ends") for band in kept]
 
 
 def makes_a_ring(closing: Polygon, parts: Shapes, *, touching: bool | None = None) -> bool:
@@ -180,7 +181,7 @@ def _do_any_touch(parts: Shapes) -> bool:
     return bool((one != other).any())
 
 
-def bands_at_open_fronts(tall: BaseGeometry, least_m2: float) -> list[Polygon]:
+def bands_at_open_fronts(tall: BaseGeometry, least_m2: float) -> list[Opening]:
     """Bands along the fronts of a single room that is open to one side or two: where no wall stands along its hull.
 
     There are none where walls stand along less than ``MOSTLY`` of it (a corner piece, a stage), or where a front is
@@ -195,12 +196,13 @@ def bands_at_open_fronts(tall: BaseGeometry, least_m2: float) -> list[Polygon]:
         return []
     bands = shapely.buffer(fronts, BESIDE_M, cap_style="square", join_style="mitre")
     inner = shapely.buffer(hull, -HAND_M, join_style="mitre")
-    return [part for band in bands for part in polygons_of(subtract(band, unite([inner, tall])))]
+    parts = [part for band in bands for part in polygons_of(subtract(band, unite([inner, tall])))]
+    return [Opening.closing(part, "wall_ends") for part in parts]
 
 
 def bands_around_open_house(
     floor: BaseGeometry, roof: BaseGeometry, tall: BaseGeometry, least_m2: float
-) -> list[Polygon]:
+) -> list[Opening]:
     """Bands outside the edges of a floor of which walls leave most open, but where walls stand.
 
     Each piece of the floor of ``least_m2`` or more counts that has walls along ``STANDS`` of its edge, or that lies
@@ -218,12 +220,12 @@ def bands_around_open_house(
             continue
         band = subtract(shapely.buffer(part, 2 * HAND_M, join_style="mitre"), unite([part, tall]))
         bands += grow_to_overlap(polygons_of(band))
-    return bands
+    return [Opening.closing(band, "floor_edge") for band in bands]
 
 
 def bands_across_hall_openings(
     ground: BaseGeometry, ways: Sequence[tuple[BaseGeometry, int]], least_m2: float
-) -> list[Polygon]:
+) -> list[Opening]:
     """Bands across the openings of a hall that lies open, where it is what joins the parts of the house.
 
     ``ground`` is the closed plane so far; ``ways`` are its entrances, each with the number of the part of the house
@@ -246,7 +248,7 @@ def bands_across_hall_openings(
             if sum(edge.length for edge in edges) < SOME * hall.length:
                 bands += [band for edge in edges for band in polygons_of(_across_opening(edge, ground))]
         if bands:
-            return bands
+            return [Opening.closing(band, "wall_ends") for band in bands]
     return []
 
 

@@ -246,10 +246,7 @@ def boundaries(
         return
     sure = [piece for piece in pieces if piece.closed_by != "gate"]
     for plane in [ground, close_plane(planes.door, [*rails, *sure])][: 2 if len(sure) < len(pieces) else 1]:
-        yield [
-            *rails,
-            *(Opening.closing(p, "wall_ends") for p in closings_between_wall_ends(planes.tall, plane, config.area_m2)),
-        ]
+        yield [*rails, *closings_between_wall_ends(planes.tall, plane, config.area_m2)]
 
 
 def _railings(
@@ -273,17 +270,15 @@ def _railings(
 def _edges(level: Level, ground: BaseGeometry, rooms: list[Polygon], config: LayoutConfig) -> list[Opening]:
     """Return the edges of the source's rooms (R9) or of its floor (R7) where they lie open."""
     named = [room.polygon for room in level.rooms if room.polygon is not None]
-    around = bands_around_rooms(named, ground, rooms, config.area_m2)
-    edges = [Opening.closing(p, "room_edge") for p in around]
+    edges = bands_around_rooms(named, ground, rooms, config.area_m2)
     if level.floor is None or (edges and unite(named).area > MOST * level.floor.area):
         return edges
     if edges:
-        ground = unite([ground, *around])
-    bands = bands_at_floor_edge(level.floor, ground, config.area_m2, joined=not level.sills)
-    return [*edges, *(Opening.closing(p, "floor_edge") for p in bands)]
+        ground = close_plane(ground, edges)
+    return [*edges, *bands_at_floor_edge(level.floor, ground, config.area_m2, joined=not level.sills)]
 
 
-def hall_closings(layout: Layout, least_m2: float) -> list[Polygon]:
+def hall_closings(layout: Layout, least_m2: float) -> list[Opening]:
     """Return the bands that close the openings of a hall (R10)."""
     openings = [(c.polygon, set(c.sides)) for c in layout.candidates if c.is_strip]
     joined = (sides for _, sides in openings if len(sides) == 2 and OUTSIDE not in sides)

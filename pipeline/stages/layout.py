@@ -119,17 +119,11 @@ def _close(
         return Layout(walls, ground, sides, tuple(of_rooms), tuple(rooms), tuple(candidates))
 
     found = max(map(within, boundaries(level, planes, pieces, whole, config)), key=_area)
-    if not found.rooms and (
-        fronts := [Opening.closing(p, "wall_ends") for p in bands_at_open_fronts(planes.tall, config.area_m2)]
-    ):  # R4
+    if not found.rooms and (fronts := bands_at_open_fronts(planes.tall, config.area_m2)):  # R4
         found = within(fronts)
-    if not found.rooms and (
-        open_edges := [Opening.closing(p, "floor_edge") for p in _edges_of_open_house(level, planes, config)]
-    ):
+    if not found.rooms and (open_edges := _edges_of_open_house(level, planes, config)):
         found = within(open_edges)
-    if not level.sills and (
-        openings := [Opening.closing(p, "wall_ends") for p in hall_closings(found, config.area_m2)]
-    ):
+    if not level.sills and (openings := hall_closings(found, config.area_m2)):
         edges = [c for c in found.candidates if c.closed_by in EDGES and c not in ends]
         found = within([*edges, *openings])
     area = _area(found)
@@ -144,7 +138,7 @@ def _close(
     return found
 
 
-def _edges_of_open_house(level: Level, planes: Planes, config: LayoutConfig) -> list[Polygon]:
+def _edges_of_open_house(level: Level, planes: Planes, config: LayoutConfig) -> list[Opening]:
     """Return the bands that close an open house along its floor or its roof (R4)."""
     if level.sills or isinstance(level.walls, Prisms) or level.walls.is_cloud or planes.tall.is_empty:
         return []

@@ -13,7 +13,7 @@ from pipeline.geometry.open_boundaries import (
     closings_between_wall_ends,
     makes_a_ring,
 )
-from pipeline.geometry.openings import assign_sides, split_into_strips
+from pipeline.geometry.openings import assign_sides, close_plane, split_into_strips
 from pipeline.geometry.wall_gaps import contact_fillings, crack_fillings, gap_beyond_wall_end, gap_fillings, wall_ends
 from pipeline.stages.separation import minimal_separators
 from pipeline.values import Opening
@@ -32,7 +32,7 @@ def test_wall_ends_of_any_thickness_are_closed_across_an_open_front(thickness: f
     walls = u_shape(thickness)
     assert enclosed_area(walls) == 0
     bands = closings_between_wall_ends(walls, walls, 2.0)
-    assert enclosed_area(unite([walls, *bands])) == pytest.approx(20.0, rel=0.02)
+    assert enclosed_area(close_plane(walls, bands)) == pytest.approx(20.0, rel=0.02)
 
 
 def test_a_closed_house_gets_nothing() -> None:
@@ -53,7 +53,7 @@ def test_what_meets_a_wall_once_or_two_walls_makes_no_ring() -> None:
 
 def closings(*walls: shapely.Geometry, least_m2: float = 2.0) -> list[bytes]:
     plane = unite(walls)
-    return [each.normalize().wkb for each in closings_between_wall_ends(plane, plane, least_m2)]
+    return [each.polygon.normalize().wkb for each in closings_between_wall_ends(plane, plane, least_m2)]
 
 
 def test_a_front_closes_alike_beside_another_house_and_around_one() -> None:
@@ -76,8 +76,8 @@ def test_walls_far_apart_are_no_house() -> None:
 def test_the_edge_of_the_floor_closes_a_front_and_leaves_the_floor_free() -> None:
     walls = u_shape(0.2)
     bands = bands_at_floor_edge(FLOOR, walls, 2.0)
-    assert enclosed_area(unite([walls, *bands])) == pytest.approx(20.0, rel=0.01)
-    assert unite(bands).intersection(FLOOR).area < 0.01
+    assert enclosed_area(close_plane(walls, bands)) == pytest.approx(20.0, rel=0.01)
+    assert unite(band.polygon for band in bands).intersection(FLOOR).area < 0.01
 
 
 def test_a_slab_in_a_garden_is_no_room() -> None:
@@ -97,7 +97,7 @@ def test_what_walls_leave_open_around_a_deep_room_is_its_front_and_around_a_stag
     walls = shapely.box(0, 0, depth + 0.2, 4.4).difference(shapely.box(-1, 0.2, depth, 4.2))
     bands = bands_at_open_fronts(walls, 2.0)
     assert len(bands) == fronts
-    assert all(band.distance(shapely.Point(0.0, 2.0)) < 0.2 for band in bands)
+    assert all(band.polygon.distance(shapely.Point(0.0, 2.0)) < 0.2 for band in bands)
 
 
 def test_a_corner_has_no_front() -> None:
@@ -348,7 +348,7 @@ def test_walls_that_an_outer_wall_is_missing_from_end_before_the_edge_of_its_sla
     walls = unite([shapely.box(*u_shape(0.2).bounds).difference(shapely.box(0, -0.2, 5, 4)), shapely.box(2, 0, 2.1, 4)])
     walls = walls.difference(shapely.box(-1, -1, 6, short))
     floor = shapely.box(-0.2, 0, 5.2, 4.2)
-    whole = unite([walls, *bands_at_floor_edge(floor, walls, 2.0)])
+    whole = close_plane(walls, bands_at_floor_edge(floor, walls, 2.0))
     assert enclosed_area(whole) == pytest.approx(19.6, rel=0.02)
     assert len(enclosed_pieces(whole)[1]) == 2
 
@@ -357,4 +357,4 @@ def test_walls_that_an_outer_wall_is_missing_from_end_before_the_edge_of_its_sla
 def test_an_inner_wall_that_ends_before_an_open_front_leaves_no_gap_in_it(short: float) -> None:
     walls = unite([u_shape(0.2), shapely.box(2, short, 2.3, 3)])
     bands = bands_at_floor_edge(FLOOR, walls, 2.0)
-    assert enclosed_area(unite([walls, *bands])) == pytest.approx(20.0 - 0.3 * (3 - short), rel=0.02)
+    assert enclosed_area(close_plane(walls, bands)) == pytest.approx(20.0 - 0.3 * (3 - short), rel=0.02)
