@@ -55,7 +55,7 @@ SHALLOWEST_DOOR_M: Final = 0.005  # half of the grid: two faces of one wall are 
 
 CORNER: Final = math.sin(math.radians(35.0))  # a wall ends where the outline turns by more
 AXIS_STEP_M: Final = 0.025  # an edge that deviates less from an axis is parallel to it, because of steps of 1 cm
-INWARD_M: Final = 0.012  # rays start this far inside a neck: along the face itself, they would graze the other side
+INWARD_M: Final = 0.012  # rays start this far inside an opening: along the face itself, they would graze the other side
 RAY_START_M: Final = 0.02  # rays start this far past the end of a wall, beyond its steps
 FRONT_SNAP_M: Final = 0.08  # the end of a front that is closer to a corner ends there
 LOOKS_M: Final = (0.15, 0.3)  # how far in front of a front the width of the space is measured

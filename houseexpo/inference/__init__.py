@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from houseexpo.inference.division import Doorway, divide_into_rooms
-from houseexpo.inference.necks import find_necks
+from houseexpo.inference.openings import find_openings
 from houseexpo.inference.snapping import snap_polygon
 from houseexpo.plan import Box, Door, Room
 from houseexpo.plan.model import PlanData
@@ -38,11 +38,11 @@ def with_rooms(plan: _Plan) -> _Plan:
 
     1. *Fronts*: where a wall ends, each of its faces is extended across the opening to the opposite wall, 0.4 to 2.2 m
        away.
-    2. *Necks*: two fronts that face each other through the thickness of a wall (0.5 m; 0.8 m for a narrow door), with
-       wider space in front of both. Two wall ends are better evidence than one wall end beside a straight wall, and
-       narrow openings are better than wide ones.
-    3. *Doors*: of necks that overlap, the most likely one. Each door must connect two rooms, must not open most of the
-       wall between them, and must not leave a room under 0.8 m2. *Rooms* are the areas that the doors separate.
+    2. *Openings*: two fronts that face each other through the thickness of a wall (0.5 m; 0.8 m for a narrow door),
+       with wider space in front of both. Two wall ends are better evidence than one wall end beside a straight wall,
+       and narrow openings are better than wide ones.
+    3. *Doors*: of openings that overlap, the most likely one. Each door must connect two rooms, must not open most of
+       the wall between them, and must not leave a room under 0.8 m2. *Rooms* are the areas that the doors separate.
     4. *Labels*: each box of ``room_category`` belongs to the room that it fits best. A room may have several labels
        (``source_labels``; ``label`` is the best), and is "Unlabelled" if it has none. Boxes never change the geometry.
 
@@ -77,7 +77,7 @@ def with_rooms(plan: _Plan) -> _Plan:
     (Door(0, 'door', 1.00 m, rooms 0 and 1),)
     """
     space = plan.free_space
-    shapes, doorways = divide_into_rooms(space, find_necks(space))
+    shapes, doorways = divide_into_rooms(space, find_openings(space))
     order = sorted(range(len(shapes)), key=lambda k: shapes[k].bounds)
     room_id = {k: i for i, k in enumerate(order)}
     names = _labels_of([shapes[k] for k in order], plan.room_category)
@@ -95,7 +95,7 @@ def _label(names: tuple[str, ...]) -> str:
 
 
 def _door(door_id: int, found: Doorway, room_id: dict[int, int]) -> Door:
-    (x1, y1), (x2, y2) = found.neck.segment.round(2).tolist()
+    (x1, y1), (x2, y2) = found.opening.segment.round(2).tolist()
     one, other = sorted(room_id[room] for room in found.rooms)
     return Door(
         id=door_id,

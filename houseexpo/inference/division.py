@@ -1,4 +1,4 @@
-"""Choose the doors among candidates (necks), and divide a free space into the rooms that these doors separate."""
+"""Choose the doors among candidates (openings), and divide a free space into the rooms that these doors separate."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from houseexpo.inference.necks import Floats, Neck
+from houseexpo.inference.openings import Floats, Opening
 from houseexpo.inference.snapping import enclosed_faces
 from houseexpo.tolerances import (
     APART_M,
@@ -30,23 +30,23 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class Doorway:
-    """A door: its neck, the area of its passage, and the indices of the two rooms in front of the neck."""
+    """A door: its opening, the area of its passage, and the indices of the two rooms in front of the opening."""
 
-    neck: Neck
+    opening: Opening
     polygon: Polygon
     rooms: tuple[int, int]
 
 
 @dataclass(frozen=True, eq=False)
 class _Link:
-    """A neck among the faces: its own face, and the face in front of each front."""
+    """An opening among the faces: its own face, and the face in front of each front."""
 
-    neck: Neck
+    opening: Opening
     face: int
     sides: tuple[int, int]
 
 
-def divide_into_rooms(space: Polygon | MultiPolygon, candidates: list[Neck]) -> tuple[list[Polygon], list[Doorway]]:
+def divide_into_rooms(space: Polygon | MultiPolygon, candidates: list[Opening]) -> tuple[list[Polygon], list[Doorway]]:
     """Return rooms and doors that cover a free space (metres); ``candidates`` are sorted, the most likely first.
 
     R1  Of candidates that overlap, the most likely one counts.
@@ -61,20 +61,20 @@ def divide_into_rooms(space: Polygon | MultiPolygon, candidates: list[Neck]) -> 
         links = _links(faces, chosen)
         if len(links) == len(chosen):
             break
-        chosen = [link.neck for link in links]  # the others separate nothing
+        chosen = [link.opening for link in links]  # the others separate nothing
     links, rooms = _drop_until_stable(faces, links)
     room_of = {face: k for k, room in enumerate(rooms) for face in room}
-    doors = [Doorway(k.neck, faces[k.face], (room_of[k.sides[0]], room_of[k.sides[1]])) for k in links]
+    doors = [Doorway(k.opening, faces[k.face], (room_of[k.sides[0]], room_of[k.sides[1]])) for k in links]
     return [_union_of_faces(faces[room]) for room in rooms], doors
 
 
-def _non_overlapping(candidates: list[Neck]) -> list[Neck]:
+def _non_overlapping(candidates: list[Opening]) -> list[Opening]:
     """R1."""
     import shapely
 
     if not candidates:
         return []
-    hulls = shapely.convex_hull(shapely.multipoints([neck.fronts.reshape(4, 2) for neck in candidates]))
+    hulls = shapely.convex_hull(shapely.multipoints([opening.fronts.reshape(4, 2) for opening in candidates]))
     one, other = shapely.STRtree(hulls).query(hulls, predicate="dwithin", distance=APART_M)
     later = other[one < other], one[one < other]
     taken = np.ones(len(candidates), dtype=bool)
@@ -83,11 +83,11 @@ def _non_overlapping(candidates: list[Neck]) -> list[Neck]:
     return [candidates[k] for k in np.flatnonzero(taken)]
 
 
-def _faces(space: Polygon | MultiPolygon, necks: list[Neck]) -> npt.NDArray[np.object_]:
-    """Return the faces of the free space when it is cut along all fronts of the necks."""
+def _faces(space: Polygon | MultiPolygon, openings: list[Opening]) -> npt.NDArray[np.object_]:
+    """Return the faces of the free space when it is cut along all fronts of the openings."""
     import shapely
 
-    fronts = np.array([neck.fronts for neck in necks]).reshape(-1, 2, 2)
+    fronts = np.array([opening.fronts for opening in openings]).reshape(-1, 2, 2)
     on = fronts[:, 1] - fronts[:, 0]
     on *= OVERLAP_M / np.hypot(*on.T)[:, None]
     lines = shapely.linestrings(fronts + np.stack([-on, on], axis=1))
@@ -97,38 +97,40 @@ def _faces(space: Polygon | MultiPolygon, necks: list[Neck]) -> npt.NDArray[np.o
     return np.asarray(faces[inside])
 
 
-def _links(faces: npt.NDArray[np.object_], necks: list[Neck]) -> list[_Link]:
-    """Return the necks that have a face of their own between two other faces."""
+def _links(faces: npt.NDArray[np.object_], openings: list[Opening]) -> list[_Link]:
+    """Return the openings that have a face of their own between two other faces."""
     import shapely
 
-    if not necks:
+    if not openings:
         return []
-    looks = np.stack([_points_in_front(neck) for neck in necks])
+    looks = np.stack([_points_in_front(opening) for opening in openings])
     place = np.full(looks.shape[:2], -1)
     point, face = shapely.STRtree(faces).query(shapely.points(looks).ravel(), predicate="within")
     place.flat[point] = face
     found = []
     own: set[int] = set()
-    fills = _faces_filled_by_necks(faces[place[:, 0]], necks)
-    for neck, (middle, one, other), fits in zip(necks, place.tolist(), fills.tolist(), strict=True):
+    fills = _faces_filled_by_openings(faces[place[:, 0]], openings)
+    for opening, (middle, one, other), fits in zip(openings, place.tolist(), fills.tolist(), strict=True):
         if fits and min(middle, one, other) >= 0 and middle not in (one, other) and middle not in own:
-            found.append(_Link(neck, middle, (one, other)))
+            found.append(_Link(opening, middle, (one, other)))
             own.add(middle)
     return [link for link in found if own.isdisjoint(link.sides)]
 
 
-def _faces_filled_by_necks(faces: npt.NDArray[np.object_], necks: list[Neck]) -> npt.NDArray[np.bool_]:
-    """Return whether each face is about as large as its neck, that is, whether nothing else runs through it."""
+def _faces_filled_by_openings(faces: npt.NDArray[np.object_], openings: list[Opening]) -> npt.NDArray[np.bool_]:
+    """Return whether each face is about as large as its opening, that is, whether nothing else runs through it."""
     import shapely
 
-    area = shapely.area(shapely.convex_hull(shapely.multipoints([neck.fronts.reshape(4, 2) for neck in necks])))
+    area = shapely.area(
+        shapely.convex_hull(shapely.multipoints([opening.fronts.reshape(4, 2) for opening in openings]))
+    )
     found = shapely.area(faces)
     return np.asarray((found > 0.5 * area - JAGS_M2) & (found < 2.0 * area + JAGS_M2))
 
 
-def _points_in_front(neck: Neck) -> Floats:
-    """Return the middle of a neck and a point in front of each of its fronts, (3, 2)."""
-    return np.vstack([neck.middle[None], neck.fronts.mean(axis=1) - BEFORE_DOOR_M * neck.into])
+def _points_in_front(opening: Opening) -> Floats:
+    """Return the middle of an opening and a point in front of each of its fronts, (3, 2)."""
+    return np.vstack([opening.middle[None], opening.fronts.mean(axis=1) - BEFORE_DOOR_M * opening.into])
 
 
 def _drop_until_stable(faces: npt.NDArray[np.object_], links: list[_Link]) -> tuple[list[_Link], list[list[int]]]:
@@ -165,28 +167,28 @@ def _rooms(faces: int, links: list[_Link], kept: list[_Link]) -> list[list[int]]
 def _open_links(links: list[_Link], sides: list[tuple[int, int]]) -> set[int]:
     """R3."""
     wide: set[int] = set()
-    for row in _in_rows([link.neck for link in links], sides):
-        necks = [links[k].neck for k in row]
-        width = sum(neck.width for neck in necks)
-        share = width / min(neck.room for neck in necks)
-        alone = len(necks) == 1
+    for row in _in_rows([link.opening for link in links], sides):
+        openings = [links[k].opening for k in row]
+        width = sum(opening.width for opening in openings)
+        share = width / min(opening.room for opening in openings)
+        alone = len(openings) == 1
         most = OPEN_ALONE if alone else OPEN_ROW
-        if width > COMMON_OPENING_M and share > most and not (alone and necks[0].whole == 2):
+        if width > COMMON_OPENING_M and share > most and not (alone and openings[0].whole == 2):
             wide.update(row)
     return wide
 
 
-def _in_rows(necks: list[Neck], sides: list[tuple[int, int]]) -> list[list[int]]:
-    """Return the indices of necks between the same two rooms, grouped if they are side by side in one wall."""
+def _in_rows(openings: list[Opening], sides: list[tuple[int, int]]) -> list[list[int]]:
+    """Return the indices of openings between the same two rooms, grouped if they are side by side in one wall."""
     import networkx as nx
 
     rows = nx.Graph()
-    rows.add_nodes_from(range(len(necks)))
-    for i, k in combinations(range(len(necks)), 2):
+    rows.add_nodes_from(range(len(openings)))
+    for i, k in combinations(range(len(openings)), 2):
         if set(sides[i]) == set(sides[k]):
-            to = necks[k].middle - necks[i].middle
-            aside = abs(float(to @ necks[i].into[0]))
-            if aside <= IN_LINE_M and float(np.hypot(*to)) <= (necks[i].room + necks[k].room) / 2:
+            to = openings[k].middle - openings[i].middle
+            aside = abs(float(to @ openings[i].into[0]))
+            if aside <= IN_LINE_M and float(np.hypot(*to)) <= (openings[i].room + openings[k].room) / 2:
                 rows.add_edge(i, k)
     return [sorted(row) for row in nx.connected_components(rows)]
 
