@@ -41,9 +41,10 @@ def real_path(path: str | os.PathLike[str]) -> Path:
 
 def named_path(path: str | os.PathLike[str], what: str) -> Path:
     """Return a path; raise ConfigError if it is an empty text, which ``Path`` takes for the current folder."""
-    if not os.fspath(path):
+    named = os.fsdecode(path)
+    if not named:
         raise ConfigError(f"{what}: expected a path, found an empty text; the current folder is '.'")
-    return Path(path)
+    return Path(named)
 
 
 MAX_RECORD_BYTES: Final = 256 << 20

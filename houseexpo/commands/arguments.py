@@ -101,6 +101,8 @@ def _data_set_for_lookup(name: str, data: Path | None) -> Dataset:
     except ConfigError:
         if data is not None:
             raise
+    if is_data_set(name):
+        raise ConfigError(f"{name}: expected the file or the id of a plan beside others; a data set stands alone")
     raise ConfigError(
         f"{name}: no such file or folder, and no data set in which it could be an id; check the path, or name the data "
         "set with --dataset, or run houseexpo fetch"

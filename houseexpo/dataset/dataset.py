@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import operator
 import os
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
@@ -136,8 +137,11 @@ class Dataset(Sequence[FloorPlan]):
             return self._plan(self._row(item))
         if isinstance(item, slice):
             return Dataset(self._catalogue, self._rows[item])
-        if np.ndim(item) == 0 and hasattr(item, "__index__"):
-            return self._plan(int(self._rows[item]))
+        if np.ndim(item) == 0 and hasattr(item, "__index__") and not isinstance(item, bool | np.bool_):
+            number = operator.index(item)
+            if not -len(self) <= number < len(self):
+                raise IndexError(f"plans[{number}]: there are {count_noun(len(self), 'plan')}, with numbers from 0")
+            return self._plan(int(self._rows[number]))
         return self._take(item)
 
     def _take(self, items: Any) -> Dataset:

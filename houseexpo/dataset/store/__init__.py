@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 def address_in(place: str | os.PathLike[str]) -> str:
     """Return ``place`` if it is an address, "" if it is a path; the slash that ``Path`` drops is restored."""
-    found = re.match("(https?):/+(.*)", os.fspath(place), re.IGNORECASE)
+    found = re.match("(https?):/+(.*)", os.fsdecode(place), re.IGNORECASE)
     return f"{found[1].lower()}://{found[2]}" if found else ""
 
 

@@ -135,6 +135,8 @@ def test_a_word_that_is_no_file_and_can_be_no_id_is_named(tmp_path, monkeypatch)
     monkeypatch.setenv("HOUSEEXPO_CACHE", str(tmp_path / "cache"))
     for words in (("info", "plan"), ("show", "plan", "--out", tmp_path / "sheet.svg")):
         assert "plan: no such file or folder, and no data set in which it could be an id" in call(*words, code=2)
+    (tmp_path / "plans").mkdir()
+    assert "a data set stands alone" in call("info", tmp_path / "plans", "plan", code=2)
 
 
 def test_a_reader_who_has_seen_enough_is_no_error(data, tmp_path):

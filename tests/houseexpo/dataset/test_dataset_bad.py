@@ -241,6 +241,7 @@ def test_an_empty_text_is_no_path(tmp_path, monkeypatch):
     monkeypatch.chdir(pack(tmp_path, "folder", {"a": good("a")}))
     calls = (
         lambda: open_dataset(""),
+        lambda: open_dataset(b""),
         lambda: validate_dataset(""),
         lambda: build("procedural:1", ""),
         lambda: build("", tmp_path / "out"),

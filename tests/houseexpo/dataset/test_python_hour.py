@@ -148,7 +148,10 @@ def test_plans_are_taken_as_from_an_array(plans: Dataset) -> None:
         plans[[True, False]]
     with pytest.raises(IndexError):
         plans[[9]]
-    for odd in ([[0]], [0.5], {0}, 1.0, None):
+    for number in (4, -5, 10**30):
+        with pytest.raises(IndexError, match=rf"plans\[{number}\]: there are 4 plans, with numbers from 0"):
+            plans[number]
+    for odd in ([[0]], [0.5], {0}, 1.0, None, True, np.True_):
         with pytest.raises(TypeError, match="expected a number, an id, a slice"):
             plans[odd]
 
