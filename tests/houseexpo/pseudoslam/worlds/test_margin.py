@@ -83,10 +83,10 @@ def test_no_normal_draw_exceeds_its_bound() -> None:
     assert max(abs(normal(7, i)) for i in range(100_000)) < MOST_SIGMA
 
 
-@pytest.mark.parametrize("motion", ["discrete", "differential"])
+@pytest.mark.parametrize("motion", slow_but(["discrete", "differential"], "discrete"))
 @pytest.mark.parametrize("name", slow_but(DRIFTS, "shares", "wheels, random"))
 def test_drift_stays_on_the_map(name: str, motion: str) -> None:
-    """Episodes as long as the margin is made for, of a robot that wanders."""
+    """Episodes as long as the margin is made for, of a robot that wanders; drives have a kernel that compiles long."""
     drive = Differential() if motion == "differential" else None
     config = SimulatorConfig(
         8.0, RobotConfig(drive=drive), LaserConfig(5.0, 180.0, 2.0), noise=DRIFTS[name], max_steps=300, step_s=0.5
