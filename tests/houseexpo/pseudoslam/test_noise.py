@@ -98,6 +98,22 @@ def errors_ahead(simulator: Simulator, state: State) -> np.ndarray:
     return np.interp(wanted, directions[order], (distances * np.cos(directions))[order]) - 2.0
 
 
+def test_a_wrong_registration_shifts_all_of_a_step_alike() -> None:
+    noise = NoiseConfig(registration_m=0.1)
+    config = replace(PLAIN, noise=noise, laser=LaserConfig(3.0, 30.0), robot=RobotConfig(turn_deg=40.0))
+    simulator = Simulator.of(corner(), at(3.0, 2.0, -20.0, config))
+    rng, found = np.random.default_rng(5), []
+    for _ in range(400):
+        state = simulator.start(rng)
+        state.known[:] = 0
+        simulator.step(state, "left")  # four scans
+        wall = np.nonzero(state.known == 255)[1]
+        assert np.ptp(wall) <= 1  # it stays straight, and thin
+        found.append((wall.mean() - 126 - simulator.world.margin_px) / 25)
+    assert np.std(found) == pytest.approx(0.1, rel=0.12)
+    assert np.mean(found) == pytest.approx(0.0, abs=0.03)
+
+
 def test_a_wrong_registration_turns_a_scan_about_the_robot() -> None:
     noise = NoiseConfig(registration_deg=2.0)
     simulator = Simulator.of(corner(), at(3.0, 2.0, 0.0, replace(PLAIN, noise=noise, laser=LaserConfig(3.0, 60.0))))

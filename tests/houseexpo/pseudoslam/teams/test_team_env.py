@@ -236,6 +236,16 @@ def test_a_team_that_reports_ends_at_the_base() -> None:
     assert infos["robot_0"]["is_success"]
 
 
+def test_people_walk_among_robots() -> None:
+    env = parallel_env(robots=3, dataset=HALL, config=SimulatorConfig(people=PeopleConfig(2)), success_coverage=None)
+    env.reset(seed=0)
+    where = [env.team.states[0].episode.bodies.people["x"].copy()]
+    for _ in range(20):
+        env.step(dict.fromkeys(env.agents, 1))
+        where.append(env.team.states[0].episode.bodies.people["x"].copy())
+    assert np.abs(np.diff(where, axis=0)).sum() > 1.0
+
+
 @pytest.mark.parametrize("motion", ["diff", DRIVES[0]])
 def test_no_person_overlaps_any_robot(motion: str) -> None:
     config = SimulatorConfig(people=PeopleConfig(6))
