@@ -7,7 +7,7 @@ R3  It turns around the closed cell. So a line of the path that ends at a corner
 R4  Lines between two corners are at most ``reach_px`` long. A longer one, in a hall, passes corners nearby.
 R5  A corner of these cells lies up to ``HALF_DIAGONAL`` beside the circle on which a disc turns around a wall's corner.
     So lengths are measured between places on these circles: at the distance of the robot's radius from the occupied
-    cell that is nearest to the corner.
+    cell that is nearest to the corner, and around the circles at both ends.
 R6  Distances are searched only as far as they are asked for: those of all corners on ways from the goal to the robot
     that are at most ``sure_px`` long. A corner outside of this ellipse is on no shorter way. The search goes on where
     it stopped when the robot leaves the places for which it was enough.
@@ -36,9 +36,9 @@ PATHS = make_row_dtype(
 """Rows and columns of the cells, the number of corners, the longest line between two of them, the goal, and the corner
 to which the last path led; the place for which distances were searched, and the length up to which its ways are
 sure."""
-X, Y, SIGN, TURN_X, TURN_Y = range(5)
+X, Y, SIGN, TURN_X, TURN_Y, WALL_X, WALL_Y = range(7)
 """The columns of ``CornerGraph.corners``: the place in pixels, the sign of the product of right and down on lines that
-may end there (R3), and the place from and to which lengths are measured (R5)."""
+may end there (R3), the place from and to which lengths are measured, and the middle of its circle (R5)."""
 WAY, DONE, LOOKED = range(3)
 """The columns of ``GoalPaths.ways``: the distance to the goal as far as it is known, the one with which the corner's
 lines were followed, both in pixels, and whether the line to the goal has been looked at."""
@@ -64,7 +64,7 @@ class GoalPaths(NamedTuple):
 def no_goal_paths() -> GoalPaths:
     """Return no paths, for no goal."""
     return GoalPaths(
-        np.zeros(1, PATHS), np.zeros(0, np.uint8), np.zeros((0, 5)), np.zeros(0, np.int64), np.zeros(0, np.int32),
+        np.zeros(1, PATHS), np.zeros(0, np.uint8), np.zeros((0, 7)), np.zeros(0, np.int64), np.zeros(0, np.int32),
         np.zeros((0, 3)),
     )  # fmt: skip
 
@@ -75,7 +75,7 @@ class CornerGraph(NamedTuple):
     standing: Grid
     """(rows, cols), 1 for cells where the robot can stand."""
     corners: Floats
-    """(corners, 5), from top to bottom."""
+    """(corners, 7), from top to bottom."""
     starts: Counts
     """(corners + 1,), where each corner's part of ``others`` begins."""
     others: Cells
@@ -88,7 +88,7 @@ def make_corner_graph(standing: Grid, occupied: Grid, radius_px: float, reach_px
 
     ``occupied`` (rows, cols) is not 0 in the cells that keep the centre of the robot ``radius_px`` away (R5).
     """
-    corners = np.empty((list_corners(standing, np.empty((0, 5))), 5))
+    corners = np.empty((list_corners(standing, np.empty((0, 7))), 7))
     list_corners(standing, corners)
     place_turns(occupied, radius_px, corners)
     return CornerGraph(standing, corners, *link_corners(standing, corners, reach_px), reach_px)
@@ -137,8 +137,8 @@ def place_turns(occupied: Grid, radius_px: float, corners: Floats) -> None:
                     if far < near:
                         near, near_x, near_y = far, at_x, at_y
         stretch = radius_px / math.sqrt(near) if (near_x, near_y) != (x, y) else 0.0
-        corners[k, TURN_X] = near_x + (x - near_x) * stretch
-        corners[k, TURN_Y] = near_y + (y - near_y) * stretch
+        corners[k, TURN_X], corners[k, WALL_X] = near_x + (x - near_x) * stretch, near_x
+        corners[k, TURN_Y], corners[k, WALL_Y] = near_y + (y - near_y) * stretch, near_y
 
 
 @njit(cache=True, nogil=True)
@@ -217,7 +217,9 @@ def _best_by_corners(paths: GoalPaths, x: float, y: float) -> float:
         right, down = corners[there, X] - x, corners[there, Y] - y
         if abs(right) > reach or right * down * corners[there, SIGN] < 0.0:
             continue
-        way = math.hypot(corners[there, TURN_X] - x, corners[there, TURN_Y] - y) + ways[there, WAY]
+        if _apart(corners[there, TURN_X], corners[there, TURN_Y], x, y) + ways[there, WAY] >= best:
+            continue
+        way = _length_to(corners, there, x, y) + ways[there, WAY]
         if way < best and is_straight(standing, x, y, corners[there, X], corners[there, Y]):
             best = way
             size.last = there
@@ -244,7 +246,7 @@ def _search_ways(paths: GoalPaths, x: float, y: float, most: float) -> None:
             continue
         if ways[there, LOOKED] == 0.0:
             ways[there, LOOKED] = 1.0
-            at_x, at_y, way = corners[there, X], corners[there, Y], math.hypot(to_x - goal_x, to_y - goal_y)
+            at_x, at_y, way = corners[there, X], corners[there, Y], _length_to(corners, there, goal_x, goal_y)
             leads = (at_x - goal_x) * (at_y - goal_y) * corners[there, SIGN] >= 0.0  # R3
             if leads and way < ways[there, WAY] and is_straight(standing, goal_x, goal_y, at_x, at_y):
                 ways[there, WAY] = way
@@ -264,7 +266,10 @@ def _search_ways(paths: GoalPaths, x: float, y: float, most: float) -> None:
             to_x, to_y = corners[there, TURN_X], corners[there, TURN_Y]
             if way + _apart(from_x, from_y, to_x, to_y) > ways[there, WAY] + _EPS:
                 continue
-            far = way + math.hypot(to_x - from_x, to_y - from_y)
+            chord = math.hypot(to_x - from_x, to_y - from_y)
+            far = way + chord + _detour(corners, there, from_x, from_y, chord)
+            if corners[here, WALL_X] != corners[there, WALL_X] or corners[here, WALL_Y] != corners[there, WALL_Y]:
+                far += _detour(corners, here, to_x, to_y, chord)
             if far < ways[there, WAY]:
                 ways[there, WAY] = far
                 if far + _apart(to_x, to_y, x, y) > most:
@@ -272,6 +277,26 @@ def _search_ways(paths: GoalPaths, x: float, y: float, most: float) -> None:
                 else:
                     heapq.heappush(heap, (far, there))
     size.from_x, size.from_y, size.sure_px = x, y, most if is_left else math.inf
+
+
+@njit(cache=True, nogil=True)
+def _length_to(corners: Floats, there: int, x: float, y: float) -> float:
+    """Return the length of the shortest line from (x, y) around a corner's circle to its place on it (R5)."""
+    chord = math.hypot(corners[there, TURN_X] - x, corners[there, TURN_Y] - y)
+    return chord + _detour(corners, there, x, y, chord)
+
+
+@njit(cache=True, nogil=True)
+def _detour(corners: Floats, there: int, x: float, y: float, chord: float) -> float:
+    """Return by how much that line is longer than the straight one: it is a tangent and an arc if this one crosses."""
+    to_x, to_y = corners[there, TURN_X], corners[there, TURN_Y]
+    out_x, out_y = to_x - corners[there, WALL_X], to_y - corners[there, WALL_Y]
+    if (to_x - x) * out_x + (to_y - y) * out_y <= 0.0:
+        return 0.0
+    off_x, off_y, radius = x - corners[there, WALL_X], y - corners[there, WALL_Y], math.hypot(out_x, out_y)
+    tangent = math.sqrt(max(off_x * off_x + off_y * off_y - radius * radius, 0.0))
+    turn = math.atan2(abs(off_x * out_y - off_y * out_x), off_x * out_x + off_y * out_y) - math.atan2(tangent, radius)
+    return max(tangent + radius * turn - chord, 0.0)
 
 
 @njit(inline="always")

@@ -223,8 +223,8 @@ def test_lines_along_sides_need_an_open_cell_beside_them() -> None:
 def test_corners_are_where_one_cell_of_four_is_closed() -> None:
     standing = np.ones((5, 6), np.uint8)
     standing[2, 2:4] = 0
-    corners = np.empty((4, 5))
-    assert list_corners(standing, np.empty((0, 5))) == list_corners(standing, corners) == 4
+    corners = np.empty((4, 7))
+    assert list_corners(standing, np.empty((0, 7))) == list_corners(standing, corners) == 4
     assert corners[:, [X, Y]].tolist() == [[2, 2], [4, 2], [2, 3], [4, 3]]
     assert corners[:, SIGN].tolist() == [-1.0, 1.0, 1.0, -1.0]
 
@@ -242,6 +242,20 @@ def test_a_disc_turns_around_the_corner_of_a_wall_on_a_circle() -> None:
     assert turns == pytest.approx(5.0)
     moved = np.hypot(corners[:, TURN_X] - corners[:, X], corners[:, TURN_Y] - corners[:, Y])
     assert 0.5 < moved.max() <= math.sqrt(0.5)
+
+
+@pytest.mark.parametrize("radius_px", [3.2, 5.0, 6.6])
+@pytest.mark.parametrize("x", [5.5, 24.5, 29.5])
+def test_around_the_end_of_a_wall_the_path_is_an_arc(radius_px: float, x: float) -> None:
+    """A wall of one cell in width; straight lines between the corners would be up to 1.7% too short."""
+    occupied = np.zeros((60, 60), np.uint8)
+    occupied[30, :30] = 1
+    rows, cols = np.mgrid[:60, :60] + 0.5
+    standing = np.hypot(np.maximum(np.abs(rows - 30.5) - 0.5, 0), np.maximum(cols - 30, 0)) >= radius_px
+    graph = make_corner_graph(standing.astype(np.uint8), occupied, radius_px, FAR)
+    goal, start = (x, 29.5 - math.ceil(radius_px)), (x, 31.5 + math.ceil(radius_px))
+    exact = exact_distance(disc_area(occupied, radius_px), start, goal)
+    assert 0.9999 * exact <= goal_distance_at(find_goal_paths(graph, *goal), *start) <= 1.009 * exact
 
 
 def room_with_pillars(seed: int) -> FloorPlan:
