@@ -51,9 +51,9 @@ class BuildResult:
 
     ``not_done`` counts the inputs that a transient fault kept from being done; ``unchanged``: it stood so before;
     ``entries`` say what came of each input, ``ignored`` counts the files of its folders that are no houses, by suffix;
-    ``links`` are those in its folders that are not followed; ``passed_over`` says which sources hold no house;
-    ``overrides`` are the corrections, under the ids of its inputs, and ``idle_keeps`` the plans that a person keeps and
-    that nothing would have left out, if they were looked for;
+    ``links`` are the links, pipes and devices in its folders that are not read; ``passed_over`` says which sources hold
+    no house; ``overrides`` are the corrections, under the ids of its inputs, and ``idle_keeps`` the plans that a person
+    keeps and that nothing would have left out, if they were looked for;
     ``duplicates`` are the plans that it left out, each with the one that it repeats;
     ``licences`` are those that its sources state, "" among them where one states none; ``sources`` are those of this
     build, without others that it was added to.

@@ -69,19 +69,21 @@ def walk_source_files(folder: Path) -> Iterator[Path]:
 
 
 def links_left_out(folder: Path) -> list[str]:
-    """Return the names of the links that ``walk_source_files`` does not follow: to folders, and to nothing."""
+    """Return the names of what ``walk_source_files`` leaves out: links to folders and to nothing, pipes, devices."""
     found = []
     for place, folders, names in os.walk(folder):
-        links = [file for name in (*folders, *names) if (file := Path(place, name)).is_symlink()]
-        found += [displayable_name(file.relative_to(folder).as_posix()) for file in links if not file.is_file()]
+        left = [file for name in folders if (file := Path(place, name)).is_symlink()]
+        left += [file for name in names if not (file := Path(place, name)).is_file()]
+        found += [displayable_name(file.relative_to(folder).as_posix()) for file in left]
         folders[:] = [name for name in folders if not Path(place, name, BUILT).is_dir()]
     return sorted(found)
 
 
 def describe_links(links: Sequence[str]) -> str:
-    """Say which links are not followed, and what to do."""
+    """Say which links, pipes and devices are not read, and what to do."""
     names = ", ".join(links[:_NAMED_ONE_BY_ONE]) + (", ..." if len(links) > _NAMED_ONE_BY_ONE else "")
-    return f"links to folders and to nothing are not followed: {names}; name what they lead to as a SOURCE of its own"
+    told = f"links to folders or to nothing, pipes and devices are not read: {names}"
+    return f"{told}; name what a link leads to as a SOURCE of its own"
 
 
 def list_files_of_format(path: str, suffixes: Iterable[str]) -> Iterator[tuple[Path, str]]:

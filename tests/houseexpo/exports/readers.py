@@ -43,8 +43,13 @@ def solid_at(mesh: trimesh.Trimesh, height: float) -> list[BaseGeometry]:
     noded = shapely.union_all(lines, grid_size=1e-5)
     faces = shapely.get_parts(shapely.polygonize([noded]))
     points = shapely.get_coordinates(shapely.point_on_surface(faces))
-    rays = shapely.linestrings(np.stack([points, points + np.array((100.0, 37.7))], axis=1))
-    crossed = shapely.intersects(rays[:, None], shapely.get_parts(noded)[None]).sum(axis=1)
+    corners, line = shapely.get_coordinates(shapely.get_parts(noded), return_index=True)
+    follows = line[1:] == line[:-1]
+    (x1, y1), (x2, y2) = corners[:-1][follows].T, corners[1:][follows].T
+    x, y = points.T[..., None]
+    spans = (y1 > y) != (y2 > y)  # half open: a ray through a corner crosses one of its two sides
+    to_the_right = (x2 - x1) * (y - y1) / np.where(y2 == y1, 1.0, y2 - y1) + x1 > x
+    crossed = (spans & to_the_right).sum(axis=1)
     return [face for face, count in zip(faces, crossed, strict=True) if count % 2]
 
 
