@@ -24,7 +24,7 @@ R7  A door that the source names parts two rooms. Where both of its faces look i
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
 
@@ -97,6 +97,11 @@ class Division:
     def closed_by(self, pieces: Sequence[Opening]) -> Division:
         """Return the division in which more pieces close, whose strips are not yet among its openings."""
         return Division(self.openings, *enclosed_pieces(close_plane(self.ground, pieces))) if pieces else self
+
+    def idle(self, pieces: Iterable[Opening]) -> list[Opening]:
+        """Return those pieces of which most lies in none of the openings."""
+        taken = unite([opening.polygon for opening in self.openings])
+        return [piece for piece in pieces if intersect(piece.polygon, taken).area < MOST * piece.polygon.area]
 
     def strips_of(self, pieces: Sequence[Opening], standing: BaseGeometry) -> list[Opening]:
         """Return the strips of pieces that close this division and lie in what is ``standing`` without them."""
@@ -362,19 +367,13 @@ def _touching(grown: Shapes, others: Sequence[BaseGeometry]) -> list[tuple[int, 
     return [(int(k), int(other)) for k, other in pairs.T[shared > MM_M * HAIR_M]]
 
 
-def _without_effect(
-    pieces: Sequence[Opening],
-    kinds: Collection[str],
-    division: Division,
-) -> list[Opening]:
+def _without_effect(pieces: Sequence[Opening], kinds: Collection[str], division: Division) -> list[Opening]:
     """Return what parted nothing of some kinds: doors and openings, lintels over doorways of others, gaps (R6).
 
     A wide opening beside a doorway may leave nothing that the doorway parts by itself. A lintel or a gap that would
     part spaces was dropped for another reason, and is not returned.
     """
-    taken = unite([opening.polygon for opening in division.openings])
-    found = [piece for piece in pieces if piece.closed_by in kinds]
-    found = [piece for piece in found if intersect(piece.polygon, taken).area < MOST * piece.polygon.area]
+    found = division.idle(piece for piece in pieces if piece.closed_by in kinds)
     found = [piece for piece in found if piece.closed_by != "lintel" or _is_over_doorway(piece.polygon)]
     if all(piece.closed_by in KNOWN for piece in found):
         return found
@@ -413,13 +412,7 @@ def _in_line_with_idle_doors(
     named = unite([each.polygon for each in doorways if each.said_by == "named" and each.has_door])
     if named.is_empty:
         return found
-    taken = unite([opening.polygon for opening in found.openings])
-    idle = [
-        each
-        for each in pieces
-        if each.closed_by in {"door", "lintel", "gate"}
-        and intersect(each.polygon, taken).area < MOST * each.polygon.area
-    ]
+    idle = found.idle(each for each in pieces if each.closed_by in {"door", "lintel", "gate"})
     for door in [each for each in idle if each.has_door and each.polygon.intersects(named)]:
         in_line = [
             replace(each, polygon=box_polygon(box_around_polygon(each.polygon), width=width + 2 * BESIDE_M))
