@@ -17,7 +17,7 @@ from pipeline.sources.homes.level import level_from_home
 from pipeline.sources.homes.wishes import distributions_digest
 from pipeline.sources.reader_choice import PUBLISHED, SOUND, TEST, parse_made_houses
 from pipeline.sources.sound_homes.home import make_sound_home, sound_home_id
-from pipeline.sources.sound_homes.level import level_from_sound_home
+from pipeline.sources.sound_homes.level import levels_of_sound_home
 from pipeline.values import Input, Level
 
 
@@ -43,6 +43,6 @@ def read(item: Input) -> Iterator[Level]:
     """Make the home."""
     seed, index, kind = item.key.split(":", maxsplit=2)
     if kind == SOUND:
-        yield level_from_sound_home(make_sound_home(int(index), int(seed)))
+        yield from levels_of_sound_home(make_sound_home(int(index), int(seed)))
     else:
         yield level_from_home(make_home(int(index), int(seed)))

@@ -8,7 +8,7 @@ R3  ``guesses``: things that the reader had to guess (levels, units, scale, axis
 R4  ``floorless_room``: the largest share of a room without the source's floor under it, and which no room of the
     source's covers, or 0 if the source has no floor, or no more than scraps of one.
 R5  ``roomless_floor_share``: floor between the rooms that is neither room nor wall. ``roomless_wall_share``: walls
-    that stand beside no room, of all. Either speaks of rooms that were lost.
+    that stand beside no room and no stair that leads up to the storey, of all. Either speaks of rooms that were lost.
 R6  ``idle_lintel_share``: lintels as wide as doors that the plan has no use for, of all such.
 R7  ``twin_door_share``: doors between two rooms that another door joins already, of all inner doors.
     ``odd_doors``: how far the middle width of the doors is from that of doors.
@@ -109,7 +109,11 @@ def measure_quality_grounds(
         "given_edge": float(spaces.notes.get("boundary", "room_edge") != "room_edge" or EDGE in level.guesses),
         "guesses": _share(len(level.guesses), MAX_GUESSES),
         **_floors(level, rooms, layout.ground, spaces.rooms),
-        "roomless_wall_share": 0.0 if level.has_no_rooms else _roomless_share(evidence.walls, rooms, layout, far_walls),
+        "roomless_wall_share": 0.0
+        if level.has_no_rooms
+        else _roomless_share(
+            evidence.walls, rooms if level.stairs is None else unite([rooms, level.stairs]), layout, far_walls
+        ),
         "idle_lintel_share": _idle(evidence.lintels, layout, rooms),
         "twin_door_share": _share(len(inner) - len({frozenset(p.sides) for p in inner}), len(inner)),
         "odd_doors": _odd_doors(spaces.passages),

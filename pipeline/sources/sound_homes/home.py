@@ -10,7 +10,7 @@ H4  A room has at most twice the area that is asked for.
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from itertools import islice
 from typing import Final, NamedTuple
@@ -20,8 +20,10 @@ import shapely
 from shapely.affinity import affine_transform
 
 from pipeline.sources.homes.values import Rect, snap_wall_line
+from pipeline.sources.sound_homes.houses import Frame, lay_out_ground, lay_out_upper
 from pipeline.sources.sound_homes.layout import lay_out_rooms
 from pipeline.sources.sound_homes.openings import (
+    Stretch,
     place_doors,
     place_front_door,
     place_outdoors,
@@ -29,15 +31,20 @@ from pipeline.sources.sound_homes.openings import (
     rect_in_wall,
     shared_stretches,
 )
-from pipeline.sources.sound_homes.programme import draw_kind, draw_programme
+from pipeline.sources.sound_homes.programme import STOREYS, draw_kind, draw_programme
+from pipeline.sources.sound_homes.stairs import Stair, Step, steps_of
 from pipeline.sources.sound_homes.values import (
     HALL,
     OUTDOORS,
+    STAIRS,
     Cell,
     Doorway,
     Layout,
     Programme,
+    Side,
     SoundHome,
+    Storey,
+    Void,
     Window,
 )
 
@@ -65,7 +72,12 @@ _WAY_M: Final = 1.0
 """The least width of a hall, metres."""
 _OPEN_M: Final = 1.5
 """The least opening through which a kitchen has its light from another room, metres."""
+_RAILING_M: Final = 0.05
+_STAIR_JAMB_M: Final = 0.05
 _TRIES: Final = 60
+_GROUNDS: Final = 4
+"""Ground floors that are tried for one programme of a house."""
+_FORMS: Final = 12
 _GOOD: Final = 6
 """Of so many sound layouts the best is kept."""
 _DRAWS: Final = 40
@@ -84,27 +96,79 @@ def make_sound_home(index: int, seed: int) -> SoundHome:
     kind = draw_kind(rng)
     for _ in range(_DRAWS):
         programme = draw_programme(kind, rng)
-        tries = (_try_home(programme, rng) for _ in range(_TRIES))
-        found = list(islice((each for each in tries if each is not None), _GOOD))
-        if found:
-            best = min(found, key=lambda each: each[0])[1]
-            return _turned(replace(best, id=sound_home_id(index, seed)), rng)
+        storeys = _make_flat(programme, rng) if programme.storeys == 1 else _make_house(programme, rng)
+        if storeys is not None:
+            turn = _draw_turn(rng)
+            storeys = tuple(_turned(storey, turn) for storey in storeys)
+            return SoundHome(sound_home_id(index, seed), kind, storeys, programme.inner_m, programme.outer_m)
     raise RuntimeError(f"sound home {index} of seed {seed}: no layout in {_DRAWS} programmes")
 
 
-def _try_home(programme: Programme, rng: np.random.Generator) -> tuple[float, SoundHome] | None:
-    """Return a sound home with its distance from what is asked for, or None if the try is not sound."""
-    layout = lay_out_rooms(programme, rng)
-    if layout is None:
-        return None
+class _Try(NamedTuple):
+    """A sound storey with its distance from what is asked for, and its layout."""
+
+    distance: float
+    storey: Storey
+    layout: Layout
+
+
+def _make_flat(programme: Programme, rng: np.random.Generator) -> tuple[Storey, ...] | None:
+    best = _best_of((lay_out_rooms(programme, rng) for _ in range(_TRIES)), programme, _GOOD, rng)
+    return None if best is None else (best.storey,)
+
+
+def _make_house(programme: Programme, rng: np.random.Generator) -> tuple[Storey, ...] | None:
+    """Return the storeys of a house: of some sound ground floors the first that sound storeys fit on."""
+    for _ in range(_GROUNDS):
+        tries = ((found, _sound(found[1], programme, rng)) for found in _grounds(programme, rng))
+        sound = [(each[0], ground) for each, ground in islice(tries, _TRIES) if ground is not None][:_GOOD]
+        if not sound:
+            return None
+        frame, ground = min(sound, key=lambda pair: pair[1].distance)
+        storeys, below = [ground.storey], ground.layout
+        for level in range(2, programme.storeys + 1):
+            ends = level == programme.storeys
+            layouts = (lay_out_upper(frame, below, rng, ends=ends) for _ in range(_TRIES))
+            best = _best_of(layouts, programme, _GOOD, rng)
+            if best is None:
+                break
+            storeys.append(best.storey)
+            below = best.layout
+        else:
+            return tuple(storeys)
+    return None
+
+
+def _grounds(programme: Programme, rng: np.random.Generator) -> Iterator[tuple[Frame, Layout]]:
+    for _ in range(_FORMS * _TRIES):
+        found = lay_out_ground(programme, rng)
+        if found is not None:
+            yield found
+
+
+def _best_of(
+    layouts: Iterable[Layout | None], programme: Programme, count: int, rng: np.random.Generator
+) -> _Try | None:
+    """Return the one nearest to what is asked for among the first ``count`` sound layouts."""
+    tries = (_sound(layout, programme, rng) for layout in layouts if layout is not None)
+    found = list(islice((each for each in tries if each is not None), count))
+    return min(found, key=lambda each: each.distance) if found else None
+
+
+def _sound(layout: Layout, programme: Programme, rng: np.random.Generator) -> _Try | None:
+    """Return the storey of a layout, or None if it is not sound."""
     cells = tuple(Cell(_on_grid(cell.rect, programme.inner_m), cell.room) for cell in layout.cells)
-    layout = replace(layout, cells=cells)
+    stairs = [
+        None if stair is None else replace(stair, rect=_on_grid(stair.rect, programme.inner_m))
+        for stair in (layout.stair_up, layout.stair_down)
+    ]
+    layout = replace(layout, cells=cells, stair_up=stairs[0], stair_down=stairs[1])
     distance = _distance(layout, programme)
     openings = None if distance is None else _open_up(layout, programme, rng)
     if distance is None or openings is None:
         return None
-    home = _home(programme, layout, openings)
-    return (distance, home) if _is_one_way(home.rooms[HALL]) else None
+    storey = _storey(programme, layout, openings)
+    return _Try(distance, storey, layout) if _is_one_way(storey.rooms[HALL]) else None
 
 
 class _Openings(NamedTuple):
@@ -120,13 +184,15 @@ def _open_up(layout: Layout, programme: Programme, rng: np.random.Generator) -> 
     """Return the openings of a layout, or None where a room is out of reach (H1) or has no light (H2)."""
     walls = programme.inner_m, programme.outer_m
     doors = place_doors(layout, programme.inner_m, rng)
-    front = place_front_door(layout, *walls, rng)
-    rooms = {cell.room for cell in layout.cells}
-    if doors is None or front is None or not _are_joined(rooms, doors):  # H1
+    fronts = place_front_door(layout, *walls, rng)
+    rooms = {cell.room for cell in layout.cells if layout.labels[cell.room] != STAIRS}
+    if doors is None or fronts is None or not _are_joined(rooms, doors):  # H1
         return None
-    balcony, fronts = None, [front]
+    if layout.stair_up is not None and layout.stair_down is None:
+        doors.append(Doorway(_foot(layout, layout.stair_up, programme.inner_m), (HALL, layout.labels.index(STAIRS))))
+    balcony = None
     wished = [each for each in programme.rooms if each.label in OUTDOORS]
-    if wished or programme.kind in {"bungalow", "villa", "row house"}:
+    if layout.entrance and (wished or programme.kind in {"bungalow", *STOREYS}):
         outdoors = place_outdoors(layout, programme.light, walls, wished[0].area_m2 if wished else 0.0, rng)
         if outdoors is None:
             return None
@@ -174,24 +240,24 @@ def _on_grid(rect: Rect, wall_m: float) -> Rect:
 
 def _distance(layout: Layout, programme: Programme) -> float | None:
     """Return how far areas are from those asked for, or None if a room breaks a limit (H3, H4)."""
-    wished = {k: each.area_m2 for k, each in enumerate((r for r in programme.rooms if r.label not in OUTDOORS), 1)}
     total = 0.0
     for cell in layout.cells:
         label = layout.labels[cell.room]
-        if cell.room == HALL:
+        if cell.room == HALL or label == STAIRS:
             continue
         x1, y1, x2, y2 = cell.rect
         short, long = sorted((x2 - x1 - programme.inner_m, y2 - y1 - programme.inner_m))
         least, width, aspect = LIMITS[label]
         if short < width or short * long < least or long > aspect * short:
             return None
-        if cell.room in wished:
-            ratio = short * long / wished[cell.room]
+        wished = layout.areas_m2[cell.room]
+        if wished:
+            ratio = short * long / wished
             if ratio > _MOST and label != "Storage":
                 return None
             total += abs(float(np.log(ratio)))
     hall = sum((x2 - x1 - programme.inner_m) * (y2 - y1 - programme.inner_m) for x1, y1, x2, y2 in _hall(layout))
-    total += _HALL_WEIGHT * max(0.0, float(np.log(hall / (_HALL_M2 * len(wished)))))
+    total += _HALL_WEIGHT * max(0.0, float(np.log(hall / (_HALL_M2 * sum(area > 0 for area in layout.areas_m2)))))
     return total / len(layout.cells)
 
 
@@ -199,10 +265,11 @@ def _hall(layout: Layout) -> Iterator[Rect]:
     yield from (cell.rect for cell in layout.cells if cell.room == HALL)
 
 
-def _home(programme: Programme, layout: Layout, openings: _Openings) -> SoundHome:
+def _storey(programme: Programme, layout: Layout, openings: _Openings) -> Storey:
     doors, fronts, windows, balcony = openings
     inner, half = programme.inner_m, programme.inner_m / 2
-    numbers = sorted({cell.room for cell in layout.cells})
+    void = None if layout.stair_down is None else _void(layout.stair_down, inner)
+    numbers = sorted({cell.room for cell in layout.cells if void is None or layout.labels[cell.room] != STAIRS})
     place = {room: k for k, room in enumerate(numbers)}
     shapes = []
     for room in numbers:
@@ -226,17 +293,43 @@ def _home(programme: Programme, layout: Layout, openings: _Openings) -> SoundHom
             return Doorway(door.rect, (place[one], outside[0]))
         return Doorway(door.rect, (place[one], None if other is None else place[other]))
 
-    return SoundHome(
-        id="",
-        kind=programme.kind,
+    return Storey(
         labels=tuple(labels),
         rooms=tuple(shapes),
         doors=tuple(map(numbered, doors)),
         fronts=tuple(map(numbered, fronts)),
-        windows=tuple(replace(window, room=place[window.room]) for window in windows),
+        windows=tuple(replace(window, room=place[window.room]) for window in windows if window.room in place),
         balconies=tuple(outside),
-        inner_m=inner,
-        outer_m=programme.outer_m,
+        steps=() if layout.stair_up is None else steps_of(layout.stair_up, inner),
+        void=void,
+    )
+
+
+def _foot(layout: Layout, stair: Stair, wall_m: float) -> Rect:
+    """Return the opening in the wall between a stair and the hall, where one steps on the stair."""
+    half, jamb = wall_m / 2, wall_m / 2 + _STAIR_JAMB_M
+    x1, y1, x2, y2 = stair.rect
+    if stair.kind == "half":
+        side: Side = "north"
+        at, low, high = y2, x1 + jamb, x2 - jamb
+    elif stair.kind == "straight":
+        walls = shared_stretches(layout.cells, layout.labels.index(STAIRS), HALL)
+        at, low, high, side = next(each.at for each in walls if each.side == "south"), x1 + jamb, x2 - jamb, "south"
+    else:
+        at, low, high, side = x1 if stair.foot == "west" else x2, y1 + jamb, y1 + x2 - x1 - half, stair.foot
+    return rect_in_wall(Stretch(side, at, low, high), low, high, wall_m)
+
+
+def _void(stair: Stair, wall_m: float) -> Void:
+    """Return the opening over a stair up to the landing, and what parts the two."""
+    half = wall_m / 2
+    x1, y1, x2, y2 = stair.rect
+    x1, y1, x2, y2 = round(x1 + half, 4), round(y1 + half, 4), round(x2 - half, 4), round(y2 + half, 4)
+    free = (x1 + x2) / 2 if stair.kind == "half" else x1
+    return Void(
+        shapely.box(x1, y1, x2, y2),
+        shapely.box(x1, y2 - _RAILING_M, free, y2) if free > x1 else shapely.Polygon(),
+        shapely.box(free, y2 - _RAILING_M, x2, y2),
     )
 
 
@@ -252,21 +345,25 @@ def _final_label(label: str, kind: str) -> str:
 _TURNS: Final = ((1, 0, 0, 1), (0, -1, 1, 0), (-1, 0, 0, -1), (0, 1, -1, 0))
 
 
-def _turned(home: SoundHome, rng: np.random.Generator) -> SoundHome:
-    """Mirror and turn a home at random."""
+def _draw_turn(rng: np.random.Generator) -> list[int]:
+    """Return the matrix that mirrors and turns a home."""
     a, b, c, d = _TURNS[int(rng.integers(4))]
     if rng.random() < 0.5:
         a, c = -a, -c
-    matrix = [a, b, c, d, 0, 0]
+    return [a, b, c, d, 0, 0]
 
+
+def _turned(storey: Storey, matrix: list[int]) -> Storey:
     def rect(of: Rect) -> Rect:
         x1, y1, x2, y2 = (round(value, 4) for value in affine_transform(shapely.box(*of), matrix).bounds)
         return x1, y1, x2, y2
 
     return replace(
-        home,
-        rooms=tuple(affine_transform(room, matrix) for room in home.rooms),
-        doors=tuple(Doorway(rect(door.rect), door.rooms) for door in home.doors),
-        fronts=tuple(Doorway(rect(door.rect), door.rooms) for door in home.fronts),
-        windows=tuple(replace(window, rect=rect(window.rect)) for window in home.windows),
+        storey,
+        rooms=tuple(affine_transform(room, matrix) for room in storey.rooms),
+        doors=tuple(Doorway(rect(door.rect), door.rooms) for door in storey.doors),
+        fronts=tuple(Doorway(rect(door.rect), door.rooms) for door in storey.fronts),
+        windows=tuple(replace(window, rect=rect(window.rect)) for window in storey.windows),
+        steps=tuple(Step(affine_transform(step.area, matrix), step.top_m) for step in storey.steps),
+        void=storey.void and Void(*(affine_transform(each, matrix) for each in storey.void)),
     )

@@ -29,9 +29,9 @@ from pipeline.sources.homes.values import Rect
 from pipeline.sources.sound_homes.openings import shared_stretches
 from pipeline.sources.sound_homes.values import HALL, OUTDOORS, Cell, Join, Layout, Programme, Side
 
-_FREE: Final = frozenset({"bungalow", "villa"})
+_FREE: Final = frozenset({"bungalow"})
 _SLEEP: Final = frozenset({"Bedroom", "Child_Room", "Office"})
-_OFF_LIVING: Final = frozenset({"flat", "row house", "bungalow"})
+_OFF_LIVING: Final = frozenset({"flat", "bungalow"})
 """Where a bedroom may be reached from the living room."""
 _LEAST_M: Final = {
     "Toilet": 1.0,
@@ -56,7 +56,7 @@ _FORMS: Final = 12
 _RECESS_M: Final = (1.6, 4.5)
 _EAT_IN_M2: Final = 9.0
 """Where people can eat in the kitchen, it may end the corridor (L2)."""
-_CONTACT_M: Final = 1.2
+CONTACT_M: Final = 1.2
 """What a door and its jambs take of a wall between two rooms, metres."""
 _PORCH_M: Final = (0.6, 1.3)
 _STORE_M: Final = (1.0, 2.4)
@@ -68,7 +68,7 @@ _Day: TypeAlias = Literal["whole", "beside", "behind"]
 
 
 @dataclass
-class _Column:
+class Column:
     """A piece of a row: rooms from the corridor outwards, each with its share of the depth; a width, metres."""
 
     rooms: list[int]
@@ -78,7 +78,7 @@ class _Column:
 
 
 @dataclass
-class _Rooms:
+class Rooms:
     """The programme's rooms by their use; numbers count from 1, the hall is 0."""
 
     labels: list[str]
@@ -90,15 +90,16 @@ class _Rooms:
         return [k for k, each in enumerate(self.labels) if each == label and k not in self.behind]
 
     def add(self, label: str, area_m2: float) -> int:
+        """Add a room; return its number."""
         self.labels.append(label)
         self.areas.append(area_m2)
         return len(self.labels) - 1
 
 
-def _rooms(programme: Programme) -> _Rooms:
+def _rooms(programme: Programme) -> Rooms:
     wishes = [each for each in programme.rooms if each.label not in OUTDOORS]
     behind = {k: each.behind + 1 for k, each in enumerate(wishes, 1) if each.behind is not None}
-    return _Rooms(["Hallway", *(each.label for each in wishes)], [0.0, *(each.area_m2 for each in wishes)], behind)
+    return Rooms(["Hallway", *(each.label for each in wishes)], [0.0, *(each.area_m2 for each in wishes)], behind)
 
 
 def lay_out_rooms(programme: Programme, rng: np.random.Generator) -> Layout | None:
@@ -116,7 +117,9 @@ def lay_out_rooms(programme: Programme, rng: np.random.Generator) -> Layout | No
     if placed is None:
         return None
     cells, entrance = placed
-    return Layout(tuple(rooms.labels), tuple(cells), tuple(_joins(rooms, tuple(cells), form)), entrance)
+    return Layout(
+        tuple(rooms.labels), tuple(rooms.areas), tuple(cells), tuple(_joins(rooms, tuple(cells), form)), entrance
+    )
 
 
 @dataclass(frozen=True)
@@ -153,11 +156,11 @@ class _Form:
         return self.north_m + self.corridor_m + self.south_m
 
 
-def _draw_form(programme: Programme, rooms: _Rooms, rng: np.random.Generator) -> _Form:
+def _draw_form(programme: Programme, rooms: Rooms, rng: np.random.Generator) -> _Form:
     kind, light, wall = programme.kind, programme.light, programme.inner_m
     studio, free = kind == "studio", kind in _FREE
     lit = "south" in light
-    service = not lit or bool(kind != "row house" and rng.random() < 0.3)  # L3
+    service = not lit or bool(rng.random() < 0.3)  # L3
     north = float(rng.uniform(2.4, 3.0) if studio else rng.uniform(3.3, 4.3)) + wall
     south = 0.0 if studio else float(rng.uniform(1.9, 2.5) if service else rng.uniform(2.7, 3.5)) + wall
     dining, kitchen_m2 = rooms.of("Dining_Room"), rooms.areas[rooms.of("Kitchen")[0]]
@@ -168,9 +171,7 @@ def _draw_form(programme: Programme, rooms: _Rooms, rng: np.random.Generator) ->
     day = days[int(rng.integers(len(days)))]
     ends_in_bedroom = bool(rooms.behind) or (not studio and kind != "practice" and rng.random() < 0.5)
     entry = not studio and (
-        ends_in_bedroom
-        or kind == "row house"
-        or bool(rooms.of("Garage") or (rooms.of("Toilet") and not service) or rng.random() < 0.5)
+        ends_in_bedroom or bool(rooms.of("Garage") or (rooms.of("Toilet") and not service) or rng.random() < 0.5)
     )
     kitchen: Literal["north", "south", "day"] = "day"
     if day == "whole":
@@ -187,7 +188,7 @@ def _draw_form(programme: Programme, rooms: _Rooms, rng: np.random.Generator) ->
         entry=entry,
         ends_in_bedroom=ends_in_bedroom,
         recess=free and bool(rng.random() < 0.5),
-        porch=(free or kind == "row house") and not service and bool(rng.random() < 0.6),
+        porch=free and not service and bool(rng.random() < 0.6),
         open=kind != "practice" and (studio or bool(rng.random() < 0.6)),
         through=bool(rng.random() < 0.75),
         off_living=kind in _OFF_LIVING and bool(rng.random() < 0.35),
@@ -199,19 +200,19 @@ def _draw_form(programme: Programme, rooms: _Rooms, rng: np.random.Generator) ->
 class _Rows:
     """The columns of the rows, west to east; ``day`` are those south of the living room, which is a column too."""
 
-    north: list[_Column]
-    south: list[_Column]
-    day: list[_Column]
-    living: _Column
+    north: list[Column]
+    south: list[Column]
+    day: list[Column]
+    living: Column
 
 
-def _share_out(rooms: _Rooms, form: _Form, rng: np.random.Generator) -> _Rows:
+def _share_out(rooms: Rooms, form: _Form, rng: np.random.Generator) -> _Rows:
     """Share the rooms out among the rows; rooms to sleep and work in go where there is place (L5)."""
 
-    def column(room: int, depth_m: float) -> _Column:
+    def column(room: int, depth_m: float) -> Column:
         label = rooms.labels[room]
         width = max(rooms.areas[room] / (depth_m - form.wall_m), _LEAST_M.get(label, _BED_M))
-        return _Column([room], [1.0], width + form.wall_m, label not in _FIXED)
+        return Column([room], [1.0], width + form.wall_m, label not in _FIXED)
 
     kitchen = rooms.of("Kitchen")[0]
     below = [*rooms.of("Dining_Room"), kitchen] if form.kitchen == "day" else []
@@ -228,7 +229,7 @@ def _share_out(rooms: _Rooms, form: _Form, rng: np.random.Generator) -> _Rows:
         rows.north = [column(room, form.north_m) for room in inside]
         return rows
     wet = _wet_columns(rooms, form, column, rng)
-    entry = [_Column([HALL], [1.0], float(rng.uniform(*_ENTRY_M)), False)] if form.entry else []
+    entry = [Column([HALL], [1.0], float(rng.uniform(*_ENTRY_M)), False)] if form.entry else []
     groups = [[*entry, *wet] if rng.random() < 0.5 else [*wet, *entry]]
     masters = sorted(set(rooms.behind.values()))
     rows.north = [column(room, form.north_m) for room in masters]
@@ -237,7 +238,7 @@ def _share_out(rooms: _Rooms, form: _Form, rng: np.random.Generator) -> _Rows:
     last = [column(room, form.north_m) for room in ends]
     east = [column(kitchen, form.south_m)] if form.kitchen == "south" else []
 
-    def length(columns: Iterable[_Column]) -> float:
+    def length(columns: Iterable[Column]) -> float:
         return sum(each.width_m for each in columns)
 
     one = length([*rows.north, *last]) + (rows.living.width_m if form.day == "beside" else 0.0)
@@ -265,15 +266,15 @@ def _share_out(rooms: _Rooms, form: _Form, rng: np.random.Generator) -> _Rows:
 
 
 def _wet_columns(
-    rooms: _Rooms, form: _Form, column: Callable[[int, float], _Column], rng: np.random.Generator
-) -> list[_Column]:
+    rooms: Rooms, form: _Form, column: Callable[[int, float], Column], rng: np.random.Generator
+) -> list[Column]:
     """Return bath, toilet and store side by side (L6); in a deep row the store lies behind the toilet, at the entry."""
     columns = [column(room, form.south_m) for room in rooms.of("Bathroom")]
     toilets, stores = rooms.of("Toilet"), rooms.of("Storage")
     if toilets and form.entry and not form.service:
         share = min(1.65 / form.south_m, 0.6)
         stores = stores or [rooms.add("Storage", 2.2)]
-        return [*columns, _Column([toilets[0], stores[0]], [share, 1 - share], float(rng.uniform(1.15, 1.4)), False)]
+        return [*columns, Column([toilets[0], stores[0]], [share, 1 - share], float(rng.uniform(1.15, 1.4)), False)]
     return [*columns, *(column(room, form.south_m) for room in [*toilets, *stores])]
 
 
@@ -294,7 +295,7 @@ def _fit(rows: _Rows, form: _Form) -> float | None:
     return start
 
 
-def _stretch(one: list[_Column], other: list[_Column]) -> bool:
+def _stretch(one: list[Column], other: list[Column]) -> bool:
     """Stretch the columns of two rows that may be, so that both are as long; return whether they are."""
     lengths = [sum(column.width_m for column in row) for row in (one, other)]
     if not min(lengths) or max(lengths) > _STRETCH * min(lengths):
@@ -311,7 +312,7 @@ def _stretch(one: list[_Column], other: list[_Column]) -> bool:
 
 
 def _place(
-    rooms: _Rooms, rows: _Rows, form: _Form, start: float, rng: np.random.Generator
+    rooms: Rooms, rows: _Rows, form: _Form, start: float, rng: np.random.Generator
 ) -> tuple[list[Cell], tuple[int, Side]] | None:
     """Turn columns into cells, add the corridor, and say where the front door is."""
     low, high, top = form.south_m, form.south_m + form.corridor_m, form.height_m
@@ -324,7 +325,7 @@ def _place(
             return None
         west = rows.north[0].width_m
     for place, column in enumerate(rows.north):
-        _put(cells, column, (x, low if west and not place else high, x + column.width_m, top), up=True)
+        put_column(cells, column, (x, low if west and not place else high, x + column.width_m, top), up=True)
         x += column.width_m
     living = rows.living.rooms[0]
     day, end = x, x + rows.living.width_m
@@ -336,7 +337,7 @@ def _place(
     for column in rows.south:
         is_entry = column.rooms == [HALL]
         forward = _forward_m(rooms, form, rng) if is_entry else 0.0
-        _put(cells, column, (x, -forward, x + column.width_m, low), up=False)
+        put_column(cells, column, (x, -forward, x + column.width_m, low), up=False)
         if is_entry:
             entrance = (len(cells) - 1, "south")
             if rooms.of("Garage"):
@@ -344,7 +345,7 @@ def _place(
         x += column.width_m
     x = x if form.day == "beside" else day
     for column in rows.day:
-        _put(cells, column, (x, -south_bump, x + column.width_m, form.day_south_m), up=False)
+        put_column(cells, column, (x, -south_bump, x + column.width_m, form.day_south_m), up=False)
         x += column.width_m
     if not form.ends_in_bedroom and form.entry:
         west = _store_m(rows, form, start)
@@ -358,7 +359,8 @@ def _place(
     return cells, entrance
 
 
-def _put(cells: list[Cell], column: _Column, rect: Rect, *, up: bool) -> None:
+def put_column(cells: list[Cell], column: Column, rect: Rect, *, up: bool) -> None:
+    """Add the cells of a column in a rectangle, from its corridor ``up`` or down."""
     x1, y1, x2, y2 = rect
     at = y1 if up else y2
     for room, share in zip(column.rooms, column.shares, strict=True):
@@ -368,14 +370,14 @@ def _put(cells: list[Cell], column: _Column, rect: Rect, *, up: bool) -> None:
         at = after
 
 
-def _forward_m(rooms: _Rooms, form: _Form, rng: np.random.Generator) -> float:
+def _forward_m(rooms: Rooms, form: _Form, rng: np.random.Generator) -> float:
     """Return how far the entry comes forward beside a garage (L7), or lies back behind a porch (negative), m."""
     if rooms.of("Garage"):
-        return _CONTACT_M + 0.2
+        return CONTACT_M + 0.2
     return -float(rng.uniform(*_PORCH_M)) if form.porch else 0.0
 
 
-def _garage(rooms: _Rooms, entry: tuple[float, float], rng: np.random.Generator) -> Cell:
+def _garage(rooms: Rooms, entry: tuple[float, float], rng: np.random.Generator) -> Cell:
     """Return the garage before the house, on one side of the entry (L7)."""
     room = rooms.of("Garage")[0]
     wide = float(rng.uniform(3.3, 3.8))
@@ -386,11 +388,11 @@ def _garage(rooms: _Rooms, entry: tuple[float, float], rng: np.random.Generator)
 def _store_m(rows: _Rows, form: _Form, start: float) -> float:
     """Return how much of the corridor's west end no door needs, if that gives a store; 0 if it does not (L4)."""
     firsts = [at + row[0].width_m for at, row in ((0.0, rows.north), (start, rows.south)) if row]
-    free = min(min(firsts) - _CONTACT_M - form.wall_m, _STORE_M[1] + form.wall_m)
+    free = min(min(firsts) - CONTACT_M - form.wall_m, _STORE_M[1] + form.wall_m)
     return free if free >= _STORE_M[0] + form.wall_m else 0.0
 
 
-def _store(rooms: _Rooms, rows: _Rows) -> int:
+def _store(rooms: Rooms, rows: _Rows) -> int:
     """Return a new room at the corridor's end: a wardrobe of the bedroom beside it, or a store."""
     first = rows.north[0].rooms[0]
     room = rooms.add("Wardrobe" if rooms.of("Storage") and rooms.labels[first] == "Bedroom" else "Storage", 0.0)
@@ -399,14 +401,14 @@ def _store(rooms: _Rooms, rows: _Rows) -> int:
     return room
 
 
-def _joins(rooms: _Rooms, cells: tuple[Cell, ...], form: _Form) -> Iterator[Join]:
+def _joins(rooms: Rooms, cells: tuple[Cell, ...], form: _Form) -> Iterator[Join]:
     """Yield the ways: between day rooms, from a bedroom to its own rooms, from the hall to all others."""
     living, kitchen = rooms.of("Living_Room")[0], rooms.of("Kitchen")[0]
     dining = rooms.of("Dining_Room")
 
     def adjoin(one: int, other: int) -> bool:
         walls = shared_stretches(cells, one, other)
-        return any(wall.high - wall.low >= _CONTACT_M + form.wall_m for wall in walls)
+        return any(wall.high - wall.low >= CONTACT_M + form.wall_m for wall in walls)
 
     yield from (Join(living, room, wide=True) for room in dining)
     yield from (Join(room, kitchen, wide=form.open) for room in dining if adjoin(room, kitchen))

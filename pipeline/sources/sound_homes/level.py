@@ -7,65 +7,92 @@ lintel above. A balcony is bounded by parapets under the slab of the balcony abo
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Iterator
 from typing import Final
 
 import shapely
 
 from houseexpo.plan import Frame
-from pipeline.geometry.areas import polygons_of
+from pipeline.geometry.areas import polygons_of, subtract, unite
 from pipeline.geometry.meshes import Mesh
+from pipeline.sources.files import level_id
 from pipeline.sources.homes.level import DOOR_HEAD_M, SILL_M, WALL_TOP_M, prisms_mesh
-from pipeline.sources.sound_homes.values import SoundHome
-from pipeline.values import MADE, Level, Opening, SourceRoom
+from pipeline.sources.sound_homes.stairs import STOREY_M
+from pipeline.sources.sound_homes.values import STAIRS, SoundHome, Storey
+from pipeline.values import MADE, Level, Opening, SourceObject, SourceRoom
 
 _MIN_M2: Final = 1e-4
 _PARAPET_M: Final = 1.0
 """What building codes ask of a parapet."""
 
 
-def level_from_sound_home(home: SoundHome) -> Level:
-    """Return the one level of a home."""
-    rooms = [SourceRoom((label,), (label,), polygon=room) for label, room in zip(home.labels, home.rooms, strict=True)]
-    doors = (*home.doors, *home.fronts)
-    return Level(
-        id=home.id,
-        walls=_walls(home),
-        ceiling_m=WALL_TOP_M,
-        frame=Frame(((1.0, 0.0, 0.0), (0.0, 1.0, 0.0)), up="z", floor=0.0, level=0),
-        floor=_shell(home),
-        rooms=tuple(rooms),
-        room_count=len(rooms),
-        openings=tuple(Opening.named(shapely.box(*door.rect), True) for door in doors),
-        named_openings=True,
-        provenance={"source": MADE, "style": "sound", "kind": home.kind, "sha256": sound_home_digest(home)},
-    )
+def levels_of_sound_home(home: SoundHome) -> Iterator[Level]:
+    """Yield the levels of a home, from the ground up."""
+    number = len(home.storeys)
+    digest = sound_home_digest(home)
+    for k, storey in enumerate(home.storeys):
+        below = home.storeys[k - 1] if k else None
+        rooms = [
+            SourceRoom(("stairs",), (), polygon=room)
+            if label == STAIRS
+            else SourceRoom((label,), (label,), polygon=room)
+            for label, room in zip(storey.labels, storey.rooms, strict=True)
+        ]
+        doors = (*storey.doors, *storey.fronts)
+        shell = _shell(storey, home)
+        void = storey.void
+        yield Level(
+            id=level_id(home.id, k, number),
+            walls=_walls(storey, home),
+            ceiling_m=WALL_TOP_M,
+            frame=Frame(((1.0, 0.0, 0.0), (0.0, 1.0, 0.0)), up="z", floor=round(k * STOREY_M, 4), level=k),
+            floor=shell if void is None else subtract(shell, void.area),
+            below=void and void.area,
+            stairs=void and below and unite([step.area for step in below.steps]),
+            rooms=tuple(rooms),
+            room_count=len(rooms),
+            openings=tuple(Opening.named(shapely.box(*door.rect), True) for door in doors),
+            named_openings=True,
+            furniture=(SourceObject(("stairs",), prisms_mesh([step.prism for step in storey.steps])),)
+            if storey.steps
+            else (),
+            provenance={"source": MADE, "style": "sound", "kind": home.kind, "sha256": digest},
+        )
 
 
 def sound_home_digest(home: SoundHome) -> str:
     """SHA-256 of what a home is, in hex digits."""
-    parts = [shapely.to_wkb(shapely.normalize(room)) for room in home.rooms]
-    said = (home.kind, home.labels, home.doors, home.fronts, home.windows, home.inner_m, home.outer_m)
-    return hashlib.sha256(b"".join([*parts, repr(said).encode()])).hexdigest()
+    parts = []
+    for storey in home.storeys:
+        steps = [step.area for step in storey.steps]
+        parts += [shapely.to_wkb(shapely.normalize(each)) for each in (*storey.rooms, *steps, *(storey.void or ()))]
+        said = (storey.labels, storey.doors, storey.fronts, storey.windows, [step.top_m for step in storey.steps])
+        parts.append(repr(said).encode())
+    return hashlib.sha256(b"".join([*parts, repr((home.kind, home.inner_m, home.outer_m)).encode()])).hexdigest()
 
 
-def _shell(home: SoundHome) -> shapely.Geometry:
-    """Return the area of the house with its outer walls."""
-    thick = [home.inner_m if k in home.balconies else home.outer_m for k in range(len(home.rooms))]
-    return shapely.union_all(shapely.buffer(home.rooms, thick, join_style="mitre"))
+def _shell(storey: Storey, home: SoundHome) -> shapely.Geometry:
+    """Return the area of a storey with its outer walls."""
+    thick = [home.inner_m if k in storey.balconies else home.outer_m for k in range(len(storey.rooms))]
+    found = shapely.buffer(storey.rooms, thick, join_style="mitre").tolist()
+    if storey.void is not None:
+        found.append(shapely.buffer(storey.void.area, home.outer_m, join_style="mitre"))
+    return shapely.union_all(found)
 
 
-def _walls(home: SoundHome) -> Mesh:
+def _walls(storey: Storey, home: SoundHome) -> Mesh:
     """Walls stand; in doors sills lie and lintels hang; windows stand between walls below and lintels."""
-    solid = shapely.difference(_shell(home), shapely.union_all(home.rooms))
-    doors = shapely.union_all([shapely.box(*door.rect) for door in (*home.doors, *home.fronts)])
+    shell = _shell(storey, home)
+    void = shapely.Polygon() if storey.void is None else storey.void.area
+    solid = shapely.difference(shell, shapely.union_all([*storey.rooms, void]))
+    doors = shapely.union_all([shapely.box(*door.rect) for door in (*storey.doors, *storey.fronts)])
     prisms = []
-    for window in home.windows:
+    for window in storey.windows:
         for piece in _pieces(shapely.intersection(solid, shapely.box(*window.rect))):
             prisms += [(piece, 0.0, window.sill_m), (piece, window.head_m, WALL_TOP_M)]
-    panes = shapely.union_all([shapely.box(*window.rect) for window in home.windows])
-    house = [
-        shapely.buffer(r, home.outer_m, join_style="mitre") for k, r in enumerate(home.rooms) if k not in home.balconies
-    ]
+    panes = shapely.union_all([shapely.box(*window.rect) for window in storey.windows])
+    inside = [room for k, room in enumerate(storey.rooms) if k not in storey.balconies]
+    house = shapely.buffer([*inside, void], home.outer_m, join_style="mitre")
     parapets = shapely.difference(solid, shapely.union_all(house))
     for piece in _pieces(parapets):
         prisms += [(piece, 0.0, _PARAPET_M), (piece, DOOR_HEAD_M, WALL_TOP_M)]
@@ -73,6 +100,8 @@ def _walls(home: SoundHome) -> Mesh:
     prisms += [(piece, 0.0, WALL_TOP_M) for piece in _pieces(standing)]
     for piece in _pieces(shapely.intersection(solid, doors)):
         prisms += [(piece, 0.0, SILL_M), (piece, DOOR_HEAD_M, WALL_TOP_M)]
+    if storey.void is not None:
+        prisms += [(piece, 0.0, _PARAPET_M) for piece in _pieces(storey.void.railing)]
     return prisms_mesh(prisms)
 
 

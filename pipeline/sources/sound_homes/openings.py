@@ -16,7 +16,7 @@ import shapely
 
 from pipeline.sources.homes.level import DOOR_HEAD_M
 from pipeline.sources.homes.values import Rect
-from pipeline.sources.sound_homes.values import HALL, SIDES, Cell, Doorway, Join, Layout, Side, Window
+from pipeline.sources.sound_homes.values import HALL, SIDES, STAIRS, Cell, Doorway, Join, Layout, Side, Window
 
 DOORS_M: Final = {
     "Toilet": (0.70, 0.80),
@@ -55,6 +55,7 @@ WINDOWS: Final = {
     "Wardrobe": _Glazing(0.4, 0.6, 0.4, 1.2),
     "Garage": _Glazing(0.6, 1.0, 0.3, 1.2),
     "Hallway": _Glazing(0.5, 1.0, 0.5, 0.9),
+    STAIRS: _Glazing(0.5, 1.0, 0.5, 1.2),
 }
 _WINDOW: Final = _Glazing(1.0, 2.0, 0.5, 0.9)
 _CORNER_M: Final = 0.3
@@ -150,8 +151,10 @@ def _door_in(wall: Stretch, join: Join, label: str, inner_m: float, rng: np.rand
     return rect_in_wall(wall, start, start + width, inner_m)
 
 
-def place_front_door(layout: Layout, inner_m: float, outer_m: float, rng: np.random.Generator) -> Doorway | None:
-    """Return the front door, in the middle of the outer wall at the entrance, or None if that is too short."""
+def place_front_door(layout: Layout, inner_m: float, outer_m: float, rng: np.random.Generator) -> list[Doorway] | None:
+    """Return the front door, in the middle of the outer wall at the entrance; None if that is too short."""
+    if layout.entrance is None:
+        return []
     place, side = layout.entrance
     walls = [each for each in outer_stretches(layout.cells, place) if each.side == side]
     wall = max(walls, key=lambda each: each.high - each.low, default=None)
@@ -159,7 +162,7 @@ def place_front_door(layout: Layout, inner_m: float, outer_m: float, rng: np.ran
         return None
     width = min(float(rng.choice(FRONT_M)), wall.high - wall.low - inner_m - 2 * _FRONT_JAMB_M)
     middle = (wall.low + wall.high) / 2
-    return Doorway(rect_in_wall(wall, middle - width / 2, middle + width / 2, inner_m, outer_m), (HALL, None))
+    return [Doorway(rect_in_wall(wall, middle - width / 2, middle + width / 2, inner_m, outer_m), (HALL, None))]
 
 
 def place_windows(

@@ -41,28 +41,27 @@ AREAS: Final = {
 _SIZES: Final = {
     ("studio", "Living_Room"): 0.85,
     ("studio", "Kitchen"): 0.55,
-    ("villa", "Living_Room"): 1.2,
-    ("villa", "Kitchen"): 1.3,
-    ("villa", "Bedroom"): 1.15,
 }
 """How much larger or smaller than in a flat rooms of other dwellings are."""
 
 KINDS: Final = {
-    "studio": 0.10,
-    "flat": 0.44,
-    "row house": 0.10,
-    "bungalow": 0.16,
-    "villa": 0.08,
-    "shared flat": 0.06,
-    "practice": 0.06,
+    "studio": 0.08,
+    "flat": 0.42,
+    "row house": 0.13,
+    "house": 0.14,
+    "bungalow": 0.09,
+    "villa": 0.04,
+    "shared flat": 0.05,
+    "practice": 0.05,
 }
 """The kinds of dwellings and their shares. A practice is no dwelling; it is labelled as what it is."""
 
+STOREYS: Final = {"row house": {2: 0.7, 3: 0.3}, "house": {2: 0.9, 3: 0.1}, "villa": {2: 1.0}}
+"""The kinds with several storeys, and the shares of homes with so many."""
+
 _BEDROOMS: Final = {
     "flat": (0.27, 0.38, 0.27, 0.08),
-    "row house": (0.2, 0.5, 0.3),
     "bungalow": (0.08, 0.37, 0.40, 0.15),
-    "villa": (0.0, 0.0, 0.4, 0.6),
     "shared flat": (0.0, 0.0, 0.5, 0.35, 0.15),
 }
 """The shares of dwellings with one bedroom, two, ...; the mean of flats is 2.1, that of Swiss Dwellings 2.26."""
@@ -89,12 +88,22 @@ def draw_kind(rng: np.random.Generator) -> str:
 def draw_programme(kind: str, rng: np.random.Generator) -> Programme:
     """Return the programme of one home of a kind."""
     draw = {"studio": _studio, "practice": _practice}.get(kind)
-    labels = draw(rng) if draw else _dwelling(kind, rng)
+    labels = draw(rng) if draw else _outside(rng) if kind in STOREYS else _dwelling(kind, rng)
     rooms = tuple(
         RoomWish(label, draw_area(label, rng) * _SIZES.get((kind, label), 1.0), behind) for label, behind in labels
     )
     inner, outer = float(rng.choice(_INNER_M)), float(rng.choice(_OUTER_M))
-    return Programme(kind, rooms, _light(kind, sum(label in _SLEEP for label, _ in labels), rng), inner, outer)
+    light = _light(kind, sum(label in _SLEEP for label, _ in labels), rng)
+    return Programme(kind, rooms, light, inner, outer, _storeys(kind, rng))
+
+
+def _storeys(kind: str, rng: np.random.Generator) -> int:
+    shares = STOREYS.get(kind, {1: 1.0})
+    return int(rng.choice(list(shares), p=list(shares.values())))
+
+
+def _outside(rng: np.random.Generator) -> list[tuple[str, int | None]]:
+    return [("Terrace", None)] if rng.random() < 0.92 else []
 
 
 def _studio(rng: np.random.Generator) -> list[tuple[str, int | None]]:
@@ -115,25 +124,25 @@ def _practice(rng: np.random.Generator) -> list[tuple[str, int | None]]:
 def _dwelling(kind: str, rng: np.random.Generator) -> list[tuple[str, int | None]]:
     bedrooms = 1 + int(rng.choice(len(_BEDROOMS[kind]), p=_BEDROOMS[kind]))
     found: list[tuple[str, int | None]] = [("Living_Room", None), ("Kitchen", None)]
-    if bedrooms >= 2 and kind != "shared flat" and rng.random() < {"villa": 0.85, "flat": 0.25}.get(kind, 0.45):
+    if bedrooms >= 2 and kind != "shared flat" and rng.random() < {"flat": 0.25}.get(kind, 0.45):
         found.append(("Dining_Room", None))
     found.append(("Bedroom", None))
     master = len(found) - 1
     found += [
         ("Bedroom" if kind == "shared flat" or rng.random() < 0.4 else "Child_Room", None) for _ in range(bedrooms - 1)
     ]
-    if rng.random() < {"villa": 0.7, "bungalow": 0.3}.get(kind, 0.1):
+    if rng.random() < {"bungalow": 0.3}.get(kind, 0.1):
         found.append(("Office", None))
     found.append(("Bathroom", None))
-    if bedrooms >= 3 and (kind == "villa" or rng.random() < 0.4):
+    if bedrooms >= 3 and rng.random() < 0.4:
         found.append(("Bathroom", master))
-    elif kind in {"bungalow", "villa"} and rng.random() < 0.4:
+    elif kind == "bungalow" and rng.random() < 0.4:
         found.append(("Wardrobe", master))
     if bedrooms >= 2 and rng.random() < 0.7:
         found.append(("Toilet", None))
     if rng.random() < 0.35:
         found.append(("Storage", None))
-    if rng.random() < {"villa": 0.65, "bungalow": 0.3}.get(kind, 0.0):
+    if rng.random() < {"bungalow": 0.3}.get(kind, 0.0):
         found.append(("Garage", None))
     if rng.random() < 0.92:
         found.append(("Balcony" if kind in {"flat", "shared flat"} else "Terrace", None))
@@ -142,7 +151,7 @@ def _dwelling(kind: str, rng: np.random.Generator) -> list[tuple[str, int | None
 
 def _light(kind: str, beds: int, rng: np.random.Generator) -> frozenset[Side]:
     """Return the sides without a party wall; a layout's rooms lie along x, its day rooms at the east end."""
-    if kind in {"bungalow", "villa"}:
+    if kind in {"bungalow", "house", "villa"}:
         return frozenset(SIDES)
     if kind == "row house":
         return frozenset[Side](("north", "south"))

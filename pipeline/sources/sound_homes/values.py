@@ -7,11 +7,12 @@ inner one there; it is thicker only outwards. A room consists of one cell or of 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Final, Literal, TypeAlias
+from typing import Final, Literal, NamedTuple, TypeAlias
 
 import shapely
 
 from pipeline.sources.homes.values import Rect
+from pipeline.sources.sound_homes.stairs import Stair, Step
 
 Side: TypeAlias = Literal["west", "south", "east", "north"]
 SIDES: Final[tuple[Side, ...]] = ("west", "south", "east", "north")
@@ -21,6 +22,8 @@ OUTDOORS: Final = frozenset({"Balcony", "Terrace"})
 
 HALL: Final = 0
 """The number of the hall among the rooms of a layout."""
+STAIRS: Final = "Stairs"
+"""What a layout calls the room of a stair; it is no label of a plan."""
 
 
 @dataclass(frozen=True)
@@ -34,13 +37,17 @@ class RoomWish:
 
 @dataclass(frozen=True)
 class Programme:
-    """What a household asks for: the kind of dwelling, its rooms, the sides with light, the thickness of its walls."""
+    """What a household asks for: the kind of dwelling, its rooms, the sides with light, the thickness of its walls.
+
+    Of a house of several storeys, ``rooms`` holds what lies outside only; its layout draws the others.
+    """
 
     kind: str
     rooms: tuple[RoomWish, ...]
     light: frozenset[Side]
     inner_m: float
     outer_m: float
+    storeys: int = 1
 
 
 @dataclass(frozen=True)
@@ -62,15 +69,20 @@ class Join:
 
 @dataclass(frozen=True)
 class Layout:
-    """Rooms by label, the cells that they consist of, and the ways between them.
+    """Rooms of a storey by label, the area that is asked for each (0 for none), their cells, the ways between them.
 
-    ``entrance`` is the cell in whose outer wall, on the given side, the front door is.
+    ``entrance`` is the cell in whose outer wall, on the given side, the front door is; None on an upper storey.
+    ``stair_up`` leads to the storey above. ``stair_down`` comes up here; the room called STAIRS is the opening in the
+    floor over it.
     """
 
     labels: tuple[str, ...]
+    areas_m2: tuple[float, ...]
     cells: tuple[Cell, ...]
     joins: tuple[Join, ...]
-    entrance: tuple[int, Side]
+    entrance: tuple[int, Side] | None
+    stair_up: Stair | None = None
+    stair_down: Stair | None = None
 
 
 @dataclass(frozen=True)
@@ -92,19 +104,37 @@ class Window:
 
 
 @dataclass(frozen=True, eq=False)
-class SoundHome:
-    """One storey: rooms as inner polygons with their labels, doors, front doors, windows, walls.
+class Storey:
+    """One storey: rooms as inner polygons with their labels, doors, front doors, windows.
 
-    ``balconies`` are the numbers of the rooms outside; their walls are parapets of ``inner_m``.
+    ``balconies`` are the numbers of the rooms outside; their walls are parapets. ``steps`` lead up from here.
+    ``void`` is the opening in the floor over the stair from below, with the edge of it at which the landing is.
     """
 
-    id: str
-    kind: str
     labels: tuple[str, ...]
     rooms: tuple[shapely.Polygon, ...]
     doors: tuple[Doorway, ...]
     fronts: tuple[Doorway, ...]
     windows: tuple[Window, ...]
     balconies: tuple[int, ...]
+    steps: tuple[Step, ...] = ()
+    void: Void | None = None
+
+
+class Void(NamedTuple):
+    """An opening in the floor, the railing along its edge at the landing, and the free end of that edge."""
+
+    area: shapely.Polygon
+    railing: shapely.Polygon
+    landing: shapely.Polygon
+
+
+@dataclass(frozen=True, eq=False)
+class SoundHome:
+    """A home: its storeys from the ground up, every ``stairs.STOREY_M``, and the thickness of its walls."""
+
+    id: str
+    kind: str
+    storeys: tuple[Storey, ...]
     inner_m: float
     outer_m: float

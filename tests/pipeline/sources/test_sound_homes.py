@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import networkx as nx
 import numpy as np
 import pytest
@@ -14,9 +16,10 @@ from pipeline.config import PipelineConfig
 from pipeline.furnish import furnish_plan
 from pipeline.sources import find, reader
 from pipeline.sources.sound_homes.home import LIMITS, LIT, SLEEPING, make_sound_home, sound_home_id
-from pipeline.sources.sound_homes.level import level_from_sound_home, sound_home_digest
-from pipeline.sources.sound_homes.values import HALL, SoundHome
-from pipeline.values import Level
+from pipeline.sources.sound_homes.houses import WET
+from pipeline.sources.sound_homes.level import levels_of_sound_home, sound_home_digest
+from pipeline.sources.sound_homes.stairs import RISE_M, STOREY_M
+from pipeline.sources.sound_homes.values import SoundHome, Storey
 
 SEED, COUNT = 11, 24
 
@@ -26,10 +29,19 @@ def homes() -> list[SoundHome]:
     return [make_sound_home(index, SEED) for index in range(COUNT)]
 
 
-def graph_of(home: SoundHome) -> nx.Graph:
+@pytest.fixture(scope="module")
+def storeys(homes: list[SoundHome]) -> list[Storey]:
+    return [storey for home in homes for storey in home.storeys]
+
+
+def hall_of(storey: Storey) -> int:
+    return storey.labels.index("Hallway")
+
+
+def graph_of(storey: Storey) -> nx.Graph:
     graph = nx.Graph()
-    graph.add_nodes_from(range(len(home.rooms)))
-    graph.add_edges_from(door.rooms for door in home.doors)
+    graph.add_nodes_from(range(len(storey.rooms)))
+    graph.add_edges_from(door.rooms for door in storey.doors)
     return graph
 
 
@@ -41,104 +53,200 @@ def test_the_same_seed_and_index_give_the_same_home_whatever_others_are_made(hom
 
 def test_rooms_are_plain_and_do_not_overlap(homes: list[SoundHome]) -> None:
     for home in homes:
-        assert all(isinstance(room, shapely.Polygon) and not room.interiors for room in home.rooms), home.id
-        one, other = shapely.STRtree(home.rooms).query(home.rooms, predicate="dwithin", distance=0.6 * home.inner_m)
-        assert (one == other).all(), home.id
+        for storey in home.storeys:
+            assert all(isinstance(room, shapely.Polygon) and not room.interiors for room in storey.rooms), home.id
+            tree = shapely.STRtree(storey.rooms)
+            one, other = tree.query(storey.rooms, predicate="dwithin", distance=0.6 * home.inner_m)
+            assert (one == other).all(), home.id
 
 
 def test_bedrooms_and_a_toilet_are_reached_from_the_front_door_without_crossing_a_bedroom(
     homes: list[SoundHome],
 ) -> None:
     for home in homes:
-        graph = graph_of(home)
-        assert nx.is_connected(graph)
-        assert home.fronts[0].rooms == (HALL, None)
-        beds = {k for k, label in enumerate(home.labels) if label in SLEEPING}
-        for bed in beds:
-            assert nx.has_path(graph.subgraph(set(graph) - (beds - {bed})), HALL, bed), home.id
-        assert any(home.labels[room] in {"Bathroom", "Toilet"} for room in graph[HALL]), home.id
+        for level, storey in enumerate(home.storeys):
+            graph, hall = graph_of(storey), hall_of(storey)
+            assert nx.is_connected(graph)
+            assert [door.rooms for door in storey.fronts[:1]] == ([] if level else [(hall, None)])
+            beds = {k for k, label in enumerate(storey.labels) if label in SLEEPING}
+            for bed in beds:
+                assert nx.has_path(graph.subgraph(set(graph) - (beds - {bed})), hall, bed), home.id
+            assert any(storey.labels[room] in {"Bathroom", "Toilet"} for room in graph[hall]), home.id
 
 
-def test_habitable_rooms_have_a_window_or_a_glazed_door(homes: list[SoundHome]) -> None:
-    for home in homes:
-        glazed = {window.room for window in home.windows}
-        glazed |= {door.rooms[0] for door in home.doors if door.rooms[1] in home.balconies}
-        glazed |= {door.rooms[0] for door in home.fronts[1:]}
-        wide = [door.rooms for door in home.doors if max(np.subtract(door.rect[2:], door.rect[:2])) >= 1.5]
+def test_habitable_rooms_have_a_window_or_a_glazed_door(storeys: list[Storey]) -> None:
+    for storey in storeys:
+        glazed = {window.room for window in storey.windows}
+        glazed |= {door.rooms[0] for door in storey.doors if door.rooms[1] in storey.balconies}
+        glazed |= {door.rooms[0] for door in storey.fronts[1:]}
+        wide = [door.rooms for door in storey.doors if max(np.subtract(door.rect[2:], door.rect[:2])) >= 1.5]
         open_to = [pair for one, other in wide if other is not None for pair in ((one, other), (other, one))]
-        glazed |= {one for one, other in open_to if home.labels[one] == "Kitchen" and other in glazed}
-        assert {k for k, label in enumerate(home.labels) if label in LIT} <= glazed, home.id
+        glazed |= {one for one, other in open_to if storey.labels[one] == "Kitchen" and other in glazed}
+        assert {k for k, label in enumerate(storey.labels) if label in LIT} <= glazed
 
 
 def test_each_home_has_a_kitchen_beside_a_day_room_or_the_hall(homes: list[SoundHome]) -> None:
     for home in homes:
-        (kitchen,) = [room for room, label in enumerate(home.labels) if label == "Kitchen"]
-        beside = {home.labels[room] for room in graph_of(home)[kitchen]}
+        assert not any("Kitchen" in storey.labels for storey in home.storeys[1:])
+        ground = home.storeys[0]
+        (kitchen,) = [room for room, label in enumerate(ground.labels) if label == "Kitchen"]
+        beside = {ground.labels[room] for room in graph_of(ground)[kitchen]}
         assert beside <= {"Living_Room", "Lobby", "Dining_Room", "Hallway"}, home.id
 
 
-def test_rooms_keep_their_limits(homes: list[SoundHome]) -> None:
-    for home in homes:
-        for label, room in zip(home.labels, home.rooms, strict=True):
+def test_rooms_keep_their_limits(storeys: list[Storey]) -> None:
+    for storey in storeys:
+        for label, room in zip(storey.labels, storey.rooms, strict=True):
             if label in LIMITS:
                 least, width, aspect = LIMITS[label]
                 x1, y1, x2, y2 = room.bounds
                 short, long = sorted((x2 - x1, y2 - y1))
-                assert room.area >= least - 0.1, (home.id, label)
-                assert short >= width - 0.02, (home.id, label)
-                assert long <= aspect * short * 1.02, (home.id, label)
+                assert room.area >= least - 0.1, label
+                assert short >= width - 0.02, label
+                assert long <= aspect * short * 1.02, label
 
 
-def test_doors_and_windows_lie_in_walls(homes: list[SoundHome]) -> None:
-    for home in homes:
-        rooms = shapely.union_all(home.rooms)
-        taken = [shapely.box(*door.rect) for door in (*home.doors, *home.fronts)]
-        panes = [shapely.box(*window.rect) for window in home.windows]
-        assert max(shapely.area(shapely.intersection([*taken, *panes], rooms))) < 1e-3, home.id
-        for door, gap in zip((*home.doors, *home.fronts), taken, strict=True):
-            sides = [home.rooms[room] for room in door.rooms if room is not None]
-            assert all(gap.distance(room) < 1e-3 for room in sides), home.id
-            assert all(gap.distance(pane) > 0.1 for pane in panes), home.id
+def test_doors_and_windows_lie_in_walls(storeys: list[Storey]) -> None:
+    for storey in storeys:
+        rooms = shapely.union_all(storey.rooms)
+        taken = [shapely.box(*door.rect) for door in (*storey.doors, *storey.fronts)]
+        panes = [shapely.box(*window.rect) for window in storey.windows]
+        assert max(shapely.area(shapely.intersection([*taken, *panes], rooms))) < 1e-3
+        for door, gap in zip((*storey.doors, *storey.fronts), taken, strict=True):
+            sides = [storey.rooms[room] for room in door.rooms if room is not None]
+            assert all(gap.distance(room) < 1e-3 for room in sides)
+            assert all(gap.distance(pane) > 0.1 for pane in panes)
 
 
-def test_a_balcony_has_parapets_that_one_sees_over(homes: list[SoundHome]) -> None:
+def test_a_balcony_and_the_edge_of_a_floor_have_parapets_that_one_sees_over(homes: list[SoundHome]) -> None:
     seen = 0
     for home in homes:
-        heights = level_from_sound_home(home).walls.vertices[:, 2]
-        assert np.isclose(heights, 1.0).any() == bool(home.balconies), home.id  # nothing else ends there
-        seen += len(home.balconies)
+        for storey, level in zip(home.storeys, levels_of_sound_home(home), strict=True):
+            has_edge = storey.void is not None and not storey.void.railing.is_empty
+            heights = level.walls.vertices[:, 2]
+            assert np.isclose(heights, 1.0).any() == bool(storey.balconies or has_edge), (
+                home.id
+            )  # nothing else ends there
+            seen += len(storey.balconies)
     assert seen
+
+
+@pytest.fixture(scope="module")
+def houses(homes: list[SoundHome]) -> list[SoundHome]:
+    found = [home for home in homes if len(home.storeys) > 1]
+    assert {len(home.storeys) for home in found} == {2, 3}
+    return found
+
+
+def test_stairs_stand_above_stairs_and_the_floor_is_open_over_them(houses: list[SoundHome]) -> None:
+    for home in houses:
+        for below, above in pairwise(home.storeys):
+            assert above.void is not None
+            stair = shapely.union_all([step.area for step in below.steps])
+            assert above.void.area.buffer(0.001).covers(stair), home.id
+            assert max(shapely.area(shapely.intersection(above.rooms, above.void.area))) < 1e-6, home.id
+            assert above.rooms[hall_of(above)].distance(above.void.landing) < 1e-3, home.id
+            if above.steps:
+                again = shapely.union_all([step.area for step in above.steps])
+                assert again.symmetric_difference(stair).area < 1e-3, home.id
+        assert not home.storeys[-1].steps
+        assert home.storeys[0].void is None
+
+
+def test_steps_rise_alike_from_the_hall_to_the_landing(houses: list[SoundHome]) -> None:
+    for home in houses:
+        for below, above in pairwise(home.storeys):
+            tops = [0.0, *(step.top_m for step in below.steps), STOREY_M]
+            assert np.diff(tops) == pytest.approx(RISE_M)
+            assert RISE_M <= 0.2
+            assert all(one.area.distance(two.area) < 0.15 for one, two in pairwise(below.steps)), home.id
+            assert above.void is not None
+            assert below.steps[-1].area.distance(above.void.landing) < 1e-3, home.id
+            if below is home.storeys[0]:
+                (foot,) = [door for door in below.doors if door.rooms == (hall_of(below), below.labels.index("Stairs"))]
+                assert shapely.box(*foot.rect).distance(below.steps[0].area) < 1.0, home.id
+
+
+def test_people_have_headroom_on_all_steps(houses: list[SoundHome]) -> None:
+    """2 m from each step to the stair above it, the only thing above it."""
+    for home in houses:
+        for below, above in pairwise(home.storeys):
+            for step in below.steps:
+                for over in above.steps:
+                    if step.area.intersection(over.area).area > 1e-6:
+                        assert STOREY_M + over.prism[1] - step.top_m >= 2.0, home.id
+
+
+def test_outer_walls_and_those_of_the_stair_stand_above_each_other(houses: list[SoundHome]) -> None:
+    for home in houses:
+        apart = {"Garage", "Terrace"}
+        ground = [
+            r for r, label in zip(home.storeys[0].rooms, home.storeys[0].labels, strict=True) if label not in apart
+        ]
+        for below, above in pairwise(home.storeys):
+            assert above.void is not None
+            upper = shapely.union_all([*above.rooms, above.void.area]).bounds
+            assert upper == pytest.approx(shapely.union_all(ground).bounds), home.id
+            if below.void is not None:
+                assert below.void.area.equals(above.void.area), home.id
+            else:
+                stair = below.rooms[below.labels.index("Stairs")]
+                assert above.void.area.buffer(0.001).covers(stair), home.id
+
+
+def test_baths_lie_over_pipes(houses: list[SoundHome]) -> None:
+    for home in houses:
+        for below, above in pairwise(home.storeys):
+            wet = shapely.union_all([r for r, label in zip(below.rooms, below.labels, strict=True) if label in WET])
+            for room, label in zip(above.rooms, above.labels, strict=True):
+                assert label != "Bathroom" or room.buffer(0.2).intersection(wet).area > 0.2, home.id
+
+
+def test_a_house_has_its_levels_at_their_heights(houses: list[SoundHome]) -> None:
+    for home in houses:
+        levels = list(levels_of_sound_home(home))
+        assert [level.id for level in levels] == [f"{home.id}_L{k}" for k in range(len(home.storeys))]
+        assert [level.frame.level for level in levels] == list(range(len(levels)))
+        assert [level.frame.floor for level in levels] == pytest.approx([STOREY_M * k for k in range(len(levels))])
+        assert {level.provenance["sha256"] for level in levels} == {sound_home_digest(home)}
 
 
 @pytest.mark.slow
 def test_the_pipeline_reads_back_what_was_made(homes: list[SoundHome]) -> None:
-    same = 0
+    same = count = 0
     for home in homes:
-        (plan,) = plan_level(level_from_sound_home(home), PipelineConfig(), np.random.default_rng(0))
-        assert isinstance(plan, FloorPlan)
-        made = shapely.union_all([*home.rooms, *(shapely.box(*door.rect) for door in home.doors)], grid_size=1e-4)
-        read = shapely.Polygon(plan.verts, plan.holes)
-        read = translate(read, *(np.array(made.bounds[:2]) - read.bounds[:2]))
-        doors = [door for door in plan.doors if door.kind in {"door", "opening"}]
-        near = read.intersection(made).area > 0.99 * read.union(made).area
-        same += near and len(plan.rooms) == len(home.rooms) and len(doors) == len(home.doors)
-    assert same >= 0.95 * COUNT
+        for storey, level in zip(home.storeys, levels_of_sound_home(home), strict=True):
+            (plan,) = plan_level(level, PipelineConfig(), np.random.default_rng(0))
+            assert isinstance(plan, FloorPlan)
+            made = shapely.union_all(
+                [*storey.rooms, *(shapely.box(*door.rect) for door in storey.doors)], grid_size=1e-4
+            )
+            read = shapely.Polygon(plan.verts, plan.holes)
+            read = translate(read, *(np.array(made.bounds[:2]) - read.bounds[:2]))
+            doors = [door for door in plan.doors if door.kind in {"door", "opening"}]
+            near = read.intersection(made).area > 0.99 * read.union(made).area
+            same += near and len(plan.rooms) == len(storey.rooms) and len(doors) == len(storey.doors)
+            count += 1
+    assert same >= 0.95 * count
 
 
 @pytest.mark.slow
 def test_a_home_can_be_furnished(homes: list[SoundHome]) -> None:
     for home in homes[:4]:
-        (plan,) = plan_level(level_from_sound_home(home), PipelineConfig(), np.random.default_rng(0))
-        assert isinstance(plan, FloorPlan)
-        furnished = furnish_plan(plan, np.random.default_rng(0))
-        assert {"bed", "sofa", "toilet"} & {thing.label for thing in furnished.objects}
+        for level in levels_of_sound_home(home):
+            (plan,) = plan_level(level, PipelineConfig(), np.random.default_rng(0))
+            assert isinstance(plan, FloorPlan)
+            furnished = furnish_plan(plan, np.random.default_rng(0))
+            assert {"bed", "sofa", "toilet"} & {thing.label for thing in furnished.objects}
 
 
-def test_the_source_makes_them_one_by_one() -> None:
-    items = list(find("procedural:3", seed="5"))
-    assert list(find("procedural:3?style=sound", seed="5")) == items
-    assert [item.id for item in items] == [sound_home_id(index, 5) for index in range(3)]
-    (level,) = reader(items[1].reader).read(items[1])
-    assert level.id == items[1].id
-    assert isinstance(level, Level)
-    assert level.provenance["sha256"] == sound_home_digest(make_sound_home(1, 5))
+def test_the_source_makes_them_one_by_one(homes: list[SoundHome]) -> None:
+    items = list(find(f"procedural:{COUNT}", seed=str(SEED)))
+    assert list(find(f"procedural:{COUNT}?style=sound", seed=str(SEED))) == items
+    assert [item.id for item in items] == [sound_home_id(index, SEED) for index in range(COUNT)]
+    for item, home in zip(items, homes, strict=True):
+        if len(home.storeys) == 2:
+            levels = list(reader(item.reader).read(item))
+            assert [level.id for level in levels] == [f"{item.id}_L0", f"{item.id}_L1"]
+            return
+    pytest.fail("no house of two storeys")
