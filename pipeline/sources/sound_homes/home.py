@@ -21,7 +21,7 @@ from shapely.affinity import affine_transform
 
 from pipeline.sources.homes.values import Rect, snap_wall_line
 from pipeline.sources.sound_homes.houses import Frame, lay_out_ground, lay_out_upper
-from pipeline.sources.sound_homes.layout import lay_out_rooms
+from pipeline.sources.sound_homes.layout import draw_days, lay_out_rooms
 from pipeline.sources.sound_homes.openings import (
     Stretch,
     place_doors,
@@ -62,6 +62,7 @@ LIMITS: Final = {
     "Storage": (0.9, 0.8, 3.0),
     "Wardrobe": (1.8, 1.1, 3.2),
     "Garage": (14.0, 3.0, 2.4),
+    "Entryway": (1.4, 1.15, 3.2),
 }
 """H3: least area (m2), least width (m), largest aspect."""
 _MOST: Final = 1.7
@@ -74,7 +75,7 @@ _OPEN_M: Final = 1.5
 """The least opening through which a kitchen has its light from another room, metres."""
 _RAILING_M: Final = 0.05
 _STAIR_JAMB_M: Final = 0.05
-_TRIES: Final = 60
+_TRIES: Final = 30
 _GROUNDS: Final = 4
 """Ground floors that are tried for one programme of a house."""
 _FORMS: Final = 12
@@ -113,8 +114,11 @@ class _Try(NamedTuple):
 
 
 def _make_flat(programme: Programme, rng: np.random.Generator) -> tuple[Storey, ...] | None:
-    best = _best_of((lay_out_rooms(programme, rng) for _ in range(_TRIES)), programme, _GOOD, rng)
-    return None if best is None else (best.storey,)
+    for day in draw_days(programme, rng):
+        best = _best_of((lay_out_rooms(programme, day, rng) for _ in range(_TRIES)), programme, _GOOD, rng)
+        if best is not None:
+            return (best.storey,)
+    return None
 
 
 def _make_house(programme: Programme, rng: np.random.Generator) -> tuple[Storey, ...] | None:

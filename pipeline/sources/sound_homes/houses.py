@@ -24,11 +24,11 @@ from typing import Final, Literal
 import numpy as np
 
 from pipeline.sources.homes.values import Rect
-from pipeline.sources.sound_homes.layout import CONTACT_M, Column, Rooms, put_column
+from pipeline.sources.sound_homes.layout import CONTACT_M, PORCH_WIDTH_M, Column, Rooms, put_column
 from pipeline.sources.sound_homes.openings import shared_stretches
 from pipeline.sources.sound_homes.programme import draw_area
 from pipeline.sources.sound_homes.stairs import FOOT_M, Stair, StairKind, draw_stair_size
-from pipeline.sources.sound_homes.values import HALL, STAIRS, Cell, Join, Layout, Programme, Side
+from pipeline.sources.sound_homes.values import ENTRYWAY, HALL, STAIRS, Cell, Join, Layout, Programme, Side
 
 WET: Final = frozenset({"Bathroom", "Toilet", "Kitchen"})
 _LENGTH_M: Final = {"row house": (5.6, 7.6), "house": (6.8, 10.5), "villa": (9.0, 13.5)}
@@ -111,7 +111,11 @@ class _Ground:
         if self.turn == "straight":
             foot = (FOOT_M + self.wall_m) / self.south_m
             self.stair = Column([*self.stair.rooms, HALL], [1 - foot, foot], wide + self.wall_m)
-        self.entry = Column([HALL], [1.0], float(rng.uniform(*_ENTRY_M)) + self.wall_m)
+        is_apart = self.turn == "half" and not self.from_west and programme.vestibule
+        self.hall = self.rooms.add(ENTRYWAY, 0.0) if is_apart else HALL
+        self.porch_m = float(rng.uniform(*_PORCH_M)) if self.turn == "half" and rng.random() < 0.6 else 0.0
+        wide = PORCH_WIDTH_M + 2 * programme.outer_m if self.porch_m else float(rng.uniform(*_ENTRY_M)) + self.wall_m
+        self.entry = Column([self.hall], [1.0], wide)
         self.kitchen = self.add("Kitchen", _KITCHEN[self.kind])
         in_kitchen = not self.from_west and rng.random() < _WC_IN_KITCHEN[self.kind]
         self.office = None if self.from_west or rng.random() > _OFFICE[self.kind] else self.add("Office")
@@ -180,12 +184,11 @@ class _Ground:
     def put_row(self, cells: list[Cell]) -> tuple[int, Side]:
         """Add the cells of the south row and the corridor; return where the front door is."""
         entrance: tuple[int, Side] = (-1, "west")
-        porch = float(self.rng.uniform(*_PORCH_M)) if self.turn == "half" and self.rng.random() < 0.6 else 0.0
         for k, column in enumerate(self.row):
             if column is self.entry:
                 entrance = (len(cells), "south")
             ends = k == len(self.row) - 1 or self.office in column.rooms
-            low = porch if column is self.entry else 0.0
+            low = self.porch_m if column is self.entry else 0.0
             rect = (self.starts[k], low, self.starts[k + 1], self.full_m if ends else self.south_m)
             put_column(cells, column, rect, up=False)
         west = 0.0 if self.from_west else self.starts[1] if self.office is not None else self.west_end(cells)
@@ -226,7 +229,7 @@ class _Ground:
             yield Join(HALL, self.kitchen)
         for room in sorted({cell.room for cell in cells} - {HALL, self.kitchen, dining}):
             if self.rooms.labels[room] != STAIRS:
-                yield Join(HALL, room)
+                yield Join(HALL if room == self.hall or adjoin(HALL, room) else self.hall, room)
 
 
 def lay_out_upper(frame: Frame, below: Layout, rng: np.random.Generator, *, ends: bool) -> Layout | None:

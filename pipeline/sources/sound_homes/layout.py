@@ -12,6 +12,7 @@ L2  The living room ends the corridor in the east. It takes the whole depth of t
     lie south of it. Where they lie at the corridor's end (``behind``) one goes through them to the living room.
 L3  A south row without light holds what needs none: bath, toilet, store, entry; it is shallow then.
 L4  In the west a bedroom ends the corridor, and its own bath lies across from it; or the front door; or a store.
+    A door may part the entry from the corridor.
 L5  Rows are stretched to one length; one that is much shorter leaves a recess where the house stands free.
 L6  Wet rooms lie side by side; the kitchen lies next to the living room or the dining room.
 L7  A garage stands before the house beside the entry, which comes forward as far as its door needs.
@@ -27,16 +28,18 @@ import numpy as np
 
 from pipeline.sources.homes.values import Rect
 from pipeline.sources.sound_homes.openings import shared_stretches
-from pipeline.sources.sound_homes.values import HALL, OUTDOORS, Cell, Join, Layout, Programme, Side
+from pipeline.sources.sound_homes.values import ENTRYWAY, HALL, OUTDOORS, Cell, Join, Layout, Programme, Side
 
 _FREE: Final = frozenset({"bungalow"})
 _SLEEP: Final = frozenset({"Bedroom", "Child_Room", "Office"})
+_FLATS: Final = frozenset({"flat", "shared flat"})
+"""In a block, the entry may lie back behind a part of the common stairs."""
 _OFF_LIVING: Final = frozenset({"flat", "bungalow"})
 """Where a bedroom may be reached from the living room."""
 _LEAST_M: Final = {
     "Toilet": 1.0,
     "Storage": 1.0,
-    "Bathroom": 1.65,
+    "Bathroom": 1.5,
     "Wardrobe": 1.3,
     "Kitchen": 2.0,
     "Dining_Room": 2.5,
@@ -46,25 +49,38 @@ _LEAST_M: Final = {
 """The least width of a room in a row, metres; of a bedroom it is ``_BED_M``."""
 _BED_M: Final = 2.75
 _FIXED: Final = frozenset({"Toilet", "Storage"})
-_ENTRY_M: Final = (1.35, 1.65)
+_ENTRY_M: Final = (1.2, 1.45)
+_NORTH_M: Final = {"studio": (2.4, 3.0), "whole": (3.3, 4.3), "beside": (3.3, 4.3), "behind": (3.9, 5.0)}
+"""The depth of the north row, by where the day rooms lie."""
 _STRETCH: Final = 1.3
 """The largest ratio of the lengths of two rows that are made alike (L5)."""
 _ALIKE: Final = 0.12
 """Logarithm of the ratio of the lengths of rows that are alike before they are stretched."""
-_FORMS: Final = 12
+_FORMS: Final = 6
 """So many forms are drawn until the rows fit."""
 _RECESS_M: Final = (1.6, 4.5)
-_EAT_IN_M2: Final = 9.0
+_EAT_IN_M2: Final = 10.5
 """Where people can eat in the kitchen, it may end the corridor (L2)."""
 CONTACT_M: Final = 1.2
 """What a door and its jambs take of a wall between two rooms, metres."""
 _PORCH_M: Final = (0.6, 1.3)
+PORCH_WIDTH_M: Final = 1.05
+"""What is free between the outer walls beside a front door that lies back."""
+_LEAST_ENTRY_M: Final = 1.2
+"""The least depth of an entry that lies back."""
 _STORE_M: Final = (1.0, 2.4)
 """The least and the largest depth of a store at the corridor's end, metres (L4)."""
 
 
-_Day: TypeAlias = Literal["whole", "beside", "behind"]
+Day: TypeAlias = Literal["whole", "beside", "behind"]
 """Where the day rooms lie (L2)."""
+_DAYS: Final[dict[tuple[bool, bool], dict[Day, float]]] = {
+    (False, False): {"whole": 0.8, "beside": 0.2, "behind": 0.0},
+    (False, True): {"whole": 0.3, "beside": 0.1, "behind": 0.6},
+    (True, False): {"whole": 0.0, "beside": 0.2, "behind": 0.8},
+    (True, True): {"whole": 0.0, "beside": 0.2, "behind": 0.8},
+}
+"""The shares of these, by whether there is a dining room, and whether people can eat in the kitchen."""
 
 
 @dataclass
@@ -102,11 +118,22 @@ def _rooms(programme: Programme) -> Rooms:
     return Rooms(["Hallway", *(each.label for each in wishes)], [0.0, *(each.area_m2 for each in wishes)], behind)
 
 
-def lay_out_rooms(programme: Programme, rng: np.random.Generator) -> Layout | None:
+def draw_days(programme: Programme, rng: np.random.Generator) -> list[Day]:
+    """Return where the day rooms may lie, first what the home is to have (L2)."""
+    if programme.kind == "studio":
+        return ["whole"]
+    (kitchen_m2,) = (each.area_m2 for each in programme.rooms if each.label == "Kitchen")
+    dining = any(each.label == "Dining_Room" for each in programme.rooms)
+    shares = _DAYS[dining, kitchen_m2 > _EAT_IN_M2]
+    fits = [day for day, share in shares.items() if share]
+    return [fits[k] for k in rng.choice(len(fits), len(fits), replace=False, p=[shares[day] for day in fits]).tolist()]
+
+
+def lay_out_rooms(programme: Programme, day: Day, rng: np.random.Generator) -> Layout | None:
     """Return one try of a layout, or None if the rooms do not fit together."""
     for _ in range(_FORMS):
         rooms = _rooms(programme)
-        form = _draw_form(programme, rooms, rng)
+        form = _draw_form(programme, rooms, day, rng)
         rows = _share_out(rooms, form, rng)
         start = _fit(rows, form)
         if start is not None:
@@ -134,13 +161,15 @@ class _Form:
     corridor_m: float
     south_m: float
     wall_m: float
-    day: _Day
+    day: Day
     kitchen: Literal["north", "south", "day"]
     service: bool
     entry: bool
+    entry_m: float
     ends_in_bedroom: bool
     recess: bool
     porch: bool
+    vestibule: bool
     open: bool
     through: bool
     off_living: bool
@@ -156,19 +185,13 @@ class _Form:
         return self.north_m + self.corridor_m + self.south_m
 
 
-def _draw_form(programme: Programme, rooms: Rooms, rng: np.random.Generator) -> _Form:
+def _draw_form(programme: Programme, rooms: Rooms, day: Day, rng: np.random.Generator) -> _Form:
     kind, light, wall = programme.kind, programme.light, programme.inner_m
     studio, free = kind == "studio", kind in _FREE
     lit = "south" in light
     service = not lit or bool(rng.random() < 0.3)  # L3
-    north = float(rng.uniform(2.4, 3.0) if studio else rng.uniform(3.3, 4.3)) + wall
-    south = 0.0 if studio else float(rng.uniform(1.9, 2.5) if service else rng.uniform(2.7, 3.5)) + wall
-    dining, kitchen_m2 = rooms.of("Dining_Room"), rooms.areas[rooms.of("Kitchen")[0]]
-    days: tuple[_Day, ...] = ("whole",)
-    if not studio:
-        days = ("beside", "behind") if dining else ("whole", "beside", "beside")
-        days = (*days, "behind") if kitchen_m2 > _EAT_IN_M2 else days
-    day = days[int(rng.integers(len(days)))]
+    north = float(rng.uniform(*_NORTH_M["studio" if studio else day])) + wall
+    south = 0.0 if studio else float(rng.uniform(1.9, 2.5) if service else rng.uniform(2.6, 3.3)) + wall
     ends_in_bedroom = bool(rooms.behind) or (not studio and kind != "practice" and rng.random() < 0.5)
     entry = not studio and (
         ends_in_bedroom or bool(rooms.of("Garage") or (rooms.of("Toilet") and not service) or rng.random() < 0.5)
@@ -176,6 +199,8 @@ def _draw_form(programme: Programme, rooms: Rooms, rng: np.random.Generator) -> 
     kitchen: Literal["north", "south", "day"] = "day"
     if day == "whole":
         kitchen = "north" if studio or not lit or rng.random() < 0.3 else "south"
+    may_lie_back = (free and not service) or (kind in _FLATS and not rooms.of("Toilet"))
+    porch = may_lie_back and bool(rng.random() < 0.7)
     bumps = (0.0, 0.0, 0.9, 1.4) if free else (0.0,)
     return _Form(
         north_m=north,
@@ -186,12 +211,15 @@ def _draw_form(programme: Programme, rooms: Rooms, rng: np.random.Generator) -> 
         kitchen=kitchen,
         service=service,
         entry=entry,
+        entry_m=PORCH_WIDTH_M + 2 * programme.outer_m if porch else float(rng.uniform(*_ENTRY_M)) + wall,
         ends_in_bedroom=ends_in_bedroom,
         recess=free and bool(rng.random() < 0.5),
-        porch=free and not service and bool(rng.random() < 0.6),
-        open=kind != "practice" and (studio or bool(rng.random() < 0.6)),
-        through=bool(rng.random() < 0.75),
-        off_living=kind in _OFF_LIVING and bool(rng.random() < 0.35),
+        porch=porch,
+        vestibule=programme.vestibule,
+        open=kind != "practice"
+        and (studio or (day == "behind" and not rooms.of("Dining_Room")) or bool(rng.random() < 0.75)),
+        through=day == "behind" or bool(rng.random() < 0.9),
+        off_living=kind in _OFF_LIVING and bool(rng.random() < 0.36),
         bump_m=(float(rng.choice(bumps)), 0.0 if rooms.of("Garage") else float(rng.choice(bumps))),
     )
 
@@ -229,7 +257,10 @@ def _share_out(rooms: Rooms, form: _Form, rng: np.random.Generator) -> _Rows:
         rows.north = [column(room, form.north_m) for room in inside]
         return rows
     wet = _wet_columns(rooms, form, column, rng)
-    entry = [Column([HALL], [1.0], float(rng.uniform(*_ENTRY_M)), False)] if form.entry else []
+    entry = []
+    if form.entry:
+        room = rooms.add(ENTRYWAY, 0.0) if form.vestibule else HALL
+        entry = [Column([room], [1.0], form.entry_m, False)]
     groups = [[*entry, *wet] if rng.random() < 0.5 else [*wet, *entry]]
     masters = sorted(set(rooms.behind.values()))
     rows.north = [column(room, form.north_m) for room in masters]
@@ -335,7 +366,7 @@ def _place(
     entrance: tuple[int, Side] = (-1, "west")
     x = start
     for column in rows.south:
-        is_entry = column.rooms == [HALL]
+        is_entry = rooms.labels[column.rooms[0]] in {"Hallway", ENTRYWAY}
         forward = _forward_m(rooms, form, rng) if is_entry else 0.0
         put_column(cells, column, (x, -forward, x + column.width_m, low), up=False)
         if is_entry:
@@ -374,7 +405,8 @@ def _forward_m(rooms: Rooms, form: _Form, rng: np.random.Generator) -> float:
     """Return how far the entry comes forward beside a garage (L7), or lies back behind a porch (negative), m."""
     if rooms.of("Garage"):
         return CONTACT_M + 0.2
-    return -float(rng.uniform(*_PORCH_M)) if form.porch else 0.0
+    most = min(_PORCH_M[1], form.south_m - form.wall_m - _LEAST_ENTRY_M)
+    return -float(rng.uniform(min(_PORCH_M[0], most), most)) if form.porch and most > 0 else 0.0
 
 
 def _garage(rooms: Rooms, entry: tuple[float, float], rng: np.random.Generator) -> Cell:
@@ -425,4 +457,5 @@ def _joins(rooms: Rooms, cells: tuple[Cell, ...], form: _Form) -> Iterator[Join]
         yield Join(HALL, living)
     for room in sorted({cell.room for cell in cells} - {HALL, living, kitchen, *dining}):
         off_living = form.off_living and rooms.labels[room] in _SLEEP and adjoin(living, room)
-        yield Join(living if off_living else rooms.behind.get(room, HALL), room)
+        entries = [entry for entry in rooms.of(ENTRYWAY) if not adjoin(HALL, room) and adjoin(entry, room)]
+        yield Join(living if off_living else rooms.behind.get(room, entries[0] if entries else HALL), room)

@@ -16,7 +16,7 @@ import shapely
 
 from pipeline.sources.homes.level import DOOR_HEAD_M
 from pipeline.sources.homes.values import Rect
-from pipeline.sources.sound_homes.values import HALL, SIDES, STAIRS, Cell, Doorway, Join, Layout, Side, Window
+from pipeline.sources.sound_homes.values import SIDES, STAIRS, Cell, Doorway, Join, Layout, Side, Window
 
 DOORS_M: Final = {
     "Toilet": (0.70, 0.80),
@@ -162,7 +162,12 @@ def place_front_door(layout: Layout, inner_m: float, outer_m: float, rng: np.ran
         return None
     width = min(float(rng.choice(FRONT_M)), wall.high - wall.low - inner_m - 2 * _FRONT_JAMB_M)
     middle = (wall.low + wall.high) / 2
-    return [Doorway(rect_in_wall(wall, middle - width / 2, middle + width / 2, inner_m, outer_m), (HALL, None))]
+    return [
+        Doorway(
+            rect_in_wall(wall, middle - width / 2, middle + width / 2, inner_m, outer_m),
+            (layout.cells[place].room, None),
+        )
+    ]
 
 
 def place_windows(

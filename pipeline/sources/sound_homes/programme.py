@@ -23,13 +23,13 @@ class _Area(NamedTuple):
 
 
 AREAS: Final = {
-    "Living_Room": _Area(26.0, 0.25, 16.0, 44.0),
+    "Living_Room": _Area(28.3, 0.25, 16.0, 44.0),
     "Kitchen": _Area(8.3, 0.33, 4.6, 16.0),
     "Dining_Room": _Area(11.5, 0.22, 8.0, 18.0),
     "Bedroom": _Area(15.0, 0.2, 11.0, 24.0),
     "Child_Room": _Area(12.5, 0.2, 9.0, 18.0),
     "Office": _Area(11.0, 0.22, 7.5, 18.0),
-    "Bathroom": _Area(4.2, 0.22, 3.0, 7.5),
+    "Bathroom": _Area(3.7, 0.24, 2.8, 7.5),
     "Toilet": _Area(1.9, 0.15, 1.5, 3.0),
     "Storage": _Area(2.6, 0.4, 1.2, 7.0),
     "Wardrobe": _Area(3.6, 0.25, 2.4, 6.0),
@@ -66,6 +66,8 @@ _BEDROOMS: Final = {
 }
 """The shares of dwellings with one bedroom, two, ...; the mean of flats is 2.1, that of Swiss Dwellings 2.26."""
 
+_VESTIBULES: Final = 0.26
+"""How often a door parts the entry from the hall."""
 _SLEEP: Final = frozenset({"Bedroom", "Child_Room", "Office"})
 _TWO_SIDED: Final = 3
 """So many rooms to sleep and work in need light on two sides."""
@@ -94,7 +96,7 @@ def draw_programme(kind: str, rng: np.random.Generator) -> Programme:
     )
     inner, outer = float(rng.choice(_INNER_M)), float(rng.choice(_OUTER_M))
     light = _light(kind, sum(label in _SLEEP for label, _ in labels), rng)
-    return Programme(kind, rooms, light, inner, outer, _storeys(kind, rng))
+    return Programme(kind, rooms, light, inner, outer, _storeys(kind, rng), bool(rng.random() < _VESTIBULES))
 
 
 def _storeys(kind: str, rng: np.random.Generator) -> int:
@@ -124,7 +126,7 @@ def _practice(rng: np.random.Generator) -> list[tuple[str, int | None]]:
 def _dwelling(kind: str, rng: np.random.Generator) -> list[tuple[str, int | None]]:
     bedrooms = 1 + int(rng.choice(len(_BEDROOMS[kind]), p=_BEDROOMS[kind]))
     found: list[tuple[str, int | None]] = [("Living_Room", None), ("Kitchen", None)]
-    if bedrooms >= 2 and kind != "shared flat" and rng.random() < {"flat": 0.25}.get(kind, 0.45):
+    if bedrooms >= 2 and kind != "shared flat" and rng.random() < {"flat": 0.35}.get(kind, 0.45):
         found.append(("Dining_Room", None))
     found.append(("Bedroom", None))
     master = len(found) - 1
@@ -134,17 +136,17 @@ def _dwelling(kind: str, rng: np.random.Generator) -> list[tuple[str, int | None
     if rng.random() < {"bungalow": 0.3}.get(kind, 0.1):
         found.append(("Office", None))
     found.append(("Bathroom", None))
-    if bedrooms >= 3 and rng.random() < 0.4:
+    if bedrooms >= 2 and rng.random() < (0.5 if bedrooms >= 3 else 0.2):
         found.append(("Bathroom", master))
     elif kind == "bungalow" and rng.random() < 0.4:
         found.append(("Wardrobe", master))
-    if bedrooms >= 2 and rng.random() < 0.7:
+    if bedrooms >= 2 and rng.random() < 0.8:
         found.append(("Toilet", None))
     if rng.random() < 0.35:
         found.append(("Storage", None))
     if rng.random() < {"bungalow": 0.3}.get(kind, 0.0):
         found.append(("Garage", None))
-    if rng.random() < 0.92:
+    if rng.random() < 0.87:
         found.append(("Balcony" if kind in {"flat", "shared flat"} else "Terrace", None))
     return found
 

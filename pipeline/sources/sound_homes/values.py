@@ -22,6 +22,7 @@ OUTDOORS: Final = frozenset({"Balcony", "Terrace"})
 
 HALL: Final = 0
 """The number of the hall among the rooms of a layout."""
+ENTRYWAY: Final = "Entryway"
 STAIRS: Final = "Stairs"
 """What a layout calls the room of a stair; it is no label of a plan."""
 
@@ -40,6 +41,7 @@ class Programme:
     """What a household asks for: the kind of dwelling, its rooms, the sides with light, the thickness of its walls.
 
     Of a house of several storeys, ``rooms`` holds what lies outside only; its layout draws the others.
+    ``vestibule`` says that a door parts the entry from the hall, if there is an entry.
     """
 
     kind: str
@@ -48,6 +50,7 @@ class Programme:
     inner_m: float
     outer_m: float
     storeys: int = 1
+    vestibule: bool = False
 
 
 @dataclass(frozen=True)
