@@ -172,3 +172,5 @@ WANTS: Final[dict[str, tuple[FurnitureWish, ...]]] = {
     "Unlabelled": (FurnitureWish(_SHELF, 0.3, area=4.0), FurnitureWish(_BOOKCASE, 0.3, area=8.0)),
 }
 """By label, the large ones first. Elevators and shafts hold nothing."""
+ONE_ROOM: Final = (FurnitureWish(_BED), FurnitureWish(_NIGHTSTAND, 0.6), *WANTS["Living_Room"])
+"""What the living room of a home without a bedroom may hold."""

@@ -1,6 +1,7 @@
 """Furnish a finished plan: place furniture room by room, then cut it out of the plan and check the result.
 
 1. Each room is furnished by its label (``room``), from one source of chance: a plan and a seed give the same furniture.
+   In a home of one room, the living room has a bed. On stairs nothing stands.
 2. Footprints are cut out of the outline, or become holes of it, and are cut out of the rooms (docs/format.md).
 3. The plan keeps its bounds and stays in one piece, and a robot of 0.2 m gets wherever it got before, as
    ``houseexpo.analysis.navigability`` says. Rooms in which it does not are left empty; if that does not help, all are.
@@ -8,6 +9,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from dataclasses import replace
 
@@ -20,8 +22,27 @@ from houseexpo.floorplan import FloorPlan
 from houseexpo.inference.snapping import snap_polygon, snap_ring
 from houseexpo.plan import NavigabilityByRadius, PlanObject, Room
 from houseexpo.tolerances import ROBOT_M
+from pipeline.furnish.catalogue import ONE_ROOM, WANTS, FurnitureWish
 from pipeline.furnish.room import CM_PER_M, PlacedPiece, RoomFurnisher, has_simple_rings, round_to_cm
 
+_LEVEL = re.compile(r"_L\d+")
+"""In the id of a storey of several, whose beds may be on another."""
+_BESIDE_ONE_ROOM = frozenset(
+    {
+        "Bathroom",
+        "Toilet",
+        "Kitchen",
+        "Hallway",
+        "Hall",
+        "Entryway",
+        "Storage",
+        "Wardrobe",
+        "Balcony",
+        "Terrace",
+        "Loggia",
+    }
+)
+"""What a home of one room may have beside that room."""
 _Furniture = Mapping[int, list[PlacedPiece]]
 """By room."""
 
@@ -48,7 +69,16 @@ def furnish_plan(plan: FloorPlan, rng: np.random.Generator) -> FloorPlan:
 def _of_room(plan: FloorPlan, room: Room, rng: np.random.Generator) -> list[PlacedPiece]:
     """R1."""
     doors = [door for door in plan.doors if room.id in door.rooms]
-    return RoomFurnisher(room, doors, rng).furnish()
+    return RoomFurnisher(room, doors, _wants(plan, room), rng).furnish()
+
+
+def _wants(plan: FloorPlan, room: Room) -> tuple[FurnitureWish, ...]:
+    """Return what a room may hold: a living room in a home of one room a bed, too, and a stair nothing."""
+    if any("stair" in word.lower() for word in room.source_labels):
+        return ()
+    others = {each.label for each in plan.rooms if each.id != room.id}
+    is_home = "Bathroom" in others and others <= _BESIDE_ONE_ROOM and not _LEVEL.search(plan.id)
+    return ONE_ROOM if is_home and room.label == "Living_Room" else WANTS.get(room.label, ())
 
 
 def _cut(plan: FloorPlan, found: _Furniture) -> FloorPlan | None:

@@ -1,4 +1,4 @@
-"""Place furniture in one room: choose pieces by its label, and return where each stands (boxes in whole centimetres).
+"""Place furniture in one room: choose pieces from what is wanted; return where each stands (boxes in whole cm).
 
 1. Pieces stand in the room, 5 cm or more from each other, at a wall or 5 cm or more from it.
 2. Before a piece its ``front`` is free of others; a piece that belongs to it (a chair to a desk) may stand there.
@@ -21,7 +21,7 @@ import shapely
 from shapely import MultiPolygon, Polygon
 
 from houseexpo.plan import Door, Room
-from pipeline.furnish.catalogue import WANTS, FurnitureKind
+from pipeline.furnish.catalogue import FurnitureKind, FurnitureWish
 
 CM_PER_M: Final = 100.0
 GAP_CM: Final = 5
@@ -54,10 +54,12 @@ class _Left(NamedTuple):
 class RoomFurnisher:
     """A room that is being furnished; all in centimetres."""
 
-    def __init__(self, room: Room, doors: Sequence[Door], rng: np.random.Generator) -> None:
+    def __init__(
+        self, room: Room, doors: Sequence[Door], wants: Sequence[FurnitureWish], rng: np.random.Generator
+    ) -> None:
         shape = shapely.orient_polygons(round_to_cm(room.polygon))
         self._room, self._edge, self._rng = shape, shape.boundary, rng
-        self._area_m2, self._wants = room.area, WANTS.get(room.label, ())
+        self._area_m2, self._wants = room.area, wants
         rings = (shape.exterior, *shape.interiors)
         self._walls = axis_parallel_walls(
             [np.round(shapely.get_coordinates(ring)[:-1]).astype(np.int64) for ring in rings]
@@ -77,7 +79,7 @@ class RoomFurnisher:
         shapely.prepare(self._doors)
 
     def furnish(self) -> list[PlacedPiece]:
-        """Place the furniture that the room's label asks for and that fits."""
+        """Place the furniture that is wanted and that fits."""
         if not self._places:
             return []
         for want in self._wants:

@@ -47,7 +47,7 @@ def places(shape: shapely.Polygon) -> int:
 @given(rooms(), st.integers(0, 2**32 - 1))
 def test_furniture_keeps_its_rules_in_any_room(room: Room, seed: int) -> None:
     door = door_below(room)
-    standing = RoomFurnisher(room, [door], np.random.default_rng(seed)).furnish()
+    standing = RoomFurnisher(room, [door], WANTS.get(room.label, ()), np.random.default_rng(seed)).furnish()
     boxes = [shapely.box(*each.box.tolist()) for each in standing]
     shape = round_to_cm(room.polygon)
     assert all(shape.covers(box) for box in boxes)

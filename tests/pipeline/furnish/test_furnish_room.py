@@ -38,7 +38,7 @@ def _door_below(x: float = 1.0, width: float = 0.9) -> Door:
 
 
 def _furnished(room: Room, *doors: Door, seed: int = 0) -> list[tuple[str, shapely.Polygon]]:
-    standing = RoomFurnisher(room, doors, np.random.default_rng(seed)).furnish()
+    standing = RoomFurnisher(room, doors, WANTS.get(room.label, ()), np.random.default_rng(seed)).furnish()
     return [(each.piece.label, shapely.box(*each.box.tolist())) for each in standing]
 
 
