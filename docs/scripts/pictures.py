@@ -94,13 +94,21 @@ def draw_stages(file: Path = IMAGES / "stages.png") -> None:
 
 
 def draw_homes(file: Path = HOMES) -> None:
-    """Write a contact sheet of the first homes of seed 1."""
-    items = islice(find("procedural:1000", seed="1"), N_HOMES)
-    levels = [level for item in items for level in reader(item.reader).read(item)]
+    """Write a contact sheet of the storeys of the first homes of seed 1."""
+    items = find("procedural:1000", seed="1")
+    levels = islice((level for item in items for level in reader(item.reader).read(item)), N_HOMES)
     plans = [plan_largest_building(level, PipelineConfig(), np.random.default_rng(0)) for level in levels]
-    captions = [f"{len(plan.rooms)} rooms, {plan.area:.0f} m2" for plan in plans]
+    captions = [_caption(plan) for plan in plans]
     Image.fromarray(contact_sheet([draw_plan(plan, size=200) for plan in plans], 6, captions)).save(file)
     _shrink(file)
+
+
+def _caption(plan: houseexpo.FloorPlan) -> str:
+    """Return the kind of a home, the storey of a house of several, and the area."""
+    name = str((plan.provenance or {})["kind"])
+    if plan.frame is not None and "_L" in plan.id:
+        name += f", storey {plan.frame.level}"
+    return f"{name}, {plan.area:.0f} m2"
 
 
 def draw_readers(folder: Path = IMAGES) -> None:

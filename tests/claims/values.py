@@ -31,10 +31,10 @@ def formats_of_export() -> list[str]:
 
 
 def houses_of_the_demo() -> list[str]:
-    """300 houses of ``make dataset``, and 30 plans of ``houseexpo demo``."""
+    """300 houses of ``make dataset``, and 30 of ``houseexpo demo``."""
     (source,) = tomllib.loads((ROOT / "data_manifests" / "demo.toml").read_text())["build"]["sources"]
     found = (source, cli_demo.PLANS)
-    return [] if found == ("procedural:300?style=sound", 30) else [f"expected 300 houses and 30 plans, found {found}"]
+    return [] if found == ("procedural:300?style=sound", 30) else [f"expected 300 houses and 30, found {found}"]
 
 
 def figures_of_the_readme() -> list[str]:
