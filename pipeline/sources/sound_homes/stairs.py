@@ -17,8 +17,8 @@ from typing import Final, Literal, NamedTuple, TypeAlias
 import numpy as np
 import shapely
 
-from pipeline.sources.homes.values import Rect
 from pipeline.sources.homes.level import WALL_TOP_M
+from pipeline.sources.homes.values import Rect
 
 StairKind: TypeAlias = Literal["straight", "quarter", "half"]
 
