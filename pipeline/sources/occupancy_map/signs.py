@@ -6,8 +6,8 @@ S1  ``half_seen_rooms``: the share of the rooms of whose edge more than ``UNSEEN
     ``WALL_NEAR_M`` or nearer. Doorways do not count. Such a room ends where the robot saw no further.
 S2  ``beyond_rooms``: what the map shows and the plan lacks: the share of the free cells ``WALL_NEAR_M`` or farther from
     the rooms, or that of the occupied cells ``FAR_FROM_ROOMS_M`` or farther from them, whichever is more. Free cells
-    that reach the picture's border without a room between are the ground outside, or a margin. Occupied cells that
-    have occupied ones all round lie inside what is solid, where no ray ends: they are no walls.
+    that reach the picture's border without a room between are the ground outside, or a margin. What is solid
+    over twice ``FAR_FROM_ROOMS_M`` both ways is a block (a chimney, a bed, ground that is drawn filled), and no wall.
 S3  ``ragged_room``: how much of its convex hull the most ragged room lacks. Several rooms that are one, and what fans
     of rays have drawn, are ragged.
 S4  ``free_wall``: how long the longest piece of occupied cells is that stands in a room, away from its edge, as a
@@ -121,9 +121,11 @@ def _beyond(cells: _Cells, free: Bools, inside: Bools) -> float:
     _, pieces = cv2.connectedComponents(lost.view(np.uint8), connectivity=4)
     border = np.unique(np.concatenate([pieces[0], pieces[-1], pieces[:, 0], pieces[:, -1]]))
     lost &= ~np.isin(pieces, border)
-    faces = cells.occupied & _dilate(~cells.occupied, 1)
-    far = faces & ~cells.grown(inside, FAR_FROM_ROOMS_M)
-    return max(_share(lost, free), _share(far, faces))
+    side = 2 * max(round(FAR_FROM_ROOMS_M / cells.cell_m), 1) + 1
+    blocks = cv2.morphologyEx(cells.occupied.view(np.uint8), cv2.MORPH_OPEN, np.ones((side, side), np.uint8))
+    walls = cells.occupied & ~blocks.view(bool)
+    far = walls & ~cells.grown(inside, FAR_FROM_ROOMS_M)
+    return max(_share(lost, free), _share(far, walls))
 
 
 def _share(part: Bools, whole: Bools) -> float:
