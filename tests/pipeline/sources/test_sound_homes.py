@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from itertools import pairwise
+from pathlib import Path
 
 import networkx as nx
 import numpy as np
@@ -10,6 +11,7 @@ import pytest
 import shapely
 from shapely.affinity import translate
 
+from houseexpo.exports import export
 from houseexpo.floorplan import FloorPlan
 from pipeline.algorithm import plan_level
 from pipeline.config import PipelineConfig
@@ -20,6 +22,7 @@ from pipeline.sources.sound_homes.houses import WET
 from pipeline.sources.sound_homes.level import levels_of_sound_home, sound_home_digest
 from pipeline.sources.sound_homes.stairs import RISE_M, STOREY_M
 from pipeline.sources.sound_homes.values import SoundHome, Storey
+from tests.builders.batch import likeness, plans_of
 
 SEED, COUNT = 11, 24
 
@@ -230,6 +233,21 @@ def test_the_pipeline_reads_back_what_was_made(homes: list[SoundHome]) -> None:
             same += near and len(plan.rooms) == len(storey.rooms) and len(doors) == len(storey.doors)
             count += 1
     assert same >= 0.95 * count
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["glb", "ifc"])
+def test_the_storeys_of_an_exported_house_come_back(houses: list[SoundHome], tmp_path: Path, name: str) -> None:
+    plans = []
+    for level in levels_of_sound_home(houses[0]):
+        (plan,) = plan_level(level, PipelineConfig(), np.random.default_rng(0))
+        assert isinstance(plan, FloorPlan)
+        plans.append(plan)
+    export(plans, name, tmp_path, building="house")
+    (file,) = tmp_path.rglob(f"*.{name}")
+    back = plans_of(file)
+    assert [len(plan.rooms) for plan in back] == [len(plan.rooms) for plan in plans]
+    assert all(likeness(one, other) > 0.99 for one, other in zip(plans, back, strict=True))
 
 
 @pytest.mark.slow
