@@ -2,7 +2,6 @@ from __future__ import annotations
 
 import pytest
 
-from houseexpo.analysis.navigability import navigability
 from houseexpo.floorplan import FloorPlan
 from houseexpo.plan import Door, Navigability, Room
 from houseexpo.summary_plugins import new_summaries
@@ -57,10 +56,3 @@ def test_two_summaries_add_up() -> None:
 
 def test_the_build_finds_it_by_its_entry_point() -> None:
     assert isinstance(new_summaries()["plans"], PlanSummary)
-
-
-def test_measured_reach_fits_in() -> None:
-    plan = published()
-    summary = PlanSummary()
-    summary.add(FloorPlan("x", plan.verts, 3, plan.room_category, navigability=navigability(plan)))
-    assert summary.report()["navigability"]["0.35"]["connected"] == 1

@@ -9,7 +9,7 @@ import pytest
 from houseexpo.errors import PlanError
 from houseexpo.floorplan import FloorPlan
 from houseexpo.grids.frame import source_points_from_plan
-from houseexpo.plan import Door, Frame, PlanObject, Quality, Room
+from houseexpo.plan import Frame, PlanObject, Quality, Room
 
 SQUARE = [(0.1, 0.1), (0.1, 4.1), (4.1, 4.1), (4.1, 0.1)]
 BOW_TIE = [(0.0, 0.0), (2.0, 2.0), (2.0, 0.0), (0.0, 2.0)]
@@ -194,8 +194,3 @@ def test_errors_survive_pickling():
     error = PlanError("expected this", "doors[0]", "a")
     again = pickle.loads(pickle.dumps(error))  # noqa: S301 - our own bytes
     assert str(again) == str(error) == "plan 'a': doors[0]: expected this"
-
-
-def test_door_of_equal_values_is_equal(two_rooms):
-    door = two_rooms.doors[0]
-    assert Door(0, "door", door.segment, 0.8, door.ring.tolist(), (0, 1)) == door
