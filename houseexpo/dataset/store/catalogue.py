@@ -25,8 +25,8 @@ _log = logging.getLogger(__name__)
 class Catalogue:
     """The contents of a data set without its plans; rows are numbered in the order in which plans are stored."""
 
-    def __init__(self, path: Path, table: Any, store: Path | None) -> None:
-        self.path, self.table, self._store = path, table, store
+    def __init__(self, path: Path, table: Any, store: Path | None, left_out: tuple[BrokenPlan, ...] = ()) -> None:
+        self.path, self.table, self._store, self._left_out = path, table, store, left_out
         self._is_loose = plans_path(path).is_dir()
         self.ids: list[str] = table.column("id").to_pylist()
         self.row_of = {name: number for number, name in enumerate(self.ids)}
@@ -71,7 +71,7 @@ class Catalogue:
     @property
     def left_out(self) -> tuple[BrokenPlan, ...]:
         """The plans that cannot be read."""
-        return () if self._store is None else read_left_out(self._store)
+        return self._left_out if self._store is None else read_left_out(self._store)
 
     @cached_property
     def lists(self) -> dict[str, tuple[str, ...]]:
@@ -129,7 +129,8 @@ def open_catalogue(path: Path) -> Catalogue:
     if (path / ".build").is_dir() and not (path / "manifest.json").exists():
         raise DatasetError(f"{path}: expected a finished build, found no manifest.json; run houseexpo build again")
     if (path / "index.parquet").exists():
-        return Catalogue(path, _own_index(path), None)
+        table, left_out = _own_index(path)
+        return Catalogue(path, table, None, left_out)
     if not path.exists():
         raise DatasetError(f"{path}: expected a data set, found nothing there; check the path")
     if is_device(path):
@@ -166,8 +167,8 @@ def _write_copy(source: Path, target: Path) -> None:
     write_cached_copy(source, target)
 
 
-def _own_index(path: Path) -> Any:
-    """Read a data set folder's index and check that it lists the plans in the folder."""
+def _own_index(path: Path) -> tuple[Any, tuple[BrokenPlan, ...]]:
+    """Read a data set folder's index; return the rows whose plans are there, and the other rows and plans."""
     import pyarrow.parquet as pq
 
     from houseexpo.dataset.index import SCHEMA, with_current_columns
@@ -180,10 +181,14 @@ def _own_index(path: Path) -> Any:
     ids = table.column("id").to_pylist()
     for name in ids:
         checks.check_plan_id(name)
-    missing = sorted({f"{name}.json" for name in ids} ^ set(plan_file_names(plan_folder(path))))
-    if missing or len(set(ids)) != len(ids):
+    files = set(plan_file_names(plan_folder(path)))
+    there = [f"{name}.json" in files for name in ids]
+    odd = sorted({f"{name}.json" for name in ids} ^ files)
+    if (odd and not any(there)) or len(set(ids)) != len(ids):
         raise DatasetError(
-            f"{file}: expected one row for each file in json/, found {len(ids)} rows that differ in {len(missing)}: "
-            f"{', '.join(missing[:3])}; build again, or delete index.parquet to read the plans alone"
+            f"{file}: expected one row for each file in json/, found {len(ids)} rows that differ in {len(odd)}: "
+            f"{', '.join(odd[:3])}; build again, or delete index.parquet to read the plans alone"
         )
-    return table
+    faults = ("index.parquet lists it, and it is not there", "index.parquet does not list it; build again")
+    left_out = tuple(BrokenPlan(name, faults[name in files]) for name in odd)
+    return (table.filter(pa.array(there)) if left_out else table), left_out

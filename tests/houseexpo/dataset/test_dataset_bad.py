@@ -268,12 +268,27 @@ def test_a_build_that_is_not_finished(tmp_path):
 
 def test_an_index_of_other_plans(tmp_path):
     path = pack(tmp_path, "nested", {"a": good("a")})
-    (path / "index.parquet").write_bytes(index_table([index_row(house("a")), index_row(house("b"))]))
-    assert "b.json" in refused(path)
+    (path / "index.parquet").write_bytes(index_table([index_row(house("b"))]))
+    assert "a.json, b.json" in refused(path)
+    (path / "index.parquet").write_bytes(index_table([]))
+    assert "a.json" in refused(path)
     (path / "index.parquet").write_bytes(b"PAR1")
     assert "index.parquet" in refused(path)
     (path / "index.parquet").write_bytes(index_table([index_row(house("a"))]))
     assert open_dataset(path).ids == ["a"]
+
+
+def test_of_an_index_with_other_plans_the_common_ones_are_kept(tmp_path):
+    path = pack(tmp_path, "nested", {name: good(name) for name in "abd"})
+    (path / "index.parquet").write_bytes(index_table([index_row(house(name)) for name in "abc"]))
+    plans = open_dataset(path)
+    assert plans.ids == [plan.id for plan in plans] == ["a", "b"]
+    assert [str(found) for found in plans.left_out] == [
+        "c.json: index.parquet lists it, and it is not there",
+        "d.json: index.parquet does not list it; build again",
+    ]
+    with pytest.raises(DatasetError, match="expected a whole data set"):
+        choose_plan_ids(plans, "test", 1)
 
 
 def test_a_zip_that_lies_about_a_size(tmp_path, monkeypatch):
