@@ -22,6 +22,7 @@ from .floorplan import FloorPlan, decode, load_plan, save_plan
 from .grids.frame import GridFrame
 from .grids.raster import door_ids, free_mask, room_ids
 from .inference import with_rooms
+from .inference.map_prediction import PredictedMap, predict_map
 from .plan import Door, Frame, Navigability, PlanObject, Quality, Room
 from .plan.json_codec import encode
 from .plan.repair import Repair
@@ -44,6 +45,7 @@ __all__ = [
     "Override",
     "PlanError",
     "PlanObject",
+    "PredictedMap",
     "Quality",
     "Repair",
     "Room",
@@ -65,6 +67,7 @@ __all__ = [
     "load_plan",
     "navigability",
     "open_dataset",
+    "predict_map",
     "room_ids",
     "room_mask",
     "rooms_graph",

@@ -290,7 +290,7 @@ EXAMPLES: Final = {
     "record": ("record plans/demo --policy frontier --out run.gif",),
     "replay": ("replay run.mcap --out map",),
     "ros": ("ros plans/demo --map slam",),
-    "train": ("train exploration plans/demo --out run",),
+    "train": ("train exploration plans/demo --out run", "train predictor --out predictor"),
     "observe": ("observe plans/demo --limit 1000 --out pairs",),
     "prepare": ("prepare plans/demo",),
 }

@@ -72,9 +72,9 @@ def run(
     prediction: Annotated[
         str | None,
         typer.Option(
-            help="Score a predicted map by its IoU: policy (its method predicted_map), free, solid or lines.",
+            help="Score a predicted map by its IoU: policy (its method predicted_map), free, solid, lines or network.",
             show_default="none",
-            autocompletion=make_completion("policy", "free", "solid", "lines"),
+            autocompletion=make_completion("policy", "free", "solid", "lines", "network"),
         ),
     ] = None,
     replace: Annotated[bool, typer.Option("--replace", help=REPLACE_HELP)] = False,

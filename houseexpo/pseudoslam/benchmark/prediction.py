@@ -27,6 +27,7 @@ import numpy as np
 import numpy.typing as npt
 
 from houseexpo.errors import ConfigError
+from houseexpo.inference.map_prediction import predict_map
 from houseexpo.pseudoslam.benchmark.measures import Metric, Values
 from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE, UNKNOWN
 from houseexpo.words import suggest_name
@@ -87,7 +88,7 @@ def _iou(one: Bools, other: Bools, part: Bools) -> float | None:
 
 
 # ---------------------------------------------------------------------------------------------------------------------
-# Predictors that cost nothing.
+# Predictors that come with the benchmark; all but the network cost nothing.
 # ---------------------------------------------------------------------------------------------------------------------
 
 
@@ -116,7 +117,7 @@ def predict_walls_in_gaps(known: Grid, gap_px: float) -> Grid:
     return found
 
 
-PREDICTORS: Final = ("free", "solid", "lines")
+PREDICTORS: Final = ("free", "solid", "lines", "network")
 """The names of the predictors that come with the benchmark."""
 
 
@@ -133,6 +134,8 @@ def find_predictor(name: str, pixels_per_metre: float) -> Predictor:
     """Return a predictor of ``PREDICTORS``."""
     if name == "lines":
         return lambda known: predict_walls_in_gaps(known, LONGEST_GAP_M * pixels_per_metre)
+    if name == "network":
+        return lambda known: predict_map(known, 1.0 / pixels_per_metre).to_map()
     return {"free": predict_free, "solid": predict_solid}[name]
 
 

@@ -1,0 +1,379 @@
+"""Train the network of ``houseexpo.predict_map`` on maps of explored houses and of made office floors.
+
+R1  Plans of the train list and floors of ``office_floors`` are explored by nearest frontier and by information gain, on
+    cells of 0.1 m, with a laser of 20 m and 2,500 beams all round. Of each exploration, ``SNAPSHOTS`` maps are kept,
+    with the walls: obstacles that border free space. Of a floor, the outside is solid for the robot and free for the
+    score.
+R2  Of the unknown cells of each map, some are drawn: walls and others by themselves, since few cells are walls. A step
+    of training takes ``BATCH`` cells, half of them of houses, half of floors, half of each with row and column
+    exchanged.
+R3  The loss is the log score of walls and of free space. Each cell weighs what it stands for, so that the answers are
+    probabilities of all unknown cells; those of a map are divided by its number of unknown wall cells. The result is a
+    moving average of the weights.
+R4  Random numbers depend on the seed and on the number of the house, floor or step. Maps are stored in files of
+    ``SHARD`` explorations, and the state of the training after each ``SAVED_STEPS`` steps, so that a killed run goes on
+    with the same bits.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import itertools
+import math
+import platform
+import zipfile
+import zlib
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any, Final
+
+import cv2
+import msgspec
+import numpy as np
+import numpy.typing as npt
+
+import houseexpo
+from houseexpo.dataset import Dataset
+from houseexpo.dataset.splits import encode_id_list
+from houseexpo.errors import ConfigError, PlanError, TrainingError
+from houseexpo.files import encode_json, make_folder, write_atomically
+from houseexpo.inference.map_prediction import (
+    CELL_M,
+    FREE,
+    NUMBERS,
+    OBSTACLE,
+    UNKNOWN,
+    WEIGHTS,
+    describe_cells,
+    swap_lines,
+    write_network,
+)
+from houseexpo.outputs import check_run_folder
+from houseexpo.pseudoslam.agents.explorers import InformationGain, NearestFrontier
+from houseexpo.pseudoslam.agents.protocol import Robot, make_knowledge
+from houseexpo.pseudoslam.config import LaserConfig, RobotConfig, SimulatorConfig
+from houseexpo.pseudoslam.config.checks import check_whole_number
+from houseexpo.pseudoslam.learning.office_floors import make_office_floor
+from houseexpo.pseudoslam.learning.records import find_commit
+from houseexpo.pseudoslam.simulator import ACTIONS, Simulator
+from houseexpo.pseudoslam.worlds.maps import House, map_house
+
+Say = Callable[[str], None]
+Bytes = npt.NDArray[np.uint8]
+Floats = npt.NDArray[np.float32]
+
+SNAPSHOTS: Final = 6
+CELLS: Final = 600
+"""Cells of a map that are learned from, at most."""
+BATCH: Final = 4096
+SHARD: Final = 20
+SAVED_STEPS: Final = 500
+LAYERS: Final = (64, 32)
+_SOME_WALLS: Final = 50
+"""Maps with fewer unknown wall cells weigh less."""
+_RATE, _LAST_RATE = 3e-3, 0.01
+_AVERAGED: Final = 0.998
+_FREE_WEIGHT: Final = 0.3
+_ROBOT: Final = SimulatorConfig(1 / CELL_M, RobotConfig(0.1), LaserConfig(20.0, 360.0, 0.144), max_steps=3500)
+"""A laser of 2,500 beams. Far along a wall they are wider apart than cells, so that maps have gaps in walls."""
+_SHARES, _SPREAD = (0.05, 0.93), 0.05
+"""Coverage of the first and the last map, and by how much each may differ at random."""
+_STATE, _RECORD = "state.npz", "run.json"
+
+
+@dataclass(frozen=True)
+class PredictorConfig:
+    """The configuration of the training of a predictor.
+
+    Parameters
+    ----------
+    seed
+        The seed of all random numbers.
+    houses, floors
+        The numbers of plans of the train list and of made floors that are explored.
+    steps
+        The number of steps, of ``BATCH`` cells each.
+    """
+
+    seed: int = 0
+    houses: int = 500
+    floors: int = 120
+    steps: int = 4000
+
+    def __post_init__(self) -> None:
+        check_whole_number(self.seed, "seed", at_least=0)
+        for name in ("houses", "floors", "steps"):
+            check_whole_number(getattr(self, name), name, at_least=1)
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Maps.
+# ---------------------------------------------------------------------------------------------------------------------
+
+
+class Explored(msgspec.Struct, frozen=True):
+    """Maps of one exploration, as packed bits of (rows, cols): true walls, and (walls, free cells) of each map."""
+
+    rows: int
+    cols: int
+    walls: bytes
+    free: bytes
+    maps: list[tuple[bytes, bytes]]
+
+    def unpack(self, bits: bytes) -> Bytes:
+        """Return bits as (rows, cols) uint8."""
+        found: Bytes = np.unpackbits(np.frombuffer(bits, np.uint8), count=self.rows * self.cols)
+        return found.reshape(self.rows, self.cols)
+
+
+def explore_house(house: House, walls: Bytes | None, rng: np.random.Generator) -> Explored:
+    """Explore a house and return maps at increasing coverage (R1); ``walls`` are a floor's, None for a plan's.
+
+    Raises
+    ------
+    ConfigError, PlanError
+        The robot fits nowhere.
+    """
+    simulator = Simulator.of(house, _ROBOT)
+    state = simulator.start(rng)
+    policy = (NearestFrontier, InformationGain)[int(rng.integers(2))](Robot(_ROBOT), 0)
+    free = (state.occupied == 0).astype(np.uint8)
+    if walls is None:
+        walls = cv2.dilate(free, np.ones((3, 3), np.uint8)) & (1 - free)
+    shares = np.linspace(*_SHARES, SNAPSHOTS) + rng.uniform(-_SPREAD, _SPREAD, SNAPSHOTS)
+    maps: list[tuple[bytes, bytes]] = []
+    for _ in range(_ROBOT.max_steps):
+        seen = state.counts.covered / state.observable_cells
+        while len(maps) < SNAPSHOTS and seen >= shares[len(maps)]:
+            maps.append((np.packbits(state.known == OBSTACLE).tobytes(), np.packbits(state.known == FREE).tobytes()))
+        action = policy(None, make_knowledge(simulator, state)) if len(maps) < SNAPSHOTS else None
+        if action is None:
+            break
+        simulator.step(state, ACTIONS[action])
+    return Explored(*free.shape, np.packbits(walls).tobytes(), np.packbits(free).tobytes(), maps)
+
+
+def _explore_floor(key: list[int]) -> Explored | None:
+    """Return maps of a made floor, None if the robot cannot go anywhere in it."""
+    rng = np.random.default_rng(key)
+    walls, _ = make_office_floor(rng)
+    solid = walls.astype(np.uint8)
+    cv2.floodFill(solid, None, (0, 0), 1, flags=4)
+    try:
+        return explore_house(map_house(solid != 0, CELL_M), walls.astype(np.uint8), rng)
+    except ConfigError:
+        return None
+
+
+def _read_or_explore(
+    folder: Path, name: str, number: int, explore: Callable[[int], Explored | None], say: Say
+) -> list[Explored]:
+    """Return the maps of a number of houses or floors, those of finished shards from their files (R4)."""
+    found: list[Explored] = []
+    for first in range(0, number, SHARD):
+        file = folder / f"{name}-{first:06d}.msgpack"
+        if not file.exists():
+            made = [explore(i) for i in range(first, min(first + SHARD, number))]
+            write_atomically(file, msgspec.msgpack.encode([each for each in made if each is not None]))
+            say(f"{name}: {min(first + SHARD, number):,} of {number:,} explored")
+        try:
+            found += msgspec.msgpack.decode(file.read_bytes(), type=list[Explored])
+        except msgspec.MsgspecError as error:
+            raise TrainingError(f"{file}: expected maps of a run, found it damaged ({error}); delete it") from None
+    return found
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Cells, and the network.
+# ---------------------------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Samples:
+    """Unknown cells of maps: their numbers (n, NUMBERS), whether they are walls and free (n, 2), and weights (n,)."""
+
+    numbers: Floats
+    truth: Floats
+    weights: Floats
+
+
+def draw_cells(one: Explored, rng: np.random.Generator) -> list[Samples]:
+    """Return ``CELLS`` unknown cells of each map of an exploration at most, a third of them walls (R2)."""
+    found = []
+    truth = np.stack([one.unpack(one.walls), one.unpack(one.free)], axis=-1).reshape(-1, 2)
+    for packed in one.maps:
+        walls, free = (one.unpack(bits) for bits in packed)
+        known = (OBSTACLE * walls + FREE * free).astype(np.uint8)
+        unknown = known.ravel() == UNKNOWN
+        chosen, weights = [], []
+        for is_wall, most in ((True, CELLS // 3), (False, CELLS - CELLS // 3)):
+            cells = np.flatnonzero(unknown & ((truth[:, 0] != 0) == is_wall))
+            drawn = rng.choice(cells, min(most, len(cells)), replace=False)
+            chosen.append(drawn)
+            weights.append(np.full(len(drawn), len(cells) / max(len(drawn), 1)))
+        cells = np.concatenate(chosen)
+        if len(chosen[0]):  # R3
+            weight = np.concatenate(weights) / (_SOME_WALLS + weights[0].sum())
+            found.append(
+                Samples(describe_cells(known, cells), truth[cells].astype(np.float32), weight.astype(np.float32))
+            )
+    return found
+
+
+def _join(samples: Sequence[Samples]) -> Samples:
+    return Samples(
+        *(np.concatenate([getattr(each, name) for each in samples]) for name in ("numbers", "truth", "weights"))
+    )
+
+
+class Learner:
+    """The layers of a network, their averages, and the state of Adam (Kingma and Ba, 2015)."""
+
+    def __init__(self, mean: Floats, spread: Floats, rng: np.random.Generator) -> None:
+        sizes = (NUMBERS, *LAYERS, 2)
+        self.scaling = {"mean": mean, "spread": spread}
+        self.layers: dict[str, Floats] = {}
+        for k, (ins, outs) in enumerate(itertools.pairwise(sizes)):
+            self.layers[f"w.{k}"] = (rng.standard_normal((ins, outs)) * math.sqrt(2 / ins)).astype(np.float32)
+            self.layers[f"b.{k}"] = np.zeros(outs, np.float32)
+        self.layers[f"b.{len(LAYERS)}"][:] = -2.0  # few cells are walls
+        self.layers[f"w.{len(LAYERS)}"] *= 0.1
+        self.average = {name: value.copy() for name, value in self.layers.items()}
+        self.first = {name: np.zeros_like(value) for name, value in self.layers.items()}
+        self.second = {name: np.zeros_like(value) for name, value in self.layers.items()}
+        self.steps = 0
+
+    def step(self, batch: Samples, rate: float) -> float:
+        """Learn from a batch; return the loss of walls before that."""
+        loss, slopes = self.find_slopes(batch)
+        self.steps += 1
+        for name, slope in slopes.items():
+            self.first[name] = 0.9 * self.first[name] + 0.1 * slope
+            self.second[name] = 0.999 * self.second[name] + 0.001 * slope**2
+            step = self.first[name] / (1 - 0.9**self.steps)
+            self.layers[name] -= np.float32(rate) * step / (np.sqrt(self.second[name] / (1 - 0.999**self.steps)) + 1e-8)
+            kept = min(_AVERAGED, self.steps / (self.steps + 20))
+            self.average[name] = np.float32(kept) * self.average[name] + np.float32(1 - kept) * self.layers[name]
+        return loss
+
+    def find_slopes(self, batch: Samples) -> tuple[float, dict[str, Floats]]:
+        """Return the loss of walls, and the derivatives of the loss (R3) with respect to all layers."""
+        inputs = [(batch.numbers - self.scaling["mean"]) / self.scaling["spread"]]
+        last = len(LAYERS)
+        for k in range(last):
+            inputs.append(np.maximum(inputs[-1] @ self.layers[f"w.{k}"] + self.layers[f"b.{k}"], 0.0))
+        logits = inputs[-1] @ self.layers[f"w.{last}"] + self.layers[f"b.{last}"]
+        weights = batch.weights[:, None] / batch.weights.sum() * np.array([1.0, _FREE_WEIGHT], np.float32)
+        scores = np.logaddexp(0.0, logits) - batch.truth * logits
+        back = (1.0 / (1.0 + np.exp(-logits)) - batch.truth) * weights
+        slopes: dict[str, Floats] = {}
+        for k in range(last, -1, -1):
+            slopes[f"w.{k}"], slopes[f"b.{k}"] = inputs[k].T @ back, back.sum(axis=0)
+            if k:
+                back = (back @ self.layers[f"w.{k}"].T) * (inputs[k] > 0)
+        return float((scores[:, 0] * weights[:, 0]).sum()), slopes
+
+    def arrays(self) -> dict[str, Floats]:
+        """Return the averages, for ``map_prediction.Network``."""
+        return {**self.scaling, **self.average}
+
+    def save(self, file: Path) -> None:
+        """Write the state."""
+        packed = io.BytesIO()
+        parts = {"layers": self.layers, "average": self.average, "first": self.first, "second": self.second}
+        named = {f"{part}/{name}": value for part, values in parts.items() for name, value in values.items()}
+        np.savez(packed, steps=self.steps, **named)
+        write_atomically(file, packed.getvalue(), durable=True)
+
+    def load(self, file: Path) -> None:
+        """Restore the state; raise TrainingError if the file is damaged."""
+        try:
+            with np.load(io.BytesIO(file.read_bytes()), allow_pickle=False) as found:
+                for part in ("layers", "average", "first", "second"):
+                    for name in self.layers:
+                        getattr(self, part)[name] = found[f"{part}/{name}"]
+                self.steps = int(found["steps"])
+        except (OSError, KeyError, ValueError, EOFError, zipfile.BadZipFile, zlib.error) as error:
+            raise TrainingError(f"{file}: expected the state of a run, found it damaged ({error}); delete it") from None
+
+
+def train_predictor(
+    plans: Dataset, ids: Sequence[str], config: PredictorConfig, folder: Path, *, resume: bool, say: Say
+) -> dict[str, Any]:
+    """Train a predictor, write ``predictor.npz``, and return its description.
+
+    Parameters
+    ----------
+    ids
+        The ids of the train list.
+
+    Raises
+    ------
+    TrainingError
+        The folder holds another run, or a run and ``resume`` is False; or a file of the run is damaged.
+    ConfigError
+        There are too few plans.
+    """
+    if len(ids) < config.houses:
+        raise ConfigError(f"expected {config.houses} plans for training, found {len(ids)}; ask for fewer houses")
+    run = {**asdict(config), "train": hashlib.sha256(encode_id_list(sorted(ids))).hexdigest()}
+    made_by = find_commit()
+    _begin(folder, run, resume=resume)
+    listed = sorted(ids, key=lambda name: hashlib.sha256(name.encode()).digest())
+
+    def explore_plan(n: int) -> Explored | None:
+        try:
+            return explore_house(plans[listed[n]], None, np.random.default_rng([config.seed, 0, n]))
+        except (ConfigError, PlanError):  # a robot fits nowhere
+            return None
+
+    floors = _read_or_explore(folder, "floors", config.floors, lambda n: _explore_floor([config.seed, 1, n]), say)
+    houses = _read_or_explore(folder, "houses", config.houses, explore_plan, say)
+    say(f"{len(floors):,} floors and {len(houses):,} houses explored")
+    parts = []
+    for kind, explored in enumerate((houses, floors)):
+        drawn = [draw_cells(one, np.random.default_rng([config.seed, 3, kind, n])) for n, one in enumerate(explored)]
+        parts.append(_join([each for cells in drawn for each in cells]))
+    numbers = np.concatenate([part.numbers for part in parts])
+    both = np.concatenate([numbers, swap_lines(numbers)])
+    learner = Learner(both.mean(axis=0), both.std(axis=0) + np.float32(1e-3), np.random.default_rng([config.seed, 4]))
+    if (folder / _STATE).exists():
+        learner.load(folder / _STATE)
+    losses: list[float] = []
+    while learner.steps < config.steps:
+        falling = 0.5 * (1 + math.cos(math.pi * learner.steps / config.steps)) + _LAST_RATE
+        batch = _draw_batch(parts, np.random.default_rng([config.seed, 2, learner.steps]))
+        losses.append(learner.step(batch, _RATE * falling))
+        if learner.steps % SAVED_STEPS == 0 or learner.steps == config.steps:
+            learner.save(folder / _STATE)
+            say(f"{learner.steps:,} of {config.steps:,} steps: loss of walls {np.mean(losses):.4f}")
+            losses = []
+    versions = {"houseexpo": houseexpo.__version__, "python": platform.python_version(), "numpy": np.__version__}
+    about = {**run, "commit": made_by, "versions": versions}
+    write_network(folder / WEIGHTS, learner.arrays(), about)
+    return about
+
+
+def _draw_batch(parts: Sequence[Samples], rng: np.random.Generator) -> Samples:
+    """Return cells, as many of houses as of floors, half of them with row and column exchanged (R2)."""
+    found = []
+    for part in parts:
+        chosen = rng.integers(len(part.weights), size=BATCH // 4)
+        other = rng.integers(len(part.weights), size=BATCH // 4)
+        found.append(Samples(part.numbers[chosen], part.truth[chosen], part.weights[chosen]))
+        found.append(Samples(swap_lines(part.numbers[other]), part.truth[other], part.weights[other]))
+    return _join(found)
+
+
+def _begin(folder: Path, run: dict[str, Any], *, resume: bool) -> None:
+    """Write the description of a run; raise TrainingError if the folder holds another run or one not to be resumed."""
+    record = folder / _RECORD
+    if record.exists() and not resume:
+        raise TrainingError(f"{folder}: holds a run; continue it with --resume, or name another folder")
+    if record.exists() and record.read_bytes() != encode_json(run):
+        raise TrainingError(f"{folder}: holds a run with other settings, see {record}; name another folder")
+    check_run_folder(folder, [record.name])
+    make_folder(folder)
+    write_atomically(record, encode_json(run))

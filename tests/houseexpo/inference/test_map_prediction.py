@@ -1,0 +1,206 @@
+"""Predicted maps: what goes in, what stays as it was known, which cells are marked as walls, and what is refused."""
+
+from __future__ import annotations
+
+import itertools
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+
+import houseexpo
+from houseexpo.errors import ConfigError
+from houseexpo.inference.map_prediction import (
+    FREE,
+    LINE_NUMBERS,
+    NUMBERS,
+    OBSTACLE,
+    UNKNOWN,
+    Network,
+    PredictedMap,
+    describe_cells,
+    predict_map,
+    read_network,
+    shipped_network,
+    swap_lines,
+    write_network,
+)
+
+Grid = npt.NDArray[np.uint8]
+
+
+def half_seen_room(rows: int = 64, cols: int = 96) -> Grid:
+    """A room of 4 x 6 m, of which the left half is seen: its floor and its walls."""
+    known = np.full((rows, cols), UNKNOWN, np.uint8)
+    known[12:52, 20:50] = FREE
+    known[11, 19:50] = known[52, 19:50] = OBSTACLE
+    known[11:53, 19] = OBSTACLE
+    return known
+
+
+def test_what_is_known_stays_and_the_rest_are_probabilities() -> None:
+    known = half_seen_room()
+    found = houseexpo.predict_map(known)
+    assert found.walls.dtype == found.free.dtype == np.float32
+    assert found.walls.shape == found.free.shape == known.shape
+    seen = known != UNKNOWN
+    np.testing.assert_array_equal(found.walls[seen], known[seen] == OBSTACLE)
+    np.testing.assert_array_equal(found.free[seen], known[seen] == FREE)
+    assert 0.0 <= found.walls.min() <= found.walls.max() <= 1.0
+    assert not found.doubt[seen].any()
+    assert 0.0 < found.doubt[~seen].max() <= 1.0
+
+
+def test_walls_are_expected_to_go_on() -> None:
+    found = predict_map(half_seen_room())
+    ahead = found.walls[11, 50:56].mean(), found.walls[52, 50:56].mean()
+    inside, outside = found.walls[30:34, 50:56].mean(), found.walls[2:6, 50:56].mean()
+    assert min(ahead) > 3 * max(inside, outside)
+    assert found.free[30:34, 50:56].mean() > 0.5
+    marked = found.to_map()
+    assert (marked[11, 50:53] == OBSTACLE).all() and (marked[52, 50:53] == OBSTACLE).all()  # noqa: PT018
+    assert set(np.unique(marked)) == {FREE, OBSTACLE}
+
+
+def test_a_turned_map_has_a_turned_prediction() -> None:
+    known = half_seen_room()
+    straight = predict_map(known)
+    for turn in (np.rot90, np.fliplr, np.transpose):
+        other = predict_map(np.ascontiguousarray(turn(known)))
+        np.testing.assert_allclose(other.walls, turn(straight.walls), atol=1e-5)
+
+
+def test_a_finer_map_has_the_prediction_of_the_cells_in_which_its_cells_lie() -> None:
+    known = half_seen_room()
+    fine = predict_map(np.repeat(np.repeat(known, 2, axis=0), 2, axis=1), 0.05)
+    np.testing.assert_array_equal(fine.walls, np.repeat(np.repeat(predict_map(known).walls, 2, axis=0), 2, axis=1))
+    odd = predict_map(known[:37, :41], 0.04)
+    assert odd.walls.shape == (37, 41)
+
+
+def test_the_marked_walls_are_those_with_the_greatest_expected_overlap() -> None:
+    rng = np.random.default_rng(0)
+    for seen in (0, 1, 4):
+        known = np.zeros((1, 6 + seen), np.uint8)
+        known[0, 6:] = OBSTACLE
+        walls = np.where(known == OBSTACLE, 1.0, np.round(rng.random(known.shape), 2)).astype(np.float32)
+        found = PredictedMap(known, walls, 1 - walls).to_map()
+
+        def overlap(marked: tuple[int, ...], p: npt.NDArray[np.float32] = walls, seen: int = seen) -> float:
+            """The expected walls in both, as a share of the expected walls in one of them."""
+            hits = float(p[0, list(marked)].sum())
+            return (seen + hits) / max(seen + float(p[0, :6].sum()) + len(marked) - hits, 1e-9)
+
+        every = [marked for n in range(7) for marked in itertools.combinations(range(6), n)]
+        best = max(overlap(marked) for marked in every)
+        assert overlap(tuple(np.flatnonzero(found[0, :6] == OBSTACLE).tolist())) == pytest.approx(best)
+
+
+def describe_slowly(known: Grid, row: int, col: int) -> list[float]:
+    """The numbers of a cell by R1, each looked up cell by cell."""
+
+    def in_straight_wall(line: list[int], at: int) -> tuple[int, int] | None:
+        """The first and last place of the run of walls at a place, if it is long enough."""
+        first = last = at
+        while first > 0 and line[first - 1] == OBSTACLE:
+            first -= 1
+        while last < len(line) - 1 and line[last + 1] == OBSTACLE:
+            last += 1
+        return (first, last) if line[at] == OBSTACLE and last - first >= 2 else None
+
+    def look(line: list[int], at: int) -> tuple[float, ...]:
+        """To lower places."""
+        straight = next((k for k in range(at - 1, -1, -1) if in_straight_wall(line, k)), None)
+        free = next((k for k in range(at - 1, -1, -1) if line[k] == FREE), None)
+        wall = next((k for k in range(at - 1, -1, -1) if line[k] == OBSTACLE), None)
+        length = 0
+        if straight is not None:
+            first, _ = in_straight_wall(line, straight) or (0, 0)
+            length = straight - first + 1
+        far = [200 if k is None else min(at - k, 200) for k in (straight, free, wall)]
+        before = free is not None and (straight is None or free > straight)
+        return np.log1p(far[0]), np.log1p(length), float(before), np.log1p(far[1]), np.log1p(far[2])
+
+    def count(line: list[int], at: int, length: int, *, of_walls: bool) -> float:
+        around = range(max(at - length // 2, 0), min(at + length // 2 + 1, len(line)))
+        return float(np.log1p(sum(bool(in_straight_wall(line, k)) if of_walls else line[k] == FREE for k in around)))
+
+    def lines(cells: Grid, row: int, col: int) -> list[float]:
+        line = cells[row].tolist()
+        left, right = look(line, col), look(line[::-1], len(line) - 1 - col)
+        near, far = sorted((left, right), key=lambda side: (side[0], -side[1], side[2], side[3], side[4]))
+        walls = [count(line, col, length, of_walls=True) for length in (21, 81, 161)]
+        beside = sorted(
+            count(cells[r].tolist(), col, 81, of_walls=True) if 0 <= r < len(cells) else 0.0 for r in (row - 1, row + 1)
+        )
+        free = [count(line, col, length, of_walls=False) for length in (21, 81)]
+        return [*near, *far, *walls[:2], *beside, walls[2], *free]
+
+    return [*lines(known, row, col), *lines(known.T, col, row)]
+
+
+def test_the_numbers_of_cells_are_those_that_are_looked_up_slowly() -> None:
+    rng = np.random.default_rng(0)
+    for _ in range(3):
+        known = rng.choice(np.array([UNKNOWN, FREE, OBSTACLE], np.uint8), (14, 19), p=(0.6, 0.15, 0.25))
+        known[4, 3:9] = known[2:12, 15] = OBSTACLE
+        cells = np.flatnonzero(known == UNKNOWN)
+        found = describe_cells(known, cells)
+        assert found.shape == (len(cells), NUMBERS)
+        slow = [describe_slowly(known, *divmod(cell, 19)) for cell in cells.tolist()]
+        np.testing.assert_allclose(found[:, : 2 * LINE_NUMBERS], slow, atol=1e-5)
+        turned = describe_cells(
+            np.ascontiguousarray(known.T), np.ravel_multi_index(np.divmod(cells, 19)[::-1], (19, 14))
+        )
+        np.testing.assert_allclose(swap_lines(turned), found, atol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("known", "options", "said"),
+    [
+        (np.zeros((4, 4), int), {}, "uint8"),
+        (np.zeros(4, np.uint8), {}, "(rows, cols)"),
+        (np.zeros((0, 4), np.uint8), {}, "(rows, cols)"),
+        (np.full((4, 4), 7, np.uint8), {}, "found 7"),
+        (np.zeros((4, 4), np.uint8), {"resolution_m": 0.2}, "at most 0.1 m"),
+        (np.zeros((4, 4), np.uint8), {"resolution_m": float("nan")}, "at most 0.1 m"),
+    ],
+)
+def test_what_is_no_map_is_refused(known: Grid, options: dict[str, float], said: str) -> None:
+    with pytest.raises(ConfigError) as error:
+        predict_map(known, **options)  # type: ignore[arg-type]
+    assert said in str(error.value)
+
+
+def test_weights_are_read_as_they_were_written(tmp_path: Path) -> None:
+    shipped = shipped_network()
+    write_network(tmp_path / "own.npz", shipped.arrays, {"seed": 3})
+    network, about = read_network(tmp_path / "own.npz")
+    assert about == {"seed": 3}
+    known = half_seen_room()
+    np.testing.assert_array_equal(predict_map(known, network=network).walls, predict_map(known).walls)
+
+
+def test_weights_of_another_layout_are_refused(tmp_path: Path) -> None:
+    file = tmp_path / "own.npz"
+    with pytest.raises(ConfigError, match="expected weights of a predictor"):
+        read_network(file)
+    for content in (b"", b"PK\x03\x04", b"weights"):
+        file.write_bytes(content)
+        with pytest.raises(ConfigError, match="expected weights of a predictor"):
+            read_network(file)
+    np.savez(file, something=np.zeros(3))
+    with pytest.raises(ConfigError, match="expected weights of a predictor"):
+        read_network(file)
+    arrays = dict(shipped_network().arrays)
+    for name, other in (("w.0", arrays["w.0"][:12]), ("w.1", arrays["w.1"].T), ("mean", arrays["mean"][:5])):
+        write_network(file, {**arrays, name: other}, {})
+        with pytest.raises(ConfigError, match=r"own\.npz: expected the layers of a predictor"):
+            read_network(file)
+    write_network(file, {**arrays, "w.2": arrays["w.2"][:, :1], "b.2": arrays["b.2"][:1]}, {})
+    with pytest.raises(ConfigError, match="another number of outputs"):
+        read_network(file)
+    del arrays["w.0"]
+    with pytest.raises(ConfigError, match=r"w\.0"):
+        Network(arrays)
