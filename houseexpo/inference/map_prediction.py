@@ -3,11 +3,11 @@
 A small network looks at each unknown cell alone, through numbers that say which straight walls its row and its column
 hold, how far away they are, and what is free around it. ``houseexpo train predictor`` trains it. It runs on NumPy.
 
-R1  A straight wall is a run of ``_STRAIGHT`` or more wall cells in a row or column. For a row and for a column, the
-    numbers are, to each side, the nearer side first: the distance to the next straight wall along it, the length of
-    that wall, whether free cells lie before it, the distances to the next free cell and to the next wall cell; then
-    the numbers of straight wall cells and of free cells within some metres, and the same number of walls in the two
-    lines beside it. Four more numbers count walls and free cells in squares around the cell.
+R1  A straight wall is a run of ``_STRAIGHT`` or more wall cells in a row or column, one fewer at the map's border. For
+    a row and for a column, the numbers are, to each side, the nearer side first: the distance to the next straight wall
+    along it, the length of that wall, whether free cells lie before it, the distances to the next free cell and to the
+    next wall cell; then the numbers of straight wall cells and of free cells within some metres, and the same number of
+    walls in the two lines beside it. Four more numbers count walls and free cells in squares around the cell.
 R2  The answer is the mean of the network's answers for (row, column) and for (column, row). So the prediction of a
     turned or reflected map is the turned or reflected prediction.
 R3  What is known stays as it is known.
@@ -305,9 +305,9 @@ class _Card(msgspec.Struct, frozen=True):
 
 def write_network(file: Path, arrays: Mapping[str, npt.NDArray[Any]], about: dict[str, Any]) -> None:
     """Write the weights of a network, with a description of their training."""
-    card = np.frombuffer(encode_json(_Card(FORMAT, about)), np.uint8)
+    content: dict[str, Any] = {**arrays, "card": np.frombuffer(encode_json(_Card(FORMAT, about)), np.uint8)}
     packed = io.BytesIO()
-    np.savez_compressed(packed, card=card, **arrays)
+    np.savez_compressed(packed, **content)
     write_atomically(file, packed.getvalue(), durable=True)
 
 

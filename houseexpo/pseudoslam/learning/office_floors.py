@@ -44,8 +44,9 @@ def make_office_floor(rng: np.random.Generator) -> tuple[Bools, Bools]:
     _add_doors_across(walls, labels, rng)
     _add_columns(walls, labels, rng)
     rows, cols = walls.shape[0] // 2, walls.shape[1] // 2
-    cells = walls[: 2 * rows, : 2 * cols].reshape(rows, 2, cols, 2).any(axis=(1, 3))
-    return cells, (labels[: 2 * rows : 2, : 2 * cols : 2] == _CORRIDOR) & ~cells
+    cells: Bools = np.asarray(walls[: 2 * rows, : 2 * cols].reshape(rows, 2, cols, 2).any(axis=(1, 3)), bool)
+    corridors: Bools = (labels[: 2 * rows : 2, : 2 * cols : 2] == _CORRIDOR) & ~cells
+    return cells, corridors
 
 
 def _px(metres: float) -> int:

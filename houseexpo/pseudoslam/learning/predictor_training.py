@@ -98,7 +98,7 @@ class PredictorConfig:
     """
 
     seed: int = 0
-    houses: int = 500
+    houses: int = 400
     floors: int = 120
     steps: int = 4000
 
@@ -152,7 +152,8 @@ def explore_house(house: House, walls: Bytes | None, rng: np.random.Generator) -
         if action is None:
             break
         simulator.step(state, ACTIONS[action])
-    return Explored(*free.shape, np.packbits(walls).tobytes(), np.packbits(free).tobytes(), maps)
+    rows, cols = free.shape
+    return Explored(rows, cols, np.packbits(walls).tobytes(), np.packbits(free).tobytes(), maps)
 
 
 def _explore_floor(key: list[int]) -> Explored | None:
@@ -283,8 +284,10 @@ class Learner:
         """Write the state."""
         packed = io.BytesIO()
         parts = {"layers": self.layers, "average": self.average, "first": self.first, "second": self.second}
-        named = {f"{part}/{name}": value for part, values in parts.items() for name, value in values.items()}
-        np.savez(packed, steps=self.steps, **named)
+        named: dict[str, Any] = {
+            f"{part}/{name}": value for part, values in parts.items() for name, value in values.items()
+        }
+        np.savez(packed, **named, steps=np.array(self.steps))
         write_atomically(file, packed.getvalue(), durable=True)
 
     def load(self, file: Path) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from importlib.resources import as_file, files
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +18,7 @@ from houseexpo.inference.map_prediction import (
     NUMBERS,
     OBSTACLE,
     UNKNOWN,
+    WEIGHTS,
     Network,
     PredictedMap,
     describe_cells,
@@ -107,7 +109,8 @@ def describe_slowly(known: Grid, row: int, col: int) -> list[float]:
             first -= 1
         while last < len(line) - 1 and line[last + 1] == OBSTACLE:
             last += 1
-        return (first, last) if line[at] == OBSTACLE and last - first >= 2 else None
+        enough = 2 if first == 0 or last == len(line) - 1 else 3
+        return (first, last) if line[at] == OBSTACLE and last - first + 1 >= enough else None
 
     def look(line: list[int], at: int) -> tuple[float, ...]:
         """To lower places."""
@@ -129,7 +132,7 @@ def describe_slowly(known: Grid, row: int, col: int) -> list[float]:
     def lines(cells: Grid, row: int, col: int) -> list[float]:
         line = cells[row].tolist()
         left, right = look(line, col), look(line[::-1], len(line) - 1 - col)
-        near, far = sorted((left, right), key=lambda side: (side[0], -side[1], side[2], side[3], side[4]))
+        near, far = sorted((left, right), key=lambda side: float(np.dot(side, (1, -1e-2, 1e-3, 1e-4, 1e-5))))
         walls = [count(line, col, length, of_walls=True) for length in (21, 81, 161)]
         beside = sorted(
             count(cells[r].tolist(), col, 81, of_walls=True) if 0 <= r < len(cells) else 0.0 for r in (row - 1, row + 1)
@@ -204,3 +207,12 @@ def test_weights_of_another_layout_are_refused(tmp_path: Path) -> None:
     del arrays["w.0"]
     with pytest.raises(ConfigError, match=r"w\.0"):
         Network(arrays)
+
+
+def test_the_network_that_comes_with_the_project_is_small_and_says_what_made_it() -> None:
+    with as_file(files("houseexpo.inference") / WEIGHTS) as file:
+        network, about = read_network(file)
+        assert file.stat().st_size < 40_000
+    assert [network.arrays[f"w.{k}"].shape for k in range(network.layers)] == [(38, 64), (64, 32), (32, 2)]
+    assert (about["seed"], about["houses"], about["floors"], about["steps"]) == (0, 400, 120, 4000)
+    assert about["commit"]
