@@ -39,7 +39,7 @@ DOCUMENTED = {
         *("fetch", "load_plan", "save_plan", "GridFrame", "navigability", "rooms_graph", "with_rooms", "Door"),
         *("FloorPlan", "Frame", "Navigability", "PlanObject", "Quality", "Room", "decode", "encode", "door_ids"),
         *("free_mask", "room_ids", "room_mask", "door_mask", "Repair", "find_duplicates", "build", "export"),
-        *("Correction", "Override"),
+        *("Correction", "Override", "predict_map", "PredictedMap"),
     ],
     "houseexpo.exports": ["export"],
     "houseexpo.torch": ["PlanDataset"],
