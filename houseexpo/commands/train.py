@@ -167,7 +167,7 @@ def _predictor(
     from houseexpo.configuration import read_config
     from houseexpo.inference.map_prediction import WEIGHTS
     from houseexpo.outputs import check_not_in_inputs
-    from houseexpo.pseudoslam.learning.predictor_training import PredictorConfig, train_predictor
+    from houseexpo.pseudoslam.predictor.training import PredictorConfig, train_predictor
 
     given = read_config(PredictorConfig, config) if config else PredictorConfig()
     given = replace(given, **{key: value for key, value in (("seed", seed), ("steps", steps)) if value is not None})

@@ -55,8 +55,8 @@ from houseexpo.pseudoslam.agents.explorers import InformationGain, NearestFronti
 from houseexpo.pseudoslam.agents.protocol import Robot, make_knowledge
 from houseexpo.pseudoslam.config import LaserConfig, RobotConfig, SimulatorConfig
 from houseexpo.pseudoslam.config.checks import check_whole_number
-from houseexpo.pseudoslam.learning.office_floors import make_office_floor
 from houseexpo.pseudoslam.learning.records import find_commit
+from houseexpo.pseudoslam.predictor.office_floors import make_office_floor
 from houseexpo.pseudoslam.simulator import ACTIONS, Simulator
 from houseexpo.pseudoslam.worlds.maps import House, map_house
 

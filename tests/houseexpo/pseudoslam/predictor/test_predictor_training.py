@@ -16,8 +16,8 @@ from houseexpo.commands.train import train
 from houseexpo.dataset import open_dataset
 from houseexpo.errors import ConfigError, TrainingError
 from houseexpo.inference.map_prediction import NUMBERS, Network, read_network
-from houseexpo.pseudoslam.learning import predictor_training as training
-from houseexpo.pseudoslam.learning.predictor_training import (
+from houseexpo.pseudoslam.predictor import training
+from houseexpo.pseudoslam.predictor.training import (
     CELLS,
     SNAPSHOTS,
     Learner,
