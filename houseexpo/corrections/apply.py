@@ -12,8 +12,9 @@ R5  ``one_room``: rooms and the passages and walls between them become one. ``no
     of a line in a wall, joined by what of the wall is drawn. ``no_door``: the passage there is wall; ``window``: it is
     a window, which plans do not have.
 R6  ``room``: a space between walls that the plan does not have is one; ``room_outline``: an area is one, as far as it
-    is free. ``no_room``: the room there is none, and its doors to others lead outside. ``outside``: so do they, and
-    where rooms meet it without a wall, they are open. ``label``: names a room.
+    is free. Entrances that lead to its place lead into it. ``no_room``: the room there is none, and its doors to others
+    lead outside. ``outside``: so do they, and where rooms meet it without a wall, they are open. ``label``: names a
+    room.
 R7  At last the rooms must be joined: where words have parted them, the thinnest wall between them is cut, and that is
     said. What no cut reaches is left out. A cut that a person's door makes needless goes.
 R8  A part that a person has said has confidence 1.

@@ -27,6 +27,7 @@ from houseexpo.corrections.openings import (
     strip_of,
 )
 from houseexpo.corrections.passages import (
+    WIDEST_DOOR_M,
     clear_part,
     far_from_rooms,
     fit_to_wall,
@@ -38,6 +39,7 @@ from houseexpo.corrections.passages import (
     with_article,
 )
 from houseexpo.corrections.saying import AlreadySoError, NoEffectError, Placed, Said, contradiction
+from houseexpo.plan.parts import DoorKind
 from houseexpo.plan.room_labels import UNLABELLED
 from houseexpo.tolerances import GRID_M, MIN_DOOR_M, ROUNDED_M2
 
@@ -156,7 +158,7 @@ def add_room(draft: Draft, placed: Placed) -> Said:
         )
     room = DraftRoom(shape, confidence=1.0, said=str(placed.correction))
     draft.rooms.append(room)
-    return Said(f"the space of {shape.area:.1f} m2 there is a room")
+    return Said(f"the space of {shape.area:.1f} m2 there is a room", _lead_in(draft, room))
 
 
 def draw_room(draft: Draft, placed: Placed) -> Said:
@@ -179,11 +181,32 @@ def draw_room(draft: Draft, placed: Placed) -> Said:
         raise NoEffectError("other rooms and passages take all of it")
     if (far := draft.distance_to_rooms(placed.points[0])) > FARTHEST_ROOM_M:
         raise NoEffectError(f"it lies {far:,.1f} m from the nearest room; draw it at the house")
-    draft.rooms.append(DraftRoom(shape, confidence=1.0, said=str(placed.correction)))
+    room = DraftRoom(shape, confidence=1.0, said=str(placed.correction))
+    draft.rooms.append(room)
     also = [f"of the {drawn.area:.1f} m2 that were drawn, {shape.area:.1f} m2 are free"]
     return Said(
-        f"a room of {shape.area:.1f} m2 is there", also if drawn.area - shape.area > _SAME * drawn.area / 2 else []
+        f"a room of {shape.area:.1f} m2 is there",
+        [*(also if drawn.area - shape.area > _SAME * drawn.area / 2 else []), *_lead_in(draft, room)],
     )
+
+
+def _lead_in(draft: Draft, room: DraftRoom) -> list[str]:
+    """Let the entrances of other rooms that lead to the place of a new room lead into it; return what was done."""
+    said = []
+    for k, door in enumerate(draft.doors):
+        beside = door.rooms[0]
+        if door.rooms[1] is not None or door.said or beside is room:
+            continue
+        line = Strip(door.ends.mean(axis=0), door.along, door.width, 0.0)
+        faces = faces_beside(line, [beside.shape, room.shape])
+        if sorted(faces.shapes) != [0, 1] or faces.clear[1] - faces.clear[0] < (1 - _SAME) * door.width:
+            continue
+        strip = fit_to_wall(line, faces)
+        area = clear_part(strip.polygon(deeper_m=STEP_M), (each.shape for each in draft.rooms), strip.centre)
+        kind: DoorKind = "opening" if door.width > WIDEST_DOOR_M else "door"
+        draft.doors[k] = DraftDoor(kind, area, strip.ends, (beside, room), door.confidence)
+        said.append(f"the entrance of {door.width:.2f} m of {draft.name(beside)} leads into it")
+    return said
 
 
 def _room_there(draft: Draft, place: Vector) -> DraftRoom:

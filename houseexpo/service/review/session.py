@@ -473,7 +473,13 @@ class Review:
         if isinstance(plan, Ground) or (source is not None and source.is_founded):
             Override(**{each: table[each] for each in WORDS if each in table})
             return {"word": word, "value": value, "outcome": "done", "said": "the source is read with it now"}
-        return effect_in(self.told(plan, table, source), word, value)
+        effect = effect_in(self.told(plan, table, source), word, value)
+        before = {
+            line
+            for each in self.told(plan, self.decisions.table(name), source).records
+            for line in each.get("also", ())
+        }
+        return {**effect, "also": [line for line in effect.get("also", ()) if line not in before]}
 
     def say_of_file(self, asked: FileRequest, reviewer: str) -> dict[str, Any]:
         """Store what is said of a whole file; return the state of the plan, whose source is to be read again.

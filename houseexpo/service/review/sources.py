@@ -103,7 +103,9 @@ class SourceView:
 
     def _moved(self, shapes: Iterable[Rings]) -> list[Polygon]:
         found = [Polygon(rings[0], rings[1:]) for rings in shapes if rings]
-        return [shapely.transform(shape, lambda points: points - self.origin) for shape in found]
+        moved = [shapely.transform(shape, lambda points: points - self.origin) for shape in found]
+        parts = [part for shape in moved for part in shapely.get_parts(shapely.make_valid(shape))]  # rings are rounded
+        return [part for part in parts if isinstance(part, Polygon)]
 
 
 class Sources:

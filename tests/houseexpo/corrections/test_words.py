@@ -64,6 +64,17 @@ def test_a_door_in_an_outer_wall_leads_outside() -> None:
         assert found.plan.area == pytest.approx(PLAN.area)  # an entrance stays closed
 
 
+def test_an_entrance_leads_into_a_room_that_is_drawn_behind_it() -> None:
+    ends = ((0.0, 1.0), (0.0, 1.9))
+    way = Door(1, "entrance", ends, 0.9, box(-0.1, 1.0, 0.1, 1.9), (0, None), 0.3)
+    plan = replace(PLAN, doors=(*PLAN.doors, way))
+    found = corrected(plan, room_outline=[[-3.0, 0.2], [-0.1, 0.2], [-0.1, 3.0], [-3.0, 3.0]])
+    assert kinds(found.plan) == ["door", "door"]  # no cut
+    assert "the entrance of 0.90 m of the kitchen of 12.0 m2 leads into it" in found.effects[0].sentence
+    far = corrected(plan, room_outline=[[-3.0, 2.0], [-0.1, 2.0], [-0.1, 4.0], [-3.0, 4.0]])
+    assert "entrance" in kinds(far.plan)  # it does not lie before it
+
+
 def test_a_door_between_stubs_parts_a_merged_room() -> None:
     stubs = corrected(wall=[[[2.0, 0.1], [2.0, 1.2]], [[2.0, 2.0], [2.0, 3.1]]]).plan
     assert len(stubs.rooms) == 2

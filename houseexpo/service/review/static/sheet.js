@@ -8,6 +8,7 @@ const SNAP_PX = 11, TOUCH_PX = 22; // a finger hides what it points at
 const ARROWS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
 const LAYERS = ["source", "gone", "changed", "places", "marks", "sketch"];
 const PLACES = "places"; // the layer of what may close and what the plan has no passage at
+const WIDER = 1.05; // a source that is hardly larger than the plan needs no other view
 const AT_FIRST = ["map", "section_1_1", PLACES];
 const BESIDE_M = 0.6; // a point so far from a place lies in the room beside it
 const keep = { "vector-effect": "non-scaling-stroke" };
@@ -61,7 +62,19 @@ export class Sheet {
     if (!this.drawing) return;
     this.#collect();
     this.#underlay();
+    this.#widen();
     this.#paint();
+  }
+
+  // The whole view holds the walls of the source too: what the plan left out lies beside it.
+  #widen() {
+    const { home, margin } = this.drawing, [x1, y1, x2, y2] = this.plan.shape.bounds;
+    const box = this.source.edges.flat().reduce(([a, b, c, d], [x, y]) => [Math.min(a, x), Math.min(b, y), Math.max(c, x), Math.max(d, y)], [x1, y1, x2, y2]);
+    const low = [box[0] - margin, -box[3] - margin], high = [box[2] + margin, -box[1] + margin];
+    const whole = [...low, high[0] - low[0], high[1] - low[1]];
+    if (Math.max(whole[2] / home[2], whole[3] / home[3]) < WIDER) return;
+    this.drawing.home = whole;
+    if (this.drawing.view === home) this.drawing.look(whole);
   }
 
   // What can be switched on and off: a name, a title, and whether it is shown.
