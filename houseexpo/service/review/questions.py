@@ -23,6 +23,10 @@ import shapely
 from shapely import LineString, Point, Polygon
 from shapely.ops import split
 
+from houseexpo.corrections import Correction
+from houseexpo.corrections.apply import correct_plan
+from houseexpo.corrections.vocabulary import checked_values
+from houseexpo.errors import ConfigError
 from houseexpo.floorplan import FloorPlan
 from houseexpo.grids.frame import plan_points_from_source, source_points_from_plan
 from houseexpo.plan import Door, Room
@@ -77,14 +81,26 @@ class Question(msgspec.Struct, frozen=True):
     doubt: float
 
 
-def questions(plan: FloorPlan, left: Collection[str] = (), source: SourceView | None = None) -> list[Question]:
-    """Return what is to be asked of a plan without the questions that were left, the most doubtful first (R1 to R7)."""
+def questions(
+    plan: FloorPlan,
+    left: Collection[str] = (),
+    source: SourceView | None = None,
+    closed: Sequence[tuple[float, float]] = (),
+) -> list[Question]:
+    """Return what is to be asked of a plan, the most doubtful first (R1 to R7).
+
+    ``left`` are the questions that were left; ``closed`` are places of which somebody has said that no door is there.
+    """
     if plan.frame is None:
         return []
     found = [*_passages(plan), *_rooms(plan), *_meetings(plan), *_corners(plan)]
     if source is not None and source.plan is not None:
         dx, dy = _shift(plan, source)
-        found += [*_guesses(plan, source), *_spaces_left_out(plan, source, dx, dy), *_places(plan, source, dx, dy)]
+        found += [
+            *_guesses(plan, source),
+            *_spaces_left_out(plan, source, dx, dy),
+            *_places(plan, source, (dx, dy), closed),
+        ]
     return sorted((each for each in found if each.key not in left), key=lambda each: (-each.doubt, each.key))
 
 
@@ -138,6 +154,30 @@ def _meetings(plan: FloorPlan) -> Iterator[Question]:
         yield Question(_key(plan, "meet", at), at, says, answers, _OPEN)
 
 
+def with_effect(plan: FloorPlan, asked: list[Question]) -> list[Question]:
+    """Return questions without those first ones of which the first answer would do nothing (R5, R6).
+
+    Only the first questions are tried, up to one that has an effect: an answer changes what the others do.
+    """
+    for k, question in enumerate(asked):
+        if not question.key.startswith(("place", "corner")) or _parts_or_joins(plan, question):
+            return asked[k:]
+    return []
+
+
+def _parts_or_joins(plan: FloorPlan, question: Question) -> bool:
+    answer = question.answers[0]
+    frame: Any = plan.frame
+    ends = source_points_from_plan(frame, answer.points).tolist()
+    try:
+        (value,) = checked_values(answer.action, [ends])  # type: ignore[arg-type]  # places and corners have words
+    except ConfigError:
+        return False
+    found = correct_plan(plan, [Correction(answer.action, value)], measure=False)  # type: ignore[arg-type]
+    more = len(found.plan.rooms) > len(plan.rooms) or not question.key.startswith("corner")
+    return found.effects[0].outcome == "done" and more
+
+
 def _shift(plan: FloorPlan, source: SourceView) -> tuple[float, float]:
     """Return how far the plan that is shown lies from the one of the source, metres."""
     base: Any = source.plan
@@ -178,8 +218,12 @@ def _spaces_left_out(plan: FloorPlan, source: SourceView, dx: float, dy: float) 
         )
 
 
-def _places(plan: FloorPlan, source: SourceView, dx: float, dy: float) -> Iterator[Question]:
+def _places(
+    plan: FloorPlan, source: SourceView, shift: tuple[float, float], closed: Sequence[tuple[float, float]]
+) -> Iterator[Question]:
     """R5."""
+    dx, dy = shift
+    shut = shapely.multipoints(closed) if closed else None
     rooms = [room.polygon for room in plan.rooms]
     doors = [door.polygon for door in plan.doors]
     for kind, ends in source.places:
@@ -187,12 +231,17 @@ def _places(plan: FloorPlan, source: SourceView, dx: float, dy: float) -> Iterat
         line = LineString([(ax, ay), (bx, by)])
         if kind not in _SHOWN or not _PASSAGE_M[0] <= line.length <= _PASSAGE_M[1]:
             continue
-        beside = sum(room.distance(line.centroid) < _WALL_M for room in rooms)
-        inside = any(room.buffer(-_WALL_M / 2).intersects(line) for room in rooms)
-        if not beside or inside or any(door.distance(line.centroid) < _WALL_M for door in doors):
+        way = np.array([ay - by, bx - ax]) / line.length * _WALL_M
+        sides = [
+            next((k for k, room in enumerate(rooms) if shapely.contains_xy(room, *at)), None)
+            for at in (np.array([ax + bx, ay + by]) / 2 + sign * way for sign in (1, -1))
+        ]
+        if sides[0] == sides[1] or any(door.distance(line.centroid) < _WALL_M for door in doors):
+            continue
+        if shut is not None and shut.distance(line) < _WALL_M:
             continue
         at = round((ax + bx) / 2, 3), round((ay + by) / 2, 3)
-        word = "door" if beside > 1 else "entrance"
+        word = "entrance" if None in sides else "door"
         shows = {"lintel": "a lintel hangs", "gap": "the walls leave a gap"}.get(kind, f"the source names {_a(kind)}")
         says = f"{shows.capitalize()} here, {line.length:.2f} m wide, and the plan has no way. Is there {_a(word)}?"
         answers = Answer(_a(word).capitalize(), word, ((ax, ay), (bx, by))), Answer("None")

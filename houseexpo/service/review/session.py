@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 from typing import Annotated, Any, Final, Literal, NamedTuple
 
 import msgspec
+import numpy as np
 from msgspec import Meta
 
 from houseexpo.corrections import Correction, Override
@@ -25,7 +26,7 @@ from houseexpo.service.lru_cache import LruCache
 from houseexpo.service.plan_page import room_names_beside
 from houseexpo.service.review.changes import list_items, replacement
 from houseexpo.service.review.decisions import DecisionStore, PlanDecisions
-from houseexpo.service.review.questions import questions
+from houseexpo.service.review.questions import questions, with_effect
 from houseexpo.service.review.queue import ReviewQueue, summarise_review
 from houseexpo.service.review.rebuild import Rebuild
 from houseexpo.service.review.sources import Sources, SourceView
@@ -113,9 +114,10 @@ class Ground(NamedTuple):
     id: str
     frame: Frame | None
     bbox: tuple[float, float, float, float]
+    is_plan: bool = True
 
 
-def decision_value(asked: DecisionRequest, plan: FloorPlan | Ground) -> Any:
+def decision_value(asked: DecisionRequest, plan: Ground) -> Any:
     """Return the value of a decision, as ``DecisionStore.decide`` takes it.
 
     Raises
@@ -129,7 +131,7 @@ def decision_value(asked: DecisionRequest, plan: FloorPlan | Ground) -> Any:
     return word_value(asked.action, asked.points, asked.text, plan)  # type: ignore[arg-type]  # all others are words
 
 
-def word_value(word: Word, points: Sequence[Point], text: str, plan: FloorPlan | Ground) -> Any:
+def word_value(word: Word, points: Sequence[Point], text: str, plan: Ground) -> Any:
     """Return the value of a word, in the source's axes, from points in plan metres; see ``decision_value``."""
     tool = _TOOLS[word]
     if len(points) < tool.points or (len(points) > tool.points and not tool.more):
@@ -178,7 +180,7 @@ def effect_in(told: Preview[FloorPlan], word: Word, value: Any) -> dict[str, Any
     return mine
 
 
-def _check_inside(points: Sequence[Point], plan: FloorPlan | Ground) -> None:
+def _check_inside(points: Sequence[Point], plan: Ground) -> None:
     x1, y1, x2, y2 = plan.bbox
     for x, y in points:
         if not (x1 - _BESIDE_M <= x <= x2 + _BESIDE_M and y1 - _BESIDE_M <= y <= y2 + _BESIDE_M):
@@ -189,7 +191,7 @@ def _round_point(point: Sequence[float]) -> list[float]:
     return [round(value, _DIGITS) + 0.0 for value in point]  # + 0.0: no -0.0
 
 
-def file_value(asked: FileRequest, plan: FloorPlan | Ground, source: SourceView) -> Any:
+def file_value(asked: FileRequest, plan: Ground, source: SourceView) -> Any:
     """Return the value of what is said of a file, as ``overrides.toml`` has it, None to take it out."""
     text = one_line(asked.value)
     if not text:
@@ -377,12 +379,16 @@ class Review:
         if plan is None:
             return {**_nothing(name, source), "rejected": self.rejected.get(name, ""), **common}
         told = self.told(plan, table, source)
+        effects = said_corrections(plan, told)
+        closed = [tuple(each["points"][0]) for each in effects if each["word"] in {"no_door", "window"}]
         return {
             **plan_facts(told.plan),
             "rejected": "" if is_plan else self.rejected.get(name, ""),
-            "effects": said_corrections(plan, told),
+            "effects": effects,
             "place": queue.places.get(name, -1) + 1,
-            "questions": msgspec.to_builtins(questions(told.plan, self.decisions.left(name), source)),
+            "questions": msgspec.to_builtins(
+                with_effect(told.plan, questions(told.plan, self.decisions.left(name), source, closed))
+            ),
             "storeys": queue.storeys(name) if is_plan else [],
             **common,
         }
@@ -425,20 +431,35 @@ class Review:
         key = plan.id, words, None if source is None else id(source)
         return self._told.get_or_make(key, lambda: told_corrections(plan, table, source))
 
-    def _ground(self, name: str) -> FloorPlan | Ground:
-        """Return what is drawn on.
+    def _ground(self, name: str) -> Ground:
+        """Return what is drawn on: the plan, with the source around it as far as it is known.
 
         Raises
         ------
         ConfigError
             The source of a house without a plan has not been read.
         """
+        source = self.source(name) or self._sources.latest(name)
+        plan = self.queue.dataset[name] if name not in self.rejected else None if source is None else source.plan
+        if source is None and plan is None:
+            raise ConfigError(f"{name}: its source is not read yet; wait until it is shown")
+        if plan is None:
+            assert source is not None  # noqa: S101  # one of the two is there
+            return Ground(name, source.level.frame, source.bounds, is_plan=False)
+        if source is None:
+            return Ground(name, plan.frame, plan.bbox)
+        boxes = np.array([plan.bbox, source.bounds])
+        low, high = boxes[:, :2].min(axis=0).tolist(), boxes[:, 2:].max(axis=0).tolist()
+        return Ground(name, plan.frame, (*low, *high))
+
+    def _plan(self, name: str) -> FloorPlan:
+        """Return the plan that is corrected; that of a rejected house is known from its source."""
         if name not in self.rejected:
             return self.queue.dataset[name]
-        source = self.source(name) or self._sources.latest(name)
-        if source is None:
-            raise ConfigError(f"{name}: its source is not read yet; wait until it is shown")
-        return source.plan or Ground(name, source.level.frame, source.bounds)
+        source = self.source(name)
+        if source is None or source.plan is None:
+            raise ConfigError(f"{name}: it has no plan yet")
+        return source.plan
 
     def decide(self, asked: DecisionRequest, reviewer: str) -> dict[str, Any]:
         """Store a decision; return the plan's state and the effect of a word, None if it is not one.
@@ -455,7 +476,7 @@ class Review:
         line = self.decisions.decide(asked.plan, asked.action, reviewer, value, asked.seen)
         return {**self.state(asked.plan), "noted": line.number, "effect": effect}
 
-    def _said(self, asked: DecisionRequest, plan: FloorPlan | Ground, value: Any) -> dict[str, Any] | None:
+    def _said(self, asked: DecisionRequest, plan: Ground, value: Any) -> dict[str, Any] | None:
         if asked.action not in WORDS:
             return None
         word: Word = asked.action
@@ -465,20 +486,16 @@ class Review:
             raise ConfigError(f"{word}: no effect: it is said already")
         return self._effect(asked.plan, plan, {**table, word: [*items, value]}, word, value)
 
-    def _effect(
-        self, name: str, plan: FloorPlan | Ground, table: Mapping[str, Any], word: Word, value: Any
-    ) -> dict[str, Any]:
+    def _effect(self, name: str, plan: Ground, table: Mapping[str, Any], word: Word, value: Any) -> dict[str, Any]:
         """Return the record of a word that was just said; what only the search can tell is looked for afterwards."""
         source = self.source(name)
-        if isinstance(plan, Ground) or (source is not None and source.is_founded):
+        if not plan.is_plan or (source is not None and source.is_founded):
             Override(**{each: table[each] for each in WORDS if each in table})
             return {"word": word, "value": value, "outcome": "done", "said": "the source is read with it now"}
-        effect = effect_in(self.told(plan, table, source), word, value)
-        before = {
-            line
-            for each in self.told(plan, self.decisions.table(name), source).records
-            for line in each.get("also", ())
-        }
+        base = self._plan(name)
+        effect = effect_in(self.told(base, table, source), word, value)
+        told = self.told(base, self.decisions.table(name), source)
+        before = {line for each in told.records for line in each.get("also", ())}
         return {**effect, "also": [line for line in effect.get("also", ()) if line not in before]}
 
     def say_of_file(self, asked: FileRequest, reviewer: str) -> dict[str, Any]:
@@ -494,7 +511,7 @@ class Review:
             raise ConfigError(f"{asked.plan}: its source is not read yet; wait until it is shown")
         if asked.key not in self._source_facts(asked.plan, source, is_plan=asked.plan in self.queue.dataset)["takes"]:
             raise ConfigError(f"{asked.key}: the reader of {source.record.id} does not take it")
-        value = file_value(asked, source.plan or Ground(asked.plan, source.level.frame, source.bounds), source)
+        value = file_value(asked, self._ground(asked.plan), source)
         said = self.decisions.table(source.record.id)
         kept = {key: said[key] for key in ("up", "floors", "drop_nodes") if key in said and key != asked.key}
         if value is not None:

@@ -217,10 +217,28 @@ function showQuestion(asked) {
   const [first] = asked;
   at("asked").hidden = !first || readOnly;
   if (!first) return;
-  at("question").textContent = `${first.says}${asked.length > 1 ? ` (1 of ${asked.length} questions)` : ""}`;
+  const like = alike(asked).length, more = like > 1 ? ` Shift answers all ${like} like this.` : "";
+  at("question").textContent = `${first.says}${asked.length > 1 ? ` (1 of ${asked.length} questions)${more}` : ""}`;
   ["first", "second"].forEach((id, i) => {
     at(id).replaceChildren(Object.assign(document.createElement("kbd"), { textContent: i + 1 }), ` ${first.answers[i].title}`);
   });
+}
+
+// The questions of the kind of the first one: the same thing is doubtful, and the same answers are possible.
+function alike(asked) {
+  const kind = ({ key, answers }) => JSON.stringify([key.split(" at ")[0], answers.map(({ action }) => action)]);
+  return asked.filter((each) => kind(each) === kind(asked[0]));
+}
+
+// One answer to all questions of a kind, each a decision of its own.
+function answerAll(which) {
+  const like = alike(now?.questions ?? []);
+  if (!like.length || like[0].answers[which].action === "file" || !mayWrite()) return;
+  now.questions = [];
+  for (const { key, answers } of like) {
+    const { action, points } = answers[which];
+    decide(action, { points, text: action === "leave" ? key : "" });
+  }
 }
 
 function answer(which) {
@@ -437,6 +455,7 @@ document.addEventListener("keydown", (event) => {
   }
   if (event.key === "Escape" && !at("confirm").hidden) { cancel(); event.preventDefault(); return; }
   if (event.target.matches("button, a, pre") && (event.key === " " || event.key === "Enter")) return;
+  if (event.shiftKey && /^Digit[12]$/.test(event.code)) { event.preventDefault(); answerAll(Number(event.code.at(-1)) - 1); return; }
   const work = KEYS[event.key.toLowerCase()];
   if (work) { event.preventDefault(); work(); }
 });
@@ -444,7 +463,7 @@ document.addEventListener("keydown", (event) => {
 for (const id of ["keep", "drop"]) at(id).addEventListener("click", () => decide(id));
 for (const { word } of tools) at(word).addEventListener("click", () => draw(word));
 for (const id of ["next", "previous", "open"]) at(id).addEventListener("click", () => go(id));
-["first", "second", "leave"].forEach((id, i) => at(id).addEventListener("click", () => answer(i)));
+["first", "second", "leave"].forEach((id, i) => at(id).addEventListener("click", (event) => (event.shiftKey && i < 2 ? answerAll(i) : answer(i))));
 at("undo").addEventListener("click", undo);
 at("redo").addEventListener("click", redo);
 at("note").addEventListener("click", openNote);
