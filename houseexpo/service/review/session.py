@@ -375,10 +375,11 @@ class Review:
         table, source, is_plan = self.decisions.table(name), self.source(name), name in queue.dataset
         common["source"] = self._source_facts(name, source, is_plan=is_plan)
         common |= {**decision_history(name, self.decisions, judged.get(name)), "table": table}
-        plan = queue.dataset[name] if is_plan else None if source is None else source.plan
+        shown = source if is_plan else source or self._sources.latest(name)
+        plan = queue.dataset[name] if is_plan else None if shown is None else shown.plan
         if plan is None:
-            return {**_nothing(name, source), "rejected": self.rejected.get(name, ""), **common}
-        told = self.told(plan, table, source)
+            return {**_nothing(name, shown), "rejected": self.rejected.get(name, ""), **common}
+        told = self.told(plan, table, shown)
         effects = said_corrections(plan, told)
         closed = [tuple(each["points"][0]) for each in effects if each["word"] in {"no_door", "window"}]
         return {
