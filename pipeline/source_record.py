@@ -76,6 +76,8 @@ _SAME_M: Final = 0.3
 _LEAST_M: Final = 0.3
 _COLOURS: Final = ((36, 90, 141), (196, 84, 30))
 _MOST_NAMES: Final = 400
+_MOST_CORNERS: Final = 40_000
+"""A browser that snaps to more of them is slow."""
 _UNITS: Final = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254, "ft": 0.3048}
 
 
@@ -164,13 +166,23 @@ def _of_level(level: Level | RejectedLevel, item: Input, override: Override, con
         id=level.id,
         frame=level.frame,
         pictures=tuple(_pictures(level, item, walls, is_plan=not (why or is_founded))),
-        edges=tuple(_rings(shapely.simplify(wall, _FINE_M)) for wall in walls),
+        edges=tuple(_rings(wall) for wall in _simplified(walls)),
         places=tuple(_places(evidence, layout)),
         plans=tuple(_plan_source(plan, results, layout, is_founded=is_founded) for plan in _plans_of(results)),
         rejected=why,
         guesses=level.guesses,
         extent=extent_of(level),
     )
+
+
+def _simplified(walls: Sequence[Polygon]) -> list[BaseGeometry]:
+    """Return walls to snap to, as fine as a browser takes them."""
+    fine_m = _FINE_M
+    found = [shapely.simplify(wall, fine_m) for wall in walls]
+    while sum(shapely.get_num_coordinates(found)) > _MOST_CORNERS and fine_m < _SAME_M:
+        fine_m *= 2
+        found = [shapely.simplify(wall, fine_m) for wall in walls]
+    return found
 
 
 def extent_of(level: Level) -> tuple[float, float]:

@@ -9,6 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import pytest
 import shapely
 import trimesh
@@ -17,12 +18,15 @@ pytest.importorskip("starlette")
 from starlette.testclient import TestClient
 
 from houseexpo import build, open_dataset
+from houseexpo.dataset.source_records import LevelSource, Place, PlanSource, SourceRecord
 from houseexpo.errors import ConfigError
+from houseexpo.floorplan import FloorPlan
 from houseexpo.plan import Room
+from houseexpo.plan.json_codec import encode
 from houseexpo.service.app import make_app
 from houseexpo.service.collection import Collection
-from houseexpo.service.review.questions import corner_rays, questions
-from houseexpo.service.review.sources import Sources
+from houseexpo.service.review.questions import Answer, Question, corner_rays, questions, with_effect
+from houseexpo.service.review.sources import Sources, SourceView
 from houseexpo.service.service import Service, ServiceSettings
 from tests.builders.bungalow import FILE
 from tests.builders.services import FRAME, box, two_rooms
@@ -160,3 +164,56 @@ def test_a_narrow_place_between_two_parts_of_a_room_is_asked_about() -> None:
     (a, b) = asked[0].answers[0].points
     assert abs(a[0] - b[0]) < 0.01
     assert abs(a[1] - b[1]) == pytest.approx(1.0)
+
+
+def shown(*places: Place, guesses: tuple[str, ...] = (), spaces: tuple[Any, ...] = ()) -> tuple[FloorPlan, SourceView]:
+    """Two rooms whose passage is a cut, and their source, whose level frame is the plan's."""
+    plan = replace(two_rooms("house"), frame=FRAME)
+    plan = replace(plan, doors=tuple(replace(door, kind="cut", confidence=None) for door in plan.doors))
+    found = PlanSource("house", msgspec.Raw(encode(plan)), spaces)
+    level = LevelSource("house", FRAME, places=places, plans=(found,), guesses=guesses)
+    return plan, SourceView(SourceRecord("house", levels=(level,), takes=("units", "up")), level, found)
+
+
+def asked_of(plan: FloorPlan, view: SourceView, *closed: tuple[float, float]) -> list[str]:
+    return [each.key.split(" at ")[0] for each in questions(plan, (), view, closed)]
+
+
+def test_a_place_for_a_door_is_asked_about_until_somebody_says_that_none_is_there() -> None:
+    plan, view = shown(Place("door", ((4.15, 2.3), (4.15, 3.05))), Place("gap", ((0.05, 1.0), (0.05, 1.9))))
+    assert asked_of(plan, view) == ["cut", "place", "place"]
+    both = [each for each in questions(plan, (), view) if each.key.startswith("place")]
+    assert [each.answers[0].action for each in both] == ["door", "entrance"]
+    assert asked_of(plan, view, (4.1, 2.7)) == ["cut", "place"]
+    assert with_effect(plan, both) == both
+
+
+def test_a_place_within_a_room_or_at_a_passage_is_not_asked_about() -> None:
+    plan, view = shown(Place("door", ((2.0, 1.0), (2.0, 1.9))), Place("lintel", ((4.15, 1.1), (4.15, 1.9))))
+    assert asked_of(plan, view) == ["cut"]
+
+
+def test_a_question_whose_answer_does_nothing_is_not_asked() -> None:
+    plan, view = shown()
+    nothing = Question(
+        "place at 2.0, 2.0", (2.0, 2.0), "?", (Answer("A door", "door", ((1.5, 2.0), (2.5, 2.0))), Answer("None")), 0.9
+    )
+    assert with_effect(plan, [nothing, *questions(plan, (), view)])[0].key.startswith("cut")
+    assert with_effect(plan, [nothing]) == []
+
+
+def test_what_was_guessed_of_the_file_is_asked_first() -> None:
+    plan, view = shown(guesses=("units", "up"))
+    first = questions(plan, (), view)[0]
+    assert "does not say the unit and the upward axis" in first.says
+    assert first.answers[1].action == "file"
+
+
+def test_a_space_that_was_left_out_is_asked_about() -> None:
+    plan, view = shown(
+        spaces=(
+            (((8.0, 0.1), (8.0, 3.1), (10.0, 3.1), (10.0, 0.1)),),
+            (((0.1, 0.1), (0.1, 3.1), (4.1, 3.1), (4.1, 0.1)),),
+        )
+    )
+    assert asked_of(plan, view) == ["cut", "space"]  # the other one is a room of the plan
