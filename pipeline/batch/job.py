@@ -110,19 +110,16 @@ def run_job(settings: JobSettings, job: Job) -> Entry:
     try:
         for mirror in settings.mirrors:
             mirror.mount()
-    except OSError as error:
-        return job.refusal(not_done_rejection(error.strerror or str(error)), transient=True)
-    if job.known is not None and (files := describe_if_unchanged(job.item, job.known.files, began_ns)) is not None:
-        return msgspec.structs.replace(job.known, files=files, source=job.source, gone=False)
-    with (
-        record_opened_files(*readable_folders(job.item)) as names,
-        collect_times() as seconds,
-        ignore_division_warnings(),
-    ):
-        try:
+        if job.known is not None and (files := describe_if_unchanged(job.item, job.known.files, began_ns)) is not None:
+            return msgspec.structs.replace(job.known, files=files, source=job.source, gone=False)
+        with (
+            record_opened_files(*readable_folders(job.item)) as names,
+            collect_times() as seconds,
+            ignore_division_warnings(),
+        ):
             outcomes = list(_outcomes(job, settings))
-        except OSError as error:  # a transient fault: it says nothing about the house
-            return job.refusal(not_done_rejection(error.strerror or str(error)), transient=True)
+    except OSError as error:  # a transient fault: it says nothing about the house
+        return job.refusal(not_yet(error.strerror or str(error)), transient=True)
     return Entry(
         input=job.name,
         source=job.source,
@@ -137,8 +134,8 @@ def run_job(settings: JobSettings, job: Job) -> Entry:
     )
 
 
-def not_done_rejection(what: str) -> Rejection:
-    """Return the entry of an input that a transient fault interrupted."""
+def not_yet(what: str) -> Rejection:
+    """Return the rejection of an input that a transient fault interrupted."""
     return Rejection("executor", Reason.NOT_YET, what, "build again when it has passed")
 
 
@@ -152,10 +149,9 @@ def _outcomes(job: Job, settings: JobSettings) -> Iterator[Outcome]:
 
     Raises OSError for a transient fault.
     """
-    item, levels = job.item, list[str]()
-    note = format_note(Path(job.item.path))
+    levels, note = list[str](), format_note(Path(job.item.path))
     try:
-        for level in time_stages(reader(item.reader).read(item), lambda _: "source"):
+        for level in time_stages(reader(job.item.reader).read(job.item), lambda _: "source"):
             levels.append(level.id)
             if isinstance(level, RejectedLevel):
                 _raise_transient(level.rejection)
@@ -164,104 +160,98 @@ def _outcomes(job: Job, settings: JobSettings) -> Iterator[Outcome]:
                 told = replace(level, provenance={**level.provenance, "format": note}) if note else level
                 yield from _of_level(told, job, settings)
     except Exception as error:  # noqa: BLE001 - one input's fault must not stop the batch
-        yield from _of_unread(_as_rejection(error, item), job, settings)
+        yield from _of_unread(_as_rejection(error, job.item), job, settings)
     else:
         if not levels:
             nothing = Rejection("source", Reason.NO_LEVEL, "expected a level, found none", "look at it in a viewer")
-            yield StoredRejection.of(item.id, nothing)
+            yield StoredRejection.of(job.item.id, nothing)
         for name in ids_without_level(job.overrides, levels) if levels else ():
             detail = f"expected the id of a level, found none of this id among {', '.join(levels)}"
             yield StoredRejection.of(name, Rejection("overrides", Reason.NO_SUCH_LEVEL, detail, "mend overrides.toml"))
 
 
-def _of_unread(rejection: Rejection, job: Job, settings: JobSettings) -> list[Outcome]:
+def _of_level(level: Level, job: Job, settings: JobSettings) -> Iterator[Outcome]:
+    """Yield what came of a level: an outcome for each of its buildings."""
+    override = override_for_level(level.id, job.overrides)
+    try:
+        _check_not_dropped(override)
+        corrected = correct_level(level, override)
+        try:
+            found = _plan_level(corrected, replace(override, keep=False), settings)
+        except Rejection as doubt:  # what a person keeps is planned again without the rule that rejects it
+            if not override.keep or doubt.reason is not Reason.CHARACTERS:
+                raise
+            corrected = replace(corrected, provenance={**corrected.provenance, KEPT_FROM: str(doubt.reason)})
+            found = _plan_level(corrected, override, settings)
+        outcomes = [_of_building(each, corrected, override, job, settings) for each in found]
+    except Exception as error:  # noqa: BLE001 - the other levels of the house go on
+        rejection = _as_rejection(error, job.item)
+        if rejection is error and rejection.reason is not Reason.DROPPED_BY_HAND:
+            rejection = add_losses(rejection, level.provenance).with_picture(draw_top_view(level.walls))
+        outcomes = [StoredRejection.of(level.id, rejection)]
+    yield from outcomes
+
+
+def _plan_level(level: Level, override: Override, settings: JobSettings) -> Sequence[Planned]:
+    return settings.plan(level, configure(settings.config, override), level_rng(level, settings.seed))
+
+
+def _of_building(found: Planned, level: Level, of_level: Override, job: Job, settings: JobSettings) -> Outcome:
+    """Return what came of a building. ``of_level`` is what is said of the level, whether to keep it among it."""
+    plan, picture = (found.plan, found.stages) if isinstance(found, PlanWithPicture) else (found, b"")
+    override = Override(keep=of_level.keep).joined(job.overrides.get(plan.id, Override()))
+    kept_from = str(level.provenance.get(KEPT_FROM, ""))
+    try:
+        if isinstance(plan, RejectedLevel):
+            raise plan.rejection
+        _check_not_dropped(override)
+        try:
+            check_quality(plan, settings.min_quality)
+        except Rejection as doubt:
+            if not override.keep:
+                raise
+            kept_from = kept_from or str(doubt.reason)
+    except Rejection as rejection:
+        return StoredRejection.of(plan.id, rejection.with_picture(draw_top_view(level.walls)))
+    plan = with_authors(_furnish(plan, settings), job.overrides)
+    plan = replace(plan, provenance={**(plan.provenance or {}), **settings.stamp})
+    kept = settings.plans.put(plan.id, str(level.provenance.get("sha256", "")), encode(plan) + b"\n", picture)
+    return msgspec.structs.replace(kept, by_hand=override.keep, kept_from=kept_from if override.keep else "")
+
+
+def _of_unread(rejection: Rejection, job: Job, settings: JobSettings) -> Sequence[Outcome]:
     """Return what came of an input of which no level could be read: a person may drop it, or say its rooms."""
-    item = job.item
-    override = override_for_level(item.id, job.overrides)
-    if override.drop:
-        return [StoredRejection.of(item.id, _drop_by_hand(override))]
-    if rejection.reason in _WITHOUT_ROOMS and override.corrections:
-        level = level_without_walls(item, override)
-        found = _of_level(level, job, settings)
-        if any(isinstance(each, StoredPlan) for each in found):
-            return found
-    return [StoredRejection.of(item.id, rejection)]
+    override = override_for_level(job.item.id, job.overrides)
+    outcomes: list[Outcome] = []
+    try:
+        _check_not_dropped(override)
+        if rejection.reason in _WITHOUT_ROOMS and override.corrections:
+            outcomes = list(_of_level(level_without_walls(job.item, override), job, settings))
+    except Rejection as dropped:
+        rejection = dropped
+    made = any(isinstance(each, StoredPlan) for each in outcomes)
+    return outcomes if made else [StoredRejection.of(job.item.id, rejection)]
 
 
 _WITHOUT_ROOMS = (Reason.NO_LEVEL, Reason.NO_INTERIOR)
 """The reasons of files that are read, and in which no rooms are found."""
 
 
-def _of_level(level: Level, job: Job, settings: JobSettings) -> list[Outcome]:
-    """Return what came of a level: an outcome for each of its buildings."""
-    override = override_for_level(level.id, job.overrides)
-    if override.drop:
-        return [StoredRejection.of(level.id, _drop_by_hand(override))]
-    rng = level_rng(level, settings.seed)
-    try:
-        level, found = _plan_level(correct_level(level, override), override, settings, rng)
-        return [_outcome(each, level, override, job, settings) for each in found]
-    except Rejection as rejection:
-        _raise_transient(rejection)
-        return [
-            StoredRejection.of(
-                level.id, add_losses(rejection, level.provenance).with_picture(draw_top_view(level.walls))
-            )
-        ]
-    except Exception as error:  # noqa: BLE001 - the other levels of the house go on
-        return [StoredRejection.of(level.id, _as_rejection(error, job.item))]
-
-
-def _plan_level(
-    level: Level, override: Override, settings: JobSettings, rng: np.random.Generator
-) -> tuple[Level, Sequence[Planned]]:
-    """Return the plans of a level; one that a person keeps is planned again without the rule that rejects it."""
-    try:
-        return level, settings.plan(level, configure(settings.config, replace(override, keep=False)), rng)
-    except Rejection as rejection:
-        if not override.keep or rejection.reason is not Reason.CHARACTERS:
-            raise
-        level = replace(level, provenance={**level.provenance, KEPT_FROM: str(rejection.reason)})
-        return level, settings.plan(level, configure(settings.config, override), level_rng(level, settings.seed))
-
-
-def _outcome(found: Planned, level: Level, of_level: Override, job: Job, settings: JobSettings) -> Outcome:
-    """Return what came of a building. ``of_level`` is what is said of the level, whether to keep it among it."""
-    found, picture = (found.plan, found.stages) if isinstance(found, PlanWithPicture) else (found, b"")
-    if isinstance(found, RejectedLevel):
-        return StoredRejection.of(found.id, found.rejection.with_picture(draw_top_view(level.walls)))
-    override = Override(keep=of_level.keep).joined(job.overrides.get(found.id, Override()))
-    try:
-        if override.drop:
-            raise _drop_by_hand(override)
-        kept_from = str(level.provenance.get(KEPT_FROM, ""))
-        try:
-            check_quality(found, settings.min_quality)
-        except Rejection as doubt:
-            if not override.keep:
-                raise
-            kept_from = kept_from or str(doubt.reason)
-    except Rejection as rejection:
-        return StoredRejection.of(found.id, rejection.with_picture(draw_top_view(level.walls)))
-    plan = with_authors(_furnish(found, settings), job.overrides)
-    plan = replace(plan, provenance={**(plan.provenance or {}), **settings.stamp})
-    kept = settings.plans.put(found.id, str(level.provenance.get("sha256", "")), encode(plan) + b"\n", picture)
-    return msgspec.structs.replace(kept, by_hand=override.keep, kept_from=kept_from if override.keep else "")
-
-
 def _furnish(plan: FloorPlan, settings: JobSettings) -> FloorPlan:
     """Furnish a plan of a made house, where its turn comes."""
-    if not settings.furnished or (plan.provenance or {}).get("source") != MADE:
-        return plan
-    from pipeline.furnish import draw_whether_furnished, furnish_plan
+    if settings.furnished and (plan.provenance or {}).get("source") == MADE:
+        from pipeline.furnish import draw_whether_furnished, furnish_plan
 
-    rng = np.random.default_rng([settings.seed, _FURNITURE, *hashlib.sha256(plan.id.encode()).digest()])
-    return furnish_plan(plan, rng) if draw_whether_furnished(settings.furnished, rng) else plan
+        rng = np.random.default_rng([settings.seed, _FURNITURE, *hashlib.sha256(plan.id.encode()).digest()])
+        if draw_whether_furnished(settings.furnished, rng):
+            plan = furnish_plan(plan, rng)
+    return plan
 
 
-def _drop_by_hand(override: Override) -> Rejection:
-    why = override.why or "no reason given"
-    return Rejection("overrides", Reason.DROPPED_BY_HAND, why, "see overrides.toml")
+def _check_not_dropped(override: Override) -> None:
+    if override.drop:
+        why = override.why or "no reason given"
+        raise Rejection("overrides", Reason.DROPPED_BY_HAND, why, "see overrides.toml")
 
 
 MORE_MEMORY = "allow more with --memory (limits.memory_gb in a manifest), or simplify the mesh"

@@ -18,7 +18,7 @@ from houseexpo.corrections import Override
 from pipeline.batch import WORKER_MODULES
 from pipeline.batch.entry import Entry
 from pipeline.batch.file_records import are_size_and_time_same, describe_all_files
-from pipeline.batch.job import MORE_MEMORY, Job, JobSettings, Plan, make_plans, not_done_rejection, run_job
+from pipeline.batch.job import MORE_MEMORY, Job, JobSettings, Plan, make_plans, not_yet, run_job
 from pipeline.batch.listing import Listing
 from pipeline.batch.plan_store import PlanStore
 from pipeline.batch.recipe import library_versions, recipe_digest
@@ -166,11 +166,9 @@ def _recipe_within(entry: Entry, recipe: str, limits: LimitsConfig) -> str:
 def _entry_of_failure(job: Job, failure: Failure) -> Entry:
     """Return the outcome of an input whose worker died."""
     if failure.kind == "killed":
-        return job.refusal(
-            not_done_rejection(f"{failure.detail}; most often memory ran out: use fewer workers"), transient=True
-        )
+        return job.refusal(not_yet(f"{failure.detail}; most often memory ran out: use fewer workers"), transient=True)
     if failure.kind == "untried":
-        return job.refusal(not_done_rejection(failure.detail), transient=True)
+        return job.refusal(not_yet(failure.detail), transient=True)
     reason, advice = _REASONS[failure.kind]
     entry = job.refusal(Rejection("executor", reason, failure.detail, advice))
     return msgspec.structs.replace(entry, files=describe_all_files(job.item), versions=dict(library_versions()))
