@@ -17,7 +17,6 @@ from houseexpo.errors import ConfigError
 from houseexpo.grids.frame import check_not_too_coarse
 from houseexpo.plan import DOOR_KINDS, Box, Door, PlanObject
 from houseexpo.plan.model import PlanData
-from houseexpo.plan.room_labels import UNLABELLED
 
 if TYPE_CHECKING:
     from shapely import LineString, MultiPolygon, Polygon
@@ -46,14 +45,14 @@ class _Space:
 
     labels: tuple[str, ...]
     shape: Polygon
+    name: str
     id: int | None = None
 
     @property
     def words(self) -> tuple[str, ...]:
         """What is written in it: its name if it has one, and the area of a room."""
-        names = [label.replace("_", " ") for label in self.labels if label != UNLABELLED]
         area = () if self.id is None else (f"{self.shape.area:.1f} m²",)
-        return (*([" / ".join(names)] if names else ()), *area)
+        return (*([self.name] if self.name else ()), *area)
 
 
 @dataclass(frozen=True)
@@ -174,7 +173,7 @@ def _inner_area(plan: PlanData) -> Polygon | MultiPolygon:
 
 
 def _rooms(plan: PlanData) -> list[_Space]:
-    return [_Space((room.label,), room.polygon, room.id) for room in plan.rooms]
+    return [_Space((room.label,), room.polygon, room.name, room.id) for room in plan.rooms]
 
 
 def _boxes(plan: PlanData) -> list[_Space]:
@@ -190,10 +189,11 @@ def _boxes(plan: PlanData) -> list[_Space]:
             continue
         twin = next((i for i, other in enumerate(whole) if _overlap(part, other) > _SAME_ROOM), None)
         if twin is not None:
-            spaces[twin] = replace(spaces[twin], labels=(*spaces[twin].labels, label))
+            labels = (*spaces[twin].labels, label)
+            spaces[twin] = replace(spaces[twin], labels=labels, name=" / ".join(labels).replace("_", " "))
         elif (seen := _largest(part.difference(shapely.union_all(whole)))) is not None:
             whole.append(part)
-            spaces.append(_Space((label,), seen))
+            spaces.append(_Space((label,), seen, label.replace("_", " ")))
     return spaces
 
 

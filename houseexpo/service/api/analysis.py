@@ -32,7 +32,7 @@ from houseexpo.floorplan import FloorPlan
 from houseexpo.grids.frame import FEWEST_CELLS
 from houseexpo.grids.raster import all_rings
 from houseexpo.plan import Room
-from houseexpo.plan.room_labels import label_colour
+from houseexpo.plan.room_labels import UNLABELLED, label_colour
 from houseexpo.service.collection import OpenedDataset
 from houseexpo.service.computations import compute_in_turn
 from houseexpo.service.responses import json_response
@@ -148,7 +148,7 @@ def rooms_and_doors(plan: FloorPlan) -> dict[str, Any]:
     rooms = [
         {
             "id": room.id,
-            "label": room.label.replace("_", " "),
+            "label": room.name or UNLABELLED,
             "area": room.area,
             "confidence": room.confidence,
             "unsure": room.is_unsure,

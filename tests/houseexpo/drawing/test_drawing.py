@@ -105,10 +105,19 @@ def test_svg_holds_the_same(two_rooms):
     assert root.get("viewBox") == f"0 0 {cols} {rows}"
 
 
-def test_svg_escapes_what_the_plan_brings(two_rooms):
-    from dataclasses import replace
+def test_a_room_without_a_label_has_the_name_that_its_source_gives_it(two_rooms):
+    first, *others = two_rooms.rooms
+    for source, name in (((), ""), (("stairs",), "Stairs"), (("flur_oben", "diele"), "Flur oben / diele")):
+        room = replace(first, label="Unlabelled", source_labels=source)
+        assert room.name == name
+        drawn = svg(replace(two_rooms, rooms=(room, *others)))
+        assert all(word in drawn for word in name.split()), "Unlabelled" not in drawn
+    assert replace(first, label="Living_Room", source_labels=("salon",)).name == "Living Room"
 
-    ET.fromstring(svg(replace(two_rooms, id="a<b>&c")))  # noqa: S314 - our own text
+
+def test_svg_escapes_what_the_plan_brings(two_rooms):
+    room = replace(two_rooms.rooms[0], label="Unlabelled", source_labels=("a<b>&\x01c",))
+    ET.fromstring(svg(replace(two_rooms, id="a<b>&c", rooms=(room, *two_rooms.rooms[1:]))))  # noqa: S314 - our own text
 
 
 def test_a_picture_without_a_size_is_refused(two_rooms):
