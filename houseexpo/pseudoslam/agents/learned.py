@@ -110,7 +110,8 @@ class ChooserFactory:
     @property
     def training(self) -> Training:
         """The family of the weights, and the seed of their training."""
-        return Training(FAMILY, int(self._weights_and_notes[1].get("seed", 0)))
+        about = self._weights_and_notes[1]
+        return Training(str(about.get("family", FAMILY)), int(about.get("seed", 0)))
 
     @cached_property
     def _weights_and_notes(self) -> tuple[Floats, dict[str, Any]]:
@@ -123,3 +124,5 @@ def chooser_weights_path(seed: int) -> Path:
 
 
 chooser_0, chooser_1, chooser_2 = (ChooserFactory(chooser_weights_path(seed)) for seed in range(3))
+finisher = ChooserFactory(Path(__file__).with_name("finisher.json"))
+"""Searched by ``research.finisher_training`` for short ways to 90% and to 99%."""

@@ -31,6 +31,7 @@ NAMES: Final = {
     "chooser": f"{_HERE}.learned:chooser_0",
     "chooser-1": f"{_HERE}.learned:chooser_1",
     "chooser-2": f"{_HERE}.learned:chooser_2",
+    "finisher": f"{_HERE}.learned:finisher",
     "oracle": f"{_HERE}.oracle:Oracle",
     "greedy": f"{_HERE}.simple:Greedy",
     "a-star": f"{_HERE}.simple:AStar",

@@ -31,6 +31,7 @@ EXPLORERS: Final = {
     "chooser": "learned choice of frontiers",
     "chooser-1": "trained with another seed",
     "chooser-2": "trained with a third seed",
+    "finisher": "learned for short ways to the end",
     "oracle": "knows the house",
 }
 """The explorers, described in a few words."""

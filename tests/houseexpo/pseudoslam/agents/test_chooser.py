@@ -38,6 +38,12 @@ def test_weights_come_with_what_made_them(name: str) -> None:
     assert policy.sha256 == load_policy(str(file)).sha256
 
 
+def test_the_finisher_is_a_family_of_its_own() -> None:
+    policy = load_policy("finisher")
+    assert (policy.training.family, policy.training.seed) == ("finisher", 0)  # type: ignore[union-attr]
+    assert policy.sha256 != load_policy("chooser").sha256
+
+
 def test_weights_are_read_as_they_were_written(tmp_path: Path) -> None:
     weights = round_weights(np.random.default_rng(0).normal(0, 1, len(NEAREST)))
     write_weights(tmp_path / "mine.json", weights, {"seed": 7})
