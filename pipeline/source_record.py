@@ -362,7 +362,7 @@ def _top_view(mesh: Mesh, bounds: Box, roof_m: float) -> Picture | None:
     size = sheet.size
     tallest = np.full((size[1], size[0]), -np.inf)
     np.maximum.at(tallest, (rows.clip(0, size[1] - 1), columns.clip(0, size[0] - 1)), kept[:, 2])
-    tallest = np.where(np.isfinite(tallest), tallest, grey_dilation(tallest, (3, 3)))  # between the points
+    tallest = grey_dilation(tallest, (3, 3))  # between the points, and where none fell on the highest face
     seen = np.isfinite(tallest)
     low, high = (0.0, roof_m) if np.isfinite(roof_m) else np.quantile(tallest[seen], [0.02, 0.98]).tolist()
     shade = np.clip((np.where(seen, tallest, low) - low) / max(high - low, _FINE_M), 0.0, 1.0)

@@ -59,6 +59,8 @@ export class Sheet {
   // What lies under the plan: pictures of the source, walls to snap to, places that may be doors; in metres of the plan.
   under(source) {
     this.source = source;
+    const [first] = source.layers;
+    if (first && !source.layers.some(({ name }) => this.on.has(name)) && !this.plan.shape?.rooms.length) this.on.add(first.name); // nothing else is there to see
     if (!this.drawing) return;
     this.#collect();
     this.#underlay();
