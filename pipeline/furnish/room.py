@@ -37,18 +37,18 @@ _SPECK_CM2: Final = 1000.0
 _PLACES_TRIED: Final = 12
 
 
-class _Left(NamedTuple):
+class _FreeFloor(NamedTuple):
     """What is left of a room: its floor, and where a robot's and a person's middle can stand (doors included)."""
 
     room: Polygon
     robot: Polygon | MultiPolygon
     way: Polygon | MultiPolygon
 
-    def without(self, box: npt.NDArray[np.int64]) -> _Left:
-        """Take a box away."""
+    def minus(self, box: npt.NDArray[np.int64]) -> _FreeFloor:
+        """Return what is left without a box."""
         margins = (0, ROBOT_CM, WAY_CM)
         boxes = (shapely.box(*enlarge_boxes(box, margin).tolist()) for margin in margins)
-        return _Left(*(shapely.difference(shape, taken) for shape, taken in zip(self, boxes, strict=True)))
+        return _FreeFloor(*(shapely.difference(shape, taken) for shape, taken in zip(self, boxes, strict=True)))
 
 
 class RoomFurnisher:
@@ -71,7 +71,7 @@ class RoomFurnisher:
         self._entries = shapely.points([_entry(door, shape) for door in doors]) if doors else np.array([])
         # corners count for a little more than a disc needs; what a piece takes is its box, grown
         ways = [shapely.buffer(floor, -radius, join_style="mitre") for radius in (ROBOT_CM, WAY_CM)]
-        self._left = _Left(shape, *ways)
+        self._left = _FreeFloor(shape, *ways)
         self._places = len(_places(self._left.robot))
         self._joined = self._entries_are_connected(self._left)
         self.standing: list[PlacedPiece] = []
@@ -98,7 +98,7 @@ class RoomFurnisher:
             allowed = np.flatnonzero(self._free_places(piece, places.boxes, places.facings))
             clear = (k for k in allowed.tolist() if self._flush_or_clear(places.boxes[k]))
             for k in islice(clear, _PLACES_TRIED):
-                left = self._left.without(places.boxes[k])
+                left = self._left.minus(places.boxes[k])
                 if self._keeps_ways(left):
                     self._left = left
                     self.standing.append(PlacedPiece(piece, places.boxes[k], int(places.facings[k])))
@@ -139,13 +139,13 @@ class RoomFurnisher:
                 return False
         return True
 
-    def _keeps_ways(self, left: _Left) -> bool:
+    def _keeps_ways(self, left: _FreeFloor) -> bool:
         """R4; and what is left of the room is one plain polygon."""
         if not 0 < len(_places(left.robot)) <= self._places:
             return False
         return (not self._joined or self._entries_are_connected(left)) and has_simple_rings(left.room)
 
-    def _entries_are_connected(self, left: _Left) -> bool:
+    def _entries_are_connected(self, left: _FreeFloor) -> bool:
         """Return whether one place, 0.6 m wide at its narrowest, holds the entries of all doors."""
         return any(shapely.covers(part, self._entries).all() for part in _places(left.way))
 

@@ -95,7 +95,7 @@ class ControlledNode(Protocol):
     def step(self, ticks: int, then: Callable[[bool], None]) -> None:
         """Go on by ticks."""
 
-    def tell(self, text: str) -> None:
+    def publish_and_log(self, text: str) -> None:
         """Publish an event."""
 
 
@@ -141,7 +141,7 @@ class ControlServices:
         try:
             self._node.move_to_house(asked["map_url"])
         except HouseExpoError as error:
-            self._node.tell(f"/houseexpo/load_map: {error}")
+            self._node.publish_and_log(f"/houseexpo/load_map: {error}")
             return {**answer, "result": _MAP_UNKNOWN}
         return {**answer, "map": self._node.house_map().fields}
 

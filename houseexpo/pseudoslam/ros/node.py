@@ -304,7 +304,7 @@ class Node:
         """Put a robot at a pose of the map; ConfigError if it does not fit there."""
         self.fleet.place(robot, pose)
         self._ends[robot].velocity = Velocity()  # it was meant for the other place
-        self.tell(f"robot {robot + 1} was put at ({pose[0]:.2f}, {pose[1]:.2f}) m")
+        self.publish_and_log(f"robot {robot + 1} was put at ({pose[0]:.2f}, {pose[1]:.2f}) m")
 
     def drive(self, robot: int, velocity: Velocity) -> None:
         """Give a robot a velocity, as ``cmd_vel`` does; ConfigError if it is too high or no number."""
@@ -325,7 +325,7 @@ class Node:
         elif time == "playing":
             self._stop_steps()
         self.time = time
-        self.tell(f"time is {time}")
+        self.publish_and_log(f"time is {time}")
 
     def step(self, ticks: int, then: Callable[[bool], None]) -> None:
         """Go on by ticks while time is paused; ``then`` is called with whether they came."""
@@ -381,7 +381,7 @@ class Node:
         self._control.serve()
 
     def _start_drivers(self) -> Sequence[PolicyDriver]:
-        return self._make_drivers(self.fleet, self.tell) if self._make_drivers else ()
+        return self._make_drivers(self.fleet, self.publish_and_log) if self._make_drivers else ()
 
     def _send_velocity(self, end: _Endpoints) -> None:
         self._graph.publish(
@@ -412,17 +412,17 @@ class Node:
             end.velocity, end.told_s = Velocity(), -math.inf
         self._published_map = [b""] * len(self._ends)
         self._next_map_ns = self._now_ns
-        self.tell(what)
+        self.publish_and_log(what)
 
     def _try(self, topic: str, act: Callable[[], None]) -> None:
         """Do what a message asks for; if that is impossible, say why and go on."""
         try:
             act()
         except HouseExpoError as error:
-            self.tell(f"{topic}: {error}")
+            self.publish_and_log(f"{topic}: {error}")
 
-    def tell(self, text: str) -> None:
-        """Publish an event, and say it."""
+    def publish_and_log(self, text: str) -> None:
+        """Publish an event, and log it."""
         self._say(text)
         self._graph.publish(EVENTS, Message("std_msgs/msg/String", {"data": text}))
 

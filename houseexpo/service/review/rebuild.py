@@ -74,7 +74,7 @@ class Rebuild:
         self._stopped = False
         self._lock = Lock()
 
-    def refusal(self) -> str:
+    def why_not_possible(self) -> str:
         """Return why it cannot be rebuilt, "" if it can."""
         root = self.root
         if not (root / "manifest.json").is_file():
@@ -94,7 +94,7 @@ class Rebuild:
         """Return the state of the build as plain values."""
         return {
             "phase": self.phase,
-            "refusal": (refusal := self.refusal()),
+            "refusal": (refusal := self.why_not_possible()),
             **({} if refusal else self._commands_to_confirm(self._record())),
             "waiting": len(self._decisions.since_build()),
             "lines": list(self._lines),
@@ -116,7 +116,7 @@ class Rebuild:
         ConfigError
             The data set cannot be rebuilt, the build cannot be started, or one is running (R1).
         """
-        if why := self.refusal():
+        if why := self.why_not_possible():
             raise ConfigError(why)
         record = self._record()
         if not is_own_build(self.root, record) or confirmed != self._commands_to_confirm(record)["confirm"]:
@@ -139,7 +139,7 @@ class Rebuild:
 
     def commands(self) -> list[list[str]]:
         """Return the commands of the builds that made the data set; raise ConfigError if they may not be run (R6)."""
-        if why := self.refusal():
+        if why := self.why_not_possible():
             raise ConfigError(why)
         return self._commands(self._record())
 

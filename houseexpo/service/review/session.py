@@ -397,7 +397,7 @@ class Review:
     def _source_facts(self, name: str, source: SourceView | None, *, is_plan: bool) -> dict[str, Any]:
         """Return whether the source is known, why it cannot be, and what is said of the file."""
         tables = self.decisions.tables()
-        why = self.building.refusal() or self._sources.why_not(name, tables, is_plan=is_plan)
+        why = self.building.why_not_possible() or self._sources.why_not(name, tables, is_plan=is_plan)
         latest = source or self._sources.latest(name)
         file = name if latest is None else latest.record.id
         table = tables.get(file, {})

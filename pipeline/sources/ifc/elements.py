@@ -73,8 +73,7 @@ class ElementsByKind:
     furniture: list[Any]
     stairs: list[Any]
 
-    def all(self) -> Iterator[Any]:
-        """Every one of them."""
+    def __iter__(self) -> Iterator[Any]:
         for kind in (self.walls, self.loose, self.beams, self.slabs, self.roofs, self.spaces, self.outdoors):
             yield from kind
         for kind in (self.openings, self.doors, self.furniture, self.stairs):

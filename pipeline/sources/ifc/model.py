@@ -160,7 +160,7 @@ def _building(model: Any, schema: str) -> Building:
     mend_model(model, metres)
     storeys = [_storey(storey, metres) for storey in model.by_type("IfcBuildingStorey")]
     elements = sort_elements(model)
-    meshes = dict(_triangulate(model, elements.all()))
+    meshes = dict(_triangulate(model, elements))
     elements = _with_called_doors(elements, meshes)
     fillings = _fillings(elements, meshes)
     french = _french_windows(elements, fillings, meshes)
