@@ -23,7 +23,7 @@ from houseexpo.progress import show_progress
 Measure = Callable[[FloorPlan], Any]
 
 _PLANS_SENT: Final = 16  # plans that are sent to a process at once
-_FILE: Final = "values-1.sqlite"
+_VALUES_FILE: Final = "values-1.sqlite"
 
 
 def measure_cached(
@@ -41,7 +41,7 @@ def measure_cached(
         Number of processes. With more than one, a script needs ``if __name__ == "__main__"``.
     """
     digests = [bytes.fromhex(catalogue.digest(row)) for row in rows]
-    with closing(DiskCache(cache_folder() / _FILE)) as values:
+    with closing(DiskCache(cache_folder() / _VALUES_FILE)) as values:
         known = values.items(name)
         missing = {digest: row for digest, row in zip(digests, rows, strict=True) if digest not in known}
         found = _compute(((digest, catalogue.read(row)) for digest, row in missing.items()), measure, workers)
@@ -53,7 +53,7 @@ def measure_cached(
 
 def cached_values(catalogue: Catalogue, rows: Sequence[int], name: str) -> list[Any]:
     """Return the cached values of ``name``, None for a plan without one."""
-    known = DiskCache(cache_folder() / _FILE).items(name)
+    known = DiskCache(cache_folder() / _VALUES_FILE).items(name)
     if not known:
         return [None] * len(rows)
     found = (known.get(bytes.fromhex(catalogue.digest(row))) for row in rows)

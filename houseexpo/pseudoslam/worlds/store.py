@@ -22,7 +22,7 @@ from houseexpo.grids.frame import GridFrame
 from houseexpo.pseudoslam.config import SimulatorConfig
 from houseexpo.pseudoslam.worlds.world import MAX_WORLD_CELLS, World
 
-_FILE: Final = "worlds-2.sqlite"
+_WORLDS_FILE: Final = "worlds-2.sqlite"
 """The name has the version of worlds; change it when any raster of a house or a record's layout changes."""
 
 _RECORD_HEAD: Final = struct.Struct("<IIddQH")
@@ -86,7 +86,7 @@ _log = logging.getLogger(__name__)
 
 def world_file() -> Path:
     """Return the file of all worlds; raise ConfigError if its folder cannot be created."""
-    return cache_folder() / _FILE
+    return cache_folder() / _WORLDS_FILE
 
 
 class WorldStore:

@@ -95,7 +95,7 @@ def test_a_plan_that_has_no_world_is_named(plans: Path) -> None:
 
 
 def test_how_worlds_are_made_has_not_changed(published_lines: list[bytes]) -> None:
-    """Where it has, ``store._FILE`` needs another number: what others have kept would be wrong."""
+    """Where it has, ``store._WORLDS_FILE`` needs another number: what others have kept would be wrong."""
     from houseexpo.floorplan import decode
 
     found = hashlib.sha256()
