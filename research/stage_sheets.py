@@ -22,7 +22,7 @@ from shapely.geometry.base import BaseGeometry
 from houseexpo.plan.parts import Room
 from pipeline.algorithm import run_stages
 from pipeline.config import PipelineConfig
-from pipeline.geometry.areas import ignore_division_warnings
+from pipeline.geometry.areas import ignore_division_warnings, unite
 from pipeline.rejection import Rejection
 from pipeline.sources import find, reader
 from pipeline.values import Level, RejectedLevel
@@ -44,9 +44,10 @@ class Example:
 
 
 def stages_of(level: Level, seed: int) -> dict[str, Any]:
-    """Return the values of the stages of a level, of its last building from ``isolated`` on."""
-    rng = np.random.default_rng(seed)
-    return {result.stage: result.value for result in run_stages(level, PipelineConfig(), rng)}
+    """Return the values of the stages of a level, of its last building from ``isolated`` on; and the rooms of all."""
+    results = list(run_stages(level, PipelineConfig(), np.random.default_rng(seed)))
+    rooms = [room for result in results if result.stage == "connectivity" for room in result.value.rooms]
+    return {**{result.stage: result.value for result in results}, "rooms of all": rooms}
 
 
 def levels_of(sources: list[str]) -> Iterator[Level]:
@@ -64,7 +65,7 @@ def levels_of(sources: list[str]) -> Iterator[Level]:
 def cuts(level: Level, found: dict[str, Any]) -> Iterator[Example]:
     """Yield each cut, where no door is seen, with the walls about it."""
     spaces = found["connectivity"]
-    walls = spaces.walls.difference(shapely.union_all([p.strip() for p in spaces.passages]))
+    walls = spaces.walls.difference(unite([p.strip() for p in spaces.passages]))
     for passage in spaces.passages:
         if passage.kind == "cut":
             yield Example(level.id, walls, passage.strip())
@@ -74,7 +75,7 @@ def left_out(level: Level, found: dict[str, Any]) -> Iterator[Example]:
     """Yield each closed space that was filled or left out: of P_g', but of no room."""
     before, after = found["doors"], found["connectivity"]
     apart = [room for room in found["cells"].rooms if not any(room.equals(other) for other in found["isolated"].rooms)]
-    stay = shapely.union_all([*after.rooms, *apart])
+    stay = unite([*found["rooms of all"], *apart])
     gone = [room for room in before.rooms if not room.intersects(stay)]
     for space in [*gone, *after.closed]:
         yield Example(level.id, before.walls, space, ((*space.centroid.coords[0], f"{space.area:.1f}"),))
@@ -86,7 +87,7 @@ def erased(level: Level, found: dict[str, Any]) -> Iterator[Example]:
     gone = [outline for outline in before.outlines if not any(outline.equals(other) for other in after.outlines)]
     if gone:
         texts = tuple((*one.centroid.coords[0], f"{one.area:.0f} m2") for one in before.outlines)
-        yield Example(level.id, before.walls, shapely.union_all(gone), texts, before.walls)
+        yield Example(level.id, before.walls, unite(gone), texts, before.walls)
 
 
 def straightened(level: Level, found: dict[str, Any]) -> Iterator[Example]:
@@ -95,7 +96,7 @@ def straightened(level: Level, found: dict[str, Any]) -> Iterator[Example]:
     moved = [one for one, other in zip(before, after, strict=False) if one.hausdorff_distance(other) > MOVED_M]
     if moved:
         one = moved[0]
-        yield Example(level.id, shapely.union_all(after).boundary.buffer(0.015), one.boundary.buffer(0.004), (), one)
+        yield Example(level.id, unite(after).boundary.buffer(0.015), one.boundary.buffer(0.004), (), one)
 
 
 def room_text(room: Room) -> str:
@@ -111,7 +112,7 @@ def labels(level: Level, found: dict[str, Any]) -> Iterator[Example]:
     if shapes:
         places = (shape.representative_point().coords[0] for shape in shapes)
         texts = tuple((*place, room_text(room)) for place, room in zip(places, plan.rooms, strict=True))
-        walls = shapely.union_all([shape.boundary.buffer(0.05) for shape in shapes])
+        walls = unite([shape.boundary.buffer(0.05) for shape in shapes])
         yield Example(level.id, walls, shapely.Polygon(), texts, walls)
 
 
