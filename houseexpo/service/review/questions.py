@@ -89,7 +89,8 @@ def questions(
 ) -> list[Question]:
     """Return what is to be asked of a plan, the most doubtful first (R1 to R7).
 
-    ``left`` are the questions that were left; ``closed`` are places of which somebody has said that no door is there.
+    ``left`` are the questions that were left; ``closed`` are places of which somebody has said that no door or room
+    is there.
     """
     if plan.frame is None:
         return []
@@ -98,7 +99,7 @@ def questions(
         dx, dy = _shift(plan, source)
         found += [
             *_guesses(plan, source),
-            *_spaces_left_out(plan, source, dx, dy),
+            *_spaces_left_out(plan, source, (dx, dy), closed),
             *_places(plan, source, (dx, dy), closed),
         ]
     return sorted((each for each in found if each.key not in left), key=lambda each: (-each.doubt, each.key))
@@ -199,14 +200,18 @@ def _guesses(plan: FloorPlan, source: SourceView) -> Iterator[Question]:
     yield Question(_key(plan, "guess", at), at, says, (Answer("Right"), Answer("Wrong", "file")), 1.0)
 
 
-def _spaces_left_out(plan: FloorPlan, source: SourceView, dx: float, dy: float) -> Iterator[Question]:
+def _spaces_left_out(
+    plan: FloorPlan, source: SourceView, shift: tuple[float, float], closed: Sequence[tuple[float, float]]
+) -> Iterator[Question]:
     """R5."""
     taken = shapely.union_all([*(room.polygon for room in plan.rooms), *(door.polygon for door in plan.doors)])
     asked: list[Polygon] = []
     for space in source.spaces:
-        shape = shapely.transform(space.shape, lambda points: points + np.array([dx, dy]))
+        shape = shapely.transform(space.shape, lambda points: points + np.array(shift))
         free = shapely.difference(shape, shapely.union_all([taken, *asked]))
         if free.area < SMALLEST_ROOM_M2 or free.area < _FREE * shape.area:
+            continue
+        if any(shapely.contains_xy(shape, *place) for place in closed):
             continue
         asked.append(shape)
         point = shape.representative_point()

@@ -317,6 +317,8 @@ def decision_history(name: str, decisions: DecisionStore, judged: PlanDecisions 
     return {"judged": said, "seen": latest.number if latest else 0, "history": steps[-_STEPS:]}
 
 
+_DENIED: Final = frozenset({"no_door", "window", "no_room", "outside"})
+"""Words that say of a place what is not there: it is not asked about again."""
 _KEPT: Final = 32
 """So many corrected plans stay in memory: an undo finds the one before it."""
 
@@ -381,7 +383,7 @@ class Review:
             return {**_nothing(name, shown), "rejected": self.rejected.get(name, ""), **common}
         told = self.told(plan, table, shown)
         effects = said_corrections(plan, told)
-        closed = [tuple(each["points"][0]) for each in effects if each["word"] in {"no_door", "window"}]
+        closed = [tuple(each["points"][0]) for each in effects if each["word"] in _DENIED]
         return {
             **plan_facts(told.plan),
             "rejected": "" if is_plan else self.rejected.get(name, ""),

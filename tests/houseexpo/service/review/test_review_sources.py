@@ -217,3 +217,4 @@ def test_a_space_that_was_left_out_is_asked_about() -> None:
         )
     )
     assert asked_of(plan, view) == ["cut", "space"]  # the other one is a room of the plan
+    assert asked_of(plan, view, (9.0, 2.0)) == ["cut"]  # somebody has said that it is none
