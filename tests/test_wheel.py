@@ -105,7 +105,7 @@ def test_the_commands_run_outside_the_repository(installed: Path, tmp_path: Path
     assert str(installed.parent) in where
     assert "build" in call(installed / "houseexpo", "--help", cwd=tmp_path)
     said = call(installed / "houseexpo", "build", houses, "procedural:2", "--out", "built", cwd=tmp_path)
-    assert "3 plans from 3 houses" in said
+    assert "4 plans from 3 houses" in said
     assert (tmp_path / "built" / "json" / "villa.json").exists()
     assert "0 findings" in call(installed / "houseexpo", "validate", "built", cwd=tmp_path)
     assert "train" in call(installed / "houseexpo", "split", "built", cwd=tmp_path)

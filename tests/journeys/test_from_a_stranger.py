@@ -37,7 +37,7 @@ TRAPS = (
 @pytest.fixture
 def hostile(tmp_path: Path) -> Path:
     """The stranger's folder: ``homes``, ``homes.zip``, and traps in it and beside it."""
-    run_build([Path("procedural:3")], tmp_path / "made", seed=3, plan=plan_level)
+    run_build([Path("procedural:2")], tmp_path / "made", seed=3, plan=plan_level)
     export(open_dataset(tmp_path / "made"), "json", tmp_path / "sent")
     secret = tmp_path / "secret.txt"
     secret.write_text("the secret\n")

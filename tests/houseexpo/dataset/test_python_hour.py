@@ -30,7 +30,7 @@ from tests.builders.needs import need
 @pytest.fixture(scope="module")
 def plans(tmp_path_factory: pytest.TempPathFactory) -> Dataset:
     folder = tmp_path_factory.mktemp("hour") / "homes"
-    run_build([Path("procedural:4")], folder, seed=3, plan=plan_level)
+    run_build([Path("procedural:3")], folder, seed=3, plan=plan_level)
     return open_dataset(folder)
 
 
@@ -46,7 +46,7 @@ def test_a_script_without_a_main_guard_builds(tmp_path: Path) -> None:
         [sys.executable, "script.py"], cwd=tmp_path, capture_output=True, text=True, check=False, timeout=120
     )
     assert done.returncode == 0, done.stderr
-    assert done.stdout.splitlines() == ["once", "2 0"]
+    assert done.stdout.splitlines() == ["once", "3 0"]
 
 
 def test_build_names_what_it_was_not_given(tmp_path: Path) -> None:
