@@ -23,7 +23,7 @@ from typing import Final, TypeVar
 
 _WRITE_S: Final = 2.0  # seconds between two writes
 _TIMEOUT_S: Final = 60.0  # seconds that another process may hold the file
-_MOST_BYTES: Final = 4_000_000_000  # worlds of 35,000 plans at one resolution take 70 MB
+_FILE_BYTES: Final = 4_000_000_000  # worlds of 35,000 plans at one resolution take 70 MB
 _CHECKSUM_BYTES: Final = 4
 _Entries = dict[tuple[str, bytes], bytes]
 _INHERITED: Final[list[sqlite3.Connection]] = []
@@ -131,7 +131,7 @@ def _insert(database: sqlite3.Connection, entries: _Entries) -> bool:
     rows = ((name, key, _checked(value)) for (name, key), value in entries.items())
     with database:
         database.executemany("INSERT OR REPLACE INTO entries VALUES (?, ?, ?)", rows)
-        if _used_bytes(database) > _MOST_BYTES:  # R5
+        if _used_bytes(database) > _FILE_BYTES:  # R5
             database.execute("DELETE FROM entries WHERE rowid <= (SELECT (min(rowid) + max(rowid)) / 2 FROM entries)")
     return True
 

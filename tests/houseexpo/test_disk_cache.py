@@ -128,7 +128,7 @@ def test_a_read_only_folder_is_read(file: Path) -> None:
 
 
 def test_the_oldest_half_goes_when_the_file_is_too_large(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(disk_cache, "_MOST_BYTES", 100_000)
+    monkeypatch.setattr(disk_cache, "_FILE_BYTES", 100_000)
     cache = DiskCache(file)
     for n in range(100):
         cache.write("a", {n.to_bytes(): bytes(5000)})
