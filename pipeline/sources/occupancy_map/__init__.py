@@ -50,6 +50,7 @@ from pipeline.geometry.areas import (
     polygons_of,
     smooth_edges,
 )
+from pipeline.geometry.openings import ClosedBy, Opening
 from pipeline.geometry.straighten import straighten_outlines
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.drawn_storeys import Hole, walls_around
@@ -160,11 +161,11 @@ def _storey(found: RobotMap, name: str) -> DrawnStorey:
     )
     edges = _Edges.of_cells(parts.cell_m) if found.walls_only else _Edges()
     height_m = found.occupancy.shape[0] * found.resolution_m
-    slots = [_Slot.of(way, parts.cell_m, height_m) for way in parts.ways]
-    rooms = _outlines(parts, slots, height_m, edges)
+    openings = [_opening_of(way, parts.cell_m, height_m) for way in parts.ways]
+    rooms = _outlines(parts, openings, height_m, edges)
     if not rooms.keys() - parts.outside:
         raise _no_room(name, "none")
-    outlines, holes = _flatten_doorways(slots, rooms, parts.outside)
+    outlines, holes = _flatten_doorways(openings, rooms, parts.outside)
     if not found.walls_only:
         outlines = _with_seen_walls(outlines, free, occupied, found.resolution_m)
         holes += _entrances(outlines, holes, free, occupied, found.resolution_m)
@@ -232,45 +233,36 @@ def _frame_in_map(frame: Frame, found: RobotMap) -> Frame:
     return replace(frame, matrix=((a, b, c), (d, e, f)))
 
 
-@dataclass(frozen=True, eq=False)
-class _Slot:
-    """The place of a way in metres, y up: as wide as the way or a narrow door, as deep as the wall at its jambs.
+def _opening_of(way: RoomConnection, cell_m: float, height_m: float) -> Opening:
+    """Return a way in metres, y up: as wide as it is or a narrow door, as deep as the wall at its jambs.
 
-    ``middle``, the direction ``across`` in which one walks, and half the way from jamb to jamb, ``half``, are (2,).
+    Its sides are the numbers of the rooms.
     """
+    a, b = way.jambs * (cell_m, -cell_m) + (0.0, height_m)
+    length = float(np.hypot(*(b - a)))
+    along = (b - a) / max(length, 1e-9)
+    spread = along * max(NARROWEST_MAP_DOOR_M - length, 0.0) / 2
+    a, b = a - spread, b + spread
+    depth = float(np.clip(way.thick_m, MAP_WALL_M, THICKEST_M))
+    deep = np.array([-along[1], along[0]]) * depth / 2
+    shape = Polygon([a - deep, b - deep, b + deep, a + deep])
+    middle, width = np.asarray(shape.centroid.coords[0]), float(np.hypot(*(b - a)))
+    closed_by: ClosedBy = "door" if way.width_m < DOOR_M else "opening"
+    return Opening(middle, along, width, depth, way.rooms, polygon=shape, closed_by=closed_by)
 
-    rooms: tuple[int, int]
-    shape: Polygon
-    middle: Floats
-    across: Floats
-    half: Floats
-    has_door: bool
 
-    @classmethod
-    def of(cls, way: RoomConnection, cell_m: float, height_m: float) -> _Slot:
-        """Return the place of a way."""
-        a, b = way.jambs * (cell_m, -cell_m) + (0.0, height_m)
-        length = float(np.hypot(*(b - a)))
-        along = (b - a) / max(length, 1e-9)
-        spread = along * max(NARROWEST_MAP_DOOR_M - length, 0.0) / 2
-        a, b = a - spread, b + spread
-        across = np.array([-along[1], along[0]])
-        deep = across * float(np.clip(way.thick_m, MAP_WALL_M, THICKEST_M)) / 2
-        shape = Polygon([a - deep, b - deep, b + deep, a + deep])
-        middle, half = np.asarray(shape.centroid.coords[0]), along * float(np.hypot(*(b - a))) / 2
-        return cls(way.rooms, shape, middle, across, half, way.width_m < DOOR_M)
+def _between(opening: Opening, low: float, high: float, beside_m: float = 0.0) -> Polygon:
+    """Return the rectangle from ``low`` to ``high`` across an opening, ``beside_m`` wider than it on both sides."""
+    half = opening.along * (opening.width / 2 + beside_m)
+    near, far = opening.centre + low * opening.across, opening.centre + high * opening.across
+    found: Polygon = shapely.polygons(np.array([near - half, near + half, far + half, far - half]))
+    return found
 
-    def between(self, low: float, high: float, beside_m: float = 0.0) -> Polygon:
-        """Return the rectangle from ``low`` to ``high`` across it, and ``beside_m`` wider than it on both sides."""
-        half = self.half * (1.0 + beside_m / float(np.hypot(*self.half)))
-        near, far = self.middle + low * self.across, self.middle + high * self.across
-        found: Polygon = shapely.polygons(np.array([near - half, near + half, far + half, far - half]))
-        return found
 
-    def hole(self, low: float, high: float) -> Hole:
-        """Return it as a hole through a wall from ``low`` to ``high``."""
-        x, y = self.across.tolist()
-        return Hole(self.between(low, high), 0.0, DOOR_HEIGHT_M, self.has_door, (x, y))
+def _hole(opening: Opening, low: float, high: float) -> Hole:
+    """Return an opening as a hole through a wall from ``low`` to ``high``."""
+    x, y = opening.across.tolist()
+    return Hole(_between(opening, low, high), 0.0, DOOR_HEIGHT_M, opening.has_door, (x, y))
 
 
 @dataclass(frozen=True)
@@ -295,9 +287,9 @@ class _Edges:
         )
 
 
-def _outlines(parts: Segmentation, slots: list[_Slot], height_m: float, edges: _Edges) -> dict[int, Polygon]:
+def _outlines(parts: Segmentation, openings: list[Opening], height_m: float, edges: _Edges) -> dict[int, Polygon]:
     """R1, R2: return the rooms by their numbers, none nearer to another than a wall."""
-    doorways = np.array([slot.shape for slot in slots], np.object_)
+    doorways = np.array([each.polygon for each in openings], np.object_)
     places = shapely.STRtree(doorways)
     raw = {}
     for number, (rows, cols) in sorted(label_boxes(parts.rooms)):
@@ -356,23 +348,23 @@ def _smooth(whole: BaseGeometry, edges: _Edges) -> BaseGeometry:
 
 
 def _flatten_doorways(
-    slots: list[_Slot], rooms: dict[int, Polygon], outside: frozenset[int]
+    openings: list[Opening], rooms: dict[int, Polygon], outside: frozenset[int]
 ) -> tuple[list[Polygon], list[Hole]]:
     """Return the rooms with flat faces on both sides of each doorway, and the doorways from face to face (R1, R5).
 
     What a room has behind the face of the other one, as far as a step, is the other's: else a sliver of it would lie
     between the doorway and the room into which that leads.
     """
-    rooms, holes = dict(rooms), list[tuple[_Slot, float, float]]()
-    for drawn in slots:
-        if outside.issuperset(drawn.rooms):
+    rooms, holes = dict(rooms), list[tuple[Opening, float, float]]()
+    for drawn in openings:
+        if outside.issuperset(drawn.sides):
             continue
-        slot = _moved_from_corner(drawn, rooms)
-        sides = [rooms[number] for number in slot.rooms if number in rooms]
-        spans = [span for side in sides if (span := _reach(slot, side)) is not None]
+        opening = _moved_from_corner(drawn, rooms)
+        sides = [rooms[number] for number in opening.sides if number in rooms]
+        spans = [span for side in sides if (span := _reach(opening, side)) is not None]
         if len(spans) < 2:
             continue
-        (one, first), (other, second) = sorted(zip(spans, slot.rooms, strict=True))
+        (one, first), (other, second) = sorted(zip(spans, opening.sides, strict=True))
         low, high = one[1], other[0]
         if high - low < MAP_WALL_M:  # R2
             low, high = (low + high - MAP_WALL_M) / 2, (low + high + MAP_WALL_M) / 2
@@ -380,72 +372,71 @@ def _flatten_doorways(
             (first, (one[0] - FACE_DEPTH_M, low), (low, high + FACE_DEPTH_M)),
             (second, (high, other[1] + FACE_DEPTH_M), (low - FACE_DEPTH_M, high)),
         ):
-            step = slot.between(*span) if span[1] - span[0] > ROUNDING_M else Polygon()
+            step = _between(opening, *span) if span[1] - span[0] > ROUNDING_M else Polygon()
             with_step = drop_lines_and_points(shapely.union(rooms[number], step, grid_size=ROUNDING_M))
-            whole = shapely.difference(with_step, slot.between(*beyond, WALL_GOES_ON_M), grid_size=ROUNDING_M)
+            whole = shapely.difference(with_step, _between(opening, *beyond, WALL_GOES_ON_M), grid_size=ROUNDING_M)
             rooms[number] = max(polygons_of(whole), key=lambda piece: piece.area, default=rooms[number])
         if first in outside:
             low = high - OUTER_WALL_M - FACE_DEPTH_M  # R5: the wall that is put around the rooms, and a step out of it
         elif second in outside:
             high = low + OUTER_WALL_M + FACE_DEPTH_M
-        holes.append((replace(slot, rooms=(first, second)), low, high))
+        holes.append((replace(opening, sides=(first, second)), low, high))
     inside = [number for number in rooms if number not in outside]
     kept = dict(zip(inside, _keep_apart([rooms[number] for number in inside]), strict=True))
-    strips = [slot.between(low, high) for slot, low, high in holes]
+    strips = [_between(opening, low, high) for opening, low, high in holes]
     pairs = shapely.STRtree(strips).query(strips, predicate="dwithin", distance=HAND_M) if strips else np.zeros((2, 0))
     beside = [pairs[1][pairs[0] == k].tolist() for k in range(len(strips))]
     cut: dict[int, Hole] = {}
-    for k in sorted(range(len(holes)), key=lambda k: -float(np.hypot(*holes[k][0].half))):
-        slot, low, high = holes[k]
-        sides = [kept.get(number) for number in slot.rooms]
-        hole = _as_wide_as_both(slot, low, high, sides, [cut[j].shape for j in beside[k] if j in cut])
+    for k in sorted(range(len(holes)), key=lambda k: -holes[k][0].width):
+        opening, low, high = holes[k]
+        sides = [kept.get(number) for number in opening.sides]
+        hole = _as_wide_as_both(opening, low, high, sides, [cut[j].shape for j in beside[k] if j in cut])
         if hole is not None:
             cut[k] = hole
     return list(kept.values()), [cut[k] for k in sorted(cut)]
 
 
-def _moved_from_corner(slot: _Slot, rooms: dict[int, Polygon]) -> _Slot:
-    """R9: return a slot as narrow as a door may be, moved by its width at most to where both rooms are beside it."""
-    half = float(np.hypot(*slot.half))
-    if half > NARROWEST_MAP_DOOR_M / 2 + ROUNDING_M or not rooms.keys() >= set(slot.rooms):
-        return slot
-    along = slot.half / half
-    around = slot.between(-THICKEST_M, THICKEST_M, NARROWEST_MAP_DOOR_M)
-    one, other = (_spans_along(shapely.intersection(rooms[k], around), slot.middle, along) for k in slot.rooms)
+def _moved_from_corner(opening: Opening, rooms: dict[int, Polygon]) -> Opening:
+    """R9: return an opening as narrow as a door may be, moved by its width at most to where both rooms lie beside."""
+    half, along = opening.width / 2, opening.along
+    if half > NARROWEST_MAP_DOOR_M / 2 + ROUNDING_M or not rooms.keys() >= set(opening.sides):
+        return opening
+    around = _between(opening, -THICKEST_M, THICKEST_M, NARROWEST_MAP_DOOR_M)
+    one, other = (_spans_along(shapely.intersection(rooms[k], around), opening.centre, along) for k in opening.sides)
     moves = [min(max(0.0, low + half), high - half) for low, high in _shared_spans(one, other) if high - low > 2 * half]
-    return replace(slot, middle=slot.middle + along * min(moves, key=abs)) if moves else slot
+    return replace(opening, centre=opening.centre + along * min(moves, key=abs)) if moves else opening
 
 
 def _as_wide_as_both(
-    slot: _Slot, low: float, high: float, sides: list[Polygon | None], wider: list[Polygon]
+    opening: Opening, low: float, high: float, sides: list[Polygon | None], wider: list[Polygon]
 ) -> Hole | None:
     """R9: return the doorway from ``low`` to ``high`` between the first and the second side, None for outside.
 
     Return None if nothing is left of it beside doorways that are ``wider``.
     """
-    full = float(np.hypot(*slot.half))
-    along = slot.half / full
-    lanes = [slot.middle + face * slot.across for face in (low - CRACK_M, high + CRACK_M)]
+    full, along = opening.width / 2, opening.along
+    lanes = [opening.centre + face * opening.across for face in (low - CRACK_M, high + CRACK_M)]
     spans = [(-full, full)]
     for side, middle in zip(sides, lanes, strict=True):
         if side is not None:
-            lane = shapely.linestrings([middle - slot.half, middle + slot.half])
+            lane = shapely.linestrings([middle - full * along, middle + full * along])
             spans = _shared_spans(spans, _spans_along(shapely.intersection(side, lane), middle, along))
     start, end = max(spans, key=_length, default=(0.0, 0.0))
     if end - start < NARROWEST_PART_M:  # what one sees in the map is still a way
         spans, start, end = [(-full, full)], -full, full
-    near = _near(wider, slot.between(low - CRACK_M, high + CRACK_M), TWICE * CRACK_M)
+    whole = _between(opening, low - CRACK_M, high + CRACK_M)
+    near = _near(wider, whole, TWICE * CRACK_M)
     if len(near):
         around = shapely.union_all(buffer_mitred(near, TWICE * CRACK_M))
-        taken = _spans_along(shapely.intersection(around, slot.between(low - CRACK_M, high + CRACK_M)), lanes[0], along)
+        taken = _spans_along(shapely.intersection(around, whole), lanes[0], along)
         edges = [-np.inf, *(edge for span in sorted(taken) for edge in span), np.inf]
         spans = _shared_spans(spans, list(zip(edges[::2], edges[1::2], strict=True)))
         start, end = max(spans, key=_length, default=(0.0, 0.0))
         if end - start < NARROWEST_PART_M:
             return None
     if end - start > 2 * full - ROUNDING_M:
-        return slot.hole(low, high)
-    return replace(slot, middle=slot.middle + along * (start + end) / 2, half=along * (end - start) / 2).hole(low, high)
+        return _hole(opening, low, high)
+    return _hole(opening.part_between(start, end), low, high)
 
 
 def _spans_along(shape: BaseGeometry, start: Floats, along: Floats) -> list[tuple[float, float]]:
@@ -483,15 +474,15 @@ def _near(others: list[Polygon], room: Polygon, distance_m: float) -> npt.NDArra
     return rooms[shapely.dwithin(rooms, room, distance_m)] if others else rooms
 
 
-def _reach(slot: _Slot, room_: Polygon) -> tuple[float, float] | None:
+def _reach(opening: Opening, room_: Polygon) -> tuple[float, float] | None:
     """Where the near edge of a room is, across from the middle of a way, in metres: the least and the greatest."""
-    starts = slot.middle + np.array([[-0.9], [0.0], [0.9]]) * slot.half
+    starts = opening.centre + np.array([[-0.9], [0.0], [0.9]]) * opening.along * opening.width / 2
     lanes = shapely.linestrings(
-        np.stack([starts - WAY_REACH_M * slot.across, starts + WAY_REACH_M * slot.across], axis=1)
+        np.stack([starts - WAY_REACH_M * opening.across, starts + WAY_REACH_M * opening.across], axis=1)
     )
     parts, lane = shapely.get_parts(shapely.intersection(room_, lanes), return_index=True)
     points, part = shapely.get_coordinates(parts, return_index=True)
-    away = dot_product(points - starts[lane[part]], slot.across)
+    away = dot_product(points - starts[lane[part]], opening.across)
     met: dict[int, list[tuple[float, float]]] = {}
     for k in np.unique(part).tolist():
         of_part = away[part == k]

@@ -18,7 +18,7 @@ from houseexpo.grids.frame import source_points_from_plan
 from pipeline.config import PipelineConfig
 from pipeline.rejection import Reason
 from pipeline.sources import find, reader
-from pipeline.sources.occupancy_map import _flatten_doorways, _Slot
+from pipeline.sources.occupancy_map import _flatten_doorways, _opening_of
 from pipeline.sources.occupancy_map.gaps import find_gaps
 from pipeline.sources.occupancy_map.rays import fill_between_rays
 from pipeline.sources.occupancy_map.rooms import RoomConnection
@@ -529,7 +529,7 @@ def test_no_sliver_of_a_room_lies_behind_its_doorway() -> None:
     above = shapely.union_all(
         [shapely.box(0, 2.2, 4, 4), shapely.box(2.3, 1.9, 4, 2.2), shapely.box(1.9, 1.9, 2.3, 1.95)]
     )
-    slot = _Slot.of(RoomConnection((1, 2), np.array([[10.0, 19.0], [20.0, 19.0]]), 1.0, 0.2), 0.1, 4.0)
+    slot = _opening_of(RoomConnection((1, 2), np.array([[10.0, 19.0], [20.0, 19.0]]), 1.0, 0.2), 0.1, 4.0)
     (low, high), (hole,) = _flatten_doorways([slot], {1: below, 2: above}, frozenset())
     assert not shapely.intersects(shapely.box(0.95, 1.96, 2.05, 1.99), high)
     for room, y in ((low, 1.99), (high, 2.21)):
@@ -548,7 +548,7 @@ def test_doorways_do_not_meet_and_one_on_a_wider_one_is_left_out() -> None:
         ((1, 3), (6.0, 20.0), (20.5, 20.0)),
         ((1, 3), (9.0, 20.0), (15.0, 20.0)),
     )
-    slots = [_Slot.of(RoomConnection(pair, np.array(ends), 1.0, 0.2), 0.1, 4.0) for pair, *ends in ways]
+    slots = [_opening_of(RoomConnection(pair, np.array(ends), 1.0, 0.2), 0.1, 4.0) for pair, *ends in ways]
     _, holes = _flatten_doorways(slots, rooms, frozenset())
     upright, level = (hole.shape for hole in holes)
     assert not shapely.dwithin(upright, level, 0.03)
