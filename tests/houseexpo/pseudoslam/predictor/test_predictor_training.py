@@ -16,6 +16,7 @@ from houseexpo.commands.train import train
 from houseexpo.dataset import open_dataset
 from houseexpo.errors import ConfigError, TrainingError
 from houseexpo.inference.map_prediction import NUMBERS, Network, read_network
+from houseexpo.pseudoslam.benchmark.prediction import find_predictor, score_prediction
 from houseexpo.pseudoslam.predictor import training
 from houseexpo.pseudoslam.predictor.training import (
     CELLS,
@@ -170,3 +171,17 @@ def test_the_command_trains_a_predictor_and_refuses_what_is_not_for_it(tmp_path:
     assert read_network(out / "predictor.npz")[1]["steps"] == 1
     refused = CliRunner().invoke(app, ["predictor", str(plans), "--motion", "discrete", "--out", str(tmp_path / "b")])
     assert "leave out --motion and --threads" in str(refused.exception)
+
+
+def test_the_network_that_comes_with_the_project_beats_closed_gaps_in_houses() -> None:
+    found: list[tuple[float, float, float]] = []
+    for seed in range(3):
+        one = explore_house(two_rooms("a", 5.0 + seed), None, np.random.default_rng([5, seed]))
+        occupied = 1 - one.unpack(one.free)
+        for seen, open_ in one.maps[:4]:
+            known = (255 * one.unpack(seen) + 127 * one.unpack(open_)).astype(np.uint8)
+            if (known == 0).any():
+                predictors = (find_predictor(name, 10.0) for name in ("network", "lines", "free"))
+                found.append(tuple(score_prediction(predict(known), known, occupied).iou for predict in predictors))  # type: ignore[arg-type]
+    network, lines, free = np.mean(found, axis=0)
+    assert network > max(lines, free) + 0.02
