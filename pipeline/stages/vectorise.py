@@ -182,13 +182,14 @@ def _door(k: int, passage: Opening, segment: list[list[float]], ring: Points, ro
 def _boxes(
     level: Level, named: tuple[NamedRoom, ...], shapes: list[Polygon], shift: Points
 ) -> dict[str, tuple[Box, ...]]:
-    """Return boxes by label: the source's own if it has any, else those of the rooms."""
+    """Return boxes by label: the source's own if it has any, else those of the rooms; none without an extent."""
     boxes: dict[str, list[Box]] = {}
     own = [(label, room.box) for room in level.rooms if room.box is not None for label in room.labels]
     found = own or [(label, s.bounds) for name, s in zip(named, shapes, strict=True) for label in name.labels]
     for label, box in found:
         low, high = np.round(np.array(box[:2]) + shift, 2), np.round(np.array(box[2:]) + shift, 2)
-        boxes.setdefault(label, []).append((float(low[0]), float(low[1]), float(high[0]), float(high[1])))
+        if (low < high).all():
+            boxes.setdefault(label, []).append((float(low[0]), float(low[1]), float(high[0]), float(high[1])))
     return {label: tuple(sorted(found)) for label, found in sorted(boxes.items())}
 
 

@@ -140,7 +140,9 @@ def test_the_frame_leads_back_to_the_source(shift: tuple[float, float]) -> None:
 
 def test_boxes_of_labels_are_the_sources_own_where_it_has_them() -> None:
     own = SourceRoom(("bedroom",), ("Bedroom",), box=(-0.2, -0.2, 4.2, 3.2))
-    assert plan_from([LEFT, RIGHT], passage(), rooms=(own,)).room_category == {"Bedroom": ((-0.1, -0.1, 4.3, 3.3),)}
+    line = SourceRoom(("kitchen",), ("Kitchen",), box=(1.0, 2.0, 3.0, 2.004))
+    plan = plan_from([LEFT, RIGHT], passage(), rooms=(own, line))
+    assert plan.room_category == {"Bedroom": ((-0.1, -0.1, 4.3, 3.3),)}
     assert plan_from([LEFT, RIGHT], passage()).room_category == {"Kitchen": ((4.3, 0.1, 7.3, 3.1),)}
 
 
