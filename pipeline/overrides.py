@@ -120,7 +120,7 @@ def load_overrides(
         return first
     if own.is_symlink():
         raise ConfigError(f"{own}: expected a file, found a link, which is not followed; name it with --overrides")
-    second = _with_authors(_read(own), own) if own.is_file() else {}
+    second = _read(own) if own.is_file() else {}
     for name in sorted(set(first) & set(second)):
         if (first[name].keep, first[name].drop) == (second[name].drop, second[name].keep) != (False, False):
             said = "drop" if second[name].drop else "keep"
@@ -173,7 +173,7 @@ def with_authors(plan: FloorPlan, overrides: Mapping[str, Override]) -> FloorPla
 
 
 def _read(path: Path) -> Mapping[str, Override]:
-    return {name: _override(name, table, path) for name, table in sorted(read_toml(path).items())}
+    return _with_authors({name: _override(name, table, path) for name, table in sorted(read_toml(path).items())}, path)
 
 
 def _override(name: str, table: Any, path: Path) -> Override:

@@ -61,8 +61,9 @@ def test_an_artists_house_is_corrected_once(tmp_path: Path, monkeypatch: pytest.
     assert after.quality is not None
     assert after.quality.score > before.quality.score + 0.2
 
-    # Next month: a new folder, and the same decisions. One house: they hold for the file alone, too.
+    # Next month: a new folder, the same decisions, and who made them. One house: they hold for the file alone, too.
     shutil.copy("plans/art/overrides.toml", "decisions.toml")
+    shutil.copy("plans/art/overrides.log.jsonl", "decisions.log.jsonl")
     build("art", "plans/later", "--overrides", "decisions.toml")
     assert open_dataset("plans/later").raw(name) == open_dataset("plans/art").raw(name)
     build("art/bungalow.glb", "plans/alone", "--overrides", "decisions.toml")

@@ -106,7 +106,7 @@ def test_a_broken_plan_is_counted_and_named_and_the_others_count(folder: Path, t
     assert [line.partition(":")[0] for line in values["broken"]] == ["cut_off.json", "twin.json"]
     assert values["splits"]["train"]["listed"] == 4
     assert "left out, cannot be read: 2 plans" in said
-    assert "twin.json: id: expected an id of its own, found that of h0.json" in said
+    assert "'h0' in h0.json, too" in said
     assert "cannot be read: 2." in (tmp_path / "report.html").read_text()
 
 

@@ -13,7 +13,7 @@ from typer.testing import CliRunner
 pytest.importorskip("starlette")
 
 from houseexpo.commands import review as command
-from houseexpo.errors import NO_PLAN, ConfigError
+from houseexpo.errors import ConfigError
 from houseexpo.service.service import Service
 from tests.builders.examples import FOLDER
 from tests.builders.services import built, published, some_plans
@@ -98,12 +98,12 @@ def test_a_folder_is_built_where_out_says(tmp_path: Path, cache: Path, started: 
 
 
 @pytest.mark.slow
-def test_a_house_that_gives_no_plan_is_said_with_the_reason(tmp_path: Path, started: list[Service]) -> None:
+def test_a_house_that_gives_no_plan_is_said_with_the_reason_and_opened(tmp_path: Path, started: list[Service]) -> None:
     (tmp_path / "broken.glb").write_bytes(b"glTF" + b"\0" * 40)
     result = run(tmp_path / "broken.glb", "--workers", 1)
-    assert result.exit_code == NO_PLAN
-    assert "broken: " in result.output
-    assert not started
+    assert result.exit_code == 0, result.output
+    assert "broken: unreadable" in result.output
+    assert [list(service.collections) for service in started] == [["broken"]]
 
 
 def test_the_browser_is_opened_where_there_is_one(
