@@ -41,6 +41,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from houseexpo.configuration import config_from_mapping, name_in_config_errors, read_toml
+from houseexpo.corrections.decision_log import DecisionLog
 from houseexpo.corrections.vocabulary import (
     FILE_WORDS,
     NAME,
@@ -56,7 +57,6 @@ from houseexpo.dataset.store.folders import overrides_path
 from houseexpo.errors import ConfigError
 from houseexpo.floorplan import FloorPlan
 from houseexpo.plan import Frame
-from houseexpo.service.review.log import DecisionLog
 from pipeline.config import PipelineConfig
 from pipeline.config_file import convert_to_type
 from pipeline.geometry.meshes import NO_MESH

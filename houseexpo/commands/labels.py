@@ -21,8 +21,11 @@ def labels(
     import msgspec
 
     from houseexpo.commands.printing import make_console
+    from houseexpo.commands.serve import require_service
     from houseexpo.dataset.storey_labels import StoreyLabels
     from houseexpo.outputs import CommandOutput
+
+    require_service("labels")
     from houseexpo.service.collection import open_collections
     from houseexpo.service.review.labels import review_labels
     from houseexpo.words import count_noun

@@ -72,6 +72,17 @@ def serve(
         run_service(service, listening)
 
 
+def require_service(command: str) -> None:
+    """Raise MissingDependencyError, which names the command, if a package of the extra ``serve`` is missing."""
+    try:
+        import starlette  # noqa: F401
+        import uvicorn  # noqa: F401
+    except ImportError as error:
+        from houseexpo.errors import MissingDependencyError, install_command
+
+        raise MissingDependencyError(f"{command} needs {error.name}: {install_command('serve')}") from None
+
+
 @contextmanager
 def listening_service(
     host: str, port: int, *, with_token: bool, **choices: Any
@@ -85,13 +96,7 @@ def listening_service(
     ConfigError
         The address cannot be used.
     """
-    try:
-        import starlette  # noqa: F401
-        import uvicorn  # noqa: F401
-    except ImportError as error:
-        from houseexpo.errors import MissingDependencyError, install_command
-
-        raise MissingDependencyError(f"serve needs {error.name}: {install_command('serve')}") from None
+    require_service("serve")
     from houseexpo.service.service import ServiceSettings, is_any_address, is_loopback
 
     token = "" if is_loopback(host) and not with_token else secrets.token_urlsafe(_TOKEN_BYTES)

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from houseexpo.corrections.decision_log import Action, LogLine
 from houseexpo.corrections.vocabulary import WORDS, Word, checked_values, word_values
 from houseexpo.errors import ConfigError
-from houseexpo.service.review.log import Action, LogLine
 
 
 class DecidedOtherwiseError(ConfigError):

@@ -28,6 +28,7 @@ from pathlib import Path
 from threading import RLock
 from typing import Any
 
+from houseexpo.corrections.decision_log import Action, DecisionLog, LogLine
 from houseexpo.corrections.vocabulary import Word
 from houseexpo.errors import ConfigError
 from houseexpo.files import PARTIAL, sync_folder, without_mark
@@ -39,7 +40,6 @@ from houseexpo.service.review.changes import (
     describe_log_line,
     replacement,
 )
-from houseexpo.service.review.log import Action, DecisionLog, LogLine
 from houseexpo.service.review.toml_edit import edit_table
 
 _SIZES = ("units", "scale", "distance", "storey_height")

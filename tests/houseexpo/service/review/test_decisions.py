@@ -11,10 +11,10 @@ from pathlib import Path
 import msgspec
 import pytest
 
+from houseexpo.corrections.decision_log import LogLine
 from houseexpo.errors import ConfigError
 from houseexpo.service.review.changes import DecidedOtherwiseError
 from houseexpo.service.review.decisions import DecisionStore
-from houseexpo.service.review.log import LogLine
 from tests.builders.services import clerk
 
 DOOR = [[1.0, 2.0], [1.0, 2.9]]
@@ -125,7 +125,7 @@ def test_killed_in_the_middle_it_is_done_or_not_in_both_places(
         raise SystemExit
 
     where = {
-        "before the line": "houseexpo.service.review.log.DecisionLog.add",
+        "before the line": "houseexpo.corrections.decision_log.DecisionLog.add",
         "after the line": "pathlib.Path.replace",
     }
     with monkeypatch.context() as patch:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +16,7 @@ from typer.testing import CliRunner
 from houseexpo import build
 from houseexpo.commands.app import make_app
 from houseexpo.dataset.storey_labels import StoreyLabels
+from houseexpo.errors import MissingDependencyError
 from houseexpo.floorplan import FloorPlan
 from houseexpo.grids.frame import source_points_from_plan
 from houseexpo.service.collection import Collection
@@ -108,3 +110,11 @@ def test_the_command_writes_what_the_fits_read(tmp_path: Path, monkeypatch: pyte
     rows = of_reviewed(Path(found.path), labels, None)
     rooms = [part for part in rows.plans[0].parts if part.part == "room"]
     assert sorted(part.true for part in rooms) == [False, *[True] * (len(plan.rooms) - 1)]
+
+
+def test_without_the_packages_of_the_service_the_command_names_the_extra(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "starlette", None)
+    result = CliRunner().invoke(make_app(), ["labels", str(tmp_path), "--out", str(tmp_path / "labels.jsonl")])
+    assert isinstance(result.exception, MissingDependencyError) or "labels needs starlette" in result.output
