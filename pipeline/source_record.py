@@ -63,7 +63,7 @@ _OFF_M: Final = 0.0007
 _SLAB_M: Final = 0.05
 """Points this near to a section's height are in it, metres: a scan has one each centimetre or two."""
 ROOF_M: Final = 2.0
-SIDE_PX: Final = 1400
+SOURCE_SIDE_PX: Final = 1400
 """The longer side of a section: 1.4 cm in a house of 20 m."""
 TOP_PX: Final = 700
 _TOP_SAMPLES: Final = 1_500_000
@@ -71,12 +71,12 @@ _TOP_SAMPLES: Final = 1_500_000
 _ROUND_M: Final = 1.0
 """What lies so near to the walls is shown too, metres."""
 _FINE_M: Final = 0.01
-_SAME_M: Final = 0.3
+_SAME_PLACE_M: Final = 0.3
 """Places nearer to each other are one."""
 _LEAST_M: Final = 0.3
 _COLOURS: Final = ((36, 90, 141), (196, 84, 30))
 _MOST_NAMES: Final = 400
-_MOST_CORNERS: Final = 40_000
+_MOST_SNAP_CORNERS: Final = 40_000
 """A browser that snaps to more of them is slow."""
 _UNITS: Final = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254, "ft": 0.3048}
 
@@ -179,7 +179,7 @@ def _simplified(walls: Sequence[Polygon]) -> list[BaseGeometry]:
     """Return walls to snap to, as fine as a browser takes them."""
     fine_m = _FINE_M
     found = [shapely.simplify(wall, fine_m) for wall in walls]
-    while sum(shapely.get_num_coordinates(found)) > _MOST_CORNERS and fine_m < _SAME_M:
+    while sum(shapely.get_num_coordinates(found)) > _MOST_SNAP_CORNERS and fine_m < _SAME_PLACE_M:
         fine_m *= 2
         found = [shapely.simplify(wall, fine_m) for wall in walls]
     return found
@@ -241,7 +241,7 @@ def _places(evidence: Evidence | None, layout: Layout | None) -> Iterator[Place]
     seen: list[Floats] = []
     for (kind, _), box in zip(kinds, boxes_around_polygons([polygon for _, polygon in kinds]), strict=True):
         centre = box.centre
-        if box.width < _LEAST_M or any(np.hypot(*(centre - other)) < _SAME_M for other in seen):
+        if box.width < _LEAST_M or any(np.hypot(*(centre - other)) < _SAME_PLACE_M for other in seen):
             continue
         seen.append(centre)
         half = box.along * box.width / 2
@@ -307,7 +307,7 @@ def _pictures(level: Level, item: Input, walls: Sequence[Polygon], *, is_plan: b
     if (top := _top_view(whole, bounds, ROOF_M)) is not None and not isinstance(whole, Prisms):
         yield top
     for height, colour in zip(SECTIONS_M, _COLOURS, strict=True):
-        sheet = _Sheet(bounds, SIDE_PX)
+        sheet = _Sheet(bounds, SOURCE_SIDE_PX)
         mask = _section(whole, height + _OFF_M, sheet)
         name, title = f"section_{height:g}".replace(".", "_"), f"Section at {height:g} m"
         yield sheet.masked(name, title, mask, colour)

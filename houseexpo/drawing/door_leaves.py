@@ -29,9 +29,9 @@ Points = npt.NDArray[np.float64]
 
 _ONE_LEAF_M: Final = 1.25  # widths of single doors end at 1.1 m, of double doors they begin at 1.3 m
 _TWO_LEAVES_M: Final = 2.4
-_STEPS: Final = 10  # of an arc; a chord is within 1% of the radius
+_ARC_STEPS: Final = 10  # of an arc; a chord is within 1% of the radius
 _AT_M: Final = 0.02  # a room this close to the wall's face begins there
-_SPARE: Final = 0.94  # what of the swing must be free: walls are drawn on a grid of 1 cm
+_FREE_SWING: Final = 0.94  # what of the swing must be free: walls are drawn on a grid of 1 cm
 _PASSAGES: Final = frozenset({"Hallway", "Hall", "Lobby", "Entryway"})
 _OUTDOORS: Final = frozenset({"Balcony", "Terrace", "Loggia"})
 _CUPBOARD_M2: Final = 1.5  # in a smaller room a person and a leaf do not fit
@@ -79,7 +79,7 @@ def door_leaves(plan: PlanData) -> dict[int, tuple[Leaf, ...]]:
         free = shapely.area(shapely.intersection(swings, [rooms[way.room][1] for way in ways]))
         taken = [sum(float(swing.intersection(other).area) for other in hung) for swing in swings]
         share = (free - taken) / shapely.area(swings)  # D2
-        best = max(range(len(ways)), key=lambda i: (8 * min(share[i] / _SPARE, 1.0) + ways[i].liked, -i))
+        best = max(range(len(ways)), key=lambda i: (8 * min(share[i] / _FREE_SWING, 1.0) + ways[i].liked, -i))
         leaves[door.id] = ways[best].leaves
         hung.append(swings[best])
     return leaves
@@ -142,7 +142,7 @@ def _liking(room: Room) -> float:
 
 
 def _leaf(hinge: Points, closed: Points, into: Points, width: float) -> Leaf:
-    angles = np.linspace(0, math.pi / 2, _STEPS + 1)[:, None]
+    angles = np.linspace(0, math.pi / 2, _ARC_STEPS + 1)[:, None]
     arc = hinge + width * (np.sin(angles) * closed + np.cos(angles) * into)
     return Leaf(hinge, arc[0], arc)
 

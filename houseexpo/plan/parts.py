@@ -37,7 +37,7 @@ SURE: Final = 0.8
 """A plan with a lower score is doubtful."""
 UNSURE: Final = 0.5
 """A room or door whose confidence is below this is more likely wrong than right; pictures show it as unsure."""
-_LONGEST_NAME: Final = 60  # letters of what a source calls a room: more are no name
+_LONGEST_ROOM_NAME: Final = 60  # letters of what a source calls a room: more are no name
 
 
 def signed_area(ring: npt.NDArray[np.float64]) -> float:
@@ -190,7 +190,7 @@ class Room(FrozenValue):
         """The label in words. A room without a label has the source's own words in a line, or "" where it has none."""
         if self.label != UNLABELLED:
             return self.label.replace("_", " ")
-        said = " / ".join(self.source_labels)[:_LONGEST_NAME].replace("_", " ")
+        said = " / ".join(self.source_labels)[:_LONGEST_ROOM_NAME].replace("_", " ")
         return " ".join("".join(letter if letter.isprintable() else " " for letter in said).split()).capitalize()
 
     @cached_property

@@ -26,10 +26,10 @@ from houseexpo.service.collection import Collection
 from houseexpo.service.review.session import Review
 from houseexpo.service.review.sources import SourceView
 
-_ALIKE: Final = 0.9
+_ALIKE_SHARE: Final = 0.9
 """Rooms with this share of their union in common are one."""
-_MOST: Final = 0.5
-_NEAR_M: Final = 0.35
+_MOST_OF_ROOM: Final = 0.5
+_NEAR_WAY_M: Final = 0.35
 """Passages nearer to each other are one, metres: as where a passage is found of a drawn truth."""
 
 
@@ -67,12 +67,12 @@ def labels_of(view: SourceView, told: FloorPlan, *, is_kept: bool) -> StoreyLabe
     new = [room for room in now if not _is_among(room, before)]
     said = [shape for room, shape in zip(told.rooms, now, strict=True) if room.confidence == 1.0]
     all_now = shapely.union_all(now)
-    unlike = [room for room in gone if room.intersection(all_now).area > _MOST * room.area]
-    no_rooms = [room for room in gone if not room.intersection(all_now).area > _MOST * room.area]
+    unlike = [room for room in gone if room.intersection(all_now).area > _MOST_OF_ROOM * room.area]
+    no_rooms = [room for room in gone if not room.intersection(all_now).area > _MOST_OF_ROOM * room.area]
     if is_kept:
         left = [_in_source(base, space.shape) for space in view.spaces]
         no_rooms += [
-            s for s in left if s.intersection(all_now).area < (1 - _ALIKE) * s.area and not _is_among(s, no_rooms)
+            s for s in left if s.intersection(all_now).area < (1 - _ALIKE_SHARE) * s.area and not _is_among(s, no_rooms)
         ]
     ways = [_middle(told, door.segment) for door in told.doors if door.kind != "cut"]
     old = [_middle(base, door.segment) for door in base.doors]
@@ -113,11 +113,11 @@ def _middle(plan: FloorPlan, segment: Sequence[Sequence[float]]) -> Place:
 
 
 def _is_near(place: Place, places: Sequence[Place]) -> bool:
-    return any(np.hypot(place[0] - x, place[1] - y) <= _NEAR_M for x, y in places)
+    return any(np.hypot(place[0] - x, place[1] - y) <= _NEAR_WAY_M for x, y in places)
 
 
 def _is_among(room: Polygon, rooms: Sequence[Polygon]) -> bool:
-    return any(room.intersection(other).area > _ALIKE * room.union(other).area for other in rooms)
+    return any(room.intersection(other).area > _ALIKE_SHARE * room.union(other).area for other in rooms)
 
 
 def _spaces(shapes: Sequence[Polygon]) -> list[Space]:

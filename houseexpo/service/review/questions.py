@@ -50,7 +50,7 @@ _SHOWN: Final = {"door": 0.55, "opening": 0.5, "lintel": 0.45, "gap": 0.3}
 """Doubt of a place without a passage by what the source shows there."""
 _FREE: Final = 0.8
 """A space of which less is free of rooms was not left out."""
-_WALL_M: Final = 0.6
+_WIDEST_WALL_M: Final = 0.6
 """A place in a wall of a room is so near to it, metres: half of the thickest wall."""
 _PASSAGE_M: Final = (0.6, 2.5)
 """The widths of what may be an opening, metres."""
@@ -236,14 +236,14 @@ def _places(
         line = LineString([(ax, ay), (bx, by)])
         if kind not in _SHOWN or not _PASSAGE_M[0] <= line.length <= _PASSAGE_M[1]:
             continue
-        way = np.array([ay - by, bx - ax]) / line.length * _WALL_M
+        way = np.array([ay - by, bx - ax]) / line.length * _WIDEST_WALL_M
         sides = [
             next((k for k, room in enumerate(rooms) if shapely.contains_xy(room, *at)), None)
             for at in (np.array([ax + bx, ay + by]) / 2 + sign * way for sign in (1, -1))
         ]
-        if sides[0] == sides[1] or any(door.distance(line.centroid) < _WALL_M for door in doors):
+        if sides[0] == sides[1] or any(door.distance(line.centroid) < _WIDEST_WALL_M for door in doors):
             continue
-        if shut is not None and shut.distance(line) < _WALL_M:
+        if shut is not None and shut.distance(line) < _WIDEST_WALL_M:
             continue
         at = round((ax + bx) / 2, 3), round((ay + by) / 2, 3)
         word = "entrance" if None in sides else "door"

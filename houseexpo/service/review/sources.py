@@ -32,7 +32,7 @@ from houseexpo.service.lru_cache import LruCache
 
 READ_S: Final = 300.0
 """The most time that reading a source may take: that of a house in a build."""
-_KEPT: Final = 8
+_KEPT_SOURCES: Final = 8
 _WORDS_SHOWN: Final = 400
 
 
@@ -114,7 +114,7 @@ class Sources:
     def __init__(self, commands: Callable[[], Sequence[Sequence[str]]]) -> None:
         """``commands`` returns those of the builds that made the data set, or raises ConfigError (R2)."""
         self._commands = commands
-        self._views: LruCache[SourceView] = LruCache(_KEPT)
+        self._views: LruCache[SourceView] = LruCache(_KEPT_SOURCES)
         self._latest: dict[str, SourceView] = {}
         self._failed: dict[tuple[str, bytes], str] = {}
         self._reading = Lock()
@@ -150,7 +150,7 @@ class Sources:
                 raise SourceError(str(error)) from None
             self._failed.pop(key, None)
             self._latest.pop(name, None)
-            self._latest = dict([*self._latest.items(), (name, view)][-_KEPT:])
+            self._latest = dict([*self._latest.items(), (name, view)][-_KEPT_SOURCES:])
             return self._views.get_or_make(key, lambda: view)
 
     def _record(self, name: str) -> SourceRecord:

@@ -56,7 +56,7 @@ _STRETCH: Final = 1.3
 """The largest ratio of the lengths of two rows that are made alike (L5)."""
 _ALIKE: Final = 0.12
 """Logarithm of the ratio of the lengths of rows that are alike before they are stretched."""
-_FORMS: Final = 6
+_TRIED_FORMS: Final = 6
 """So many forms are drawn until the rows fit."""
 _RECESS_M: Final = (1.6, 4.5)
 _EAT_IN_M2: Final = 10.5
@@ -131,7 +131,7 @@ def draw_days(programme: Programme, rng: np.random.Generator) -> list[Day]:
 
 def lay_out_rooms(programme: Programme, day: Day, rng: np.random.Generator) -> Layout | None:
     """Return one try of a layout, or None if the rooms do not fit together."""
-    for _ in range(_FORMS):
+    for _ in range(_TRIED_FORMS):
         rooms = _rooms(programme)
         form = _draw_form(programme, rooms, day, rng)
         rows = _share_out(rooms, form, rng)

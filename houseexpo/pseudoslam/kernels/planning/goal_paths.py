@@ -43,7 +43,7 @@ WAY, DONE, LOOKED = range(3)
 """The columns of ``GoalPaths.ways``: the distance to the goal as far as it is known, the one with which the corner's
 lines were followed, both in pixels, and whether the line to the goal has been looked at."""
 _EPS = 1e-7  # pixels by which a line may graze a cell because of rounding, and by which lengths may differ
-_AHEAD = 0.05  # of the longest line: how much longer ways are searched, so that few steps have to go on with it
+_AHEAD_SHARE = 0.05  # of the longest line: how much longer ways are searched, so that few steps have to go on with it
 
 
 class GoalPaths(NamedTuple):
@@ -193,7 +193,7 @@ def goal_distance_at(paths: GoalPaths, x: float, y: float) -> float:
     if is_straight(standing, from_x, from_y, size.goal_x, size.goal_y):
         return math.hypot(x - size.goal_x, y - size.goal_y)
     best, most = _best_by_corners(paths, from_x, from_y), math.hypot(from_x - size.goal_x, from_y - size.goal_y)
-    ahead = _AHEAD * size.reach_px
+    ahead = _AHEAD_SHARE * size.reach_px
     while best + _EPS > size.sure_px - math.hypot(from_x - size.from_x, from_y - size.from_y):
         most = (best if best < math.inf else most) + ahead
         ahead *= 2.0
