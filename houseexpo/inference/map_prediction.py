@@ -149,15 +149,20 @@ def predict_map(known: npt.ArrayLike, resolution_m: float = CELL_M, network: Net
     return PredictedMap(cells, walls, free)
 
 
+def check_cells(cells: Grid, what: str) -> None:
+    """Raise ConfigError, which begins with ``what``, if cells have other values than unknown, free and obstacle."""
+    strange = set(np.unique(cells).tolist()) - {UNKNOWN, FREE, OBSTACLE}
+    if strange:
+        raise ConfigError(
+            f"{what}: expected {UNKNOWN} (unknown), {FREE} (free) or {OBSTACLE} (obstacle), found {min(strange)}"
+        )
+
+
 def _check_map(known: npt.ArrayLike) -> Grid:
     cells = np.asarray(known)
     if cells.dtype != np.uint8 or cells.ndim != 2 or not cells.size:
         raise ConfigError(f"predict_map: expected a map (rows, cols) uint8, found {cells.dtype} {cells.shape}")
-    strange = set(np.unique(cells).tolist()) - {UNKNOWN, FREE, OBSTACLE}
-    if strange:
-        raise ConfigError(
-            f"predict_map: expected {UNKNOWN} (unknown), {FREE} (free) or {OBSTACLE} (obstacle), found {min(strange)}"
-        )
+    check_cells(cells, "predict_map")
     return cells
 
 

@@ -27,7 +27,7 @@ import numpy as np
 import numpy.typing as npt
 
 from houseexpo.errors import ConfigError
-from houseexpo.inference.map_prediction import predict_map
+from houseexpo.inference.map_prediction import check_cells, predict_map
 from houseexpo.pseudoslam.benchmark.measures import Metric, Values
 from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE, UNKNOWN
 from houseexpo.words import suggest_name
@@ -194,11 +194,7 @@ def check_predicted_map(found: object, shape: tuple[int, ...]) -> Grid:
     if not isinstance(found, np.ndarray) or found.dtype != np.uint8 or found.shape != shape:
         was = f"{found.dtype} {found.shape}" if isinstance(found, np.ndarray) else repr(found)[:80]
         raise ConfigError(f"predicted_map: expected an array uint8 {shape}, found {was}")
-    strange = set(np.unique(found).tolist()) - {UNKNOWN, FREE, OBSTACLE}
-    if strange:
-        raise ConfigError(
-            f"predicted_map: expected {UNKNOWN} (unknown), {FREE} (free) or {OBSTACLE} (obstacle), found {min(strange)}"
-        )
+    check_cells(found, "predicted_map")
     return found
 
 

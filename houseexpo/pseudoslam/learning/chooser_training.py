@@ -18,7 +18,6 @@ from __future__ import annotations
 import copy
 import hashlib
 import math
-import platform
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, dataclass
@@ -30,20 +29,18 @@ from typing import Any, Final
 import msgspec
 import numpy as np
 
-import houseexpo
 from houseexpo.dataset import Dataset
 from houseexpo.dataset.splits import encode_id_list
 from houseexpo.errors import ConfigError, MissingDependencyError, TrainingError, install_command
-from houseexpo.files import encode_json, make_folder, write_atomically
+from houseexpo.files import encode_json, write_atomically
 from houseexpo.floorplan import FloorPlan
-from houseexpo.outputs import check_run_folder
 from houseexpo.pseudoslam.config import SimulatorConfig
 from houseexpo.pseudoslam.config.checks import check_above_zero, check_number, check_whole_number
 from houseexpo.pseudoslam.kernels.explore import ExplorationCurve, ExplorerMemory, ExplorerRules, explore, new_memory
 from houseexpo.pseudoslam.kernels.planning.frontier_features import FEATURES, LOOKED_AT
 from houseexpo.pseudoslam.kernels.tolerances import MAX_BUMPS, MAX_FRONTIERS
 from houseexpo.pseudoslam.kernels.types import Floats
-from houseexpo.pseudoslam.learning.records import find_commit
+from houseexpo.pseudoslam.learning.records import begin_run, find_commit, find_versions
 from houseexpo.pseudoslam.learning.weights import make_weights, round_weights, write_weights
 from houseexpo.pseudoslam.planning import (
     count_first_looks,
@@ -271,10 +268,9 @@ def train_chooser(
     made_by = find_commit()  # the code at the start, not at the end
     search = CmaEsSearch(INFORMATION, config.candidates, config.seed)
     houses = _Houses(plans, ids, config, threads)
-    _begin(folder, run, resume=resume)
+    begin_run(folder, run, resume=resume)
     learned = round_weights(_search_weights(search, houses, config, folder / _COSTS, say))
-    versions = {"houseexpo": houseexpo.__version__, "python": platform.python_version(), "numpy": np.__version__}
-    about = {**run, "commit": made_by, "versions": versions, "tests": _compare_rules(houses, learned, say)}
+    about = {**run, "commit": made_by, "versions": find_versions(), "tests": _compare_rules(houses, learned, say)}
     write_weights(folder / WEIGHTS, learned, about)
     return about
 
@@ -353,18 +349,6 @@ class _Houses:
             self._own.explorations = HouseExplorer(robot, self._config.steps)
         made: HouseExplorer = self._own.explorations
         return made
-
-
-def _begin(folder: Path, run: dict[str, Any], *, resume: bool) -> None:
-    """Write the description of a run; raise TrainingError if the folder holds another run or one not to be resumed."""
-    record = folder / "run.json"
-    if record.exists() and not resume:
-        raise TrainingError(f"{folder}: holds a run; continue it with --resume, or name another folder")
-    if record.exists() and record.read_bytes() != encode_json(run):
-        raise TrainingError(f"{folder}: holds a run with other settings, see {record}; name another folder")
-    check_run_folder(folder, [record.name])
-    make_folder(folder)
-    write_atomically(record, encode_json(run))
 
 
 def _read(file: Path, config: ChooserConfig) -> list[list[float]]:

@@ -1,17 +1,23 @@
-"""Record a training run: find the commit of its code, and append learning curves to a CSV file."""
+"""Record a training run: its settings and versions, the commit of its code, and learning curves in a CSV file."""
 
 from __future__ import annotations
 
 import csv
 import io
 import math
+import platform
 import subprocess
 from collections.abc import Mapping
 from functools import cache
 from pathlib import Path
+from typing import Any
+
+import numpy as np
 
 import houseexpo
-from houseexpo.files import write_atomically
+from houseexpo.errors import TrainingError
+from houseexpo.files import encode_json, make_folder, write_atomically
+from houseexpo.outputs import check_run_folder
 
 
 @cache
@@ -30,6 +36,23 @@ def find_commit() -> str | None:
     if any(one.returncode for one in said):
         return None
     return said[0].stdout.strip() + ("+" if said[1].stdout.strip() else "")
+
+
+def find_versions() -> dict[str, str]:
+    """Return the versions of what a run computes with."""
+    return {"houseexpo": houseexpo.__version__, "python": platform.python_version(), "numpy": np.__version__}
+
+
+def begin_run(folder: Path, run: Mapping[str, Any], *, resume: bool) -> None:
+    """Write the description of a run; raise TrainingError if the folder holds another run or one not to be resumed."""
+    record = folder / "run.json"
+    if record.exists() and not resume:
+        raise TrainingError(f"{folder}: holds a run; continue it with --resume, or name another folder")
+    if record.exists() and record.read_bytes() != encode_json(run):
+        raise TrainingError(f"{folder}: holds a run with other settings, see {record}; name another folder")
+    check_run_folder(folder, [record.name])
+    make_folder(folder)
+    write_atomically(record, encode_json(run))
 
 
 STEPS = "steps_done"

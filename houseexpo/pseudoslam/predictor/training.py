@@ -21,7 +21,6 @@ import hashlib
 import io
 import itertools
 import math
-import platform
 import zipfile
 import zlib
 from collections.abc import Callable, Sequence
@@ -34,11 +33,10 @@ import msgspec
 import numpy as np
 import numpy.typing as npt
 
-import houseexpo
 from houseexpo.dataset import Dataset
 from houseexpo.dataset.splits import encode_id_list
 from houseexpo.errors import ConfigError, PlanError, TrainingError
-from houseexpo.files import encode_json, make_folder, write_atomically
+from houseexpo.files import write_atomically
 from houseexpo.inference.map_prediction import (
     CELL_M,
     FREE,
@@ -50,12 +48,11 @@ from houseexpo.inference.map_prediction import (
     swap_lines,
     write_network,
 )
-from houseexpo.outputs import check_run_folder
 from houseexpo.pseudoslam.agents.explorers import InformationGain, NearestFrontier
 from houseexpo.pseudoslam.agents.protocol import Robot, make_knowledge
 from houseexpo.pseudoslam.config import LaserConfig, RobotConfig, SimulatorConfig
 from houseexpo.pseudoslam.config.checks import check_whole_number
-from houseexpo.pseudoslam.learning.records import find_commit
+from houseexpo.pseudoslam.learning.records import begin_run, find_commit, find_versions
 from houseexpo.pseudoslam.predictor.office_floors import make_office_floor
 from houseexpo.pseudoslam.simulator import ACTIONS, Simulator
 from houseexpo.pseudoslam.worlds.maps import House, map_house
@@ -80,7 +77,7 @@ _ROBOT: Final = SimulatorConfig(1 / CELL_M, RobotConfig(0.1), LaserConfig(20.0, 
 """A laser of 2,500 beams. Far along a wall they are wider apart than cells, so that maps have gaps in walls."""
 _SHARES, _SPREAD = (0.05, 0.93), 0.05
 """Coverage of the first and the last map, and by how much each may differ at random."""
-_STATE, _RECORD = "state.npz", "run.json"
+_STATE: Final = "state.npz"
 
 
 @dataclass(frozen=True)
@@ -323,7 +320,7 @@ def train_predictor(
         raise ConfigError(f"expected {config.houses} plans for training, found {len(ids)}; ask for fewer houses")
     run = {**asdict(config), "train": hashlib.sha256(encode_id_list(sorted(ids))).hexdigest()}
     made_by = find_commit()
-    _begin(folder, run, resume=resume)
+    begin_run(folder, run, resume=resume)
     listed = sorted(ids, key=lambda name: hashlib.sha256(name.encode()).digest())
 
     def explore_plan(n: int) -> Explored | None:
@@ -353,8 +350,7 @@ def train_predictor(
             learner.save(folder / _STATE)
             say(f"{learner.steps:,} of {config.steps:,} steps: loss of walls {np.mean(losses):.4f}")
             losses = []
-    versions = {"houseexpo": houseexpo.__version__, "python": platform.python_version(), "numpy": np.__version__}
-    about = {**run, "commit": made_by, "versions": versions}
+    about = {**run, "commit": made_by, "versions": find_versions()}
     write_network(folder / WEIGHTS, learner.arrays(), about)
     return about
 
@@ -368,15 +364,3 @@ def _draw_batch(parts: Sequence[Samples], rng: np.random.Generator) -> Samples:
         found.append(Samples(part.numbers[chosen], part.truth[chosen], part.weights[chosen]))
         found.append(Samples(swap_lines(part.numbers[other]), part.truth[other], part.weights[other]))
     return _join(found)
-
-
-def _begin(folder: Path, run: dict[str, Any], *, resume: bool) -> None:
-    """Write the description of a run; raise TrainingError if the folder holds another run or one not to be resumed."""
-    record = folder / _RECORD
-    if record.exists() and not resume:
-        raise TrainingError(f"{folder}: holds a run; continue it with --resume, or name another folder")
-    if record.exists() and record.read_bytes() != encode_json(run):
-        raise TrainingError(f"{folder}: holds a run with other settings, see {record}; name another folder")
-    check_run_folder(folder, [record.name])
-    make_folder(folder)
-    write_atomically(record, encode_json(run))
