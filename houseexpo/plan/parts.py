@@ -190,7 +190,8 @@ class Room(FrozenValue):
         """The label in words. A room without a label has the source's own words in a line, or "" where it has none."""
         if self.label != UNLABELLED:
             return self.label.replace("_", " ")
-        said = " / ".join(self.source_labels)[:_LONGEST_ROOM_NAME].replace("_", " ")
+        words = [word for word in self.source_labels if any(letter.isalpha() for letter in word)]  # numbers say less
+        said = " / ".join(words or self.source_labels[:1])[:_LONGEST_ROOM_NAME].replace("_", " ")
         return " ".join("".join(letter if letter.isprintable() else " " for letter in said).split()).capitalize()
 
     @cached_property

@@ -107,7 +107,13 @@ def test_svg_holds_the_same(two_rooms):
 
 def test_a_room_without_a_label_has_the_name_that_its_source_gives_it(two_rooms):
     first, *others = two_rooms.rooms
-    for source, name in (((), ""), (("stairs",), "Stairs"), (("flur_oben", "diele"), "Flur oben / diele")):
+    for source, name in (
+        ((), ""),
+        (("stairs",), "Stairs"),
+        (("flur_oben", "diele"), "Flur oben / diele"),
+        (("17", "Bad", "2"), "Bad"),
+        (("17", "20"), "17"),
+    ):
         room = replace(first, label="Unlabelled", source_labels=source)
         assert room.name == name
         drawn = svg(replace(two_rooms, rooms=(room, *others)))
