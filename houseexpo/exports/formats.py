@@ -18,6 +18,7 @@ from houseexpo.exports.graphml import graphml
 from houseexpo.exports.ifc import ifc, ifc_building
 from houseexpo.exports.mesh import glb, glb_building, obj, obj_building
 from houseexpo.exports.mjcf import mjcf, mjcf_building
+from houseexpo.exports.plan_bodies import BodyOptions
 from houseexpo.exports.pol import pol
 from houseexpo.exports.published_json import published_json
 from houseexpo.exports.rasters import npz, png, ros_map
@@ -49,7 +50,8 @@ class ExportFormat:
     def options(self) -> tuple[str, ...]:
         """The names of the format's options."""
         found = inspect.signature(self.function).parameters.values()
-        return tuple(parameter.name for parameter in found if parameter.kind is parameter.KEYWORD_ONLY)
+        named = tuple(parameter.name for parameter in found if parameter.kind is parameter.KEYWORD_ONLY)
+        return named or tuple(BodyOptions.__annotations__)
 
     def files(self, plans: Iterable[FloorPlan], **options: Any) -> Iterator[tuple[str, bytes]]:
         """Yield the files of some plans one after the other: (name in the folder, content)."""

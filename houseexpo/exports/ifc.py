@@ -5,15 +5,15 @@ from __future__ import annotations
 import math
 import uuid
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, Final, NamedTuple
+from typing import TYPE_CHECKING, Any, Final, NamedTuple, Unpack
 
 import shapely
 
 from houseexpo.errors import MissingDependencyError, install_command
 from houseexpo.exports.encoding import Files, valid_xml_text
 from houseexpo.exports.openings import WallOpening, wall_openings
-from houseexpo.exports.placement import ExportFrame, Orientation, pose_in_export
-from houseexpo.exports.plan_bodies import DOOR_HEIGHT_M, WALL_HEIGHT_M, WALL_THICKNESS_M, PlanBodies, plan_bodies
+from houseexpo.exports.placement import pose_in_export
+from houseexpo.exports.plan_bodies import BodyOptions, PlanBodies, plan_bodies
 from houseexpo.exports.storeys import FLOOR_M, Storey, stack_storeys
 from houseexpo.floorplan import FloorPlan
 from houseexpo.grids.raster import all_rings
@@ -29,15 +29,7 @@ _DOOR_LEAF_M: Final = 0.04
 _TIME: Final = "1970-01-01T00:00:00"  # a plan gives one file, whenever it is written
 
 
-def ifc(
-    plan: FloorPlan,
-    *,
-    wall_thickness: float = WALL_THICKNESS_M,
-    wall_height: float = WALL_HEIGHT_M,
-    door_height: float = DOOR_HEIGHT_M,
-    orientation: Orientation = "world",
-    frame: ExportFrame | None = None,
-) -> Files:
+def ifc(plan: FloorPlan, **options: Unpack[BodyOptions]) -> Files:
     """Write ``<id>.ifc`` (IFC 4, metres): project, site, building, one storey.
 
     Each connected piece of wall is an IfcWall and goes on over doors. A passage is an IfcOpeningElement, as deep as
@@ -51,50 +43,20 @@ def ifc(
         Where IfcOpenShell is not installed.
     """
     level = 0 if plan.frame is None else plan.frame.level
-    return _file(
-        plan.id,
-        [(f"Level {level}", Storey(plan, pose_in_export(plan, orientation, frame)))],
-        wall_thickness=wall_thickness,
-        wall_height=wall_height,
-        door_height=door_height,
-        orientation=orientation,
-    )
+    pose = pose_in_export(plan, options.get("orientation", "world"), options.get("frame"))
+    return _file(plan.id, [(f"Level {level}", Storey(plan, pose))], options)
 
 
-def ifc_building(
-    plans: Sequence[FloorPlan],
-    name: str,
-    *,
-    wall_thickness: float = WALL_THICKNESS_M,
-    wall_height: float = WALL_HEIGHT_M,
-    door_height: float = DOOR_HEIGHT_M,
-    orientation: Orientation = "world",
-    frame: ExportFrame | None = None,
-) -> Files:
+def ifc_building(plans: Sequence[FloorPlan], name: str, **options: Unpack[BodyOptions]) -> Files:
     """Write ``<name>.ifc``: one building with a storey for each plan, lowest first, stacked by ``stack_storeys``.
 
     The name of a storey is the id of its plan. All else is as in ``ifc``, and so is what is raised.
     """
-    storeys = [(each.plan.id, each) for each in stack_storeys(plans, name, orientation, frame)]
-    return _file(
-        name,
-        storeys,
-        wall_thickness=wall_thickness,
-        wall_height=wall_height,
-        door_height=door_height,
-        orientation=orientation,
-    )
+    storeys = stack_storeys(plans, name, options.get("orientation", "world"), options.get("frame"))
+    return _file(name, [(each.plan.id, each) for each in storeys], options)
 
 
-def _file(
-    name: str,
-    storeys: Sequence[tuple[str, Storey]],
-    *,
-    wall_thickness: float,
-    wall_height: float,
-    door_height: float,
-    orientation: Orientation,
-) -> Files:
+def _file(name: str, storeys: Sequence[tuple[str, Storey]], options: BodyOptions) -> Files:
     """Write a building of storeys, each with its name."""
     try:
         import ifcopenshell
@@ -104,14 +66,8 @@ def _file(
         ) from None
     parts = []
     for word, storey in storeys:
-        built = plan_bodies(
-            storey.plan,
-            wall_thickness=wall_thickness,
-            wall_height=wall_height,
-            door_height=door_height,
-            orientation=orientation,
-        )
-        parts.append(_Part(word, storey, built, wall_openings(built.plan, wall_thickness)))
+        built = plan_bodies(storey.plan, **options)
+        parts.append(_Part(word, storey, built, wall_openings(built.plan, built.wall_thickness)))
     writer = _Writer(ifcopenshell.file(schema="IFC4"), ifcopenshell.guid.compress, name)
     writer.write(parts)
     writer.file.header.file_name.time_stamp = _TIME

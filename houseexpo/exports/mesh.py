@@ -4,18 +4,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, Unpack
 
 import numpy as np
 import numpy.typing as npt
 import shapely
 
 from houseexpo.exports.encoding import Files, valid_xml_text
-from houseexpo.exports.placement import ExportFrame, Orientation, Pose, pose_in_export
+from houseexpo.exports.placement import Pose
 from houseexpo.exports.plan_bodies import (
-    DOOR_HEIGHT_M,
-    WALL_HEIGHT_M,
-    WALL_THICKNESS_M,
+    BodyOptions,
     PlanBodies,
     doorway_floors,
     entrance_doors,
@@ -39,15 +37,7 @@ _COLOURS: Final = {
 }
 
 
-def glb(
-    plan: FloorPlan,
-    *,
-    wall_thickness: float = WALL_THICKNESS_M,
-    wall_height: float = WALL_HEIGHT_M,
-    door_height: float = DOOR_HEIGHT_M,
-    orientation: Orientation = "world",
-    frame: ExportFrame | None = None,
-) -> Files:
+def glb(plan: FloorPlan, **options: Unpack[BodyOptions]) -> Files:
     """Write ``<id>.glb`` (binary glTF 2.0) in metres with y up: world (x, y, z) becomes (X, Y, Z) = (x, z, -y).
 
     World x and y are the plan's (mirrored plans are mirrored back), and z is the height above the floor. The nodes are
@@ -58,70 +48,33 @@ def glb(
     """
     import trimesh
 
-    built = plan_bodies(
-        plan,
-        wall_thickness=wall_thickness,
-        wall_height=wall_height,
-        door_height=door_height,
-        orientation=orientation,
-    )
-    scene, pose = trimesh.Scene(), pose_in_export(plan, orientation, frame)
-    if pose:
-        scene.graph.update(frame_to=_PLACE, matrix=_matrix(pose))
-    _add_bodies(scene, built, wall_thickness, within=_PLACE if pose else None)
+    built = plan_bodies(plan, **options)
+    scene = trimesh.Scene()
+    if built.pose:
+        scene.graph.update(frame_to=_PLACE, matrix=_matrix(built.pose))
+    _add_bodies(scene, built, within=_PLACE if built.pose else None)
     return {f"{plan.id}.glb": bytes(scene.export(file_type="glb"))}
 
 
-def obj(
-    plan: FloorPlan,
-    *,
-    wall_thickness: float = WALL_THICKNESS_M,
-    wall_height: float = WALL_HEIGHT_M,
-    door_height: float = DOOR_HEIGHT_M,
-    orientation: Orientation = "world",
-    frame: ExportFrame | None = None,
-) -> Files:
+def obj(plan: FloorPlan, **options: Unpack[BodyOptions]) -> Files:
     """Write ``<id>.obj`` with the axes, bodies and options of ``glb``, without colours."""
     from trimesh import Scene
     from trimesh.exchange.obj import export_obj
 
-    built = plan_bodies(
-        plan,
-        wall_thickness=wall_thickness,
-        wall_height=wall_height,
-        door_height=door_height,
-        orientation=orientation,
-    )
+    built = plan_bodies(plan, **options)
     scene = Scene()
-    _add_bodies(scene, built, wall_thickness, pose=pose_in_export(plan, orientation, frame))
+    _add_bodies(scene, built, pose=built.pose)
     text = export_obj(scene, include_normals=False, include_color=False, include_texture=False, digits=6)
     return {f"{plan.id}.obj": text.encode() + b"\n"}
 
 
-def glb_building(
-    plans: Sequence[FloorPlan],
-    name: str,
-    *,
-    wall_thickness: float = WALL_THICKNESS_M,
-    wall_height: float = WALL_HEIGHT_M,
-    door_height: float = DOOR_HEIGHT_M,
-    orientation: Orientation = "world",
-    frame: ExportFrame | None = None,
-) -> Files:
+def glb_building(plans: Sequence[FloorPlan], name: str, **options: Unpack[BodyOptions]) -> Files:
     """Write ``<name>.glb``: a node for each storey, named by the id of its plan, at its place and elevation.
 
     The storeys are stacked by ``stack_storeys``; their walls end under the next floor. In a storey's node are the nodes
     of ``glb``, and ``roof``: what no storey above covers. The top storey has no roof.
     """
-    bodies = storey_bodies(
-        plans,
-        name,
-        wall_thickness=wall_thickness,
-        wall_height=wall_height,
-        door_height=door_height,
-        orientation=orientation,
-        frame=frame,
-    )
+    bodies = storey_bodies(plans, name, options)
     import trimesh
     from trimesh.exchange.gltf import export_glb
 
@@ -129,20 +82,11 @@ def glb_building(
     for number, each in enumerate(bodies):
         node = f"{number}{_STOREY}{each.storey.plan.id}"
         scene.graph.update(frame_to=node, matrix=_matrix(each.storey.pose))
-        _add_bodies(scene, each.built, wall_thickness, roof=each.roof, within=node, prefix=f"{number}{_STOREY}")
+        _add_bodies(scene, each.built, roof=each.roof, within=node, prefix=f"{number}{_STOREY}")
     return {f"{name}.glb": bytes(export_glb(scene, tree_postprocessor=_without_prefixes))}
 
 
-def obj_building(
-    plans: Sequence[FloorPlan],
-    name: str,
-    *,
-    wall_thickness: float = WALL_THICKNESS_M,
-    wall_height: float = WALL_HEIGHT_M,
-    door_height: float = DOOR_HEIGHT_M,
-    orientation: Orientation = "world",
-    frame: ExportFrame | None = None,
-) -> Files:
+def obj_building(plans: Sequence[FloorPlan], name: str, **options: Unpack[BodyOptions]) -> Files:
     """Write ``<name>.obj``: the objects of ``obj`` for each storey, with ``_storey_<number>`` after their names.
 
     The storeys are stacked as in ``glb_building``; comments say which plan is which storey.
@@ -150,20 +94,12 @@ def obj_building(
     from trimesh import Scene
     from trimesh.exchange.obj import export_obj
 
-    bodies = storey_bodies(
-        plans,
-        name,
-        wall_thickness=wall_thickness,
-        wall_height=wall_height,
-        door_height=door_height,
-        orientation=orientation,
-        frame=frame,
-    )
+    bodies = storey_bodies(plans, name, options)
     scene, lines = Scene(), []
     for number, each in enumerate(bodies):
         lines.append(f"# storey {number}: {valid_xml_text(each.storey.plan.id)}\n")
         pose, suffix = each.storey.pose, f"_storey_{number}"
-        _add_bodies(scene, each.built, wall_thickness, roof=each.roof, pose=pose, suffix=suffix)
+        _add_bodies(scene, each.built, roof=each.roof, pose=pose, suffix=suffix)
     text = export_obj(scene, include_normals=False, include_color=False, include_texture=False, digits=6)
     return {f"{name}.obj": ("".join(lines) + text + "\n").encode()}
 
@@ -188,7 +124,6 @@ def _matrix(pose: Pose) -> npt.NDArray[np.float64]:
 def _add_bodies(
     scene: trimesh.Scene,
     built: PlanBodies,
-    wall_thickness: float,
     *,
     roof: BaseGeometry | None = None,
     within: str | None = None,
@@ -203,7 +138,7 @@ def _add_bodies(
         name: trimesh.visual.material.PBRMaterial(name=name, baseColorFactor=colour, roughnessFactor=0.9)
         for name, colour in _COLOURS.items()
     }
-    for part, material, body in _bodies(built, wall_thickness, roof):
+    for part, material, body in _bodies(built, roof):
         name = f"{prefix}{part}{suffix}"
         mesh = body.to_mesh64()
         points = np.asarray(mesh.vert_properties)[:, :3]
@@ -214,11 +149,9 @@ def _add_bodies(
         scene.add_geometry(shown, node_name=name, geom_name=name, parent_node_name=within)
 
 
-def _bodies(
-    built: PlanBodies, wall_thickness: float, roof: BaseGeometry | None = None
-) -> Iterator[tuple[str, str, Manifold]]:
+def _bodies(built: PlanBodies, roof: BaseGeometry | None = None) -> Iterator[tuple[str, str, Manifold]]:
     """Yield the name, material and body of each part of the house."""
-    doors = entrance_doors(built, wall_thickness)
+    doors = entrance_doors(built)
     yield "walls", "walls", _walls(built, list(doors.values()))
     for name, shape in doors.items():
         yield name, "walls", extrude_polygon(shape, built.door_height)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import xml.etree.ElementTree as ET
 from collections.abc import Iterator, Sequence
-from typing import Any, Final
+from typing import Any, Final, Unpack
 
 import numpy as np
 import shapely
@@ -12,8 +12,8 @@ from shapely.geometry.base import BaseGeometry
 
 from houseexpo.exports.encoding import Files, format_numbers, valid_xml_text
 from houseexpo.exports.openings import WallOpening, wall_openings
-from houseexpo.exports.placement import ExportFrame, Orientation, Pose, pose_in_export
-from houseexpo.exports.plan_bodies import DOOR_HEIGHT_M, WALL_HEIGHT_M, WALL_THICKNESS_M, PlanBodies, plan_bodies
+from houseexpo.exports.placement import Pose
+from houseexpo.exports.plan_bodies import BodyOptions, PlanBodies, plan_bodies
 from houseexpo.exports.polygons import cut_into_trapezoids
 from houseexpo.exports.storeys import FLOOR_M, storey_bodies
 from houseexpo.floorplan import FloorPlan
@@ -27,15 +27,7 @@ _Into = tuple[ET.Element, ET.Element]
 """The assets of a file, and the world or body that gets the geoms and sites."""
 
 
-def mjcf(
-    plan: FloorPlan,
-    *,
-    wall_thickness: float = WALL_THICKNESS_M,
-    wall_height: float = WALL_HEIGHT_M,
-    door_height: float = DOOR_HEIGHT_M,
-    orientation: Orientation = "world",
-    frame: ExportFrame | None = None,
-) -> Files:
+def mjcf(plan: FloorPlan, **options: Unpack[BodyOptions]) -> Files:
     """Write ``<id>.xml`` for MuJoCo: metres, z up, one file without others beside it.
 
     Names: geoms ``wall_<i>``, ``lintel_<i>``, ``room|<id>|<label>|<piece>`` (a floor; without rooms ``floor_<i>``), and
@@ -43,53 +35,30 @@ def mjcf(
     large as the passage. Sites collide with nothing, so a robot drives through. A convex piece is a box where it is a
     rectangle along the axes, else a mesh with its corners in the file. Options are those of ``plan_bodies``.
     """
-    built = plan_bodies(
-        plan,
-        wall_thickness=wall_thickness,
-        wall_height=wall_height,
-        door_height=door_height,
-        orientation=orientation,
-    )
-    pose = pose_in_export(plan, orientation, frame)
+    built = plan_bodies(plan, **options)
+    pose = built.pose
     bounds = shapely.total_bounds([pose.shape(wall) for wall in built.walls]).tolist()
     root, asset, world = _scene(plan.id, bounds, pose.z)
-    _storey((asset, ET.SubElement(world, "body", _at("place", pose)) if pose else world), built, wall_thickness)
+    _storey((asset, ET.SubElement(world, "body", _at("place", pose)) if pose else world), built)
     ET.indent(root)
     return {f"{plan.id}.xml": ET.tostring(root) + b"\n"}
 
 
-def mjcf_building(
-    plans: Sequence[FloorPlan],
-    name: str,
-    *,
-    wall_thickness: float = WALL_THICKNESS_M,
-    wall_height: float = WALL_HEIGHT_M,
-    door_height: float = DOOR_HEIGHT_M,
-    orientation: Orientation = "world",
-    frame: ExportFrame | None = None,
-) -> Files:
+def mjcf_building(plans: Sequence[FloorPlan], name: str, **options: Unpack[BodyOptions]) -> Files:
     """Write ``<name>.xml``: a static body for each storey, named by the id of its plan, at its place and elevation.
 
     In it are the geoms and sites of ``mjcf``, whose names end in ``_storey_<number>``. Over the lowest storey,
     ``ceiling_<i>`` is the floor's part under walls; ``roof_<i>`` is what no storey above covers. The top storey has no
     roof. The storeys are stacked by ``stack_storeys``; their walls end under the next floor.
     """
-    bodies = storey_bodies(
-        plans,
-        name,
-        wall_thickness=wall_thickness,
-        wall_height=wall_height,
-        door_height=door_height,
-        orientation=orientation,
-        frame=frame,
-    )
+    bodies = storey_bodies(plans, name, options)
     bounds = shapely.total_bounds([each.storey.pose.shape(each.slab) for each in bodies]).tolist()
     root, asset, world = _scene(name, bounds, bodies[0].storey.pose.z)
     for number, each in enumerate(bodies):
         end = f"_storey_{number}"
         body = ET.SubElement(world, "body", _at(valid_xml_text(each.storey.plan.id), each.storey.pose))
         into = asset, body
-        _storey(into, each.built, wall_thickness, end)
+        _storey(into, each.built, end)
         if number:
             _slab(into, "ceiling", shapely.difference(each.slab, each.built.space), -FLOOR_M, end)
         _slab(into, "roof", each.roof, each.built.wall_height, end)
@@ -119,7 +88,7 @@ def _scene(name: str, bounds: Sequence[float], floor_m: float) -> tuple[ET.Eleme
     return root, asset, world
 
 
-def _storey(into: _Into, built: PlanBodies, wall_thickness: float, end: str = "") -> None:
+def _storey(into: _Into, built: PlanBodies, end: str = "") -> None:
     """Add the geoms and sites of a storey; their names get this end."""
     for name, colour, ring, low, high in _pieces(built):
         _geom(into, name + end, ring, (low, high), colour)
@@ -127,7 +96,7 @@ def _storey(into: _Into, built: PlanBodies, wall_thickness: float, end: str = ""
     things = ET.SubElement(world, "body", name=f"furniture{end}") if end and built.furniture else world
     for name, colour, ring, low, high in _furniture(built):
         _geom((asset, things), name + end, ring, (low, high), colour)
-    for each in wall_openings(built.plan, wall_thickness):
+    for each in wall_openings(built.plan, built.wall_thickness):
         _site(world, each, built.door_height if each.has_leaf else built.wall_height, end)
 
 

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, TypedDict
 
 import shapely
 
 from houseexpo.analysis.walls import walls_around
 from houseexpo.errors import ConfigError
 from houseexpo.exports.openings import wall_openings
-from houseexpo.exports.placement import Orientation, orient_plan
+from houseexpo.exports.placement import ExportFrame, Orientation, Pose, orient_plan, pose_in_export
 from houseexpo.floorplan import FloorPlan
 from houseexpo.plan import PlanObject
 from houseexpo.tolerances import CRUMB_M2, STRAIGHTEN_AREA_M, WELD_M
@@ -27,13 +27,24 @@ WALL_THICKNESS_M: Final = 0.1
 _UNDER_LINTELS: Final = frozenset({"door", "cut"})  # openings are gaps of full height, entrances are closed
 
 
+class BodyOptions(TypedDict, total=False):
+    """The options of all exports in 3D: those of ``plan_bodies``."""
+
+    wall_thickness: float
+    wall_height: float
+    door_height: float
+    orientation: Orientation
+    frame: ExportFrame | None
+
+
 @dataclass(frozen=True, eq=False)
 class PlanBodies:
     """The bodies of a plan: polygons in metres, x right and y up in the export's world, and heights above the floor.
 
     ``space`` is the floor, with walls straightened by at most 0.01 m, and ``free`` is ``space`` without ``furniture``.
     ``walls`` are around and in the floor and leave doors open. They have no cavities: a courtyard without a door is
-    filled, since it is not free. ``lintels`` are the areas of doors, from ``door_height`` to ``wall_height``.
+    filled, since it is not free. ``lintels`` are the areas of doors, from ``door_height`` to ``wall_height``. ``pose``
+    is where the export's frame has them.
     """
 
     plan: FloorPlan
@@ -41,9 +52,11 @@ class PlanBodies:
     free: Polygon | MultiPolygon
     walls: tuple[Polygon, ...]
     lintels: tuple[Polygon, ...]
+    wall_thickness: float
     wall_height: float
     door_height: float
     furniture: tuple[PlanObject, ...]
+    pose: Pose
 
     @property
     def bounds(self) -> tuple[float, float, float, float]:
@@ -61,6 +74,7 @@ def plan_bodies(
     wall_height: float = WALL_HEIGHT_M,
     door_height: float = DOOR_HEIGHT_M,
     orientation: Orientation = "world",
+    frame: ExportFrame | None = None,
 ) -> PlanBodies:
     """Return the bodies of a plan; raise ConfigError if a size is not possible.
 
@@ -72,7 +86,7 @@ def plan_bodies(
         Thickness of outer walls, metres; walls between rooms keep their own thickness.
     wall_height, door_height
         Metres above the floor; if they are equal, doors have no lintels.
-    orientation
+    orientation, frame
         See ``houseexpo.exports.placement``.
     """
     import shapely
@@ -92,9 +106,11 @@ def plan_bodies(
         free=shapely.difference(space, shapely.union_all([thing.polygon for thing in things])) if things else space,
         walls=tuple(_polygons(walls)),
         lintels=tuple(part for parts in lintels for part in parts),
+        wall_thickness=wall_thickness,
         wall_height=wall_height,
         door_height=door_height,
         furniture=things,
+        pose=pose_in_export(plan, orientation, frame),
     )
 
 
@@ -134,13 +150,13 @@ def doorway_floors(built: PlanBodies) -> dict[str, BaseGeometry]:
     return {f"{kinds[d.kind]}_threshold_{d.id}": d.polygon for d in built.plan.doors if d.kind in kinds}
 
 
-def entrance_doors(built: PlanBodies, wall_thickness: float) -> dict[str, BaseGeometry]:
+def entrance_doors(built: PlanBodies) -> dict[str, BaseGeometry]:
     """Return what stands in the wall at each entrance by its name (N3), metres."""
     if all(door.kind != "entrance" for door in built.plan.doors):
         return {}
     walls = shapely.union_all(built.walls)
     found = {}
-    for each in wall_openings(built.plan, wall_thickness):
+    for each in wall_openings(built.plan, built.wall_thickness):
         if each.door.kind == "entrance":
             shape = shapely.intersection(walls, each.shape)
             if shape.area > CRUMB_M2:

@@ -4,18 +4,16 @@ from __future__ import annotations
 
 import xml.etree.ElementTree as ET
 from collections.abc import Iterable, Iterator, Sequence
-from typing import NamedTuple
+from typing import NamedTuple, Unpack
 
 import numpy as np
 import shapely
 from shapely.geometry.base import BaseGeometry
 
 from houseexpo.exports.encoding import Files, format_numbers, valid_xml_text
-from houseexpo.exports.placement import ExportFrame, Orientation, Pose, pose_in_export
+from houseexpo.exports.placement import Pose
 from houseexpo.exports.plan_bodies import (
-    DOOR_HEIGHT_M,
-    WALL_HEIGHT_M,
-    WALL_THICKNESS_M,
+    BodyOptions,
     PlanBodies,
     doorway_floors,
     entrance_doors,
@@ -33,15 +31,7 @@ _FURNITURE, _FLOOR = "0.66 0.53 0.4 1", "0.62 0.56 0.47 1"
 _FLOOR_M = 0.001  # floors lie so high over the ground plane, or both would flicker
 
 
-def sdf(
-    plan: FloorPlan,
-    *,
-    wall_thickness: float = WALL_THICKNESS_M,
-    wall_height: float = WALL_HEIGHT_M,
-    door_height: float = DOOR_HEIGHT_M,
-    orientation: Orientation = "world",
-    frame: ExportFrame | None = None,
-) -> Files:
+def sdf(plan: FloorPlan, **options: Unpack[BodyOptions]) -> Files:
     """Write ``<id>.sdf`` in metres with z up and the plan's x and y (mirrored plans are mirrored back).
 
     Everything is in one file, and every model is static. The walls are one. Each convex piece of a wall has a collision
@@ -50,44 +40,21 @@ def sdf(
     ``door_threshold_<id>`` or ``opening_threshold_<id>``: visuals on the ground, which collide with nothing. Each
     entrance has a model ``entrance_door_<id>``, which shuts it. Options are those of ``plan_bodies``.
     """
-    built = plan_bodies(
-        plan,
-        wall_thickness=wall_thickness,
-        wall_height=wall_height,
-        door_height=door_height,
-        orientation=orientation,
-    )
-    pose = pose_in_export(plan, orientation, frame)
+    built = plan_bodies(plan, **options)
+    pose = built.pose
     root, world = _world(plan.id, shapely.total_bounds([pose.shape(wall) for wall in built.walls]).tolist(), pose.z)
-    _storey(world, built, wall_thickness, pose)
+    _storey(world, built, pose)
     return _file(plan.id, root)
 
 
-def sdf_building(
-    plans: Sequence[FloorPlan],
-    name: str,
-    *,
-    wall_thickness: float = WALL_THICKNESS_M,
-    wall_height: float = WALL_HEIGHT_M,
-    door_height: float = DOOR_HEIGHT_M,
-    orientation: Orientation = "world",
-    frame: ExportFrame | None = None,
-) -> Files:
+def sdf_building(plans: Sequence[FloorPlan], name: str, **options: Unpack[BodyOptions]) -> Files:
     """Write ``<name>.sdf``: a static model for each storey, named by the id of its plan, at its place and elevation.
 
     In it are the models of ``sdf`` and, over the lowest storey, ``floor``, on which a robot stands. ``roof`` is what no
     storey above covers; the top storey has none. The storeys are stacked by ``stack_storeys``; their walls end under
     the next floor.
     """
-    bodies = storey_bodies(
-        plans,
-        name,
-        wall_thickness=wall_thickness,
-        wall_height=wall_height,
-        door_height=door_height,
-        orientation=orientation,
-        frame=frame,
-    )
+    bodies = storey_bodies(plans, name, options)
     bounds = shapely.total_bounds([each.storey.pose.shape(each.slab) for each in bodies]).tolist()
     root, world = _world(name, bounds, bodies[0].storey.pose.z)
     for each in bodies:
@@ -97,7 +64,7 @@ def sdf_building(
         _child(model, "pose", _pose(storey.pose))
         if each is not bodies[0]:
             _model(model, "floor", _slab_pieces("floor", _FLOOR, each.slab, -FLOOR_M))
-        _storey(model, each.built, wall_thickness)
+        _storey(model, each.built)
         if not each.roof.is_empty:
             _model(model, "roof", _slab_pieces("roof", _WALL, each.roof, each.built.wall_height))
     return _file(name, root)
@@ -127,9 +94,9 @@ def _pose(pose: Pose) -> str:
     return f"{format_numbers(pose.x, pose.y, pose.z, 0, 0)} {round(pose.yaw, 9) + 0.0:.9g}"
 
 
-def _storey(world: ET.Element, built: PlanBodies, wall_thickness: float, pose: Pose = Pose()) -> None:  # noqa: B008
+def _storey(world: ET.Element, built: PlanBodies, pose: Pose = Pose()) -> None:  # noqa: B008
     """Add the models of a storey to a world, each at the storey's pose, or to the model of the storey."""
-    doors = entrance_doors(built, wall_thickness)
+    doors = entrance_doors(built)
     _model(world, "walls", _pieces(built, shapely.union_all(list(doors.values()))), pose)
     for name, shape in doors.items():
         _model(world, name, _plates(name, _WALL, shape, built.door_height), pose)

@@ -14,7 +14,7 @@ import numpy as np
 
 from houseexpo.errors import ConfigError
 from houseexpo.exports.placement import ExportFrame, Orientation, Pose, default_frame, orient_plan, pose_in_export
-from houseexpo.exports.plan_bodies import PlanBodies, plan_bodies
+from houseexpo.exports.plan_bodies import DOOR_HEIGHT_M, WALL_HEIGHT_M, BodyOptions, PlanBodies, plan_bodies
 from houseexpo.floorplan import FloorPlan
 from houseexpo.tolerances import CRUMB_M2, SAME_M, WELD_M
 
@@ -94,16 +94,7 @@ class StoreyBodies:
         return _slab(self.built)
 
 
-def storey_bodies(
-    plans: Sequence[FloorPlan],
-    name: str,
-    *,
-    wall_thickness: float,
-    wall_height: float,
-    door_height: float,
-    orientation: Orientation,
-    frame: ExportFrame | None,
-) -> list[StoreyBodies]:
+def storey_bodies(plans: Sequence[FloorPlan], name: str, options: BodyOptions) -> list[StoreyBodies]:
     """Return the bodies of each storey of a building, lowest first, stacked by ``stack_storeys``.
 
     The walls of a storey end under the floor of the storey above. The top storey has no roof, as a plan that is
@@ -117,20 +108,15 @@ def storey_bodies(
     """
     import shapely
 
-    storeys = stack_storeys(plans, name, orientation, frame)
+    storeys = stack_storeys(plans, name, options.get("orientation", "world"), options.get("frame"))
+    wall_height, door_height = options.get("wall_height", WALL_HEIGHT_M), options.get("door_height", DOOR_HEIGHT_M)
     made = []
     for storey, above in zip(storeys, [*storeys[1:], None], strict=True):
         room = wall_height if above is None else round(above.pose.z - storey.pose.z - FLOOR_M, 4)
         if room < door_height:
             said = f"storeys {storey.plan.id} and {above.plan.id if above else ''} are {room + FLOOR_M:g} m apart"
             raise ConfigError(f"export: {said}, expected {door_height + FLOOR_M:g} m or more; give a lower door_height")
-        built = plan_bodies(
-            storey.plan,
-            wall_thickness=wall_thickness,
-            wall_height=min(wall_height, room),
-            door_height=door_height,
-            orientation=orientation,
-        )
+        built = plan_bodies(storey.plan, **options | {"wall_height": min(wall_height, room)})
         made.append(StoreyBodies(storey, built, shapely.Polygon()))
     for number, (low, high) in enumerate(pairwise(made)):
         roof = shapely.difference(low.slab, high.storey.pose.to(low.storey.pose).shape(high.slab))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, Unpack
 
 import numpy as np
 import numpy.typing as npt
@@ -13,8 +13,8 @@ import numpy.typing as npt
 from houseexpo.exports.encoding import Files, format_number, valid_xml_text
 from houseexpo.exports.mesh import extrude_polygon
 from houseexpo.exports.openings import wall_openings
-from houseexpo.exports.placement import ExportFrame, Orientation, Pose, pose_in_export
-from houseexpo.exports.plan_bodies import DOOR_HEIGHT_M, WALL_HEIGHT_M, WALL_THICKNESS_M, PlanBodies, plan_bodies
+from houseexpo.exports.placement import Pose
+from houseexpo.exports.plan_bodies import BodyOptions, PlanBodies, plan_bodies
 from houseexpo.exports.storeys import FLOOR_M, storey_bodies
 from houseexpo.floorplan import FloorPlan
 
@@ -29,15 +29,7 @@ _COLOURS: Final = {
 }
 
 
-def usd(
-    plan: FloorPlan,
-    *,
-    wall_thickness: float = WALL_THICKNESS_M,
-    wall_height: float = WALL_HEIGHT_M,
-    door_height: float = DOOR_HEIGHT_M,
-    orientation: Orientation = "world",
-    frame: ExportFrame | None = None,
-) -> Files:
+def usd(plan: FloorPlan, **options: Unpack[BodyOptions]) -> Files:
     """Write ``<id>.usda``: metres, z up, one mesh a wall, lintel, floor of a room, door and piece of furniture.
 
     The default prim is ``House``, with the scopes ``Walls``, ``Floors``, ``Doors`` and ``Furniture``. Walls, floors and
@@ -46,41 +38,18 @@ def usd(
     are in use (``semantics:labels:class``, ``semantic:Semantics:params:semanticData``, ``semanticLabel``): wall, floor
     and the room's label, door, opening or entrance, or the object's word. Options are those of ``plan_bodies``.
     """
-    built = plan_bodies(
-        plan,
-        wall_thickness=wall_thickness,
-        wall_height=wall_height,
-        door_height=door_height,
-        orientation=orientation,
-    )
-    return _file(plan.id, [*_place(pose_in_export(plan, orientation, frame)), *_scopes(built, wall_thickness)])
+    built = plan_bodies(plan, **options)
+    return _file(plan.id, [*_place(built.pose), *_scopes(built)])
 
 
-def usd_building(
-    plans: Sequence[FloorPlan],
-    name: str,
-    *,
-    wall_thickness: float = WALL_THICKNESS_M,
-    wall_height: float = WALL_HEIGHT_M,
-    door_height: float = DOOR_HEIGHT_M,
-    orientation: Orientation = "world",
-    frame: ExportFrame | None = None,
-) -> Files:
+def usd_building(plans: Sequence[FloorPlan], name: str, **options: Unpack[BodyOptions]) -> Files:
     """Write ``<name>.usda``: in the default prim ``House`` an Xform for each storey, at its place and elevation.
 
     The name of its prim is the id of its plan, with _ for what no prim's name can have; ``houseexpo:id`` and the
     display name are the id itself. In it are the scopes of ``usd``. The storeys are stacked by ``stack_storeys``; their
     walls end under the next floor.
     """
-    bodies = storey_bodies(
-        plans,
-        name,
-        wall_thickness=wall_thickness,
-        wall_height=wall_height,
-        door_height=door_height,
-        orientation=orientation,
-        frame=frame,
-    )
+    bodies = storey_bodies(plans, name, options)
     lines: list[str] = []
     taken: set[str] = set()
     for number, each in enumerate(bodies):
@@ -96,7 +65,7 @@ def usd_building(
             "{",
             f"    custom string houseexpo:id = {_quote(storey.plan.id)}",
             *_place(storey.pose, always=True),
-            *_scopes(each.built, wall_thickness, each.roof),
+            *_scopes(each.built, each.roof),
             "}",
         ]
         lines += ["", *(f"    {line}" if line else "" for line in within)]
@@ -116,7 +85,7 @@ def _place(pose: Pose, *, always: bool = False) -> list[str]:
     ]
 
 
-def _scopes(built: PlanBodies, wall_thickness: float, roof: BaseGeometry | None = None) -> list[str]:
+def _scopes(built: PlanBodies, roof: BaseGeometry | None = None) -> list[str]:
     """Return the lines of the scopes of a storey, indented by 4."""
     turned, wall_height, door_height = built.plan, built.wall_height, built.door_height
     walls = [_body(f"Wall_{i}", "wall", "wall", each, 0.0, wall_height) for i, each in enumerate(built.walls)]
@@ -124,7 +93,7 @@ def _scopes(built: PlanBodies, wall_thickness: float, roof: BaseGeometry | None 
     if over > 0:
         lintels = enumerate(built.lintels)
         walls += [_body(f"Lintel_{i}", "wall", "lintel", each, door_height, over) for i, each in lintels]
-    doors = wall_openings(turned, wall_thickness)
+    doors = wall_openings(turned, built.wall_thickness)
     floors = [
         _body(f"Floor_{room.id}", "floor", room.label, room.polygon, -FLOOR_M, FLOOR_M, words=room.source_labels)
         for room in turned.rooms
