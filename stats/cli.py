@@ -129,7 +129,8 @@ def _say_broken(one: MeasuredDataSet) -> None:
     """List the plans that cannot be read, on standard error."""
     if not one.broken:
         return
-    typer.secho(f"left out, cannot be read: {count_noun(len(one.broken), 'plan')}", fg=typer.colors.RED, err=True)
+    at = count_noun(len(one.broken), "place")
+    typer.secho(f"plans left out, cannot be read, at {at}", fg=typer.colors.RED, err=True)
     for broken in one.broken[:_NAMED]:
         typer.echo(f"  {broken}", err=True)
     if len(one.broken) > _NAMED:

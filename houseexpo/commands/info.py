@@ -61,10 +61,10 @@ def _of_data_set(plans: Dataset) -> list[_Row]:
     return [
         ("data set", str(plans.path), str(plans.path)),
         ("plans", len(plans), f"{len(plans)}"),
-        ("rooms", _summary(rooms), f"{_range_words(rooms, '')}, {sum(rooms)} in all" if rooms else "not recorded"),
-        ("source_rooms", _summary(source_rooms), f"{_range_words(source_rooms, '')}, {sum(source_rooms)} in all"),
+        ("rooms", _summary(rooms), _count_words(rooms) + _of(rooms, plans) if rooms else "not recorded"),
+        ("source_rooms", _summary(source_rooms), _count_words(source_rooms)),
         ("area", _summary(area), _range_words(area, " m²")),
-        *_quality(plans.column("quality")),
+        *_quality(plans),
         ("labels", most, _label_words(most)),
         ("splits", splits, ", ".join(f"{name} {n['plans']} of {n['ids']}" for name, n in splits.items()) or "none"),
     ]
@@ -75,13 +75,18 @@ def _label_words(most: dict[str, int]) -> str:
     return ", ".join(f"{label} {count}" for label, count in most.items()) + " (plans with one)" if most else "none"
 
 
-def _quality(scores: list[float | None]) -> list[_Row]:
+def _of(known: list[Any], plans: Dataset) -> str:
+    """Return of how many plans a value is known, nothing if of all."""
+    return "" if len(known) == len(plans) else f"; known of {len(known)} of {count_noun(len(plans), 'plan')}"
+
+
+def _quality(plans: Dataset) -> list[_Row]:
     """Return the row on the plans' quality scores, none if no plan has one."""
     from houseexpo.plan.parts import SURE
 
-    known = [score for score in scores if score is not None]
+    known = [score for score in plans.column("quality") if score is not None]
     doubtful = sum(score < SURE for score in known)
-    said = f"{_range_words(known, '')}, {doubtful} doubtful (below {SURE:g})"
+    said = f"{_range_words(known, '')}, {doubtful} doubtful (below {SURE:g}){_of(known, plans)}"
     return [("quality", {**_summary(known), "doubtful": doubtful}, said)] if known else []
 
 
@@ -89,7 +94,14 @@ def _summary(values: list[float]) -> dict[str, float]:
     if not values:
         return {}
     middle, mean = statistics.median(values), statistics.fmean(values)
-    return {"min": min(values), "max": max(values), "median": middle, "mean": mean, "sum": sum(values)}
+    return {
+        "count": len(values),
+        "min": min(values),
+        "max": max(values),
+        "median": middle,
+        "mean": mean,
+        "sum": sum(values),
+    }
 
 
 def _range_words(values: list[float], unit: str) -> str:
@@ -98,6 +110,10 @@ def _range_words(values: list[float], unit: str) -> str:
     found = _summary(values)
     ends = f"{found['min']:g} to {found['max']:g}{unit}"
     return f"{ends}, median {found['median']:g}{unit}, mean {found['mean']:.3f}{unit}"
+
+
+def _count_words(values: list[float]) -> str:
+    return f"{_range_words(values, '')}, {sum(values)} in all"
 
 
 def _of_plan(plan: FloorPlan) -> list[_Row]:

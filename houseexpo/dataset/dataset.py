@@ -82,7 +82,8 @@ def open_dataset(path: str | os.PathLike[str]) -> Dataset:
         listed = "; ".join(map(str, found.left_out[:_LOST_NAMED])) + (
             "; ..." if len(found.left_out) > _LOST_NAMED else ""
         )
-        _log.warning("%s: %s left out, cannot be read: %s", path, count_noun(len(found.left_out), "plan"), listed)
+        at = count_noun(len(found.left_out), "place")
+        _log.warning("%s: plans left out, cannot be read, at %s: %s", path, at, listed)
     return found
 
 
@@ -90,8 +91,9 @@ class Dataset(Sequence[FloorPlan]):
     """A sequence of plans, each of which is read when it is accessed.
 
     ``plans[3]``, ``plans[-1]`` and ``plans["id"]`` are plans. ``plans[10:20]``, ``plans[[0, 3]]``,
-    ``plans[["a", "b"]]``, with ids, and ``plans[mask]``, with a truth value for each plan, are data sets. They share
-    the files of the one that they come from. A pickle holds only the path and the ids.
+    ``plans[["a", "b"]]``, with ids, and ``plans[mask]``, with a truth value for each plan, are data sets. A mask from a
+    table (``to_pandas``) is read by its ids, whatever their order. They share the files of the one that they come from.
+    A pickle holds only the path and the ids.
     """
 
     def __init__(self, catalogue: Catalogue, rows: npt.NDArray[np.int64] | None = None) -> None:
@@ -152,6 +154,9 @@ class Dataset(Sequence[FloorPlan]):
                 "plans[]: expected a number, an id, a slice, a list of numbers or ids, or a truth value for each plan; "
                 f"found {items!r}"
             )
+        if chosen.dtype.kind == "b" and hasattr(items, "reindex") and items.index.dtype.kind not in "iu":
+            # A column of a table has the plans' ids, maybe in another order, or those of other plans.
+            chosen = items[items.index.isin(self.ids)].reindex(self.ids).dropna().to_numpy(dtype=bool)
         if chosen.dtype.kind == "b" and len(chosen) != len(self):
             raise IndexError(f"plans[mask]: expected {len(self)} truth values, one for each plan, found {len(chosen)}")
         if chosen.dtype.kind in "biu":
@@ -238,7 +243,7 @@ class Dataset(Sequence[FloorPlan]):
         from houseexpo.dataset.store.columns import read_column
         from houseexpo.deprecated_names import current_column
 
-        return read_column(self._catalogue, self._rows, current_column(name), compute=compute)
+        return read_column(self._catalogue, self._rows, current_column(str(name)), compute=compute)
 
     def index(self, item: Any, start: int = 0, stop: int | None = None) -> int:
         """Return the number of a plan, given the plan or its id: ``plans[plans.index(item)]`` is that plan.
@@ -541,14 +546,15 @@ class Dataset(Sequence[FloorPlan]):
         Parameters
         ----------
         ids
-            Ids of plans of this data set.
+            Ids of plans of this data set, or a single one.
 
         Raises
         ------
         UnknownPlanError
             A plan does not exist.
         """
-        return Dataset(self._catalogue, np.array([self._row(name) for name in ids], dtype=np.int64))
+        names = [ids] if isinstance(ids, str) else ids
+        return Dataset(self._catalogue, np.array([self._row(name) for name in names], dtype=np.int64))
 
     @names_arguments
     def sample(self, n: int, seed: int | np.random.Generator) -> Dataset:

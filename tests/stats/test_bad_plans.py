@@ -105,9 +105,9 @@ def test_a_broken_plan_is_counted_and_named_and_the_others_count(folder: Path, t
     assert values["plans"]["count"] == 5
     assert [line.partition(":")[0] for line in values["broken"]] == ["cut_off.json", "twin.json"]
     assert values["splits"]["train"]["listed"] == 4
-    assert "left out, cannot be read: 2 plans" in said
+    assert "plans left out, cannot be read, at 2 places" in said
     assert "'h0' in h0.json, too" in said
-    assert "cannot be read: 2." in (tmp_path / "report.html").read_text()
+    assert "cannot be read, at 2 place" in (tmp_path / "report.html").read_text()
 
 
 def test_a_plan_that_was_damaged_after_the_build_is_named(tmp_path: Path) -> None:
@@ -117,7 +117,7 @@ def test_a_plan_that_was_damaged_after_the_build_is_named(tmp_path: Path) -> Non
     (file, *_) = sorted((tmp_path / "plans" / "json").iterdir())
     file.write_bytes(file.read_bytes()[:100])
     said = call("stats", tmp_path / "plans", "--workers", "1")[1]
-    assert f"left out, cannot be read: 1 plan\n  {file.name}: " in said
+    assert f"plans left out, cannot be read, at 1 place\n  {file.name}: " in said
 
 
 def test_where_nothing_can_be_read_it_is_said(tmp_path: Path) -> None:

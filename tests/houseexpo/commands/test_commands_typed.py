@@ -95,9 +95,12 @@ def test_info_and_validate_answer_programs(data, two_rooms, tmp_path, monkeypatc
     told = json.loads(call("info", data, "--json"))
     assert told["plans"] == 6
     assert told["rooms"] == {}
-    assert told["source_rooms"] == {"min": 1, "max": 6, "median": 3.5, "mean": 3.5, "sum": 21}
+    assert told["source_rooms"] == {"count": 6, "min": 1, "max": 6, "median": 3.5, "mean": 3.5, "sum": 21}
     (tmp_path / "plan.json").write_bytes(encode(two_rooms))
     assert json.loads(call("info", tmp_path / "plan.json", "--json"))["robot 0.20 m"]["pieces"] == 1
+    open_dataset(data).head(2).column("rooms")
+    assert json.loads(call("info", data, "--json"))["rooms"]["count"] == 2
+    assert "in all; known of 2 of 6 plans" in call("info", data)
     bad = pack(tmp_path, "jsonl", {"a": encode(house("a"))})
     found = json.loads(call("validate", bad, "--json", "--workers", "1", code=1))
     assert found["plans"] == 1

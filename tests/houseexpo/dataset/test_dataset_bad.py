@@ -90,7 +90,7 @@ def test_a_bad_plan_is_named_and_costs_no_other(tmp_path, kind, fault, caplog):
         (left_out,) = plans.left_out
         assert left_out.place.endswith(place)
         (message,) = caplog.messages
-        assert message.startswith(f"{path}: 1 plan left out, cannot be read: {left_out}")
+        assert message.startswith(f"{path}: plans left out, cannot be read, at 1 place: {left_out}")
     opened.append(plans)
     assert left_out.place in [found.place for found in validate_dataset(path).findings]
     with pytest.raises(DatasetError, match=f"expected a whole data set.*{place}"):

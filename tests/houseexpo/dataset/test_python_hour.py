@@ -143,6 +143,7 @@ def test_plans_are_taken_as_from_an_array(plans: Dataset) -> None:
     ]
     assert plans[[True, False, False, True]].ids == [ids[0], ids[3]]
     assert not len(plans[[]])
+    assert plans.only(ids[1]).ids == [ids[1]]
     assert plans[[1, 2]][[1]].ids == [ids[2]]
     with pytest.raises(IndexError, match="expected 4 truth values, one for each plan, found 2"):
         plans[[True, False]]
@@ -156,6 +157,20 @@ def test_plans_are_taken_as_from_an_array(plans: Dataset) -> None:
             plans[odd]
 
 
+def test_a_mask_from_a_table_is_read_by_its_ids(plans: Dataset) -> None:
+    pytest.importorskip("pandas")
+    table = plans.to_pandas()
+    large = table["area"] > table["area"].median()
+    ids = list(table.index[large])
+    assert 0 < len(ids) < len(plans)
+    assert plans[large].ids == plans[large[::-1]].ids == plans[large.to_numpy()].ids == ids
+    assert plans[1:][large].ids == [name for name in plans.ids[1:] if name in ids]
+    assert plans[large.reset_index(drop=True)].ids == ids
+    for other in (large[1:], large.rename(index={plans.ids[0]: "other"})):
+        with pytest.raises(IndexError, match="expected 4 truth values, one for each plan, found 3"):
+            plans[other]
+
+
 def test_plans_are_sorted_by_a_column(plans: Dataset) -> None:
     area = plans.column("area")
     assert plans.sort("area").column("area") == sorted(area)
@@ -163,6 +178,9 @@ def test_plans_are_sorted_by_a_column(plans: Dataset) -> None:
     assert plans.sort("source").ids == plans.ids
     with pytest.raises(ConfigError, match="the nearest is 'area'"):
         plans.sort("areas")
+    for odd in (3, ["area"]):
+        with pytest.raises(ConfigError, match="column: no "):
+            plans.sort(odd)
     with pytest.raises(ConfigError, match="numbers or words, found 'navigability'"):
         plans.sort("navigability")
 
