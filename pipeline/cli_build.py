@@ -86,14 +86,21 @@ def build_and_show(work: BuildRequest, others: str, check: Callable[[], None]) -
 
 
 def write_source_record(work: BuildRequest, name: str) -> None:
-    """Write what a person is shown of an input while they correct it to standard output; nothing is built."""
+    """Write what a person is shown of an input while they correct it to standard output; nothing is built.
+
+    A line that comes in asks for it again, with what is said then; the end of the input ends it.
+    """
     from houseexpo.dataset.source_records import encode_source_record
     from pipeline.overrides import load_overrides
-    from pipeline.source_record import source_record
+    from pipeline.source_record import SourceReader
 
-    overrides = load_overrides(work.config, work.overrides, Path(work.out))
-    found = source_record(load_build_config(work.config, work.given), overrides, name)
-    sys.stdout.buffer.write(encode_source_record(found))
+    found = SourceReader(load_build_config(work.config, work.given), name)
+    while True:
+        overrides = load_overrides(work.config, work.overrides, Path(work.out))
+        sys.stdout.buffer.write(encode_source_record(found.record(overrides)) + b"\n")
+        sys.stdout.buffer.flush()
+        if not sys.stdin.readline():
+            return
 
 
 def from_python(

@@ -11,7 +11,7 @@ R5  A level that cannot become a plan is recorded as far as its stages came, an 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Final
 
@@ -24,11 +24,11 @@ from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
 from houseexpo.corrections import Override
-from houseexpo.dataset.source_records import LevelSource, Picture, Place, PlanSource, Rings, SourceRecord
+from houseexpo.dataset.source_records import LevelSource, Picture, Place, PlanSource, Rings, SourceRecord, Stroke
 from houseexpo.errors import ConfigError
 from houseexpo.floorplan import FloorPlan
-from houseexpo.grids.frame import source_points_from_plan
-from houseexpo.grids.robot_map import read_map
+from houseexpo.grids.frame import plan_points_from_source, source_points_from_plan
+from houseexpo.grids.robot_map import MapError, RobotMap
 from houseexpo.plan import Box, Frame
 from houseexpo.plan.json_codec import encode
 from houseexpo.tolerances import SAME_M2
@@ -54,7 +54,11 @@ from pipeline.png import encode_png, sample_points
 from pipeline.rejection import Rejection
 from pipeline.sources import OVERRIDABLE, reader
 from pipeline.sources.meshes.formats import load_scene
+from pipeline.sources.occupancy_map import scaled_map
 from pipeline.sources.points_file import read_blocks
+from pipeline.sources.storeys.scale import UNITS as _UNITS
+from pipeline.sources.storeys.scale import said_size
+from pipeline.sources.vector_plans import drawing_lines
 from pipeline.values import Evidence, Input, Layout, Level, RejectedLevel, Spaces
 
 SECTIONS_M: Final = (1.1, 1.9)
@@ -76,103 +80,231 @@ _SAME_PLACE_M: Final = 0.3
 _LEAST_M: Final = 0.3
 _COLOURS: Final = ((36, 90, 141), (196, 84, 30))
 _MOST_NAMES: Final = 400
+_MOST_STROKES: Final = 8_000
+_SHOWN_M: Final = (3.0, 200.0)
+"""Lengths of drawings of buildings; the first unit that gives one of these is shown."""
 _MOST_SNAP_CORNERS: Final = 40_000
 """A browser that snaps to more of them is slow."""
-_UNITS: Final = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254, "ft": 0.3048}
 
 
-@ignore_division_warnings()
-def source_record(config: BuildConfig, overrides: Mapping[str, Override], name: str) -> SourceRecord:
-    """Return the record of the input to which an id of a plan, a level or an input belongs.
+class SourceReader:
+    """Reads one input, and keeps what it read, so that a word of a house without a plan is answered without reading.
 
-    Raises
-    ------
-    ConfigError
-        The build has no such input.
+    R6  An input is read again if what is said of its file changed, or the file itself did.
     """
-    inputs = list(list_inputs(config))
-    known = [item for item in inputs if is_id_of_input(name, item.id)]
-    if not known:
-        raise ConfigError(f"{name}: expected an id of this build, found no such input")
-    found = max(known, key=lambda item: len(item.id))
-    said = overrides_by_input(settle_override_ids(overrides, inputs)).get(found.id, {})
-    item, takes = correct_input(found, said), tuple(sorted(OVERRIDABLE.get(found.reader, ())))
-    levels: list[LevelSource] = []
-    units: set[float | None] = set()
-    why = ""
+
+    def __init__(self, config: BuildConfig, name: str) -> None:
+        """``name`` is an id of a plan, a level or an input; raise ConfigError if the build has no such input."""
+        self._config = config
+        self._inputs = list(list_inputs(config))
+        known = [item for item in self._inputs if is_id_of_input(name, item.id)]
+        if not known:
+            raise ConfigError(f"{name}: expected an id of this build, found no such input")
+        self._found = max(known, key=lambda item: len(item.id))
+        self._read_as: tuple[Any, ...] = ()
+        self._levels: list[Level | RejectedLevel] = []
+        self._why = ""
+        self._whole, self._names = _Whole(), list[str]()
+        self._made: dict[tuple[str, Any], _Searched] = {}
+
+    @ignore_division_warnings()
+    def record(self, overrides: Mapping[str, Override]) -> SourceRecord:
+        """Return the record with what is said of the input.
+
+        Raises
+        ------
+        ConfigError
+            What is said of the file is not for its reader.
+        """
+        said = overrides_by_input(settle_override_ids(overrides, self._inputs)).get(self._found.id, {})
+        item = correct_input(self._found, said)
+        if (now := (item, _state_of(Path(item.path)))) != self._read_as:
+            self._read(item)
+            self._read_as = now
+        levels = [self._of_level(level, item, override_for_level(level.id, said)) for level in self._levels]
+        if not levels and not self._whole.is_empty:
+            levels = [_of_file(item, said.get(item.id, Override()), self._whole, self._why, self._config)]
+        units = {level.unit_m for level in self._levels if isinstance(level, Level)}
+        takes = {*OVERRIDABLE.get(self._found.reader, ()), "keep"} - (set() if self._names else {"drop_nodes"})
+        return SourceRecord(
+            self._found.id,
+            item.path,
+            tuple(levels),
+            self._why,
+            tuple(sorted(takes)),
+            next(iter(units)) if len(units) == 1 else None,
+            tuple(self._names[:_MOST_NAMES]),
+        )
+
+    def _read(self, item: Input) -> None:
+        self._levels, self._why, self._made = [], "", {}
+        try:
+            self._levels.extend(reader(item.reader).read(item))
+        except Rejection as rejection:
+            self._why = str(rejection)
+        self._whole, self._names = _contents(item, is_read=bool(self._levels))
+
+    def _of_level(self, level: Level | RejectedLevel, item: Input, override: Override) -> LevelSource:
+        if isinstance(level, RejectedLevel):
+            frame = Frame(((1.0, 0.0, 0.0), (0.0, 1.0, 0.0)), "z", 0.0, 0)
+            return LevelSource(level.id, frame, rejected=str(level.rejection))
+        key = level.id, (override.keep, override.h_g, override.h_d)
+        found = self._made.get(key)
+        if found is None:
+            found = self._made[key] = _searched(level, item, self._whole, override, self._config)
+        results, why, is_founded = found.results, found.source.rejected, False
+        if why and override.corrections:
+            results, why = _stages(correct_level(level, override), override, self._config)
+            is_founded = True
+        plans = (_plan_source(plan, results, found.layout, is_founded=is_founded) for plan in _plans_of(results))
+        return msgspec.structs.replace(found.source, plans=tuple(plans), rejected=why)
+
+
+def _state_of(path: Path) -> tuple[int, int]:
     try:
-        for level in reader(item.reader).read(item):
-            levels.append(_of_level(level, item, override_for_level(level.id, said), config))
-            if isinstance(level, Level):
-                units.add(_unit_of(level.provenance))
-    except Rejection as rejection:
-        why = str(rejection)
-    whole, names = _contents(item)
-    if not levels and whole is not None:
-        levels = [_of_file(item, said.get(item.id, Override()), whole, why, config)]
-    unit_m = next(iter(units)) if len(units) == 1 else None
-    return SourceRecord(found.id, item.path, tuple(levels), why, takes, unit_m, tuple(names[:_MOST_NAMES]))
+        found = path.stat()
+    except OSError:
+        return 0, 0
+    return found.st_mtime_ns, found.st_size
 
 
-def _unit_of(provenance: Mapping[str, Any]) -> float | None:
-    units, scale = provenance.get("units"), float(provenance.get("scale", 1.0))
-    try:
-        return None if units is None else scale * (_UNITS.get(units) or float(units))
-    except (TypeError, ValueError):
-        return None
+@dataclass(frozen=True, eq=False)
+class _Whole:
+    """What a file holds, whatever is made of it: triangles or points, lines of a drawing, or a robot's map."""
+
+    mesh: Mesh | None = None
+    lines: Sequence[tuple[str, Any]] = ()
+    cells: RobotMap | None = None
+
+    @property
+    def is_empty(self) -> bool:
+        return self.mesh is None and not self.lines and self.cells is None
 
 
-def _contents(item: Input) -> tuple[Mesh | None, list[str]]:
-    """Return what a mesh file or a scan holds, in its own axes and unit, and the names of its parts."""
+@dataclass(frozen=True, eq=False)
+class _Searched:
+    """A level without any word of its storey: its record without plans, and the results of the stages."""
+
+    source: LevelSource
+    results: list[StageResult]
+
+    @property
+    def layout(self) -> Layout | None:
+        return next((each.value for each in self.results if isinstance(each.value, Layout)), None)
+
+
+def _contents(item: Input, *, is_read: bool) -> tuple[_Whole, list[str]]:
+    """Return what a file holds, in its own axes and unit, and the names of its parts.
+
+    Of what was read, only the names and a drawing's lines are wanted.
+    """
+    path, options = Path(item.path), dict(item.options)
     try:
         if item.reader == "mesh_file":
-            scene = load_scene(Path(item.path))
+            scene = load_scene(path)
             names = {name for part in scene.parts for name in (*part.groups, part.mesh, part.material) if name}
-            return scene.mesh, sorted(names)
-        if item.reader == "points":
-            points = np.concatenate([block[:, :3] for block in read_blocks(Path(item.path))]).astype(np.float64)
-            return Mesh(points, np.zeros((0, 3), np.int64)), []
-    except (Rejection, ValueError):
+            return _Whole(None if is_read else scene.mesh), sorted(names)
+        if item.reader == "points" and not is_read:
+            points = np.concatenate([block[:, :3] for block in read_blocks(path)]).astype(np.float64)
+            return _Whole(Mesh(points, np.zeros((0, 3), np.int64))), []
+        if item.reader == "ifc":
+            return _ifc_contents(path, is_read=is_read)
+        if item.reader == "vector_plans":
+            lines = drawing_lines(path, item.key)
+            return _Whole(lines=lines), sorted({kind for kind, _ in lines})
+        if item.reader == "occupancy_map" and not is_read:
+            units, scale = said_size(options)
+            given = float(options["resolution"]) if options.get("resolution") else None
+            return _Whole(cells=scaled_map(path, given, units, scale).trimmed()), []
+    except (Rejection, ValueError, MapError):
         pass
-    return None, []
+    return _Whole(), []
 
 
-def _of_file(item: Input, override: Override, mesh: Mesh, why: str, config: BuildConfig) -> LevelSource:
+def _ifc_contents(path: Path, *, is_read: bool) -> tuple[_Whole, list[str]]:
+    from pipeline.sources.ifc.elements import element_names
+    from pipeline.sources.ifc.model import load_building
+    from pipeline.sources.ifc.step_file import open_model
+
+    names = element_names(open_model(path)[0])
+    if is_read:
+        return _Whole(), names
+    building = load_building(path)
+    parts = [*building.walls, *building.loose, *building.spaces, *building.slabs, *building.beams]
+    return _Whole(merge_meshes([part.mesh for part in parts]) if parts else None), names
+
+
+def _of_file(item: Input, override: Override, whole: _Whole, why: str, config: BuildConfig) -> LevelSource:
     """Return what can be shown of a file whose levels could not be found: all of it, from above (R5)."""
     level = level_without_walls(item, override)
-    if level.frame.up == "y":
-        x, y, z = mesh.vertices.T
-        mesh = Mesh(np.column_stack([x, -z, y]), mesh.faces)
-    size = _UNITS.get(override.units or "") or 1.0
-    mesh = Mesh(mesh.vertices * size * (override.scale or 1.0), mesh.faces)
-    picture = _top_view(mesh, _bounds_of([mesh]), np.inf)
+    pictures: list[Picture] = []
+    strokes: tuple[Stroke, ...] = ()
+    if whole.mesh is not None:
+        mesh = whole.mesh
+        if level.frame.up == "y":
+            x, y, z = mesh.vertices.T
+            mesh = Mesh(np.column_stack([x, -z, y]), mesh.faces)
+        size = _UNITS.get(override.units or "") or 1.0
+        mesh = Mesh(mesh.vertices * size * (override.scale or 1.0), mesh.faces)
+        if (top := _top_view(mesh, _bounds_of([mesh]), np.inf)) is not None:
+            pictures.append(top)
+    elif whole.cells is not None:
+        level = replace(level, frame=_map_frame(level, whole.cells))
+        pictures.append(_map_picture(whole.cells, level))
+    else:
+        strokes = _strokes(whole.lines, level, _shown_unit(whole.lines, override))
+        pictures.append(_lines_picture(strokes))
     results, again = _stages(correct_level(level, override), override, config) if override.corrections else ([], why)
     plans = tuple(_plan_source(plan, results, None, is_founded=True) for plan in _plans_of(results))
-    return LevelSource(item.id, level.frame, () if picture is None else (picture,), plans=plans, rejected=again)
+    return LevelSource(item.id, level.frame, tuple(pictures), plans=plans, rejected=again, strokes=strokes)
 
 
-def _of_level(level: Level | RejectedLevel, item: Input, override: Override, config: BuildConfig) -> LevelSource:
-    if isinstance(level, RejectedLevel):
-        frame = Frame(((1.0, 0.0, 0.0), (0.0, 1.0, 0.0)), "z", 0.0, 0)
-        return LevelSource(level.id, frame, rejected=str(level.rejection))
+def _searched(level: Level, item: Input, whole: _Whole, override: Override, config: BuildConfig) -> _Searched:
     results, why = _stages(level, override, config)
     evidence = next((each.value for each in results if isinstance(each.value, Evidence)), None)
     layout = next((each.value for each in results if isinstance(each.value, Layout)), None)
     walls = [] if evidence is None else [*polygons_of(evidence.walls), *polygons_of(evidence.rails)]
-    is_founded = bool(why and override.corrections)
-    if is_founded:
-        results, why = _stages(correct_level(level, override), override, config)
-    return LevelSource(
+    source = LevelSource(
         id=level.id,
         frame=level.frame,
-        pictures=tuple(_pictures(level, item, walls, is_plan=not (why or is_founded))),
+        pictures=tuple(_pictures(level, item, walls, is_plan=not why)),
         edges=tuple(_rings(wall) for wall in _simplified(walls)),
         places=tuple(_places(evidence, layout)),
-        plans=tuple(_plan_source(plan, results, layout, is_founded=is_founded) for plan in _plans_of(results)),
         rejected=why,
         guesses=level.guesses,
         extent=extent_of(level),
+        strokes=_strokes(whole.lines, level, level.unit_m),
     )
+    return _Searched(source, results)
+
+
+def _shown_unit(lines: Sequence[tuple[str, Any]], override: Override) -> float:
+    """Return metres in a unit of a drawing that nobody can read: what is said, or one in which it is a building."""
+    if override.units is not None:
+        return (_UNITS.get(override.units) or float(override.units)) * (override.scale or 1.0)
+    size = float(np.ptp(np.concatenate([np.asarray(points) for _, points in lines]), axis=0).max())
+    fitting = (unit for unit in (1.0, 0.001, 0.01, 0.0254) if _SHOWN_M[0] <= size * unit <= _SHOWN_M[1])
+    return next(fitting, 1.0) * (override.scale or 1.0)
+
+
+def _strokes(lines: Sequence[tuple[str, Any]], level: Level, unit_m: float) -> tuple[Stroke, ...]:
+    """Return the lines of a drawing in the level frame; of more than a browser can show, the longest."""
+    if len(lines) > _MOST_STROKES:
+        lines = sorted(lines, key=lambda line: -float(np.ptp(np.asarray(line[1]), axis=0).max()))[:_MOST_STROKES]
+    moved = ((kind, plan_points_from_source(level.frame, np.asarray(points) * unit_m)) for kind, points in lines)
+    return tuple(Stroke(kind, tuple(map(tuple, points.round(4).tolist()))) for kind, points in moved)
+
+
+def _lines_picture(strokes: Sequence[Stroke]) -> Picture:
+    """Return the lines of a drawing from which no level was made, as a layer."""
+    points = np.concatenate([np.asarray(stroke.points) for stroke in strokes])
+    low, high = points.min(axis=0) - _ROUND_M, points.max(axis=0) + _ROUND_M
+    sheet = _Sheet((float(low[0]), float(low[1]), float(high[0]), float(high[1])), SOURCE_SIDE_PX)
+    mask = Image.new("L", sheet.size, 0)
+    pen = ImageDraw.Draw(mask)
+    for stroke in strokes:
+        pen.line([tuple(at) for at in sheet.pixels(np.asarray(stroke.points)).tolist()], fill=255, width=2)
+    return sheet.masked("lines", "All lines of the drawing", mask, _COLOURS[0])
 
 
 def _simplified(walls: Sequence[Polygon]) -> list[BaseGeometry]:
@@ -291,7 +423,9 @@ class _Sheet:
 def _pictures(level: Level, item: Input, walls: Sequence[Polygon], *, is_plan: bool) -> Iterator[Picture]:
     """Yield the layers: what the walls cover, with all of the floor if no rooms were found on it."""
     if item.reader == "occupancy_map":
-        yield from _map_picture(level, item)
+        options = dict(item.options)
+        (units, scale), given = said_size(options), options.get("resolution")
+        yield _map_picture(scaled_map(Path(item.path), float(given) if given else None, units, scale).trimmed(), level)
         return
     meshes = [level.walls, *level.door_meshes, *(each.mesh for each in level.furniture)]
     whole = merge_meshes(meshes) if not isinstance(level.walls, Prisms) else level.walls
@@ -371,14 +505,18 @@ def _top_view(mesh: Mesh, bounds: Box, roof_m: float) -> Picture | None:
     return sheet.picture("top", "From above, without roof" if np.isfinite(roof_m) else "From above", image)
 
 
-def _map_picture(level: Level, item: Input) -> Iterator[Picture]:
-    """R4: yield the map itself; what nobody saw is clear."""
-    options = dict(item.options)
-    found = read_map(Path(item.path), float(options["resolution"]) if options.get("resolution") else None).trimmed()
+def _map_frame(level: Level, found: RobotMap) -> Frame:
+    """Return the frame of a level that lies in a map's own."""
+    (a, b, x), (c, d, y) = found.affine
+    return replace(level.frame, matrix=((a, b, x), (c, d, y)))
+
+
+def _map_picture(found: RobotMap, level: Level) -> Picture:
+    """R4: return the map itself; what nobody saw is clear."""
     grid, own = np.array([*found.affine, (0.0, 0.0, 1.0)]), np.array([*level.frame.matrix, (0.0, 0.0, 1.0)])
     (x, y) = (np.linalg.inv(own) @ grid)[:2, 2].tolist()
     rows, columns = found.occupancy.shape
     shade = np.where(found.occupancy < 0, 128, 255 - found.occupancy.astype(np.int64) * 255 // 100).astype(np.uint8)
     image = np.dstack([shade, shade, shade, np.where(found.occupancy < 0, 60, 255).astype(np.uint8)])
     bounds = (x, y, x + columns * found.resolution_m, y + rows * found.resolution_m)
-    yield _Sheet(bounds, max(rows, columns)).picture("map", "The map", image)
+    return _Sheet(bounds, max(rows, columns)).picture("map", "The map", image)

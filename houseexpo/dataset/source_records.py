@@ -33,6 +33,13 @@ class Place(msgspec.Struct, frozen=True):
     ends: Points
 
 
+class Stroke(msgspec.Struct, frozen=True):
+    """A line of a drawing, whatever it was read as: what the file calls it (its layer), and its points."""
+
+    kind: str
+    points: Points
+
+
 class PlanSource(msgspec.Struct, frozen=True):
     """A plan as it is without any correction of its storey.
 
@@ -51,7 +58,7 @@ class LevelSource(msgspec.Struct, frozen=True):
     """What is known of a level; ``rejected`` says why it is no plan.
 
     ``edges`` are the walls, to which points snap. ``guesses`` names what the reader had to guess. ``extent`` is how far
-    the walls reach along the source's axes, metres.
+    the walls reach along the source's axes, metres. ``strokes`` are the drawing's own lines.
     """
 
     id: str
@@ -63,6 +70,7 @@ class LevelSource(msgspec.Struct, frozen=True):
     rejected: str = ""
     guesses: tuple[str, ...] = ()
     extent: tuple[float, float] = (0.0, 0.0)
+    strokes: tuple[Stroke, ...] = ()
 
 
 class SourceRecord(msgspec.Struct, frozen=True):

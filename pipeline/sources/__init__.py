@@ -29,8 +29,15 @@ _OPTIONS = {
 }
 """The readers, and which of a build's options each of them takes."""
 
-OVERRIDABLE = {"mesh_file": ("drop_nodes", "floors", "keep", "scale", "storey_height", "units", "up")}
-"""The readers, and which options of one input a person may set in ``overrides.toml``."""
+OVERRIDABLE = {
+    "mesh_file": ("drop_nodes", "floors", "keep", "scale", "storey_height", "units", "up"),
+    "ifc": ("drop_nodes", "floors", "scale", "units"),
+    "points": ("scale", "units", "up"),
+    "vector_plans": ("drop_nodes", "scale", "units"),
+    "occupancy_map": ("scale", "units"),
+}
+"""The readers, and which options of one input a person may set in ``overrides.toml``. The other formats are in metres,
+and have one axis, by definition."""
 
 
 _READ = (

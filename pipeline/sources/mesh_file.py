@@ -137,6 +137,7 @@ def read(item: Input) -> Iterator[Level]:
             unnamed_gaps=bool(share.over_thresholds) and not share.openings,
             n_objects=len(share.furniture),
             guesses=found.guesses,
+            unit_m=found.metres,
             provenance=provenance,
         )
 

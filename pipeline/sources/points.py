@@ -46,7 +46,7 @@ from pipeline.rejection import Reason, Rejection
 from pipeline.sources.files import KEY as LEFT_OUT
 from pipeline.sources.files import input_from_file, level_id
 from pipeline.sources.points_file import read_blocks
-from pipeline.sources.storeys.scale import UNITS, metres_per_unit
+from pipeline.sources.storeys.scale import UNITS, said_size
 from pipeline.sources.tolerances import (
     CEILING_EDGE,
     CEILING_NOISE_M,
@@ -273,8 +273,9 @@ def read(item: Input) -> Iterator[Level]:
     """
     options, path = dict(item.options), Path(item.path)
     name = options.get("file", path.name)
-    units = options.get("units", "auto")
-    voxels, storeys, guesses = _measure(path, metres_per_unit(units), options.get("up", "auto"))
+    units, scale = said_size(options)
+    wish = None if units is None and scale == 1.0 else (units or 1.0) * scale
+    voxels, storeys, guesses, unit_m = _measure(path, wish, options.get("up", "auto"))
     if not storeys:
         detail = f"{name}: expected two level layers 1.9 to 6 m apart, or walls over one, found none"
         raise Rejection("source", Reason.NO_LEVEL, detail, "check the up axis and the units, or give --up and --units")
@@ -283,15 +284,15 @@ def read(item: Input) -> Iterator[Level]:
         provenance[LEFT_OUT] = f"{voxels.far:,} points or voxels of 2 cm far from all others"
     for number, storey in enumerate(storeys):
         made = _level(voxels, storey, level_id(item.id, number, len(storeys)), number, provenance)
-        yield replace(made, guesses=guesses)
+        yield replace(made, guesses=guesses, unit_m=unit_m)
 
 
-def _measure(path: Path, metres: float | None, up: str) -> tuple[Voxels, list[StoreyHeights], tuple[str, ...]]:
-    """V5: return the voxels, the storeys, and what was guessed; raises as ``fill_voxels``."""
+def _measure(path: Path, metres: float | None, up: str) -> tuple[Voxels, list[StoreyHeights], tuple[str, ...], float]:
+    """V5: return the voxels, the storeys, what was guessed, and metres in a unit; raises as ``fill_voxels``."""
     try:
         voxels = fill_voxels(read_blocks(path), metres or 1.0, up, path.name)
         storeys = find_storeys(voxels)
-        return voxels, storeys, _guessed_floor(voxels, storeys)
+        return voxels, storeys, _guessed_floor(voxels, storeys), metres or 1.0
     except Rejection as rejection:
         if metres is not None or rejection.reason is not Reason.BAD_UNITS:
             raise
@@ -300,7 +301,7 @@ def _measure(path: Path, metres: float | None, up: str) -> tuple[Voxels, list[St
                 voxels = fill_voxels(read_blocks(path), UNITS[smaller], up, path.name)
                 storeys = find_storeys(voxels)
                 if sum(storey.ceiling_m - storey.floor_m for storey in storeys) > _height(voxels) / 2:
-                    return voxels, storeys, ("units", *_guessed_floor(voxels, storeys))
+                    return voxels, storeys, ("units", *_guessed_floor(voxels, storeys)), UNITS[smaller]
         raise
 
 

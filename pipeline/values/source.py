@@ -77,7 +77,7 @@ class Level:
     ``room_count`` is the number of rooms of this level that the source names, or None if it names none. ``n_objects``
     is the number of objects other than walls, which distinguishes a scene with objects only from an empty one.
     ``guesses`` names what the reader had to guess: "units", "up", "scale", "levels", EDGE where rooms end, CUT_OFF
-    where walls end.
+    where walls end. ``unit_m`` is the length of the file's own unit, metres, with all that a person says of its size.
     ``signs`` are grounds of the plan's quality that the reader measured itself, by name, 0 to 1: of a robot's map, what
     its cells say against the plan. Any other source has none.
     """
@@ -98,6 +98,7 @@ class Level:
     unnamed_gaps: bool = False
     only_walls: bool = False
     guesses: tuple[str, ...] = ()
+    unit_m: float = 1.0
     signs: Mapping[str, float] = field(default_factory=dict)
     measure_signs: Callable[[Sequence[Polygon], Sequence[Polygon]], Mapping[str, float]] | None = None
     rooms: tuple[SourceRoom, ...] = ()

@@ -23,7 +23,7 @@ from pipeline.algorithm import plan_largest_building
 from pipeline.batch.job import level_rng
 from pipeline.batch.listing import list_inputs
 from pipeline.cli_common import load_build_config
-from pipeline.source_record import SECTIONS_M, source_record
+from pipeline.source_record import SECTIONS_M, SourceReader
 from pipeline.sources import reader
 from pipeline.values import Level
 from tests.builders.bungalow import FILE
@@ -38,14 +38,14 @@ def id_of(path: Path) -> str:
 
 
 def test_a_record_is_the_same_after_it_was_written() -> None:
-    record = source_record(config_of(FILE), {}, id_of(FILE))
+    record = SourceReader(config_of(FILE), id_of(FILE)).record({})
     assert decode_source_record(encode_source_record(record)) == record
 
 
 def test_the_plan_and_its_spaces_are_enough_to_say_what_a_build_will_do() -> None:
     config, name = config_of(FILE), id_of(FILE)
     (item,) = list_inputs(config)
-    record = source_record(config, {}, name)
+    record = SourceReader(config, name).record({})
     (level,) = record.levels
     (found,) = level.plans
     view = SourceView(record, level, found)
@@ -66,7 +66,7 @@ def test_the_plan_and_its_spaces_are_enough_to_say_what_a_build_will_do() -> Non
 def test_what_a_plan_was_built_with_is_gone_when_it_is_taken_out() -> None:
     config = config_of(FILE)
     (item,) = list_inputs(config)
-    record = source_record(config, {}, item.id)
+    record = SourceReader(config, item.id).record({})
     (found,) = record.levels[0].plans
     base = decode(bytes(found.plan))
     (there,) = (each for each in reader(item.reader).read(item) if isinstance(each, Level))
@@ -91,7 +91,7 @@ def test_sections_show_what_stands_at_their_height_to_scale(tmp_path: Path) -> N
     ]  # fmt: skip
     file = tmp_path / "box.ply"
     trimesh.util.concatenate(parts).export(file)
-    record = source_record(config_of(file), {}, id_of(file))
+    record = SourceReader(config_of(file), id_of(file)).record({})
     (level,) = record.levels
     pictures = {picture.name: picture for picture in level.pictures}
     assert {"top", "section_1_1", "section_1_9"} <= set(pictures)
@@ -121,13 +121,13 @@ def test_a_house_that_is_no_plan_shows_its_source_and_becomes_one_by_what_is_sai
     ]
     file = tmp_path / "open.ply"
     trimesh.util.concatenate(parts).export(file)
-    record = source_record(config_of(file), {}, id_of(file))
+    record = SourceReader(config_of(file), id_of(file)).record({})
     assert not any(level.plans for level in record.levels)
     assert record.rejected or record.levels[0].rejected
     (level,) = record.levels
     assert level.pictures
     said = {level.id: Override(room_outline=[[[0, 0.2], [0, 4], [5, 4], [5, 0.2]]])}
-    (again,) = source_record(config_of(file), said, level.id).levels
+    (again,) = SourceReader(config_of(file), level.id).record(said).levels
     (plan,) = again.plans
     assert plan.is_founded
     assert len(json.loads(bytes(plan.plan))["rooms"]) == 1
@@ -141,7 +141,7 @@ def test_a_robots_map_is_shown_itself(tmp_path: Path) -> None:
     cells[40:60, 79:81] = 254
     Image.fromarray(cells).save(tmp_path / "map.pgm")
     file = tmp_path / "map.yaml"
-    record = source_record(config_of(file), {}, id_of(file))
+    record = SourceReader(config_of(file), id_of(file)).record({})
     (picture,) = record.levels[0].pictures
     assert picture.name == "map"
     x1, y1, x2, y2 = picture.bounds
@@ -150,4 +150,4 @@ def test_a_robots_map_is_shown_itself(tmp_path: Path) -> None:
 
 def test_an_unknown_house_is_named(tmp_path: Path) -> None:
     with pytest.raises(ConfigError, match="nobody: expected an id of this build"):
-        source_record(config_of(FILE), {}, "nobody")
+        SourceReader(config_of(FILE), "nobody").record({})

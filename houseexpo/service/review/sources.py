@@ -1,7 +1,8 @@
 """Have the source of a plan read by the build that made it, and keep what a person is shown of it.
 
 R1  The record of a house is made by the command that built it, in a process of its own: it is read once, and the page
-    answers from memory after that.
+    answers from memory after that. The process stays for a while: it keeps what it read, and makes the record again
+    with what is said by then.
 R2  Only a build that this user ran in this place is run, as for a rebuild (``review.rebuild``).
 R3  A record holds for what was said of the file when it was made. Of a house without a plan it holds for all that is
     said, since only the search can tell what that does.
@@ -10,12 +11,18 @@ R4  One process at a time. What the page waits for longest is told why it failed
 
 from __future__ import annotations
 
+import os
+import selectors
 import subprocess
+import tempfile
+import time
+import weakref
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
 from threading import Lock
-from typing import Any, Final
+from typing import IO, Any, Final
 
 import msgspec
 import numpy as np
@@ -33,6 +40,8 @@ from houseexpo.service.lru_cache import LruCache
 READ_S: Final = 300.0
 """The most time that reading a source may take: that of a house in a build."""
 _KEPT_SOURCES: Final = 8
+_KEPT_WORKERS: Final = 2
+"""Each holds a house in memory."""
 _WORDS_SHOWN: Final = 400
 
 
@@ -88,6 +97,14 @@ class SourceView:
         return [(place.kind, (np.array(place.ends) - self.origin).round(3).tolist()) for place in self.level.places]
 
     @cached_property
+    def strokes(self) -> list[dict[str, Any]]:
+        """The drawing's own lines: what each is called, and its points in metres of the plan."""
+        return [
+            {"kind": each.kind, "points": (np.array(each.points) - self.origin).round(3).tolist()}
+            for each in self.level.strokes
+        ]
+
+    @cached_property
     def drawn(self) -> dict[str, Any]:
         """What the page draws under the plan."""
         x, y = self.origin
@@ -99,6 +116,7 @@ class SourceView:
             ],
             "edges": [(np.array(ring) - (x, y)).round(3).tolist() for wall in self.level.edges for ring in wall],
             "places": [{"kind": kind, "ends": ends} for kind, ends in self.places],
+            "strokes": self.strokes,
         }  # fmt: skip
 
     def _moved(self, shapes: Iterable[Rings]) -> list[Polygon]:
@@ -118,6 +136,7 @@ class Sources:
         self._latest: dict[str, SourceView] = {}
         self._failed: dict[tuple[str, bytes], str] = {}
         self._reading = Lock()
+        self._workers = _Workers()
 
     def known(self, name: str, tables: Mapping[str, Any], *, is_plan: bool) -> SourceView | None:
         """Return what was read of a plan's source with what is said now, None if it was not."""
@@ -156,22 +175,99 @@ class Sources:
     def _record(self, name: str) -> SourceRecord:
         why = ""
         for command in reversed(self._commands()):
+            asked = (*command[:5], f"--show-source={name}", *command[5:])
             try:
-                done = subprocess.run(  # noqa: S603  # a command that this user ran (R2)
-                    [*command[:5], f"--show-source={name}", *command[5:]], stdin=subprocess.DEVNULL,
-                    capture_output=True, timeout=READ_S, check=False,
-                )  # fmt: skip
-            except subprocess.TimeoutExpired:
+                return decode_source_record(self._workers.ask(asked))
+            except TimeoutError:
                 raise SourceError(f"{name}: reading its source took more than {READ_S:.0f} s") from None
             except OSError as error:
-                raise SourceError(f"{name}: its source cannot be read ({error.strerror})") from None
-            if done.returncode == 0:
-                try:
-                    return decode_source_record(done.stdout)
-                except msgspec.DecodeError:
-                    raise SourceError(f"{name}: its source was read by another version; restart the service") from None
-            why = done.stderr.decode(errors="replace").strip().splitlines()[-1:][0] if done.stderr.strip() else ""
+                why = error.strerror or str(error)
+            except msgspec.DecodeError:
+                raise SourceError(f"{name}: its source was read by another version; restart the service") from None
         raise SourceError(f"{name}: its source cannot be shown: {why[:_WORDS_SHOWN] or 'nothing was said'}")
+
+
+class _Workers:
+    """The processes that have read a source, the latest few (R1)."""
+
+    def __init__(self) -> None:
+        self._running: dict[tuple[str, ...], tuple[subprocess.Popen[bytes], IO[bytes]]] = {}
+        weakref.finalize(self, _end_all, self._running)
+
+    def ask(self, command: tuple[str, ...]) -> bytes:
+        """Return the line that a process writes, started if it does not run.
+
+        Raises
+        ------
+        TimeoutError
+            It takes more than ``READ_S``.
+        OSError
+            It cannot be started, or ends without a line; the message is its last words.
+        """
+        said: IO[bytes]
+        known = self._running.pop(command, None)
+        if known is not None and known[0].poll() is not None:
+            _end(*known)
+            known = None
+        if known is None:
+            while len(self._running) >= _KEPT_WORKERS:
+                _end(*self._running.pop(next(iter(self._running))))
+            said = tempfile.TemporaryFile()  # noqa: SIM115  # lives as long as the process
+            try:
+                worker = subprocess.Popen(  # noqa: S603  # a command that this user ran (R2)
+                    command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=said, bufsize=0
+                )
+            except OSError:
+                said.close()
+                raise
+        else:
+            worker, said = known
+            assert worker.stdin is not None  # noqa: S101  # a pipe
+            with suppress(BrokenPipeError):
+                worker.stdin.write(b"\n")
+        try:
+            line = _line(worker, READ_S)
+        except TimeoutError:
+            _end(worker, said)
+            raise
+        if not line.endswith(b"\n"):
+            worker.wait()
+            said.seek(0)
+            words = said.read().decode(errors="replace").strip().splitlines()[-1:]
+            _end(worker, said)
+            raise OSError(words[0] if words else "")
+        self._running[command] = worker, said
+        return line
+
+
+def _line(worker: subprocess.Popen[bytes], within_s: float) -> bytes:
+    """Return a line that a process writes, or what it wrote before it ended; raise TimeoutError."""
+    assert worker.stdout is not None  # noqa: S101  # a pipe
+    until, found = time.monotonic() + within_s, bytearray()
+    with selectors.DefaultSelector() as ready:
+        ready.register(worker.stdout, selectors.EVENT_READ)
+        while not found.endswith(b"\n"):
+            if not ready.select(max(until - time.monotonic(), 0.0)):
+                raise TimeoutError
+            part = os.read(worker.stdout.fileno(), 1 << 20)
+            if not part:
+                break
+            found += part
+    return bytes(found)
+
+
+def _end(worker: subprocess.Popen[bytes], said: IO[bytes]) -> None:
+    worker.kill()
+    worker.wait()
+    for pipe in (worker.stdin, worker.stdout, said):
+        if pipe is not None:
+            with suppress(OSError):
+                pipe.close()
+
+
+def _end_all(running: dict[tuple[str, ...], tuple[subprocess.Popen[bytes], IO[bytes]]]) -> None:
+    while running:
+        _end(*running.popitem()[1])
 
 
 def _view(record: SourceRecord, name: str) -> SourceView:

@@ -32,6 +32,7 @@ L9  A sheet that stands on the floor of a room of the file and ends below its ce
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
@@ -66,6 +67,7 @@ from pipeline.sources.ifc.rooms_and_openings import (
 )
 from pipeline.sources.ifc.storeys import LevelStorey, assign_to_storeys, find_level_storeys, is_made_storey
 from pipeline.sources.storeys.levels import Shift, shift_to_origin
+from pipeline.sources.storeys.scale import said_size
 from pipeline.sources.storeys.surfaces import Surfaces, WallProfile
 from pipeline.sources.tolerances import (
     CLEAR_M,
@@ -386,11 +388,16 @@ def read(item: Input) -> Iterator[Level]:
     Rejection
         Where the file cannot be read, or no storey has walls.
     """
-    path = Path(item.path)
-    building = load_building(path)
-    factor = find_unit_factor(building)
+    path, options = Path(item.path), dict(item.options)
+    dropped = json.loads(options.get("drop_nodes", "[]"))
+    building = load_building(path, dropped)
+    units, scale = said_size(options)
+    factor = scale * (find_unit_factor(building) if units is None else units / building.unit_m)
+    unit_m = building.unit_m * factor
     building = scale_building(building, factor) if factor != 1.0 else building
-    found = find_levels(building)
+    if floors := json.loads(options.get("floors", "[]")):
+        building = _on_floors(building, floors)
+    found = [each for each in find_levels(building) if not floors or _is_at_one_of(each.floor_z, floors)]
     if not found:
         names = ", ".join(storey.name for storey in building.storeys[:8])
         storeys = f"none of its storeys ({names}) has" if names else "there is no IfcBuildingStorey, and no floor has"
@@ -398,7 +405,7 @@ def read(item: Input) -> Iterator[Level]:
         raise Rejection("source", Reason.NO_LEVEL, detail, _advice(building))
     shift = shift_to_origin(np.concatenate([level.walls.vertices for level in found]))
     digest = sha256_of(path)
-    name = dict(item.options).get("file", path.name)
+    name = options.get("file", path.name)
     for number, level in enumerate(found):
         provenance = {
             "source": "ifc",
@@ -409,10 +416,38 @@ def read(item: Input) -> Iterator[Level]:
             "units": "m" if factor == 1.0 else f"the file's, times {factor:g}",
             "up": "z",
         }
-        guesses = level.guesses if factor == 1.0 else (*level.guesses, "units")
-        yield _in_own_frame(
+        guesses = level.guesses if factor == 1.0 or units is not None else (*level.guesses, "units")
+        made = _in_own_frame(
             replace(level, guesses=guesses), shift, level_id(item.id, number, len(found)), number, provenance
         )
+        yield replace(made, unit_m=unit_m)
+
+
+def _is_at_one_of(height: float, floors: Sequence[float]) -> bool:
+    return any(abs(height - each) <= OFF_FLOOR_M for each in floors)
+
+
+def _on_floors(building: Building, floors: Sequence[float]) -> Building:
+    """Return the building with storeys at these heights only, metres; each part is in the highest one under it.
+
+    What a person says of the floors counts for all buildings of the file.
+    """
+    only = next(iter(building.buildings)) if len(building.buildings) == 1 else None
+    storeys = [Storey(k, f"at {height:.2f} m", height, only) for k, height in enumerate(floors)]
+
+    def stands(part: ElementBody) -> ElementBody:
+        foot = part.top if part.kind == "IfcSlab" else part.bottom
+        under = [each for each in storeys if each.elevation_m <= foot + KNEE_M]
+        return replace(part, storey=(under[-1] if under else storeys[0]).key)
+
+    groups = {each.name: getattr(building, each.name) for each in fields(building)}
+    parts = {
+        name: tuple(map(stands, group))
+        for name, group in groups.items()
+        if isinstance(group, tuple) and group and isinstance(group[0], ElementBody)
+    }
+    changed: dict[str, Any] = {**parts, "storeys": tuple(storeys)}
+    return replace(building, **changed)
 
 
 def _walls_found(building: Building) -> str:

@@ -27,8 +27,9 @@ E6  Beams are kept apart: one that spans an opening bounds its two rooms as a li
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, fields
+from fnmatch import fnmatchcase
 from typing import Any
 
 from pipeline.sources.roles import Role, role_from_name
@@ -78,6 +79,34 @@ class ElementsByKind:
             yield from kind
         for kind in (self.openings, self.doors, self.furniture, self.stairs):
             yield from kind
+
+    def without(self, patterns: Sequence[str]) -> ElementsByKind:
+        """Leave out the elements of which a name or the class matches a pattern (``Lamp*``, ``IfcRailing``).
+
+        An opening goes with the only thing that stands in it: the wall is whole there.
+        """
+        if not patterns:
+            return self
+        groups = {each.name: getattr(self, each.name) for each in fields(self)}
+        kept = {name: [each for each in group if not _matches(each, patterns)] for name, group in groups.items()}
+        kept["openings"] = [each for each in kept["openings"] if not _is_filled_by(each, patterns)]
+        return ElementsByKind(**kept)
+
+
+def element_names(model: Any) -> list[str]:
+    """Return the names and the classes of all elements with a place in a building, each once."""
+    names = {name for each in of_type(model, "IfcProduct") for name in (*element_words(each), each.is_a())}
+    return sorted(names)
+
+
+def _matches(element: Any, patterns: Sequence[str]) -> bool:
+    names = (*element_words(element), element.is_a())
+    return any(fnmatchcase(name, pattern) for pattern in patterns for name in names)
+
+
+def _is_filled_by(opening: Any, patterns: Sequence[str]) -> bool:
+    filled = opening_fillings(opening)
+    return bool(filled) and all(_matches(each, patterns) for each in filled)
 
 
 def sort_elements(model: Any) -> ElementsByKind:

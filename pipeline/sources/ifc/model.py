@@ -7,7 +7,7 @@ in the project's z-up axes. Most of a read's time goes here: into holes taken ou
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -112,7 +112,8 @@ class WallHole(Body):
 class Building:
     """What the levels are made from.
 
-    ``buildings`` are the step ids of its buildings. ``named_openings``: the file has holes in its walls as elements.
+    ``unit_m`` is the length of the file's unit, metres. ``buildings`` are the step ids of its buildings.
+    ``named_openings``: the file has holes in its walls as elements.
     """
 
     schema: str
@@ -131,10 +132,11 @@ class Building:
     furniture: tuple[ElementBody, ...]
     stairs: tuple[ElementBody, ...]
     named_openings: bool
+    unit_m: float = 1.0
 
 
-def load_building(path: Path) -> Building:
-    """Open an IFC file and triangulate what matters.
+def load_building(path: Path, without: Sequence[str] = ()) -> Building:
+    """Open an IFC file and triangulate what matters, but for elements of which a name or the class is ``without``.
 
     Raises
     ------
@@ -143,7 +145,7 @@ def load_building(path: Path) -> Building:
     """
     try:
         model, schema = open_model(path)
-        return _building(model, schema)
+        return _building(model, schema, without)
     except (MemoryError, Rejection):
         raise
     except Exception as error:
@@ -151,7 +153,7 @@ def load_building(path: Path) -> Building:
         raise Rejection("source", Reason.UNREADABLE, detail, "export the file again") from error
 
 
-def _building(model: Any, schema: str) -> Building:
+def _building(model: Any, schema: str, without: Sequence[str]) -> Building:
     from ifcopenshell.util.unit import calculate_unit_scale
 
     metres = 1.0
@@ -159,7 +161,7 @@ def _building(model: Any, schema: str) -> Building:
         metres = float(calculate_unit_scale(model))
     mend_model(model, metres)
     storeys = [_storey(storey, metres) for storey in model.by_type("IfcBuildingStorey")]
-    elements = sort_elements(model)
+    elements = sort_elements(model).without(without)
     meshes = dict(_triangulate(model, elements))
     elements = _with_called_doors(elements, meshes)
     fillings = _fillings(elements, meshes)
@@ -181,6 +183,7 @@ def _building(model: Any, schema: str) -> Building:
         furniture=_parts(elements.furniture, meshes),
         stairs=_parts(elements.stairs, meshes),
         named_openings=bool(elements.openings),
+        unit_m=metres,
     )
 
 

@@ -68,6 +68,7 @@ from pipeline.sources.occupancy_map.rooms import (
 )
 from pipeline.sources.occupancy_map.seen_walls import SeenSides, cut_walls, entrance_gaps, walls_in_rooms
 from pipeline.sources.occupancy_map.signs import measure_signs
+from pipeline.sources.storeys.scale import said_size
 from pipeline.sources.tolerances import DOOR_HEIGHT_M, OUTER_WALL_M, WALL_HEIGHT_M
 from pipeline.sources.vector_plans.drawing import Drawing, DrawnStorey, levels_from_drawing, named_room
 from pipeline.tolerances import CRACK_M, HAND_M, TWICE
@@ -134,15 +135,39 @@ def read(item: Input) -> Iterator[Level]:
     if path.is_file():
         check_file(path)
     name = options.get("file", path.name)
+    units, scale = said_size(options)
+    given = float(options["resolution"]) if options.get("resolution") else None
     try:
-        found = read_map(path, float(options["resolution"]) if options.get("resolution") else None).trimmed()
+        found = scaled_map(path, given, units, scale).trimmed()
     except MapError as error:
         advice = _RESOLUTION if "side of a cell" in error.problem else error.advice
         raise Rejection("source", _REASONS[error.fault], error.problem, advice) from None
     drawing = Drawing("robot's map", (_storey(found, name),), LeftOutParts())
     for level in levels_from_drawing(item, drawing, path, name):
         again = partial(measure_signs, found.free, found.occupied, found.resolution_m) if level.signs else None
-        yield replace(level, frame=_frame_in_map(level.frame, found), guesses=_guesses(level), measure_signs=again)
+        frame, unit_m = _frame_in_map(level.frame, found), (units or 1.0) * scale
+        yield replace(level, frame=frame, guesses=_guesses(level), unit_m=unit_m, measure_signs=again)
+
+
+def scaled_map(path: Path, resolution: float | None, units: float | None, scale: float) -> RobotMap:
+    """Return a map with what a person says of its size: its metre, or the cell of a picture without any, is ``units``.
+
+    Raises
+    ------
+    MapError
+        See ``read_map``.
+    """
+    factor = (units or 1.0) * scale
+    try:
+        found = read_map(path, resolution)
+    except MapError as error:
+        if units is None or error.fault != "bad_units":
+            raise
+        return read_map(path, factor)
+    if factor == 1.0:
+        return found
+    x, y, yaw = found.origin
+    return replace(found, resolution_m=found.resolution_m * factor, origin=(x * factor, y * factor, yaw))
 
 
 def _no_room(name: str, found: str) -> Rejection:

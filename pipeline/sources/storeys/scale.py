@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from houseexpo.errors import ConfigError
 from pipeline.sources.tolerances import (
@@ -77,6 +77,11 @@ def metres_per_unit(units: str) -> float | None:
     if units == "auto":
         return None
     return UNITS.get(units) or parse_positive_option("units", units, f" or one of auto, {', '.join(UNITS)}")
+
+
+def said_size(options: Mapping[str, str]) -> tuple[float | None, float]:
+    """Return the metres in the file's own unit that a person gives, None if nobody does, and the scale besides."""
+    return metres_per_unit(options.get("units", "auto")), parse_positive_option("scale", options.get("scale", "1"))
 
 
 def parse_positive_option(option: str, text: str, also: str = "") -> float:

@@ -2,13 +2,17 @@
 
 Each module of the table has two functions: ``can_read(path, head)``, which tells by a file's name and its first bytes
 whether it is of that family, and ``read_drawing(path)``, which reads it as a ``Drawing``. That of a family whose files
-may hold many plans also has ``list_plan_names(path)``, and reads one of them by ``read_drawing(path, key)``.
+may hold many plans also has ``list_plan_names(path)``, and reads one of them by ``read_drawing(path, key)``. One whose
+unit may be a guess, or which has names for its parts, says so by ``TAKES``: ``unit_m``, the metres in a unit, and
+``without``, patterns of names; they are keywords of ``read_drawing``.
 """
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator
 from dataclasses import replace
+from fnmatch import fnmatchcase
 from functools import cache
 from importlib import import_module
 from pathlib import Path
@@ -19,7 +23,8 @@ import shapely
 from houseexpo.file_kinds import HEAD_BYTES
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.files import check_file, id_from_file_name, input_from_file, slug
-from pipeline.sources.vector_plans.drawing import Drawing, levels_from_drawing
+from pipeline.sources.storeys.scale import said_size
+from pipeline.sources.vector_plans.drawing import Drawing, levels_from_drawing, scale_drawing
 from pipeline.values import Input, Level
 
 FAMILIES = (
@@ -87,12 +92,33 @@ def read(item: Input) -> Iterator[Level]:
         family = cast("PlanFormat", import_module(f"{__name__}.{FAMILIES[0]}"))
     many: Any = family
     try:
-        drawing = many.read_drawing(path, item.key) if item.key else family.read_drawing(path)
+        drawing = _read(many, path, item)
         yield from levels_from_drawing(item, drawing, path, dict(item.options).get("file", path.name))
     except _FAULTS as error:
         what = " ".join(str(error).split())[:120]
         detail = f"{path.name} has numbers or parts that make no plan: {type(error).__name__}: {what}"
         raise Rejection("source", Reason.UNREADABLE, detail, "correct it, or leave it out") from error
+
+
+def _read(family: Any, path: Path, item: Input) -> Drawing:
+    """Return the drawing, with what a person says of its size and its parts."""
+    options = dict(item.options)
+    (units, scale), dropped = said_size(options), json.loads(options.get("drop_nodes", "[]"))
+    takes = getattr(family, "TAKES", ())
+    said: dict[str, Any] = {"unit_m": units} if units is not None and "unit_m" in takes else {}
+    said |= {"without": dropped} if dropped and "without" in takes else {}
+    drawing: Drawing = family.read_drawing(path, *([item.key] if item.key else []), **said)
+    factor = scale * (1.0 if units is None or "unit_m" in takes else units)
+    unknown = [name for name in dropped if not any(fnmatchcase(each, name) for each in drawing.names)]
+    idle = tuple(f"drop_nodes {name!r}: nothing in {path.name} has this name" for name in unknown)
+    return replace(drawing if factor == 1.0 else scale_drawing(drawing, factor), idle=idle)
+
+
+def drawing_lines(path: Path, key: str = "") -> list[tuple[str, Any]]:
+    """Return the name and the points (n, 2) of each line of a drawing, in its unit; none where its family has none."""
+    with path.open("rb") as stream:
+        family: Any = _family(path, stream.read(HEAD_BYTES))
+    return family.drawn_lines(path, key) if hasattr(family, "drawn_lines") else []
 
 
 def _family(path: Path, head: bytes) -> PlanFormat | None:

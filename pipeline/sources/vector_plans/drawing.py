@@ -20,7 +20,7 @@ import numpy as np
 import numpy.typing as npt
 import shapely
 from shapely import LineString, MultiPolygon, Polygon
-from shapely.affinity import translate
+from shapely.affinity import scale, translate
 from shapely.geometry.base import BaseGeometry
 
 from houseexpo.files import sha256_of
@@ -56,7 +56,7 @@ from pipeline.sources.tolerances import (
     TINY,
     WALL_HEIGHT_M,
 )
-from pipeline.values import Input, Level, Mesh, SourceObject, SourceRoom
+from pipeline.values import IDLE, Input, Level, Mesh, SourceObject, SourceRoom
 
 Point = tuple[float, float]
 Floats = npt.NDArray[np.float64]
@@ -87,7 +87,8 @@ class DrawnStorey:
 class Drawing:
     """What a file holds: storeys, lowest first, what of it was left out, and what its reader had to guess.
 
-    ``y_up``: in the file y is up, and what is y in the storeys is -z there.
+    ``y_up``: in the file y is up, and what is y in the storeys is -z there. ``unit_m`` is the length of the file's
+    unit, metres. ``names`` are those of its parts (layers), ``idle`` is what a person said of it and what does nothing.
     """
 
     source: str
@@ -95,6 +96,9 @@ class Drawing:
     left_out: LeftOutParts
     guesses: tuple[str, ...] = ()
     y_up: bool = False
+    unit_m: float = 1.0
+    names: tuple[str, ...] = ()
+    idle: tuple[str, ...] = ()
 
 
 def named_room(
@@ -257,7 +261,12 @@ def levels_from_drawing(item: Input, drawing: Drawing, path: Path, name: str) ->
         detail = f"{name}: expected walls or rooms, found none"
         detail += f"; left out: {drawing.left_out.note}" if drawing.left_out else ""
         raise Rejection("source", Reason.NO_LEVEL, detail, "draw the walls, or leave the file out")
-    provenance = {"source": drawing.source, "file": name, "sha256": sha256_of(path)} | drawing.left_out.provenance
+    provenance: dict[str, Any] = {
+        "source": drawing.source,
+        "file": name,
+        "sha256": sha256_of(path),
+    } | drawing.left_out.provenance
+    provenance |= {IDLE: list(drawing.idle)} if drawing.idle else {}
     for number, storey in enumerate(sorted(drawn, key=lambda each: each.height_m)):
         made = _level(storey, name)
         yield replace(
@@ -265,6 +274,7 @@ def levels_from_drawing(item: Input, drawing: Drawing, path: Path, name: str) ->
             id=level_id(item.id, number, len(drawn)),
             frame=replace(_flip_y(made.frame) if drawing.y_up else made.frame, level=number),
             guesses=drawing.guesses,
+            unit_m=drawing.unit_m,
             signs=storey.signs,
             provenance={**provenance, **storey.about},
         )
@@ -351,6 +361,34 @@ def _moved_near(storey: DrawnStorey, name: str) -> tuple[DrawnStorey, Point]:
         furniture=tuple(SourceObject(each.words, _shift(each.mesh, dx, dy)) for each in storey.furniture),
     )
     return moved, (dx, dy)
+
+
+def scale_drawing(drawing: Drawing, factor: float) -> Drawing:
+    """Return a drawing with its lengths in plan multiplied; heights are those that readers give to drawings."""
+
+    def scaled(shape: Any) -> Any:
+        return scale(shape, factor, factor, origin=(0.0, 0.0))
+
+    def room(each: SourceRoom) -> SourceRoom:
+        x1, y1, x2, y2 = each.box or (0.0, 0.0, 0.0, 0.0)
+        box = (x1 * factor, y1 * factor, x2 * factor, y2 * factor)
+        return replace(each, polygon=each.polygon and scaled(each.polygon), box=each.box and box)
+
+    def thing(each: SourceObject) -> SourceObject:
+        return SourceObject(each.words, Mesh(each.mesh.vertices * (factor, factor, 1.0), each.mesh.faces))
+
+    storeys = tuple(
+        replace(
+            storey,
+            walls=tuple(replace(wall, shape=scaled(wall.shape)) for wall in storey.walls),
+            holes=tuple(replace(hole, shape=scaled(hole.shape)) for hole in storey.holes),
+            rooms=tuple(map(room, storey.rooms)),
+            floor=storey.floor and scaled(storey.floor),
+            furniture=tuple(map(thing, storey.furniture)),
+        )
+        for storey in drawing.storeys
+    )
+    return replace(drawing, storeys=storeys, unit_m=drawing.unit_m * factor)
 
 
 def _shift(mesh: Mesh, dx: float, dy: float) -> Mesh:

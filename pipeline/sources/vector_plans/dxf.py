@@ -22,6 +22,7 @@ import logging
 import math
 import re
 from collections.abc import Iterable, Iterator, Sequence
+from fnmatch import fnmatchcase
 from itertools import count, pairwise
 from pathlib import Path, PurePosixPath
 from typing import Any, Final
@@ -113,8 +114,11 @@ def _drawings_in_zip(path: Path) -> list[str]:
     return sorted(name for name in names if name.lower().endswith(".dxf") and not name.startswith("__MACOSX/"))
 
 
-def read_drawing(path: Path, key: str = "") -> Drawing:
-    """Read a drawing, or the one of this name in a zip.
+TAKES: Final = ("unit_m", "without")
+
+
+def read_drawing(path: Path, key: str = "", *, unit_m: float | None = None, without: Sequence[str] = ()) -> Drawing:
+    """Read a drawing, or the one of this name in a zip, in a unit that is given, and without layers of these names.
 
     Raises
     ------
@@ -124,18 +128,16 @@ def read_drawing(path: Path, key: str = "") -> Drawing:
         Where ezdxf is not installed.
     """
     try:
-        from ezdxf.document import Drawing as Document
         from ezdxf.lldxf.const import DXFError
-        from ezdxf.lldxf.tagger import binary_tags_loader
     except ImportError:
         said = f"{path.name} needs ezdxf, which is not installed: {install_command('cad')}"
         raise MissingDependencyError(said) from None
     data = _content(path, key)
     left_out = LeftOutParts()
-    logging.getLogger("ezdxf").setLevel(logging.ERROR)  # it warns of each thing that it mends, of which plans need none
     try:
-        document = Document.load(binary_tags_loader(data)) if data.startswith(_BINARY) else _text_document(data)
+        document = _document(data)
         every = list(_entities(document.modelspace(), document, left_out, (), count()))
+        every = [each for each in every if not any(fnmatchcase(str(each[1].dxf.layer), name) for name in without)]
         found = [(kind, entity) for kind, entity, _ in every if kind or entity.dxftype() in _TEXTS]
         found = _doors_or_windows(_sound(found, left_out))  # R7
         is_guessed = not any(kind in {"wall", "room"} and entity.dxftype() not in _TEXTS for kind, entity in found)
@@ -149,7 +151,8 @@ def read_drawing(path: Path, key: str = "") -> Drawing:
             for swing in _swings(entity)
         ]
         stated = _UNITS.get(int(document.header.get("$INSUNITS", 0)))
-        scale, is_stated = metres_per_unit(outlines, swings, _letters(entity for _, entity in found), stated, path.name)
+        letters = _letters(entity for _, entity in found)
+        scale, is_stated = (unit_m, True) if unit_m else metres_per_unit(outlines, swings, letters, stated, path.name)
     except (DXFError, *_FAULTS) as error:
         detail = f"{path.name} cannot be read as DXF: {type(error).__name__}: {str(error)[:120]}"
         raise Rejection("source", Reason.UNREADABLE, detail, _ADVICE) from None
@@ -168,7 +171,37 @@ def read_drawing(path: Path, key: str = "") -> Drawing:
     layers = sorted(str(layer.dxf.name) for layer in document.layers)
     _check_storey(storey, path.name, layers, is_whole=data.rstrip().endswith((b"EOF", b"EOF\0")), is_guessed=is_guessed)
     guesses = (*(() if is_stated else ("units",)), *(("layers",) if is_guessed else ()))
-    return Drawing("dxf", (storey,), left_out, guesses)
+    return Drawing("dxf", (storey,), left_out, guesses, unit_m=scale, names=tuple(layers))
+
+
+def drawn_lines(path: Path, key: str = "") -> list[tuple[str, list[Point]]]:
+    """Return the layer and the points of each line that a drawing shows, in the file's unit; none if it is damaged."""
+    from ezdxf.lldxf.const import DXFError
+
+    try:
+        document = _document(_content(path, key))
+        every = list(_entities(document.modelspace(), document, LeftOutParts(), (), count()))
+    except (DXFError, Rejection, *_FAULTS):
+        return []
+    found = []
+    for _, entity, _ in every:
+        try:
+            points = _points(entity)
+            if points and getattr(entity, "closed", False):
+                points = [*points, points[0]]
+        except (DXFError, *_FAULTS):
+            continue
+        if len(points) > 1 and np.isfinite(points).all():
+            found.append((str(entity.dxf.get("layer", "0")), points))
+    return found
+
+
+def _document(data: bytes) -> Any:
+    from ezdxf.document import Drawing as Document
+    from ezdxf.lldxf.tagger import binary_tags_loader
+
+    logging.getLogger("ezdxf").setLevel(logging.ERROR)  # it warns of each thing that it mends, of which plans need none
+    return Document.load(binary_tags_loader(data)) if data.startswith(_BINARY) else _text_document(data)
 
 
 def _check_storey(storey: DrawnStorey, name: str, layers: Sequence[str], *, is_whole: bool, is_guessed: bool) -> None:

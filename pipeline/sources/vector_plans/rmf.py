@@ -21,7 +21,7 @@ import math
 import re
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 import shapely
@@ -63,8 +63,11 @@ def can_read(path: Path, head: bytes) -> bool:
     )
 
 
-def read_drawing(path: Path) -> Drawing:
-    """Read a building; raise Rejection if it cannot be read, or no level of it has a wall."""
+TAKES: Final = ("unit_m",)
+
+
+def read_drawing(path: Path, *, unit_m: float | None = None) -> Drawing:
+    """Read a building, in a unit that is given or measured; raise Rejection if it cannot be, or no level has a wall."""
     building = _document(path)
     levels = building.get("levels")
     if not isinstance(levels, Mapping) or not levels:
@@ -76,7 +79,7 @@ def read_drawing(path: Path) -> Drawing:
     left_out = LeftOutParts()
     usable = {str(name): level for name, level in levels.items() if isinstance(level, Mapping)}
     reference = str(building.get("reference_level_name", next(iter(usable), "")))
-    scales = _scales(usable, reference, system, path, left_out)
+    scales = dict.fromkeys(usable, unit_m) if unit_m else _scales(usable, reference, system, path, left_out)
     lifts = building.get("lifts")
     storeys = []
     for name, level in usable.items():
@@ -84,7 +87,7 @@ def read_drawing(path: Path) -> Drawing:
             sheet = _Sheet(name, level, scales[name], -1.0 if system != "cartesian_meters" else 1.0, left_out)
             rooms, doors = _lifts(lifts, reference, scales, sheet)
             storeys.append(sheet.storey(rooms, doors))
-    return Drawing("open-rmf", tuple(storeys), left_out)
+    return Drawing("open-rmf", tuple(storeys), left_out, unit_m=scales.get(reference, 1.0))
 
 
 _NO_FLOOR = 0.1

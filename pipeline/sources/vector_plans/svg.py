@@ -68,8 +68,17 @@ def can_read(path: Path, head: bytes) -> bool:
     )
 
 
-def read_drawing(path: Path) -> Drawing:
-    """Read a plan; raise Rejection if it cannot be read, has no walls or rooms, or no door that gives its scale."""
+TAKES: Final = ("unit_m",)
+
+
+def read_drawing(path: Path, *, unit_m: float | None = None) -> Drawing:
+    """Read a plan, in a unit that is given or the one that a door gives.
+
+    Raises
+    ------
+    Rejection
+        It cannot be read, has no walls or rooms, or nothing that gives its scale.
+    """
     data = path.read_bytes()
     root = parse_xml(data, path.name)
     own = _OWN in data
@@ -77,8 +86,8 @@ def read_drawing(path: Path) -> Drawing:
     floors: dict[int, list[tuple[str, str, npt.NDArray[np.float64]]]] = {}
     for floor, kind, word, points in _shapes(root, own):
         floors.setdefault(floor, []).append((kind, word, points))
-    scale = 1.0
-    if not own:
+    scale = unit_m or 1.0
+    if not own and unit_m is None:
         doors = [
             float(np.ptp(points, axis=0).max()) for floor in floors.values() for k, _, points in floor if k == "door"
         ]
@@ -92,7 +101,9 @@ def read_drawing(path: Path) -> Drawing:
     ]
     if not any(storey.walls or storey.rooms for storey in storeys):
         raise Rejection("source", Reason.NO_LEVEL, f"{path.name}: expected groups of walls, found none", "leave it out")
-    return Drawing("svg" if own else "cubicasa5k", tuple(storeys), left_out, () if own else ("scale",))
+    return Drawing(
+        "svg" if own else "cubicasa5k", tuple(storeys), left_out, () if own or unit_m else ("scale",), unit_m=scale
+    )
 
 
 def _features(found: list[tuple[str, str, npt.NDArray[np.float64]]], scale: float) -> DrawnFeatures:

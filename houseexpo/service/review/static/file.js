@@ -20,7 +20,7 @@ export class FileForm {
   }
 
   show({ known, why, file, said, takes, names }, readOnly) {
-    at("file-words").textContent = why || (!known ? "The source is being read." : takes.length ? `Of ${file}. The source is read again with it.` : "Of this kind of file, nothing can be said here.");
+    at("file-words").textContent = why || (!known ? "The source is being read." : `Of ${file}. The source is read again with it.`);
     at("file-form").hidden = readOnly || !takes.length;
     const key = at("file-key").value;
     const keys = Object.keys(TITLES).filter((each) => takes.includes(each));

@@ -25,7 +25,7 @@ from houseexpo.service.review.session import DecisionRequest, Review, told_corre
 from houseexpo.service.review.sources import SourceView
 from pipeline.batch.listing import list_inputs
 from pipeline.cli_common import load_build_config
-from pipeline.source_record import source_record
+from pipeline.source_record import SourceReader
 from pipeline.sources import reader
 from pipeline.values import Level
 from research.confidence_fit import of_reviewed
@@ -36,7 +36,7 @@ from tests.corpus.marks import Marked
 @pytest.fixture(scope="module")
 def view() -> SourceView:
     config = load_build_config(None, {"sources": (str(FILE),)})
-    record = source_record(config, {}, next(iter(list_inputs(config))).id)
+    record = SourceReader(config, next(iter(list_inputs(config))).id).record({})
     return SourceView(record, record.levels[0], record.levels[0].plans[0])
 
 
