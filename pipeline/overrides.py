@@ -50,7 +50,6 @@ from houseexpo.corrections.vocabulary import (
     author_key,
     checked_distance,
     checked_values,
-    word_values,
 )
 from houseexpo.dataset.manifest import is_bundled_manifest
 from houseexpo.dataset.store.folders import overrides_path
@@ -138,22 +137,11 @@ def _with_authors(overrides: Mapping[str, Override], path: Path) -> Mapping[str,
     log.catch_up()
     said: dict[str, dict[str, tuple[str, str]]] = {}
     for line in log.active:
-        for key, (before, after) in line.changes.items():
-            if after is not None:
-                keys = set(_author_keys(key, after)) - set(_author_keys(key, before))
-                said.setdefault(line.plan, {}).update(dict.fromkeys(keys, (line.reviewer, line.time)))
+        said.setdefault(line.plan, {}).update(dict.fromkeys(line.new_keys, (line.reviewer, line.time)))
     return {
         name: replace(each, authors=tuple((key, *who) for key, who in sorted(said.get(name, {}).items())))
         for name, each in overrides.items()
     }
-
-
-def _author_keys(key: str, value: Any) -> list[str]:
-    word = next((word for word in WORDS if word == key), None)
-    try:
-        return [author_key(key, each) for each in (word_values(word, value) if word and value else [value])]
-    except ConfigError:  # a log is no input: what another version wrote there says nothing
-        return []
 
 
 def with_authors(plan: FloorPlan, overrides: Mapping[str, Override]) -> FloorPlan:

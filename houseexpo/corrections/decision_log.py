@@ -16,7 +16,8 @@ from typing import Any, Literal
 
 import msgspec
 
-from houseexpo.corrections.vocabulary import Word
+from houseexpo.corrections.vocabulary import WORDS, Word, author_key, word_values
+from houseexpo.errors import ConfigError
 from houseexpo.files import sync_folder, write_atomically
 
 Action = Literal["keep", "drop", Word, "note", "leave", "file", "move", "remove", "undo", "build"]
@@ -45,6 +46,8 @@ class LogLine(msgspec.Struct, frozen=True, omit_defaults=True):
         For a build, the number of the last line that it included; None in older logs, which means the line before.
     file
         SHA-256 of ``overrides.toml`` before and after.
+    source
+        SHA-256 of the plan's file when this was said, "" where nobody knows it.
     """
 
     number: int
@@ -58,6 +61,24 @@ class LogLine(msgspec.Struct, frozen=True, omit_defaults=True):
     upto: int | None = None
     redoes: int = 0
     about: str = ""
+    source: str = ""
+
+    @property
+    def new_keys(self) -> set[str]:
+        """What the line says that was not said before, by ``author_key``."""
+        found: set[str] = set()
+        for key, (before, after) in self.changes.items():
+            if after is not None:
+                found |= set(_author_keys(key, after)) - set(_author_keys(key, before))
+        return found
+
+
+def _author_keys(key: str, value: Any) -> list[str]:
+    word = next((word for word in WORDS if word == key), None)
+    try:
+        return [author_key(key, each) for each in (word_values(word, value) if word and value else [value])]
+    except ConfigError:  # a log is no input: what another version wrote there says nothing
+        return []
 
 
 @dataclass

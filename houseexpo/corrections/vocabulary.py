@@ -105,8 +105,9 @@ class Override:
 
     Each word of ``WORDS`` takes one value or a sequence of values. Points are in metres along the source's plan axes,
     after units and scale: (X, Y) of a z-up source, (X, Z) of a y-up one. ``FILE_WORDS`` are of a whole file, and
-    inputs of its reading, as far as its reader takes them: ``distance`` are two points in the file's own units, before any scale, and how far apart they
-    are, metres; ``floors`` are heights along the vertical axis, metres after units and scale. ``why`` is a note for
+    inputs of its reading, as far as its reader takes them: ``distance`` are two points in the file's own units, before
+    any scale, and how far apart they are, metres; ``floors`` are heights along the vertical axis, metres after units
+    and scale. ``why`` is a note for
     people. ``authors`` is what a review's log says of who said what: a key (``author_key``), a name and a time each; it
     is no key of the file.
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from houseexpo.corrections.decision_log import Action, LogLine
@@ -28,7 +28,9 @@ def check_points(table: Mapping[str, Any], place: str) -> None:
             raise ConfigError(f"{place}: {error}; correct the file first") from None
 
 
-def decision_changes(table: Mapping[str, Any], action: Action, value: Any) -> dict[str, tuple[Any, Any]]:
+def decision_changes(
+    table: Mapping[str, Any], action: Action, value: Any, more: Sequence[Any] = ()
+) -> dict[str, tuple[Any, Any]]:
     """Return the changes of a decision in a plan's table: the values before and after, by key."""
     wanted: dict[str, Any]
     if action == "keep":
@@ -41,7 +43,7 @@ def decision_changes(table: Mapping[str, Any], action: Action, value: Any) -> di
         wanted = {}
     else:
         word: Word = action  # type: ignore[assignment]  # all others are words
-        wanted = {word: _plain([*list_items(table.get(word), word), value])}
+        wanted = {word: _plain([*list_items(table.get(word), word), value, *more])}
     return {key: (table.get(key), after) for key, after in wanted.items()}
 
 

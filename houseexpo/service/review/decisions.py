@@ -20,7 +20,7 @@ import hashlib
 import os
 import tempfile
 import tomllib
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from datetime import UTC, datetime
@@ -105,7 +105,17 @@ class DecisionStore:
         """Return all tables of ``overrides.toml``."""
         return _tables(self._text())
 
-    def decide(self, plan: str, action: Action, reviewer: str, value: Any = None, seen: int = 0) -> LogLine:
+    def decide(
+        self,
+        plan: str,
+        action: Action,
+        reviewer: str,
+        value: Any = None,
+        seen: int = 0,
+        *,
+        more: Sequence[Any] = (),
+        source: str = "",
+    ) -> LogLine:
         """Store a decision; it is on the disk when this returns.
 
         Parameters
@@ -115,6 +125,10 @@ class DecisionStore:
             the question that is left.
         seen
             The number of the last line about the plan that the reviewer has seen.
+        more
+            More values of the word, or questions that are left: all of it is one decision.
+        source
+            SHA-256 of the plan's file.
 
         Raises
         ------
@@ -125,8 +139,9 @@ class DecisionStore:
         """
         with self._hold_lock():
             self._check_seen(plan, seen)
-            about = value if action == "leave" else ""
-            return self._note(plan, action, reviewer, decision_changes(self.table(plan), action, value), about=about)
+            about = "\n".join([value, *more]) if action == "leave" else ""
+            changes = decision_changes(self.table(plan), action, value, more)
+            return self._note(plan, action, reviewer, changes, about=about, source=source)
 
     def say_of_file(self, name: str, key: str, value: Any, reviewer: str) -> LogLine:
         """Store what is said of a whole file under its id; None takes the key out.
@@ -147,9 +162,18 @@ class DecisionStore:
         """Return the questions about a plan that are not asked again."""
         with self._thread:
             self._catch_up()
-            return {line.about for line in self.log.active if line.plan == plan and line.about}
+            about = [line.about for line in self.log.active if line.plan == plan and line.about]
+            return {question for each in about for question in each.split("\n")}
 
-    def replace(self, plan: str, word: Word, old: Any, new: Any, *, reviewer: str, seen: int = 0) -> LogLine:
+    def sources(self, plan: str) -> dict[str, str]:
+        """Return of which file each thing about a plan was said: its SHA-256, by ``author_key``."""
+        with self._thread:
+            self._catch_up()
+            return {key: line.source for line in self.log.active if line.plan == plan for key in line.new_keys}
+
+    def replace(
+        self, plan: str, word: Word, old: Any, new: Any, *, reviewer: str, seen: int = 0, source: str = ""
+    ) -> LogLine:
         """Replace one value of a word by another, or take it out if ``new`` is None; see ``decide``.
 
         Raises
@@ -162,7 +186,7 @@ class DecisionStore:
         with self._hold_lock():
             self._check_seen(plan, seen)
             changes = replacement(self.table(plan), word, old, new)
-            return self._note(plan, "remove" if new is None else "move", reviewer, changes)
+            return self._note(plan, "remove" if new is None else "move", reviewer, changes, source=source)
 
     def _check_seen(self, plan: str, seen: int) -> None:
         """R4."""
@@ -192,7 +216,9 @@ class DecisionStore:
             undo, line = undone[-1]
             table = self.table(line.plan)
             again = {key: changed_value(line, key, table.get(key), *pair) for key, pair in line.changes.items()}
-            return self._note(line.plan, line.action, reviewer, again, redoes=undo.number, about=line.about)
+            return self._note(
+                line.plan, line.action, reviewer, again, redoes=undo.number, about=line.about, source=line.source
+            )
 
     def history(self, plan: str) -> list[tuple[LogLine, bool]]:
         """Return the decisions on a plan in order, and whether each holds; one that was made again is there once."""
@@ -279,6 +305,7 @@ class DecisionStore:
         redoes: int = 0,
         about: str = "",
         upto: int | None = None,
+        source: str = "",
     ) -> LogLine:
         changes = {key: pair for key, pair in changes.items() if pair[0] != pair[1]}
         before = self._text()
@@ -286,7 +313,18 @@ class DecisionStore:
         number = (self.log.lines[-1].number if self.log.lines else 0) + 1
         now = datetime.now(UTC).isoformat(timespec="milliseconds")
         line = LogLine(
-            number, now, reviewer, plan, action, changes, undoes, (_hash(before), _hash(after)), upto, redoes, about
+            number,
+            now,
+            reviewer,
+            plan,
+            action,
+            changes,
+            undoes,
+            (_hash(before), _hash(after)),
+            upto,
+            redoes,
+            about,
+            source,
         )
         partial = self._write_partial(after) if changes else None  # R2
         try:

@@ -1,6 +1,8 @@
-"""Ask a person about the doubtful places of a plan: one sentence, two contrary answers, the most doubtful place first.
+"""Ask a person about the doubtful places of a plan: one sentence, two contrary answers, what is worth most first.
 
-R1  A cut was made since nothing showed a way between two parts of the plan: there is a door, or there is none.
+R1  A cut was made since nothing showed a way between two parts of the plan: there is a door, or there is none. A plan
+    is one floor that a robot can drive, so where somebody says that there is none, the next wall is cut instead. That
+    is not asked again: nobody has seen a way into this room.
 R2  A passage or a room that is rated below ``ASKED_BELOW`` is asked about.
 R3  Rooms that meet without a wall are one room, or they stay two; only where nobody has drawn a wall.
 R4  What a person has answered or left is not asked again. Answers are words of the storey, as if they had been drawn.
@@ -9,6 +11,8 @@ R5  Where the source is known: a space between walls that the plan left out, and
 R6  Where a corner juts into a room, the line from it to the wall before it may be an opening between two rooms, along
     both of its edges. It is asked about where it is as narrow as an opening, and parts off what could be a room.
 R7  What the reader guessed of the whole file (its unit, its axis) is asked first: all else depends on it.
+R8  An answer is worth its doubt times what it decides: ``_LEAST``, and the share of the plan's area that it concerns.
+    Questions of one kind stand together, the kind whose best one is worth most first.
 """
 
 from __future__ import annotations
@@ -57,6 +61,8 @@ _PASSAGE_M: Final = (0.6, 2.5)
 _CORNER: Final = 0.25
 """Doubt of an opening at a corner that juts into a room."""
 _MOST_CORNERS: Final = 6
+_LEAST: Final = 0.25
+"""A passage decides of as much as a quarter of the plan: who goes through it, and where a room ends."""
 _GUESSED: Final = {"units": "the unit", "scale": "the scale", "up": "the upward axis", "levels": "the floors"}
 
 
@@ -72,13 +78,22 @@ class Answer(msgspec.Struct, frozen=True):
 
 
 class Question(msgspec.Struct, frozen=True):
-    """A question about a place ``at`` of a plan, metres; ``key`` names it in the log, ``doubt`` is from 0 to 1."""
+    """A question about a place ``at`` of a plan, metres; ``key`` names it in the log, ``doubt`` is from 0 to 1.
+
+    ``area`` is that of the rooms or the space of which an answer decides, m2.
+    """
 
     key: str
     at: tuple[float, float]
     says: str
     answers: tuple[Answer, Answer]
     doubt: float
+    area: float = 0.0
+
+    @property
+    def kind(self) -> tuple[str, ...]:
+        """What makes questions alike: the same thing is doubtful, and the same answers are possible."""
+        return (self.key.split(" at ")[0], *(each.action for each in self.answers))
 
 
 def questions(
@@ -86,15 +101,16 @@ def questions(
     left: Collection[str] = (),
     source: SourceView | None = None,
     closed: Sequence[tuple[float, float]] = (),
+    no_doors: Sequence[tuple[float, float]] = (),
 ) -> list[Question]:
-    """Return what is to be asked of a plan, the most doubtful first (R1 to R7).
+    """Return what is to be asked of a plan, what is worth most first (R1 to R8).
 
     ``left`` are the questions that were left; ``closed`` are places of which somebody has said that no door or room
-    is there.
+    is there, ``no_doors`` those of them that are no doors.
     """
     if plan.frame is None:
         return []
-    found = [*_passages(plan), *_rooms(plan), *_meetings(plan), *_corners(plan)]
+    found = [*_passages(plan, no_doors), *_rooms(plan), *_meetings(plan), *_corners(plan)]
     if source is not None and source.plan is not None:
         dx, dy = _shift(plan, source)
         found += [
@@ -102,14 +118,27 @@ def questions(
             *_spaces_left_out(plan, source, (dx, dy), closed),
             *_places(plan, source, (dx, dy), closed),
         ]
-    return sorted((each for each in found if each.key not in left), key=lambda each: (-each.doubt, each.key))
+    return _in_order([each for each in found if each.key not in left], plan.area)
 
 
-def _passages(plan: FloorPlan) -> Iterator[Question]:
+def _in_order(asked: Sequence[Question], area: float) -> list[Question]:
+    """R7, R8."""
+    worth = {each.key: each.doubt * (_LEAST + min(each.area / area, 1.0)) for each in asked}
+    best: dict[tuple[str, ...], float] = {}
+    for each in asked:
+        best[each.kind] = max(best.get(each.kind, 0.0), worth[each.key])
+    return sorted(asked, key=lambda each: (each.doubt < 1.0, -best[each.kind], each.kind, -worth[each.key], each.key))
+
+
+def _passages(plan: FloorPlan, no_doors: Sequence[tuple[float, float]]) -> Iterator[Question]:
+    denied = shapely.multipoints(no_doors) if no_doors else None
     for door in plan.doors:
         doubt = _doubt(door.confidence)
         if door.kind == "cut":  # R1
             doubt = max(doubt or _CUT, _CUT)
+            smaller = min((plan.rooms[side] for side in door.rooms if side is not None), key=lambda room: room.area)
+            if denied is not None and denied.distance(smaller.polygon) < _WIDEST_WALL_M:
+                continue
         if doubt is None:
             continue
         between, at = room_names_beside(plan, door), _middle(door)
@@ -123,7 +152,9 @@ def _passages(plan: FloorPlan) -> Iterator[Question]:
         else:
             says = f"Is there {'an' if door.kind == 'opening' else 'a'} {door.kind} of {door.width:.2f} m: {between}?"
             answers = Answer("Yes", door.kind, ends), Answer("None", "no_door", (at,))
-        yield Question(_key(plan, door.kind, at), at, says, answers, doubt)
+        sides = [plan.rooms[side].area for side in door.rooms if side is not None]
+        area = min(sides) if door.kind == "cut" else 0.0
+        yield Question(_key(plan, door.kind, at), at, says, answers, doubt, area)
 
 
 def _rooms(plan: FloorPlan) -> Iterator[Question]:
@@ -133,7 +164,7 @@ def _rooms(plan: FloorPlan) -> Iterator[Question]:
             at = _inside(room)
             says = f"Is this {_name(room)} of {room.area:.1f} m² a room of the house?"
             answers = Answer("A room", "room", (at,)), Answer("No room", "no_room", (at,))
-            yield Question(_key(plan, "room", at), at, says, answers, doubt)
+            yield Question(_key(plan, "room", at), at, says, answers, doubt, room.area)
 
 
 def _meetings(plan: FloorPlan) -> Iterator[Question]:
@@ -152,18 +183,22 @@ def _meetings(plan: FloorPlan) -> Iterator[Question]:
         at = (round(point.x, 3), round(point.y, 3))
         says = f"{_name(one).capitalize()} and {_name(other)} meet without a wall for {edge.length:.1f} m. One room?"
         answers = Answer("One room", "one_room", (_inside(one), _inside(other))), Answer("Two rooms")
-        yield Question(_key(plan, "meet", at), at, says, answers, _OPEN)
+        yield Question(_key(plan, "meet", at), at, says, answers, _OPEN, min(one.area, other.area))
 
 
 def with_effect(plan: FloorPlan, asked: list[Question]) -> list[Question]:
-    """Return questions without those first ones of which the first answer would do nothing (R5, R6).
+    """Return questions without those first ones of a kind of which the first answer would do nothing (R5, R6).
 
-    Only the first questions are tried, up to one that has an effect: an answer changes what the others do.
+    Only the first questions of a kind are tried, up to one that has an effect: an answer changes what the others do.
     """
-    for k, question in enumerate(asked):
-        if not question.key.startswith(("place", "corner")) or _parts_or_joins(plan, question):
-            return asked[k:]
-    return []
+    kept: list[Question] = []
+    tried: set[tuple[str, ...]] = set()
+    for question in asked:
+        is_place = question.key.startswith(("place", "corner"))
+        if question.kind in tried or not is_place or _parts_or_joins(plan, question):
+            tried.add(question.kind)
+            kept.append(question)
+    return kept
 
 
 def _parts_or_joins(plan: FloorPlan, question: Question) -> bool:
@@ -218,9 +253,8 @@ def _spaces_left_out(
         at = round(point.x, 3), round(point.y, 3)
         why = "nothing leads into it" if not space.reachable else "it was taken for no room"
         says = f"This space of {shape.area:.1f} m² between walls was left out: {why}. Is it a room?"
-        yield Question(
-            _key(plan, "space", at), at, says, (Answer("A room", "room", (at,)), Answer("No room")), _LEFT_OUT
-        )
+        answers = Answer("A room", "room", (at,)), Answer("No room")
+        yield Question(_key(plan, "space", at), at, says, answers, _LEFT_OUT, shape.area)
 
 
 def _places(
@@ -255,7 +289,7 @@ def _places(
 
 def _corners(plan: FloorPlan) -> Iterator[Question]:
     """R6."""
-    found: list[tuple[float, LineString]] = []
+    found: list[tuple[float, float, LineString]] = []
     for room in plan.rooms:
         doors = shapely.union_all([door.polygon for door in plan.doors if room.id in door.rooms])
         for ray in corner_rays(room.polygon):
@@ -263,17 +297,17 @@ def _corners(plan: FloorPlan) -> Iterator[Question]:
                 continue
             parts = sorted(part.area for part in split(room.polygon, _longer(ray)).geoms)
             if len(parts) > 1 and parts[-2] >= SMALLEST_ROOM_M2 * 2:
-                found.append((ray.length, ray))
-    chosen: list[LineString] = []
-    for _, ray in sorted(found, key=lambda pair: pair[0]):
-        if all(ray.distance(other) > _PASSAGE_M[0] / 2 for other in chosen) and len(chosen) < _MOST_CORNERS:
-            chosen.append(ray)
-    for ray in chosen:
+                found.append((ray.length, parts[-2], ray))
+    chosen: list[tuple[float, LineString]] = []
+    for _, area, ray in sorted(found, key=lambda each: each[0]):
+        if all(ray.distance(other) > _PASSAGE_M[0] / 2 for _, other in chosen) and len(chosen) < _MOST_CORNERS:
+            chosen.append((area, ray))
+    for area, ray in chosen:
         (ax, ay), (bx, by) = (tuple(round(v, 3) for v in end) for end in ray.coords)
         at = round((ax + bx) / 2, 3), round((ay + by) / 2, 3)
         says = f"The room is narrow here, {ray.length:.2f} m. Is there an opening between two rooms?"
         answers = Answer("An opening", "opening", ((ax, ay), (bx, by))), Answer("One room")
-        yield Question(_key(plan, "corner", at), at, says, answers, _CORNER)
+        yield Question(_key(plan, "corner", at), at, says, answers, _CORNER, area)
 
 
 def corner_rays(room: Polygon) -> list[LineString]:

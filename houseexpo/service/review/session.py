@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping, Sequence, Set
 from typing import Annotated, Any, Final, Literal, NamedTuple
 
 import msgspec
@@ -13,7 +13,7 @@ from msgspec import Meta
 
 from houseexpo.corrections import Correction, Override
 from houseexpo.corrections.preview import Preview, preview
-from houseexpo.corrections.vocabulary import FILE_WORDS, WORDS, Word, checked_values
+from houseexpo.corrections.vocabulary import FILE_WORDS, WORDS, Word, author_key, checked_values
 from houseexpo.dataset.store.folders import overrides_path
 from houseexpo.errors import ConfigError
 from houseexpo.floorplan import FloorPlan
@@ -26,7 +26,7 @@ from houseexpo.service.lru_cache import LruCache
 from houseexpo.service.plan_page import room_names_beside
 from houseexpo.service.review.changes import list_items, replacement
 from houseexpo.service.review.decisions import DecisionStore, PlanDecisions
-from houseexpo.service.review.questions import questions, with_effect
+from houseexpo.service.review.questions import Answer, Question, questions, with_effect
 from houseexpo.service.review.queue import ReviewQueue, summarise_review
 from houseexpo.service.review.rebuild import Rebuild
 from houseexpo.service.review.sources import Sources, SourceView
@@ -41,6 +41,9 @@ _CONTROLS: Final = re.compile(r"[\x00-\x1f\x7f]+")
 
 _MOST_POINTS: Final = 60
 """Points of an outline, or rooms that become one, at most."""
+_MOST_LIKE: Final = 200
+"""Places of which the same is said at once, at most."""
+_LONGEST_NOTE: Final = 500
 
 Name = Annotated[str, Meta(min_length=1, max_length=60)]
 Id = Annotated[str, Meta(min_length=1, max_length=300)]
@@ -50,7 +53,8 @@ Point = tuple[float, float]
 class DecisionRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """A decision; ``points`` are in plan metres, ``seen`` is the number of the last log line that the reviewer saw.
 
-    ``text`` is that of a note or a drop, the label of a room, and the question that is left.
+    ``text`` is that of a note or a drop, the label of a room, and the question that is left; several have a line each.
+    ``more`` are other places of which the same word is said: all of it is one decision.
     """
 
     plan: Id
@@ -58,7 +62,8 @@ class DecisionRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     reviewer: Name
     seen: int = 0
     points: Annotated[list[Point], Meta(max_length=_MOST_POINTS)] = []
-    text: Annotated[str, Meta(max_length=500)] = ""
+    text: Annotated[str, Meta(max_length=_MOST_LIKE * 100)] = ""
+    more: Annotated[list[Annotated[list[Point], Meta(max_length=_MOST_POINTS)]], Meta(max_length=_MOST_LIKE)] = []
 
 
 class ReplaceRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -126,7 +131,11 @@ def decision_value(asked: DecisionRequest, plan: Ground) -> Any:
         The number of points is wrong, a point is outside the plan, a line is too short, a label is unknown, or the
         plan has no frame.
     """
-    if asked.action in {"keep", "drop", "note", "leave"}:
+    if asked.action == "leave":
+        return one_line(asked.text.split("\n")[0])
+    if asked.action in {"keep", "drop", "note"}:
+        if len(asked.text) > _LONGEST_NOTE:
+            raise ConfigError(f"text: expected {_LONGEST_NOTE} characters at most, found {len(asked.text)}")
         return one_line(asked.text)
     return word_value(asked.action, asked.points, asked.text, plan)  # type: ignore[arg-type]  # all others are words
 
@@ -167,17 +176,26 @@ def told_corrections(plan: FloorPlan, table: Mapping[str, Any], source: SourceVi
 
 
 def effect_in(told: Preview[FloorPlan], word: Word, value: Any) -> dict[str, Any]:
-    """Return the record of a word that was just said.
+    """Return the record of a word that was just said."""
+    return next(record for record in told.records if (record["word"], record["value"]) == (word, value))
 
-    Raises
-    ------
-    ConfigError
-        It has no effect; the message says why.
-    """
-    mine = next(record for record in told.records if (record["word"], record["value"]) == (word, value))
-    if mine["outcome"] == "none":
-        raise ConfigError(f"{word}: no effect: {mine['said']}")
-    return mine
+
+def _hash_of(plan: FloorPlan | None) -> str:
+    """Return the SHA-256 of the file from which a plan was made, "" if nobody recorded it."""
+    return str(((plan.provenance if plan else None) or {}).get("sha256", ""))
+
+
+def changed_question(plan: FloorPlan, count: int) -> dict[str, Any]:
+    """Return the question whether what was said of a file holds for the one that has taken its place."""
+    (x1, y1, x2, y2), what = plan.bbox, "1 correction was" if count == 1 else f"{count} corrections were"
+    says = f"The file has changed since {what} made here; they are shown as dotted ghosts. Do they still hold?"
+    answers = Answer("They hold"), Answer("Take them out", "take_out")
+    at = round((x1 + x2) / 2, 3), round((y1 + y2) / 2, 3)
+    return dict(msgspec.to_builtins(Question(_changed_key(_hash_of(plan)), at, says, answers, 1.0)))
+
+
+def _changed_key(source: str) -> str:
+    return f"changed at {source[:8]}"
 
 
 def _check_inside(points: Sequence[Point], plan: Ground) -> None:
@@ -378,23 +396,43 @@ class Review:
         common["source"] = self._source_facts(name, source, is_plan=is_plan)
         common |= {**decision_history(name, self.decisions, judged.get(name)), "table": table}
         shown = source if is_plan else source or self._sources.latest(name)
-        plan = queue.dataset[name] if is_plan else None if shown is None else shown.plan
+        plan = self._base(name, shown)
         if plan is None:
             return {**_nothing(name, shown), "rejected": self.rejected.get(name, ""), **common}
-        told = self.told(plan, table, shown)
+        told, left = self.told(plan, table, shown), self.decisions.left(name)
         effects = said_corrections(plan, told)
+        ghosts = self._mark_ghosts(name, plan, effects, left)
         closed = [tuple(each["points"][0]) for each in effects if each["word"] in _DENIED]
+        no_doors = [tuple(each["points"][0]) for each in effects if each["word"] == "no_door"]
+        asked = msgspec.to_builtins(with_effect(told.plan, questions(told.plan, left, source, closed, no_doors)))
         return {
             **plan_facts(told.plan),
             "rejected": "" if is_plan else self.rejected.get(name, ""),
             "effects": effects,
             "place": queue.places.get(name, -1) + 1,
-            "questions": msgspec.to_builtins(
-                with_effect(told.plan, questions(told.plan, self.decisions.left(name), source, closed))
-            ),
+            "questions": [changed_question(plan, ghosts), *asked] if ghosts else asked,
             "storeys": queue.storeys(name) if is_plan else [],
             **common,
         }
+
+    def _base(self, name: str, source: SourceView | None) -> FloorPlan | None:
+        """Return the plan that is corrected: that of the data set, or of its source if the file is another by now."""
+        now = None if source is None else source.plan
+        if name in self.rejected:
+            return now
+        built = self.queue.dataset[name]
+        return built if now is None or _hash_of(now) == _hash_of(built) else now
+
+    def _mark_ghosts(self, name: str, plan: FloorPlan, effects: list[dict[str, Any]], left: Set[str]) -> int:
+        """Mark the corrections that were made of another state of the plan's file; return how many there are."""
+        source = _hash_of(plan)
+        if not source or _changed_key(source) in left:
+            return 0
+        made = self.decisions.sources(name)
+        for each in effects:
+            of = made.get(author_key(each["word"], each["value"]), "")
+            each["ghost"] = bool(of) and of != source
+        return sum(each["ghost"] for each in effects)
 
     def _source_facts(self, name: str, source: SourceView | None, *, is_plan: bool) -> dict[str, Any]:
         """Return whether the source is known, why it cannot be, and what is said of the file."""
@@ -408,6 +446,7 @@ class Review:
         return {
             "known": source is not None,
             "why": why,
+            "changed": is_plan and self._base(name, source) is not self.queue.dataset[name],
             "file": file,
             "said": said,
             "takes": [*takes, *(["distance"] if "units" in takes and latest and latest.record.unit_m else [])],
@@ -443,7 +482,7 @@ class Review:
             The source of a house without a plan has not been read.
         """
         source = self.source(name) or self._sources.latest(name)
-        plan = self.queue.dataset[name] if name not in self.rejected else None if source is None else source.plan
+        plan = self._base(name, source)
         if source is None and plan is None:
             raise ConfigError(f"{name}: its source is not read yet; wait until it is shown")
         if plan is None:
@@ -457,12 +496,10 @@ class Review:
 
     def _plan(self, name: str) -> FloorPlan:
         """Return the plan that is corrected; that of a rejected house is known from its source."""
-        if name not in self.rejected:
-            return self.queue.dataset[name]
-        source = self.source(name)
-        if source is None or source.plan is None:
+        plan = self._base(name, self.source(name))
+        if plan is None:
             raise ConfigError(f"{name}: it has no plan yet")
-        return source.plan
+        return plan
 
     def decide(self, asked: DecisionRequest, reviewer: str) -> dict[str, Any]:
         """Store a decision; return the plan's state and the effect of a word, None if it is not one.
@@ -474,32 +511,55 @@ class Review:
         """
         is_word = asked.action in WORDS or asked.plan not in self.rejected
         plan = self._ground(asked.plan) if is_word else Ground(asked.plan, None, (0.0, 0.0, 0.0, 0.0))
-        value = decision_value(asked, plan)
-        effect = self._said(asked, plan, value)
-        line = self.decisions.decide(asked.plan, asked.action, reviewer, value, asked.seen)
+        value, effect, more = decision_value(asked, plan), None, list[Any]()
+        if asked.action == "leave":
+            more = [one_line(each) for each in asked.text.split("\n")[1:]]
+        elif asked.action in WORDS:
+            word: Word = asked.action
+            wanted = [value, *(word_value(word, points, asked.text, plan) for points in asked.more)]
+            (value, *more), effect = self._said(asked.plan, plan, word, wanted)
+        source = self._hash_at(asked.plan)
+        line = self.decisions.decide(
+            asked.plan, asked.action, reviewer, value, asked.seen, more=more, source=source if effect else ""
+        )
         return {**self.state(asked.plan), "noted": line.number, "effect": effect}
 
-    def _said(self, asked: DecisionRequest, plan: Ground, value: Any) -> dict[str, Any] | None:
-        if asked.action not in WORDS:
-            return None
-        word: Word = asked.action
-        table = self.decisions.table(asked.plan)
-        items = list_items(table.get(word), word)
-        if value in items:
-            raise ConfigError(f"{word}: no effect: it is said already")
-        return self._effect(asked.plan, plan, {**table, word: [*items, value]}, word, value)
+    def _hash_at(self, name: str) -> str:
+        """Return the SHA-256 of the file that is shown."""
+        return _hash_of(self._base(name, self.source(name)))
 
-    def _effect(self, name: str, plan: Ground, table: Mapping[str, Any], word: Word, value: Any) -> dict[str, Any]:
-        """Return the record of a word that was just said; what only the search can tell is looked for afterwards."""
+    def _said(self, name: str, plan: Ground, word: Word, wanted: Sequence[Any]) -> tuple[Sequence[Any], dict[str, Any]]:
+        """Return those of the values of a word that have an effect, and a record of what they do together."""
+        table = self.decisions.table(name)
+        items = list_items(table.get(word), word)
+        new = [value for k, value in enumerate(wanted) if value not in items and value not in wanted[:k]]
+        if not new:
+            raise ConfigError(f"{word}: no effect: it is said already")
+        found = self._effects(name, plan, {**table, word: [*items, *new]}, word, new)
+        done = [each for each in found if each["outcome"] != "none"]
+        if not done:
+            raise ConfigError(f"{word}: no effect: {found[0]['said']}")
+        if len(found) == 1:
+            return new, done[0]
+        none = [f"at {len(found) - len(done)} it has none: {each['said']}" for each in found if each not in done][:1]
+        also = [line for each in done for line in each.get("also", ())]
+        said = f"{len(done)} places at once, which one undo takes back; the first: {done[0]['said']}"
+        return [each["value"] for each in done], {**done[0], "said": said, "also": [*none, *also]}
+
+    def _effects(
+        self, name: str, plan: Ground, table: Mapping[str, Any], word: Word, values: Sequence[Any]
+    ) -> list[dict[str, Any]]:
+        """Return the records of what was just said; what only the search can tell is looked for afterwards."""
         source = self.source(name)
         if not plan.is_plan or (source is not None and source.is_founded):
             Override(**{each: table[each] for each in WORDS if each in table})
-            return {"word": word, "value": value, "outcome": "done", "said": "the source is read with it now"}
+            said = {"word": word, "outcome": "done", "said": "the rooms are searched with it now"}
+            return [{**said, "value": value} for value in values]
         base = self._plan(name)
-        effect = effect_in(self.told(base, table, source), word, value)
-        told = self.told(base, self.decisions.table(name), source)
-        before = {line for each in told.records for line in each.get("also", ())}
-        return {**effect, "also": [line for line in effect.get("also", ()) if line not in before]}
+        told, now = self.told(base, table, source), self.told(base, self.decisions.table(name), source)
+        before = {line for each in now.records for line in each.get("also", ())}
+        found = [effect_in(told, word, value) for value in values]
+        return [{**each, "also": [line for line in each.get("also", ()) if line not in before]} for each in found]
 
     def say_of_file(self, asked: FileRequest, reviewer: str) -> dict[str, Any]:
         """Store what is said of a whole file; return the state of the plan, whose source is to be read again.
@@ -533,6 +593,13 @@ class Review:
         plan, table = self._ground(asked.plan), self.decisions.table(asked.plan)
         new = word_value(asked.word, asked.points, asked.text, plan) if asked.points else None
         changed = {key: after for key, (_, after) in replacement(table, asked.word, asked.value, new).items()}
-        effect = None if new is None else self._effect(asked.plan, plan, {**table, **changed}, asked.word, new)
-        line = self.decisions.replace(asked.plan, asked.word, asked.value, new, reviewer=reviewer, seen=asked.seen)
+        effect = None
+        if new is not None:
+            (effect,) = self._effects(asked.plan, plan, {**table, **changed}, asked.word, [new])
+            if effect["outcome"] == "none":
+                raise ConfigError(f"{asked.word}: no effect: {effect['said']}")
+        source = self._hash_at(asked.plan)
+        line = self.decisions.replace(
+            asked.plan, asked.word, asked.value, new, reviewer=reviewer, seen=asked.seen, source=source
+        )
         return {**self.state(asked.plan), "noted": line.number, "effect": effect}

@@ -8,6 +8,7 @@ const root = document.getElementById("review");
 const base = root.dataset.base;
 const readOnly = root.dataset.readOnly === "yes";
 const LOOK_MS = 700;
+const MOST_ALIKE = 200; // places of which the same is said at once
 const FIRST_LAYER = 4; // the key of the first layer: 1 to 3 answer
 const at = (id) => document.getElementById(id);
 const tools = JSON.parse(root.dataset.tools); // the words of a storey, each with its key and the points that it asks for
@@ -15,8 +16,11 @@ const titles = {
   keep: "Kept", drop: "Dropped", note: "A note", file: "Of the file", leave: "Left a question", move: "Moved", remove: "Taken out", build: "Rebuilt",
   ...Object.fromEntries(tools.map(({ word, title }) => [word, title])),
 };
-const sheet = new Sheet(at("stage"), at("hint"), { choose: showChosen, move, take: (word, points) => decide(word, { points }) });
+const sheet = new Sheet(at("stage"), at("hint"), { choose: showChosen, move, take: (word, points) => decide(word, { points }), stroke: askOfStroke });
 const file = new FileForm({ draw: drawDistance, say: sayOfFile });
+let wantedKind = ""; // the kind of question that the reviewer has chosen to answer now
+let forAll = -1; // the answer that is about to be given to all questions of a kind: -1 if none is, 3 before one is chosen
+let strokes = []; // questions about lines of the drawing, the one that was clicked first
 let reading = ""; // the plan whose source is on its way
 let now = null; // what the server said of the plan that is shown
 const seen = new Map(); // by plan, the number of the latest line about it that was shown here
@@ -99,7 +103,9 @@ function show(found) {
   readSource(found);
   showSwitches();
   file.show(found.source, readOnly);
-  showQuestion(found.questions);
+  strokes = [];
+  if (found.source.changed) say("The file has changed since the plan was built; this is the plan of the file as it is now. B builds it again.", "bad");
+  showQuestions();
   at("storeys").hidden = found.storeys.length === 0;
   at("storeys").replaceChildren(...found.storeys.map(({ plan, title }) => {
     const tab = button(title, () => go("here", plan), "storey");
@@ -189,10 +195,10 @@ function counted(number, word) {
 }
 
 // What a correction did, or will do in the next build; a button chooses it, another takes it out.
-function effect({ word, outcome, said, also = [], built }, number) {
+function effect({ word, outcome, said, also = [], built, ghost }, number) {
   const line = document.createElement("li");
   line.className = outcome === "none" ? "idle" : "";
-  const when = outcome === "none" ? "no effect" : built ? "built" : "in the next build";
+  const when = ghost ? "said of the file as it was" : outcome === "none" ? "no effect" : built ? "built" : "in the next build";
   const name = `${word.replaceAll("_", " ")}, ${when}`;
   const choose = button(`${name}: ${[said, ...also].join("; ")}.`, () => sheet.choose(number), "choose");
   const out = button("×", () => remove(number), "out");
@@ -212,42 +218,102 @@ function showChosen(number) {
   [...at("effects").children].forEach((line, i) => line.classList.toggle("chosen", i === number));
 }
 
-// The most doubtful place of the plan: what is asked about it, and what each answer says.
-function showQuestion(asked) {
-  const [first] = asked;
+// Questions of a kind are alike: the same thing is doubtful, and the same answers are possible.
+const kindOf = ({ key, answers }) => JSON.stringify([key.split(" at ")[0], answers.map(({ action }) => action)]);
+const KINDS = {
+  changed: "of the file", guess: "of the file", cut: "cuts", entrance: "entrances", door: "doors", opening: "openings", room: "rooms", meet: "rooms that meet",
+  space: "spaces left out", place: "places for doors", corner: "narrow places", stroke: "lines",
+};
+
+// All that is asked, what is asked now first: lines that were clicked, then the kind that was chosen.
+function questions() {
+  const all = [...strokes, ...now?.questions ?? []];
+  return strokes.length ? all : [...all.filter((each) => kindOf(each) === wantedKind), ...all.filter((each) => kindOf(each) !== wantedKind)];
+}
+
+function alike() {
+  const all = questions();
+  return all.filter((each) => kindOf(each) === kindOf(all[0]));
+}
+
+function showQuestions() {
+  const all = questions(), [first] = all, like = first ? alike() : [];
+  if (!first) forAll = -1;
   at("asked").hidden = !first || readOnly;
+  sheet.ask(first ?? null, forAll < 0 ? [] : like, forAll === 1 ? 1 : 0);
   if (!first) return;
-  const like = alike(asked).length, more = like > 1 ? ` Shift answers all ${like} like this.` : "";
-  at("question").textContent = `${first.says}${asked.length > 1 ? ` (1 of ${asked.length} questions)${more}` : ""}`;
+  at("question").textContent = first.says;
   ["first", "second"].forEach((id, i) => {
     at(id).replaceChildren(Object.assign(document.createElement("kbd"), { textContent: i + 1 }), ` ${first.answers[i].title}`);
   });
+  at("all").hidden = like.length < 2 || ["file", "take_out"].includes(first.answers[1].action);
+  at("all").textContent = `All ${like.length} like this`;
+  at("all").setAttribute("aria-pressed", String(forAll >= 0));
+  const kinds = [...new Map(all.map((each) => [kindOf(each), each])).entries()];
+  at("kinds").hidden = all.length < 2;
+  at("kinds").replaceChildren(...kinds.map(([kind, { key }]) => {
+    const name = key.split(" at ")[0].split(" ")[0], count = all.filter((each) => kindOf(each) === kind).length;
+    const tab = button(`${count} ${KINDS[name] ?? name}`, () => { wantedKind = kind; strokes = []; forAll = -1; showQuestions(); }, "kind");
+    tab.setAttribute("aria-pressed", String(kind === kindOf(first)));
+    return tab;
+  }));
 }
 
-// The questions of the kind of the first one: the same thing is doubtful, and the same answers are possible.
-function alike(asked) {
-  const kind = ({ key, answers }) => JSON.stringify([key.split(" at ")[0], answers.map(({ action }) => action)]);
-  return asked.filter((each) => kind(each) === kind(asked[0]));
-}
-
-// One answer to all questions of a kind, each a decision of its own.
+// One answer to all questions of a kind: their places are marked first, and the same key again answers them, as one decision.
 function answerAll(which) {
-  const like = alike(now?.questions ?? []);
-  if (!like.length || like[0].answers[which].action === "file" || !mayWrite()) return;
-  now.questions = [];
-  for (const { key, answers } of like) {
-    const { action, points } = answers[which];
-    decide(action, { points, text: action === "leave" ? key : "" });
+  const [first] = questions();
+  if (!first || alike().length < 2 || !mayWrite()) return undefined;
+  const action = which < 2 ? first.answers[which].action : "leave";
+  if (action === "file" || action === "take_out") return undefined;
+  if (forAll !== which) {
+    forAll = which;
+    showQuestions();
+    const what = which < 2 ? first.answers[which].title : "Leave it";
+    return say(`${alike().length} places are marked. Shift-${which + 1} again, or Enter, says “${what}” of all of them; Escape does not.`);
   }
+  return answer(which);
+}
+
+function endForAll() {
+  if (forAll < 0 && !strokes.length) return false;
+  forAll = -1;
+  strokes = [];
+  showQuestions();
+  say("");
+  return true;
+}
+
+// What is to be said of a line of the drawing, and of those like it: the lines of its layer.
+function askOfStroke(segments, kind) {
+  const far = ([[ax, ay], [bx, by]]) => Math.hypot(ax - bx, ay - by);
+  strokes = segments.slice(0, MOST_ALIKE).map((ends) => ({
+    key: `stroke ${kind} at ${ends.flat().join(", ")}`, at: [(ends[0][0] + ends[1][0]) / 2, (ends[0][1] + ends[1][1]) / 2],
+    says: `A line of ${far(ends).toFixed(2)} m, “${kind}” in the drawing. Is it a wall?`,
+    answers: [{ title: "A wall", action: "wall", points: ends }, { title: "No wall", action: "no_wall", points: ends }],
+  }));
+  forAll = -1;
+  showQuestions();
 }
 
 function answer(which) {
-  const [first] = now?.questions ?? [];
+  const [first] = questions();
   if (!first || !mayWrite()) return undefined;
-  if (which < 2 && first.answers[which].action === "file") return file.open();
-  const { action, points } = which < 2 ? first.answers[which] : { action: "leave", points: [] };
+  const chosen = which < 2 ? first.answers[which] : { action: "leave", points: [] };
+  if (chosen.action === "file") return file.open();
+  if (chosen.action === "take_out") return takeOutGhosts();
+  if (chosen.action === "leave" && strokes.length) return endForAll();
+  const all = forAll >= 0 ? alike() : [first];
+  forAll = -1;
+  strokes = [];
   now.questions = []; // a key that is too fast is not for the next question
-  return decide(action, { points, text: action === "leave" ? first.key : "" });
+  const text = chosen.action === "leave" ? all.map(({ key }) => key).join("\n") : "";
+  return decide(chosen.action, { points: chosen.points, text, more: chosen.action === "leave" ? [] : all.slice(1).map(({ answers }) => answers[which].points) });
+}
+
+function takeOutGhosts() {
+  const { plan } = now, gone = now.effects.filter(({ ghost }) => ghost);
+  now.questions = [];
+  for (const { word, value } of gone) inTurn(async () => sayEffect(await send("replace", plan, { word, value }), plan, `Taken out: ${word.replaceAll("_", " ")}.`));
 }
 
 function step({ action, by, holds }) {
@@ -300,14 +366,14 @@ function sayEffect({ effect }, plan, otherwise) {
   else say(`${otherwise} It is on the disk.`, "good");
 }
 
-function decide(action, { points = [], text = "" } = {}) {
+function decide(action, { points = [], text = "", more = [] } = {}) {
   if (!mayWrite()) return undefined;
   const { plan } = now;
   const leaves = action === "keep" || action === "drop";
   leaving = leaves;
   return inTurn(async () => {
     const words = { keep: "Kept", drop: "Dropped", note: "Note saved for", leave: "Left a question about" };
-    sayEffect(await send("decide", plan, { action, points, text }), plan, `${words[action]} ${plan}.`);
+    sayEffect(await send("decide", plan, { action, points, text, more }), plan, `${words[action]} ${plan}.`);
     if (leaves) go("open", plan);
   }).then(() => busy).finally(() => { leaving = false; });
 }
@@ -454,8 +520,10 @@ document.addEventListener("keydown", (event) => {
     return;
   }
   if (event.key === "Escape" && !at("confirm").hidden) { cancel(); event.preventDefault(); return; }
+  if (event.key === "Escape" && endForAll()) { event.preventDefault(); return; }
+  if (event.key === "Enter" && forAll >= 0 && forAll < 3 && !event.target.matches("button, a, pre")) { event.preventDefault(); answer(forAll); return; }
   if (event.target.matches("button, a, pre") && (event.key === " " || event.key === "Enter")) return;
-  if (event.shiftKey && /^Digit[12]$/.test(event.code)) { event.preventDefault(); answerAll(Number(event.code.at(-1)) - 1); return; }
+  if (event.shiftKey && /^Digit[123]$/.test(event.code)) { event.preventDefault(); answerAll(Number(event.code.at(-1)) - 1); return; }
   const work = KEYS[event.key.toLowerCase()];
   if (work) { event.preventDefault(); work(); }
 });
@@ -463,7 +531,8 @@ document.addEventListener("keydown", (event) => {
 for (const id of ["keep", "drop"]) at(id).addEventListener("click", () => decide(id));
 for (const { word } of tools) at(word).addEventListener("click", () => draw(word));
 for (const id of ["next", "previous", "open"]) at(id).addEventListener("click", () => go(id));
-["first", "second", "leave"].forEach((id, i) => at(id).addEventListener("click", (event) => (event.shiftKey && i < 2 ? answerAll(i) : answer(i))));
+["first", "second", "leave"].forEach((id, i) => at(id).addEventListener("click", (event) => (event.shiftKey ? answerAll(i) : answer(i))));
+at("all").addEventListener("click", () => { forAll = forAll < 0 ? 3 : -1; showQuestions(); });
 at("undo").addEventListener("click", undo);
 at("redo").addEventListener("click", redo);
 at("note").addEventListener("click", openNote);

@@ -6,7 +6,9 @@ import { segmentsOf, snap } from "./snap.js";
 const STEP_M = 0.1, FAR_M = 1;
 const SNAP_PX = 11, TOUCH_PX = 22; // a finger hides what it points at
 const ARROWS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
-const LAYERS = ["source", "gone", "changed", "places", "marks", "sketch"];
+const LAYERS = ["source", "strokes", "gone", "changed", "places", "marks", "sketch"];
+const STROKES = "strokes"; // the layer of a drawing's own lines
+const SHORTEST_M = 0.3; // of what may be a wall
 const PLACES = "places"; // the layer of what may close and what the plan has no passage at
 const WIDER = 1.05; // a source that is hardly larger than the plan needs no other view
 const AT_FIRST = ["map", "section_1_1", PLACES];
@@ -31,7 +33,7 @@ export class Sheet {
   // `hooks`: choose(number) when something that is said is chosen, move(number, points) when a point of it was moved.
   constructor(stage, hint, hooks) {
     Object.assign(this, { stage, hint, hooks, tool: null, points: [], cross: null, snapped: "", plan: null, drawing: null });
-    Object.assign(this, { chosen: -1, held: -1, moved: [], waiting: [], layers: {}, segments: [], source: null, on: new Set(AT_FIRST) });
+    Object.assign(this, { chosen: -1, held: -1, moved: [], waiting: [], layers: {}, segments: [], source: null, on: new Set(AT_FIRST), asked: null, like: [], which: 0 });
   }
 
   get wanted() { return this.tool?.word ?? ""; }
@@ -61,6 +63,7 @@ export class Sheet {
     this.source = source;
     const [first] = source.layers;
     if (first && !source.layers.some(({ name }) => this.on.has(name)) && !this.plan.shape?.rooms.length) this.on.add(first.name); // nothing else is there to see
+    if (!this.plan.shape?.rooms.length) this.on.add(STROKES);
     if (!this.drawing) return;
     this.#collect();
     this.#underlay();
@@ -83,26 +86,52 @@ export class Sheet {
   get switches() {
     if (!this.source) return [];
     const places = this.source.places.length ? [{ name: PLACES, title: "Places for doors" }] : [];
-    return [...this.source.layers, ...places].map(({ name, title }) => ({ name, title, on: this.on.has(name) }));
+    const strokes = this.source.strokes.length ? [{ name: STROKES, title: "Lines of the file" }] : [];
+    return [...this.source.layers, ...places, ...strokes].map(({ name, title }) => ({ name, title, on: this.on.has(name) }));
   }
 
   toggle(name) {
     if (!this.on.delete(name)) this.on.add(name);
     if (!this.drawing) return;
+    this.#collect();
     this.#underlay();
     this.#paint();
   }
 
   #collect() {
     const edges = (this.source?.edges ?? []).flatMap((ring) => ring.map((from, i) => [from, ring[(i + 1) % ring.length]]));
-    this.segments = [...segmentsOf(this.plan.shape), ...edges];
+    this.segments = [...segmentsOf(this.plan.shape), ...edges, ...this.#strokes.map(({ ends }) => ends)];
+  }
+
+  // The straight pieces of the drawing's lines that are shown, each with what the file calls it.
+  get #strokes() {
+    if (!this.source || !this.on.has(STROKES)) return [];
+    return this.source.strokes.flatMap(({ kind, points }) => points.slice(1).map((to, i) => ({ kind, ends: [points[i], to] })));
+  }
+
+  // Shows the place of a question, and all places that are about to be answered alike.
+  ask(question, like, which) {
+    Object.assign(this, { asked: question, like, which });
+    this.#paint();
   }
 
   #underlay() {
+    this.#drawStrokes();
     const layers = (this.source?.layers ?? []).filter(({ name }) => this.on.has(name));
     this.stage.classList.toggle("see-through", layers.length > 0);
     this.layers.source.replaceChildren(...layers.map(({ title, png, box: [a, b, c, d] }) => {
       return element("image", { href: `data:image/png;base64,${png}`, x: a, y: -d, width: c - a, height: d - b, preserveAspectRatio: "none", role: "img", "aria-label": title });
+    }));
+  }
+
+  #drawStrokes() {
+    const kinds = Map.groupBy ? Map.groupBy(this.#strokes, ({ kind }) => kind) : new Map([["", this.#strokes]]);
+    this.layers.strokes.replaceChildren(...[...kinds.entries()].map(([kind, all]) => {
+      const d = all.map(({ ends: [[a, b], [x, y]] }) => `M${a},${-b}L${x},${-y}`).join("");
+      const found = element("path", { class: "stroke", d, ...keep });
+      found.append(element("title"));
+      found.lastChild.textContent = `${kind}; click a line to say whether it is a wall`;
+      return found;
     }));
   }
 
@@ -212,7 +241,9 @@ export class Sheet {
   #click(point, event) {
     if (!this.tool) {
       const mark = this.#markAt(point, event), place = mark < 0 ? this.#placeAt(point, event) : null;
+      const stroke = mark < 0 && !place ? this.#strokeAt(point, event) : null;
       if (place) this.hooks.take(this.#wordOf(place.ends), place.ends);
+      else if (stroke) this.#askOf(stroke);
       else this.choose(mark);
       return;
     }
@@ -242,6 +273,18 @@ export class Sheet {
   #placeAt(point, event) {
     const near = this.#freePlaces.map((place) => [farFrom(place.ends, point), place]).sort((one, other) => one[0] - other[0]);
     return near.length && near[0][0] <= this.#reach(event) ? near[0][1] : null;
+  }
+
+  #strokeAt(point, event) {
+    const near = this.#strokes.filter(({ ends }) => apart(...ends) >= SHORTEST_M).map((stroke) => [farFrom(stroke.ends, point), stroke]);
+    const [far, found] = near.reduce((best, each) => (each[0] < best[0] ? each : best), [Infinity, null]);
+    return far <= this.#reach(event) ? found : null;
+  }
+
+  // A line first, then all others of its layer.
+  #askOf({ kind, ends }) {
+    const like = this.#strokes.filter((each) => each.kind === kind && each.ends[0] !== ends[0] && apart(...each.ends) >= SHORTEST_M);
+    this.hooks.stroke([ends, ...like.map((each) => each.ends)], kind);
   }
 
   #markAt(point, event) {
@@ -275,15 +318,22 @@ export class Sheet {
     const unit = this.#metres, marks = [], sketch = [];
     const line = (points, kind, shut = false) => element("path", { class: kind, d: `M${points.map(([x, y]) => `${x},${-y}`).join(" ")}${shut ? "Z" : ""}`, ...keep });
     const dot = ([x, y], px, kind) => element("circle", { class: kind, cx: x, cy: -y, r: px * unit, ...keep });
-    this.plan.effects.forEach(({ word, points, outcome }, i) => {
-      const kind = `mark ${word.startsWith("no_") ? "no" : ""} ${outcome === "none" ? "idle" : ""} ${i === this.chosen ? "chosen" : ""}`;
+    this.plan.effects.forEach(({ word, points, outcome, ghost }, i) => {
+      const kind = `mark ${ghost ? "ghost" : ""} ${word.startsWith("no_") ? "no" : ""} ${outcome === "none" ? "idle" : ""} ${i === this.chosen ? "chosen" : ""}`;
       const shown = i === this.chosen && this.held >= 0 ? this.moved : points;
       if (shown.length > 1) marks.push(line(shown, `${kind} line`, shown.length > 2));
       else marks.push(dot(shown[0], 9, kind));
       if (i === this.chosen) marks.push(...shown.map((each) => dot(each, 6, "handle")));
     });
-    const asked = this.plan.questions[0];
-    if (asked && !this.tool) marks.push(dot(asked.at, 16, "asked-at"));
+    if (!this.tool) {
+      for (const { at, answers } of this.like) {
+        const { points } = answers[this.which];
+        marks.push(dot(at, 12, "like-at"));
+        if (points.length > 1) marks.push(line(points, "like", points.length > 2));
+      }
+      if (this.asked) marks.push(dot(this.asked.at, 16, "asked-at"));
+      if (this.asked?.key.startsWith("stroke")) marks.push(line(this.asked.answers[0].points, "like"));
+    }
     for (const points of this.waiting) sketch.push(points.length > 1 ? line(points, "waiting", points.length > 2) : dot(points[0], 9, "waiting"));
     sketch.push(...this.points.map((each) => dot(each, 4, "point")));
     if (this.tool && this.cross) {

@@ -226,7 +226,8 @@ def test_it_asks_first_and_a_key_answers(tmp_path: Path) -> None:
     with running(service_of(folder, review=True)) as address, visited(address, "/houses/review") as page:
         shows(page, "home_L0")
         asks = "words => document.getElementById('question').textContent.includes(words)"
-        page.wait_for_function(asks, arg="so a cut of 0.80 m was made. Is a door there? (1 of 2 questions)")
+        page.wait_for_function(asks, arg="so a cut of 0.80 m was made. Is a door there?")
+        assert page.locator("#kinds button").all_inner_texts() == ["1 cuts", "1 rooms"]
         look(page, "review-question")
         page.keyboard.press("1")
         says(page, "the cut there is a door now")
@@ -245,6 +246,36 @@ def test_it_asks_first_and_a_key_answers(tmp_path: Path) -> None:
         shows(page, "home_L1")
         look(page, "review-storeys")
     assert list(overrides(folder)["home_L0"]) == ["door", "no_room"]
+
+
+def test_shift_marks_what_is_alike_and_once_more_answers_it(tmp_path: Path) -> None:
+    folder = tmp_path / "houses"
+    folder.mkdir()
+    plan = replace(two_rooms("house"), frame=FRAME)
+    unsure = tuple(replace(room, confidence=0.4) for room in plan.rooms)
+    save_plan(replace(plan, rooms=unsure), folder / "house.json")
+    with running(service_of(folder, review=True)) as address, visited(address, "/houses/review") as page:
+        shows(page, "house")
+        page.wait_for_selector("#all:not([hidden])")
+        assert page.inner_text("#all") == "All 2 like this"
+        page.keyboard.press("Shift+1")
+        says(page, "2 places are marked")
+        assert page.locator(".like-at").count() == 2
+        look(page, "review-all-alike")
+        page.keyboard.press("Escape")
+        assert page.locator(".like-at").count() == 0
+        assert not (folder / "overrides.toml").exists()
+        page.keyboard.press("Shift+1")
+        page.keyboard.press("Shift+1")
+        says(page, "2 places at once, which one undo takes back")
+        assert len(overrides(folder)["house"]["room"]) == 2
+        page.keyboard.press("u")
+        says(page, "Undone")
+        assert overrides(folder) == {}
+        page.click("#all")
+        assert page.locator(".like-at").count() == 2
+        page.click("#first")
+        says(page, "2 places at once")
 
 
 def test_escape_and_another_persons_decision(folder: Path) -> None:

@@ -84,7 +84,25 @@ def test_rooms_that_meet_without_a_wall_may_be_one() -> None:
     assert asked.answers[1].action == "leave"
 
 
-def test_the_most_doubtful_place_comes_first() -> None:
+def test_what_is_worth_most_comes_first() -> None:
     found = questions(replace(with_entrance(0.6), rooms=plan_with(room=0.2).rooms))
     assert [each.doubt for each in found] == [0.8, 0.4]
     assert "room of the house" in found[0].says
+    found = questions(replace(with_entrance(0.35), rooms=plan_with(room=0.5).rooms))
+    assert [each.doubt for each in found] == [0.5, 0.65]  # a room of a third of the plan decides of more than a passage
+
+
+def test_questions_of_a_kind_stand_together() -> None:
+    plan = with_entrance(0.4)
+    more = replace(plan.doors[1], id=2, segment=((7.1, 1.0), (7.1, 2.0)), ring=box(7.1, 1.0, 7.2, 2.0), rooms=(1, None))
+    doors = (replace(plan.doors[0], confidence=0.5), plan.doors[1], replace(more, confidence=0.6))
+    found = questions(replace(plan, doors=doors))
+    assert [each.kind[0] for each in found] == ["entrance", "entrance", "door"]
+
+
+def test_a_cut_that_took_the_place_of_another_is_not_asked_about() -> None:
+    plan = plan_with("cut", 0.06)
+    x1, y1, x2, y2 = plan.rooms[1].polygon.bounds
+    assert questions(plan)
+    assert questions(plan, no_doors=[(x2 + 0.1, (y1 + y2) / 2)]) == []
+    assert questions(plan, no_doors=[(x1 - 2.0, y1)])

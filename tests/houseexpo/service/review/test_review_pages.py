@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import time
 import tomllib
 from collections.abc import Iterator
@@ -279,3 +280,47 @@ def test_what_does_not_name_a_correction_is_refused(client: TestClient, folder: 
     asked = {"plan": "doubtful", "word": "wall", "reviewer": "ann", **words}
     assert client.post("/houses/review/replace", json=asked).status_code in {400, 409}
     assert not (folder / "overrides.toml").exists()
+
+
+def test_the_same_of_several_places_is_one_decision_and_one_undo(client: TestClient, folder: Path) -> None:
+    shape = state(client, plan="doubtful")["shape"]
+    (x1, y1, x2, y2) = shape["bounds"]
+    places = [[round(x1 + 1.0, 2), round(y1 + 1.0, 2)], [round(x2 - 1.0, 2), round(y1 + 1.0, 2)]]
+    beside = [round(x2 + 1.5, 2), round(y2 + 1.5, 2)]  # in no room: it has no effect
+    done = decide(client, "doubtful", "label", points=[places[0]], more=[[places[1]], [beside]], text="Office")
+    assert "2 places at once" in done["effect"]["said"]
+    assert "at 1 it has none" in done["effect"]["also"][0]
+    assert [room["label"] for room in done["shape"]["rooms"]] == ["Office", "Office"]
+    assert len(overrides(folder)["doubtful"]["label"]) == 2
+    client.post("/houses/review/undo", json={"reviewer": "ann"})
+    assert overrides(folder) == {}
+
+
+def test_several_questions_are_left_at_once(client: TestClient, folder: Path) -> None:
+    decide(client, "doubtful", "leave", text="cut at 1.0, 2.0\nroom at 3.0, 4.0")
+    review = Review(Collection("houses", folder))
+    assert review.decisions.left("doubtful") == {"cut at 1.0, 2.0", "room at 3.0, 4.0"}
+
+
+def test_what_was_said_of_another_state_of_the_file_is_a_ghost_until_somebody_answers(folder: Path) -> None:
+    def made_of(source: str) -> None:
+        for file in folder.glob("**/doubtful.json"):
+            plan = json.loads(file.read_text())
+            plan["provenance"] = {**(plan.get("provenance") or {}), "sha256": source}
+            file.write_text(json.dumps(plan))
+
+    made_of("a" * 64)
+    with served(folder) as client:
+        (x1, y1, _, _) = state(client, plan="doubtful")["shape"]["bounds"]
+        decide(client, "doubtful", "label", points=[[x1 + 1.0, y1 + 1.0]], text="Office")
+        assert not state(client, plan="doubtful")["effects"][0]["ghost"]
+    made_of("b" * 64)
+    with served(folder) as client:
+        found = state(client, plan="doubtful")
+        assert found["effects"][0]["ghost"]
+        asked = found["questions"][0]
+        assert "The file has changed since 1 correction was made here" in asked["says"]
+        decide(client, "doubtful", "leave", text=asked["key"])
+        found = state(client, plan="doubtful")
+        assert not any(each.get("ghost") for each in found["effects"])
+        assert not any(each["key"].startswith("changed") for each in found["questions"])
