@@ -294,6 +294,19 @@ def _as_options(override: Override) -> dict[str, str | None]:
     }
 
 
+def overrides_by_content(overrides: Mapping[str, Override], sha256: str) -> Mapping[str, Override]:
+    """Return the overrides of an input, those under an id with the digits of its own content under the id itself (R1).
+
+    Inputs of equal ids are told apart by these digits.
+    """
+    mark = f"_{sha256[:8]}"
+    found = {name: each for name, each in overrides.items() if not sha256 or not name.endswith(mark)}
+    for name in sorted(set(overrides) - set(found)):
+        own = name.removesuffix(mark)
+        found[own] = found.get(own, Override()).joined(overrides[name])
+    return found
+
+
 def override_for_level(level_id: str, overrides: Mapping[str, Override]) -> Override:
     """Return the override of a level, with the words of its buildings (R4), and with ``keep`` or ``drop`` of its file.
 

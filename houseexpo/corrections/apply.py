@@ -6,7 +6,8 @@ R2  Words are applied in the order of ``WORDS``, so that a table says the same w
     does nothing.
 R3  ``door``, ``opening``: in a wall between two rooms it joins them; in an outer wall it leads outside; on a floor it
     parts the room (``openings``), if the rest of its line is at most a metre. A wider door than any is an opening.
-    What stands there gives way. Behind it, a space into which nothing led becomes a room.
+    What stands there gives way. Behind it, a space into which nothing led becomes a room. Lines of which none parts a
+    room alone part it together; as long as they do not, they wait.
 R4  ``entrance``: a door to the outside, whatever lies there. ``wall``: parts the rooms that it crosses.
 R5  ``one_room``: rooms and the passages and walls between them become one. ``no_wall``: so do the rooms at both sides
     of a line in a wall, joined by what of the wall is drawn. ``no_door``: the passage there is wall; ``window``: it is
@@ -33,7 +34,7 @@ from houseexpo.corrections.draft import (
     Space,
     Vector,
 )
-from houseexpo.corrections.passages import place_passage, remove_passage
+from houseexpo.corrections.passages import part_together, place_passage, remove_passage
 from houseexpo.corrections.rooms import (
     add_room,
     draw_room,
@@ -43,7 +44,7 @@ from houseexpo.corrections.rooms import (
     remove_room,
     remove_wall,
 )
-from houseexpo.corrections.saying import AlreadySoError, NoEffectError, Placed, Said
+from houseexpo.corrections.saying import AlreadySoError, NoEffectError, PartsNothingError, Placed, Said
 from houseexpo.corrections.settling import settle
 from houseexpo.corrections.vocabulary import Correction, Word
 from houseexpo.grids.frame import plan_points_from_source
@@ -59,13 +60,14 @@ _Plan = TypeVar("_Plan", bound=PlanData)
 class Effect:
     """What became of one correction: ``done``, ``already`` so, or ``none`` and why.
 
-    ``also`` is what changed beside it.
+    ``also`` is what changed beside it. ``waits``: it does nothing alone, but may with others of its kind (R3).
     """
 
     correction: Correction
     outcome: Outcome
     said: str
     also: tuple[str, ...] = ()
+    waits: bool = False
 
     @property
     def sentence(self) -> str:
@@ -82,6 +84,7 @@ class Effect:
             "outcome": self.outcome,
             "said": self.said,
             **({"also": list(self.also)} if self.also else {}),
+            **({"waits": True} if self.waits else {}),
         }
 
 
@@ -121,7 +124,7 @@ def correct_plan(
     plan = plan if plan.rooms else with_rooms(plan)
     draft = Draft(plan, spaces)
     placed = [Placed(each, _in_plan(plan, each)) for each in corrections]
-    effects = [_apply(draft, each) for each in placed]
+    effects = _apply_all(draft, placed)
     if not any(effect.outcome == "done" for effect in effects):
         return Corrected(draft.made(measure=False) if draft.is_surer else plan, tuple(effects))
     followed = tuple(settle(draft))
@@ -133,17 +136,37 @@ def _in_plan(plan: PlanData, correction: Correction) -> Vector:
     return points if plan.frame is None else plan_points_from_source(plan.frame, points)
 
 
+def _apply_all(draft: Draft, placed: Sequence[Placed]) -> list[Effect]:
+    """Apply words in turn; lines that wait are tried together after the last of their kind (R3)."""
+    effects: list[Effect] = []
+    last = max((k for k, each in enumerate(placed) if each.correction.word in _PARTING), default=-1)
+    for k, each in enumerate(placed):
+        effects.append(_apply(draft, each))
+        waiting = [number for number, effect in enumerate(effects) if effect.waits] if k == last else []
+        if len(waiting) > 1:
+            for number, said in part_together(draft, [placed[at] for at in waiting]).items():
+                effects[waiting[number]] = Effect(placed[waiting[number]].correction, "done", said.text)
+    return effects
+
+
+_PARTING: Final = frozenset({"door", "opening"})
+
+
 def _apply(draft: Draft, placed: Placed) -> Effect:
     correction = placed.correction
     before = list(draft.rooms), list(draft.doors)
     try:
-        said = _WORDS[correction.word](draft, placed)
+        done = _WORDS[correction.word](draft, placed)
     except AlreadySoError as stands:
         return Effect(correction, "already", str(stands))
+    except PartsNothingError as waits:
+        draft.rooms, draft.doors = before
+        said = f"{waits}; it waits for other lines that part it together with this one"
+        return Effect(correction, "none", said, waits=True)
     except NoEffectError as refused:
         draft.rooms, draft.doors = before
         return Effect(correction, "none", str(refused))
-    return Effect(correction, "done", said.text, tuple(said.also))
+    return Effect(correction, "done", done.text, tuple(done.also))
 
 
 _WORDS: Final[Mapping[Word, Callable[[Draft, Placed], Said]]] = {

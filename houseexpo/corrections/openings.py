@@ -36,6 +36,8 @@ SQUARE: Final = math.cos(math.radians(5.0))
 ALONG: Final = math.cos(math.radians(15.0))
 """Cosine of the angle within which a line drawn near a wall runs along it."""
 _SAMPLE_M: Final = 0.01
+_AT_WALL_M: Final = 0.05
+"""An end that lies so near a wall meets it: half of ``PARTITION_M``, so that the wall in the line reaches it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -200,9 +202,11 @@ def drawn_on(strip: Strip, shape: Polygon) -> tuple[Strip, tuple[float, float]] 
         inner = end - side * strip.along * min(strip.length / 2, SNAP_M)
         ray = shapely.LineString([inner, end + side * strip.along * ONWARD_M])
         hit = shapely.intersection(ray, shape.boundary)
-        if hit.is_empty:
-            return None
         places = [np.array(p) for p in shapely.get_coordinates(hit)]
+        if hit.is_empty and shape.boundary.distance(shapely.Point(end)) <= _AT_WALL_M:
+            places = [end]  # at a corner, along its edge: the ray passes it by a hair
+        if not places:
+            return None
         first = min(places, key=lambda place: math.dist(inner, place))
         onward.append(dot(first - end, side * strip.along))
         if (face := _end_face(first, strip, shape)) is not None:

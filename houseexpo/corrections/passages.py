@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import suppress
 from typing import Final
 
 import numpy as np
@@ -28,7 +29,7 @@ from houseexpo.corrections.openings import (
     strip_of,
     wall_beside,
 )
-from houseexpo.corrections.saying import AlreadySoError, NoEffectError, Placed, Said, contradiction
+from houseexpo.corrections.saying import AlreadySoError, NoEffectError, PartsNothingError, Placed, Said, contradiction
 from houseexpo.corrections.vocabulary import Word
 from houseexpo.plan.parts import DoorKind
 from houseexpo.tolerances import MIN_DOOR_M, ROUNDED_M2, SMALLEST_ROOM_M2
@@ -41,7 +42,7 @@ _INTO_M: Final = 0.03
 
 def place_passage(draft: Draft, placed: Placed) -> Said:
     """Place a door, an opening or an entrance (R3, R4)."""
-    word, strip = placed.correction.word, strip_of(*placed.points)
+    strip = strip_of(*placed.points)
     there = _passage_there(draft, strip)
     if there is not None and there.said:
         raise NoEffectError(f"it stands in the place of {there.said}, which is said too; take one of the two out")
@@ -49,7 +50,7 @@ def place_passage(draft: Draft, placed: Placed) -> Said:
         return _confirm(there, placed)
     if there is not None:
         draft.doors.remove(there)
-    said = _new_passage(draft, strip, word, str(placed.correction))
+    said = _new_passage(draft, strip, placed)
     if there is not None:
         said.also.append(f"the {there.kind} of {there.width:.2f} m there gave way")
     return said
@@ -102,11 +103,12 @@ def _kind(word: Word, width_m: float) -> DoorKind:
     return "opening" if word == "opening" or width_m > WIDEST_DOOR_M else "door"
 
 
-def _new_passage(draft: Draft, strip: Strip, word: Word, text: str) -> Said:
+def _new_passage(draft: Draft, strip: Strip, placed: Placed) -> Said:
+    word, text = placed.correction.word, str(placed.correction)
     strip = in_its_wall(draft, strip)
     room = draft.room_at(strip.centre)
     if room is not None:
-        return _on_floor(draft, strip, room, word, text)
+        return _on_floor(draft, strip, room, placed)
     shapes = [each.shape for each in draft.rooms]
     faces = faces_beside(strip, shapes)
     one, other = (draft.rooms[k] if k >= 0 else None for k in faces.shapes)
@@ -276,8 +278,30 @@ def opened_wall(draft: Draft, strip: Strip, room: DraftRoom, faces: Faces) -> Sa
     )
 
 
-def _on_floor(draft: Draft, strip: Strip, room: DraftRoom, word: Word, text: str) -> Said:
+def _on_floor(draft: Draft, strip: Strip, room: DraftRoom, placed: Placed) -> Said:
     """Part a room along a line with a passage in it (R3)."""
+    whole, passage, onward = _line_on_floor(draft, strip, room, placed.correction.word)
+    parts = split_pieces(shapely.difference(room.shape, whole.polygon(longer_m=STEP_M)))
+    sides = _sides_of(passage, parts)
+    if sides[0] is sides[1]:
+        raise PartsNothingError(f"its line parts nothing: {draft.name(room)} goes on around it")
+    if small := next((part for part in sides if not is_room_sized(part)), None):
+        raise NoEffectError(f"it would part off {small.area:.1f} m2 only, a room has {SMALLEST_ROOM_M2} m2 or more")
+    kept = [part for part in parts if is_room_sized(part)]
+    made = draft.replace_room(room, kept)
+    one, other = (next(each for each in made if each.shape is side) for side in sides)
+    draft.doors.append(_passage_on(passage, room.shape, (one, other), placed))
+    for part in made:
+        part.confidence = 1.0 if part.confidence is not None else None
+    parted = f"{draft.name(one)} and {draft.name(other)}"
+    said = Said(f"{with_article(draft.doors[-1].kind)} of {passage.length:.2f} m parts a room into {parted}")
+    if max(onward) > STEP_M:
+        said.also.append(f"a wall of {max(onward[0], 0) + max(onward[1], 0):.2f} m closes its line")
+    return said
+
+
+def _line_on_floor(draft: Draft, strip: Strip, room: DraftRoom, word: Word) -> tuple[Strip, Strip, tuple[float, float]]:
+    """Return a line from wall to wall, the passage in it, and how far the line goes on beyond both ends of that."""
     if word == "entrance":
         raise NoEffectError(f"it lies in {draft.name(room)}, away from its walls; draw it in an outer wall")
     strip = squared(strip, room.shape)
@@ -288,29 +312,57 @@ def _on_floor(draft: Draft, strip: Strip, room: DraftRoom, word: Word, text: str
             "a wall, or draw the wall first"
         )
     whole, onward = found
-    parts = split_pieces(shapely.difference(room.shape, whole.polygon(longer_m=STEP_M)))
     jambs = strip.ends + whole.across * dot(whole.centre - strip.centre, whole.across)
-    passage = Strip((jambs[0] + jambs[1]) / 2, strip.along, strip.length, whole.depth)
+    return whole, Strip((jambs[0] + jambs[1]) / 2, strip.along, strip.length, whole.depth), onward
+
+
+def _sides_of(passage: Strip, parts: Sequence[Polygon]) -> tuple[Polygon, Polygon]:
+    """Return the parts of a room before both faces of a passage."""
     looks = [shapely.Point(passage.before(side, 0.02)) for side in (-1, 1)]
-    sides = [parts[int(np.argmin(shapely.distance(parts, look)))] for look in looks]
-    if sides[0] is sides[1]:
-        raise NoEffectError(f"its line parts nothing: {draft.name(room)} goes on around it")
-    if small := next((part for part in sides if not is_room_sized(part)), None):
-        raise NoEffectError(f"it would part off {small.area:.1f} m2 only, a room has {SMALLEST_ROOM_M2} m2 or more")
-    kept = [part for part in parts if is_room_sized(part)]
-    made = draft.replace_room(room, kept)
-    one, other = (next(each for each in made if each.shape is side) for side in sides)
-    area = shapely.intersection(passage.polygon(), room.shape)
-    area = split_pieces(area)[0]
-    kind = _kind(word, strip.length)
-    draft.doors.append(DraftDoor(kind, area, passage.ends, (one, other), 1.0, said=text))
-    for part in made:
-        part.confidence = 1.0 if part.confidence is not None else None
-    parted = f"{draft.name(one)} and {draft.name(other)}"
-    said = Said(f"{with_article(kind)} of {strip.length:.2f} m parts a room into {parted}")
-    if max(onward) > STEP_M:
-        said.also.append(f"a wall of {max(onward[0], 0) + max(onward[1], 0):.2f} m closes its line")
-    return said
+    one, other = (parts[int(np.argmin(shapely.distance(parts, look)))] for look in looks)
+    return one, other
+
+
+def _passage_on(passage: Strip, floor: Polygon, rooms: tuple[DraftRoom, DraftRoom], placed: Placed) -> DraftDoor:
+    area = split_pieces(shapely.intersection(passage.polygon(), floor))[0]
+    kind = _kind(placed.correction.word, passage.length)
+    return DraftDoor(kind, area, passage.ends, rooms, 1.0, said=str(placed.correction))
+
+
+def part_together(draft: Draft, waiting: Sequence[Placed]) -> dict[int, Said]:
+    """Part rooms along lines of which none parts one alone, but all together do; return what those did, by number.
+
+    A line that parts nothing even so is left out, and the others are tried without it.
+    """
+    done: dict[int, Said] = {}
+    for room in list(draft.rooms):
+        lines: dict[int, tuple[Strip, Strip]] = {}
+        for number, placed in enumerate(waiting):
+            strip = in_its_wall(draft, strip_of(*placed.points))
+            if draft.room_at(strip.centre) is room:
+                with suppress(NoEffectError):
+                    whole, passage, _ = _line_on_floor(draft, strip, room, placed.correction.word)
+                    lines[number] = whole, passage
+        kept: list[Polygon] = []
+        while len(lines) > 1:
+            walls = shapely.union_all([whole.polygon(longer_m=STEP_M) for whole, _ in lines.values()])
+            kept = [part for part in split_pieces(shapely.difference(room.shape, walls)) if is_room_sized(part)]
+            idle = [k for k, (_, passage) in lines.items() if len({*map(id, _sides_of(passage, kept))}) == 1]
+            if not idle:
+                break
+            lines = {k: line for k, line in lines.items() if k not in idle}
+        if len(lines) < 2 or len(kept) < 2:  # two lines or more, two parts or more
+            continue
+        made = draft.replace_room(room, kept)
+        for number, (_, passage) in lines.items():
+            one, other = (next(each for each in made if each.shape is side) for side in _sides_of(passage, kept))
+            placed = waiting[number]
+            draft.doors.append(_passage_on(passage, room.shape, (one, other), placed))
+            text = f"{with_article(draft.doors[-1].kind)} of {passage.length:.2f} m parts {draft.name(one)} and "
+            done[number] = Said(f"{text}{draft.name(other)}, with the other lines")
+        for part in made:
+            part.confidence = 1.0 if part.confidence is not None else None
+    return done
 
 
 def remove_passage(draft: Draft, placed: Placed) -> Said:

@@ -79,8 +79,11 @@ def place_wall(draft: Draft, placed: Placed) -> Said:
         if slits := _slits_behind(left, area, whole.length):
             left = shapely.difference(left, shapely.union_all(slits))
             also.append(f"the floor behind it, less than {SNAP_M:g} m deep, is wall")
-        parts = split_pieces(left)
-        kept = [part for part in parts if is_room_sized(part)] or parts[:1]
+        kept = _parts_of(left)
+        drawn = shapely.union_all([area, *(wall.shape for wall in draft.walls)])
+        closed = shapely.difference(left, shapely.union_all(_gaps_beside(left, drawn)))
+        if len(closed_parts := _parts_of(closed)) > len(kept):
+            kept = closed_parts
         if len(kept) > 1:
             made = draft.replace_room(room, kept)
             also.append("it parts a room into " + " and ".join(draft.name(each) for each in made))
@@ -96,6 +99,19 @@ def place_wall(draft: Draft, placed: Placed) -> Said:
     draft.doors = [door for door in draft.doors if all(door is not each for each in shut)]
     also += [f"the {door.kind} of {door.width:.2f} m there is shut" for door in shut]
     return Said(f"a wall of {strip.length:.2f} m stands there", also)
+
+
+def _parts_of(left: BaseGeometry) -> list[Polygon]:
+    """Return the parts of a room that are as large as one, or the largest part."""
+    parts = split_pieces(left)
+    return [part for part in parts if is_room_sized(part)] or parts[:1]
+
+
+def _gaps_beside(left: BaseGeometry, walls: BaseGeometry) -> list[BaseGeometry]:
+    """Return what of a room is narrower than a hand's breadth and lies at drawn walls: they were meant to meet it."""
+    wide = left.buffer(-SNAP_M / 2, join_style="mitre").buffer(SNAP_M / 2 + MEETS_M, join_style="mitre")
+    beside = walls.buffer(MEETS_M)
+    return [part for part in shapely.get_parts(shapely.difference(left, wide)).tolist() if part.intersects(beside)]
 
 
 def _slits_behind(left: BaseGeometry, wall: Polygon, length_m: float) -> list[Polygon]:

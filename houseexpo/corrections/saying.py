@@ -12,6 +12,10 @@ class NoEffectError(Exception):
     """A word has no effect; the text says why."""
 
 
+class PartsNothingError(NoEffectError):
+    """A line parts nothing by itself; together with others it may."""
+
+
 class AlreadySoError(Exception):
     """The plan says so already."""
 

@@ -29,6 +29,7 @@ from pipeline.overrides import (
     ids_without_level,
     level_without_walls,
     override_for_level,
+    overrides_by_content,
     with_authors,
 )
 from pipeline.png import draw_top_view
@@ -172,6 +173,7 @@ def _outcomes(job: Job, settings: JobSettings) -> Iterator[Outcome]:
 
 def _of_level(level: Level, job: Job, settings: JobSettings) -> Iterator[Outcome]:
     """Yield what came of a level: an outcome for each of its buildings."""
+    job = replace(job, overrides=overrides_by_content(job.overrides, str(level.provenance.get("sha256", ""))))
     override = override_for_level(level.id, job.overrides)
     try:
         _check_not_dropped(override)

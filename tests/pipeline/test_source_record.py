@@ -13,12 +13,13 @@ import pytest
 import trimesh
 from PIL import Image
 
+from houseexpo import build, open_dataset
 from houseexpo.corrections import Correction, Override
 from houseexpo.corrections.preview import preview
 from houseexpo.dataset.source_records import decode_source_record, encode_source_record
 from houseexpo.errors import ConfigError
 from houseexpo.floorplan import decode
-from houseexpo.service.review.sources import SourceView
+from houseexpo.service.review.sources import SourceView, _view
 from pipeline.algorithm import plan_largest_building
 from pipeline.batch.job import level_rng
 from pipeline.batch.listing import list_inputs
@@ -151,3 +152,29 @@ def test_a_robots_map_is_shown_itself(tmp_path: Path) -> None:
 def test_an_unknown_house_is_named(tmp_path: Path) -> None:
     with pytest.raises(ConfigError, match="nobody: expected an id of this build"):
         SourceReader(config_of(FILE), "nobody").record({})
+
+
+def test_inputs_of_one_id_are_told_apart_by_their_content(tmp_path: Path) -> None:
+    for folder, width in (("a", 160), ("b", 200)):
+        (tmp_path / folder / "maps").mkdir(parents=True)
+        (tmp_path / folder / "maps" / "house.yaml").write_text(
+            f"image: house.pgm\nresolution: 0.05\norigin: [0, 0, 0]\n# {folder}\n"
+        )
+        cells = np.zeros((100, width), np.uint8)
+        cells[2:-2, 2:-2] = 254
+        Image.fromarray(cells).save(tmp_path / folder / "maps" / "house.pgm")
+    files = [tmp_path / folder / "maps" / "house.yaml" for folder in ("a", "b")]
+    build([str(file) for file in files], tmp_path / "ds", workers=1)
+    config = load_build_config(None, {"sources": tuple(map(str, files))})
+    names = open_dataset(tmp_path / "ds").ids
+    assert len(names) == 2
+    lengths = {}
+    for name in names:
+        view = _view(SourceReader(config, name).record({}), name)
+        lengths[name] = view.level.extent[0]
+    assert sorted(lengths.values()) == pytest.approx([7.8, 9.8], abs=0.3)
+    longer = max(lengths, key=lambda name: lengths[name])
+    (tmp_path / "ds" / "overrides.toml").write_text(f'[{longer}]\nlabel = [5.0, 2.5, "Office"]\n')
+    build([str(file) for file in files], tmp_path / "ds", workers=1)
+    labels = {name: [room.label for room in open_dataset(tmp_path / "ds")[name].rooms] for name in names}
+    assert labels == {name: ["Office" if name == longer else "Unlabelled"] for name in names}

@@ -204,7 +204,7 @@ def with_effect(plan: FloorPlan, asked: list[Question]) -> list[Question]:
 def _parts_or_joins(plan: FloorPlan, question: Question) -> bool:
     answer = question.answers[0]
     frame: Any = plan.frame
-    ends = source_points_from_plan(frame, answer.points).tolist()
+    ends = source_points_from_plan(frame, answer.points).round(3).tolist()  # as the decision has them
     try:
         (value,) = checked_values(answer.action, [ends])  # type: ignore[arg-type]  # places and corners have words
     except ConfigError:

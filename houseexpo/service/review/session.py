@@ -407,6 +407,7 @@ class Review:
         asked = msgspec.to_builtins(with_effect(told.plan, questions(told.plan, left, source, closed, no_doors)))
         return {
             **plan_facts(told.plan),
+            "plan": name,  # a plan of the source has the id that its input alone would have
             "rejected": "" if is_plan else self.rejected.get(name, ""),
             "effects": effects,
             "place": queue.places.get(name, -1) + 1,
@@ -536,7 +537,7 @@ class Review:
         if not new:
             raise ConfigError(f"{word}: no effect: it is said already")
         found = self._effects(name, plan, {**table, word: [*items, *new]}, word, new)
-        done = [each for each in found if each["outcome"] != "none"]
+        done = [each for each in found if each["outcome"] != "none" or each.get("waits")]
         if not done:
             raise ConfigError(f"{word}: no effect: {found[0]['said']}")
         if len(found) == 1:
@@ -596,7 +597,7 @@ class Review:
         effect = None
         if new is not None:
             (effect,) = self._effects(asked.plan, plan, {**table, **changed}, asked.word, [new])
-            if effect["outcome"] == "none":
+            if effect["outcome"] == "none" and not effect.get("waits"):
                 raise ConfigError(f"{asked.word}: no effect: {effect['said']}")
         source = self._hash_at(asked.plan)
         line = self.decisions.replace(

@@ -12,6 +12,7 @@ R4  One process at a time. What the page waits for longest is told why it failed
 from __future__ import annotations
 
 import os
+import re
 import selectors
 import subprocess
 import tempfile
@@ -270,18 +271,22 @@ def _end_all(running: dict[tuple[str, ...], tuple[subprocess.Popen[bytes], IO[by
         _end(*running.popitem()[1])
 
 
+_DIGITS: Final = re.compile(r"_[0-9a-f]{8}$")
+"""What a build adds to the id of a plan that another input has too."""
+
+
 def _view(record: SourceRecord, name: str) -> SourceView:
+    ids = {name, _DIGITS.sub("", name)}
     for level in record.levels:
         for plan in level.plans:
-            if plan.id == name:
+            if plan.id in ids:
                 return SourceView(record, level, plan)
     for level in record.levels:
-        if level.id == name or (len(record.levels) == 1 and record.id == name):
+        if level.id in ids or (len(record.levels) == 1 and record.id in ids):
             return SourceView(record, level, level.plans[0] if len(level.plans) == 1 else None)
     levels = ", ".join(level.id for level in record.levels) or "none"
-    raise SourceError(
-        f"{name}: with what is said of the file, it has no such level; it has {levels}: {record.rejected}"
-    )
+    why = f": {record.rejected}" if record.rejected else ""
+    raise SourceError(f"{name}: with what is said of the file, it has no such level; it has {levels}{why}")
 
 
 def _key(name: str, tables: Mapping[str, Any], *, is_plan: bool) -> tuple[str, bytes]:

@@ -363,3 +363,44 @@ def test_numbers_that_the_pipeline_has_too_are_equal() -> None:
     assert DoorsConfig().widest_m == WIDEST_DOOR_M
     assert ConnectivityConfig().cut_width_m == CUT_M
     assert tuple(scale.UNITS) == UNITS
+
+
+def hall(*islands: tuple[float, float, float, float]) -> FloorPlan:
+    """A hall of 10 x 8 m around pillars."""
+    holes = [box(*each) for each in islands]
+    room = Room(0, "Unlabelled", box(0.1, 0.1, 10.1, 8.1), tuple(holes))
+    return FloorPlan("hall", box(0.1, 0.1, 10.1, 8.1), 1, {}, rooms=(room,), holes=tuple(holes))
+
+
+def test_openings_of_which_none_parts_a_room_alone_part_it_together() -> None:
+    plan = hall((4.0, 3.0, 6.0, 5.0))
+    north, south = [[5.0, 5.0], [5.0, 8.1]], [[5.0, 0.1], [5.0, 3.0]]
+    alone = corrected(plan, opening=north)
+    assert (alone.effects[0].outcome, alone.effects[0].waits) == ("none", True)
+    assert "waits for other lines" in alone.effects[0].sentence
+    assert areas(alone.plan) == areas(plan)
+    both = corrected(plan, opening=[north, south])
+    assert [effect.outcome for effect in both.effects] == ["done", "done"]
+    assert len(both.plan.rooms) == 2
+    assert kinds(both.plan) == ["opening", "opening"]
+    idle = [[1.0, 4.0], [1.9, 4.0]]  # between no walls: it waits, and the others are none the worse
+    three = corrected(plan, opening=[north, idle, south])
+    assert [effect.outcome for effect in three.effects] == ["done", "none", "done"]
+
+
+def test_an_opening_from_a_corner_along_its_edge_meets_the_corner() -> None:
+    ring = [(0.1, 0.1), (6.1, 0.1), (6.1, 3.1), (4.1, 3.1), (4.1, 5.1), (0.1, 5.1)]
+    plan = FloorPlan("house", ring, 1, {}, rooms=(Room(0, "Unlabelled", ring),))
+    for off in (-0.004, 0.0, 0.004):
+        found = corrected(plan, opening=[[4.1, 3.1 + off], [0.1, 3.1 + off]])
+        assert [effect.outcome for effect in found.effects] == ["done"]
+        assert len(found.plan.rooms) == 2
+
+
+def test_walls_that_meet_pillars_by_a_hair_part_the_room_and_no_part_is_lost() -> None:
+    plan = hall((4.0, 3.0, 6.0, 5.0))
+    for hair in (0.0, 0.001, 0.004, 0.02, 0.1):
+        found = corrected(plan, wall=[[[5.0, 5.0 + hair], [5.2, 8.1]], [[5.0, 0.1], [5.0, 3.0 - hair]]])
+        assert len(found.plan.rooms) == 2
+        assert sum(areas(found.plan)) == pytest.approx(plan.area, abs=1.0)
+        assert any("a cut of" in line for line in found.followed)

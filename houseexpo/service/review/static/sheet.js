@@ -42,7 +42,7 @@ export class Sheet {
     const before = this.plan?.plan === plan.plan ? this.plan.shape : null;
     if (!before) this.draw(null);
     if (!before || this.plan.seen !== plan.seen) { this.chosen = -1; this.held = -1; }
-    if (this.plan?.plan !== plan.plan) this.source = null;
+    if (this.plan?.plan !== plan.plan) { this.source = null; this.beyond = false; }
     this.plan = plan;
     this.waiting = [];
     if (!plan.shape) { // a house without a plan, the source of which is not read yet
@@ -78,8 +78,8 @@ export class Sheet {
     const low = [box[0] - margin, -box[3] - margin], high = [box[2] + margin, -box[1] + margin];
     const whole = [...low, high[0] - low[0], high[1] - low[1]];
     if (Math.max(whole[2] / home[2], whole[3] / home[3]) < WIDER) return;
-    this.drawing.home = whole;
-    if (this.drawing.view === home) this.drawing.look(whole);
+    this.drawing.home = whole; // the view stays: a point that was aimed at must not move
+    this.beyond = true;
   }
 
   // What can be switched on and off: a name, a title, and whether it is shown.
@@ -355,7 +355,8 @@ export class Sheet {
 
   #words() {
     if (!this.tool || !this.cross) {
-      return this.chosen >= 0 ? "Drag a point to move it. Delete takes the correction out. Escape ends." : "";
+      if (this.chosen >= 0) return "Drag a point to move it. Delete takes the correction out. Escape ends.";
+      return this.beyond && this.drawing.view !== this.drawing.home ? "The source reaches beyond this view: 0 shows all of it." : "";
     }
     const where = this.cross.map((value) => value.toFixed(2)).join(", "), last = this.points.at(-1);
     const length = last ? `, ${apart(last, this.cross).toFixed(2)} m long` : "", at = this.snapped ? `, at ${this.snapped}` : "";
