@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
 from typing import NamedTuple
 
@@ -26,7 +26,7 @@ from pipeline.geometry.areas import (
     trace_outlines,
     unite,
 )
-from pipeline.geometry.openings import Opening, area_outside, grow_to_overlap
+from pipeline.geometry.openings import GAPS, Opening, area_outside, grow_to_overlap
 from pipeline.tolerances import (
     BESIDE_M,
     BLOCK_M,
@@ -50,6 +50,7 @@ from pipeline.tolerances import (
     THICK_WALL_M,
     THIN_WALL_M,
     TWICE,
+    UNNAMED_WAY_M,
     WALL_M,
 )
 
@@ -309,6 +310,10 @@ def contact_fillings(walls: BaseGeometry) -> list[Polygon]:
 #     crossings is none. A hole in one wall, with a jamb on either side, may take ``NARROW_IN_WALL`` of the breadth.
 #     A block deeper than ``BLOCK_M`` makes a mouth that is no deeper than wide; what is deeper is a corridor.
 # R3  Both parts are as large as a room. Of several mouths, the one that is narrowest beside its two sides comes first.
+# R4  The end of a corridor up to ``UNNAMED_WAY_M`` wide, at a corner beyond which a room is twice as broad, is a mouth
+#     where the corridor is a hall: two ends or more part it from rooms into which nothing else leads but from outside,
+#     and another way leads into the hall. A gap as wide as the hall is broad is an end that is closed already. A
+#     corridor between rooms with other ways is a part of them, as in an open plan.
 # ---------------------------------------------------------------------------------------------------------------------
 
 NARROW_IN_WALL = 0.65
@@ -317,6 +322,8 @@ WIDER = 1.5
 LOOK_M = (0.5, 2.0)
 """How far behind a mouth its breadth is measured: as far as the mouth is wide, within these limits."""
 MOUTH_ROOM_M2 = 4.0
+HALL_M2 = 1.5
+"""The least hall: what a person needs to turn between doors."""
 
 
 class _Mouth(NamedTuple):
@@ -332,20 +339,32 @@ class _Mouth(NamedTuple):
         return bool(aside < BESIDE_M and abs(dot_product(along, other.opening.along)) > PARALLEL)
 
 
-def find_mouths(rooms: Sequence[Polygon], walls: BaseGeometry) -> list[list[Opening]]:
-    """Return the mouths that part ``rooms`` into more rooms; ``walls`` is all that closes them.
+def find_mouths(rooms: Sequence[Polygon], walls: BaseGeometry, ways: Sequence[Opening] = ()) -> list[list[Opening]]:
+    """Return the mouths that part ``rooms`` into more rooms.
 
-    Mouths of one wall that part a room only together are in one list.
+    Mouths of one wall that part a room only together are in one list, and so are those that make a hall.
+
+    Parameters
+    ----------
+    walls
+        All that closes the rooms.
+    ways
+        Which of it are doorways, openings and gaps.
     """
     ends = list(wall_ends(walls, HALL_M, nibs=True)) if rooms else []
     every = [mouth for end in ends if (mouth := _mouth_at(end, ends, walls)) is not None]
     every = [mouth for mouth in every if mouth.opening.width > CRACK_M]
     every.sort(key=lambda each: (round(each.opening.width, 6), each.opening.polygon.bounds))
     every = [every[k] for k in each_place_once([mouth.opening.polygon for mouth in every])]
+    corridors = _ends_of_corridors(walls) if ways else []
     found: list[list[Opening]] = []
     waiting = list(rooms)
     while waiting:
         room = waiting.pop()
+        if hall := _hall_ends(room, corridors, ways):
+            found.append(hall)
+            waiting += polygons_of(subtract(room, unite(end.polygon for end in hall)))
+            continue
         near = [mouth for mouth in every if shapely.contains(room, shapely.points(mouth.opening.centre))]
         rows = [[other for other in near if mouth.in_row(other)] for mouth in near]
         tries = [(parts, row) for row in [*([mouth] for mouth in near), *rows] if (parts := _part_at_mouths(room, row))]
@@ -426,6 +445,92 @@ def _room_behind_mouth(mouth: Opening, way: int, parts: Sequence[Polygon]) -> tu
     if between_blocks and not shapely.dwithin(shapely.buffer(parts[k], -wide / 2), at, 2 * wide):
         return None
     return k, sum(piece.area for piece in seen) / look
+
+
+class _HallEnd(NamedTuple):
+    """The end of a corridor in a room, the part of the room before it, and how much of the breadth behind it takes."""
+
+    opening: Opening
+    before: Polygon
+    share: float
+
+    def faces(self, other: _HallEnd) -> bool:
+        """Return whether each of two ends lies before the other, and so what lies between them before both."""
+        ours, theirs = (shapely.points(each.opening.centre) for each in (self, other))
+        return bool(self.before.contains(theirs) and other.before.contains(ours))
+
+
+def _hall_ends(room: Polygon, corridors: Sequence[Opening], ways: Sequence[Opening]) -> list[Opening]:
+    """R4: the ends of a hall in a room, or nothing; ``ways`` are what else leads into it."""
+    inside = [strip for strip in corridors if shapely.contains(room, shapely.points(strip.centre))]
+    inner = unite(way.polygon for way in ways if not (way.is_strip and way.leads_outside))
+    ends = [end for strip in inside if (end := _hall_end(strip, room, inner)) is not None]
+    ends.sort(key=lambda end: (round(end.share, 6), end.opening.polygon.bounds))
+    for first in ends:
+        hall, around = first.before, [first]
+        for end in ends:
+            if all(end.faces(other) for other in around):
+                between = max(polygons_of(intersect(hall, end.before)), key=lambda piece: piece.area, default=None)
+                if between is not None and between.area >= HALL_M2:
+                    hall = between
+                    around.append(end)
+        into = [way for way in ways if shapely.dwithin(hall, way.polygon, CRACK_M)]
+        closed = sum(_is_breadth_of(hall, way) for way in into)
+        if hall.area >= HALL_M2 and len(around) + closed > 1 and len(into) > closed:
+            return [end.opening for end in around]
+    return []
+
+
+def _is_breadth_of(hall: Polygon, way: Opening) -> bool:
+    """Return whether a gap is as wide as the hall is broad before it: the end of a corridor that is closed already."""
+    if way.closed_by not in GAPS or not way.is_strip:
+        return False
+    before = [seen[1] for side in (1, -1) if (seen := _room_behind_mouth(way, side, [hall])) is not None]
+    return bool(before) and way.width > NEARLY_ALL * before[0]
+
+
+def _ends_of_corridors(walls: BaseGeometry) -> list[Opening]:
+    """Return the strips across what is up to ``UNNAMED_WAY_M`` wide beside a convex corner of the walls (R4).
+
+    ``along`` runs from the corner to the wall that faces it, and ``across`` out of the corridor.
+    """
+    corners = trace_outlines(polygons_of(walls), LAP_M)
+    points, edge = corners.points, corners.points[corners.after] - corners.points
+    length = np.hypot(*edge.T)
+    unit = edge / length[:, None]
+    came = unit[corners.before]
+    square = came[:, 0] * unit[:, 1] - came[:, 1] * unit[:, 0] > np.cos(np.arcsin(SQUARE_TURN))
+    after, before = (np.flatnonzero(square & (each >= HAND_M)) for each in (length, length[corners.before]))
+    into = np.concatenate([unit[after], -came[before]])  # the corridor lies along the wall's edge
+    right = np.concatenate([unit[after], came[before]]) @ [[0.0, -1.0], [1.0, 0.0]]
+    start = points[np.concatenate([after, before])] + into * HAND_M / 2
+    rays = shapely.linestrings(np.stack([start + MM_M * right, start + UNNAMED_WAY_M * right], axis=1))
+    parts = shapely.get_parts(walls)
+    ray, part = shapely.STRtree(parts).query(rays, predicate="intersects")
+    hits, pair = shapely.get_coordinates(shapely.intersection(rays[ray], parts[part]), return_index=True)
+    width = np.full(len(rays), np.inf)
+    np.minimum.at(width, ray[pair], ((hits - start[ray[pair]]) * right[ray[pair]]).sum(axis=1))
+    found = []
+    for k in np.flatnonzero((width >= SHOULDERS_M) & np.isfinite(width)):
+        middle = start[k] + right[k] * width[k] / 2
+        out = right[k] if dot_product(np.array([-right[k, 1], right[k, 0]]), into[k]) < 0 else -right[k]
+        strip = Opening(middle, out, float(width[k]), HAND_M, (OUTSIDE, OUTSIDE), closed_by="mouth")
+        found.append(replace(strip, polygon=strip.strip(wider_m=CM_M)))
+    return found
+
+
+def _hall_end(strip: Opening, room: Polygon, inner: BaseGeometry) -> _HallEnd | None:
+    """Return the end of a corridor if it parts a room, and the part behind it is a room twice as broad (R4).
+
+    ``inner`` are all other ways between spaces.
+    """
+    parts = polygons_of(subtract(room, strip.polygon))
+    behind, before = (_room_behind_mouth(strip, way, parts) for way in (1, -1))
+    if behind is None or before is None or behind[0] == before[0]:
+        return None
+    far, share = parts[behind[0]], strip.width / behind[1]
+    is_end = far.area >= MOUTH_ROOM_M2 and share <= MOST and not shapely.dwithin(far, inner, CRACK_M)
+    return _HallEnd(strip, parts[before[0]], share) if is_end else None
 
 
 # ---------------------------------------------------------------------------------------------------------------------

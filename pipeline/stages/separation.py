@@ -84,6 +84,8 @@ from pipeline.values import Evidence, Level, Planes
 CLOSET_M2 = 0.9
 SLIT_M = 0.25
 WHOLE_BREADTH = 0.85
+WAYS = KNOWN | {"lintel", "gap", "mouth"}
+"""What leads from one space to another, not over a sill or a railing."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -387,7 +389,8 @@ def _part_at_mouths(level: Level, beside: Sequence[Opening], found: Division) ->
     A gap in line with a mouth is one of its row (``find_mouths``), and does not close beside it.
     """
     all_closed = found.closed_by(beside)
-    for row in find_mouths(all_closed.spaces, all_closed.ground):
+    ways = [way for way in found.openings if way.closed_by in WAYS]
+    for row in find_mouths(all_closed.spaces, all_closed.ground, ways):
         if any(lies_in_room(mouth.polygon, level) for mouth in row):
             continue
         others = [

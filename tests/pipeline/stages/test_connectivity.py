@@ -98,6 +98,15 @@ def test_a_closed_cell_between_two_parts_is_their_way() -> None:
     assert (len(found.rooms), kinds(found), len(found.closed)) == (2, ["cut"], 1)
 
 
+def test_no_cut_leads_into_a_closed_cell_before_all_others_are_joined() -> None:
+    """The walls of the cell are 0.1 m thick, and the one between the two others 0.4 m."""
+    rooms = [shapely.box(0, 0, 3, 4), shapely.box(3.4, 2.1, 6, 4), shapely.box(3.1, 0, 6, 2)]
+    house = drawn(shapely.box(-0.2, -0.2, 6.2, 4.2).difference(unite(rooms)), *rooms)
+    found = connected(house, evidence=seen(), cells=rooms[2])
+    assert (len(found.rooms), kinds(found), len(found.closed)) == (2, ["cut"], 1)
+    assert len(connected(house, evidence=seen()).passages) == 2
+
+
 @pytest.mark.parametrize(
     ("parts", "evidence"),
     [
