@@ -520,7 +520,7 @@ def _ends_of_corridors(walls: BaseGeometry) -> list[Opening]:
 
 
 def _hall_end(strip: Opening, room: Polygon, inner: BaseGeometry) -> _HallEnd | None:
-    """Return the end of a corridor if it parts a room, and the part behind it is a room twice as broad (R4).
+    """Return the end of a corridor if it parts a room, and only the part behind it is a room twice as broad (R4).
 
     ``inner`` are all other ways between spaces.
     """
@@ -529,7 +529,8 @@ def _hall_end(strip: Opening, room: Polygon, inner: BaseGeometry) -> _HallEnd | 
     if behind is None or before is None or behind[0] == before[0]:
         return None
     far, share = parts[behind[0]], strip.width / behind[1]
-    is_end = far.area >= MOUTH_ROOM_M2 and share <= MOST and not shapely.dwithin(far, inner, CRACK_M)
+    is_end = share <= MOST < strip.width / before[1]  # what is broad on both sides is a mouth (R2)
+    is_end = is_end and far.area >= MOUTH_ROOM_M2 and not shapely.dwithin(far, inner, CRACK_M)
     return _HallEnd(strip, parts[before[0]], share) if is_end else None
 
 
