@@ -7,13 +7,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
+from houseexpo.analysis.audit import RULES
 from houseexpo.analysis.measures import Measure
 from houseexpo.dataset import Dataset
 from houseexpo.errors import ConfigError
 from houseexpo.files import encode_json, write_atomically
 from houseexpo.floorplan import FloorPlan
 from stats import figures
-from stats.audit import CONNECTIONS, RULES, AuditSummary, Connection
+from stats.audit import CONNECTIONS, AuditSummary, Connection
 from stats.public_sets import CITED, PUBLIC, SHARES, SIZES
 from stats.record import BY_KEY
 from stats.report import Report, audited_data_sets, count_leaks

@@ -1,4 +1,4 @@
-"""Hold the published results of nine public data sets under the rules of ``stats.audit``, to compare with.
+"""Hold the published results of nine public data sets under the rules of ``houseexpo.analysis.audit``, to compare with.
 
 All are from results/summary.md and results/datasets/area_percentiles.csv of floorplan_eval
 (github.com/birsakm/floorplan_eval, commit 1855c76, read in 2026), which converts each data set and measures it. The

@@ -10,8 +10,8 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from houseexpo.analysis import measures
+from houseexpo.analysis.audit import PlanAudit, audit_plan
 from houseexpo.floorplan import FloorPlan
-from stats.audit import PlanAudit, audit_plan
 
 VERSION: Final = 5
 """Part of the name under which records are cached; change it when measures are added or changed."""

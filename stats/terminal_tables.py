@@ -6,9 +6,10 @@ from collections.abc import Iterator, Mapping
 
 from rich.table import Table
 
+from houseexpo.analysis.audit import RULES
 from houseexpo.commands.printing import new_table
 from houseexpo.words import count_noun
-from stats.audit import RULES, AuditSummary
+from stats.audit import AuditSummary
 from stats.compare import DIFFERENCE, Distance
 from stats.measure import DataSetSummary
 from stats.public_sets import CITED, PUBLIC

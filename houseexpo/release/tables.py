@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 import pyarrow as pa
 import pyarrow.parquet as pq
 
+from houseexpo.analysis.audit import PlanAudit
 from houseexpo.dataset.index import index_row
 from houseexpo.floorplan import FloorPlan
 from houseexpo.plan import RADII_M
@@ -30,12 +31,13 @@ _SHARE_RADIUS: Final = "0.20"
 
 
 class ReleasePlan(NamedTuple):
-    """A plan, its part, the group that it must stay with, and its picture as a PNG."""
+    """A plan, its part, the group that it must stay with, its picture as a PNG, its audit (None: it has no rooms)."""
 
     plan: FloorPlan
     split: str
     group: str
     png: bytes
+    audit: PlanAudit | None
 
 
 @dataclass(frozen=True)
@@ -62,6 +64,7 @@ def _plan_rows(placed: ReleasePlan) -> Iterator[Row]:
     plan = placed.plan
     known = index_row(plan)
     reach = known.pop("navigability") or {}
+    audit = placed.audit
     yield {
         **known,
         "split": placed.split,
@@ -69,13 +72,17 @@ def _plan_rows(placed: ReleasePlan) -> Iterator[Row]:
         **{_reach_column(radius): (reach.get(f"{radius:.2f}") or {}).get("largest_share") for radius in RADII_M},
         "narrowest": (reach.get(_SHARE_RADIUS) or {}).get("narrowest"),
         "objects": len(plan.objects),
+        "kind": (plan.provenance or {}).get("kind"),
+        "broken_rules": None if audit is None else sorted(audit.broken_rules()),
         "image": {"bytes": placed.png, "path": f"{plan.id}.png"},
         "geometry": encode_wkb(plan.free_space),
     }
 
 
 def _room_rows(placed: ReleasePlan) -> Iterator[Row]:
+    audited = {} if placed.audit is None else {room.id: room for room in placed.audit.rooms}
     for room in placed.plan.rooms:
+        found = audited.get(room.id)
         yield {
             "plan_id": placed.plan.id,
             "split": placed.split,
@@ -83,6 +90,9 @@ def _room_rows(placed: ReleasePlan) -> Iterator[Row]:
             "label": room.label,
             "source_labels": list(room.source_labels),
             "area": round(room.area, 2),
+            "clear_width": found and found.width_m,
+            "aspect": found and found.aspect,
+            "broken_rules": None if found is None else sorted(set(found.broken_rules())),
             "geometry": encode_wkb(room.polygon),
         }
 
@@ -163,6 +173,12 @@ PLANS: Final = ReleaseTable(
         TableColumn("quality", pa.float64(), "The pipeline's confidence in the plan, 0 to 1."),
         TableColumn("source", pa.string(), "Kind of file that the plan was made from."),
         TableColumn("level", pa.int32(), "Number of the level in its house."),
+        TableColumn("kind", pa.string(), "Kind of dwelling that a made house is; empty for other sources."),
+        TableColumn(
+            "broken_rules",
+            _STRINGS,
+            "Rules of real homes that the plan breaks (houseexpo stats --audit); empty if it has no rooms.",
+        ),
         TableColumn("image", IMAGE, "A picture of the plan, PNG; path is a name for it."),
         TableColumn("geometry", pa.binary(), "Free space, WKB in metres: a polygon with its holes."),
     ),
@@ -178,6 +194,9 @@ ROOMS: Final = ReleaseTable(
         TableColumn("label", pa.string(), "One of the 25 labels, or Unlabelled."),
         TableColumn("source_labels", _STRINGS, "The words of the source."),
         TableColumn("area", pa.float64(), "Floor in m2."),
+        TableColumn("clear_width", pa.float64(), "Diameter of the largest circle inside, in metres."),
+        TableColumn("aspect", pa.float64(), "Ratio of the sides of the smallest rotated rectangle round it."),
+        TableColumn("broken_rules", _STRINGS, "Rules that the room breaks: area, width, aspect."),
         TableColumn("geometry", pa.binary(), "The room, WKB in metres."),
     ),
     {"geometry": ("Polygon",)},

@@ -20,6 +20,7 @@ from typing import Final
 
 import msgspec
 
+from houseexpo.analysis.audit import audit_plan
 from houseexpo.dataset.splits import encode_id_list
 from houseexpo.dataset.store import files_at
 from houseexpo.dataset.store.folders import ARCHIVE
@@ -127,7 +128,7 @@ def _rows_of(chunk: tuple[str, list[tuple[bytes, str]]]) -> tuple[str, dict[str,
     rows: dict[str, list[Row]] = {table.name: [] for table in TABLES}
     for data, group in plans:
         plan = decode(data)
-        placed = ReleasePlan(plan, part, group, encode_image(draw_plan(plan, size=PICTURE_PX), "PNG"))
+        placed = ReleasePlan(plan, part, group, encode_image(draw_plan(plan, size=PICTURE_PX), "PNG"), audit_plan(plan))
         for table in TABLES:
             rows[table.name] += table.rows(placed)
     return part, rows

@@ -14,11 +14,19 @@ from hypothesis import strategies as st
 from shapely import Polygon
 from typer.testing import CliRunner
 
+from houseexpo.analysis.audit import (
+    LIMITS,
+    TYPES,
+    PlanAudit,
+    aspect_ratio,
+    audit_plan,
+    largest_circle_diameter,
+)
 from houseexpo.commands.app import make_app
 from houseexpo.floorplan import FloorPlan, save_plan
 from houseexpo.plan import Door, Room
 from houseexpo.plan.room_labels import LABELS, UNLABELLED
-from stats.audit import LIMITS, TYPES, AuditSummary, PlanAudit, aspect_ratio, audit_plan, largest_circle_diameter
+from stats.audit import AuditSummary
 from stats.html_report import report_html
 from stats.measure import DataSetSummary
 from stats.public_sets import PUBLIC, SHARES, SIZES

@@ -3,7 +3,7 @@
 H1  Every room can be reached from the front door; bedrooms and a toilet or bath without crossing a bedroom.
 H2  Living rooms, dining rooms, kitchens, bedrooms and offices have a window; a kitchen may be open to a room with one.
 H3  Rooms keep the least area and width and the largest aspect of their label (``LIMITS``, stricter than the limits of
-    ``stats.audit``).
+    ``houseexpo.analysis.audit``).
 H4  A room has at most twice the area that is asked for.
 """
 
@@ -20,6 +20,7 @@ import shapely
 from shapely.affinity import affine_transform
 
 from pipeline.sources.homes.values import Rect, snap_wall_line
+from pipeline.sources.sound_homes.footprint import add_bay, angle_wall
 from pipeline.sources.sound_homes.houses import Frame, lay_out_ground, lay_out_upper
 from pipeline.sources.sound_homes.layout import draw_days, lay_out_rooms
 from pipeline.sources.sound_homes.openings import (
@@ -51,30 +52,55 @@ from pipeline.sources.sound_homes.values import (
 LIT: Final = frozenset({"Living_Room", "Dining_Room", "Kitchen", "Bedroom", "Child_Room", "Office"})
 SLEEPING: Final = frozenset({"Bedroom", "Child_Room"})
 LIMITS: Final = {
-    "Living_Room": (12.0, 3.0, 2.1),
-    "Kitchen": (4.0, 1.8, 2.4),
+    "Living_Room": (12.0, 3.0, 2.0),
+    "Kitchen": (3.8, 1.75, 2.4),
     "Dining_Room": (6.0, 2.3, 2.0),
     "Bedroom": (8.5, 2.6, 1.8),
     "Child_Room": (8.0, 2.5, 1.8),
     "Office": (6.5, 2.2, 2.0),
-    "Bathroom": (2.8, 1.5, 2.6),
-    "Toilet": (1.3, 0.9, 2.7),
-    "Storage": (0.9, 0.8, 3.0),
-    "Wardrobe": (1.8, 1.1, 3.2),
+    "Bathroom": (2.5, 1.45, 2.6),
+    "Toilet": (1.52, 1.0, 2.7),
+    "Storage": (0.85, 0.6, 3.0),
+    "Wardrobe": (1.0, 0.8, 3.2),
     "Garage": (14.0, 3.0, 2.4),
     "Entryway": (1.4, 1.15, 3.2),
 }
 """H3: least area (m2), least width (m), largest aspect."""
+_TINY: Final = (1.5, 0.86)
+"""Smaller (m2) or narrower (m) than that, a room is a cupboard or the smallest of toilets."""
+_MAY_BE_TINY: Final = frozenset({"flat", "shared flat", "studio"})
+"""Where a storey may have one such room (H3)."""
 _MOST: Final = 1.7
 _HALL_M2: Final = 1.1
 """What a hall has for each room without being too large: 7.5 m2 for 6.8 rooms (Swiss Dwellings)."""
-_HALL_WEIGHT: Final = 6.0
+_HALL_WEIGHT: Final = 9.0
 _WAY_M: Final = 1.0
 """The least width of a hall, metres."""
 _OPEN_M: Final = 1.5
 """The least opening through which a kitchen has its light from another room, metres."""
 _RAILING_M: Final = 0.05
 _STAIR_JAMB_M: Final = 0.05
+_BAYS: Final = {
+    "studio": 0.0,
+    "flat": 0.06,
+    "row house": 0.2,
+    "house": 0.35,
+    "bungalow": 0.3,
+    "villa": 0.5,
+    "shared flat": 0.06,
+    "practice": 0.0,
+}
+_ANGLED: Final = {
+    "studio": 0.15,
+    "flat": 0.15,
+    "row house": 0.0,
+    "house": 0.0,
+    "bungalow": 0.1,
+    "villa": 0.0,
+    "shared flat": 0.15,
+    "practice": 0.1,
+}
+"""How often a bay, or an angled wall, is looked for; not all find a place."""
 _TRIES: Final = 30
 _GROUNDS: Final = 4
 """Ground floors that are tried for one programme of a house."""
@@ -82,7 +108,7 @@ _FORMS: Final = 12
 _GOOD: Final = 6
 """Of so many sound layouts the best is kept."""
 _DRAWS: Final = 40
-_SPREAD: Final = 8
+SPREAD: Final = 8
 """Beside the seed and the index, so that other kinds of made houses draw other numbers."""
 
 
@@ -93,16 +119,37 @@ def sound_home_id(index: int, seed: int) -> str:
 
 def make_sound_home(index: int, seed: int) -> SoundHome:
     """Make home ``index`` of a seed; a programme that no layout holds is drawn again."""
-    rng = np.random.default_rng([seed, index, _SPREAD])
+    rng = np.random.default_rng([seed, index, SPREAD])
     kind = draw_kind(rng)
     for _ in range(_DRAWS):
         programme = draw_programme(kind, rng)
         storeys = _make_flat(programme, rng) if programme.storeys == 1 else _make_house(programme, rng)
         if storeys is not None:
+            storeys = _with_angles(storeys, programme, rng)
             turn = _draw_turn(rng)
             storeys = tuple(_turned(storey, turn) for storey in storeys)
             return SoundHome(sound_home_id(index, seed), kind, storeys, programme.inner_m, programme.outer_m)
     raise RuntimeError(f"sound home {index} of seed {seed}: no layout in {_DRAWS} programmes")
+
+
+def _with_angles(storeys: tuple[Storey, ...], programme: Programme, rng: np.random.Generator) -> tuple[Storey, ...]:
+    """Return the storeys with a bay on the ground, or with an angled wall, in some homes (``footprint``)."""
+    ground, *above = storeys
+    if rng.random() < _BAYS[programme.kind]:
+        ground = add_bay(ground, programme.outer_m, _keeps_limits, rng)
+    if not above and rng.random() < _ANGLED[programme.kind]:
+        ground = angle_wall(ground, _keeps_limits, rng)
+    return (ground, *above)
+
+
+def _keeps_limits(label: str, room: shapely.Polygon) -> bool:
+    """Return whether a room that is no rectangle keeps the limits of its label (H3)."""
+    if label not in LIMITS:
+        return label != "Hallway" or _is_one_way(room)
+    x1, y1, x2, y2 = room.bounds
+    short, long = sorted((x2 - x1, y2 - y1))
+    least, width, aspect = LIMITS[label]
+    return bool(room.area >= least and room.area >= width * long and long <= aspect * short)
 
 
 class _Try(NamedTuple):
@@ -176,12 +223,15 @@ def _sound(layout: Layout, programme: Programme, rng: np.random.Generator) -> _T
 
 
 class _Openings(NamedTuple):
-    """Doors, front doors, windows, and a balcony if there is one."""
+    """Doors, front doors, windows, and the label and inner rectangle of each balcony and terrace.
+
+    Balconies are numbered after the rooms of the layout, in the doors too.
+    """
 
     doors: list[Doorway]
     fronts: list[Doorway]
     windows: list[Window]
-    balcony: Rect | None
+    outdoors: list[tuple[str, Rect]]
 
 
 def _open_up(layout: Layout, programme: Programme, rng: np.random.Generator) -> _Openings | None:
@@ -194,21 +244,35 @@ def _open_up(layout: Layout, programme: Programme, rng: np.random.Generator) -> 
         return None
     if layout.stair_up is not None and layout.stair_down is None:
         doors.append(Doorway(_foot(layout, layout.stair_up, programme.inner_m), (HALL, layout.labels.index(STAIRS))))
-    balcony = None
+    outdoors: list[tuple[str, Rect]] = []
     wished = [each for each in programme.rooms if each.label in OUTDOORS]
-    if layout.entrance and (wished or programme.kind in {"bungalow", *STOREYS}):
-        outdoors = place_outdoors(layout, programme.light, walls, wished[0].area_m2 if wished else 0.0, rng)
-        if outdoors is None:
+    if layout.entrance is None:
+        wished = [each for each in wished if each.label == "Balcony"]
+    elif programme.kind in STOREYS:
+        wished = [each for each in wished if each.label == "Terrace"]
+    if layout.entrance and not wished and programme.kind in {"bungalow", *STOREYS}:
+        found = place_outdoors(layout, programme.light, walls, 0.0, rng)
+        if found is None:
             return None
-        balcony, ways = outdoors
-        (fronts if balcony is None else doors).extend(ways)
+        fronts += found[1]
+    for k, wish in enumerate(wished):
+        first = layout.entrance is not None and not k
+        found = place_outdoors(
+            layout, programme.light, walls, wish.area_m2, rng, others=[rect for _, rect in outdoors], beds=not first
+        )
+        if found is not None and found[0] is not None:
+            number = len(layout.labels) + len(outdoors)
+            outdoors.append((wish.label, found[0]))
+            doors += [Doorway(way.rect, (way.rooms[0], number)) for way in found[1]]
+        elif first:
+            return None
     windows = place_windows(layout, programme.light, walls, [door.rect for door in (*fronts, *doors)], rng)
-    lit = {window.room for window in windows}
-    lit |= {door.rooms[0] for door in (*fronts[1:], *doors) if door.rooms[1] is None}
+    lit = {window.room for window in windows} | {door.rooms[0] for door in fronts[1:]}
+    lit |= {door.rooms[0] for door in doors if door.rooms[1] is not None and door.rooms[1] >= len(layout.labels)}
     lit |= _open_kitchens(layout, doors, lit)
     if any(layout.labels[room] in LIT for room in rooms - lit):  # H2
         return None
-    return _Openings(doors, fronts, windows, balcony)
+    return _Openings(doors, fronts, windows, outdoors)
 
 
 def _are_joined(rooms: set[int], doors: list[Doorway]) -> bool:
@@ -225,7 +289,7 @@ def _open_kitchens(layout: Layout, doors: list[Doorway], lit: set[int]) -> set[i
     for door in doors:
         one, other = door.rooms
         wide = max(door.rect[2] - door.rect[0], door.rect[3] - door.rect[1]) >= _OPEN_M
-        if other is not None and wide:
+        if other is not None and other < len(layout.labels) and wide:
             found |= {a for a, b in ((one, other), (other, one)) if layout.labels[a] == "Kitchen" and b in lit}
     return found
 
@@ -244,7 +308,7 @@ def _on_grid(rect: Rect, wall_m: float) -> Rect:
 
 def _distance(layout: Layout, programme: Programme) -> float | None:
     """Return how far areas are from those asked for, or None if a room breaks a limit (H3, H4)."""
-    total = 0.0
+    total, tiny = 0.0, 0
     for cell in layout.cells:
         label = layout.labels[cell.room]
         if cell.room == HALL or label == STAIRS:
@@ -254,14 +318,18 @@ def _distance(layout: Layout, programme: Programme) -> float | None:
         least, width, aspect = LIMITS[label]
         if short < width or short * long < least or long > aspect * short:
             return None
+        tiny += short * long < _TINY[0] or short < _TINY[1]
         wished = layout.areas_m2[cell.room]
         if wished:
             ratio = short * long / wished
             if ratio > _MOST and label != "Storage":
                 return None
             total += abs(float(np.log(ratio)))
+    if tiny > (programme.kind in _MAY_BE_TINY):
+        return None
     hall = sum((x2 - x1 - programme.inner_m) * (y2 - y1 - programme.inner_m) for x1, y1, x2, y2 in _hall(layout))
-    total += _HALL_WEIGHT * max(0.0, float(np.log(hall / (_HALL_M2 * sum(area > 0 for area in layout.areas_m2)))))
+    enough = _HALL_M2 * max(programme.hall_m / _WAY_M - 0.2, 1.0) * sum(area > 0 for area in layout.areas_m2)
+    total += _HALL_WEIGHT * max(0.0, float(np.log(hall / enough)))
     return total / len(layout.cells)
 
 
@@ -270,7 +338,7 @@ def _hall(layout: Layout) -> Iterator[Rect]:
 
 
 def _storey(programme: Programme, layout: Layout, openings: _Openings) -> Storey:
-    doors, fronts, windows, balcony = openings
+    doors, fronts, windows, outdoors = openings
     inner, half = programme.inner_m, programme.inner_m / 2
     void = None if layout.stair_down is None else _void(layout.stair_down, inner)
     numbers = sorted({cell.room for cell in layout.cells if void is None or layout.labels[cell.room] != STAIRS})
@@ -285,16 +353,13 @@ def _storey(programme: Programme, layout: Layout, openings: _Openings) -> Storey
             ]
         shapes.append(shapely.union_all(parts, grid_size=1e-4))
     labels = [_final_label(layout.labels[room], programme.kind) for room in numbers]
-    outside = []
-    if balcony is not None:
-        outside.append(len(labels))
-        labels += [each.label for each in programme.rooms if each.label in OUTDOORS]
-        shapes.append(shapely.box(*balcony))
+    for k, (label, rect) in enumerate(outdoors):
+        place[len(layout.labels) + k] = len(labels)
+        labels.append(label)
+        shapes.append(shapely.box(*rect))
 
     def numbered(door: Doorway) -> Doorway:
         one, other = door.rooms
-        if other is None and door not in fronts:
-            return Doorway(door.rect, (place[one], outside[0]))
         return Doorway(door.rect, (place[one], None if other is None else place[other]))
 
     return Storey(
@@ -303,7 +368,7 @@ def _storey(programme: Programme, layout: Layout, openings: _Openings) -> Storey
         doors=tuple(map(numbered, doors)),
         fronts=tuple(map(numbered, fronts)),
         windows=tuple(replace(window, room=place[window.room]) for window in windows if window.room in place),
-        balconies=tuple(outside),
+        balconies=tuple(range(len(labels) - len(outdoors), len(labels))),
         steps=() if layout.stair_up is None else steps_of(layout.stair_up, inner),
         void=void,
     )

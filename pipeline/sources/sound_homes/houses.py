@@ -13,6 +13,8 @@ F2  On the ground the living room has the north row, with the dining room beside
 F3  Upstairs bedrooms have the north row. What the stair leaves of the south row holds a bath, bedrooms, a store.
 F4  A bath lies over a bath, a toilet or a kitchen: pipes go straight down.
 F5  The corridor ends at a wall, at a store, or in a room that takes its end.
+F6  In some houses that stand free the living room takes the whole depth at the end of the corridor instead; kitchen and
+    dining room have the north row. The living room may come forward before the storey above.
 """
 
 from __future__ import annotations
@@ -41,6 +43,11 @@ _GARAGE: Final = {"row house": 0.0, "house": 0.3, "villa": 0.6}
 _WC_IN_KITCHEN: Final = {"row house": 0.6, "house": 0.15, "villa": 0.0}
 _FROM_WEST: Final = 0.35
 """How often the front door of a house that stands free is at the corridor's end, and there is no entry."""
+_DEEP: Final = 0.4
+_LIVING_M: Final = 3.6
+_FORWARD_M: Final = (0.9, 2.0)
+_TWO_ROOMS_M: Final = 4.9
+"""The length of the north row from which on it holds a dining room beside the kitchen (F6)."""
 _NORTH_M: Final = (3.3, 5.2)
 _CORRIDOR_M: Final = (1.05, 1.25)
 _ENTRY_M: Final = (1.35, 1.65)
@@ -119,7 +126,9 @@ class _Ground:
         self.kitchen = self.add("Kitchen", _KITCHEN[self.kind])
         in_kitchen = not self.from_west and rng.random() < _WC_IN_KITCHEN[self.kind]
         self.office = None if self.from_west or rng.random() > _OFFICE[self.kind] else self.add("Office")
-        self.row = [*self.study(), *self.middle(in_kitchen=in_kitchen), self.last(in_kitchen=in_kitchen)]
+        self.is_deep = self.kind != "row house" and self.rng.random() < _DEEP
+        last = self.deep_living() if self.is_deep else self.last(in_kitchen=in_kitchen)
+        self.row = [*self.study(), *self.middle(in_kitchen=in_kitchen and not self.is_deep), last]
         self.starts: list[float] = np.cumsum([0.0, *(column.width_m for column in self.row)]).tolist()
 
     def add(self, label: str, size: float = 1.0) -> int:
@@ -158,28 +167,61 @@ class _Ground:
         wide = self.width(self.kitchen, (1 - share) * self.full_m - self.wall_m, _KITCHEN_M) + spare
         return Column([self.add("Toilet"), self.kitchen], [share, 1 - share], wide)
 
+    def deep_living(self) -> Column:
+        """Return the column of a living room that takes the whole depth of the house (F6), without the north row."""
+        living = self.add("Living_Room", _LIVING[self.kind])
+        return Column([living], [1.0], self.width(living, self.full_m + _NORTH_M[0], _LIVING_M))
+
     def lay_out(self) -> tuple[Frame, Layout]:
+        if self.is_deep:
+            return self.lay_out_deep()
         dining = self.add("Dining_Room") if self.rng.random() < _DINING[self.kind] else None
         living = self.add("Living_Room", _LIVING[self.kind])
         asked = self.rooms.areas[living] + (self.rooms.areas[dining] if dining else 0.0)
         length = self.starts[-1]
         north = min(max(asked / (length - self.wall_m), _NORTH_M[0]), _NORTH_M[1]) + self.wall_m
+        frame = self.frame(north)
+        cells: list[Cell] = []
+        entrance = self.put_row(cells)
+        top = self.full_m
+        split = length if dining is None else length - self.width(dining, north - self.wall_m, _DINING_M)
+        forward = float(self.rng.uniform(*_FORWARD_M)) if self.kind != "row house" and self.rng.random() < 0.3 else 0.0
+        cells.append(Cell((0.0, top, split, top + north + forward), living))
+        if dining is not None:
+            cells.append(Cell((split, top, length, top + north), dining))
+        joins = tuple(self.joins(tuple(cells), living, dining))
+        labels, areas = tuple(self.rooms.labels), tuple(self.rooms.areas)
+        return frame, Layout(labels, areas, tuple(cells), joins, entrance, stair_up=frame.stair)
+
+    def frame(self, north_m: float) -> Frame:
+        """Return what the storeys above keep; ``north_m`` is the depth of the north row."""
         place = self.row.index(self.stair)
         foot: Literal["west", "north", "east"] = "north"
         if self.turn != "half":
             foot = "east" if self.row[place + 1] is self.entry else "west"
         stair = Stair(self.turn, (self.starts[place], 0.0, self.starts[place + 1], self.south_m), foot)
-        frame = Frame(length, self.south_m, self.corridor_m, north, self.wall_m, stair)
+        return Frame(self.starts[-1], self.south_m, self.corridor_m, north_m, self.wall_m, stair)
+
+    def lay_out_deep(self) -> tuple[Frame, Layout]:
+        """Return a ground floor whose kitchen and dining room lie in the north row, beside the living room (F6)."""
+        (living,) = self.row[-1].rooms
+        end, length, wall = self.starts[-2], self.starts[-1], self.wall_m
+        dining = None if end < _TWO_ROOMS_M else self.add("Dining_Room")
+        found = [self.kitchen, *([] if dining is None else [dining])]
+        asked = [self.rooms.areas[room] for room in found]
+        north = min(max(sum(asked) / (end - len(found) * wall), _NORTH_M[0]), _NORTH_M[1]) + wall
+        frame = self.frame(north)
         cells: list[Cell] = []
         entrance = self.put_row(cells)
-        top = self.full_m
-        split = length if dining is None else length - self.width(dining, north - self.wall_m, _DINING_M)
-        cells.append(Cell((0.0, top, split, top + north), living))
-        if dining is not None:
-            cells.append(Cell((split, top, length, top + north), dining))
+        place = next(k for k, cell in enumerate(cells) if cell.room == living)
+        forward = float(self.rng.uniform(*_FORWARD_M)) if self.rng.random() < 0.3 else 0.0
+        cells[place] = Cell((end, 0.0, length, self.full_m + north + forward), living)
+        split = end * asked[0] / sum(asked) if len(found) > 1 else end
+        for room, (x1, x2) in zip(found, ((0.0, split), (split, end)), strict=False):
+            cells.append(Cell((x1, self.full_m, x2, self.full_m + north), room))
         joins = tuple(self.joins(tuple(cells), living, dining))
         labels, areas = tuple(self.rooms.labels), tuple(self.rooms.areas)
-        return frame, Layout(labels, areas, tuple(cells), joins, entrance, stair_up=stair)
+        return frame, Layout(labels, areas, tuple(cells), joins, entrance, stair_up=frame.stair)
 
     def put_row(self, cells: list[Cell]) -> tuple[int, Side]:
         """Add the cells of the south row and the corridor; return where the front door is."""
@@ -227,7 +269,10 @@ class _Ground:
             yield Join(beside, self.kitchen, wide=is_open)
         if not joined or (adjoin(HALL, self.kitchen) and self.rng.random() < 0.6):
             yield Join(HALL, self.kitchen)
-        for room in sorted({cell.room for cell in cells} - {HALL, self.kitchen, dining}):
+        if self.is_deep:
+            yield Join(HALL, living)
+        joined_above = {HALL, self.kitchen, dining, *([living] if self.is_deep else [])}
+        for room in sorted({cell.room for cell in cells} - joined_above):
             if self.rooms.labels[room] != STAIRS:
                 yield Join(HALL if room == self.hall or adjoin(HALL, room) else self.hall, room)
 

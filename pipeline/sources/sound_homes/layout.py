@@ -16,6 +16,7 @@ L4  In the west a bedroom ends the corridor, and its own bath lies across from i
 L5  Rows are stretched to one length; one that is much shorter leaves a recess where the house stands free.
 L6  Wet rooms lie side by side; the kitchen lies next to the living room or the dining room.
 L7  A garage stands before the house beside the entry, which comes forward as far as its door needs.
+L8  A house that stands free may have a patio between the bedrooms and the day rooms, open to the north.
 """
 
 from __future__ import annotations
@@ -32,6 +33,7 @@ from pipeline.sources.sound_homes.values import ENTRYWAY, HALL, OUTDOORS, Cell, 
 
 _FREE: Final = frozenset({"bungalow"})
 _SLEEP: Final = frozenset({"Bedroom", "Child_Room", "Office"})
+_BEDS: Final = _SLEEP - {"Office"}
 _FLATS: Final = frozenset({"flat", "shared flat"})
 """In a block, the entry may lie back behind a part of the common stairs."""
 _OFF_LIVING: Final = frozenset({"flat", "bungalow"})
@@ -48,10 +50,12 @@ _LEAST_M: Final = {
 }
 """The least width of a room in a row, metres; of a bedroom it is ``_BED_M``."""
 _BED_M: Final = 2.75
-_FIXED: Final = frozenset({"Toilet", "Storage"})
+_FIXED: Final = frozenset({"Toilet", "Storage", "Bathroom"})
 _ENTRY_M: Final = (1.2, 1.45)
-_NORTH_M: Final = {"studio": (2.4, 3.0), "whole": (3.3, 4.3), "beside": (3.3, 4.3), "behind": (3.9, 5.0)}
+_NORTH_M: Final = {"studio": (2.6, 3.3), "whole": (3.5, 4.7), "beside": (3.5, 4.7), "behind": (3.9, 5.0)}
 """The depth of the north row, by where the day rooms lie."""
+_PATIO_M: Final = (2.8, 4.2)
+_PATIOS: Final = 0.4
 _STRETCH: Final = 1.3
 """The largest ratio of the lengths of two rows that are made alike (L5)."""
 _ALIKE: Final = 0.12
@@ -68,14 +72,19 @@ PORCH_WIDTH_M: Final = 1.05
 """What is free between the outer walls beside a front door that lies back."""
 _LEAST_ENTRY_M: Final = 1.2
 """The least depth of an entry that lies back."""
-_STORE_M: Final = (1.0, 2.4)
+_WC_M: Final = (1.03, 1.35)
+_WC_AT_HALL_M: Final = (1.35, 1.45)
+"""The widths of a toilet; beside a vestibule it is wide enough for a door to the corridor."""
+_STORE_M: Final = (0.6, 2.4)
 """The least and the largest depth of a store at the corridor's end, metres (L4)."""
+_CUPBOARDS: Final = 0.25
+"""How often it is a cupboard, of the least depth."""
 
 
 Day: TypeAlias = Literal["whole", "beside", "behind"]
 """Where the day rooms lie (L2)."""
 _DAYS: Final[dict[tuple[bool, bool], dict[Day, float]]] = {
-    (False, False): {"whole": 0.8, "beside": 0.2, "behind": 0.0},
+    (False, False): {"whole": 0.55, "beside": 0.45, "behind": 0.0},
     (False, True): {"whole": 0.3, "beside": 0.1, "behind": 0.6},
     (True, False): {"whole": 0.0, "beside": 0.2, "behind": 0.8},
     (True, True): {"whole": 0.0, "beside": 0.2, "behind": 0.8},
@@ -153,8 +162,9 @@ def lay_out_rooms(programme: Programme, day: Day, rng: np.random.Generator) -> L
 class _Form:
     """What a try chooses first; depths reach to centre lines of walls, metres.
 
-    ``bump_m`` is how far the living room comes forward in the north and in the south. ``through`` says that one goes to
-    the living room through the kitchen or the dining room where that is possible.
+    ``bump_m`` is how far the living room comes forward in the north and in the south. ``patio_m`` is the width of a
+    patio in the north row (L8). ``through`` says that one goes to the living room through the kitchen or the dining
+    room where that is possible.
     """
 
     north_m: float
@@ -174,6 +184,7 @@ class _Form:
     through: bool
     off_living: bool
     bump_m: tuple[float, float]
+    patio_m: float
 
     @property
     def day_south_m(self) -> float:
@@ -189,9 +200,10 @@ def _draw_form(programme: Programme, rooms: Rooms, day: Day, rng: np.random.Gene
     kind, light, wall = programme.kind, programme.light, programme.inner_m
     studio, free = kind == "studio", kind in _FREE
     lit = "south" in light
+    beds = sum(label in _BEDS for label in rooms.labels)
     service = not lit or bool(rng.random() < 0.3)  # L3
     north = float(rng.uniform(*_NORTH_M["studio" if studio else day])) + wall
-    south = 0.0 if studio else float(rng.uniform(1.9, 2.5) if service else rng.uniform(2.6, 3.3)) + wall
+    south = 0.0 if studio else float(rng.uniform(1.8, 2.4) if service else rng.uniform(2.6, 3.3)) + wall
     ends_in_bedroom = bool(rooms.behind) or (not studio and kind != "practice" and rng.random() < 0.5)
     entry = not studio and (
         ends_in_bedroom or bool(rooms.of("Garage") or (rooms.of("Toilet") and not service) or rng.random() < 0.5)
@@ -204,7 +216,7 @@ def _draw_form(programme: Programme, rooms: Rooms, day: Day, rng: np.random.Gene
     bumps = (0.0, 0.0, 0.9, 1.4) if free else (0.0,)
     return _Form(
         north_m=north,
-        corridor_m=float(rng.uniform(1.4, 1.7) if kind == "practice" else rng.uniform(1.05, 1.3)) + wall,
+        corridor_m=programme.hall_m + wall,
         south_m=south,
         wall_m=wall,
         day=day,
@@ -217,10 +229,11 @@ def _draw_form(programme: Programme, rooms: Rooms, day: Day, rng: np.random.Gene
         porch=porch,
         vestibule=programme.vestibule,
         open=kind != "practice"
-        and (studio or (day == "behind" and not rooms.of("Dining_Room")) or bool(rng.random() < 0.75)),
+        and (studio or (day == "behind" and not rooms.of("Dining_Room")) or bool(rng.random() < 0.8)),
         through=day == "behind" or bool(rng.random() < 0.9),
-        off_living=kind in _OFF_LIVING and bool(rng.random() < 0.36),
+        off_living=kind in _OFF_LIVING and bool(rng.random() < (0.3 if beds > 1 else 0.1)),
         bump_m=(float(rng.choice(bumps)), 0.0 if rooms.of("Garage") else float(rng.choice(bumps))),
+        patio_m=float(rng.uniform(*_PATIO_M)) if free and rng.random() < _PATIOS else 0.0,
     )
 
 
@@ -267,6 +280,8 @@ def _share_out(rooms: Rooms, form: _Form, rng: np.random.Generator) -> _Rows:
     own = [column(room, form.south_m) for room in sorted(rooms.behind)]
     ends = [kitchen] if form.kitchen == "north" else []
     last = [column(room, form.north_m) for room in ends]
+    if form.patio_m:
+        last.insert(0, Column([], [], form.patio_m, False))
     east = [column(kitchen, form.south_m)] if form.kitchen == "south" else []
 
     def length(columns: Iterable[Column]) -> float:
@@ -303,9 +318,11 @@ def _wet_columns(
     columns = [column(room, form.south_m) for room in rooms.of("Bathroom")]
     toilets, stores = rooms.of("Toilet"), rooms.of("Storage")
     if toilets and form.entry and not form.service:
-        share = min(1.65 / form.south_m, 0.6)
-        stores = stores or [rooms.add("Storage", 2.2)]
-        return [*columns, Column([toilets[0], stores[0]], [share, 1 - share], float(rng.uniform(1.15, 1.4)), False)]
+        wide = _WC_AT_HALL_M if form.vestibule else _WC_M
+        share = min(float(rng.uniform(1.5, 1.8)) / form.south_m, 0.75)
+        closet = rooms.add("Wardrobe", 0.0)
+        columns += [column(room, form.south_m) for room in stores]
+        return [*columns, Column([toilets[0], closet], [share, 1 - share], float(rng.uniform(*wide)), False)]
     return [*columns, *(column(room, form.south_m) for room in [*toilets, *stores])]
 
 
@@ -349,7 +366,7 @@ def _place(
     low, high, top = form.south_m, form.south_m + form.corridor_m, form.height_m
     cells: list[Cell] = []
     x = west = 0.0
-    if not rows.north:
+    if not rows.north or not rows.north[0].rooms:
         return None
     if form.ends_in_bedroom:  # L4
         if rooms.labels[rows.north[0].rooms[0]] not in _SLEEP:
@@ -379,7 +396,7 @@ def _place(
         put_column(cells, column, (x, -south_bump, x + column.width_m, form.day_south_m), up=False)
         x += column.width_m
     if not form.ends_in_bedroom and form.entry:
-        west = _store_m(rows, form, start)
+        west = _store_m(rows, form, start, rng)
         if west:
             cells.append(Cell((0.0, low, west, high), _store(rooms, rows)))
     if not form.entry:
@@ -417,11 +434,14 @@ def _garage(rooms: Rooms, entry: tuple[float, float], rng: np.random.Generator) 
     return Cell((x, -rooms.areas[room] / wide, x + wide, 0.0), room)
 
 
-def _store_m(rows: _Rows, form: _Form, start: float) -> float:
-    """Return how much of the corridor's west end no door needs, if that gives a store; 0 if it does not (L4)."""
+def _store_m(rows: _Rows, form: _Form, start: float, rng: np.random.Generator) -> float:
+    """Return how much of the corridor's west end a store or a cupboard takes; 0 if doors need all of it (L4)."""
     firsts = [at + row[0].width_m for at, row in ((0.0, rows.north), (start, rows.south)) if row]
     free = min(min(firsts) - CONTACT_M - form.wall_m, _STORE_M[1] + form.wall_m)
-    return free if free >= _STORE_M[0] + form.wall_m else 0.0
+    least = _STORE_M[0] + form.wall_m
+    if free < least or rng.random() < _CUPBOARDS:
+        return least if free >= least else 0.0
+    return free
 
 
 def _store(rooms: Rooms, rows: _Rows) -> int:
@@ -456,6 +476,6 @@ def _joins(rooms: Rooms, cells: tuple[Cell, ...], form: _Form) -> Iterator[Join]
     if not (form.through and any(room in dining or form.open for room in through) and adjoin(through[0], living)):
         yield Join(HALL, living)
     for room in sorted({cell.room for cell in cells} - {HALL, living, kitchen, *dining}):
-        off_living = form.off_living and rooms.labels[room] in _SLEEP and adjoin(living, room)
+        off_living = form.off_living and rooms.labels[room] in _BEDS and adjoin(living, room)
         entries = [entry for entry in rooms.of(ENTRYWAY) if not adjoin(HALL, room) and adjoin(entry, room)]
         yield Join(living if off_living else rooms.behind.get(room, entries[0] if entries else HALL), room)

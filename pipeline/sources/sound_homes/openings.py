@@ -3,12 +3,13 @@
 O1  A door stands near a corner, so that it opens against a wall; its width is that of the room that it leads into.
 O2  A wide way between day rooms has no leaf and takes the wall but for its ends, or 1.8 to 3.2 m of a long one.
 O3  Every room has a window in each outer wall with light that is long enough; living rooms have wide ones.
-O4  A balcony or terrace lies before the living room, often before a bedroom beside it too.
+O4  The first balcony or terrace lies before the living room, often before a bedroom beside it too; any further one
+    before bedrooms.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -60,11 +61,17 @@ WINDOWS: Final = {
 _WINDOW: Final = _Glazing(1.0, 2.0, 0.5, 0.9)
 _CORNER_M: Final = 0.3
 _BALCONY_BEDS: Final = frozenset({"Bedroom", "Child_Room"})
-_SHARED: Final = 0.95
+_SHARED: Final = 0.85
 """How often a balcony goes on before a bedroom, where one lies beside the living room."""
-_BALCONY_M: Final = (1.2, 3.2)
+_BALCONY_M: Final = (1.1, 3.2)
 """The least and the largest depth of a balcony, metres."""
+_BALCONY_WIDTH_M: Final = 1.8
+"""The least width of a balcony, metres; smaller ones are deeper."""
+_SHARED_M2: Final = 6.0
+"""From this area on a balcony goes on before a bedroom."""
 _BALCONY_ASPECT: Final = 6.0
+_APART_M: Final = 0.4
+"""What is free between two balconies, metres."""
 _BESIDE_DOOR_M: Final = 0.15
 WINDOW_HEAD_M: Final = DOOR_HEAD_M
 
@@ -196,11 +203,21 @@ def place_windows(
 
 
 def place_outdoors(
-    layout: Layout, light: frozenset[Side], walls_m: tuple[float, float], area_m2: float, rng: np.random.Generator
+    layout: Layout,
+    light: frozenset[Side],
+    walls_m: tuple[float, float],
+    area_m2: float,
+    rng: np.random.Generator,
+    *,
+    others: Iterable[Rect] = (),
+    beds: bool = False,
 ) -> tuple[Rect | None, list[Doorway]] | None:
-    """Return a balcony's inner rectangle (None for no balcony: ``area_m2`` of 0) and the ways out (O4), or None."""
+    """Return a balcony's inner rectangle (None for no balcony: ``area_m2`` of 0) and the ways out (O4), or None.
+
+    It lies before the living room, or before ``beds``, and apart from ``others``.
+    """
     inner_m, outer_m = walls_m
-    living = layout.labels.index("Living_Room")
+    before = _BALCONY_BEDS if beds else {"Living_Room"}
     walls = [
         (place, wall)
         for place, cell in enumerate(layout.cells)
@@ -208,9 +225,11 @@ def place_outdoors(
         if wall.side in light and wall.high - wall.low > 2.4
     ]
     house = shapely.union_all([shapely.box(*cell.rect) for cell in layout.cells]).buffer(outer_m - inner_m / 2 - 0.01)
+    taken = shapely.union_all([house, *(shapely.box(*rect).buffer(_APART_M) for rect in others)])
     for k in rng.permutation(len(walls)).tolist():
         place, wall = walls[k]
-        if layout.cells[place].room != living:
+        room = layout.cells[place].room
+        if layout.labels[room] not in before:
             continue
         beside = [
             (other, each)
@@ -218,25 +237,26 @@ def place_outdoors(
             if layout.labels[layout.cells[other].room] in _BALCONY_BEDS
             and (each.side, each.at) == (wall.side, wall.at)
             and (each.high == wall.low or each.low == wall.high)
+            and layout.cells[other].room != room
         ]
-        shared = beside[0] if area_m2 > 5.5 and beside and rng.random() < _SHARED else None
-        ways = [_way_out(wall, living, walls_m, rng)]
+        shared = beside[0] if area_m2 > _SHARED_M2 and beside and rng.random() < _SHARED else None
+        ways = [_way_out(wall, room, walls_m, rng)]
         if not area_m2:
             return None, ways
         low, high = wall.low + inner_m / 2, wall.high - inner_m / 2
-        wide = min(high - low, max(area_m2 / 1.6, 2.2))
+        wide = min(high - low, max(area_m2 / 1.6, _BALCONY_WIDTH_M))
         if shared is None:
             start = low if rng.random() < 0.5 else high - wide
             rect = _before(wall, (start, start + wide), area_m2, walls_m)
             ways = [
-                _way_out(wall._replace(low=start - inner_m / 2, high=start + wide + inner_m / 2), living, walls_m, rng)
+                _way_out(wall._replace(low=start - inner_m / 2, high=start + wide + inner_m / 2), room, walls_m, rng)
             ]
         else:
             other, each = shared
             ends = sorted((each.low, each.high, wall.low, wall.high))
             rect = _before(wall, (ends[0] + inner_m / 2, ends[-1] - inner_m / 2), area_m2, walls_m)
             ways.append(_way_out(each, layout.cells[other].room, walls_m, rng))
-        if not shapely.box(*rect).intersects(house):
+        if not shapely.box(*rect).intersects(taken):
             return rect, ways
     return None
 

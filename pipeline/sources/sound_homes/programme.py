@@ -23,17 +23,17 @@ class _Area(NamedTuple):
 
 
 AREAS: Final = {
-    "Living_Room": _Area(28.3, 0.25, 16.0, 44.0),
-    "Kitchen": _Area(8.3, 0.33, 4.6, 16.0),
+    "Living_Room": _Area(26.6, 0.3, 13.5, 44.0),
+    "Kitchen": _Area(7.7, 0.38, 3.5, 16.0),
     "Dining_Room": _Area(11.5, 0.22, 8.0, 18.0),
     "Bedroom": _Area(15.0, 0.2, 11.0, 24.0),
     "Child_Room": _Area(12.5, 0.2, 9.0, 18.0),
     "Office": _Area(11.0, 0.22, 7.5, 18.0),
-    "Bathroom": _Area(3.7, 0.24, 2.8, 7.5),
-    "Toilet": _Area(1.9, 0.15, 1.5, 3.0),
-    "Storage": _Area(2.6, 0.4, 1.2, 7.0),
+    "Bathroom": _Area(3.6, 0.36, 2.6, 8.0),
+    "Toilet": _Area(1.7, 0.15, 1.55, 2.6),
+    "Storage": _Area(1.7, 0.85, 0.7, 8.0),
     "Wardrobe": _Area(3.6, 0.25, 2.4, 6.0),
-    "Balcony": _Area(7.3, 0.5, 3.5, 20.0),
+    "Balcony": _Area(6.6, 0.8, 2.0, 27.0),
     "Terrace": _Area(14.0, 0.35, 8.0, 28.0),
     "Garage": _Area(20.0, 0.1, 17.0, 26.0),
 }
@@ -45,8 +45,8 @@ _SIZES: Final = {
 """How much larger or smaller than in a flat rooms of other dwellings are."""
 
 KINDS: Final = {
-    "studio": 0.08,
-    "flat": 0.42,
+    "studio": 0.05,
+    "flat": 0.45,
     "row house": 0.13,
     "house": 0.14,
     "bungalow": 0.09,
@@ -60,17 +60,23 @@ STOREYS: Final = {"row house": {2: 0.7, 3: 0.3}, "house": {2: 0.9, 3: 0.1}, "vil
 """The kinds with several storeys, and the shares of homes with so many."""
 
 _BEDROOMS: Final = {
-    "flat": (0.27, 0.38, 0.27, 0.08),
+    "flat": (0.2, 0.38, 0.32, 0.1),
     "bungalow": (0.08, 0.37, 0.40, 0.15),
     "shared flat": (0.0, 0.0, 0.5, 0.35, 0.15),
 }
 """The shares of dwellings with one bedroom, two, ...; the mean of flats is 2.1, that of Swiss Dwellings 2.26."""
 
+_SECOND_BALCONIES: Final = 0.3
+_UPPER_BALCONIES: Final = 0.4
+"""How often a flat has a second balcony, and a house of several storeys one upstairs; not all find a place."""
 _VESTIBULES: Final = 0.26
 """How often a door parts the entry from the hall."""
 _SLEEP: Final = frozenset({"Bedroom", "Child_Room", "Office"})
 _TWO_SIDED: Final = 3
 """So many rooms to sleep and work in need light on two sides."""
+_CORRIDOR_M: Final = (1.02, 1.26)
+_SHORT_HALL_M: Final = (1.4, 1.8)
+_WIDE_HALL_M: Final = (1.5, 2.2)
 _INNER_M: Final = (0.10, 0.12, 0.14)
 _OUTER_M: Final = (0.28, 0.30, 0.36, 0.40)
 
@@ -96,7 +102,17 @@ def draw_programme(kind: str, rng: np.random.Generator) -> Programme:
     )
     inner, outer = float(rng.choice(_INNER_M)), float(rng.choice(_OUTER_M))
     light = _light(kind, sum(label in _SLEEP for label, _ in labels), rng)
-    return Programme(kind, rooms, light, inner, outer, _storeys(kind, rng), bool(rng.random() < _VESTIBULES))
+    return Programme(
+        kind, rooms, light, inner, outer, _storeys(kind, rng), bool(rng.random() < _VESTIBULES), _hall(kind, rng)
+    )
+
+
+def _hall(kind: str, rng: np.random.Generator) -> float:
+    """Return the width of a hall: a corridor, or a hall in which furniture may stand."""
+    wide = {"practice": 1.0, "studio": 1.0, "flat": 0.08, "shared flat": 0.08, "bungalow": 0.15}.get(kind, 0.0)
+    if rng.random() >= wide:
+        return float(rng.uniform(*_CORRIDOR_M))
+    return float(rng.uniform(*(_SHORT_HALL_M if kind in {"practice", "studio"} else _WIDE_HALL_M)))
 
 
 def _storeys(kind: str, rng: np.random.Generator) -> int:
@@ -105,7 +121,8 @@ def _storeys(kind: str, rng: np.random.Generator) -> int:
 
 
 def _outside(rng: np.random.Generator) -> list[tuple[str, int | None]]:
-    return [("Terrace", None)] if rng.random() < 0.92 else []
+    found: list[tuple[str, int | None]] = [("Terrace", None)] if rng.random() < 0.92 else []
+    return [*found, ("Balcony", None)] if rng.random() < _UPPER_BALCONIES else found
 
 
 def _studio(rng: np.random.Generator) -> list[tuple[str, int | None]]:
@@ -113,7 +130,7 @@ def _studio(rng: np.random.Generator) -> list[tuple[str, int | None]]:
     return [
         *found,
         *([("Storage", None)] if rng.random() < 0.3 else []),
-        *([("Balcony", None)] if rng.random() < 0.8 else []),
+        *([("Balcony", None)] if rng.random() < 0.7 else []),
     ]
 
 
@@ -146,8 +163,10 @@ def _dwelling(kind: str, rng: np.random.Generator) -> list[tuple[str, int | None
         found.append(("Storage", None))
     if rng.random() < {"bungalow": 0.3}.get(kind, 0.0):
         found.append(("Garage", None))
-    if rng.random() < 0.87:
+    if rng.random() < 0.83:
         found.append(("Balcony" if kind in {"flat", "shared flat"} else "Terrace", None))
+    if kind in {"flat", "shared flat"} and rng.random() < _SECOND_BALCONIES:
+        found.append(("Balcony", None))
     return found
 
 

@@ -41,7 +41,8 @@ class Programme:
     """What a household asks for: the kind of dwelling, its rooms, the sides with light, the thickness of its walls.
 
     Of a house of several storeys, ``rooms`` holds what lies outside only; its layout draws the others.
-    ``vestibule`` says that a door parts the entry from the hall, if there is an entry.
+    ``vestibule`` says that a door parts the entry from the hall, if there is an entry. ``hall_m`` is the clear width of
+    the corridor.
     """
 
     kind: str
@@ -51,6 +52,7 @@ class Programme:
     outer_m: float
     storeys: int = 1
     vestibule: bool = False
+    hall_m: float = 1.2
 
 
 @dataclass(frozen=True)
