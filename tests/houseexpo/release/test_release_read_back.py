@@ -12,9 +12,11 @@ import pytest
 import shapely
 from PIL import Image
 
+from houseexpo.analysis.audit import audit_plan
 from houseexpo.dataset import open_dataset
 from houseexpo.dataset.validation import validate_dataset
 from houseexpo.release.tables import PLANS, ROOMS, TableWriter
+from pipeline.sources.sound_homes.programme import KINDS
 from tests.builders.needs import need
 
 PARTS = ("train", "val", "test")
@@ -39,6 +41,7 @@ def test_rows_say_what_the_plans_say(made: Path, released: Path) -> None:
     plans = open_dataset(made)
     rows = {row["id"]: row for file in _files(released, "plans") for row in pq.read_table(file).to_pylist()}
     assert sorted(rows) == plans.ids
+    audits = {}
     for plan in plans:
         row = rows[plan.id]
         assert (row["rooms"], row["source_rooms"]) == (len(plan.rooms), plan.room_num)
@@ -47,9 +50,18 @@ def test_rows_say_what_the_plans_say(made: Path, released: Path) -> None:
         assert row["narrowest"] == plan.navigability["0.20"].narrowest
         assert shapely.from_wkb(row["geometry"]).equals(plan.free_space)
         assert row["source"] == "procedural"
+        assert row["kind"] in KINDS
+        audit = audit_plan(plan)
+        assert audit is not None
+        assert set(row["broken_rules"]) == audit.broken_rules()
+        audits[plan.id] = {room.id: room for room in audit.rooms}
     rooms = [row for file in _files(released, "rooms") for row in pq.read_table(file).to_pylist()]
     doors = [row for file in _files(released, "doors") for row in pq.read_table(file).to_pylist()]
     assert len(rooms) == sum(len(plan.rooms) for plan in plans)
+    for row in rooms:
+        found = audits[row["plan_id"]][row["room"]]
+        assert (row["clear_width"], row["aspect"]) == (found.width_m, found.aspect)
+        assert row["broken_rules"] == sorted(found.broken_rules())
     assert len(doors) == sum(len(plan.doors) for plan in plans)
     outside = [row for row in doors if row["kind"] == "entrance"]
     assert outside

@@ -187,15 +187,19 @@ def test_people_have_headroom_on_all_steps(houses: list[SoundHome]) -> None:
 
 def test_outer_walls_and_those_of_the_stair_stand_above_each_other(houses: list[SoundHome]) -> None:
     for home in houses:
-        apart = {"Garage", "Terrace"}
+        beside = {"Garage", "Terrace"}
         ground = [
-            r for r, label in zip(home.storeys[0].rooms, home.storeys[0].labels, strict=True) if label not in apart
+            r for r, label in zip(home.storeys[0].rooms, home.storeys[0].labels, strict=True) if label not in beside
         ]
         for below, above in pairwise(home.storeys):
             assert above.void is not None
             rooms = [room for k, room in enumerate(above.rooms) if k not in above.balconies]
             upper = shapely.union_all([*rooms, above.void.area]).bounds
-            assert upper == pytest.approx(shapely.union_all(ground).bounds), home.id
+            lower = shapely.union_all(ground).bounds
+            apart = np.abs(np.subtract(upper, lower))
+            assert shapely.box(*lower).buffer(1e-3).covers(shapely.box(*upper)), home.id
+            assert (apart > 1e-3).sum() <= 2, home.id  # where the living room comes forward, and where it has a bay
+            assert apart.max() <= 2.0 + 0.95, home.id
             if below.void is not None:
                 assert below.void.area.equals(above.void.area), home.id
             else:
