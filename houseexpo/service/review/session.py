@@ -185,6 +185,11 @@ def _hash_of(plan: FloorPlan | None) -> str:
     return str(((plan.provenance if plan else None) or {}).get("sha256", ""))
 
 
+def _is_of_another(one: FloorPlan, other: FloorPlan) -> bool:
+    """Return whether two plans are known to be of different states of a file."""
+    return bool(_hash_of(one) and _hash_of(other)) and _hash_of(one) != _hash_of(other)
+
+
 def changed_question(plan: FloorPlan, count: int) -> dict[str, Any]:
     """Return the question whether what was said of a file holds for the one that has taken its place."""
     (x1, y1, x2, y2), what = plan.bbox, "1 correction was" if count == 1 else f"{count} corrections were"
@@ -422,7 +427,7 @@ class Review:
         if name in self.rejected:
             return now
         built = self.queue.dataset[name]
-        return built if now is None or _hash_of(now) == _hash_of(built) else now
+        return now if now is not None and _is_of_another(now, built) else built
 
     def _mark_ghosts(self, name: str, plan: FloorPlan, effects: list[dict[str, Any]], left: Set[str]) -> int:
         """Mark the corrections that were made of another state of the plan's file; return how many there are."""
@@ -447,7 +452,10 @@ class Review:
         return {
             "known": source is not None,
             "why": why,
-            "changed": is_plan and self._base(name, source) is not self.queue.dataset[name],
+            "changed": is_plan
+            and source is not None
+            and source.plan is not None
+            and _is_of_another(source.plan, self.queue.dataset[name]),
             "file": file,
             "said": said,
             "takes": [*takes, *(["distance"] if "units" in takes and latest and latest.record.unit_m else [])],

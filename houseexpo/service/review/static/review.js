@@ -250,7 +250,7 @@ function showQuestions() {
   at("all").textContent = `All ${like.length} like this`;
   at("all").setAttribute("aria-pressed", String(forAll >= 0));
   const kinds = [...new Map(all.map((each) => [kindOf(each), each])).entries()];
-  at("kinds").hidden = all.length < 2;
+  at("kinds").hidden = kinds.length < 2;
   at("kinds").replaceChildren(...kinds.map(([kind, { key }]) => {
     const name = key.split(" at ")[0].split(" ")[0], count = all.filter((each) => kindOf(each) === kind).length;
     const tab = button(`${count} ${KINDS[name] ?? name}`, () => { wantedKind = kind; strokes = []; forAll = -1; showQuestions(); }, "kind");

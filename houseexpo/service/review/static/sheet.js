@@ -33,7 +33,7 @@ export class Sheet {
   // `hooks`: choose(number) when something that is said is chosen, move(number, points) when a point of it was moved.
   constructor(stage, hint, hooks) {
     Object.assign(this, { stage, hint, hooks, tool: null, points: [], cross: null, snapped: "", plan: null, drawing: null });
-    Object.assign(this, { chosen: -1, held: -1, moved: [], waiting: [], layers: {}, segments: [], source: null, on: new Set(AT_FIRST), asked: null, like: [], which: 0 });
+    Object.assign(this, { chosen: -1, held: -1, moved: [], waiting: [], layers: {}, segments: [], strokes: [], source: null, on: new Set(AT_FIRST), asked: null, like: [], which: 0 });
   }
 
   get wanted() { return this.tool?.word ?? ""; }
@@ -62,7 +62,7 @@ export class Sheet {
   under(source) {
     this.source = source;
     const [first] = source.layers;
-    if (first && !source.layers.some(({ name }) => this.on.has(name)) && !this.plan.shape?.rooms.length) this.on.add(first.name); // nothing else is there to see
+    if (first && !source.strokes.length && !source.layers.some(({ name }) => this.on.has(name)) && !this.plan.shape?.rooms.length) this.on.add(first.name); // nothing else is there to see
     if (!this.plan.shape?.rooms.length) this.on.add(STROKES);
     if (!this.drawing) return;
     this.#collect();
@@ -100,11 +100,12 @@ export class Sheet {
 
   #collect() {
     const edges = (this.source?.edges ?? []).flatMap((ring) => ring.map((from, i) => [from, ring[(i + 1) % ring.length]]));
-    this.segments = [...segmentsOf(this.plan.shape), ...edges, ...this.#strokes.map(({ ends }) => ends)];
+    this.strokes = this.#straightPieces();
+    this.segments = [...segmentsOf(this.plan.shape), ...edges, ...this.strokes.map(({ ends }) => ends)];
   }
 
   // The straight pieces of the drawing's lines that are shown, each with what the file calls it.
-  get #strokes() {
+  #straightPieces() {
     if (!this.source || !this.on.has(STROKES)) return [];
     return this.source.strokes.flatMap(({ kind, points }) => points.slice(1).map((to, i) => ({ kind, ends: [points[i], to] })));
   }
@@ -125,7 +126,7 @@ export class Sheet {
   }
 
   #drawStrokes() {
-    const kinds = Map.groupBy ? Map.groupBy(this.#strokes, ({ kind }) => kind) : new Map([["", this.#strokes]]);
+    const kinds = Map.groupBy ? Map.groupBy(this.strokes, ({ kind }) => kind) : new Map([["", this.strokes]]);
     this.layers.strokes.replaceChildren(...[...kinds.entries()].map(([kind, all]) => {
       const d = all.map(({ ends: [[a, b], [x, y]] }) => `M${a},${-b}L${x},${-y}`).join("");
       const found = element("path", { class: "stroke", d, ...keep });
@@ -276,14 +277,14 @@ export class Sheet {
   }
 
   #strokeAt(point, event) {
-    const near = this.#strokes.filter(({ ends }) => apart(...ends) >= SHORTEST_M).map((stroke) => [farFrom(stroke.ends, point), stroke]);
+    const near = this.strokes.filter(({ ends }) => apart(...ends) >= SHORTEST_M).map((stroke) => [farFrom(stroke.ends, point), stroke]);
     const [far, found] = near.reduce((best, each) => (each[0] < best[0] ? each : best), [Infinity, null]);
     return far <= this.#reach(event) ? found : null;
   }
 
   // A line first, then all others of its layer.
   #askOf({ kind, ends }) {
-    const like = this.#strokes.filter((each) => each.kind === kind && each.ends[0] !== ends[0] && apart(...each.ends) >= SHORTEST_M);
+    const like = this.strokes.filter((each) => each.kind === kind && each.ends[0] !== ends[0] && apart(...each.ends) >= SHORTEST_M);
     this.hooks.stroke([ends, ...like.map((each) => each.ends)], kind);
   }
 
@@ -328,7 +329,7 @@ export class Sheet {
     if (!this.tool) {
       for (const { at, answers } of this.like) {
         const { points } = answers[this.which];
-        marks.push(dot(at, 12, "like-at"));
+        if (!this.asked.key.startsWith("stroke")) marks.push(dot(at, 12, "like-at"));
         if (points.length > 1) marks.push(line(points, "like", points.length > 2));
       }
       if (this.asked) marks.push(dot(this.asked.at, 16, "asked-at"));

@@ -81,6 +81,7 @@ def test_the_source_of_a_plan_is_read_by_the_command_that_built_it(client: TestC
     assert found["edges"]
     after = state(client, plan=before["plan"])
     assert after["source"]["known"]
+    assert not after["source"]["changed"]
     assert after["shape"]["rooms"] == before["shape"]["rooms"]
     assert client.get("/houses/review/source", params={"plan": "nobody"}).status_code == 404
 
@@ -106,6 +107,25 @@ def test_a_house_without_a_plan_is_opened_and_finished(client: TestClient, folde
     assert found["effects"][0]["outcome"] == "done"
     build(folder.parent / "in", folder, workers=1)
     assert name in open_dataset(folder).ids
+
+
+@pytest.mark.slow
+def test_a_file_that_has_changed_is_told_and_what_was_said_of_it_is_a_ghost(client: TestClient, folder: Path) -> None:
+    name = state(client)["plan"]
+    client.get("/houses/review/source", params={"plan": name})
+    x1, y1, _, _ = state(client, plan=name)["shape"]["bounds"]
+    said = {"plan": name, "action": "label", "points": [[x1 + 2.0, y1 + 1.5]], "text": "Office"}
+    assert not post(client, "decide", **said)["effects"][0].get("ghost")
+    file = next((folder.parent / "in").glob("bungalow*"))
+    file.write_text(file.read_text() + "\n# mended\n")
+    fresh = Service({"houses": Collection("houses", folder)}, ServiceSettings(review=True))
+    with TestClient(make_app(fresh), base_url="http://127.0.0.1") as again:
+        assert not state(again, plan=name)["source"]["changed"]  # nobody has looked yet
+        again.get("/houses/review/source", params={"plan": name})
+        found = state(again, plan=name)
+        assert found["source"]["changed"]
+        assert found["effects"][0]["ghost"]
+        assert found["questions"][0]["key"].startswith("changed at ")
 
 
 @pytest.mark.slow
