@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import suppress
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -16,6 +17,7 @@ from houseexpo.corrections.openings import (
     ALONG,
     MEETS_M,
     ONWARD_M,
+    PARTITION_M,
     SNAP_M,
     STEP_M,
     WALL_REACH_M,
@@ -105,6 +107,8 @@ def _kind(word: Word, width_m: float) -> DoorKind:
 
 def _new_passage(draft: Draft, strip: Strip, placed: Placed) -> Said:
     word, text = placed.correction.word, str(placed.correction)
+    if word != "entrance" and (sides := _meeting_at(draft, strip)) is not None:
+        return _on_common_edge(draft, strip, sides, placed)
     strip = in_its_wall(draft, strip)
     room = draft.room_at(strip.centre)
     if room is not None:
@@ -128,9 +132,44 @@ def _new_passage(draft: Draft, strip: Strip, placed: Placed) -> Said:
                 f"it lies between {draft.name(one)} and {draft.name(other)}; say door, or no_room of one"
             )
         if one is other:
+            with suppress(NoEffectError):  # a line on the floor, and a post in it
+                return _over_post(draft, strip, one, placed)
             return opened_wall(draft, strip, one, faces)
         return _between(draft, strip, rooms=(one, other), faces=faces, word=word, text=text, said=said)
     return _to_outside(draft, strip, rooms=(one, other), faces=faces, text=text, said=said)
+
+
+def _meeting_at(draft: Draft, strip: Strip) -> tuple[DraftRoom, DraftRoom] | None:
+    """Return the two rooms that meet along a line without a wall, or None."""
+    one, other = (draft.room_at(strip.before(side, 2 * _INTO_M)) for side in (-1, 1))
+    if one is None or other is None or one is other:
+        return None
+    middle = shapely.Point(strip.centre)
+    is_edge = all(room.shape.distance(middle) < _INTO_M for room in (one, other))
+    return (one, other) if is_edge and one.shape.distance(other.shape) < MEETS_M else None
+
+
+def _on_common_edge(draft: Draft, strip: Strip, rooms: tuple[DraftRoom, DraftRoom], placed: Placed) -> Said:
+    """Make a passage on the edge that two rooms share, as deep as a wall that a person draws."""
+    one, other = rooms
+    both = shapely.union(one.shape, other.shape)
+    whole = replace(strip, depth=PARTITION_M)
+    area = split_pieces(shapely.intersection(whole.polygon(), both))[0]
+    for room in rooms:
+        left = split_pieces(shapely.difference(room.shape, area))
+        room.change(left[0])
+    kind = _kind(placed.correction.word, strip.length)
+    draft.doors.append(DraftDoor(kind, area, strip.ends, rooms, 1.0, said=str(placed.correction)))
+    joined = f"{draft.name(one)} and {draft.name(other)}, which meet there"
+    return Said(f"{with_article(kind)} of {strip.length:.2f} m joins {joined}")
+
+
+def _over_post(draft: Draft, strip: Strip, room: DraftRoom, placed: Placed) -> Said:
+    """Part a room along a line in which a post stands: most of the line is floor."""
+    floor = shapely.intersection(shapely.LineString(strip.ends), room.shape).length
+    if floor < strip.length / 2:
+        raise NoEffectError("it lies in a wall")
+    return _on_floor(draft, strip, room, placed)
 
 
 def far_from_rooms(draft: Draft, strip: Strip) -> str:
@@ -324,7 +363,8 @@ def _sides_of(passage: Strip, parts: Sequence[Polygon]) -> tuple[Polygon, Polygo
 
 
 def _passage_on(passage: Strip, floor: Polygon, rooms: tuple[DraftRoom, DraftRoom], placed: Placed) -> DraftDoor:
-    area = split_pieces(shapely.intersection(passage.polygon(), floor))[0]
+    parts = split_pieces(shapely.intersection(passage.polygon(), floor))
+    area = parts[0] if len(parts) == 1 else passage.polygon()  # over a post
     kind = _kind(placed.correction.word, passage.length)
     return DraftDoor(kind, area, passage.ends, rooms, 1.0, said=str(placed.correction))
 

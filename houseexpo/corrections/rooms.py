@@ -195,7 +195,8 @@ def draw_room(draft: Draft, placed: Placed) -> Said:
     shape = free_part(draft, shapely.difference(drawn, walled))
     if shape is None or not is_room_sized(shape):
         raise NoEffectError("other rooms and passages take all of it")
-    if (far := draft.distance_to_rooms(placed.points[0])) > FARTHEST_ROOM_M:
+    far = min((float(each.shape.distance(drawn)) for each in draft.rooms), default=math.inf)
+    if far > FARTHEST_ROOM_M:
         raise NoEffectError(f"it lies {far:,.1f} m from the nearest room; draw it at the house")
     room = DraftRoom(shape, confidence=1.0, said=str(placed.correction))
     draft.rooms.append(room)
@@ -251,7 +252,7 @@ def remove_room(draft: Draft, placed: Placed) -> Said:
         raise contradiction(said, "leads into it, and")
     is_outside = placed.correction.word == "outside"
     text = f"{draft.name(room)} {'lies outside' if is_outside else 'is no room'}"
-    draft.remove_room(room, open_outside=True)
+    draft.remove_room(room, open_outside=is_outside or not _is_enclosed(draft, room))
     draft.taken_out.append(Place(room.shape, str(placed.correction)))
     outside = [door for door in draft.doors if id(door) not in before]
     also = [f"its {kinds[id(door.shape)]} of {door.width:.2f} m leads outside now" for door in outside]
@@ -261,6 +262,13 @@ def remove_room(draft: Draft, placed: Placed) -> Said:
     if shut:
         also.append(f"{shut} of its passages {'are' if shut > 1 else 'is'} gone")
     return Said(text, also)
+
+
+def _is_enclosed(draft: Draft, room: DraftRoom) -> bool:
+    """Return whether the other rooms, with the walls between them, lie all around a room."""
+    others = shapely.union_all([each.shape for each in draft.rooms if each is not room])
+    closed = others.buffer(WALL_REACH_M / 4, join_style="mitre")
+    return any(Polygon(part.exterior).covers(room.shape) for part in split_pieces(closed))
 
 
 def _open_sides(draft: Draft, outside: Polygon, text: str) -> Iterator[str]:

@@ -29,7 +29,7 @@ from threading import RLock
 from typing import Any
 
 from houseexpo.corrections.decision_log import Action, DecisionLog, LogLine
-from houseexpo.corrections.vocabulary import Word
+from houseexpo.corrections.vocabulary import FILE_WORDS, Word
 from houseexpo.errors import ConfigError
 from houseexpo.files import PARTIAL, sync_folder, without_mark
 from houseexpo.service.review.changes import (
@@ -247,9 +247,22 @@ class DecisionStore:
         """Return the plans with decisions or undos that the last build did not include."""
         with self._thread:
             self._catch_up()
-            builds = [line for line in self.log.lines if line.action == "build"]
-            built = max((line.number if line.upto is None else line.upto for line in builds), default=0)
+            built = self._built()
             return sorted({line.plan for line in self.log.lines if line.number > built and line.changes})
+
+    def file_changed(self, name: str) -> bool:
+        """Return whether something was said of a whole file, or taken back, that the last build did not include."""
+        with self._thread:
+            self._catch_up()
+            return any(
+                line.number > self._built() and line.plan == name and not set(FILE_WORDS).isdisjoint(line.changes)
+                for line in self.log.lines
+            )
+
+    def _built(self) -> int:
+        """Return the number of the last line that a build has included."""
+        builds = [line for line in self.log.lines if line.action == "build"]
+        return max((line.number if line.upto is None else line.upto for line in builds), default=0)
 
     def _catch_up(self) -> None:
         self._check_links()

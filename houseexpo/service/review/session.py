@@ -427,7 +427,9 @@ class Review:
         if name in self.rejected:
             return now
         built = self.queue.dataset[name]
-        return now if now is not None and _is_of_another(now, built) else built
+        if now is None or source is None:
+            return built
+        return now if _is_of_another(now, built) or self.decisions.file_changed(source.record.id) else built
 
     def _mark_ghosts(self, name: str, plan: FloorPlan, effects: list[dict[str, Any]], left: Set[str]) -> int:
         """Mark the corrections that were made of another state of the plan's file; return how many there are."""
@@ -439,6 +441,15 @@ class Review:
             of = made.get(author_key(each["word"], each["value"]), "")
             each["ghost"] = bool(of) and of != source
         return sum(each["ghost"] for each in effects)
+
+    def _why_changed(self, name: str, source: SourceView | None) -> str:
+        """Return why the plan of the source is shown and not that of the data set, "" if it is not."""
+        if source is None or source.plan is None:
+            return ""
+        if _is_of_another(source.plan, self.queue.dataset[name]):
+            return "The file has changed since the plan was built; this is the plan of the file as it is now"
+        said = self.decisions.file_changed(source.record.id)
+        return "This is the plan with what is said of the file" if said else ""
 
     def _source_facts(self, name: str, source: SourceView | None, *, is_plan: bool) -> dict[str, Any]:
         """Return whether the source is known, why it cannot be, and what is said of the file."""
@@ -452,10 +463,7 @@ class Review:
         return {
             "known": source is not None,
             "why": why,
-            "changed": is_plan
-            and source is not None
-            and source.plan is not None
-            and _is_of_another(source.plan, self.queue.dataset[name]),
+            "changed": self._why_changed(name, source) if is_plan else "",
             "file": file,
             "said": said,
             "takes": [*takes, *(["distance"] if "units" in takes and latest and latest.record.unit_m else [])],

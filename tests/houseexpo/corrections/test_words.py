@@ -6,6 +6,7 @@ from dataclasses import replace
 from typing import Any
 
 import pytest
+from shapely import Polygon
 
 from houseexpo.corrections import Correction, Override
 from houseexpo.corrections.apply import Corrected, correct_plan
@@ -404,3 +405,39 @@ def test_walls_that_meet_pillars_by_a_hair_part_the_room_and_no_part_is_lost() -
         assert len(found.plan.rooms) == 2
         assert sum(areas(found.plan)) == pytest.approx(plan.area, abs=1.0)
         assert any("a cut of" in line for line in found.followed)
+
+
+def test_a_passage_on_the_edge_at_which_two_rooms_meet() -> None:
+    one, other = Room(0, "Kitchen", box(0.1, 0.1, 4.1, 5.1)), Room(1, "Hall", box(4.1, 0.1, 8.1, 5.1))
+    plan = FloorPlan("house", box(0.1, 0.1, 8.1, 5.1), 2, {}, rooms=(one, other))
+    for x in (4.09, 4.1, 4.11):
+        found = corrected(plan, opening=[[x, 1.0], [x, 3.6]])
+        assert [effect.outcome for effect in found.effects] == ["done"]
+        assert "which meet there" in found.effects[0].sentence
+        assert kinds(found.plan) == ["opening"]
+        assert len(found.plan.rooms) == 2
+        assert found.plan.area == pytest.approx(plan.area, abs=0.01)
+
+
+def test_an_opening_over_a_post_parts_the_room() -> None:
+    plan = hall((4.9, 3.9, 5.1, 4.1))
+    found = corrected(plan, opening=[[5.0, 0.1], [5.0, 8.1]])
+    assert [effect.outcome for effect in found.effects] == ["done"]
+    assert len(found.plan.rooms) == 2
+
+
+def test_an_outline_counts_as_near_as_its_nearest_part() -> None:
+    found = corrected(room_outline=[[25.0, 0.2], [25.0, 3.0], [7.3, 3.0], [7.3, 0.2]])
+    assert [effect.outcome for effect in found.effects] == ["done"]
+
+
+def test_what_is_no_room_with_rooms_all_around_takes_its_doors_with_it() -> None:
+    around = Polygon(box(0.1, 0.1, 8.1, 8.1), [box(2.9, 2.9, 5.1, 5.1)])
+    rooms = (
+        Room(0, "Hall", list(around.exterior.coords[:-1]), (list(around.interiors[0].coords[:-1]),)),
+        Room(1, "Storage", box(3.0, 3.0, 5.0, 5.0)),
+    )
+    door = Door(0, "door", ((2.95, 3.5), (2.95, 4.3)), 0.8, box(2.9, 3.5, 3.0, 4.3), (0, 1), 1.0)
+    plan = FloorPlan("house", box(0.1, 0.1, 8.1, 8.1), 2, {}, rooms=rooms, doors=(door,))
+    assert kinds(corrected(plan, no_room=[4.0, 4.0]).plan) == []
+    assert kinds(corrected(plan, outside=[4.0, 4.0]).plan) == ["entrance"]

@@ -104,7 +104,7 @@ function show(found) {
   showSwitches();
   file.show(found.source, readOnly);
   strokes = [];
-  if (found.source.changed) say("The file has changed since the plan was built; this is the plan of the file as it is now. B builds it again.", "bad");
+  if (found.source.changed) say(`${found.source.changed}. B builds it.`, "bad");
   showQuestions();
   at("storeys").hidden = found.storeys.length === 0;
   at("storeys").replaceChildren(...found.storeys.map(({ plan, title }) => {

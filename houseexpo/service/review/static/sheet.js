@@ -14,6 +14,11 @@ const WIDER = 1.05; // a source that is hardly larger than the plan needs no oth
 const AT_FIRST = ["map", "section_1_1", PLACES];
 const BESIDE_M = 0.6; // a point so far from a place lies in the room beside it
 const keep = { "vector-effect": "non-scaling-stroke" };
+const RESIZED = 1.25; // a plan that has grown so much is of another scale, and needs another view
+const isLike = (one, other) => [0, 1].every((k) => {
+  const ratio = (one[k + 2] - one[k]) / (other[k + 2] - other[k]);
+  return ratio < RESIZED ** 2 && ratio > 1 / RESIZED ** 2;
+});
 const apart = ([a, b], [c, d]) => Math.hypot(a - c, b - d);
 
 function farFrom(points, at) {
@@ -51,7 +56,7 @@ export class Sheet {
       return;
     }
     this.#collect();
-    if (before) this.drawing.renew(plan.shape);
+    if (before && isLike(before.bounds, plan.shape.bounds)) this.drawing.renew(plan.shape);
     else this.#open(plan.shape);
     this.#underlay();
     this.#colour(before, plan.shape);
@@ -145,8 +150,9 @@ export class Sheet {
   }
 
   // What a place says when it is taken: a door between two rooms, an entrance of one, an opening within one.
-  #wordOf([a, b]) {
+  #wordOf({ kind, ends: [a, b] }) {
     const [x, y] = [(a[0] + b[0]) / 2, (a[1] + b[1]) / 2], far = apart(a, b) || 1;
+    if (this.plan.shape.rooms.some(({ rings }) => isInside([x, y], rings))) return kind === "door" ? "door" : "opening";
     const [nx, ny] = [-(b[1] - a[1]) / far * BESIDE_M, (b[0] - a[0]) / far * BESIDE_M];
     const [one, other] = [[x + nx, y + ny], [x - nx, y - ny]].map((at) => this.plan.shape.rooms.findIndex(({ rings }) => isInside(at, rings)));
     if (one >= 0 && one === other) return "opening";
@@ -243,7 +249,7 @@ export class Sheet {
     if (!this.tool) {
       const mark = this.#markAt(point, event), place = mark < 0 ? this.#placeAt(point, event) : null;
       const stroke = mark < 0 && !place ? this.#strokeAt(point, event) : null;
-      if (place) this.hooks.take(this.#wordOf(place.ends), place.ends);
+      if (place) this.hooks.take(this.#wordOf(place), place.ends);
       else if (stroke) this.#askOf(stroke);
       else this.choose(mark);
       return;

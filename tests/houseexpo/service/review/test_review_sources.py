@@ -134,12 +134,18 @@ def test_what_is_said_of_the_file_makes_another_reading(client: TestClient, fold
     client.get("/houses/review/source", params={"plan": name})
     facts = state(client, plan=name)["source"]
     assert {"distance", "units", "scale", "up", "floors", "drop_nodes"} <= set(facts["takes"])
-    x1 = state(client, plan=name)["shape"]["bounds"][0]
+    bounds = state(client, plan=name)["shape"]["bounds"]
+    x1 = bounds[0]
     post(client, "file", plan=name, key="distance", value="1", points=[[x1, 1.0], [x1 + 2.0, 1.0]])
     post(client, "file", plan=name, key="units", value="m")
     assert "distance" not in tomllib.loads((folder / "overrides.toml").read_text())[facts["file"]]
     post(client, "file", plan=name, key="scale", value="2")
     client.get("/houses/review/source", params={"plan": name})
+    found = state(client, plan=name)
+    assert "what is said of the file" in found["source"]["changed"]
+    assert found["shape"]["bounds"][2] == pytest.approx(2 * bounds[2], rel=0.1)
+    post(client, "decide", plan=name, seen=found["seen"], action="label", points=[[x1 + 4.0, 3.0]], text="Office")
+    assert "Office" in {room["label"] for room in state(client, plan=name)["shape"]["rooms"]}
     post(client, "file", plan=name, key="units", value="")
     for value, what in (("x", "expected a number"), ("0", "expected more than 0"), ("nan", "finite")):
         client.get("/houses/review/source", params={"plan": name})
