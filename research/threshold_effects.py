@@ -31,6 +31,7 @@ import resource
 import signal
 import sys
 import tempfile
+import textwrap
 import time
 from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
@@ -531,14 +532,10 @@ PAGE = """\
 
 What each number of `pipeline/stages`, `pipeline/geometry` and `pipeline/tolerances.py` decides, moved alone: `python
 -m research.threshold_effects --table docs/contributing/thresholds.md` wrote this after {trials:,} trials on {levels}
-levels of made houses and of files. A line has the number, and *plans/houses/levels* at 0.8 and 1.2, then at 0 and
-1000 times its value: in how many levels a byte of the plan changed; in how many a room, a door, an entrance or a cut
-came or went, or a room's area changed by more than a twentieth; and of how many levels, the quickest that read it.
-Values stand in the code.
-"""
-EARLIER = """\
-A star is an earlier run, of 1,457 trials on 34 levels. Builds with `furniture` and `dwellings` alone read
-`STEP_OVER_M`, and `DWELLING_M2` and `STAIR_M2`.
+levels of made houses and of files. Numbers that it did not try keep the counts of an earlier run (1,457 trials on 34
+levels). A number has *plans/houses/levels* at 0.8 and 1.2, then at 0 and 1000 times its value: in how many levels a
+byte of the plan changed; in how many a room, a door, an entrance or a cut came or went, or a room's area changed by
+more than a twentieth; and of how many levels. Values stand in the code.
 """
 EFFECTS = (
     "A fifth more or less changes a house",
@@ -546,16 +543,18 @@ EFFECTS = (
     "No house changes, but bytes of plans",
     "Nothing changes",
 )
-ROW = re.compile(r"`([\w.]+)` (\d+)/(\d+)/(\d+) (\d+)/(\d+)/(\d+)")
+MODULE = re.compile(r"^- `([\w.]+)`: (.*?)\.$", re.MULTILINE | re.DOTALL)
+ROW = re.compile(r"`(\w+)` (\d+)/(\d+)/(\d+)\s(\d+)/(\d+)/(\d+)")
 Counts = tuple[tuple[int, int, int], tuple[int, int, int]]
 
 
 def rows_of_page(text: str) -> dict[str, Counts]:
     """Return the counts of each number of a page: (plans, houses, levels) near its value, and off it."""
     found = {}
-    for title, *counts in ROW.findall(text):
-        near, off = (tuple(map(int, part)) for part in (counts[:3], counts[3:]))
-        found[title] = (near, off)
+    for module, rows in MODULE.findall(text):
+        for name, *counts in ROW.findall(rows):
+            near, off = (tuple(map(int, part)) for part in (counts[:3], counts[3:]))
+            found[f"{module}.{name}"] = (near, off)
     return found  # type: ignore[return-value]  # the pattern has six
 
 
@@ -565,7 +564,7 @@ def page_of(trials: Sequence[Trial], wanted: Sequence[Number], earlier: Mapping[
     A number without a trial keeps its counts of an ``earlier`` page.
     """
     tried, kept = {t.number for t in trials}, earlier or {}
-    lines: dict[str, list[str]] = {effect: [] for effect in EFFECTS}
+    found: dict[str, dict[str, list[str]]] = {effect: {} for effect in EFFECTS}
     for number in wanted:
         is_old = number.title in kept and number.title not in tried
         counts = kept[number.title] if is_old else (_count(trials, number, NEAR), _count(trials, number, OFF))
@@ -573,10 +572,14 @@ def page_of(trials: Sequence[Trial], wanted: Sequence[Number], earlier: Mapping[
         houses_near, houses_off = counts[0][1], counts[1][1]
         plans = counts[0][0] or counts[1][0]
         effect = EFFECTS[0 if houses_near else 1 if houses_off else 2 if plans else 3]
-        lines[effect].append(f"`{number.title}` {near} {off}{' *' if is_old else ''}")
+        module = number.title.removesuffix(f".{number.name}")
+        found[effect].setdefault(module, []).append(f"`{number.name}` {near} {off}")
     page = PAGE.format(trials=len(trials), levels=len({t.level for t in trials}))
-    page += EARLIER if any(n.title in kept and n.title not in tried for n in wanted) else ""
-    return page + "".join(f"\n## {effect}\n" + ";\n".join(found) + ".\n" for effect, found in lines.items() if found)
+    for effect, modules in found.items():
+        page += f"\n## {effect}\n" if modules else ""
+        for module, rows in modules.items():
+            page += textwrap.fill(f"- `{module}`: {', '.join(rows)}.", 120, break_on_hyphens=False) + "\n"
+    return page
 
 
 def _count(trials: Sequence[Trial], number: Number, factors: Sequence[float]) -> tuple[int, int, int]:

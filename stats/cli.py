@@ -58,11 +58,11 @@ def stats(
     """
     from houseexpo.commands.printing import make_console, print_json, print_name_and_text
     from houseexpo.outputs import CommandOutput
+    from stats.bad_plans import compare_with_list, read_list
     from stats.html_report import check_report_paths, write_report
     from stats.measure import open_and_measure
     from stats.report import Report
     from stats.terminal_tables import report_tables
-    from stats.unusable_list import compare_with_list, read_list
 
     files = out or []
     check_report_paths(files)

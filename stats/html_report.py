@@ -15,11 +15,11 @@ from houseexpo.files import encode_json, write_atomically
 from houseexpo.floorplan import FloorPlan
 from stats import figures
 from stats.audit import CONNECTIONS, AuditSummary, Connection
+from stats.bad_plans import RADIUS
 from stats.public_sets import CITED, PUBLIC, SHARES, SIZES
 from stats.record import BY_KEY
 from stats.report import Report, audited_data_sets, count_leaks
 from stats.terminal_tables import format_mean, format_number
-from stats.unusable_list import RADIUS
 
 _CARD = (4.3, 2.7)
 _WIDE = (5.0, 2.7)

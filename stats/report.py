@@ -8,9 +8,9 @@ from typing import Any
 
 from houseexpo.dataset.store.stored_plans import BrokenPlan
 from stats import compare
+from stats.bad_plans import ListComparison
 from stats.measure import DataSetSummary
 from stats.public_sets import PublicSet, public_row
-from stats.unusable_list import ListComparison
 
 
 @dataclass(frozen=True)

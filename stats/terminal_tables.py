@@ -10,13 +10,13 @@ from houseexpo.analysis.audit import RULES
 from houseexpo.commands.printing import new_table
 from houseexpo.words import count_noun
 from stats.audit import AuditSummary
+from stats.bad_plans import ListComparison
 from stats.compare import DIFFERENCE, Distance
 from stats.measure import DataSetSummary
 from stats.public_sets import CITED, PUBLIC
 from stats.record import MEASURES
 from stats.report import Report, audited_data_sets, count_leaks
 from stats.summary import PlanSummary
-from stats.unusable_list import ListComparison
 
 _BAR = 24
 

@@ -32,11 +32,10 @@ from houseexpo.floorplan import decode
 from houseexpo.outputs import check_not_in_inputs
 from houseexpo.processes import map_in_processes
 from houseexpo.progress import show_progress
-from houseexpo.release import citation
 from houseexpo.release.check_releasable import Licence, ReleasableDataset, check_releasable
 from houseexpo.release.croissant import describe_in_croissant
 from houseexpo.release.data_card import MEASURES, SHEET, draw_measures_png, draw_sheet_png, make_data_card
-from houseexpo.release.descriptions import ReleaseFacts
+from houseexpo.release.descriptions import ReleaseFacts, citation_files
 from houseexpo.release.publisher_texts import PublisherTexts
 from houseexpo.release.splits import ReleaseSplits, release_splits
 from houseexpo.release.tables import OBJECTS, TABLES, ReleasePlan, ReleaseTable, Row, TableWriter
@@ -150,7 +149,7 @@ def _write_files(folder: Path, tables: tuple[ReleaseTable, ...], facts: ReleaseF
         "README.md": make_data_card(facts, tables),
         "stats.json": encode_json(facts.material.stats),
         "provenance.json": encode_json(provenance),
-        **citation.citation_files(facts),
+        **citation_files(facts),
     }
     for name, data in written.items():
         write_atomically(folder / name, data)

@@ -50,7 +50,8 @@ from pipeline.geometry.leaves import Leaf, cubicle_leaves, find_plates, may_hold
 from pipeline.geometry.mesh_slicing import MeshSlicer, nearest_clear_height, section_heights
 from pipeline.geometry.meshes import Bodies, box_around_polygon, footprint
 from pipeline.geometry.prisms import Prisms
-from pipeline.geometry.scan_columns import is_scan
+from pipeline.geometry.scan_columns import columns_of_mesh, columns_of_points, is_scan
+from pipeline.geometry.scan_walls import find_wall_masks, mask_to_area, wall_top_height
 from pipeline.geometry.wall_gaps import WallEnd, wall_ends
 from pipeline.geometry.wall_sections import (
     WallSections,
@@ -61,7 +62,6 @@ from pipeline.geometry.wall_sections import (
     find_pieces_below_wall_tops,
     long_slits_between_sheets,
 )
-from pipeline.stages.scan_evidence import gather_scan_evidence
 from pipeline.tolerances import (
     CM_M,
     CRACK_M,
@@ -76,6 +76,7 @@ from pipeline.tolerances import (
     STAND_M,
     STANDS,
     STUB_M,
+    THIN_WALL_M,
     TWICE,
     WALL_M,
 )
@@ -286,3 +287,46 @@ def _is_pillar(part: Polygon, ends: list[Polygon]) -> bool:
     between = shapely.LineString([one.centroid, other.centroid])
     slim = min(one.area, other.area) / SHEET_M < MOST * box.thickness
     return bool(slim and between.distance(middle) < HAND_M)
+
+
+# Find walls, lintels and doorways of a scanned level, a mesh or a point cloud: ``stages.evidence`` for scans.
+#
+# S1  Of a scan, no single section is worth much: walls and doorways are judged by columns (``geometry.scan_walls``).
+# S2  A doorway without a lintel in the scan is found as a gap by the stage ``layout``, as in every house.
+# S3  The floor of a scan is as incomplete as the rest of it, so that it deletes no room.
+# S4  Where the scan ends and nothing stands, there is no wall but an open edge (``geometry.scan_walls``, R4). It closes
+#     the room, as the edge of a floor does, and the plan says so.
+
+
+CELL_M = 0.025
+
+
+def gather_scan_evidence(level: Level, config: EvidenceConfig) -> Evidence:
+    """Decide what each thing in a scanned level is."""
+    mesh, top = level.walls, max(level.ceiling_m, config.head_m)
+    if mesh.is_cloud:
+        columns = columns_of_points(mesh.vertices, THIN_WALL_M, top, CELL_M)
+    else:
+        columns = columns_of_mesh(mesh, THIN_WALL_M, top, CELL_M)
+    masks = find_wall_masks(columns)
+    closed = mask_to_area(masks.walls, masks.raster)
+    doorways = unite([Polygon(masks.raster.level_points(box)) for box in masks.doorways])
+    walls, lintels = subtract(closed, doorways), intersect(closed, doorways)
+    open_edge = EMPTY
+    if masks.open_edge.any():  # S4
+        beyond = subtract(buffer_mitred(mask_to_area(masks.open_edge, masks.raster), 2 * CELL_M), doorways)
+        walls, open_edge = subtract(walls, beyond), intersect(walls, beyond)
+    judged = judge_leaves([], walls, lintels)
+    known, leaves = find_known_doorways(level.openings, level.door_meshes, walls, lintels, judged)
+    return Evidence(
+        walls=walls,
+        tall=walls,
+        lintels=lintels,
+        rails=EMPTY,
+        furniture=unite([footprint(each.mesh) for each in level.furniture]),
+        doorways=tuple(known),
+        leaves=tuple(leaves),
+        heights={"columns": [THIN_WALL_M, round(wall_top_height(columns), 4)]},
+        scanned=True,
+        open_edge=open_edge,
+    )

@@ -55,8 +55,8 @@ def scores_of(
 ) -> list[dict[str, float]]:
     """What came of so many episodes of a policy, in plans of these ids, ``number`` of them at a time."""
     from houseexpo.pseudoslam.learning.environments import make_environments
-    from houseexpo.pseudoslam.learning.evaluation import score_episodes
     from houseexpo.pseudoslam.learning.policy_file import read_policy
+    from houseexpo.pseudoslam.learning.training import score_episodes
 
     task = task_of(experiment)
     trained = read_policy(folder_of(experiment, seed) / "policy.pt", task)

@@ -17,7 +17,7 @@ from houseexpo.pseudoslam import SimulatorConfig
 from houseexpo.pseudoslam.benchmark.result import read_result
 from houseexpo.pseudoslam.learning.weights import read_weights
 from pipeline.overrides import load_overrides
-from stats.unusable_list import read_list
+from stats.bad_plans import read_list
 
 
 def trained(file: Path) -> Any:

@@ -13,11 +13,10 @@ from typer.testing import CliRunner
 from houseexpo.commands.app import make_app
 from houseexpo.commands.arguments import parse_ids
 from houseexpo.dataset import open_dataset
-from houseexpo.dataset.readable import open_readable
 from houseexpo.errors import DatasetError
 from houseexpo.floorplan import FloorPlan, save_plan
 from stats.bad_plans import BadPlan, find_bad_plans
-from stats.measure import measure_plans
+from stats.measure import measure_plans, open_readable
 from tests.builders.batch import one_room, run_build
 from tests.stats.conftest import outline
 

@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 from houseexpo.dataset import open_dataset
+from stats.bad_plans import compare_with_list, read_list
 from stats.measure import measure_plans, summarise_records
-from stats.unusable_list import compare_with_list, read_list
 
 DATA = Path(__file__).resolve().parents[3] / "shared" / "data" / "houseexpo"
 

@@ -13,11 +13,11 @@ import pytest
 from houseexpo.commands.app import make_app
 from houseexpo.dataset import open_dataset
 from houseexpo.floorplan import FloorPlan
+from stats.bad_plans import compare_with_list
 from stats.html_report import report_html, write_json
 from stats.measure import DataSetSummary, measure_plans, summarise_data_set, summarise_records
 from stats.report import Report, count_leaks
 from stats.terminal_tables import report_tables
-from stats.unusable_list import compare_with_list
 from tests.stats.conftest import outline
 
 

@@ -5,8 +5,8 @@ from pathlib import Path
 import pytest
 
 from houseexpo.errors import ConfigError
+from stats.bad_plans import compare_with_list, read_list
 from stats.record import Record
-from stats.unusable_list import compare_with_list, read_list
 
 
 def record(name: str, components: int) -> Record:

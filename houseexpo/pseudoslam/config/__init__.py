@@ -1,7 +1,6 @@
 """Export the classes that configure simulations, with the paper's defaults; mappings and YAML files make them too."""
 
 from houseexpo.pseudoslam.config.drive import Ackermann, Differential
-from houseexpo.pseudoslam.config.odometry import Odometry, Velocity, Wheels
 from houseexpo.pseudoslam.config.robot import (
     FURTHEST_M,
     MAX_BEAMS,
@@ -10,9 +9,12 @@ from houseexpo.pseudoslam.config.robot import (
     LaserConfig,
     NoiseConfig,
     ObservationConfig,
+    Odometry,
     RobotConfig,
     ScanRule,
     StartConfig,
+    Velocity,
+    Wheels,
 )
 from houseexpo.pseudoslam.config.simulator import SimulatorConfig
 

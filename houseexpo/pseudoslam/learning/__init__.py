@@ -1,6 +1,6 @@
 """Train policies by PPO on the robot's map, or choosers of frontiers, in runs that can be killed and resumed.
 
-``houseexpo train`` is the command; ``training.train`` does the work. Only ``model``, ``checkpoints``, ``evaluation``,
+``houseexpo train`` is the command; ``training.train`` does the work. Only ``model``, ``checkpoints``,
 ``policy_file`` and ``training`` import PyTorch and Stable-Baselines3 (the extra ``learn``).
 """
 

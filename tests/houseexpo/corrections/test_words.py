@@ -9,10 +9,9 @@ import pytest
 from shapely import Polygon
 
 from houseexpo.corrections import Correction, Override
-from houseexpo.corrections.apply import Corrected, correct_plan
+from houseexpo.corrections.apply import CUT_M, Corrected, correct_plan
 from houseexpo.corrections.draft import Space
 from houseexpo.corrections.passages import WIDEST_DOOR_M
-from houseexpo.corrections.settling import CUT_M
 from houseexpo.corrections.vocabulary import UNITS, WORDS
 from houseexpo.errors import ConfigError
 from houseexpo.floorplan import FloorPlan, decode

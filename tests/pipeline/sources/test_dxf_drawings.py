@@ -12,7 +12,7 @@ import shapely
 
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources import find, reader
-from pipeline.sources.vector_plans.dxf_units import metres_per_unit
+from pipeline.sources.vector_plans.dxf import metres_per_unit
 from pipeline.sources.vector_plans.named_features import kind_from_name
 from pipeline.values import Level
 from tests.builders.houses import kinds, plan_of

@@ -9,7 +9,7 @@ import pytest
 
 from houseexpo.plan import Frame
 from pipeline.config import EvidenceConfig
-from pipeline.stages.scan_evidence import gather_scan_evidence
+from pipeline.stages.evidence import gather_scan_evidence
 from pipeline.values import Level, Mesh
 from tests.builders.shared import planned
 

@@ -60,15 +60,15 @@ def test_the_page_says_of_how_many_levels_how_many_changed():
     number = Number("pipeline.tolerances", "LAP_M")
     results = [("a", 0.8, Result.PLAN), ("a", 1.2, Result.HOUSE), ("b", 0.8, Result.NOTHING), ("a", 0.0, Result.PLAN)]
     page = page_of([Trial(number.title, *each) for each in results], [number])
-    assert page.endswith("\n## A fifth more or less changes a house\n`tolerances.LAP_M` 1/1/2 1/0/1.\n")
+    assert page.endswith("\n## A fifth more or less changes a house\n- `tolerances`: `LAP_M` 1/1/2 1/0/1.\n")
 
 
 def test_a_number_that_was_not_tried_again_keeps_its_row():
     tried, other = (Number("pipeline.tolerances", name) for name in ("LAP_M", "MM_M"))
     first = page_of([Trial(n.title, "a", 0.8, Result.PLAN) for n in (tried, other)], [tried, other])
     again = page_of([Trial(tried.title, "b", 0.8, Result.NOTHING)], [tried, other], rows_of_page(first))
-    assert "## Nothing changes\n`tolerances.LAP_M` 0/0/1 0/0/0.\n" in again
-    assert "## No house changes, but bytes of plans\n`tolerances.MM_M` 1/0/1 0/0/0 *.\n" in again
+    assert "## Nothing changes\n- `tolerances`: `LAP_M` 0/0/1 0/0/0.\n" in again
+    assert "## No house changes, but bytes of plans\n- `tolerances`: `MM_M` 1/0/1 0/0/0.\n" in again
     assert rows_of_page(again)["tolerances.MM_M"] == ((1, 0, 1), (0, 0, 0))
 
 
