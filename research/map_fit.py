@@ -121,7 +121,8 @@ def using(weights: Floats) -> mock._patch_dict:
 
 def scores(made: TrueMap) -> RoomScores:
     """Return how good the rooms of a map are, measured on its free cells."""
-    label = rooms.segment_rooms(made.free, CELL_M, occupied=made.occupied).label_of_cells(made.free.shape)
+    parts = rooms.segment_rooms(made.free, CELL_M, occupied=made.occupied)
+    label = parts.to_cells(parts.label, made.free.shape)
     return room_scores(np.where(made.free, label, 0), made.rooms)
 
 

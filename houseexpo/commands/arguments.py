@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
+
+import typer
 
 from houseexpo.errors import ConfigError
 from houseexpo.files import read_text
@@ -14,6 +16,25 @@ if TYPE_CHECKING:
     from houseexpo.floorplan import FloorPlan
 
 REPLACE_HELP = "Overwrite files that houseexpo did not write."
+
+HousesArgument = Annotated[
+    Path | None,
+    typer.Argument(
+        help="Data set, one plan's JSON file, or a map or folder of maps (map.yaml, pgm, png, npy).",
+        show_default="fetched",
+    ),
+]
+DataSetArgument = Annotated[
+    Path, typer.Argument(help="Data set: a folder, an archive or JSON lines.", show_default=False)
+]
+FetchedDataSet = Annotated[
+    Path | None, typer.Argument(help="Data set: a folder, an archive or JSON lines.", show_default="fetched")
+]
+MapResolution = Annotated[
+    float | None, typer.Option(help="Side of a cell of a map without a yaml, metres.", show_default="the yaml's")
+]
+Processes = Annotated[int | None, typer.Option(min=1, help="Number of processes.", show_default="one per core")]
+ReplaceOption = Annotated[bool, typer.Option("--replace", help=REPLACE_HELP)]
 
 
 def make_completion(*words: str) -> Callable[[str], list[str]]:

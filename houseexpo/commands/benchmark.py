@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from houseexpo.commands.arguments import POLICIES, REPLACE_HELP, make_completion
+from houseexpo.commands.arguments import POLICIES, ReplaceOption, make_completion
 from houseexpo.errors import ConfigError
 
 if TYPE_CHECKING:
@@ -77,7 +77,7 @@ def run(
             autocompletion=make_completion("policy", "free", "solid", "lines", "network"),
         ),
     ] = None,
-    replace: Annotated[bool, typer.Option("--replace", help=REPLACE_HELP)] = False,
+    replace: ReplaceOption = False,
 ) -> None:
     """Run a policy in fixed plans from fixed starts, and write the result.
 
@@ -157,7 +157,7 @@ def compare(
     curves: Annotated[
         bool, typer.Option("--curves", help="Also draw coverage over metres for each map, on tracks of maps.")
     ] = False,
-    replace: Annotated[bool, typer.Option("--replace", help=REPLACE_HELP)] = False,
+    replace: ReplaceOption = False,
 ) -> None:
     """Compare results in a table for each track; they must be for the same plans."""
     from houseexpo.commands.printing import make_console, print_name_and_text
@@ -202,7 +202,7 @@ def team(
     ] = None,
     split: Annotated[str, typer.Option(help="The list from which plans are chosen.")] = "test",
     plans: Annotated[int, typer.Option(min=1, help="Number of plans.")] = 50,
-    replace: Annotated[bool, typer.Option("--replace", help=REPLACE_HELP)] = False,
+    replace: ReplaceOption = False,
 ) -> None:
     """Let teams of robots explore fixed plans from fixed starts, and compare how they share out the work.
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from houseexpo.commands.arguments import IDS_HELP, REPLACE_HELP, is_plan_file, make_completion
+from houseexpo.commands.arguments import IDS_HELP, ReplaceOption, is_plan_file, make_completion
 from houseexpo.words import count_noun
 
 if TYPE_CHECKING:
@@ -71,7 +71,7 @@ def export(
     find_rooms: Annotated[
         bool, typer.Option("--find-rooms", help="Find rooms and doors of plans without them.")
     ] = False,
-    replace: Annotated[bool, typer.Option("--replace", help=REPLACE_HELP)] = False,
+    replace: ReplaceOption = False,
 ) -> None:
     """Write plans for other programs: maps, worlds, meshes, features, graphs, pictures, grids.
 

@@ -7,12 +7,12 @@ from typing import Annotated
 
 import typer
 
+from houseexpo.commands.arguments import FetchedDataSet, Processes, open_data_set
+
 
 def observe(
     out: Annotated[Path, typer.Option(help="Folder to write.", show_default=False)],
-    dataset: Annotated[
-        Path | None, typer.Argument(help="Data set: a folder, an archive or JSON lines.", show_default="fetched")
-    ] = None,
+    dataset: FetchedDataSet = None,
     limit: Annotated[
         int | None, typer.Option(min=1, help="Largest number of pairs.", show_default="a visit to each plan")
     ] = None,
@@ -26,9 +26,7 @@ def observe(
         Path | None, typer.Option(help="YAML file of a SimulatorConfig.", show_default="the paper's")
     ] = None,
     seed: Annotated[int, typer.Option(min=0, help="Seed of starts, paths and noise.")] = 0,
-    workers: Annotated[
-        int | None, typer.Option(min=1, help="Number of processes.", show_default="one per core")
-    ] = None,
+    workers: Processes = None,
 ) -> None:
     """Write pairs of maps, a robot's partial map and the whole house, as npz shards with a manifest.json.
 
@@ -36,7 +34,6 @@ def observe(
     """
     from dataclasses import replace
 
-    from houseexpo.commands.arguments import open_data_set
     from houseexpo.commands.printing import make_console, print_problems
     from houseexpo.cpu_cores import count_cores
     from houseexpo.outputs import check_not_in_inputs

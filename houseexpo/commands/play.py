@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from houseexpo.commands.arguments import REPLACE_HELP
-from houseexpo.commands.simulator_environment import MotionName, TaskName
+from houseexpo.commands.arguments import HousesArgument, MapResolution, ReplaceOption
+from houseexpo.commands.simulator_environment import MotionOption, TaskOption
 
 if TYPE_CHECKING:
     from houseexpo.pseudoslam.render.terminal import Terminal
@@ -18,22 +18,11 @@ _NO_END = 1_000_000_000
 
 
 def play(
-    dataset: Annotated[
-        Path | None,
-        typer.Argument(
-            help="Data set, one plan's JSON file, or a map or folder of maps (map.yaml, pgm, png, npy).",
-            show_default="fetched",
-        ),
-    ] = None,
+    dataset: HousesArgument = None,
     plan: Annotated[str | None, typer.Option(help="Id of the plan.", show_default="at random")] = None,
-    resolution: Annotated[
-        float | None, typer.Option(help="Side of a cell of a map without a yaml, metres.", show_default="the yaml's")
-    ] = None,
-    task: Annotated[TaskName, typer.Option(help="Task of the robot; avoidance has a room of its own.")] = "exploration",
-    motion: Annotated[
-        MotionName | None,
-        typer.Option(help="How the robot moves: exactly, or with a drive.", show_default="the file's, else discrete"),
-    ] = None,
+    resolution: MapResolution = None,
+    task: TaskOption = "exploration",
+    motion: MotionOption = None,
     window: Annotated[
         bool, typer.Option("--window", help="Show a window (needs pygame) instead of the terminal.")
     ] = False,
@@ -44,7 +33,7 @@ def play(
         Path | None, typer.Option(help="YAML file of a SimulatorConfig.", show_default="the task's, without an end")
     ] = None,
     seed: Annotated[int | None, typer.Option(help="Seed of plan, start and noise.", show_default="at random")] = None,
-    replace: Annotated[bool, typer.Option("--replace", help=REPLACE_HELP)] = False,
+    replace: ReplaceOption = False,
 ) -> None:
     """Drive a robot through a house with the arrow keys, and watch its map grow."""
     from houseexpo.commands.printing import make_console

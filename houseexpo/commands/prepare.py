@@ -7,11 +7,11 @@ from typing import Annotated
 
 import typer
 
+from houseexpo.commands.arguments import FetchedDataSet, Processes, open_data_set
+
 
 def prepare(
-    dataset: Annotated[
-        Path | None, typer.Argument(help="Data set: a folder, an archive or JSON lines.", show_default="fetched")
-    ] = None,
+    dataset: FetchedDataSet = None,
     pixels_per_metre: Annotated[
         float,
         typer.Option("--pixels-per-metre", "--resolution", min=1.0, help="Cells of the grid, per metre."),
@@ -21,16 +21,13 @@ def prepare(
     config: Annotated[
         Path | None, typer.Option(help="YAML file of a SimulatorConfig, instead of the options above.")
     ] = None,
-    workers: Annotated[
-        int | None, typer.Option(min=1, help="Number of processes.", show_default="one per core")
-    ] = None,
+    workers: Processes = None,
 ) -> None:
     """Compute and cache what PseudoSLAM needs for every plan, so that resets to a new house are fast.
 
     Environments with the same resolution, robot radius and laser range use the cache automatically. Without it, they
     compute and cache what they need during the resets.
     """
-    from houseexpo.commands.arguments import open_data_set
     from houseexpo.commands.printing import make_console, print_problems
     from houseexpo.cpu_cores import count_cores
     from houseexpo.pseudoslam.config import LaserConfig, RobotConfig, SimulatorConfig

@@ -8,29 +8,21 @@ from typing import Annotated, Final, Literal
 
 import typer
 
-from houseexpo.commands.arguments import POLICIES, REPLACE_HELP, make_completion
-from houseexpo.commands.simulator_environment import MotionName, TaskName
+from houseexpo.commands.arguments import POLICIES, HousesArgument, MapResolution, ReplaceOption, make_completion
+from houseexpo.commands.simulator_environment import MotionOption, TaskName, TaskOption
 
 _POLICIES: Final[dict[TaskName, str]] = {"exploration": "frontier", "avoidance": "wall", "navigation": "a-star"}
 
 
 def record(
-    dataset: Annotated[
-        Path | None,
-        typer.Argument(
-            help="Data set, one plan's JSON file, or a map or folder of maps (map.yaml, pgm, png, npy).",
-            show_default="fetched",
-        ),
-    ] = None,
+    dataset: HousesArgument = None,
     out: Annotated[Path | None, typer.Option(help="Movie to write: .gif or .mp4.", show_default="none")] = None,
     bag: Annotated[
         Path | None, typer.Option(help="ROS 2 bag to write: .mcap (needs the extra 'bag').", show_default="none")
     ] = None,
     plan: Annotated[str | None, typer.Option(help="Id of the plan.", show_default="at random")] = None,
-    resolution: Annotated[
-        float | None, typer.Option(help="Side of a cell of a map without a yaml, metres.", show_default="the yaml's")
-    ] = None,
-    task: Annotated[TaskName, typer.Option(help="Task of the robot; avoidance has a room of its own.")] = "exploration",
+    resolution: MapResolution = None,
+    task: TaskOption = "exploration",
     policy: Annotated[
         str | None,
         typer.Option(
@@ -53,11 +45,8 @@ def record(
     config: Annotated[
         Path | None, typer.Option(help="YAML file of a SimulatorConfig.", show_default="the task's")
     ] = None,
-    motion: Annotated[
-        MotionName | None,
-        typer.Option(help="How the robot moves: exactly, or with a drive.", show_default="the file's, else discrete"),
-    ] = None,
-    replace: Annotated[bool, typer.Option("--replace", help=REPLACE_HELP)] = False,
+    motion: MotionOption = None,
+    replace: ReplaceOption = False,
 ) -> None:
     """Write a movie of a policy at work, or a ROS bag with its robot's map and sensor data."""
     from houseexpo.commands.printing import make_console

@@ -7,6 +7,8 @@ from typing import Annotated
 
 import typer
 
+from houseexpo.commands.arguments import Processes
+
 
 def release(
     dataset: Annotated[Path, typer.Argument(help="Data set folder that houseexpo build wrote.", show_default=False)],
@@ -19,9 +21,7 @@ def release(
     date: Annotated[str, typer.Option(help="Date of publication, such as 2026-05-01.", show_default="none")] = "",
     url: Annotated[str, typer.Option(help="Address where the data set will be.", show_default="none")] = "",
     doi: Annotated[str, typer.Option(help="DOI, if one is reserved.", show_default="none")] = "",
-    workers: Annotated[
-        int | None, typer.Option(min=1, help="Number of processes.", show_default="one per core")
-    ] = None,
+    workers: Processes = None,
 ) -> None:
     """Release a data set: Parquet tables, JSON archive, splits, Croissant, data card, licence, citation, checksums.
 

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from houseexpo.commands.arguments import REPLACE_HELP
+from houseexpo.commands.arguments import ReplaceOption
 
 
 def replay(
@@ -17,7 +17,7 @@ def replay(
     scan_topic: Annotated[
         str | None, typer.Option(help="Topic of the scans.", show_default="the only one of its type")
     ] = None,
-    replace: Annotated[bool, typer.Option("--replace", help=REPLACE_HELP)] = False,
+    replace: ReplaceOption = False,
 ) -> None:
     """Play the scans of a ROS 2 bag back, and write the map that they make, for map_server, build and play."""
     import numpy as np

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from houseexpo.commands.arguments import POLICIES, make_completion
+from houseexpo.commands.arguments import POLICIES, HousesArgument, MapResolution, make_completion
 from houseexpo.errors import ConfigError
 
 if TYPE_CHECKING:
@@ -26,17 +26,9 @@ _RANGE_M, _RESOLUTION_DEG = 12.0, 1.0
 
 
 def ros(
-    dataset: Annotated[
-        Path | None,
-        typer.Argument(
-            help="Data set, one plan's JSON file, or a map or folder of maps (map.yaml, pgm, png, npy).",
-            show_default="fetched",
-        ),
-    ] = None,
+    dataset: HousesArgument = None,
     plan: Annotated[str | None, typer.Option(help="Id of the plan.", show_default="the first")] = None,
-    resolution: Annotated[
-        float | None, typer.Option(help="Side of a cell of a map without a yaml, metres.", show_default="the yaml's")
-    ] = None,
+    resolution: MapResolution = None,
     policy: Annotated[
         str | None,
         typer.Option(

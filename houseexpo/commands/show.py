@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from houseexpo.commands.arguments import IDS_HELP, REPLACE_HELP
+from houseexpo.commands.arguments import IDS_HELP, ReplaceOption
 from houseexpo.errors import ConfigError
 from houseexpo.words import count_noun
 
@@ -35,7 +35,7 @@ def show(
     style: Annotated[
         str, typer.Option(help="architect; technical: black and white; semantic: doors coloured by kind.")
     ] = "architect",
-    replace: Annotated[bool, typer.Option("--replace", help=REPLACE_HELP)] = False,
+    replace: ReplaceOption = False,
 ) -> None:
     """Draw plans: walls, rooms with name and area, doors, furniture, scale bar. Several make a contact sheet."""
     from houseexpo.commands.arguments import plans_from_arguments

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+import typer
 
 from houseexpo.errors import ConfigError
 
@@ -16,6 +18,11 @@ if TYPE_CHECKING:
 
 TaskName = Literal["exploration", "avoidance", "navigation"]
 MotionName = Literal["discrete", "differential", "ackermann"]
+TaskOption = Annotated[TaskName, typer.Option(help="Task of the robot; avoidance has a room of its own.")]
+MotionOption = Annotated[
+    MotionName | None,
+    typer.Option(help="How the robot moves: exactly, or with a drive.", show_default="the file's, else discrete"),
+]
 
 
 def make_environment(

@@ -7,22 +7,20 @@ from typing import Annotated
 
 import typer
 
-from houseexpo.commands.arguments import REPLACE_HELP
+from houseexpo.commands.arguments import DataSetArgument, Processes, ReplaceOption
 from houseexpo.errors import ConfigError
 
 
 def split(
-    dataset: Annotated[Path, typer.Argument(help="Data set: a folder, an archive or JSON lines.", show_default=False)],
+    dataset: DataSetArgument,
     train: Annotated[float | None, typer.Option(help="Share of the plans.", show_default="0.7, or the rest")] = None,
     val: Annotated[float | None, typer.Option(help="Share of the plans.", show_default="0.1, or the rest")] = None,
     test: Annotated[float | None, typer.Option(help="Share of the plans.", show_default="0.2, or the rest")] = None,
     paper: Annotated[bool, typer.Option("--paper", help="The paper's 70/30, without validation plans.")] = False,
     seed: Annotated[int, typer.Option(min=0, help="Seed of the random choice.")] = 0,
     out: Annotated[Path | None, typer.Option(help="Folder for splits/; the data set's own by default.")] = None,
-    workers: Annotated[
-        int | None, typer.Option(min=1, help="Number of processes.", show_default="one per core")
-    ] = None,
-    replace: Annotated[bool, typer.Option("--replace", help=REPLACE_HELP)] = False,
+    workers: Processes = None,
+    replace: ReplaceOption = False,
 ) -> None:
     """Split a data set: levels and copies of a house stay together, and all parts have similar kinds of houses."""
     from houseexpo.commands.printing import make_console, new_table

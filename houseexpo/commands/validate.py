@@ -3,19 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import asdict
-from pathlib import Path
 from typing import Annotated
 
 import typer
 
+from houseexpo.commands.arguments import DataSetArgument, Processes
+
 
 def validate(
-    dataset: Annotated[Path, typer.Argument(help="Data set: a folder, an archive or JSON lines.", show_default=False)],
+    dataset: DataSetArgument,
     json: Annotated[bool, typer.Option("--json", help="Print JSON, for other programs.")] = False,
     list_: Annotated[bool, typer.Option("--list", help="Print one line for each finding.")] = False,
-    workers: Annotated[
-        int | None, typer.Option(min=1, help="Number of processes.", show_default="one per core")
-    ] = None,
+    workers: Processes = None,
 ) -> None:
     """Check every plan of a data set, and a folder against its manifest.
 

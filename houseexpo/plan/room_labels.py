@@ -1,55 +1,44 @@
-"""Hold the 25 room labels of the data set in a table: each one's spelling, simulator group and colour in pictures."""
+"""Hold the 25 room labels of the data set in a table: each one's spelling, and its colour in pictures."""
 
 from __future__ import annotations
 
 import re
-from typing import Final, NamedTuple
-
-
-class LabelStyle(NamedTuple):
-    """One label: its group in the simulator's eight, and its colour in pictures (sRGB)."""
-
-    label: str
-    group: str
-    colour: str
-
+from typing import Final
 
 # Hues follow use (sleep blue, water teal, cooking amber, living green, work violet, passage sand, outside grey-green);
 # labels of one hue differ in lightness, which colour-blind readers can see, and every picture writes the label too.
-_TABLE: Final = (
-    LabelStyle("Bedroom", "bedroom", "#a9c8ec"),
-    LabelStyle("Child_Room", "bedroom", "#c5daf3"),
-    LabelStyle("Guest_Room", "bedroom", "#8fb4dc"),
-    LabelStyle("Bathroom", "bathroom", "#8fd3cf"),
-    LabelStyle("Toilet", "bathroom", "#bce5e0"),
-    LabelStyle("Kitchen", "kitchen", "#f9c983"),
-    LabelStyle("Dining_Room", "dining_room", "#f7b191"),
-    LabelStyle("Living_Room", "living_room", "#b9dca0"),
-    LabelStyle("Room", "indoor", "#e3e6c3"),
-    LabelStyle("Office", "office", "#c9b6e4"),
-    LabelStyle("Gym", "indoor", "#e0b9d8"),
-    LabelStyle("Hallway", "hallway", "#f5e7b8"),
-    LabelStyle("Hall", "hallway", "#ead79b"),
-    LabelStyle("Lobby", "hallway", "#dcc68a"),
-    LabelStyle("Entryway", "hallway", "#f0dcae"),
-    LabelStyle("Garage", "indoor", "#c7c3bd"),
-    LabelStyle("Storage", "indoor", "#d9cbb8"),
-    LabelStyle("Wardrobe", "indoor", "#e8c9c5"),
-    LabelStyle("Boiler_room", "indoor", "#c9ada0"),
-    LabelStyle("Balcony", "indoor", "#cfe3d4"),
-    LabelStyle("Terrace", "indoor", "#b9d1bb"),
-    LabelStyle("Loggia", "indoor", "#dcebd9"),
-    LabelStyle("Aeration", "indoor", "#cfd8dc"),
-    LabelStyle("Passenger_elevator", "indoor", "#b0bec5"),
-    LabelStyle("Freight_elevator", "indoor", "#98a8b1"),
-)
+_COLOURS: Final = {
+    "Bedroom": "#a9c8ec",
+    "Child_Room": "#c5daf3",
+    "Guest_Room": "#8fb4dc",
+    "Bathroom": "#8fd3cf",
+    "Toilet": "#bce5e0",
+    "Kitchen": "#f9c983",
+    "Dining_Room": "#f7b191",
+    "Living_Room": "#b9dca0",
+    "Room": "#e3e6c3",
+    "Office": "#c9b6e4",
+    "Gym": "#e0b9d8",
+    "Hallway": "#f5e7b8",
+    "Hall": "#ead79b",
+    "Lobby": "#dcc68a",
+    "Entryway": "#f0dcae",
+    "Garage": "#c7c3bd",
+    "Storage": "#d9cbb8",
+    "Wardrobe": "#e8c9c5",
+    "Boiler_room": "#c9ada0",
+    "Balcony": "#cfe3d4",
+    "Terrace": "#b9d1bb",
+    "Loggia": "#dcebd9",
+    "Aeration": "#cfd8dc",
+    "Passenger_elevator": "#b0bec5",
+    "Freight_elevator": "#98a8b1",
+}
 
 UNLABELLED: Final = "Unlabelled"
-LABELS: Final = tuple(category.label for category in _TABLE)
-GROUPS: Final = ("indoor", "kitchen", "dining_room", "living_room", "bathroom", "bedroom", "office", "hallway")
+LABELS: Final = tuple(_COLOURS)
 
-_BY_LABEL: Final = {category.label: category for category in _TABLE}
-_BY_SPELLING: Final = {category.label.replace("_", "").casefold(): category.label for category in _TABLE}
+_BY_SPELLING: Final = {label.replace("_", "").casefold(): label for label in LABELS}
 
 
 def canonical(word: str) -> str | None:
@@ -75,13 +64,6 @@ def canonical(word: str) -> str | None:
     return _BY_SPELLING.get(re.sub(r"[\s_\-]+", "", word).casefold())
 
 
-def label_group(label: str) -> str:
-    """Return the simulator's group of a label; "indoor" for labels without a group and for unlabelled rooms."""
-    found = _BY_LABEL.get(label)
-    return found.group if found else "indoor"
-
-
 def label_colour(label: str) -> str:
     """Return the label's colour as ``#rrggbb``; near-white for unlabelled rooms."""
-    found = _BY_LABEL.get(label)
-    return found.colour if found else "#f1efec"
+    return _COLOURS.get(label, "#f1efec")

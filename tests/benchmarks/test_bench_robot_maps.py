@@ -56,7 +56,7 @@ def test_rooms_and_doors_by_the_measures_of_rose2() -> None:
             start = time.perf_counter()
             parts = segment_rooms(made.free, CELL_M, occupied=made.occupied, likely=made.likely)
             seconds.append(time.perf_counter() - start)
-            label = parts.label_of_cells(made.free.shape)
+            label = parts.to_cells(parts.label, made.free.shape)
             coloured = made.free if made.coloured is None else made.coloured
             for kept, found in ((rows, np.where(coloured, label, 0)), (whole, label)):
                 scores = room_scores(found, made.rooms)

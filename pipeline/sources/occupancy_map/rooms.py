@@ -133,10 +133,6 @@ class Segmentation:
         """The labels (rows, cols) of the rooms as far as walls enclose them."""
         return self.label if self.enclosed is None else self.enclosed
 
-    def label_of_cells(self, shape: tuple[int, int]) -> Labels:
-        """Return the labels of the map's own cells, where it has this shape."""
-        return self.to_cells(self.label, shape)
-
     def to_cells(self, values: npt.NDArray[Any], shape: tuple[int, int]) -> npt.NDArray[Any]:
         """Return what each of the map's own cells has of values that have the shape of ``label``; 0 beyond."""
         if self.scale == 1:

@@ -2,12 +2,11 @@ from __future__ import annotations
 
 import pytest
 
-from houseexpo.plan.room_labels import GROUPS, LABELS, UNLABELLED, canonical, label_colour, label_group
+from houseexpo.plan.room_labels import LABELS, UNLABELLED, canonical, label_colour
 
 
 def test_the_table_is_whole():
     assert len(set(LABELS)) == 25
-    assert {label_group(label) for label in LABELS} == set(GROUPS)
     assert len({label_colour(label) for label in (*LABELS, UNLABELLED)}) == 26
 
 
@@ -28,8 +27,3 @@ def test_the_table_is_whole():
 )
 def test_spellings(word, label):
     assert canonical(word) == label
-
-
-def test_words_without_a_group_are_indoor():
-    assert label_group(UNLABELLED) == label_group("indoor") == "indoor"
-    assert label_group("Toilet") == "bathroom"
