@@ -176,6 +176,8 @@ def triangulate_polygons(vertices: Floats, corners: Indices, counts: Indices) ->
     owner : (m,)
         The polygon that each face is of.
     """
+    if (counts == 3).all():
+        return corners.reshape(-1, 3), np.arange(len(counts))
     starts = np.cumsum(counts) - counts
     faces, owners = [np.empty((0, 3), np.int64)], [np.empty(0, np.int64)]
     for count in np.unique(counts[counts >= 3]):
