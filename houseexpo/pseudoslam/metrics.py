@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import lru_cache
+from functools import cache, lru_cache
 from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from houseexpo.pseudoslam.config import SimulatorConfig
-from houseexpo.pseudoslam.kernels.episode import Episode
+from houseexpo.pseudoslam.kernels.compiling import compiled_function
+from houseexpo.pseudoslam.kernels.episode import COUNTS, POSE, READINGS, Episode
+from houseexpo.pseudoslam.kernels.measures import MEASURES, measure_pool
 from houseexpo.pseudoslam.kernels.types import Rows
 
 Floats = npt.NDArray[np.float64]
@@ -45,45 +47,57 @@ class Metrics(NamedTuple):
     """The metrics of episodes, as arrays of N."""
 
     constants: EpisodeConstants
-    counts: Rows
-    """(N,) ``kernels.episode.COUNTS``."""
-    readings: Rows
-    """(N,) ``kernels.episode.READINGS``."""
-    pose_px: Floats
-    """(N, 6): ``kernels.episode.POSE``, side by side."""
+    rows: Rows
+    """(N,) ``kernels.measures.MEASURES``."""
+    poses: Floats
+    """The pose and the believed pose (N, 6)."""
     config: SimulatorConfig
     cell_m: float
     """Side of a cell, metres."""
-    explored_m2: Floats
-    """The known area, m2."""
-    coverage: Floats
-    """The known share of the observable cells, 0 to 1."""
-    poses: Floats
-    """The pose and the believed pose (N, 6)."""
 
     @classmethod
     def of(cls, constants: EpisodeConstants, pool: Episode, config: SimulatorConfig) -> Metrics:
         """Return the metrics of the episodes of a pool; later steps change nothing in them but ``constants``."""
-        counts, pose_px = _copy_rows(pool.counts), np.frombuffer(pool.pose.tobytes()).reshape(-1, 6)
-        cell_m = 1.0 / config.pixels_per_metre
-        poses = pose_px * _scale(config.pixels_per_metre, len(pose_px))
-        poses += constants.corner_m
-        explored, coverage = counts["known"] * cell_m**2, counts["covered"] / constants.observable
-        return cls(constants, counts, _copy_rows(pool.readings), pose_px, config, cell_m, explored, coverage, poses)
-
-    def with_counts_of(self, pool: Episode) -> Metrics:
-        """Return the metrics of the same episodes of a pool if only their counts have changed."""
-        counts = _copy_rows(pool.counts)
-        explored, coverage = counts["known"] * self.cell_m**2, counts["covered"] / self.constants.observable
-        return self._replace(counts=counts, explored_m2=explored, coverage=coverage)
+        number, cell_m = len(pool.counts), 1.0 / config.pixels_per_metre
+        rows = np.frombuffer(bytearray(number * MEASURES.itemsize), MEASURES)  # a third of the time of np.empty
+        poses = np.empty((number, 6))
+        _compiled_measures()(
+            pool.counts, pool.readings, pool.pose, constants.rows, cell_m, cell_m**2, config.max_steps, rows, poses
+        )
+        return cls(constants, rows, poses, config, cell_m)
 
     def part(self, rows: slice) -> Metrics:
         """Return the metrics of some of the episodes."""
         return self._replace(
-            constants=EpisodeConstants.of(self.constants.rows[rows]), counts=self.counts[rows],
-            readings=self.readings[rows], pose_px=self.pose_px[rows], explored_m2=self.explored_m2[rows],
-            coverage=self.coverage[rows], poses=self.poses[rows],
-        )  # fmt: skip
+            constants=EpisodeConstants.of(self.constants.rows[rows]), rows=self.rows[rows], poses=self.poses[rows]
+        )
+
+    @property
+    def counts(self) -> Rows:
+        """The counts (N,), records with the names of ``kernels.episode.COUNTS``."""
+        return self.rows
+
+    @property
+    def readings(self) -> Rows:
+        """The readings (N,), records with the names of ``kernels.episode.READINGS``."""
+        return self.rows
+
+    @property
+    def pose_px(self) -> Floats:
+        """The pose and the believed pose (N, 6), ``kernels.episode.POSE``, side by side."""
+        return np.stack([self.rows[name] for name in POSE.names or ()], axis=1)
+
+    @property
+    def explored_m2(self) -> Floats:
+        """The known area (N,), m2."""
+        found: Floats = self.rows["explored_m2"]
+        return found
+
+    @property
+    def coverage(self) -> Floats:
+        """The known share of the observable cells (N,), 0 to 1."""
+        found: Floats = self.rows["coverage"]
+        return found
 
     @property
     def pose(self) -> Floats:
@@ -98,17 +112,17 @@ class Metrics(NamedTuple):
     @property
     def collided(self) -> Bools:
         """Whether an obstacle blocked the last step."""
-        found: Bools = self.counts["blocked"].astype(bool)
+        found: Bools = self.rows["collided"]
         return found
 
     def truncated(self) -> Bools:
         """Whether the episode has reached its time limit."""
-        found: Bools = self.counts["steps"] >= self.config.max_steps
+        found: Bools = self.rows["truncated"].copy()
         return found
 
     def area_since(self, before: Metrics) -> Floats:
         """Return the area that has become known since ``before`` (N,), m2."""
-        area: Floats = np.multiply(self.counts["known"] - before.counts["known"], self.cell_m**2)
+        area: Floats = (self.rows["known"] - before.rows["known"]) * _cell_area_m2(self.config.pixels_per_metre)
         return area
 
     def way_since(self, before: Metrics) -> Floats:
@@ -127,11 +141,10 @@ class Metrics(NamedTuple):
 
     def since_start(self) -> Floats:
         """Return the believed pose relative to the start (N, 3): x, y in metres, heading in radians."""
-        scale = _scale(self.config.pixels_per_metre, 1)[0, 3:]
-        found: Floats = self.pose_px[:, 3:] * scale
-        found[:, 0] -= self.readings["start_x"] * scale[0]
-        found[:, 1] -= self.readings["start_y"] * scale[1]
-        return found
+        row, cell_m = self.rows, self.cell_m
+        right = row["seen_x"] * cell_m - row["start_x"] * cell_m
+        up = row["seen_y"] * -cell_m - row["start_y"] * -cell_m
+        return np.stack([right, up, row["seen_heading"]], axis=1)
 
     def start(self) -> Floats:
         """Return the place of the start (N, 2), (x, y) in the plan's metres."""
@@ -148,13 +161,15 @@ class Metrics(NamedTuple):
         return np.stack([right * cos + up * sin, up * cos - right * sin], axis=1)
 
 
-def _copy_rows(rows: Rows) -> Rows:
-    """Return a read-only copy (N,) of records (N, 1), byte by byte, which is faster than record by record."""
-    return np.frombuffer(rows.tobytes(), rows.dtype)
+@cache
+def _compiled_measures() -> Callable[..., None]:
+    """Return ``measure_pool`` for the arrays that it is always given."""
+    pool = np.zeros((1, 1), COUNTS), np.zeros((1, 1), READINGS), np.zeros((1, 1), POSE)
+    into = np.empty(1, MEASURES), np.empty((1, 6))
+    return compiled_function(measure_pool, *pool, np.zeros((1, 10)), 1.0, 1.0, 1, *into)
 
 
 @lru_cache(maxsize=16)
-def _scale(pixels_per_metre: float, number: int) -> Floats:
-    """Return the factors (number, 6) for poses in pixels with y down; one row per pose, for speed."""
-    cell_m = 1.0 / pixels_per_metre
-    return np.tile(np.array([cell_m, -cell_m, 1.0]), (number, 2))
+def _cell_area_m2(pixels_per_metre: float) -> Floats:
+    """Return the area of a cell (1,), m2, as an array, since products with numbers take three times as long."""
+    return np.array([(1.0 / pixels_per_metre) ** 2])

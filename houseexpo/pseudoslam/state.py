@@ -18,6 +18,7 @@ import numpy.typing as npt
 
 from houseexpo.pseudoslam.config.obstacles import Obstacle
 from houseexpo.pseudoslam.kernels.body_tracks import Bodies, Tracks
+from houseexpo.pseudoslam.kernels.bound_pool import PoolBinding
 from houseexpo.pseudoslam.kernels.episode import COUNTS, NO_CELL, POSE, READINGS, Blocks, Episode
 from houseexpo.pseudoslam.kernels.planning.fields import FlowField
 from houseexpo.pseudoslam.kernels.planning.goal_paths import GoalPaths
@@ -106,6 +107,11 @@ class State:
         """Rows and columns of the rasters (1, 2), in the form that kernels take for the episodes of ``pool``."""
         return np.array([self.episode.occupied.shape])
 
+    @cached_property
+    def binding(self) -> PoolBinding:
+        """The pool as the last step took it."""
+        return PoolBinding()
+
     @property
     def occupied(self) -> npt.NDArray[np.uint8]:
         """The occupied cells (rows, cols): bit 1 for static obstacles, bit 2 for moving ones."""
@@ -154,8 +160,8 @@ class State:
         return bool(self.counts.blocked)
 
     def __getstate__(self) -> dict[str, object]:
-        """Pickle and copy without ``pool``, which is views: the copy makes its own."""
-        return {name: value for name, value in self.__dict__.items() if name != "pool"}
+        """Pickle and copy without ``pool``, which is views, and ``binding``: the copy makes its own."""
+        return {name: value for name, value in self.__dict__.items() if name not in {"pool", "binding"}}
 
     def copy(self) -> State:
         """Return a state that shares nothing with this one."""

@@ -14,7 +14,6 @@ import multiprocessing
 import os
 import subprocess
 import sys
-from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 from typing import Any, Final
@@ -28,7 +27,7 @@ from houseexpo.processes import SAFE_PATH
 from houseexpo.pseudoslam.config import Differential, NoiseConfig, Odometry, SimulatorConfig, Velocity, Wheels
 from houseexpo.pseudoslam.kernels import step
 from houseexpo.pseudoslam.kernels.body_tracks import no_tracks
-from houseexpo.pseudoslam.kernels.compiling import count_as_compiling, report_compiling_once
+from houseexpo.pseudoslam.kernels.compiling import compiled_function, count_as_compiling, report_compiling_once
 from houseexpo.pseudoslam.kernels.episode import Episode, StepParams
 from houseexpo.pseudoslam.kernels.odometry import NO_MODEL, ROTATIONS, VELOCITY, WHEELS
 from houseexpo.pseudoslam.kernels.planning.fields import no_flow_field
@@ -199,15 +198,6 @@ def _kernel(params: StepParams, *, travels: bool, moves: bool, ranges: bool) -> 
     return find_kernel(f"{kind}_by_rays" if params.sensor.by_rays else f"{kind}_by_sector")
 
 
-def compiled_function(kernel: Any, *arguments: Any) -> Callable[..., None]:
-    """Return the compiled function of a kernel for such arguments, which numba needs 20 us to find at each call."""
-    if not hasattr(kernel, "compile"):  # numba is disabled
-        plain: Callable[..., None] = kernel
-        return plain
-    compiled: Callable[..., None] = kernel.compile(tuple(map(kernel.typeof_pyval, arguments)))
-    return compiled
-
-
 def step_episode(state: State, motion: Floats, params: StepParams, scratch: Scratch) -> None:
     """Step one episode by a motion (1, 2), or by a drive's command (1, 3), as the kernels take them."""
     choose_kernel(state.episode, params)(*kernel_arguments(state, motion, params, scratch))
@@ -215,7 +205,7 @@ def step_episode(state: State, motion: Floats, params: StepParams, scratch: Scra
 
 def kernel_arguments(state: State, motion: Floats, params: StepParams, scratch: Scratch) -> tuple[Any, ...]:
     """Return the kernels' arguments for a step of one episode."""
-    return state.pool, state.sizes, motion, _ONE_STEP, params, scratch, 0, 1
+    return state.binding.bind(state.pool, state.sizes, params, scratch), motion, _ONE_STEP, 0, 1
 
 
 def take_first_scan(state: State, params: StepParams, scratch: Scratch) -> None:

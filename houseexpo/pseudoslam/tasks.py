@@ -65,7 +65,7 @@ class Task(ABC):
             "explored_m2": after.explored_m2.copy(),
             "coverage": after.coverage.copy(),
             "collisions": after.counts["collisions"].copy(),
-            "collided": after.collided,
+            "collided": after.collided.copy(),
             "pose": after.pose.copy(),
             "is_success": success,
         }
@@ -118,8 +118,9 @@ class Exploration(Task):
 
     def success(self, after: Metrics) -> Bools:
         """Return in which episodes enough is known."""
-        least = math.inf if self.success_coverage is None else self.success_coverage
-        return after.coverage >= least
+        if self.success_coverage is None:
+            return np.zeros(len(after.rows), bool)
+        return after.coverage >= self.success_coverage
 
     def enough_cells(self, observable_cells: int) -> int:
         """Return the number of cells that ``success_coverage`` stands for, by the same division."""
@@ -181,7 +182,7 @@ class ObstacleAvoidance(Task):
 
     def terminated(self, after: Metrics, success: Bools) -> Bools:  # noqa: ARG002
         """Return in which episodes the robot has just collided, if that terminates the episode."""
-        return after.collided if self.terminate_on_collision else np.zeros(len(after.counts), bool)
+        return after.collided.copy() if self.terminate_on_collision else np.zeros(len(after.rows), bool)
 
     def report(self, after: Metrics, success: Bools) -> dict[str, npt.NDArray[Any]]:
         """Add the clearance."""

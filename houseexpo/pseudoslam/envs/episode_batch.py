@@ -14,8 +14,9 @@ from numba.core import config as config_of_numba
 
 from houseexpo.cpu_cores import count_cores
 from houseexpo.pseudoslam.config import SimulatorConfig
+from houseexpo.pseudoslam.kernels.bound_pool import BoundPool, PoolBinding
+from houseexpo.pseudoslam.kernels.compiling import compiled_function
 from houseexpo.pseudoslam.kernels.episode import Episode, StepParams
-from houseexpo.pseudoslam.kernels.types import Scratch
 from houseexpo.pseudoslam.state import (
     MAP,
     RASTERS,
@@ -26,7 +27,7 @@ from houseexpo.pseudoslam.state import (
     unflatten_episode,
     view_episode,
 )
-from houseexpo.pseudoslam.step_kernels import choose_kernel, compiled_function, enlarge_scratch, make_scratch
+from houseexpo.pseudoslam.step_kernels import choose_kernel, enlarge_scratch, make_scratch
 
 _SPARE = 1.25  # spare room for larger houses
 _BLOCKS = 4  # per thread, so that threads finish at about the same time
@@ -64,6 +65,7 @@ class EpisodeBatch:
         self._step: Callable[..., None]
         self._kernels: dict[bool, Callable[..., None]] = {}
         self._scratch = [make_scratch(config) for _ in range(self.threads)]
+        self._bindings = [PoolBinding() for _ in range(self.threads)]
         self._executor = ThreadPoolExecutor(self.threads - 1, "pseudoslam") if self.threads > 1 else None
         parts = min(_BLOCKS * self.threads, number) if self._executor else 1
         self._blocks = list(pairwise((np.arange(parts + 1) * number // parts).tolist()))
@@ -121,7 +123,7 @@ class EpisodeBatch:
         motions, wanted = np.zeros((0, 2)), np.zeros(0, np.uint8)
         self._step = compiled_function(
             choose_kernel(first.episode, self._params, moves=self._moves),
-            self.arrays, self.sizes, motions, wanted, self._params, self._scratch[0], 0, 0,
+            self._bound(0), motions, wanted, 0, 0,
         )  # fmt: skip
         self._leaves = leaves  # last, since compiling the kernel may be interrupted
 
@@ -132,7 +134,7 @@ class EpisodeBatch:
             first = self.state(next(iter(self._rest))).episode
             self._kernels[moves] = compiled_function(
                 choose_kernel(first, self._params, moves=moves),
-                self.arrays, self.sizes, motions, wanted, self._params, self._scratch[0], 0, 0,
+                self._bound(0), motions, wanted, 0, 0,
             )  # fmt: skip
         return self._kernels[moves]
 
@@ -159,22 +161,29 @@ class EpisodeBatch:
         """
         if fresh:
             self.renew_views()
-        run, pool, sizes, params = self._step, self.arrays, self.sizes, self._params
-        self.share_scratch(lambda scratch, first, end: run(pool, sizes, motions, wanted, params, scratch, first, end))
+        run = self._step
+        self.share_bound(lambda bound, first, end: run(bound, motions, wanted, first, end))
 
     def share(self, work: Callable[[int, int], None]) -> None:
         """Call ``work`` on all threads for ranges of environments: from a first number up to but excluding a second."""
-        self.share_scratch(lambda _, first, end: work(first, end))
+        self._share([None] * self.threads, lambda _, first, end: work(first, end))
 
-    def share_scratch(self, work: Callable[[Scratch, int, int], None]) -> None:
-        """Do the same for work that also takes a thread's working memory."""
+    def share_bound(self, work: Callable[[BoundPool, int, int], None]) -> None:
+        """Do the same for work that also takes the pool, bound with a thread's working memory."""
+        self._share([self._bound(thread) for thread in range(self.threads)], work)
+
+    def _bound(self, thread: int) -> BoundPool:
+        return self._bindings[thread].bind(self.arrays, self.sizes, self._params, self._scratch[thread])
+
+    def _share(self, each: list[Any], work: Callable[[Any, int, int], None]) -> None:
+        """Call ``work`` on all threads, with what each has of its own."""
         if self._is_closed:
             raise ClosedEnvironmentError("the environments were closed: make new ones")
         blocks, running = iter(self._blocks), []  # all threads take the next block from here
         if self._executor:
-            running = [self._executor.submit(_run, work, scratch, blocks) for scratch in self._scratch[1:]]
+            running = [self._executor.submit(_run, work, own, blocks) for own in each[1:]]
         try:
-            _run(work, self._scratch[0], blocks)
+            _run(work, each[0], blocks)
         finally:
             for other in running:
                 if not other.cancel():  # in a forked process, none of them starts
@@ -187,10 +196,10 @@ class EpisodeBatch:
             self._executor.shutdown()
 
 
-def _run(work: Callable[[Scratch, int, int], None], scratch: Scratch, blocks: Iterator[tuple[int, int]]) -> None:
+def _run(work: Callable[[Any, int, int], None], own: Any, blocks: Iterator[tuple[int, int]]) -> None:
     """Do the work for blocks of environments until there are no more."""
     for first, end in blocks:
-        work(scratch, first, end)
+        work(own, first, end)
 
 
 def _batch_of(  # noqa: PLR0917  # what a batch is made of

@@ -12,11 +12,11 @@ import numpy as np
 import numpy.typing as npt
 
 from houseexpo.pseudoslam.config import SimulatorConfig
+from houseexpo.pseudoslam.kernels.compiling import compiled_function
 from houseexpo.pseudoslam.kernels.episode import Blocks, Episode
 from houseexpo.pseudoslam.kernels.map_pictures import GOAL, NEAR, ROBOT, PictureScales, draw_pictures
 from houseexpo.pseudoslam.kernels.mapping import side_of_block
 from houseexpo.pseudoslam.metrics import EpisodeConstants
-from houseexpo.pseudoslam.step_kernels import compiled_function
 
 Bytes: TypeAlias = npt.NDArray[np.uint8]
 Work: TypeAlias = Callable[[int, int], None]
@@ -73,7 +73,7 @@ class Pictures:
     def __init__(self, number: int, config: SimulatorConfig, *, several: bool) -> None:
         side, ppm = picture_side_px(config), config.pixels_per_metre
         self._scales = picture_scales(config)
-        self._pixels_per_metre = float(ppm)
+        self._cells_per_metre = np.array([ppm, -ppm], float) if several and config.goal else None
         self._goals = np.full((number, 2), np.nan)
         self._draw: Callable[..., None] | None = None
         self.shown = np.zeros((number, count_channels(config, several=several), side, side), np.uint8)
@@ -103,11 +103,15 @@ class Pictures:
         """
         if fresh:
             self.shown = np.empty_like(self.shown)
-        np.subtract(constants.goal_m, constants.corner_m[:, :2], out=self._goals)
-        self._goals *= self._pixels_per_metre, -self._pixels_per_metre
+        if self._cells_per_metre is not None:
+            np.subtract(constants.goal_m, constants.corner_m[:, :2], out=self._goals)
+            np.multiply(self._goals, self._cells_per_metre, out=self._goals)
+        given = (
+            pool.known, sizes, pool.pose, pool.readings, pool.changed, pool.blocks, self._goals, wanted, self._scales,
+            self.shown,
+        )  # fmt: skip
         if self._draw is None:
-            given = pool, sizes, self._goals, wanted, self._scales, self.shown, 0, 0
-            self._draw = compiled_function(draw_pictures, *given)
+            self._draw = compiled_function(draw_pictures, *given, 0, 0)
         run = self._draw
-        share(lambda first, end: run(pool, sizes, self._goals, wanted, self._scales, self.shown, first, end))
+        share(lambda first, end: run(*given, first, end))
         return self.shown

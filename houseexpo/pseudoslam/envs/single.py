@@ -26,13 +26,13 @@ from houseexpo.pseudoslam.envs.spec import (
     make_env_spec,
     new_episode_constants,
 )
+from houseexpo.pseudoslam.kernels.compiling import compiled_function
 from houseexpo.pseudoslam.kernels.step import STEP
 from houseexpo.pseudoslam.metrics import Bools, Metrics
 from houseexpo.pseudoslam.simulator import Simulator
 from houseexpo.pseudoslam.state import State
 from houseexpo.pseudoslam.step_kernels import (
     choose_kernel,
-    compiled_function,
     enlarge_scratch,
     kernel_arguments,
     take_first_scan,

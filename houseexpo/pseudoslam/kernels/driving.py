@@ -22,6 +22,7 @@ import math
 import numpy as np
 from numba import njit
 
+from houseexpo.pseudoslam.kernels.bound_pool import BoundPool
 from houseexpo.pseudoslam.kernels.collision import Disc, distance_to_disc, distance_to_people, free_distance, wrap_angle
 from houseexpo.pseudoslam.kernels.episode import Episode, StepParams
 from houseexpo.pseudoslam.kernels.odometry import draw_odometry_errors, grip_share
@@ -36,7 +37,7 @@ from houseexpo.pseudoslam.kernels.step import (
     update_readings,
 )
 from houseexpo.pseudoslam.kernels.tolerances import SAGITTA_PX, SLICE_S
-from houseexpo.pseudoslam.kernels.types import ACKERMANN, Counts, Drive, Floats, Grid, Robot, Rows, Scratch, as_bool
+from houseexpo.pseudoslam.kernels.types import ACKERMANN, Drive, Floats, Grid, Robot, Rows, Scratch, as_bool
 
 CHORD, ASIDE, TURN, WAY = range(4)
 """Columns of a path: the length of the chord, negative for backward, pixels; its angle from the heading before the
@@ -164,34 +165,24 @@ def path_length_to_disc(path: Floats, pose: Rows, discs: Floats, reach: float, a
 
 
 @njit(cache=True, nogil=True)
-def drive_pool_in_full(
-    pool: Episode, sizes: Counts, commands: Floats, wanted: Grid, params: StepParams, scratch: Scratch,
-    first: int, end: int,
-) -> None:  # fmt: skip
+def drive_pool_in_full(bound: BoundPool, commands: Floats, wanted: Grid, first: int, end: int) -> None:
     """Drive in environments without moving obstacles, with the scans and the noise of the parameters.
 
     Parameters
     ----------
-    pool, sizes, wanted, params, scratch, first, end
+    bound, wanted, first, end
         Arguments of ``step_pool_by_sector``.
     commands
         (N, 3): speed, pixels per second; turning, radians per second, or steering angle, radians; and the distance
         after which something is in the way that is not in the cells, pixels. Episodes that have not begun need none.
     """
-    act_in_pool(
-        pool, sizes, commands, wanted, params, scratch, first, end, _drive, move_nothing, scan_fully_into_map, True
-    )
+    act_in_pool(bound, commands, wanted, first, end, _drive, move_nothing, scan_fully_into_map, True)
 
 
 @njit(cache=True, nogil=True)
-def drive_pool_with_people(
-    pool: Episode, sizes: Counts, commands: Floats, wanted: Grid, params: StepParams, scratch: Scratch,
-    first: int, end: int,
-) -> None:  # fmt: skip
+def drive_pool_with_people(bound: BoundPool, commands: Floats, wanted: Grid, first: int, end: int) -> None:
     """Do the same as ``drive_pool_in_full`` after people and bodies on trajectories have moved."""
-    act_in_pool(
-        pool, sizes, commands, wanted, params, scratch, first, end, _drive, move_obstacles, scan_fully_into_map, True
-    )
+    act_in_pool(bound, commands, wanted, first, end, _drive, move_obstacles, scan_fully_into_map, True)
 
 
 @njit(inline="always")

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from numba import njit
 
-from houseexpo.pseudoslam.kernels.episode import BY_PICTURES, Episode, forget_changes
+from houseexpo.pseudoslam.kernels.episode import BY_PICTURES, Blocks, forget_changes
 from houseexpo.pseudoslam.kernels.mapping import (
     FREE,
     OBSTACLE,
@@ -37,8 +37,9 @@ class PictureScales(NamedTuple):
 
 @njit(cache=True, nogil=True)
 def draw_pictures(
-    pool: Episode, sizes: Counts, goals: Floats, wanted: Grid, scales: PictureScales, out: Grid, first: int, end: int
-) -> None:
+    maps: Grid, sizes: Counts, poses: Rows, readings: Rows, changes: Counts, blocks: Blocks, goals: Floats,
+    wanted: Grid, scales: PictureScales, out: Grid, first: int, end: int,
+) -> None:  # fmt: skip
     """Draw the pictures of environments ``first`` to ``end``, excluded, except for those with nothing ``wanted``.
 
     Near and far maps are centred on the believed pose, with the heading up. The whole map is centred on the start, with
@@ -46,10 +47,14 @@ def draw_pictures(
 
     Parameters
     ----------
-    pool, sizes, wanted
-        Arguments as in ``step``.
+    maps, poses, readings, changes, blocks
+        ``known``, ``pose``, ``readings``, ``changed`` and ``blocks`` of a pool of N episodes.
+    sizes
+        (N, 2), rows and columns of each one's map.
     goals
         (N, 2), cells across and down.
+    wanted
+        (N,), as in ``step``.
     out
         (N, pictures, side, side).
     """
@@ -57,8 +62,8 @@ def draw_pictures(
         if wanted[i] == SKIP:
             continue
         rows, cols = sizes[i, 0], sizes[i, 1]
-        known = pool.known[i, : rows * cols].reshape((rows, cols))
-        pose, pictures, blocks, changed = pool.pose[i, 0], out[i], pool.blocks, pool.changed[i, BY_PICTURES]
+        known = maps[i, : rows * cols].reshape((rows, cols))
+        pose, pictures, changed = poses[i, 0], out[i], changes[i, BY_PICTURES]
         cos, sin = math.cos(pose.seen_heading), math.sin(pose.seen_heading)
         if scales.near_px == 1.0:
             crop_view(known, pose.seen_x, pose.seen_y, pose.seen_heading, pictures[NEAR])
@@ -66,7 +71,7 @@ def draw_pictures(
             _draw(known, blocks.near[i], changed, pose.seen_x, pose.seen_y, cos, sin, scales.near_px, pictures[NEAR])
         if len(pictures) > FAR:
             _draw(known, blocks.far[i], changed, pose.seen_x, pose.seen_y, cos, sin, scales.far_px, pictures[FAR])
-            _draw_whole(known, blocks.whole[i], changed, pose, pool.readings[i, 0], goals[i], scales, pictures)
+            _draw_whole(known, blocks.whole[i], changed, pose, readings[i, 0], goals[i], scales, pictures)
         forget_changes(changed)
 
 

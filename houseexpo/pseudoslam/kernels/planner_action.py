@@ -10,6 +10,7 @@ import math
 
 from numba import njit
 
+from houseexpo.pseudoslam.kernels.bound_pool import BoundPool
 from houseexpo.pseudoslam.kernels.episode import Episode, StepParams
 from houseexpo.pseudoslam.kernels.mapping import UNKNOWN
 from houseexpo.pseudoslam.kernels.planning.frontiers import find_frontiers
@@ -50,7 +51,7 @@ from houseexpo.pseudoslam.kernels.step import (
     scan_sector_into_map,
     step,
 )
-from houseexpo.pseudoslam.kernels.types import Cells, Counts, Floats, Grid, PathScratch, Rows, Scratch, as_int64
+from houseexpo.pseudoslam.kernels.types import Cells, Floats, Grid, PathScratch, Rows, Scratch, as_int64
 
 
 @njit(cache=True, nogil=True)
@@ -155,55 +156,35 @@ def _find_choices(
 
 
 @njit(cache=True, nogil=True)
-def travel_pool_by_sector(
-    pool: Episode, sizes: Counts, choices: Floats, wanted: Grid, params: StepParams, scratch: Scratch,
-    first: int, end: int,
-) -> None:  # fmt: skip
+def travel_pool_by_sector(bound: BoundPool, choices: Floats, wanted: Grid, first: int, end: int) -> None:
     """Travel in environments that scan sectors without noise; the other kernels are like this one.
 
     Parameters
     ----------
-    pool, sizes, wanted, params, scratch, first, end
+    bound, wanted, first, end
         Arguments of ``step_pool_by_sector``.
     choices
         (N, 2), the actions in the form of ``start_travel``.
     """
-    act_in_pool(
-        pool, sizes, choices, wanted, params, scratch, first, end, _travel, move_nothing, scan_sector_into_map, False
-    )
+    act_in_pool(bound, choices, wanted, first, end, _travel, move_nothing, scan_sector_into_map, False)
 
 
 @njit(cache=True, nogil=True)
-def travel_pool_by_rays(
-    pool: Episode, sizes: Counts, choices: Floats, wanted: Grid, params: StepParams, scratch: Scratch,
-    first: int, end: int,
-) -> None:  # fmt: skip
+def travel_pool_by_rays(bound: BoundPool, choices: Floats, wanted: Grid, first: int, end: int) -> None:
     """Travel in environments that scan along rays without noise."""
-    act_in_pool(
-        pool, sizes, choices, wanted, params, scratch, first, end, _travel, move_nothing, scan_rays_into_map, False
-    )
+    act_in_pool(bound, choices, wanted, first, end, _travel, move_nothing, scan_rays_into_map, False)
 
 
 @njit(cache=True, nogil=True)
-def travel_pool_in_full(
-    pool: Episode, sizes: Counts, choices: Floats, wanted: Grid, params: StepParams, scratch: Scratch,
-    first: int, end: int,
-) -> None:  # fmt: skip
+def travel_pool_in_full(bound: BoundPool, choices: Floats, wanted: Grid, first: int, end: int) -> None:
     """Travel in environments with the scans and the noise of the parameters."""
-    act_in_pool(
-        pool, sizes, choices, wanted, params, scratch, first, end, _travel, move_nothing, scan_fully_into_map, True
-    )
+    act_in_pool(bound, choices, wanted, first, end, _travel, move_nothing, scan_fully_into_map, True)
 
 
 @njit(cache=True, nogil=True)
-def travel_pool_with_people(
-    pool: Episode, sizes: Counts, choices: Floats, wanted: Grid, params: StepParams, scratch: Scratch,
-    first: int, end: int,
-) -> None:  # fmt: skip
+def travel_pool_with_people(bound: BoundPool, choices: Floats, wanted: Grid, first: int, end: int) -> None:
     """Do the same as ``travel_pool_in_full`` while people and bodies on trajectories move."""
-    act_in_pool(
-        pool, sizes, choices, wanted, params, scratch, first, end, _travel, move_obstacles, scan_fully_into_map, True
-    )
+    act_in_pool(bound, choices, wanted, first, end, _travel, move_obstacles, scan_fully_into_map, True)
 
 
 @njit(inline="always")

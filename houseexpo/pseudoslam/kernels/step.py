@@ -19,6 +19,7 @@ import numpy as np
 import numpy.typing as npt
 from numba import njit
 
+from houseexpo.pseudoslam.kernels.bound_pool import BoundPool
 from houseexpo.pseudoslam.kernels.collision import Disc, clearance, distance_to_people, free_distance, wrap_angle
 from houseexpo.pseudoslam.kernels.episode import (
     BEAMS,
@@ -61,70 +62,45 @@ SKIP, STEP, REDRAW = range(3)
 
 
 @njit(cache=True, nogil=True)
-def step_pool_by_sector(
-    pool: Episode, sizes: Counts, motions: Floats, wanted: Grid, params: StepParams, scratch: Scratch,
-    first: int, end: int,
-) -> None:  # fmt: skip
+def step_pool_by_sector(bound: BoundPool, motions: Floats, wanted: Grid, first: int, end: int) -> None:
     """Step environments that scan sectors without noise, and draw their views; the other kernels are like this one.
 
     Parameters
     ----------
-    pool
+    bound
         N episodes.
-    sizes
-        (N, 2), rows and columns of each one's rasters.
     motions
         (N, 2), turn and distance forward, radians and pixels.
     wanted
         (N,), ``STEP`` to take a step, ``REDRAW`` only to redraw the view, ``SKIP`` for neither.
-    scratch
-        Working memory that no other thread uses.
     first, end
         Environments ``first`` to ``end``, excluded.
     """
-    act_in_pool(
-        pool, sizes, motions, wanted, params, scratch, first, end, _act, move_nothing, scan_sector_into_map, False
-    )
+    act_in_pool(bound, motions, wanted, first, end, _act, move_nothing, scan_sector_into_map, False)
 
 
 @njit(cache=True, nogil=True)
-def step_pool_by_rays(
-    pool: Episode, sizes: Counts, motions: Floats, wanted: Grid, params: StepParams, scratch: Scratch,
-    first: int, end: int,
-) -> None:  # fmt: skip
+def step_pool_by_rays(bound: BoundPool, motions: Floats, wanted: Grid, first: int, end: int) -> None:
     """Step environments that scan along rays without noise."""
-    act_in_pool(
-        pool, sizes, motions, wanted, params, scratch, first, end, _act, move_nothing, scan_rays_into_map, False
-    )
+    act_in_pool(bound, motions, wanted, first, end, _act, move_nothing, scan_rays_into_map, False)
 
 
 @njit(cache=True, nogil=True)
-def step_pool_in_full(
-    pool: Episode, sizes: Counts, motions: Floats, wanted: Grid, params: StepParams, scratch: Scratch,
-    first: int, end: int,
-) -> None:  # fmt: skip
+def step_pool_in_full(bound: BoundPool, motions: Floats, wanted: Grid, first: int, end: int) -> None:
     """Step environments with the scans and the noise of the parameters, and draw ranges and an overview if observed."""
-    act_in_pool(
-        pool, sizes, motions, wanted, params, scratch, first, end, _act, move_nothing, scan_fully_into_map, True
-    )
+    act_in_pool(bound, motions, wanted, first, end, _act, move_nothing, scan_fully_into_map, True)
 
 
 @njit(cache=True, nogil=True)
-def step_pool_with_people(
-    pool: Episode, sizes: Counts, motions: Floats, wanted: Grid, params: StepParams, scratch: Scratch,
-    first: int, end: int,
-) -> None:  # fmt: skip
+def step_pool_with_people(bound: BoundPool, motions: Floats, wanted: Grid, first: int, end: int) -> None:
     """Do the same as ``step_pool_in_full`` after people and bodies on trajectories have moved."""
-    act_in_pool(
-        pool, sizes, motions, wanted, params, scratch, first, end, _act, move_obstacles, scan_fully_into_map, True
-    )
+    act_in_pool(bound, motions, wanted, first, end, _act, move_obstacles, scan_fully_into_map, True)
 
 
 @njit(inline="always")
 def act_in_pool(
-    pool: Episode, sizes: Counts, actions: Floats, wanted: Grid, params: StepParams, scratch: Scratch,
-    first: int, end: int, act: Act, move: Move, look: Look, full: bool,
-) -> None:  # fmt: skip
+    bound: BoundPool, actions: Floats, wanted: Grid, first: int, end: int, act: Act, move: Move, look: Look, full: bool
+) -> None:
     """Act in those environments ``first`` to ``end`` that want it, and draw their views and those to be redrawn.
 
     Parameters
@@ -134,6 +110,7 @@ def act_in_pool(
     move, look, full
         Arguments of ``step``.
     """
+    pool, sizes, params, scratch = bound.pool, bound.sizes, bound.params, bound.scratch
     for i in range(first, end):
         if wanted[i] == SKIP:
             continue

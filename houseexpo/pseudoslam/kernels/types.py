@@ -30,8 +30,11 @@ Rows: TypeAlias = Any
 
 
 def make_row_dtype(**parts: type) -> np.dtype[Any]:
-    """Return the type of records with named numbers: ``rows[i].x``, also in kernels, or ``rows["x"]`` for all rows."""
-    return np.dtype((np.record, list(parts.items())))
+    """Return the type of records with named numbers: ``rows[i].x``, also in kernels, or ``rows["x"]`` for all rows.
+
+    Each number is aligned.
+    """
+    return np.dtype((np.record, np.dtype(list(parts.items()), align=True)))
 
 
 NO_STAND, NO_WAY = -1, np.iinfo(np.int32).max

@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from houseexpo.pseudoslam.envs.episode_batch import EpisodeBatch
 from houseexpo.pseudoslam.envs.spec import EnvSpec, new_episode_constants
+from houseexpo.pseudoslam.kernels.bound_pool import BoundPool
 from houseexpo.pseudoslam.kernels.step import SKIP, STEP
 from houseexpo.pseudoslam.kernels.team_step import TeamKnowledge, TeamObstacles
 from houseexpo.pseudoslam.metrics import Metrics
@@ -141,17 +142,15 @@ class TeamPools:
             wanted[robot, active, robot] = STEP
         kernels = [batch.kernel(moves=self._walks and robot == 0) for robot in range(robots)]
 
-        def work(scratch: Any, first: int, end: int) -> None:
+        def work(bound: BoundPool, first: int, end: int) -> None:
             begin, stop = -(-first // robots), -(-end // robots)  # the teams whose first robots are in this part
             for robot in range(robots):
                 part = robot, begin, stop
                 around.prepare(pool, sizes, motions, others, part)
-                kernels[robot](
-                    pool, sizes, motions, wanted[robot].ravel(), self._params, scratch, begin * robots, stop * robots
-                )
+                kernels[robot](bound, motions, wanted[robot].ravel(), begin * robots, stop * robots)
                 around.gather(pool, sizes, others, shared, part)
 
-        batch.share_scratch(work)
+        batch.share_bound(work)
         if robots > 1:
             note_exchange(pool, sizes)
         seen = self.metrics()
@@ -173,7 +172,7 @@ class TeamPools:
                     self.team(i).exchange()
             else:
                 self._tell(active.astype(np.uint8))
-            found = seen.with_counts_of(self.batch.arrays)
+            found = self.metrics()  # of counts that have changed
         ways_px = seen.readings["path_length"].reshape(self.teams, -1)
         self.around.update_measures(self.together, active, self.contact.joined, ways_px, self.observable)
         return found

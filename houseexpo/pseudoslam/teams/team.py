@@ -17,7 +17,9 @@ from houseexpo.pseudoslam.config.moving_obstacles import PeopleConfig
 from houseexpo.pseudoslam.config.obstacles import ObstaclesConfig
 from houseexpo.pseudoslam.envs.reset_options import Pose
 from houseexpo.pseudoslam.envs.spec import EnvSpec, compute_episode_constants, new_episode_constants
+from houseexpo.pseudoslam.kernels.bound_pool import PoolBinding
 from houseexpo.pseudoslam.kernels.collision import HALF_DIAGONAL, STATIC, placed_people
+from houseexpo.pseudoslam.kernels.compiling import compiled_function
 from houseexpo.pseudoslam.kernels.episode import Episode, StepParams
 from houseexpo.pseudoslam.kernels.mapping import CHUNK
 from houseexpo.pseudoslam.kernels.radio import copy_known_box, exchange_maps, find_heard
@@ -36,7 +38,7 @@ from houseexpo.pseudoslam.kernels.types import Rows, Scratch
 from houseexpo.pseudoslam.kernels.walls import length_in_walls
 from houseexpo.pseudoslam.metrics import Metrics
 from houseexpo.pseudoslam.state import RASTERS, State, flatten_episode, unflatten_episode, view_episode
-from houseexpo.pseudoslam.step_kernels import choose_kernel, compiled_function
+from houseexpo.pseudoslam.step_kernels import choose_kernel
 from houseexpo.pseudoslam.teams.discs import mark_discs
 from houseexpo.pseudoslam.teams.radio import MOST_CELLS, Radio
 from houseexpo.pseudoslam.worlds.world import World
@@ -122,6 +124,7 @@ class TeamKernels:
         self._pixels_per_metre = pixels_per_metre
         self._link = radio.link(1.0 / pixels_per_metre)
         self._calls: dict[str, Callable[..., Any]] = {}
+        self._binding = PoolBinding()
 
     def prepare(
         self,
@@ -155,7 +158,7 @@ class TeamKernels:
         """Take the step of one robot of a team alone; ``moves`` is an argument of ``choose_kernel``."""
         wanted = np.full(len(sizes), SKIP, np.uint8)
         wanted[robot] = STEP
-        given = pool, sizes, motions, wanted, self._params, scratch, robot, robot + 1
+        given = self._binding.bind(pool, sizes, self._params, scratch), motions, wanted, robot, robot + 1
         name = "step, people" if moves else "step"
         if name not in self._calls:
             kernel = choose_kernel(view_episode(pool, 0, (0, 0)), self._params, moves=moves)
