@@ -14,7 +14,7 @@ import pytest
 
 pytest.importorskip("starlette")
 
-from houseexpo import save_plan
+from houseexpo import build, open_dataset, save_plan
 from tests.builders.browsing import look, visited
 from tests.builders.services import FRAME, judged_later, no_plans, running, service_of, two_rooms
 
@@ -276,6 +276,43 @@ def test_shift_marks_what_is_alike_and_once_more_answers_it(tmp_path: Path) -> N
         assert page.locator(".like-at").count() == 2
         page.click("#first")
         says(page, "2 places at once")
+
+
+def test_a_click_on_a_line_of_a_drawing_makes_walls_of_its_layer(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    ezdxf = pytest.importorskip("ezdxf")
+    monkeypatch.setenv("HOUSEEXPO_CACHE", str(tmp_path / "cache"))
+    drawing = ezdxf.new("R2010", units=6)
+    for x1, y1, x2, y2 in ((0.0, 0.0, 9.0, 5.0), (0.2, 0.2, 8.8, 4.8)):
+        ring = [(x1, y1), (x2, y1), (x2, y2), (x1, y2)]
+        drawing.modelspace().add_lwpolyline(ring, close=True, dxfattribs={"layer": "WALL"})
+    for x in (3.0, 6.0):
+        drawing.modelspace().add_line((x, 0.2), (x, 4.8), dxfattribs={"layer": "NEW"})
+    drawing.saveas(tmp_path / "plan.dxf")
+    build(tmp_path / "plan.dxf", tmp_path / "houses", workers=1)
+    (name,) = open_dataset(tmp_path / "houses").ids
+    with running(service_of(tmp_path / "houses", review=True)) as address, visited(address, "/houses/review") as page:
+        shows(page, name)
+        page.get_by_role("button", name=re.compile("Lines of the file")).click(timeout=60_000)
+        page.wait_for_selector(".strokes .stroke", state="attached")
+        x1, y1 = page.evaluate(
+            """() => {
+              const all = [...document.querySelectorAll(".strokes .stroke")];
+              const [, first] = all.find((each) => each.textContent.startsWith("NEW")).getAttribute("d").split("M");
+              const [from, to] = first.split("L").map((each) => each.split(",").map(Number));
+              return [from[0], -(from[1] * 0.3 + to[1] * 0.7)];
+            }"""
+        )
+        click(page, (x1, y1))
+        page.wait_for_function("() => document.getElementById('question').textContent.includes('“NEW” in the drawing')")
+        assert page.inner_text("#all") == "All 2 like this"
+        page.click("#all")
+        look(page, "review-strokes")
+        page.keyboard.press("1")
+        says(page, "2 places at once")
+        assert len(overrides(tmp_path / "houses")[name]["wall"]) == 2
+        page.wait_for_function("() => document.getElementById('title').textContent.startsWith('3 rooms')")
 
 
 def test_escape_and_another_persons_decision(folder: Path) -> None:
