@@ -220,9 +220,11 @@ function showChosen(number) {
 
 // Questions of a kind are alike: the same thing is doubtful, and the same answers are possible.
 const kindOf = ({ key, answers }) => JSON.stringify([key.split(" at ")[0], answers.map(({ action }) => action)]);
-const KINDS = {
-  changed: "of the file", guess: "of the file", cut: "cuts", entrance: "entrances", door: "doors", opening: "openings", room: "rooms", meet: "rooms that meet",
-  space: "spaces left out", place: "places for doors", corner: "narrow places", stroke: "lines",
+const KINDS = { // of one, and of several
+  changed: ["of the file"], guess: ["of the file"], cut: ["cut", "cuts"], entrance: ["entrance", "entrances"], door: ["door", "doors"],
+  opening: ["opening", "openings"], room: ["room", "rooms"], meet: ["pair of rooms that meet", "pairs of rooms that meet"],
+  space: ["space left out", "spaces left out"], place: ["place for a door", "places for doors"], corner: ["narrow place", "narrow places"],
+  stroke: ["line", "lines"],
 };
 
 // All that is asked, what is asked now first: lines that were clicked, then the kind that was chosen.
@@ -253,7 +255,7 @@ function showQuestions() {
   at("kinds").hidden = kinds.length < 2;
   at("kinds").replaceChildren(...kinds.map(([kind, { key }]) => {
     const name = key.split(" at ")[0].split(" ")[0], count = all.filter((each) => kindOf(each) === kind).length;
-    const tab = button(`${count} ${KINDS[name] ?? name}`, () => { wantedKind = kind; strokes = []; forAll = -1; showQuestions(); }, "kind");
+    const tab = button(`${count} ${KINDS[name].at(count > 1 ? -1 : 0)}`, () => { wantedKind = kind; strokes = []; forAll = -1; showQuestions(); }, "kind");
     tab.setAttribute("aria-pressed", String(kind === kindOf(first)));
     return tab;
   }));

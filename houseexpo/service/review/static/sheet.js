@@ -84,7 +84,7 @@ export class Sheet {
     const whole = [...low, high[0] - low[0], high[1] - low[1]];
     if (Math.max(whole[2] / home[2], whole[3] / home[3]) < WIDER) return;
     this.drawing.home = whole; // the view stays: a point that was aimed at must not move
-    this.beyond = true;
+    this.beyond = box[0] < home[0] || -box[3] < home[1] || box[2] > home[0] + home[2] || -box[1] > home[1] + home[3];
   }
 
   // What can be switched on and off: a name, a title, and whether it is shown.

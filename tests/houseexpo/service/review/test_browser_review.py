@@ -227,7 +227,7 @@ def test_it_asks_first_and_a_key_answers(tmp_path: Path) -> None:
         shows(page, "home_L0")
         asks = "words => document.getElementById('question').textContent.includes(words)"
         page.wait_for_function(asks, arg="so a cut of 0.80 m was made. Is a door there?")
-        assert page.locator("#kinds button").all_inner_texts() == ["1 cuts", "1 rooms"]
+        assert page.locator("#kinds button").all_inner_texts() == ["1 cut", "1 room"]
         look(page, "review-question")
         page.keyboard.press("1")
         says(page, "the cut there is a door now")
