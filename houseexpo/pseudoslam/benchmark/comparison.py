@@ -146,16 +146,17 @@ class TrackComparison:
 
     @cached_property
     def plain(self) -> tuple[ComparisonRow, ...]:
-        """The rows of all tables but that of predictions, and the lines of curves: each policy once.
+        """The rows of all tables but that of predictions, and the lines of curves: all runs without one.
 
-        A run with a prediction is left out where there is one of the same policy without.
+        A run with a prediction is left out where there is one of the same policy without, or a better one.
         """
-        without = {entry.key for entry in self.entries if not entry.prediction}
-        found: dict[tuple[str, str, int], ComparisonRow] = {}
+        shown = {entry.key for entry in self.entries if not entry.prediction}
+        rows: list[ComparisonRow] = []
         for entry in self.entries:
-            if not entry.prediction or entry.key not in without:
-                found.setdefault(entry.key, entry)
-        return tuple(found.values())
+            if not entry.prediction or entry.key not in shown:
+                shown.add(entry.key)
+                rows.append(entry)
+        return tuple(rows)
 
     def rows(self, metrics: Sequence[Metric]) -> tuple[ComparisonRow, ...]:
         """Return the rows of a table, the best first."""

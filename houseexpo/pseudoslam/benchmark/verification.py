@@ -110,7 +110,10 @@ def verify_result(
     actions = dict(zip((case.seed for case in cases), result.actions, strict=True))
     new_runner = partial(_make_runner, track.id, houses, result.policy, actions)
     done = run_cases(new_runner, cases, workers, _REPLAY_LIMIT_S, result.policy.name)
-    outcomes = dict(show_progress(done, f"{result.policy.name}, {track.id}, played again", len(cases)))
+    try:
+        outcomes = dict(show_progress(done, f"{result.policy.name}, {track.id}, played again", len(cases)))
+    except ConfigError as error:
+        raise ConfigError(f"{name}: {error}") from None
     fault = next(_differences(track, result, [outcomes[number] for number in range(len(cases))]), "")
     if fault:
         raise ConfigError(f"{name}: {fault}; its actions do not give its values, so it is refused")

@@ -37,6 +37,11 @@ DAMAGED: Final = (
 """They are of many kinds, since damage may be found by PyTorch, pickle or zipfile."""
 
 
+def describe_damage(error: Exception) -> str:
+    """Return what damages a file, in a line; PyTorch's text on pickles advises to load them with their code."""
+    return "its pickle is broken" if isinstance(error, pickle.UnpicklingError) else str(error).partition("\n")[0]
+
+
 FORMAT: Final = 1
 KEPT_CHECKPOINTS: Final = 2
 FREE: Final = ("config.steps", "config.environment.dataset")
@@ -102,7 +107,9 @@ def read_checkpoint(file: Path) -> Checkpoint:
                 raise TrainingError(f"{file}: expected a checkpoint of format {FORMAT}, found {about.get('format')!r}")
             state = torch.load(io.BytesIO(archive.read(_STATE)), map_location="cpu", weights_only=True)  # R2
     except DAMAGED as error:
-        raise TrainingError(f"{file}: expected a whole checkpoint, found it damaged ({error})") from None
+        raise TrainingError(
+            f"{file}: expected a whole checkpoint, found it damaged ({describe_damage(error)})"
+        ) from None
     return Checkpoint(file, about, state)
 
 

@@ -19,7 +19,7 @@ from stable_baselines3.common.distributions import Distribution
 from houseexpo.configuration import config_from_mapping
 from houseexpo.errors import ConfigError, TrainingError
 from houseexpo.files import encode_json, read_file, write_atomically
-from houseexpo.pseudoslam.learning.checkpoints import DAMAGED
+from houseexpo.pseudoslam.learning.checkpoints import DAMAGED, describe_damage
 from houseexpo.pseudoslam.learning.config import TrainConfig
 from houseexpo.pseudoslam.learning.environments import make_environments
 from houseexpo.pseudoslam.learning.model import Policy, States, new_policy
@@ -122,7 +122,9 @@ def read_policy(file: Path, task: str | None = None) -> TrainedPolicy:
     except OSError as error:
         raise TrainingError(f"{file}: expected a policy, cannot be read: {error.strerror}") from None
     except (*DAMAGED, ConfigError) as error:
-        raise TrainingError(f"{file}: expected a policy of houseexpo train, found none ({error})") from None
+        raise TrainingError(
+            f"{file}: expected a policy of houseexpo train, found none ({describe_damage(error)})"
+        ) from None
     policy.set_training_mode(False)
     return TrainedPolicy(about, config, policy)
 

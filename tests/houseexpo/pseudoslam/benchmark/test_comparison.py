@@ -155,6 +155,14 @@ def test_trainings_of_one_family_are_one_row(tmp_path: Path) -> None:
     assert "| learned (2 trainings) |" in format_markdown([compared])
 
 
+def test_two_runs_of_policies_of_one_name_are_two_rows(tmp_path: Path) -> None:
+    for name, coverage in (("before", 0.5), ("after", 0.75)):
+        (tmp_path / name).mkdir()
+        written(tmp_path / name, budget_result("mine.py", coverage))
+    (compared,) = read_results([tmp_path / "before", tmp_path / "after"])
+    assert [entry.columns(BUDGET.metrics[0].key)[0][0] for entry in compared.plain] == [0.75, 0.5]
+
+
 def test_what_differs_from_the_baseline_is_told_plan_by_plan(tmp_path: Path) -> None:
     """Ways of 10 to 1000 m, each 1 m shorter than the baseline's: the interval has no width."""
     files = written(
