@@ -56,7 +56,10 @@ def place_wall(draft: Draft, placed: Placed) -> Said:
     if not crossed:
         far = draft.distance_to_rooms(strip.centre)
         if far > WALL_REACH_M:
-            raise NoEffectError(f"it lies {far:,.1f} m from the nearest room")
+            raise NoEffectError(
+                f"it lies {far:,.1f} m from the nearest room; to add the room that it bounds, draw its outline with "
+                "room_outline"
+            )
         draft.walls.append(Place(strip.polygon(), str(placed.correction)))
         raise AlreadySoError("no floor is there: it lies in a wall already")
     strip = squared(strip, crossed[0].shape)

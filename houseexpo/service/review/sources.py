@@ -11,6 +11,7 @@ R4  One process at a time. What the page waits for longest is told why it failed
 
 from __future__ import annotations
 
+import math
 import os
 import re
 import selectors
@@ -30,6 +31,8 @@ import numpy as np
 import shapely
 from shapely import Polygon
 
+from houseexpo.corrections import Correction
+from houseexpo.corrections.apply import correct_plan
 from houseexpo.corrections.draft import Space
 from houseexpo.corrections.vocabulary import FILE_WORDS, WORDS
 from houseexpo.dataset.source_records import LevelSource, PlanSource, Rings, SourceRecord, decode_source_record
@@ -37,10 +40,13 @@ from houseexpo.errors import ConfigError
 from houseexpo.floorplan import FloorPlan, decode
 from houseexpo.grids.frame import plan_points_from_source, source_points_from_plan
 from houseexpo.service.lru_cache import LruCache
+from houseexpo.tolerances import MIN_DOOR_M
 
 READ_S: Final = 300.0
 """The most time that reading a source may take: that of a house in a build."""
 _KEPT_SOURCES: Final = 8
+_MOST_TRIED: Final = 1200
+"""Rooms times places that are tried, so that it takes a second at most: 30 of each and more."""
 _KEPT_WORKERS: Final = 2
 """Each holds a house in memory."""
 _WORDS_SHOWN: Final = 400
@@ -116,9 +122,20 @@ class SourceView:
                 for each in self.level.pictures
             ],
             "edges": [(np.array(ring) - (x, y)).round(3).tolist() for wall in self.level.edges for ring in wall],
-            "places": [{"kind": kind, "ends": ends} for kind, ends in self.places],
+            "places": [{"kind": kind, "ends": ends} for kind, ends in self.places if self._takes(ends)],
             "strokes": self.strokes,
         }  # fmt: skip
+
+    def _takes(self, ends: list[list[float]]) -> bool:
+        """Return whether a door at a place would do something; of a large plan, nobody has looked."""
+        plan = self.plan
+        if plan is None or plan.frame is None or len(plan.rooms) * len(self.places) > _MOST_TRIED:
+            return True
+        a, b = source_points_from_plan(plan.frame, ends).round(3).tolist()
+        if math.dist(a, b) < MIN_DOOR_M:
+            return False
+        (effect,) = correct_plan(plan, [Correction("door", (tuple(a), tuple(b)))], self.spaces, measure=False).effects
+        return effect.outcome != "none" or effect.waits
 
     def _moved(self, shapes: Iterable[Rings]) -> list[Polygon]:
         found = [Polygon(rings[0], rings[1:]) for rings in shapes if rings]

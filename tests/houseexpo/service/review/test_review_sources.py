@@ -244,3 +244,9 @@ def test_a_space_that_was_left_out_is_asked_about() -> None:
     )
     assert asked_of(plan, view) == ["cut", "space"]  # the other one is a room of the plan
     assert asked_of(plan, view, (9.0, 2.0)) == ["cut"]  # somebody has said that it is none
+
+
+def test_a_place_that_cannot_be_taken_is_not_offered() -> None:
+    within, between = Place("gap", ((2.0, 1.0), (2.0, 1.9))), Place("door", ((4.15, 2.3), (4.15, 3.05)))
+    _, view = shown(within, between)
+    assert [place["ends"] for place in view.drawn["places"]] == [[[4.15, 2.3], [4.15, 3.05]]]
