@@ -195,10 +195,10 @@ function counted(number, word) {
 }
 
 // What a correction did, or will do in the next build; a button chooses it, another takes it out.
-function effect({ word, outcome, said, also = [], built, ghost }, number) {
+function effect({ word, outcome, said, also = [], built, ghost, waits }, number) {
   const line = document.createElement("li");
-  line.className = outcome === "none" ? "idle" : "";
-  const when = ghost ? "said of the file as it was" : outcome === "none" ? "no effect" : built ? "built" : "in the next build";
+  line.className = outcome === "none" && !waits ? "idle" : "";
+  const when = ghost ? "said of the file as it was" : waits ? "waits for more" : outcome === "none" ? "no effect" : built ? "built" : "in the next build";
   const name = `${word.replaceAll("_", " ")}, ${when}`;
   const choose = button(`${name}: ${[said, ...also].join("; ")}.`, () => sheet.choose(number), "choose");
   const out = button("×", () => remove(number), "out");
