@@ -104,7 +104,7 @@ function show(found) {
   showSwitches();
   file.show(found.source, readOnly);
   strokes = [];
-  if (found.source.changed) say(`${found.source.changed}. B builds it.`, "bad");
+  if (found.source.changed) say(`${found.source.changed}. B builds it.`);
   showQuestions();
   at("storeys").hidden = found.storeys.length === 0;
   at("storeys").replaceChildren(...found.storeys.map(({ plan, title }) => {

@@ -14,10 +14,10 @@ const WIDER = 1.05; // a source that is hardly larger than the plan needs no oth
 const AT_FIRST = ["map", "section_1_1", PLACES];
 const BESIDE_M = 0.6; // a point so far from a place lies in the room beside it
 const keep = { "vector-effect": "non-scaling-stroke" };
-const RESIZED = 1.25; // a plan that has grown so much is of another scale, and needs another view
+const RESIZED = 1.25; // what is said of a file has made the plan so much larger: it needs another view
 const isLike = (one, other) => [0, 1].every((k) => {
   const ratio = (one[k + 2] - one[k]) / (other[k + 2] - other[k]);
-  return ratio < RESIZED ** 2 && ratio > 1 / RESIZED ** 2;
+  return ratio < RESIZED && ratio > 1 / RESIZED;
 });
 const apart = ([a, b], [c, d]) => Math.hypot(a - c, b - d);
 
@@ -56,7 +56,7 @@ export class Sheet {
       return;
     }
     this.#collect();
-    if (before && isLike(before.bounds, plan.shape.bounds)) this.drawing.renew(plan.shape);
+    if (before && (!plan.source.changed || isLike(before.bounds, plan.shape.bounds))) this.drawing.renew(plan.shape);
     else this.#open(plan.shape);
     this.#underlay();
     this.#colour(before, plan.shape);
