@@ -52,7 +52,9 @@ def footprint_word(plan: FloorPlan) -> str:
     angles = np.degrees(np.arctan2(one[:, 0] * other[:, 1] - one[:, 1] * other[:, 0], (one * other).sum(axis=1)))
     if not shapely.is_ccw(shapely.linearrings(ring)):
         angles = -angles[::-1]
-    turns = "".join("LR"[angle < 0] if abs(abs(angle) - 90) < 3 else "lr"[angle < 0] for angle in angles)
+    turns = "".join(
+        ("R" if angle < 0 else "L") if abs(abs(angle) - 90) < 3 else ("r" if angle < 0 else "l") for angle in angles
+    )
     return min(word[k:] + word[:k] for word in (turns, turns[::-1]) for k in range(len(turns)))
 
 
