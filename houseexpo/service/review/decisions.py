@@ -47,6 +47,14 @@ _INSTEAD = {key: tuple(other for other in _SIZES if other != key) for key in _SI
 """Each says how large the model is: one takes the place of another."""
 
 
+class NothingHereError(ConfigError):
+    """A reviewer has nothing to undo on a plan; ``plan`` is the one of the latest decision."""
+
+    def __init__(self, reviewer: str, plan: str) -> None:
+        super().__init__(f"{reviewer} has nothing to undo on this plan; the latest decision is on {plan}")
+        self.plan = plan
+
+
 @dataclass(frozen=True)
 class PlanDecisions:
     """The decisions on a plan: the latest one, and the actions that are not undone."""
@@ -196,13 +204,24 @@ class DecisionStore:
                 f"{plan}: {describe_log_line(latest)} in the meantime; look again before you decide"
             )
 
-    def undo(self, reviewer: str) -> LogLine:
-        """Undo a reviewer's latest decision (R5); raise ConfigError if there is none or it was changed since."""
+    def undo(self, reviewer: str, plans: Sequence[str] = ()) -> LogLine:
+        """Undo a reviewer's latest decision (R5), of those on some plans if they are given.
+
+        Raises
+        ------
+        NothingHereError
+            There is one, and not on these plans.
+        ConfigError
+            There is none, or it was changed since.
+        """
         with self._hold_lock():
             own = [line for line in self.log.active if line.reviewer == reviewer]
             if not own:
                 raise ConfigError(f"{reviewer} has no decision left to undo")
-            line = own[-1]
+            here = [line for line in own if line.plan in plans] if plans else own
+            if not here:
+                raise NothingHereError(reviewer, own[-1].plan)
+            line = here[-1]
             table = self.table(line.plan)
             back = {key: changed_value(line, key, table.get(key), *pair[::-1]) for key, pair in line.changes.items()}
             return self._note(line.plan, "undo", reviewer, back, undoes=line.number)

@@ -146,7 +146,8 @@ def _replace(found: Review, body: bytes) -> dict[str, Any]:
 
 
 def _undo(found: Review, body: bytes) -> dict[str, Any]:
-    return found.undo(_reviewer(decode_body(body, UndoRequest).reviewer))
+    asked = decode_body(body, UndoRequest)
+    return found.undo(_reviewer(asked.reviewer), asked.plan)
 
 
 def _redo(found: Review, body: bytes) -> dict[str, Any]:

@@ -25,7 +25,7 @@ from houseexpo.service.collection import Collection
 from houseexpo.service.lru_cache import LruCache
 from houseexpo.service.plan_page import room_names_beside
 from houseexpo.service.review.changes import list_items, replacement
-from houseexpo.service.review.decisions import DecisionStore, PlanDecisions
+from houseexpo.service.review.decisions import DecisionStore, NothingHereError, PlanDecisions
 from houseexpo.service.review.questions import Answer, Question, questions, with_effect
 from houseexpo.service.review.queue import ReviewQueue, summarise_review
 from houseexpo.service.review.rebuild import Rebuild
@@ -103,9 +103,13 @@ class RebuildRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class UndoRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """A request to undo the reviewer's latest decision, or to make the one again that was undone last."""
+    """A request to undo the reviewer's latest decision, or to make the one again that was undone last.
+
+    With ``plan``, the latest decision on this plan is undone, or nothing.
+    """
 
     reviewer: Name
+    plan: Annotated[str, Meta(max_length=300)] = ""
 
 
 def one_line(text: str) -> str:
@@ -471,10 +475,16 @@ class Review:
             "rejected": "" if source is None or source.plan is not None else source.level.rejected,
         }
 
-    def undo(self, reviewer: str) -> dict[str, Any]:
-        """Undo a reviewer's latest decision; return the state of its plan, which may be another than the one shown."""
-        line = self.decisions.undo(reviewer)
-        return {**self.state(self._there(line.plan)), "undone": line.plan}
+    def undo(self, reviewer: str, plan: str = "") -> dict[str, Any]:
+        """Undo a reviewer's latest decision, on a plan or its file if one is given; return the state of its plan."""
+        source = self._sources.latest(plan) if plan else None
+        try:
+            line = self.decisions.undo(
+                reviewer, () if not plan else (plan, plan if source is None else source.record.id)
+            )
+        except NothingHereError as elsewhere:
+            return {**self.state(self._there(plan)), "elsewhere": elsewhere.plan}
+        return {**self.state(self._there(plan or line.plan)), "undone": line.plan}
 
     def redo(self, reviewer: str) -> dict[str, Any]:
         """Make the decision again that a reviewer undid last; return the state of its plan."""

@@ -20,6 +20,7 @@ const sheet = new Sheet(at("stage"), at("hint"), { choose: showChosen, move, tak
 const file = new FileForm({ draw: drawDistance, say: sayOfFile });
 let wantedKind = ""; // the kind of question that the reviewer has chosen to answer now
 let forAll = -1; // the answer that is about to be given to all questions of a kind: -1 if none is, 3 before one is chosen
+let elsewhere = false; // whether the next undo is of a decision on another plan
 let strokes = []; // questions about lines of the drawing, the one that was clicked first
 let reading = ""; // the plan whose source is on its way
 let now = null; // what the server said of the plan that is shown
@@ -70,6 +71,7 @@ function go(move, plan = now?.plan) {
 }
 
 function show(found) {
+  if (found.plan !== now?.plan) elsewhere = false;
   now = found;
   showProgress(found.progress);
   setBuild(found.build);
@@ -395,17 +397,28 @@ function remove(number) {
   return inTurn(async () => sayEffect(await send("replace", plan, { word, value }), plan, `Taken out: ${word.replaceAll("_", " ")}.${later}`));
 }
 
-function takeBack(path, words) {
+// On the plan that is shown; what was decided on another one is taken back by a second press only.
+function undo() {
   if (readOnly) return say("This service is read-only.", "bad");
-  return inTurn(async () => {
-    const found = await ask(path, { reviewer: reviewer() });
-    if (found.plan !== null) show(found);
-    say(`${words} ${found.undone ?? found.redone}.`, "good");
-  });
+  return inTurn(takeBack);
 }
 
-const undo = () => takeBack("undo", "Undone: the last decision on");
-const redo = () => takeBack("redo", "Made again: the last decision that was undone, on");
+async function takeBack() {
+  const found = await ask("undo", { reviewer: reviewer(), plan: elsewhere ? "" : now?.plan ?? "" });
+  if (found.plan !== null) show(found);
+  elsewhere = Boolean(found.elsewhere);
+  if (elsewhere) say(`You have nothing to undo on this plan. U again takes back the last decision on ${found.elsewhere}, and shows it.`);
+  else say(`Undone: the last decision on ${found.undone}.`, "good");
+}
+
+function redo() {
+  if (readOnly) return say("This service is read-only.", "bad");
+  return inTurn(async () => {
+    const found = await ask("redo", { reviewer: reviewer() });
+    if (found.plan !== null) show(found);
+    say(`Made again: the last decision that was undone, on ${found.redone}.`, "good");
+  });
+}
 
 function draw(kind) {
   if (!now?.plan) return undefined;

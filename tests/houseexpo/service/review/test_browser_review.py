@@ -84,6 +84,8 @@ def test_the_keyboard_alone_is_enough(page: Any, folder: Path) -> None:
     assert overrides(folder)["middling"] == {"drop": True}
     assert "2 of 2 doubtful plans reviewed" in page.inner_text("#progress-words")
     press("u")
+    says(page, "nothing to undo on this plan. U again takes back the last decision on middling")
+    press("u")
     shows(page, "middling")
     assert "middling" not in overrides(folder)
     press("ArrowLeft")

@@ -289,3 +289,13 @@ def test_a_value_is_moved_and_taken_out_and_both_can_be_undone(tmp_path: Path) -
     assert store.table("a")["no_room"] == [[1.0, 1.0], [2.0, 1.0]]
     store.undo("ben")
     assert store.table("a")["no_room"] == [[1.0, 1.0], [2.0, 1.0], [3.0, 1.0]]
+
+
+def test_an_undo_on_a_plan_leaves_what_was_decided_on_others(tmp_path: Path) -> None:
+    store = DecisionStore(tmp_path / "overrides.toml")
+    store.decide("hut", "keep", "ann")
+    store.decide("villa", "keep", "ann")
+    assert store.undo("ann", ["hut"]).plan == "hut"
+    with pytest.raises(ConfigError, match="nothing to undo on this plan; the latest decision is on villa"):
+        store.undo("ann", ["hut"])
+    assert store.table("villa") == {"keep": True}
