@@ -32,7 +32,7 @@ from pipeline.rejection import Rejection
 from pipeline.sources import find, reader
 from research.home_measures import Seen, as_published, features, measure_plan, pooled_labels
 from research.home_statistics import measure_published
-from stats.compare import total_variation
+from stats.report import total_variation
 
 SEED = 2026
 ASKED = {

@@ -11,11 +11,10 @@ from houseexpo.commands.printing import new_table
 from houseexpo.words import count_noun
 from stats.audit import AuditSummary
 from stats.bad_plans import ListComparison
-from stats.compare import DIFFERENCE, Distance
 from stats.measure import DataSetSummary
 from stats.public_sets import CITED, PUBLIC
 from stats.record import MEASURES
-from stats.report import Report, audited_data_sets, count_leaks
+from stats.report import DIFFERENCE, Distance, Report, audited_data_sets, count_leaks
 from stats.summary import PlanSummary
 
 _BAR = 24

@@ -3,7 +3,7 @@ from __future__ import annotations
 import pytest
 
 from houseexpo.floorplan import FloorPlan
-from stats.compare import TOTAL_VARIATION, WASSERSTEIN, distances_report, measure_distances, total_variation
+from stats.report import TOTAL_VARIATION, WASSERSTEIN, distances_report, measure_distances, total_variation
 from stats.summary import PlanSummary
 from tests.stats.conftest import outline
 

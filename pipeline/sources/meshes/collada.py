@@ -18,11 +18,10 @@ import numpy.typing as npt
 
 from houseexpo.file_kinds import HEAD_BYTES
 from pipeline.rejection import Reason, Rejection
-from pipeline.sources.meshes.scene import NamedPiece, PartNames, transform_triangles, triangulate_polygons
+from pipeline.sources.meshes.scene import MAX_NODES, NamedPiece, PartNames, transform_triangles, triangulate_polygons
 
 Floats = npt.NDArray[np.float64]
 
-MAX_NODES = 1_000_000
 MAX_DEEP = 200
 
 

@@ -19,7 +19,7 @@ import numpy.typing as npt
 from houseexpo.files import real_path
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.meshes.meshopt import decode_view
-from pipeline.sources.meshes.scene import NamedPiece, PartNames, transform_triangles
+from pipeline.sources.meshes.scene import MAX_NODES, NamedPiece, PartNames, transform_triangles
 
 Floats = npt.NDArray[np.float64]
 
@@ -27,7 +27,6 @@ MESHOPT = "EXT_meshopt_compression"
 COMPRESSED = frozenset({"KHR_meshopt_compression"})
 _UNPACK = "unpack it (gltfpack -noq -kn -km -i {name} -o plain.glb), or export it without compression or with Draco's"
 """gltfpack reads what it compressed; it writes plain floats (-noq), and keeps named nodes and materials (-kn -km)."""
-MAX_NODES = 1_000_000
 TRIANGLES, STRIP, FAN = 4, 5, 6
 
 

@@ -16,6 +16,9 @@ from pipeline.values import Mesh
 
 Owners = npt.NDArray[np.int32]
 
+MAX_NODES = 1_000_000
+"""A scene with more nodes, instances counted, is refused: a few nodes that hold each other may stand for billions."""
+
 
 @dataclass(frozen=True)
 class PartNames:

@@ -29,7 +29,7 @@ def test_equal_discounts_give_the_advantages_of_stable_baselines() -> None:
     from gymnasium import spaces
     from stable_baselines3.common.buffers import RolloutBuffer
 
-    from houseexpo.pseudoslam.learning.discounting import estimate_advantages
+    from houseexpo.pseudoslam.learning.training import estimate_advantages
 
     rewards, values, starts = random_episodes(30, 4)
     buffer = RolloutBuffer(30, spaces.Box(0, 1, (1,)), spaces.Discrete(2), gae_lambda=0.9, gamma=0.97, n_envs=4)
@@ -40,7 +40,7 @@ def test_equal_discounts_give_the_advantages_of_stable_baselines() -> None:
 
 
 def test_a_travel_of_k_steps_is_worth_as_much_as_k_actions_of_one_step() -> None:
-    from houseexpo.pseudoslam.learning.discounting import estimate_advantages
+    from houseexpo.pseudoslam.learning.training import estimate_advantages
 
     rewards, values, starts = random_episodes(12, 2)
     starts[:] = 0.0
