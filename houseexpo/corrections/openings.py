@@ -29,7 +29,7 @@ MEETS_M: Final = 1e-4
 """What is nearer than this touches: a hundredth of the grid."""
 STEP_M: Final = 0.1
 """A face of a wall that jumps by more is another wall: a hand's breadth."""
-PARTITION_M: Final = 0.1
+SAID_WALL_M: Final = 0.1
 """The thickness of a wall that a person draws as a line, between rooms that nothing parts."""
 SQUARE: Final = math.cos(math.radians(5.0))
 """Cosine of the angle within which a line drawn by hand is meant to be parallel to a wall, or square to it."""
@@ -37,7 +37,7 @@ ALONG: Final = math.cos(math.radians(15.0))
 """Cosine of the angle within which a line drawn near a wall runs along it."""
 _SAMPLE_M: Final = 0.01
 _AT_WALL_M: Final = 0.05
-"""An end that lies so near a wall meets it: half of ``PARTITION_M``, so that the wall in the line reaches it."""
+"""An end that lies so near a wall meets it: half of ``SAID_WALL_M``, so that the wall in the line reaches it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -180,7 +180,7 @@ def squared(strip: Strip, shape: Polygon) -> Strip:
     far = shapely.distance(shapely.LineString(strip.ends), lines)
     for k in np.argsort(far, kind="stable").tolist():
         length = math.dist(starts[k], ends[k])
-        if length < PARTITION_M:
+        if length < SAID_WALL_M:
             continue
         way = (ends[k] - starts[k]) / length
         for each in (way, np.array([-way[1], way[0]])):
@@ -194,7 +194,7 @@ def squared(strip: Strip, shape: Polygon) -> Strip:
 def drawn_on(strip: Strip, shape: Polygon) -> tuple[Strip, tuple[float, float]] | None:
     """Return the line from wall to wall of a room, and how far it goes on beyond both ends (R3).
 
-    It is as deep as the ends of walls that it meets, if it meets such, else ``PARTITION_M``. None if a wall is too far.
+    It is as deep as the ends of walls that it meets, if it meets such, else ``SAID_WALL_M``. None if a wall is too far.
     """
     onward, depths, asides = [], [], []
     for side in (-1, 1):
@@ -212,7 +212,7 @@ def drawn_on(strip: Strip, shape: Polygon) -> tuple[Strip, tuple[float, float]] 
         if (face := _end_face(first, strip, shape)) is not None:
             depths.append(face[0])
             asides.append(face[1])
-    depth = max(depths, default=PARTITION_M)
+    depth = max(depths, default=SAID_WALL_M)
     aside = asides[depths.index(depth)] if depths else 0.0
     low, high = -strip.length / 2 - onward[0], strip.length / 2 + onward[1]
     centre = strip.centre + strip.along * (low + high) / 2 + strip.across * aside
@@ -235,4 +235,4 @@ def _end_face(place: Vector, strip: Strip, shape: Polygon) -> tuple[float, float
 def depth_of_entrances(draft: Draft) -> float:
     """Return the depth of the plan's entrances in the middle, else of a wall, metres."""
     depths = [door.shape.area / door.width for door in draft.doors if door.rooms[1] is None and door.width > 0]
-    return float(np.median(depths)) if depths else 2 * PARTITION_M
+    return float(np.median(depths)) if depths else 2 * SAID_WALL_M

@@ -17,7 +17,7 @@ from houseexpo.corrections.openings import (
     ALONG,
     MEETS_M,
     ONWARD_M,
-    PARTITION_M,
+    SAID_WALL_M,
     SNAP_M,
     STEP_M,
     WALL_REACH_M,
@@ -153,7 +153,7 @@ def _on_common_edge(draft: Draft, strip: Strip, rooms: tuple[DraftRoom, DraftRoo
     """Make a passage on the edge that two rooms share, as deep as a wall that a person draws."""
     one, other = rooms
     both = shapely.union(one.shape, other.shape)
-    whole = replace(strip, depth=PARTITION_M)
+    whole = replace(strip, depth=SAID_WALL_M)
     area = split_pieces(shapely.intersection(whole.polygon(), both))[0]
     for room in rooms:
         left = split_pieces(shapely.difference(room.shape, area))

@@ -16,7 +16,7 @@ from shapely.geometry.base import BaseGeometry
 from houseexpo.corrections.draft import Draft, DraftDoor, DraftRoom, Place, Vector, is_room_sized, split_pieces
 from houseexpo.corrections.openings import (
     MEETS_M,
-    PARTITION_M,
+    SAID_WALL_M,
     SNAP_M,
     STEP_M,
     WALL_REACH_M,
@@ -51,7 +51,7 @@ _SAME: Final = 0.2
 
 def place_wall(draft: Draft, placed: Placed) -> Said:
     """Place a wall (R4)."""
-    strip = strip_of(*placed.points, depth_m=PARTITION_M)
+    strip = strip_of(*placed.points, depth_m=SAID_WALL_M)
     crossed = [room for room in draft.rooms if room.shape.intersects(shapely.LineString(strip.ends))]
     if not crossed:
         far = draft.distance_to_rooms(strip.centre)
@@ -69,9 +69,9 @@ def place_wall(draft: Draft, placed: Placed) -> Said:
     for end, way in ((starts, -strip.along), (ends, strip.along)):  # a free end snaps to the wall before it
         ray = shapely.LineString([end, end + way * SNAP_M])
         hit = shapely.intersection(ray, edge)
-        reach.append(0.0 if hit.is_empty else float(shapely.Point(end).distance(hit)) + PARTITION_M)
+        reach.append(0.0 if hit.is_empty else float(shapely.Point(end).distance(hit)) + SAID_WALL_M)
     low, high = -strip.length / 2 - reach[0], strip.length / 2 + reach[1]
-    whole = Strip(strip.centre + strip.along * (low + high) / 2, strip.along, high - low, PARTITION_M)
+    whole = Strip(strip.centre + strip.along * (low + high) / 2, strip.along, high - low, SAID_WALL_M)
     area, also, taken = whole.polygon(), list[str](), 0.0
     for room in crossed:
         lost = shapely.intersection(room.shape, area).area
@@ -194,7 +194,7 @@ def draw_room(draft: Draft, placed: Placed) -> Said:
             f"{draft.name(there)} takes {100 * most:.0f}% of it; to part a room, draw a wall or an opening; to take it "
             "out, say no_room"
         )
-    walled = shapely.union_all([room.shape for room in draft.rooms]).buffer(PARTITION_M, join_style="mitre")
+    walled = shapely.union_all([room.shape for room in draft.rooms]).buffer(SAID_WALL_M, join_style="mitre")
     shape = free_part(draft, shapely.difference(drawn, walled))
     if shape is None or not is_room_sized(shape):
         raise NoEffectError("other rooms and passages take all of it")

@@ -298,23 +298,24 @@ def _is_pillar(part: Polygon, ends: list[Polygon]) -> bool:
 #     the room, as the edge of a floor does, and the plan says so.
 
 
-CELL_M = 0.025
+SCAN_CELL_M = 0.025
+"""Side of a cell of the columns of scans."""
 
 
 def gather_scan_evidence(level: Level, config: EvidenceConfig) -> Evidence:
     """Decide what each thing in a scanned level is."""
     mesh, top = level.walls, max(level.ceiling_m, config.head_m)
     if mesh.is_cloud:
-        columns = columns_of_points(mesh.vertices, THIN_WALL_M, top, CELL_M)
+        columns = columns_of_points(mesh.vertices, THIN_WALL_M, top, SCAN_CELL_M)
     else:
-        columns = columns_of_mesh(mesh, THIN_WALL_M, top, CELL_M)
+        columns = columns_of_mesh(mesh, THIN_WALL_M, top, SCAN_CELL_M)
     masks = find_wall_masks(columns)
     closed = mask_to_area(masks.walls, masks.raster)
     doorways = unite([Polygon(masks.raster.level_points(box)) for box in masks.doorways])
     walls, lintels = subtract(closed, doorways), intersect(closed, doorways)
     open_edge = EMPTY
     if masks.open_edge.any():  # S4
-        beyond = subtract(buffer_mitred(mask_to_area(masks.open_edge, masks.raster), 2 * CELL_M), doorways)
+        beyond = subtract(buffer_mitred(mask_to_area(masks.open_edge, masks.raster), 2 * SCAN_CELL_M), doorways)
         walls, open_edge = subtract(walls, beyond), intersect(walls, beyond)
     judged = judge_leaves([], walls, lintels)
     known, leaves = find_known_doorways(level.openings, level.door_meshes, walls, lintels, judged)

@@ -33,7 +33,7 @@ FULL_SPEED: Final = 127
 _RUN: Final = np.dtype([("one", "i1"), ("two", "i1"), ("times", "<u2")])
 _MOST_TIMES: Final = (1 << 16) - 1
 _MOST_BYTES: Final = 1 << 20
-_SAME_PLACE_M: Final = 0.01
+_SAME_END: Final = 0.01
 
 Action = tuple[int, int]
 """For a person, the speed forward and to the left, in 127ths of the full speed; for an explorer, the action and 0."""
@@ -48,7 +48,7 @@ class DriveEnd(NamedTuple):
 
     def is_near(self, other: DriveEnd) -> bool:
         """Return whether another drive ended at the same place."""
-        return all(abs(one - two) <= _SAME_PLACE_M for one, two in zip(self, other, strict=True))
+        return all(abs(one - two) <= _SAME_END for one, two in zip(self, other, strict=True))
 
 
 class Recording(msgspec.Struct, frozen=True, array_like=True):
