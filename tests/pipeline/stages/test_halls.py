@@ -89,7 +89,7 @@ def test_a_hall_between_two_bedrooms_is_a_room(seed: int) -> None:
     assert len(plan.rooms) == 5
     assert len(plan.doors) == 4
     assert {door.kind for door in plan.doors} <= {"opening", "door"}
-    assert any(area == pytest.approx(flat.hall_m2, rel=0.2) for area in areas(plan))
+    assert any(0.7 * flat.hall_m2 <= area <= flat.hall_m2 for area in areas(plan))
 
 
 @pytest.mark.parametrize(("door", "rooms"), [(Hole(0.1, 0.9), 4), (None, 5)])
