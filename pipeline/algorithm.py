@@ -206,11 +206,11 @@ def _of_building(
     yield StageResult("connectivity", spaces, level.id)
     spaces = straighten_rooms(spaces, config.refine, (room.polygon for room in level.rooms))
     yield StageResult("refine", spaces, level.id)
+    grounds = _grounds(level, whole, spaces)  # before furniture: it makes no plan doubtful
     obstacles: tuple[Obstacle, ...] = ()
     if config.evidence.furniture:
         spaces, obstacles = subtract_furniture(level, whole.evidence, spaces)
         yield StageResult("furnish", spaces, level.id)
-    grounds = _grounds(level, whole, spaces)
     named = name_rooms(level, spaces)
     spaces = with_doors_between_parts(spaces, named, whole.evidence.doorways)
     rated = add_confidences(FinalBuilding(level, whole.evidence, whole.layout, spaces, named, grounds, whole.doubts))

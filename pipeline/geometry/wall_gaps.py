@@ -312,8 +312,9 @@ def contact_fillings(walls: BaseGeometry) -> list[Polygon]:
 # R3  Both parts are as large as a room. Of several mouths, the one that is narrowest beside its two sides comes first.
 # R4  The end of a corridor up to ``UNNAMED_WAY_M`` wide, at a corner beyond which a room is twice as broad, is a mouth
 #     where the corridor is a hall: two ends or more part it from rooms into which nothing else leads but from outside,
-#     and another way leads into the hall. A gap as wide as the hall is broad is an end that is closed already. A
-#     corridor between rooms with other ways is a part of them, as in an open plan.
+#     and another way leads into the hall. Such a room holds a disc as in R2, or it is a bend. A gap as wide as the hall
+#     is broad is an end that is closed already. A corridor between rooms with other ways is a part of them, as in an
+#     open plan.
 # ---------------------------------------------------------------------------------------------------------------------
 
 NARROW_IN_WALL = 0.65
@@ -440,11 +441,16 @@ def _room_behind_mouth(mouth: Opening, way: int, parts: Sequence[Polygon]) -> tu
     far = HALL_M / MOST * mouth.along
     window = Polygon([face - far, face + far, face + far + aside * look, face - far + aside * look])
     seen = [piece for piece in polygons_of(intersect(parts[k], window)) if shapely.dwithin(piece, at, 0.05)]
-    wide = WIDER * mouth.width
     between_blocks = mouth.depth > THICK_WALL_M and mouth.width < TWICE * mouth.depth
-    if between_blocks and not shapely.dwithin(shapely.buffer(parts[k], -wide / 2), at, 2 * wide):
+    if between_blocks and not _holds_wider_disc(parts[k], mouth, at):
         return None
     return k, sum(piece.area for piece in seen) / look
+
+
+def _holds_wider_disc(part: Polygon, mouth: Opening, at: shapely.Point) -> bool:
+    """Return whether near a point there is a disc in a part ``WIDER`` times as wide as a mouth: no corridor is (R2)."""
+    wide = WIDER * mouth.width
+    return bool(shapely.dwithin(shapely.buffer(part, -wide / 2), at, 2 * wide))
 
 
 class _HallEnd(NamedTuple):
@@ -531,6 +537,7 @@ def _hall_end(strip: Opening, room: Polygon, inner: BaseGeometry) -> _HallEnd | 
     far, share = parts[behind[0]], strip.width / behind[1]
     is_end = share <= MOST < strip.width / before[1]  # what is broad on both sides is a mouth (R2)
     is_end = is_end and far.area >= MOUTH_ROOM_M2 and not shapely.dwithin(far, inner, CRACK_M)
+    is_end = is_end and _holds_wider_disc(far, strip, shapely.points(strip.centre))
     return _HallEnd(strip, parts[before[0]], share) if is_end else None
 
 

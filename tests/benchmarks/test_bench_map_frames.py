@@ -5,7 +5,8 @@ outside is free too are left out, since it is no part of the plan. Each is built
 plan is exported with the defaults. The files are read by the readers of ``tests/houseexpo/exports/readers.py``, which
 use none of our code, and are compared with the free cells of the map (the largest connected piece): once with the cells
 as they are, with the holes of furniture and what rays saw through windows, and once with the free space of the plan,
-which the format alone may change. ``PYTHONPATH=. pytest -s --benchmarks`` prints the table.
+which the format alone may change. A second table compares the plans alone: built without ``--furniture`` and with it,
+with all cells and with those inside the outline of the plan. ``PYTHONPATH=. pytest -s --benchmarks`` prints the table.
 """
 
 from __future__ import annotations
@@ -20,10 +21,12 @@ import shapely
 from PIL import Image
 from rich.console import Console
 from rich.table import Table
+from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
-from houseexpo import export
+from houseexpo import FloorPlan, export
 from houseexpo.grids.frame import source_points_from_plan
+from pipeline.config import EvidenceConfig, PipelineConfig
 from tests.builders.batch import plans_of
 from tests.builders.shared import DATA, needs_shared
 from tests.houseexpo.exports.readers import READERS
@@ -66,6 +69,12 @@ def cells_in(shape: BaseGeometry, points: npt.NDArray[np.float64]) -> npt.NDArra
     return np.asarray(shapely.contains_xy(shape, points[..., 0], points[..., 1]))
 
 
+def free_in_source(plan: FloorPlan) -> BaseGeometry:
+    """Return the free space of a plan in the map's frame."""
+    found: BaseGeometry = shapely.transform(plan.free_space, lambda p: source_points_from_plan(plan.frame, p))
+    return found
+
+
 def iou(one: npt.NDArray[np.bool_], other: npt.NDArray[np.bool_]) -> float:
     """Return intersection over union of cells."""
     return float((one & other).sum() / (one | other).sum())
@@ -74,6 +83,7 @@ def iou(one: npt.NDArray[np.bool_], other: npt.NDArray[np.bool_]) -> float:
 @needs_shared
 def test_real_maps_come_back_in_their_own_frame(tmp_path: Path) -> None:
     scores: dict[str, list[tuple[float, float]]] = {form: [] for form in FORMATS}
+    plans: dict[bool, list[tuple[float, float]]] = {False: [], True: []}
     console, count = Console(width=120), 0
     for name, path, free in maps(tmp_path):
         plan = max(plans_of(path), key=lambda each: each.area)
@@ -82,9 +92,13 @@ def test_real_maps_come_back_in_their_own_frame(tmp_path: Path) -> None:
         points = points_of(cells) - pad * CELL_M * np.array(
             [np.cos(YAW) - np.sin(YAW), np.sin(YAW) + np.cos(YAW)]
         )  # the corner of the margin
-        said = cells_in(
-            shapely.transform(plan.free_space, lambda p, f=plan.frame: source_points_from_plan(f, p)), points
-        )
+        said = cells_in(free_in_source(plan), points)
+        for furniture, rows in plans.items():
+            built = PipelineConfig(evidence=EvidenceConfig(furniture=furniture))
+            space = free_in_source(max(plans_of(path, built), key=lambda each: each.area))
+            inside = cells_in(shapely.union_all([Polygon(part.exterior) for part in shapely.get_parts(space)]), points)
+            floor = cells_in(space, points)
+            rows.append((iou(floor, cells), iou(floor, cells & inside)))
         for form in FORMATS:
             out = tmp_path / name / form
             files = {file.name: file.read_bytes() for file in export(plan, form, out)}
@@ -103,5 +117,14 @@ def test_real_maps_come_back_in_their_own_frame(tmp_path: Path) -> None:
         cells_iou, plan_iou = np.array(rows).T
         values = (np.median(cells_iou), cells_iou.min(), np.median(plan_iou), plan_iou.min())
         table.add_row(form, *(f"{value:.3f}" for value in values))
+    console.print(table)
+
+    table = Table(title="IoU of plans with the robot's free cells: median, least")
+    for heading in ("--furniture", "all cells", "cells inside the plan's outline"):
+        table.add_column(heading)
+    for furniture, pairs in plans.items():
+        found = np.array(pairs)
+        cells_iou = (f"{np.median(column):.3f}, {column.min():.3f}" for column in found.T)
+        table.add_row("yes" if furniture else "no", *cells_iou)
     console.print(table)
     assert min(plan_iou for rows in scores.values() for _, plan_iou in rows) > 0.9

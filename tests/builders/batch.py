@@ -189,13 +189,13 @@ def made_plans(folder: Path, houses: int, seed: int) -> list[FloorPlan]:
 # A plan through a file and back: what the pipeline makes of it, and how much of the plan that is.
 
 
-def plans_of(path: Path, **options: str) -> list[FloorPlan]:
+def plans_of(path: Path, config: PipelineConfig | None = None, **options: str) -> list[FloorPlan]:
     """Build every level of a source, without the batch around it."""
     found = []
     for item in find(str(path), **options):
         for level in reader(item.reader).read(item):
             assert isinstance(level, Level), level
-            made = plan_level(level, PipelineConfig(), np.random.default_rng(0))
+            made = plan_level(level, config or PipelineConfig(), np.random.default_rng(0))
             found += [plan for plan in made if isinstance(plan, FloorPlan)]
     return found
 

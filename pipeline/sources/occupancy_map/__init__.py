@@ -16,6 +16,7 @@ R7  Where the file says that what is not free is wall (``RobotMap.walls_only``),
     steps of the cells are straightened. Its plan has the quality of a drawing's, that of any other map its own (R10).
 R11 A wall that hangs in a room, or stands free in it, stays (``seen_walls``): it is a slit or a hole of the room.
 R12 A gap in a straight side of a room, beyond which nothing was seen, is an entrance (``seen_walls``).
+R13 What was seen to stand in a room is furniture (``clutter``, R5), which no plan has but with ``--furniture``.
 R10 What the cells say against the plan is measured as grounds of its quality (``signs``).
 R9  A doorway is as wide as both of its rooms reach along it: where a wall stands before a part of it, there is no way.
     It ends before a wider one that meets it, or lies before it. If nothing is left of it so, there is only the other.
@@ -51,10 +52,12 @@ from pipeline.geometry.areas import (
     smooth_edges,
 )
 from pipeline.geometry.openings import ClosedBy, Opening
+from pipeline.geometry.prisms import extrude_polygon
 from pipeline.geometry.straighten import straighten_outlines
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.drawn_storeys import Hole, walls_around
 from pipeline.sources.files import LeftOutParts, check_file, input_from_file
+from pipeline.sources.occupancy_map.clutter import things_in_rooms
 from pipeline.sources.occupancy_map.gaps import area_of_cells
 from pipeline.sources.occupancy_map.rooms import (
     DRAWN_ROOM_M2,
@@ -72,7 +75,7 @@ from pipeline.sources.storeys.scale import said_size
 from pipeline.sources.tolerances import DOOR_HEIGHT_M, OUTER_WALL_M, WALL_HEIGHT_M
 from pipeline.sources.vector_plans.drawing import Drawing, DrawnStorey, levels_from_drawing, named_room
 from pipeline.tolerances import CRACK_M, HAND_M, TWICE
-from pipeline.values import EDGE, Input, Level
+from pipeline.values import EDGE, Input, Level, SourceObject
 
 Bools = npt.NDArray[np.bool_]
 Floats = npt.NDArray[np.float64]
@@ -87,6 +90,8 @@ ANGLE_DEG: Final = 12.0
 NARROWEST_PART_M: Final = 0.3
 """Parts of a room that are narrower are noise at its edge."""
 ROOM_M2: Final = 1.0
+THING_M: Final = 1.0
+"""R13: higher than a robot's laser. How high a thing is, no map says."""
 CLUTTER_M2: Final = 1.0
 """Smaller holes in a room are clutter."""
 WAY_REACH_M: Final = 1.5
@@ -211,6 +216,7 @@ def _storey(found: RobotMap, name: str) -> DrawnStorey:
         holes=tuple(holes),
         rooms=tuple(named_room("", outline) for outline in outlines),
         about=about,
+        furniture=() if found.walls_only else tuple(_things(outlines, free, occupied, found.resolution_m)),
         signs={} if found.walls_only else measure_signs(free, occupied, found.resolution_m, outlines, doorways),
     )
 
@@ -218,16 +224,31 @@ def _storey(found: RobotMap, name: str) -> DrawnStorey:
 def _with_seen_walls(outlines: list[Polygon], free: Bools, occupied: Bools, cell_m: float) -> list[Polygon]:
     """R11: return the rooms without the walls that hang or stand in them."""
     height_m = free.shape[0] * cell_m
-    inside = np.zeros(free.shape, np.uint8)
+    inside = _cells_inside(outlines, free.shape, cell_m)
+    found = walls_in_rooms(inside, free, occupied, cell_m, main_edge_direction(free))
+    walls = [Polygon(corners * (cell_m, -cell_m) + (0.0, height_m)) for corners in found]
+    near = shapely.STRtree(walls)
+    return [cut_walls(outline, [walls[k] for k in sorted(near.query(outline).tolist())]) for outline in outlines]
+
+
+def _things(outlines: list[Polygon], free: Bools, occupied: Bools, cell_m: float) -> Iterator[SourceObject]:
+    """R13: yield what stands in the rooms, each thing as high as ``THING_M``, without the steps of its cells."""
+    cells = things_in_rooms(_cells_inside(outlines, free.shape, cell_m), free, occupied, cell_m)
+    area = affine_transform(area_of_cells(cells), [cell_m, 0.0, 0.0, cell_m, 0.0, free.shape[0] * cell_m])
+    for thing in polygons_of(shapely.simplify(area, cell_m)):
+        if thing.area > HAND_M**2:
+            yield SourceObject((), extrude_polygon(thing, 0.0, THING_M))
+
+
+def _cells_inside(outlines: list[Polygon], shape: tuple[int, ...], cell_m: float) -> Bools:
+    """Return the cells (rows, cols) inside of the rooms."""
+    inside, height_m = np.zeros(shape, np.uint8), shape[0] * cell_m
     for outline in outlines:
         rings = [shapely.get_coordinates(outline.exterior), *map(shapely.get_coordinates, outline.interiors)]
         cv2.fillPoly(
             inside, [np.rint((ring * (1, -1) + (0, height_m)) / cell_m - 0.5).astype(np.int32) for ring in rings], 1
         )
-    found = walls_in_rooms(inside.view(bool), free, occupied, cell_m, main_edge_direction(free))
-    walls = [Polygon(corners * (cell_m, -cell_m) + (0.0, height_m)) for corners in found]
-    near = shapely.STRtree(walls)
-    return [cut_walls(outline, [walls[k] for k in sorted(near.query(outline).tolist())]) for outline in outlines]
+    return inside.view(bool)
 
 
 def _entrances(outlines: list[Polygon], holes: list[Hole], free: Bools, occupied: Bools, cell_m: float) -> list[Hole]:

@@ -8,6 +8,8 @@ R2  A piece of wall between two doors stands alone, too. It is ``PIECE_M`` long 
 R4  A wall that hangs on another one stands alone where the robot did not see it whole. The line of a slender piece,
     ``DASH_M`` long or longer, is followed over what stands alone and is ``THICKEST_PIECE_M`` thick at most, and over
     gaps of ``BRIDGE_M`` at most. If it comes to a wall, and is ``PIECE_M`` long or longer, it is wall, with its gaps.
+R5  What was seen to stand in a room, farther than ``AT_WALL_M`` from its edge, is a thing in it: its cells, what of
+    them is nearer, the places between its parts up to ``BETWEEN_M`` wide, and what nobody saw because it surrounds it.
 R3  Of what stands alone, dashes of a wall, with what stands against them, are ``DEEPEST_DASH_M`` thick at most. Tables
     and racks in a row are thicker.
 """
@@ -34,6 +36,11 @@ BOTH_SIDES: Final = 0.4
 PIECE_IN_LINE_M: Final = 0.1
 """R2: how far from the line of a piece a wall may be that is in line with it."""
 DASH_M: Final = 0.3
+AT_WALL_M: Final = 0.1
+"""R5: what is nearer to the edge of a room is the wall, which a plan draws straight."""
+BETWEEN_M: Final = 0.3
+SURROUNDED: Final = 0.85
+"""R5: nothing free is beside so much of the edge of what things and walls surround."""
 BRIDGE_M: Final = 0.5
 """R4: a wider gap may be a way (``gaps``)."""
 
@@ -131,6 +138,31 @@ def drop_scraps(clear: Bools, cell_m: float) -> Bools:
     large = stats[:, cv2.CC_STAT_AREA] * cell_m**2 >= SCRAP_M2
     large[0] = False
     return np.asarray(large[pieces])
+
+
+def things_in_rooms(rooms: Bools, free: Bools, occupied: Bools, cell_m: float) -> Bools:
+    """R5: return the cells (rows, cols) of things that stand in rooms, given the cells inside of these."""
+    deep = cv2.erode(rooms.view(np.uint8), _square(AT_WALL_M, cell_m), borderValue=0)
+    near = cv2.dilate(deep & occupied.view(np.uint8), _square(AT_WALL_M, cell_m))
+    seen = near & (rooms & occupied).view(np.uint8)
+    reach = round(BETWEEN_M / 2 / cell_m)
+    padded = cv2.copyMakeBorder(seen, reach, reach, reach, reach, cv2.BORDER_CONSTANT)
+    joined = cv2.morphologyEx(padded, cv2.MORPH_CLOSE, _square(BETWEEN_M / 2, cell_m))
+    things = joined[reach : joined.shape[0] - reach, reach : joined.shape[1] - reach].view(bool) & rooms & ~free
+    count, pieces = cv2.connectedComponents((rooms & ~free & ~occupied).view(np.uint8), connectivity=4)
+    cross = cv2.getStructuringElement(cv2.MORPH_CROSS, (3, 3))
+    inner = cv2.erode((pieces > 0).view(np.uint8), cross, borderValue=0).view(bool)
+    edge = np.bincount(pieces[~inner], minlength=count)
+    open_edge = np.bincount(pieces[cv2.dilate(free.view(np.uint8), cross).view(bool)], minlength=count)
+    shut = open_edge <= (1.0 - SURROUNDED) * edge
+    shut[0] = False
+    return np.asarray(things | shut[pieces])
+
+
+def _square(reach_m: float, cell_m: float) -> npt.NDArray[np.uint8]:
+    """Return the cells no farther than this from one, along the rows and columns."""
+    side = 2 * round(reach_m / cell_m) + 1
+    return np.ones((side, side), np.uint8)
 
 
 def slender_pieces(  # noqa: PLR0917 - the pieces, and what is asked of them

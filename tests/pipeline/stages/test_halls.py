@@ -114,3 +114,17 @@ def test_a_corridor_between_rooms_with_other_ways_is_a_part_of_them() -> None:
     between = wall((0.0, top, width, top + flat.thickness), *more, way)
     rest = [part for part in parts if not (part.bounds[0][1] >= top - 1e-6 and part.bounds[1][1] <= top + 0.11)]
     assert len(plan_of([*rest, *between]).rooms) == 3
+
+
+@pytest.mark.parametrize(("side_m", "rooms"), [(3.0, 4), (1.1, 2)])
+def test_a_bend_of_a_corridor_is_no_end(side_m: float, rooms: int) -> None:
+    """A corridor of 1.1 m before a room, and what lies at both of its ends: rooms, or corridors as broad as it."""
+    left, right = side_m, side_m + 0.1 + 4.0 + 0.1
+    middle = (left, 1.1, right, 1.2)
+    parts = [
+        *shell((0.0, 0.0, right + side_m, 6.0)),
+        *wall(middle, Hole(left + 1.0, left + 1.9)),
+        *wall((left, 1.2, left + 0.1, 6.0)),
+        *wall((right - 0.1, 1.2, right, 6.0)),
+    ]
+    assert len(plan_of(parts).rooms) == rooms
