@@ -7,7 +7,11 @@ R1  A straight wall is a run of ``_STRAIGHT`` or more wall cells in a row or col
     a row and for a column, the numbers are, to each side, the nearer side first: the distance to the next straight wall
     along it, the length of that wall, whether free cells lie before it, the distances to the next free cell and to the
     next wall cell; then the numbers of straight wall cells and of free cells within some metres, and the same number of
-    walls in the two lines beside it. Four more numbers count walls and free cells in squares around the cell.
+    walls in the two lines beside it; to each side, the distances to the next ``_CROSSINGS`` straight walls that cross
+    it, and how many walls of this map are as thick as that would be of which the cell were the other surface; and
+    whether the cell lies in a short gap between walls. Five more numbers count walls and free cells in squares around
+    the cell, and walls whose thickness is seen. The rest is what lies around the cell: the shares of walls and free
+    cells in squares of 0.1 m near by, 0.3 m farther off and 0.9 m beyond (``_FOVEA``), the nearer sides first.
 R2  The answer is the mean of the network's answers for (row, column) and for (column, row). So the prediction of a
     turned or reflected map is the turned or reflected prediction.
 R3  What is known stays as it is known.
@@ -55,11 +59,25 @@ _LOOKS: Final = (21, 81, 161)
 """Lengths of a row or column, cells, in which straight walls are counted: one, four and eight metres to each side."""
 _BOXES: Final = (21, 61)
 """Sides of squares, cells."""
-_ORDER: Final = np.array([1.0, -1e-2, 1e-3, 1e-4, 1e-5], np.float32)
+_CROSSINGS: Final = 4
+_THICKEST: Final = 10
+"""Cells: the greatest thickness of walls that is counted."""
+_FEW_WALLS: Final = 5
+"""Seen thicknesses with which a map's own ones count half."""
+_GAP: Final = 16
+"""Cells from wall to wall over a short gap."""
+_FOVEA: Final = ((1, 9), (3, 7), (9, 5))
+"""Squares around a cell: their side in cells, and how many stand in a row."""
+_AROUND: Final = 23
+"""Cells around a map, so that all squares lie within."""
+_CELLS_AT_ONCE: Final = 1 << 14
+_ORDER: Final = np.array([1.0, -1e-2, *(10.0**-k for k in range(3, 7 + _CROSSINGS))])
 """Which side is the nearer one: the distance decides, and of equal distances what follows it."""
-LINE_NUMBERS: Final = 17
+LINE_NUMBERS: Final = 20 + 2 * _CROSSINGS
 """Numbers of a row, or of a column."""
-NUMBERS: Final = 2 * LINE_NUMBERS + 2 * len(_BOXES)
+_COUNTS: Final = 2 * len(_BOXES) + 1
+_SQUARES: Final = sum(number**2 for _, number in _FOVEA)
+NUMBERS: Final = 2 * LINE_NUMBERS + _COUNTS + 2 * _SQUARES
 
 
 @dataclass(frozen=True, eq=False)
@@ -189,41 +207,65 @@ def describe_cells(known: Grid, cells: npt.NDArray[np.intp]) -> Floats:
     walls, free = known == OBSTACLE, known == FREE
     found = np.empty((len(cells), NUMBERS), np.float32)
     rows, cols = np.divmod(cells, known.shape[1])
+    thicknesses = _count_thicknesses(walls, free) + _count_thicknesses(walls.T, free.T)
+    total = thicknesses.sum()
+    shares = np.append(0.0, thicknesses / (total + _FEW_WALLS)).astype(np.float32)
+    turned = []
     for n, (wall, open_, at) in enumerate(((walls, free, cells), (walls.T, free.T, cols * known.shape[0] + rows))):
-        found[:, n * LINE_NUMBERS : (n + 1) * LINE_NUMBERS] = _describe_lines(
-            np.ascontiguousarray(wall), np.ascontiguousarray(open_), at
+        found[:, n * LINE_NUMBERS : (n + 1) * LINE_NUMBERS], other = _describe_lines(
+            np.ascontiguousarray(wall), np.ascontiguousarray(open_), at, shares
         )
+        turned.append(other)
     at_end = 2 * LINE_NUMBERS
     for side in _BOXES:
         for what in (walls, free):
             share = cv2.boxFilter(what.astype(np.float32), -1, (side, side), borderType=cv2.BORDER_CONSTANT)
             found[:, at_end] = np.sqrt(share).ravel()[cells]
             at_end += 1
+    found[:, at_end] = np.log1p(total)
+    _look_around(walls, free, cells, (turned[1], turned[0]), found[:, at_end + 1 :])
     return found
+
+
+def _make_exchange() -> npt.NDArray[np.intp]:
+    """Return the places of the numbers after the exchange of row and column."""
+    order = np.arange(NUMBERS)
+    lines = order[: 2 * LINE_NUMBERS].reshape(2, LINE_NUMBERS)[::-1].ravel()
+    at, parts = 2 * LINE_NUMBERS + _COUNTS, [lines, order[2 * LINE_NUMBERS : 2 * LINE_NUMBERS + _COUNTS]]
+    for _ in range(2):
+        for _, number in _FOVEA:
+            parts.append(order[at : at + number**2].reshape(number, number).T.ravel())
+            at += number**2
+    return np.concatenate(parts)
+
+
+_EXCHANGE: Final = _make_exchange()
 
 
 def swap_lines(numbers: Floats) -> Floats:
     """Return the numbers with those of the row and of the column exchanged."""
-    found: Floats = np.concatenate(
-        [
-            numbers[:, LINE_NUMBERS : 2 * LINE_NUMBERS],
-            numbers[:, :LINE_NUMBERS],
-            numbers[:, 2 * LINE_NUMBERS :],
-        ],
-        axis=1,
-    )
+    found: Floats = numbers[:, _EXCHANGE]
     return found
 
 
-def _describe_lines(walls: Bools, free: Bools, cells: npt.NDArray[np.intp]) -> Floats:
-    """Return what rows say about cells (n, LINE_NUMBERS)."""
-    straight = cv2.morphologyEx(walls.astype(np.uint8), cv2.MORPH_OPEN, np.ones((1, _STRAIGHT), np.uint8)) != 0
+def _describe_lines(walls: Bools, free: Bools, cells: npt.NDArray[np.intp], shares: Floats) -> tuple[Floats, Bools]:
+    """Return what rows say about cells (n, LINE_NUMBERS), and of which cells the right side is the nearer one (n,)."""
+    wall_bytes = walls.astype(np.uint8)
+    straight = cv2.morphologyEx(wall_bytes, cv2.MORPH_OPEN, np.ones((1, _STRAIGHT), np.uint8)) != 0
+    across = cv2.morphologyEx(wall_bytes, cv2.MORPH_OPEN, np.ones((_STRAIGHT, 1), np.uint8)) != 0
     rows, cols = np.divmod(cells, walls.shape[1])
-    left = _look_left(straight, walls, free, cells)
+    left, gap_left = _look_left(straight, across, walls, free, cells, shares)
     mirrored = rows * walls.shape[1] + walls.shape[1] - 1 - cols
-    right = _look_left(straight[:, ::-1], walls[:, ::-1], free[:, ::-1], mirrored)
-    swapped = (right @ _ORDER < left @ _ORDER)[:, None]
-    found = [np.where(swapped, right, left), np.where(swapped, left, right)]
+    right, gap_right = _look_left(straight[:, ::-1], across[:, ::-1], walls[:, ::-1], free[:, ::-1], mirrored, shares)
+    order = (right - left) @ _ORDER
+    weighed = (4 * walls + free).astype(np.float32)
+    ramp = np.arange(-_AROUND, _AROUND + 1, dtype=np.float32)
+    lean = cv2.sepFilter2D(weighed, -1, ramp, np.ones_like(ramp), borderType=cv2.BORDER_CONSTANT).ravel()[cells]
+    turned: Bools = (order < 0) | ((order == 0) & (lean > 0))
+    swapped = turned[:, None]
+    near, far = np.where(swapped, right, left), np.where(swapped, left, right)
+    first = right.shape[1] - _CROSSINGS - 1
+    found = [near[:, :first], far[:, :first]]
     counted = straight.astype(np.float32)
     for n, length in enumerate(_LOOKS):
         count = cv2.boxFilter(counted, -1, (length, 1), normalize=False, borderType=cv2.BORDER_CONSTANT)
@@ -235,11 +277,14 @@ def _describe_lines(walls: Bools, free: Bools, cells: npt.NDArray[np.intp]) -> F
     for length in _LOOKS[:2]:
         count = cv2.boxFilter(free.astype(np.float32), -1, (length, 1), normalize=False, borderType=cv2.BORDER_CONSTANT)
         found.append(np.log1p(count.ravel()[cells])[:, None])
-    return np.concatenate(found, axis=1).astype(np.float32)
+    found += [near[:, first:], far[:, first:], (gap_left + gap_right <= _GAP)[:, None]]
+    return np.concatenate(found, axis=1).astype(np.float32), turned
 
 
-def _look_left(straight: Bools, walls: Bools, free: Bools, cells: npt.NDArray[np.intp]) -> Floats:
-    """Return what lies to the left of cells (n, 5): see R1."""
+def _look_left(  # noqa: PLR0917
+    straight: Bools, across: Bools, walls: Bools, free: Bools, cells: npt.NDArray[np.intp], shares: Floats
+) -> tuple[Floats, npt.NDArray[np.int32]]:
+    """Return what lies to the left of cells (n, 6 + _CROSSINGS): see R1; and the cells to the next wall (n,)."""
     along = np.arange(straight.shape[1], dtype=np.int32)
     rows, cols = np.divmod(cells, straight.shape[1])
 
@@ -247,21 +292,66 @@ def _look_left(straight: Bools, walls: Bools, free: Bools, cells: npt.NDArray[np
         found: npt.NDArray[np.int32] = np.maximum.accumulate(np.where(mask, along, np.int32(-_FAR)), axis=1)
         return found
 
-    begins = straight.copy()
-    begins[:, 1:] &= ~straight[:, :-1]
-    wall_at, begin_at = last(straight)[rows, cols], last(begins)
+    def begins(mask: Bools) -> npt.NDArray[np.int32]:
+        first = mask.copy()
+        first[:, 1:] &= ~mask[:, :-1]
+        return last(first)
+
+    wall_at, begin_at = last(straight)[rows, cols], begins(straight)
     length = np.where(wall_at >= 0, wall_at - begin_at[rows, np.maximum(wall_at, 0)] + 1, 0)
     free_at, any_at = last(free)[rows, cols], last(walls)[rows, cols]
     away = [np.log1p(np.minimum(cols - at, _FAR)) for at in (wall_at, free_at, any_at)]
-    found: Floats = np.stack([away[0], np.log1p(length), free_at > wall_at, away[1], away[2]], axis=1)
-    return found.astype(np.float32)
+    found = [away[0], np.log1p(length), free_at > wall_at, away[1], away[2]]
+    crossing_at, crossing_begin, at = last(across), begins(across), cols.astype(np.int32)
+    for _ in range(_CROSSINGS):
+        at = np.where(at > 0, crossing_at[rows, np.maximum(at - 1, 0)], np.int32(-_FAR))
+        found.append(np.log1p(np.minimum(cols - at, _FAR)))
+        at = np.where(at > 0, crossing_begin[rows, np.maximum(at, 0)], np.int32(-_FAR))
+    thick = cols - any_at + 1
+    found.append(shares[np.where((any_at > free_at) & (thick <= _THICKEST), thick, 0)])
+    return np.stack(found, axis=1).astype(np.float32), cols - any_at
+
+
+def _count_thicknesses(walls: Bools, free: Bools) -> npt.NDArray[np.int64]:
+    """Return how many walls of 1, ..., ``_THICKEST`` cells the rows show, from free cell to free cell."""
+    at = np.flatnonzero(free.ravel())
+    across = np.diff(at) - 1
+    within = (across >= 1) & (across <= _THICKEST) & (at[1:] % free.shape[1] > across)
+    first, across = at[:-1][within], across[within]
+    cells = np.ascontiguousarray(walls).ravel()
+    real = cells[first + 1] & cells[first + across]
+    return np.bincount(across[real], minlength=_THICKEST + 1)[1:]
+
+
+def _look_around(
+    walls: Bools, free: Bools, cells: npt.NDArray[np.intp], turned: tuple[Bools, Bools], found: Floats
+) -> None:
+    """Write the shares of walls and free cells in squares around cells (R1) to ``found`` (n, 2 * squares).
+
+    ``turned`` says of which cells the lower, and the right, side comes first.
+    """
+    pad = _AROUND
+    width = walls.shape[1] + 2 * pad
+    rows, cols = np.divmod(cells, walls.shape[1])
+    at = (rows + pad) * width + cols + pad
+    down, right = (np.where(each, -1, 1)[:, None] for each in turned)
+    first = 0
+    for what in (walls, free):
+        padded = np.pad(what.astype(np.float32), pad)
+        for side, number in _FOVEA:
+            shares = cv2.boxFilter(padded, -1, (side, side), borderType=cv2.BORDER_CONSTANT).ravel()
+            offset = side * (np.arange(number) - number // 2)
+            row, col = (each.ravel() for each in np.meshgrid(offset * width, offset, indexing="ij"))
+            for start in range(0, len(cells), _CELLS_AT_ONCE):
+                part = slice(start, start + _CELLS_AT_ONCE)
+                where = at[part, None] + down[part] * row + right[part] * col
+                found[part, first : first + number**2] = shares[where]
+            first += number**2
 
 
 # ---------------------------------------------------------------------------------------------------------------------
 # The network.
 # ---------------------------------------------------------------------------------------------------------------------
-
-_CELLS_AT_ONCE: Final = 1 << 14
 
 
 class Network:

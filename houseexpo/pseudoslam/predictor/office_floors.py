@@ -1,4 +1,4 @@
-"""Draw floors of offices as occupancy grids: corridors, rooms in rows beside them, doors, walls that are thin lines.
+"""Draw floors of offices as occupancy grids: corridors, rooms in rows beside them, doors, thin and thick walls.
 
 Houses teach a predictor nothing about floors of offices, in which rooms of equal width repeat along corridors and the
 outer wall goes on for many metres. No floor of a real building was used; the lengths are those of usual offices.
@@ -8,8 +8,9 @@ R2  Rooms stand in rows on one side or both sides of each corridor. Their widths
     and repeat. Some rooms are divided, some are left open to the corridor, some rows are deeper than others.
 R3  Each room has a door to the corridor or, where it does not touch it, to another room that can be reached. A room
     that touches none is closed, like a shaft.
-R4  Walls are drawn at 0.05 m, one to three pixels wide; 2 x 2 pixels make a cell of 0.1 m, which is occupied if one of
-    them is. Inside and outside are free, as in a drawing.
+R4  Walls are drawn at 0.05 m; 2 x 2 pixels make a cell of 0.1 m, which is occupied if one of them is. Inside and outside
+    are free, as in a drawing. The walls of some floors are lines, one to three pixels wide. Those of the others have a
+    thickness from 0.1 m to 0.5 m, outer walls up to 0.8 m: a robot sees the surface on its side.
 """
 
 from __future__ import annotations
@@ -26,6 +27,9 @@ Labels = npt.NDArray[np.int32]
 _PIXELS_PER_M: Final = 20
 _OUTSIDE, _CORRIDOR, _FIRST_ROOM = 0, 1, 2
 _MARGIN_M: Final = 1.0
+_THICK_SHARE: Final = 0.7
+_INNER_M, _OUTER_M = (0.1, 0.5), 0.8
+"""The thickness of inner walls; the greatest of outer ones."""
 _SHAPES: Final = ("line", "L", "Z", "U", "T", "ring", "comb")
 
 
@@ -34,12 +38,17 @@ def make_office_floor(rng: np.random.Generator) -> tuple[Bools, Bools]:
     labels = _draw_spaces(rng)
     walls = _walls_between(labels)
     outer = walls & _near(labels == _OUTSIDE)
-    if rng.random() < 0.3:
-        walls |= _near(outer)
-    if rng.random() < 0.25:
-        walls[1:] |= walls[:-1].copy()
-        walls[:, 1:] |= walls[:, :-1].copy()
-    for gap in _find_doors(labels, rng):
+    thick = 1
+    if rng.random() < _THICK_SHARE:
+        thick = _between(rng, *_INNER_M)
+        walls = _thicken(walls, thick) | _thicken(outer, _between(rng, thick / _PIXELS_PER_M, _OUTER_M))
+    else:
+        if rng.random() < 0.3:
+            walls |= _near(outer)
+        if rng.random() < 0.25:
+            walls[1:] |= walls[:-1].copy()
+            walls[:, 1:] |= walls[:, :-1].copy()
+    for gap in _find_doors(labels, thick, rng):
         walls[gap] = False
     _add_doors_across(walls, labels, rng)
     _add_columns(walls, labels, rng)
@@ -58,7 +67,12 @@ def _between(rng: np.random.Generator, least_m: float, most_m: float) -> int:
 
 
 def _near(cells: Bools) -> Bools:
-    found: Bools = cv2.dilate(cells.astype(np.uint8), np.ones((3, 3), np.uint8)) != 0
+    return _thicken(cells, 3)
+
+
+def _thicken(walls: Bools, thick: int) -> Bools:
+    """Return walls of a thickness in pixels, from lines of one."""
+    found: Bools = cv2.dilate(walls.astype(np.uint8), np.ones((thick, thick), np.uint8)) != 0
     return found
 
 
@@ -191,8 +205,8 @@ def _straight_borders(labels: Labels) -> dict[tuple[int, int], list[tuple[int, i
     return found
 
 
-def _find_doors(labels: Labels, rng: np.random.Generator) -> list[tuple[slice, slice]]:
-    """Return the pixels to free for doors (R3)."""
+def _find_doors(labels: Labels, thick: int, rng: np.random.Generator) -> list[tuple[slice, slice]]:
+    """Return the pixels to free for doors (R3) in walls of a thickness in pixels."""
     borders = {pair: runs for pair, runs in _straight_borders(labels).items() if pair[0] != _OUTSIDE}
     beside: dict[int, list[int]] = {}
     for one, other in borders:
@@ -204,12 +218,12 @@ def _find_doors(labels: Labels, rng: np.random.Generator) -> list[tuple[slice, s
     def join(one: int, other: int) -> bool:
         line, start, end, along_x = max(borders[min(one, other), max(one, other)], key=lambda run: run[2] - run[1])
         wide = door if rng.random() < 0.8 else _between(rng, 0.7, 1.2)
-        post = _px(0.15)
+        post = _px(0.15) + thick // 2
         if end - start < wide + 2 * post:
             return False
         share = habit if rng.random() < 0.7 else rng.random()
         first = start + post + round(share * (end - start - wide - 2 * post))
-        across, gap = slice(line - 1, line + 3), slice(first, first + wide)
+        across, gap = slice(line - 1 - thick // 2, line + 3 + thick // 2), slice(first, first + wide)
         gaps.append((across, gap) if along_x else (gap, across))
         return True
 

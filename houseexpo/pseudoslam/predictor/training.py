@@ -1,12 +1,11 @@
 """Train the network of ``houseexpo.predict_map`` on maps of explored houses and of made office floors.
 
-R1  Plans of the train list and floors of ``office_floors`` are explored by nearest frontier and by information gain, on
-    cells of 0.1 m, with a laser of 20 m and 2,500 beams all round. Of each exploration, ``SNAPSHOTS`` maps are kept,
-    with the walls: obstacles that border free space. Of a floor, the outside is solid for the robot and free for the
-    score.
+R1  Plans of the train list, plans that are enlarged and get thick walls, and floors of ``office_floors`` are explored by
+    nearest frontier and by information gain, on cells of 0.1 m, with a laser of 20 m and 2,500 beams all round. Of each
+    exploration, ``SNAPSHOTS`` maps are kept, with the walls: obstacles that border free space, so the two surfaces of a
+    thick wall. The outside is solid; of most floors, it is free for the score, and outer walls have two surfaces too.
 R2  Of the unknown cells of each map, some are drawn: walls and others by themselves, since few cells are walls. A step
-    of training takes ``BATCH`` cells, half of them of houses, half of floors, half of each with row and column
-    exchanged.
+    of training takes ``BATCH`` cells, half of them of plans, half of each kind with row and column exchanged.
 R3  The loss is the log score of walls and of free space. Each cell weighs what it stands for, so that the answers are
     probabilities of all unknown cells; those of a map are divided by its number of unknown wall cells. The result is a
     moving average of the weights.
@@ -37,6 +36,7 @@ from houseexpo.dataset import Dataset
 from houseexpo.dataset.splits import encode_id_list
 from houseexpo.errors import ConfigError, PlanError, TrainingError
 from houseexpo.files import write_atomically
+from houseexpo.floorplan import FloorPlan
 from houseexpo.inference.map_prediction import (
     CELL_M,
     FREE,
@@ -60,23 +60,33 @@ from houseexpo.pseudoslam.worlds.maps import House, map_house
 Say = Callable[[str], None]
 Bytes = npt.NDArray[np.uint8]
 Floats = npt.NDArray[np.float32]
+Halves = npt.NDArray[np.float16]
 
 SNAPSHOTS: Final = 6
-CELLS: Final = 600
+CELLS: Final = 400
 """Cells of a map that are learned from, at most."""
 BATCH: Final = 4096
+_SHARES_OF_KINDS: Final = (0.5, 0.25, 0.25)
+"""Of plans, of enlarged ones with thick walls, and of floors."""
 SHARD: Final = 20
 SAVED_STEPS: Final = 500
-LAYERS: Final = (64, 32)
+LAYERS: Final = (128, 64)
 _SOME_WALLS: Final = 50
 """Maps with fewer unknown wall cells weigh less."""
 _RATE, _LAST_RATE = 3e-3, 0.01
+_SCALED: Final = 50_000
+"""Cells of each kind of map, at most, of which the mean and the spread of the numbers are taken."""
+_LEAST_SPREAD: Final = np.float32(0.02)
 _AVERAGED: Final = 0.998
 _FREE_WEIGHT: Final = 0.3
 _ROBOT: Final = SimulatorConfig(1 / CELL_M, RobotConfig(0.1), LaserConfig(20.0, 360.0, 0.144), max_steps=3500)
 """A laser of 2,500 beams. Far along a wall they are wider apart than cells, so that maps have gaps in walls."""
 _SHARES, _SPREAD = (0.05, 0.93), 0.05
 """Coverage of the first and the last map, and by how much each may differ at random."""
+_FACADE_SHARE: Final = 0.7
+"""The share of floors whose drawings show the outer surface of outer walls."""
+_LARGER, _THICKER = (1.2, 2.2), 3.5
+"""By how much plans are enlarged, and by how many cells their walls become thicker, for each time as large."""
 _STATE: Final = "state.npz"
 
 
@@ -88,20 +98,21 @@ class PredictorConfig:
     ----------
     seed
         The seed of all random numbers.
-    houses, floors
-        The numbers of plans of the train list and of made floors that are explored.
+    houses, thick, floors
+        The numbers of plans of the train list, of enlarged ones with thick walls, and of made floors that are explored.
     steps
         The number of steps, of ``BATCH`` cells each.
     """
 
     seed: int = 0
-    houses: int = 400
-    floors: int = 120
+    houses: int = 500
+    thick: int = 250
+    floors: int = 200
     steps: int = 4000
 
     def __post_init__(self) -> None:
         check_whole_number(self.seed, "seed", at_least=0)
-        for name in ("houses", "floors", "steps"):
+        for name in ("houses", "thick", "floors", "steps"):
             check_whole_number(getattr(self, name), name, at_least=1)
 
 
@@ -125,8 +136,13 @@ class Explored(msgspec.Struct, frozen=True):
         return found.reshape(self.rows, self.cols)
 
 
-def explore_house(house: House, walls: Bytes | None, rng: np.random.Generator) -> Explored:
-    """Explore a house and return maps at increasing coverage (R1); ``walls`` are a floor's, None for a plan's.
+def explore_house(house: House, outside: Bytes | None, rng: np.random.Generator) -> Explored:
+    """Explore a house and return maps at increasing coverage (R1).
+
+    Parameters
+    ----------
+    outside
+        (rows, cols), not 0 where cells outside of a floor are free in its drawing; None if there are none.
 
     Raises
     ------
@@ -137,8 +153,8 @@ def explore_house(house: House, walls: Bytes | None, rng: np.random.Generator) -
     state = simulator.start(rng)
     policy = (NearestFrontier, InformationGain)[int(rng.integers(2))](Robot(_ROBOT), 0)
     free = (state.occupied == 0).astype(np.uint8)
-    if walls is None:
-        walls = cv2.dilate(free, np.ones((3, 3), np.uint8)) & (1 - free)
+    open_ = free if outside is None else free | (outside != 0)
+    walls = cv2.dilate(open_, np.ones((3, 3), np.uint8)) & (1 - open_)
     shares = np.linspace(*_SHARES, SNAPSHOTS) + rng.uniform(-_SPREAD, _SPREAD, SNAPSHOTS)
     maps: list[tuple[bytes, bytes]] = []
     for _ in range(_ROBOT.max_steps):
@@ -158,10 +174,26 @@ def _explore_floor(key: list[int]) -> Explored | None:
     rng = np.random.default_rng(key)
     walls, _ = make_office_floor(rng)
     solid = walls.astype(np.uint8)
-    cv2.floodFill(solid, None, (0, 0), 1, flags=4)
+    cv2.floodFill(solid, None, (0, 0), 2, flags=4)
+    outside = (solid == 2).astype(np.uint8)
+    seen_facade = rng.random() < _FACADE_SHARE
     try:
-        return explore_house(map_house(solid != 0, CELL_M), walls.astype(np.uint8), rng)
+        return explore_house(map_house(solid != 0, CELL_M), outside if seen_facade else None, rng)
     except ConfigError:
+        return None
+
+
+def _explore_thick_plan(plan: FloorPlan, key: list[int]) -> Explored | None:
+    """Return maps of an enlarged plan with thick walls, None if the robot cannot go anywhere in it."""
+    rng = np.random.default_rng(key)
+    try:
+        occupied = Simulator.of(plan, _ROBOT).world.occupied != 0
+        larger = rng.uniform(*_LARGER)
+        rows, cols = (np.arange(int(n * larger)) * (1 / larger) for n in occupied.shape)
+        enlarged = occupied[rows.astype(int)[:, None], cols.astype(int)[None]]
+        thick = np.ones((1 + int(rng.integers(round(_THICKER * larger))),) * 2, np.uint8)
+        return explore_house(map_house(cv2.dilate(enlarged.astype(np.uint8), thick) != 0, CELL_M), None, rng)
+    except (ConfigError, PlanError):
         return None
 
 
@@ -190,9 +222,12 @@ def _read_or_explore(
 
 @dataclass(frozen=True)
 class Samples:
-    """Unknown cells of maps: their numbers (n, NUMBERS), whether they are walls and free (n, 2), and weights (n,)."""
+    """Unknown cells of maps: their numbers (n, NUMBERS), whether they are walls and free (n, 2), and weights (n,).
 
-    numbers: Floats
+    The numbers are float16, since there are many.
+    """
+
+    numbers: Halves
     truth: Floats
     weights: Floats
 
@@ -215,7 +250,11 @@ def draw_cells(one: Explored, rng: np.random.Generator) -> list[Samples]:
         if len(chosen[0]):  # R3
             weight = np.concatenate(weights) / (_SOME_WALLS + weights[0].sum())
             found.append(
-                Samples(describe_cells(known, cells), truth[cells].astype(np.float32), weight.astype(np.float32))
+                Samples(
+                    describe_cells(known, cells).astype(np.float16),
+                    truth[cells].astype(np.float32),
+                    weight.astype(np.float32),
+                )
             )
     return found
 
@@ -258,7 +297,7 @@ class Learner:
 
     def find_slopes(self, batch: Samples) -> tuple[float, dict[str, Floats]]:
         """Return the loss of walls, and the derivatives of the loss (R3) with respect to all layers."""
-        inputs = [(batch.numbers - self.scaling["mean"]) / self.scaling["spread"]]
+        inputs = [(batch.numbers.astype(np.float32) - self.scaling["mean"]) / self.scaling["spread"]]
         last = len(LAYERS)
         for k in range(last):
             inputs.append(np.maximum(inputs[-1] @ self.layers[f"w.{k}"] + self.layers[f"b.{k}"], 0.0))
@@ -273,9 +312,9 @@ class Learner:
                 back = (back @ self.layers[f"w.{k}"].T) * (inputs[k] > 0)
         return float((scores[:, 0] * weights[:, 0]).sum()), slopes
 
-    def arrays(self) -> dict[str, Floats]:
-        """Return the averages, for ``map_prediction.Network``."""
-        return {**self.scaling, **self.average}
+    def arrays(self) -> dict[str, Floats | Halves]:
+        """Return the averages, for ``map_prediction.Network``; the layers as float16, which loses nothing that matters."""
+        return {**self.scaling, **{name: value.astype(np.float16) for name, value in self.average.items()}}
 
     def save(self, file: Path) -> None:
         """Write the state."""
@@ -316,8 +355,10 @@ def train_predictor(
     ConfigError
         There are too few plans.
     """
-    if len(ids) < config.houses:
-        raise ConfigError(f"expected {config.houses} plans for training, found {len(ids)}; ask for fewer houses")
+    if len(ids) < max(config.houses, config.thick):
+        raise ConfigError(
+            f"expected {max(config.houses, config.thick)} plans for training, found {len(ids)}; ask for fewer houses"
+        )
     run = {**asdict(config), "train": hashlib.sha256(encode_id_list(sorted(ids))).hexdigest()}
     made_by = find_commit()
     begin_run(folder, run, resume=resume)
@@ -329,16 +370,20 @@ def train_predictor(
         except (ConfigError, PlanError):  # a robot fits nowhere
             return None
 
-    floors = _read_or_explore(folder, "floors", config.floors, lambda n: _explore_floor([config.seed, 1, n]), say)
+    def explore_thick(n: int) -> Explored | None:
+        return _explore_thick_plan(plans[listed[-1 - n]], [config.seed, 5, n])
+
     houses = _read_or_explore(folder, "houses", config.houses, explore_plan, say)
-    say(f"{len(floors):,} floors and {len(houses):,} houses explored")
+    thick = _read_or_explore(folder, "thick", config.thick, explore_thick, say)
+    floors = _read_or_explore(folder, "floors", config.floors, lambda n: _explore_floor([config.seed, 1, n]), say)
+    say(f"{len(houses):,} houses, {len(thick):,} with thick walls, and {len(floors):,} floors explored")
     parts = []
-    for kind, explored in enumerate((houses, floors)):
+    for kind, explored in enumerate((houses, thick, floors)):
         drawn = [draw_cells(one, np.random.default_rng([config.seed, 3, kind, n])) for n, one in enumerate(explored)]
         parts.append(_join([each for cells in drawn for each in cells]))
-    numbers = np.concatenate([part.numbers for part in parts])
-    both = np.concatenate([numbers, swap_lines(numbers)])
-    learner = Learner(both.mean(axis=0), both.std(axis=0) + np.float32(1e-3), np.random.default_rng([config.seed, 4]))
+    some = np.concatenate([part.numbers[:: len(part.weights) // _SCALED + 1] for part in parts]).astype(np.float32)
+    both = np.concatenate([some, swap_lines(some)])
+    learner = Learner(both.mean(axis=0), both.std(axis=0) + _LEAST_SPREAD, np.random.default_rng([config.seed, 4]))
     if (folder / _STATE).exists():
         learner.load(folder / _STATE)
     losses: list[float] = []
@@ -356,11 +401,11 @@ def train_predictor(
 
 
 def _draw_batch(parts: Sequence[Samples], rng: np.random.Generator) -> Samples:
-    """Return cells, as many of houses as of floors, half of them with row and column exchanged (R2)."""
+    """Return cells of all kinds of maps, half of them with row and column exchanged (R2)."""
     found = []
-    for part in parts:
-        chosen = rng.integers(len(part.weights), size=BATCH // 4)
-        other = rng.integers(len(part.weights), size=BATCH // 4)
-        found.append(Samples(part.numbers[chosen], part.truth[chosen], part.weights[chosen]))
-        found.append(Samples(swap_lines(part.numbers[other]), part.truth[other], part.weights[other]))
+    for part, share in zip(parts, _SHARES_OF_KINDS, strict=True):
+        size = round(BATCH * share / 2)
+        chosen, other = rng.integers(len(part.weights), size=(2, size))
+        for at, numbers in ((chosen, part.numbers[chosen]), (other, swap_lines(part.numbers[other]))):
+            found.append(Samples(numbers, part.truth[at], part.weights[at]))
     return _join(found)

@@ -112,8 +112,21 @@ def describe_slowly(known: Grid, row: int, col: int) -> list[float]:
         enough = 2 if first == 0 or last == len(line) - 1 else 3
         return (first, last) if line[at] == OBSTACLE and last - first + 1 >= enough else None
 
-    def look(line: list[int], at: int) -> tuple[float, ...]:
-        """To lower places."""
+    def thicknesses(cells: Grid) -> list[int]:
+        """The thicknesses of walls that rows show, from free cell to free cell."""
+        found = []
+        for line in cells.tolist():
+            open_ = [k for k, value in enumerate(line) if value == FREE]
+            for one, other in itertools.pairwise(open_):
+                if line[one + 1] == line[other - 1] == OBSTACLE and other - one - 1 <= 10:
+                    found.append(other - one - 1)
+        return found
+
+    shown = thicknesses(known) + thicknesses(known.T)
+
+    def look(cells: Grid, row: int, at: int) -> tuple[float, ...]:
+        """To lower places; the numbers, and the distance to the next wall."""
+        line = cells[row].tolist()
         straight = next((k for k in range(at - 1, -1, -1) if in_straight_wall(line, k)), None)
         free = next((k for k in range(at - 1, -1, -1) if line[k] == FREE), None)
         wall = next((k for k in range(at - 1, -1, -1) if line[k] == OBSTACLE), None)
@@ -123,24 +136,49 @@ def describe_slowly(known: Grid, row: int, col: int) -> list[float]:
             length = straight - first + 1
         far = [200 if k is None else min(at - k, 200) for k in (straight, free, wall)]
         before = free is not None and (straight is None or free > straight)
-        return np.log1p(far[0]), np.log1p(length), float(before), np.log1p(far[1]), np.log1p(far[2])
+        across = [k for k in range(at) if in_straight_wall(cells[:, k].tolist(), row)]
+        ends = [k for k in across if k + 1 not in across or k == at - 1][::-1][:4]
+        crossings = [at - k for k in ends] + [200] * (4 - len(ends))
+        surface = wall is not None and (free is None or wall > free) and far[2] + 1 <= 10
+        share = shown.count(far[2] + 1) / (len(shown) + 5) if surface else 0.0
+        numbers = np.log1p(far[0]), np.log1p(length), float(before), np.log1p(far[1]), np.log1p(far[2])
+        return *numbers, *np.log1p(crossings), share, at - (-200 if wall is None else wall)
 
     def count(line: list[int], at: int, length: int, *, of_walls: bool) -> float:
         around = range(max(at - length // 2, 0), min(at + length // 2 + 1, len(line)))
         return float(np.log1p(sum(bool(in_straight_wall(line, k)) if of_walls else line[k] == FREE for k in around)))
 
-    def lines(cells: Grid, row: int, col: int) -> list[float]:
+    def lean(cells: Grid, row: int, col: int) -> float:
+        """Above 0 if more is known to the right."""
+        part = cells[max(row - 23, 0) : row + 24, max(col - 23, 0) : col + 24]
+        away = np.arange(max(col - 23, 0), min(col + 24, cells.shape[1])) - col
+        return float(((4 * (part == OBSTACLE) + (part == FREE)) * away).sum())
+
+    def lines(cells: Grid, row: int, col: int) -> tuple[list[float], bool]:
         line = cells[row].tolist()
-        left, right = look(line, col), look(line[::-1], len(line) - 1 - col)
-        near, far = sorted((left, right), key=lambda side: float(np.dot(side, (1, -1e-2, 1e-3, 1e-4, 1e-5))))
+        left, right = look(cells, row, col), look(np.fliplr(cells), row, len(line) - 1 - col)
+        order = (1, -1e-2, *(10.0**-k for k in range(3, 11)))
+        keys = [float(np.dot(side[:-1], order)) for side in (left, right)]
+        turned = keys[1] < keys[0] - 1e-12 or (abs(keys[1] - keys[0]) <= 1e-12 and lean(cells, row, col) > 0)
+        near, far = (right, left) if turned else (left, right)
         walls = [count(line, col, length, of_walls=True) for length in (21, 81, 161)]
         beside = sorted(
             count(cells[r].tolist(), col, 81, of_walls=True) if 0 <= r < len(cells) else 0.0 for r in (row - 1, row + 1)
         )
         free = [count(line, col, length, of_walls=False) for length in (21, 81)]
-        return [*near, *far, *walls[:2], *beside, walls[2], *free]
+        gap = float(near[-1] + far[-1] <= 16)
+        return [*near[:5], *far[:5], *walls[:2], *beside, walls[2], *free, *near[5:10], *far[5:10], gap], turned
 
-    return [*lines(known, row, col), *lines(known.T, col, row)]
+    along_row, right_first = lines(known, row, col)
+    along_col, down_first = lines(known.T, col, row)
+    squares = []
+    for what, (side, number) in itertools.product((OBSTACLE, FREE), ((1, 9), (3, 7), (9, 5))):
+        for i, j in itertools.product(range(-(number // 2), number // 2 + 1), repeat=2):
+            top = row + side * (-i if down_first else i) - side // 2
+            left = col + side * (-j if right_first else j) - side // 2
+            part = known[max(top, 0) : max(top + side, 0), max(left, 0) : max(left + side, 0)]
+            squares.append(float((part == what).sum() / side**2))
+    return [*along_row, *along_col, float(np.log1p(len(shown))), *squares]
 
 
 def test_the_numbers_of_cells_are_those_that_are_looked_up_slowly() -> None:
@@ -151,8 +189,9 @@ def test_the_numbers_of_cells_are_those_that_are_looked_up_slowly() -> None:
         cells = np.flatnonzero(known == UNKNOWN)
         found = describe_cells(known, cells)
         assert found.shape == (len(cells), NUMBERS)
-        slow = [describe_slowly(known, *divmod(cell, 19)) for cell in cells.tolist()]
-        np.testing.assert_allclose(found[:, : 2 * LINE_NUMBERS], slow, atol=1e-5)
+        slow = np.array([describe_slowly(known, *divmod(cell, 19)) for cell in cells.tolist()])
+        boxes = slice(2 * LINE_NUMBERS, 2 * LINE_NUMBERS + 4)
+        np.testing.assert_allclose(np.delete(found, boxes, axis=1), slow, atol=1e-5)
         turned = describe_cells(
             np.ascontiguousarray(known.T), np.ravel_multi_index(np.divmod(cells, 19)[::-1], (19, 14))
         )
