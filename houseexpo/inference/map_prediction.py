@@ -16,7 +16,8 @@ R2  The answer is the mean of the network's answers for (row, column) and for (c
     turned or reflected map is the turned or reflected prediction.
 R3  What is known stays as it is known.
 R4  ``PredictedMap.to_map`` marks those unknown cells as walls with which the expected intersection over union of all
-    walls is greatest, if cells were independent. So no threshold is tuned.
+    walls is greatest, if cells were independent. So no threshold is tuned. A cell that is neither a wall that borders
+    free space nor free, such as the inside of a solid wall, does not count.
 R5  Maps of another resolution are predicted on cells of 0.1 m: each of these is a wall where one of the map's cells is,
     else free where one is, and each cell of the map gets the probabilities of the cell that it lies in.
 """
@@ -91,7 +92,8 @@ class PredictedMap:
     walls
         (rows, cols) float32, the probability that a cell is an obstacle that borders free space; 0 or 1 where known.
     free
-        (rows, cols) float32, the probability that a cell is free space inside of the building; 0 or 1 where known.
+        (rows, cols) float32, the probability that a cell is free space, in the building or inside of a drawn wall; 0 or
+        1 where known.
     """
 
     known: Grid
@@ -108,15 +110,16 @@ class PredictedMap:
     def to_map(self) -> Grid:
         """Return the most useful map (rows, cols) uint8 of 127 and 255: walls by R4, all other unknown cells free."""
         unknown = self.known == UNKNOWN
-        likely = np.sort(self.walls[unknown])[::-1].astype(np.float64)
+        walls, free = (each[unknown].astype(np.float64) for each in (self.walls, self.free))
+        share = walls / np.maximum(walls + free, 1e-12)
+        order = np.argsort(-share, kind="stable")
         seen = int(np.count_nonzero(self.known == OBSTACLE))
-        hits = np.concatenate([[0.0], np.cumsum(likely)])
-        marked = np.arange(len(hits))
-        iou = (seen + hits) / np.maximum(seen + hits[-1] + marked - hits, 1e-9)
+        hits, false = (np.concatenate([[0.0], np.cumsum(each[order])]) for each in (walls, free))
+        iou = (seen + hits) / np.maximum(seen + hits[-1] + false, 1e-9)
         best = int(np.argmax(iou))
         found = np.where(self.known == OBSTACLE, np.uint8(OBSTACLE), np.uint8(FREE))
         if best:
-            found[unknown & (self.walls >= likely[best - 1])] = OBSTACLE
+            found[unknown] = np.where(share >= share[order[best - 1]], np.uint8(OBSTACLE), np.uint8(FREE))
         return found
 
 

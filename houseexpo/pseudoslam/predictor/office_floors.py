@@ -8,9 +8,9 @@ R2  Rooms stand in rows on one side or both sides of each corridor. Their widths
     and repeat. Some rooms are divided, some are left open to the corridor, some rows are deeper than others.
 R3  Each room has a door to the corridor or, where it does not touch it, to another room that can be reached. A room
     that touches none is closed, like a shaft.
-R4  Walls are drawn at 0.05 m; 2 x 2 pixels make a cell of 0.1 m, which is occupied if one of them is. Inside and outside
-    are free, as in a drawing. The walls of some floors are lines, one to three pixels wide. Those of the others have a
-    thickness from 0.1 m to 0.5 m, outer walls up to 0.8 m: a robot sees the surface on its side.
+R4  Walls are drawn at 0.05 m; 2 x 2 pixels make a cell of 0.1 m, which is occupied if one of them is. Inside and
+    outside are free, as in a drawing. The walls of some floors are lines, one to three pixels wide. Those of the others
+    have a thickness from 0.1 m to 0.5 m, outer walls up to 0.8 m: a robot sees the surface on its side.
 """
 
 from __future__ import annotations

@@ -1,9 +1,11 @@
 """Train the network of ``houseexpo.predict_map`` on maps of explored houses and of made office floors.
 
-R1  Plans of the train list, plans that are enlarged and get thick walls, and floors of ``office_floors`` are explored by
-    nearest frontier and by information gain, on cells of 0.1 m, with a laser of 20 m and 2,500 beams all round. Of each
-    exploration, ``SNAPSHOTS`` maps are kept, with the walls: obstacles that border free space, so the two surfaces of a
-    thick wall. The outside is solid; of most floors, it is free for the score, and outer walls have two surfaces too.
+R1  Plans of the train list, plans that are enlarged and get thick walls, and floors of ``office_floors`` are explored
+    by nearest frontier and by information gain, on cells of 0.1 m, with a laser of 20 m and 2,500 beams all round. Of
+    each exploration, ``SNAPSHOTS`` maps are kept. A robot sees the surfaces of walls. What is behind them differs in
+    the drawings of buildings, so that enlarged plans and floors are scored by one at random (``draw_walls``): walls are
+    solid, or lines of one or two cells around a free inside; the outside is solid or free. Walls that are learned are
+    obstacles that border free space.
 R2  Of the unknown cells of each map, some are drawn: walls and others by themselves, since few cells are walls. A step
     of training takes ``BATCH`` cells, half of them of plans, half of each kind with row and column exchanged.
 R3  The loss is the log score of walls and of free space. Each cell weighs what it stands for, so that the answers are
@@ -70,7 +72,7 @@ _SHARES_OF_KINDS: Final = (0.5, 0.25, 0.25)
 """Of plans, of enlarged ones with thick walls, and of floors."""
 SHARD: Final = 20
 SAVED_STEPS: Final = 500
-LAYERS: Final = (128, 64)
+LAYERS: Final = (96, 48)
 _SOME_WALLS: Final = 50
 """Maps with fewer unknown wall cells weigh less."""
 _RATE, _LAST_RATE = 3e-3, 0.01
@@ -83,6 +85,8 @@ _ROBOT: Final = SimulatorConfig(1 / CELL_M, RobotConfig(0.1), LaserConfig(20.0, 
 """A laser of 2,500 beams. Far along a wall they are wider apart than cells, so that maps have gaps in walls."""
 _SHARES, _SPREAD = (0.05, 0.93), 0.05
 """Coverage of the first and the last map, and by how much each may differ at random."""
+_LINES: Final = (0, 1, 2)
+"""Cells: the thickness of the lines that are drawn for a wall; 0 for solid walls."""
 _FACADE_SHARE: Final = 0.7
 """The share of floors whose drawings show the outer surface of outer walls."""
 _LARGER, _THICKER = (1.2, 2.2), 3.5
@@ -137,7 +141,7 @@ class Explored(msgspec.Struct, frozen=True):
 
 
 def explore_house(house: House, outside: Bytes | None, rng: np.random.Generator) -> Explored:
-    """Explore a house and return maps at increasing coverage (R1).
+    """Explore a house and return maps at increasing coverage (R1); its walls are solid.
 
     Parameters
     ----------
@@ -220,6 +224,21 @@ def _read_or_explore(
 # ---------------------------------------------------------------------------------------------------------------------
 
 
+def draw_walls(one: Explored, rng: np.random.Generator) -> tuple[Bytes, Bytes]:
+    """Return the walls and free cells (rows, cols) of a drawing of an explored building, in a style at random (R1)."""
+    walls, free = one.unpack(one.walls), one.unpack(one.free)
+    line, is_open = _LINES[int(rng.integers(len(_LINES)))], bool(rng.integers(2))
+    outside = np.pad(1 - (walls | free), 1, constant_values=1)
+    cv2.floodFill(outside, None, (0, 0), 2, flags=4)
+    open_ = free | (outside[1:-1, 1:-1] == 2) if is_open else free
+    if line:
+        side = 2 * line + 1
+        open_ = 1 - (cv2.dilate(open_, np.ones((side, side), np.uint8)) & (1 - open_))
+        if not is_open:
+            open_[outside[1:-1, 1:-1] == 2] = 0
+    return cv2.dilate(open_, np.ones((3, 3), np.uint8)) & (1 - open_), open_
+
+
 @dataclass(frozen=True)
 class Samples:
     """Unknown cells of maps: their numbers (n, NUMBERS), whether they are walls and free (n, 2), and weights (n,).
@@ -232,10 +251,11 @@ class Samples:
     weights: Floats
 
 
-def draw_cells(one: Explored, rng: np.random.Generator) -> list[Samples]:
+def draw_cells(one: Explored, rng: np.random.Generator, *, restyled: bool = False) -> list[Samples]:
     """Return ``CELLS`` unknown cells of each map of an exploration at most, a third of them walls (R2)."""
     found = []
-    truth = np.stack([one.unpack(one.walls), one.unpack(one.free)], axis=-1).reshape(-1, 2)
+    drawn_walls, drawn_free = draw_walls(one, rng) if restyled else (one.unpack(one.walls), one.unpack(one.free))
+    truth = np.stack([drawn_walls, drawn_free], axis=-1).reshape(-1, 2)
     for packed in one.maps:
         walls, free = (one.unpack(bits) for bits in packed)
         known = (OBSTACLE * walls + FREE * free).astype(np.uint8)
@@ -313,7 +333,7 @@ class Learner:
         return float((scores[:, 0] * weights[:, 0]).sum()), slopes
 
     def arrays(self) -> dict[str, Floats | Halves]:
-        """Return the averages, for ``map_prediction.Network``; the layers as float16, which loses nothing that matters."""
+        """Return the averages for ``map_prediction.Network``, float16."""
         return {**self.scaling, **{name: value.astype(np.float16) for name, value in self.average.items()}}
 
     def save(self, file: Path) -> None:
@@ -379,7 +399,10 @@ def train_predictor(
     say(f"{len(houses):,} houses, {len(thick):,} with thick walls, and {len(floors):,} floors explored")
     parts = []
     for kind, explored in enumerate((houses, thick, floors)):
-        drawn = [draw_cells(one, np.random.default_rng([config.seed, 3, kind, n])) for n, one in enumerate(explored)]
+        drawn = [
+            draw_cells(one, np.random.default_rng([config.seed, 3, kind, n]), restyled=kind > 0)
+            for n, one in enumerate(explored)
+        ]
         parts.append(_join([each for cells in drawn for each in cells]))
     some = np.concatenate([part.numbers[:: len(part.weights) // _SCALED + 1] for part in parts]).astype(np.float32)
     both = np.concatenate([some, swap_lines(some)])

@@ -99,7 +99,7 @@ def test_the_marked_walls_are_those_with_the_greatest_expected_overlap() -> None
         assert overlap(tuple(np.flatnonzero(found[0, :6] == OBSTACLE).tolist())) == pytest.approx(best)
 
 
-def describe_slowly(known: Grid, row: int, col: int) -> list[float]:
+def describe_slowly(known: Grid, row: int, col: int) -> list[float]:  # noqa: PLR0915  # each number is looked up
     """The numbers of a cell by R1, each looked up cell by cell."""
 
     def in_straight_wall(line: list[int], at: int) -> tuple[int, int] | None:
