@@ -384,13 +384,17 @@ class Network:
         if not fits or not self.layers:
             raise ConfigError(f"{name}: expected a predictor of walls and free space, found another number of outputs")
 
-    def __call__(self, numbers: Floats) -> Floats:
-        """Return the logits of walls and of free space (n, 2) for the numbers of cells (n, NUMBERS)."""
-        x = (numbers - self.arrays["mean"]) / self.arrays["spread"]
-        for k in range(self.layers):
+    def __call__(self, numbers: Floats, *, exchanged: bool = False) -> Floats:
+        """Return the logits of walls and of free space (n, 2) for the numbers of cells (n, NUMBERS).
+
+        ``exchanged`` gives those for ``swap_lines(numbers)``.
+        """
+        first = self.arrays["w.0"] / self.arrays["spread"][:, None]  # no copy of the numbers is scaled or exchanged
+        x = numbers @ (first[np.argsort(_EXCHANGE)] if exchanged else first)
+        x += self.arrays["b.0"] - self.arrays["mean"] @ first
+        for k in range(1, self.layers):
+            x = np.maximum(x, 0.0, out=x)
             x = x @ self.arrays[f"w.{k}"] + self.arrays[f"b.{k}"]
-            if k < self.layers - 1:
-                x = np.maximum(x, 0.0)
         return x
 
 
@@ -444,6 +448,7 @@ def _predict_cells(network: Network, known: Grid) -> Floats:
     found = np.zeros((2, known.size), np.float32)
     for start in range(0, len(cells), _CELLS_AT_ONCE):
         part = numbers[start : start + _CELLS_AT_ONCE]
-        both = [1.0 / (1.0 + np.exp(-np.clip(network(one), -30.0, 30.0))) for one in (part, swap_lines(part))]
+        logits = [network(part, exchanged=exchanged) for exchanged in (False, True)]
+        both = [1.0 / (1.0 + np.exp(-np.clip(each, -30.0, 30.0))) for each in logits]
         found[:, cells[start : start + _CELLS_AT_ONCE]] = (0.5 * (both[0] + both[1])).T
     return found.reshape(2, *known.shape)

@@ -4,8 +4,8 @@ R1  Plans of the train list, plans that are enlarged and get thick walls, and fl
     by nearest frontier and by information gain, on cells of 0.1 m, with a laser of 20 m and 2,500 beams all round. Of
     each exploration, ``SNAPSHOTS`` maps are kept. A robot sees the surfaces of walls. What is behind them differs in
     the drawings of buildings, so that enlarged plans and floors are scored by one at random (``draw_walls``): walls are
-    solid, or lines of one or two cells around a free inside; the outside is solid or free. Walls that are learned are
-    obstacles that border free space.
+    solid, as is the outside, or lines of one or two cells around a free inside, with a free outside. Walls that are
+    learned are obstacles that border free space.
 R2  Of the unknown cells of each map, some are drawn: walls and others by themselves, since few cells are walls. A step
     of training takes ``BATCH`` cells, half of them of plans, half of each kind with row and column exchanged.
 R3  The loss is the log score of walls and of free space. Each cell weighs what it stands for, so that the answers are
@@ -226,17 +226,16 @@ def _read_or_explore(
 
 def draw_walls(one: Explored, rng: np.random.Generator) -> tuple[Bytes, Bytes]:
     """Return the walls and free cells (rows, cols) of a drawing of an explored building, in a style at random (R1)."""
-    walls, free = one.unpack(one.walls), one.unpack(one.free)
-    line, is_open = _LINES[int(rng.integers(len(_LINES)))], bool(rng.integers(2))
-    outside = np.pad(1 - (walls | free), 1, constant_values=1)
-    cv2.floodFill(outside, None, (0, 0), 2, flags=4)
-    open_ = free | (outside[1:-1, 1:-1] == 2) if is_open else free
-    if line:
-        side = 2 * line + 1
-        open_ = 1 - (cv2.dilate(open_, np.ones((side, side), np.uint8)) & (1 - open_))
-        if not is_open:
-            open_[outside[1:-1, 1:-1] == 2] = 0
-    return cv2.dilate(open_, np.ones((3, 3), np.uint8)) & (1 - open_), open_
+    line = _LINES[int(rng.integers(len(_LINES)))]
+    if not line:
+        return one.unpack(one.walls), one.unpack(one.free)
+    walls, inside = one.unpack(one.walls), one.unpack(one.free)
+    padded = np.pad(1 - (walls | inside), 1, constant_values=1)
+    cv2.floodFill(padded, None, (0, 0), 2, flags=4)
+    outside = (padded[1:-1, 1:-1] == 2).astype(np.uint8)
+    near = np.ones((2 * line + 1,) * 2, np.uint8)
+    drawn = (cv2.dilate(inside, near) | (cv2.dilate(outside, near) & (1 - outside))) & (1 - inside)
+    return cv2.dilate(1 - drawn, np.ones((3, 3), np.uint8)) & drawn, 1 - drawn
 
 
 @dataclass(frozen=True)

@@ -7,6 +7,7 @@ import json
 import shutil
 from pathlib import Path
 
+import cv2
 import numpy as np
 import pytest
 import typer
@@ -21,9 +22,11 @@ from houseexpo.pseudoslam.predictor import training
 from houseexpo.pseudoslam.predictor.training import (
     CELLS,
     SNAPSHOTS,
+    Explored,
     Learner,
     Samples,
     draw_cells,
+    draw_walls,
     explore_house,
 )
 from houseexpo.pseudoslam.worlds.maps import map_house
@@ -33,7 +36,7 @@ pytestmark = pytest.mark.slow
 
 
 def some_samples(n: int, rng: np.random.Generator) -> Samples:
-    numbers = rng.standard_normal((n, NUMBERS)).astype(np.float32)
+    numbers = rng.standard_normal((n, NUMBERS)).astype(np.float16)
     truth = (numbers[:, :2] > 0.5).astype(np.float32)
     return Samples(numbers, truth, rng.uniform(0.5, 2.0, n).astype(np.float32))
 
@@ -94,8 +97,30 @@ def test_maps_of_an_exploration_grow_and_agree_with_the_house() -> None:
     assert known[-1].sum() > 0.8 * (walls | free).sum()
     cells = np.ones((40, 60), bool)
     cells[5:35, 5:55] = False
-    floor = explore_house(map_house(cells, 0.1), np.eye(40, 60, dtype=np.uint8), np.random.default_rng(0))
-    np.testing.assert_array_equal(floor.unpack(floor.walls), np.eye(40, 60))
+    outside = np.zeros((40, 60), np.uint8)
+    outside[:3] = outside[-3:] = outside[:, :3] = outside[:, -3:] = 1
+    floor = explore_house(map_house(cells, 0.1), outside, np.random.default_rng(0))
+    rings = [np.count_nonzero(floor.unpack(floor.walls)[row]) for row in (2, 3, 4, 5, 20)]
+    assert rings == [0, 54, 54, 4, 4]  # the outer and the inner surface of a wall of two cells
+
+
+def test_drawings_of_a_building_differ_in_what_a_robot_does_not_see() -> None:
+    free = np.zeros((40, 60), np.uint8)
+    free[8:32, 8:25] = free[8:32, 33:52] = 1
+    walls = cv2.dilate(free, np.ones((3, 3), np.uint8)) & (1 - free)
+    one = Explored(40, 60, np.packbits(walls).tobytes(), np.packbits(free).tobytes(), [])
+    across = set()
+    for seed in range(24):
+        drawn, open_ = draw_walls(one, np.random.default_rng(seed))
+        assert not (drawn & open_).any()
+        assert drawn[walls != 0].all()  # the surfaces that a robot sees
+        assert open_[free != 0].all()
+        across.add(
+            "".join("#" if wall else "." if space else " " for wall, space in zip(drawn[20], open_[20], strict=True))
+        )
+    inner = {"#      #", "#......#", "##....##"}
+    assert {line[25:33] for line in across} == inner
+    assert {line[5:8] for line in across} == {"  #", "..#", ".##"}
 
 
 def test_cells_are_unknown_ones_and_stand_for_all_of_them() -> None:
@@ -121,7 +146,7 @@ def test_a_run_goes_on_with_the_same_bits_and_learns(tmp_path: Path, monkeypatch
     monkeypatch.setattr(training, "BATCH", 64)
     plans = open_dataset(write_rooms(tmp_path))
     ids = plans.split("train").ids
-    config = training.PredictorConfig(houses=2, floors=2, steps=6)
+    config = training.PredictorConfig(houses=2, thick=1, floors=2, steps=6)
     whole, parts, said = tmp_path / "whole", tmp_path / "parts", list[str]()
     about = training.train_predictor(plans, ids, config, whole, resume=False, say=said.append)
     assert said[-1].startswith("6 of 6 steps: loss of walls ")
@@ -144,7 +169,7 @@ def test_a_run_goes_on_with_the_same_bits_and_learns(tmp_path: Path, monkeypatch
     training.train_predictor(plans, ids, config, parts, resume=True, say=lambda _: None)
     assert (parts / "predictor.npz").read_bytes() == (whole / "predictor.npz").read_bytes()
 
-    other = training.PredictorConfig(houses=2, floors=2, steps=7)
+    other = training.PredictorConfig(houses=2, thick=1, floors=2, steps=7)
     with pytest.raises(TrainingError, match="holds a run with other settings"):
         training.train_predictor(plans, ids, other, parts, resume=True, say=lambda _: None)
     for name in ("state.npz", "houses-000000.msgpack"):
@@ -155,7 +180,7 @@ def test_a_run_goes_on_with_the_same_bits_and_learns(tmp_path: Path, monkeypatch
             training.train_predictor(plans, ids, config, broken, resume=True, say=lambda _: None)
     with pytest.raises(ConfigError, match="expected 9 plans for training, found 3"):
         training.train_predictor(
-            plans, ids, training.PredictorConfig(houses=9), tmp_path / "few", resume=False, say=said.append
+            plans, ids, training.PredictorConfig(houses=9, thick=1), tmp_path / "few", resume=False, say=said.append
         )
 
 
@@ -163,7 +188,7 @@ def test_the_command_trains_a_predictor_and_refuses_what_is_not_for_it(tmp_path:
     app = typer.Typer()
     app.command()(train)
     plans, config, out = write_rooms(tmp_path), tmp_path / "tiny.toml", tmp_path / "run"
-    config.write_text("houses = 1\nfloors = 1\n")
+    config.write_text("houses = 1\nthick = 1\nfloors = 1\n")
     done = CliRunner().invoke(
         app, ["predictor", str(plans), "--config", str(config), "--steps", "1", "--out", str(out)]
     )
