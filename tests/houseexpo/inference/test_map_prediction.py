@@ -251,7 +251,8 @@ def test_weights_of_another_layout_are_refused(tmp_path: Path) -> None:
 def test_the_network_that_comes_with_the_project_is_small_and_says_what_made_it() -> None:
     with as_file(files("houseexpo.inference") / WEIGHTS) as file:
         network, about = read_network(file)
-        assert file.stat().st_size < 40_000
-    assert [network.arrays[f"w.{k}"].shape for k in range(network.layers)] == [(38, 64), (64, 32), (32, 2)]
-    assert (about["seed"], about["houses"], about["floors"], about["steps"]) == (0, 400, 120, 4000)
+        assert file.stat().st_size < 150_000
+    assert [network.arrays[f"w.{k}"].shape for k in range(network.layers)] == [(NUMBERS, 96), (96, 48), (48, 2)]
+    made = (about["seed"], about["houses"], about["thick"], about["floors"], about["steps"])
+    assert made == (0, 500, 250, 200, 4000)
     assert about["commit"]
