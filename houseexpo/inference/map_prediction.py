@@ -245,10 +245,9 @@ def _make_exchange() -> npt.NDArray[np.intp]:
 _EXCHANGE: Final = _make_exchange()
 
 
-def swap_lines(numbers: Floats) -> Floats:
+def swap_lines(numbers: npt.NDArray[Any]) -> npt.NDArray[Any]:
     """Return the numbers with those of the row and of the column exchanged."""
-    found: Floats = numbers[:, _EXCHANGE]
-    return found
+    return numbers[:, _EXCHANGE]
 
 
 def _describe_lines(walls: Bools, free: Bools, cells: npt.NDArray[np.intp], shares: Floats) -> tuple[Floats, Bools]:
