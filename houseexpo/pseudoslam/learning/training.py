@@ -16,7 +16,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, TypeAlias
 
 import msgspec
 import numpy as np
@@ -120,8 +120,10 @@ class _Training:
         self._say(
             f"learns in {count_noun(total - done, 'update')} of {config.steps_per_update:,} steps; evaluates "
             f"{count_noun(config.evaluation.plans, 'episode')} after every {test_every * config.steps_per_update:,} "
-            f"steps and at the end"
+            f"steps and at the end; on {'the GPU' if learner.device.type == 'cuda' else 'the CPU'}"
         )
+        if config.policy == "set" and not done:
+            self._say(f"nearest frontier in these episodes: {_text(self._score(NearestFrontier()))}")
         saved_at = start = time.monotonic()
         for update in show_progress(range(done + 1, total + 1), f"learning {self._run.task}", total - done):
             steps, means = self._update(update)
@@ -164,13 +166,18 @@ class _Training:
         for name, value in score.items():
             self._learner.logger.record(f"test/{name}", value)
         self._learner.logger.dump(steps)
-        said = ", ".join(f"{name} {value:.3g}" for name, value in score.items())
-        self._say(f"{steps:,} of {self._run.config.steps:,} steps: {said}")
+        self._say(f"{steps:,} of {self._run.config.steps:,} steps: {_text(score)}")
         return score
 
-    def _score(self) -> Score:
+    def _score(self, policy: NearestFrontier | None = None) -> Score:
+        """Return the score of a policy, by default that of the one that learns."""
         ids, config = self._run.plans.test, self._run.config.evaluation
-        return evaluate(self._learner.policy, self._tests, ids, config.plans, deterministic=config.deterministic)
+        tried = policy or self._learner.policy
+        return evaluate(tried, self._tests, ids, config.plans, deterministic=config.deterministic)
+
+
+def _text(score: Score) -> str:
+    return ", ".join(f"{name} {value:.3g}" for name, value in score.items())
 
 
 def check_finite(learner: Learner, update: int, config: TrainConfig) -> None:
@@ -222,10 +229,28 @@ MEASURES: Final = ("coverage", "explored_m2", "collisions", "is_success", "way_m
 """Measures in the info at the end of an episode; each task has some of them."""
 
 Score = dict[str, float]
+_WAY: Final = 2  # of a frontier's numbers in an observation: the length of the path to it
+
+
+class NearestFrontier:
+    """Goes to the frontier with the shortest path, in the same episodes as a policy that learns to choose."""
+
+    training = False
+
+    def set_training_mode(self, mode: bool) -> None:
+        """Do nothing, since it does not learn."""
+
+    def predict(self, observation: Any, *_: object, **__: object) -> tuple[npt.NDArray[np.int64], None]:
+        """Return the number of the frontier in each environment (N,), and no memory."""
+        ways = np.where(observation["action_mask"] == 0, np.inf, observation["frontiers"][:, :, _WAY])
+        return ways.argmin(axis=1), None
+
+
+Tried: TypeAlias = Policy | NearestFrontier
 
 
 def evaluate(
-    policy: Policy, envs: PseudoSlamVectorEnv, plan_ids: tuple[str, ...] | None, episodes: int, *, deterministic: bool
+    policy: Tried, envs: PseudoSlamVectorEnv, plan_ids: tuple[str, ...] | None, episodes: int, *, deterministic: bool
 ) -> Score:
     """Return the means of ``score_episodes`` over a number of episodes."""
     rows = score_episodes(policy, envs, plan_ids, episodes, deterministic=deterministic)
@@ -233,7 +258,7 @@ def evaluate(
 
 
 def score_episodes(
-    policy: Policy, envs: PseudoSlamVectorEnv, plan_ids: tuple[str, ...] | None, episodes: int, *, deterministic: bool
+    policy: Tried, envs: PseudoSlamVectorEnv, plan_ids: tuple[str, ...] | None, episodes: int, *, deterministic: bool
 ) -> list[Score]:
     """Return the scores of a number of episodes: ``return``, ``steps``, and the task's ``MEASURES``.
 
@@ -257,7 +282,7 @@ def score_episodes(
 
 
 def _episodes(
-    policy: Policy, envs: PseudoSlamVectorEnv, seeds: list[int], plans: list[str | None], *, deterministic: bool
+    policy: Tried, envs: PseudoSlamVectorEnv, seeds: list[int], plans: list[str | None], *, deterministic: bool
 ) -> Iterator[Score]:
     """Yield the score of an episode in each of the environments."""
     observation, _ = envs.reset(seed=seeds, options={"plan_id": plans})

@@ -123,3 +123,22 @@ def test_the_discount_of_steps_is_not_that_of_actions(tmp_path: Path) -> None:
         run(tmp_path / clock, config, "exploration")
         found.append(read_policy(tmp_path / clock / "policy.pt").policy.state_dict())
     assert any((weights != found[1][name]).any() for name, weights in found[0].items())
+
+
+def test_the_nearest_frontier_is_the_allowed_one_with_the_shortest_path() -> None:
+    from houseexpo.pseudoslam.learning.training import NearestFrontier
+
+    ways = np.array([[3.0, 1.0, 2.0], [0.5, 4.0, 4.5], [1.0, 2.0, 3.0]])
+    frontiers = np.zeros((3, 3, 5), np.float32)
+    frontiers[:, :, 2], frontiers[:, :, 0] = ways, ways[:, ::-1]  # as the crow flies, others are nearer
+    masks = np.array([[1, 1, 1], [0, 1, 1], [0, 0, 1]], np.int8)
+    chosen, memory = NearestFrontier().predict({"frontiers": frontiers, "action_mask": masks}, None, None)
+    assert chosen.tolist() == [1, 1, 2]
+    assert memory is None
+
+
+def test_a_run_on_frontiers_says_first_what_nearest_frontier_does(tmp_path: Path) -> None:
+    said: list[str] = []
+    run(tmp_path / "run", replace(tiny(steps=64), policy="set", environment=FRONTIERS), "exploration", say=said.append)
+    assert said[0].endswith("on the CPU") or said[0].endswith("on the GPU")
+    assert said[1].startswith("nearest frontier in these episodes: return ")
