@@ -399,7 +399,7 @@ def read(item: Input) -> Iterator[Level]:
         building = _on_floors(building, floors)
     found = [each for each in find_levels(building) if not floors or _is_at_one_of(each.floor_z, floors)]
     if not found:
-        names = ", ".join(storey.name for storey in building.storeys[:8])
+        names = ", ".join(list(dict.fromkeys(storey.name for storey in building.storeys))[:8])
         storeys = f"none of its storeys ({names}) has" if names else "there is no IfcBuildingStorey, and no floor has"
         detail = f"{path.name}: {storeys} enough walls of 1.8 m on it; {_walls_found(building)}"
         raise Rejection("source", Reason.NO_LEVEL, detail, _advice(building))

@@ -151,6 +151,9 @@ def test_a_building_without_walls_or_storeys_has_no_level(tmp_path):
     assert rejection(house.write(tmp_path / "none.ifc")).reason is Reason.NO_LEVEL
     house.element("IfcSlab", house.storey("Dach", 3.0), (0, 0, 3, 8, 6, 3.2))
     assert rejection(house.write(tmp_path / "slab.ifc")).reason is Reason.NO_LEVEL
+    for storey in ("Dach", "Keller", "Dach"):  # as in a model of several buildings
+        house.storey(storey, 3.0)
+    assert "none of its storeys (Dach, Keller) has" in rejection(house.write(tmp_path / "same.ifc")).detail
 
 
 @pytest.mark.parametrize(("gap", "levels"), [(0.2, 1), (0.0, 0)])
