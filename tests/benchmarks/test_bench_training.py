@@ -130,7 +130,7 @@ def test_a_curve_in_ten_minutes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
 @needs_shared
 @pytest.mark.timeout(3600)
 def test_a_chooser_in_ten_minutes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A fifth of the training of ``experiments/chooser.toml``."""
+    """A shorter training than that of ``experiments/chooser.toml``: an eighth of its explorations, or less."""
     need(modules=["cma"], how="make learn")
     config = replace(read_config(ChooserConfig, HERE / "chooser.toml"), generations=8, plans=30, tested=100)
     plans = open_dataset(DATA / "houseexpo" / "plans_33717.jsonl.gz")
