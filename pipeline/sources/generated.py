@@ -10,6 +10,7 @@ the seed and its number, one of the style ``published`` also on the statistics t
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import Final
 
 from houseexpo.errors import ConfigError
 from pipeline.sources.homes.home import home_id, make_home
@@ -20,13 +21,16 @@ from pipeline.sources.sound_homes.home import make_sound_home, sound_home_id
 from pipeline.sources.sound_homes.level import levels_of_sound_home
 from pipeline.values import Input, Level
 
+_MOST: Final = 10_000_000
+"""Homes of one build: their ids alone take some GB, since all are listed first. More is a slip of the key."""
+
 
 def find(path: str, **options: str) -> Iterator[Input]:
     """List COUNT homes of a seed, one by one; option ``seed`` (default 0)."""
     made, seed = parse_made_houses(path), options.get("seed", "0")
     expected = f"a STYLE of {SOUND}, {PUBLISHED}"
-    if made is None or made.count < 1:
-        forms = "expected procedural:COUNT or procedural:COUNT?style=STYLE with a COUNT of at least 1 and"
+    if made is None or not 1 <= made.count <= _MOST:
+        forms = f"expected procedural:COUNT or procedural:COUNT?style=STYLE with a COUNT of 1 to {_MOST:,} and"
         raise ConfigError(f"source {path!r}: {forms} {expected}")
     if made.style == TEST:
         raise ConfigError(

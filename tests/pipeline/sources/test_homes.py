@@ -103,7 +103,9 @@ def test_the_source_says_which_style() -> None:
     assert level.id == homes[0].id
 
 
-@pytest.mark.parametrize("source", ["procedural:0?style=home", "procedural:3?style=castle", "procedural:3?home"])
+@pytest.mark.parametrize(
+    "source", ["procedural:0?style=home", "procedural:99999999999", "procedural:3?style=castle", "procedural:3?home"]
+)
 def test_an_unknown_style_is_refused(source: str) -> None:
     with pytest.raises(ConfigError, match=r"expected procedural:COUNT .*a STYLE of sound, published"):
         list(find(source))
