@@ -94,6 +94,8 @@ def train(
             checkpoints.restore_learner(learner, begun.state, config.seed)
             say(f"continues from {begun.file}")
         else:
+            if resume:
+                say("begins anew, since the run has no checkpoint yet")
             restart_episodes(learner, config.seed)
         return _Training(run, learner, tests, say).go_on(begun.updates if begun else 0)
     finally:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import json
 import os
+import shutil
 import subprocess
 import sys
 import time
@@ -162,6 +163,17 @@ def test_a_checkpoint_in_the_middle_of_episodes_goes_on_with_the_same_bits(
     assert saved[-1].name == f"{3 * 64:012d}.zip"
     run(tmp_path / "cut", config, task, resume=True)
     assert_same_run(tmp_path / "cut", tmp_path / "whole")
+
+
+def test_a_run_without_a_checkpoint_begins_anew_and_says_so(tmp_path: Path) -> None:
+    run(tmp_path / "a")
+    shutil.rmtree(tmp_path / "a" / "checkpoints")  # as when it was killed before the first
+    (tmp_path / "a" / "policy.pt").unlink()
+    said: list[str] = []
+    run(tmp_path / "a", resume=True, say=said.append)
+    assert said[0] == "begins anew, since the run has no checkpoint yet"
+    run(tmp_path / "b")
+    assert_same_run(tmp_path / "a", tmp_path / "b")
 
 
 def test_what_is_damaged_is_passed_over_for_the_one_before(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
