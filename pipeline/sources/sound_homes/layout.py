@@ -37,7 +37,7 @@ _BEDS: Final = _SLEEP - {"Office"}
 _FLATS: Final = frozenset({"flat", "shared flat"})
 """In a block, the entry may lie back behind a part of the common stairs."""
 _OFF_LIVING: Final = frozenset({"flat", "bungalow"})
-"""Where a bedroom may be reached from the living room."""
+"""Where a bedroom may be reached from the living room, if that is reached from the hall."""
 _LEAST_M: Final = {
     "Toilet": 1.0,
     "Storage": 1.0,
@@ -231,7 +231,7 @@ def _draw_form(programme: Programme, rooms: Rooms, day: Day, rng: np.random.Gene
         open=kind != "practice"
         and (studio or (day == "behind" and not rooms.of("Dining_Room")) or bool(rng.random() < 0.8)),
         through=day == "behind" or bool(rng.random() < 0.9),
-        off_living=kind in _OFF_LIVING and bool(rng.random() < (0.3 if beds > 1 else 0.1)),
+        off_living=kind in _OFF_LIVING and bool(rng.random() < (0.4 if beds > 1 else 0.13)),
         bump_m=(float(rng.choice(bumps)), 0.0 if rooms.of("Garage") else float(rng.choice(bumps))),
         patio_m=float(rng.uniform(*_PATIO_M)) if free and rng.random() < _PATIOS else 0.0,
     )
@@ -473,9 +473,10 @@ def _joins(rooms: Rooms, cells: tuple[Cell, ...], form: _Form) -> Iterator[Join]
         if adjoin(HALL, room) and (form.through or (room == kitchen and not form.open))
     ]
     yield from (Join(HALL, room) for room in through)
-    if not (form.through and any(room in dining or form.open for room in through) and adjoin(through[0], living)):
+    by_kitchen = form.through and any(room in dining or form.open for room in through) and adjoin(through[0], living)
+    if not by_kitchen:
         yield Join(HALL, living)
     for room in sorted({cell.room for cell in cells} - {HALL, living, kitchen, *dining}):
-        off_living = form.off_living and rooms.labels[room] in _BEDS and adjoin(living, room)
+        off_living = form.off_living and not by_kitchen and rooms.labels[room] in _BEDS and adjoin(living, room)
         entries = [entry for entry in rooms.of(ENTRYWAY) if not adjoin(HALL, room) and adjoin(entry, room)]
         yield Join(living if off_living else rooms.behind.get(room, entries[0] if entries else HALL), room)

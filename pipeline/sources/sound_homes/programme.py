@@ -69,6 +69,8 @@ _BEDROOMS: Final = {
 _SECOND_BALCONIES: Final = 0.3
 _UPPER_BALCONIES: Final = 0.4
 """How often a flat has a second balcony, and a house of several storeys one upstairs; not all find a place."""
+_TWO_BATHS: Final = 4
+"""So many bedrooms need two bathrooms."""
 _VESTIBULES: Final = 0.26
 """How often a door parts the entry from the hall."""
 _SLEEP: Final = frozenset({"Bedroom", "Child_Room", "Office"})
@@ -153,7 +155,9 @@ def _dwelling(kind: str, rng: np.random.Generator) -> list[tuple[str, int | None
     if rng.random() < {"bungalow": 0.3}.get(kind, 0.1):
         found.append(("Office", None))
     found.append(("Bathroom", None))
-    if bedrooms >= 2 and rng.random() < (0.5 if bedrooms >= 3 else 0.2):
+    if bedrooms >= _TWO_BATHS:
+        found.append(("Bathroom", None if kind == "shared flat" else master))
+    elif bedrooms >= 2 and rng.random() < (0.5 if bedrooms >= 3 else 0.2):
         found.append(("Bathroom", master))
     elif kind == "bungalow" and rng.random() < 0.4:
         found.append(("Wardrobe", master))
