@@ -64,7 +64,7 @@ _TRIED_FORMS: Final = 6
 """So many forms are drawn until the rows fit."""
 _RECESS_M: Final = (1.6, 4.5)
 _EAT_IN_M2: Final = 10.5
-"""Where people can eat in the kitchen, it may end the corridor (L2)."""
+"""Where people can eat in the kitchen, it may end the corridor, and the way to the living room (L2)."""
 CONTACT_M: Final = 1.2
 """What a door and its jambs take of a wall between two rooms, metres."""
 _PORCH_M: Final = (0.6, 1.3)
@@ -231,7 +231,7 @@ def _draw_form(programme: Programme, rooms: Rooms, day: Day, rng: np.random.Gene
         open=kind != "practice"
         and (studio or (day == "behind" and not rooms.of("Dining_Room")) or bool(rng.random() < 0.8)),
         through=day == "behind" or bool(rng.random() < 0.9),
-        off_living=kind in _OFF_LIVING and bool(rng.random() < (0.4 if beds > 1 else 0.13)),
+        off_living=kind in _OFF_LIVING and bool(rng.random() < (0.33 if beds > 1 else 0.1)),
         bump_m=(float(rng.choice(bumps)), 0.0 if rooms.of("Garage") else float(rng.choice(bumps))),
         patio_m=float(rng.uniform(*_PATIO_M)) if free and rng.random() < _PATIOS else 0.0,
     )
@@ -473,7 +473,8 @@ def _joins(rooms: Rooms, cells: tuple[Cell, ...], form: _Form) -> Iterator[Join]
         if adjoin(HALL, room) and (form.through or (room == kitchen and not form.open))
     ]
     yield from (Join(HALL, room) for room in through)
-    by_kitchen = form.through and any(room in dining or form.open for room in through) and adjoin(through[0], living)
+    fit = {*dining, kitchen} if form.open and rooms.areas[kitchen] > _EAT_IN_M2 else {*dining}
+    by_kitchen = form.through and any(room in fit for room in through) and adjoin(through[0], living)
     if not by_kitchen:
         yield Join(HALL, living)
     for room in sorted({cell.room for cell in cells} - {HALL, living, kitchen, *dining}):
