@@ -22,6 +22,8 @@ from pipeline.sources.sound_homes.values import STAIRS, SoundHome, Storey
 from pipeline.values import MADE, Level, Opening, SourceObject, SourceRoom
 
 _MIN_M2: Final = 1e-4
+_GRID_M: Final = 1e-4
+"""Walls lie on this grid, metres: a hairline that rounding leaves along a door would be cut as a sheet."""
 _PARAPET_M: Final = 1.0
 """What building codes ask of a parapet."""
 
@@ -84,7 +86,7 @@ def _walls(storey: Storey, home: SoundHome) -> Mesh:
     """Walls stand; in doors sills lie and lintels hang; windows stand between walls below and lintels."""
     shell = _shell(storey, home)
     void = shapely.Polygon() if storey.void is None else storey.void.area
-    solid = shapely.difference(shell, shapely.union_all([*storey.rooms, void]))
+    solid = shapely.difference(shell, shapely.union_all([*storey.rooms, void]), grid_size=_GRID_M)
     doors = shapely.union_all([shapely.box(*door.rect) for door in (*storey.doors, *storey.fronts)])
     prisms = []
     for window in storey.windows:
@@ -96,7 +98,7 @@ def _walls(storey: Storey, home: SoundHome) -> Mesh:
     parapets = shapely.difference(solid, shapely.union_all(house))
     for piece in _pieces(parapets):
         prisms += [(piece, 0.0, _PARAPET_M), (piece, DOOR_HEAD_M, WALL_TOP_M)]
-    standing = shapely.difference(solid, shapely.union_all([doors, panes, parapets]))
+    standing = shapely.difference(solid, shapely.union_all([doors, panes, parapets]), grid_size=_GRID_M)
     prisms += [(piece, 0.0, WALL_TOP_M) for piece in _pieces(standing)]
     for piece in _pieces(shapely.intersection(solid, doors)):
         prisms += [(piece, 0.0, SILL_M), (piece, DOOR_HEAD_M, WALL_TOP_M)]
