@@ -89,8 +89,10 @@ def test_shards_of_which_one_dies_become_a_release(tmp_path: Path, monkeypatch: 
 
     import duckdb
 
-    [query] = blocks(RELEASE, "sql")
+    of_doors, of_homes = blocks(RELEASE, "sql")
     kinds = [door.kind for plan in plans for door in plan.doors]
     with duckdb.connect() as database:
-        counts = {kind: number for kind, number, _ in database.execute(query).fetchall()}
+        counts = {kind: number for kind, number, _ in database.execute(of_doors).fetchall()}
+        homes = database.execute(of_homes).fetchall()
     assert counts == {kind: kinds.count(kind) for kind in kinds}
+    assert sum(number for *_, number, _furnished in homes) == len(plans)

@@ -111,9 +111,8 @@ def test_make_experiments_names_commands_that_there_are(tmp_path: Path) -> None:
     dry = ["make", "-n", "-f", str(ROOT / "Makefile"), "experiments", "SEEDS=7", f"RUNS={tmp_path}"]
     shown = subprocess.run(dry, cwd=ROOT, capture_output=True, text=True, check=True, env={**os.environ}).stdout
     [[names, train]] = re.findall(r"for name in (.+?); do.*?houseexpo (train .+? --resume)", shown, re.DOTALL)
-    assert {f"{name}.toml" for name in names.split()} == {
-        file.name for file in (ROOT / "experiments").glob("*.toml") if file.stem != "chooser"
-    }
+    by_hand = {"chooser", "ten-minutes", "exploration-view-10m-42"}  # docs/pseudoslam/training.md runs these
+    assert set(names.split()) == {file.stem for file in (ROOT / "experiments").glob("*.toml")} - by_hand
     assert train == "train ${name%%-*} --config experiments/$name.toml --seed $seed --resume"
 
 
