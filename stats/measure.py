@@ -175,7 +175,7 @@ def _copy_readable(path: Path, copy: Path) -> tuple[BrokenPlan, ...]:
 
 
 def _decode_checked(record: StoredPlan, seen: dict[str, str]) -> FloorPlan:
-    """Decode a plan (R1); raise PlanError if it is broken."""
+    """Decode a plan; raise PlanError if it is broken."""
     plan = record.decode()
     if plan.id in seen:
         raise PlanError(f"expected an id of its own, found that of {seen[plan.id]}", "id", plan.id)

@@ -191,7 +191,7 @@ _WORDS: Final[Mapping[Word, Callable[[Draft, Placed], Said]]] = {
 }
 
 
-# Join what words have parted, and take out what they make needless (R7 of ``apply``).
+# Join what words have parted, and take out what they make needless (R7).
 
 
 CUT_M: Final = 0.8

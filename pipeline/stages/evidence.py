@@ -289,7 +289,7 @@ def _is_pillar(part: Polygon, ends: list[Polygon]) -> bool:
     return bool(slim and between.distance(middle) < HAND_M)
 
 
-# Find walls, lintels and doorways of a scanned level, a mesh or a point cloud: ``stages.evidence`` for scans.
+# Find walls, lintels and doorways of a scanned level, a mesh or a point cloud.
 #
 # S1  Of a scan, no single section is worth much: walls and doorways are judged by columns (``geometry.scan_walls``).
 # S2  A doorway without a lintel in the scan is found as a gap by the stage ``layout``, as in every house.

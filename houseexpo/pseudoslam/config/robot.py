@@ -85,7 +85,7 @@ class NoiseConfig:
 
     Odometry drifts as the robot moves, and the map drifts with it: ``odometry_way`` and ``odometry_turn`` are standard
     deviations of the distance and the turn of a step, as shares of these; ``odometry_deg_per_m`` is that of the heading
-    per metre. ``odometry_model`` has the models of the field (``config.odometry``), instead of these three or in
+    per metre. ``odometry_model`` has the models of the field (below), instead of these three or in
     addition. ``odometry_bias_deg_s`` is the rate random walk of a gyroscope (IEEE Std 952): the heading by odometry
     drifts at a rate that is 0 at the start and has the standard deviation ``odometry_bias_deg_s sqrt(t)``, deg/s, after
     t seconds. All these change only what is reported. With ``slip``, the robot itself loses a share of the way and the

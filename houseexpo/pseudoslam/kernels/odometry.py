@@ -1,6 +1,6 @@
 """Compute the errors of the motion that odometry reports for a step, and the share of it that is not lost by slip.
 
-All numbers are pure functions of keys and the number of the step. R1 to R3 are the models of ``config.odometry``, whose
+All numbers are pure functions of keys and the number of the step. R1 to R3 are the models of ``config.robot``, whose
 parameters are in ``Errors.alphas``, with lengths in pixels.
 """
 

@@ -271,12 +271,12 @@ def score_episodes(
     rows: list[Score] = []
     was_training = policy.training
     policy.set_training_mode(False)
-    with torch.random.fork_rng(devices=range(torch.cuda.device_count())):  # R2
+    with torch.random.fork_rng(devices=range(torch.cuda.device_count())):  # 2
         torch.manual_seed(0)
         for first in range(0, len(plans), envs.num_envs):
             wanted = plans[first : first + envs.num_envs]
             spare = [wanted[0]] * (envs.num_envs - len(wanted))
-            seeds = [first + i for i in range(envs.num_envs)]  # R1
+            seeds = [first + i for i in range(envs.num_envs)]  # 1
             found = list(_episodes(policy, envs, seeds, [*wanted, *spare], deterministic=deterministic))
             rows += found[: len(wanted)]
     policy.set_training_mode(was_training)
