@@ -28,15 +28,6 @@ def test_the_changelog_keeps_its_form() -> None:
     assert kinds <= {"Added", "Changed", "Deprecated", "Removed", "Fixed", "Security"}
 
 
-def test_forms_for_issues_ask_for_something() -> None:
-    forms = sorted((ROOT / ".github" / "ISSUE_TEMPLATE").glob("*.yml"))
-    assert len(forms) == 3
-    for form in forms:
-        said = yaml.safe_load(form.read_text())
-        assert {"name", "description", "body"} <= said.keys()
-        assert any(part.get("validations", {}).get("required") for part in said["body"]), form.name
-
-
 def test_files_that_pages_on_the_code_name_exist() -> None:
     known = {
         path.name
@@ -47,12 +38,6 @@ def test_files_that_pages_on_the_code_name_exist() -> None:
         named = set(re.findall(r"`(?:[\w/]+/)?(\w+\.(?:py|toml|css|js))`", (ROOT / "docs" / name).read_text()))
         assert len(named) > 5 or name != "architecture.md"
         assert named - {"pyproject.toml"} <= known, (name, sorted(named - known))
-
-
-def test_links_of_the_pages_lead_somewhere() -> None:
-    for name in ("CONTRIBUTING.md", "SECURITY.md"):
-        for place in re.findall(r"\]\(([^)#:]+)", (ROOT / name).read_text()):
-            assert (ROOT / place).is_file(), (name, place)
 
 
 def test_the_page_on_installing_has_a_row_for_each_extra() -> None:

@@ -70,10 +70,6 @@ def test_a_source_among_the_plans_of_the_folder_is_refused(houses: Path, tmp_pat
         assert files_of(plans) == before
 
 
-def test_a_folder_beside_the_source_is_built_into(houses: Path) -> None:
-    assert houseexpo_("build", houses, "--out", houses.parent / "houses-out").exit_code == 0
-
-
 def writing(homes: Path, houses: Path, out: Path) -> list[list[str | Path]]:
     """Return commands that write, with a place for that; tests/houseexpo/test_outputs.py tries the others."""
     return [

@@ -6,7 +6,6 @@ import re
 import shlex
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 from houseexpo.dataset.store.folders import rejected_picture_path
@@ -14,23 +13,18 @@ from houseexpo.drawing import svg
 from houseexpo.floorplan import FloorPlan
 from pipeline.algorithm import plan_level
 from pipeline.batch.assemble import BuildResult
-from pipeline.config import PipelineConfig
 from pipeline.html_report import write_report
-from pipeline.rejection import Reason, Rejection
 from pipeline.terminal_report import (
     doubt_lines,
     duplicate_lines,
     next_commands,
-    notes_lines,
-    outcome_table,
     read_index_rows,
     rejection_lines,
     slowest_inputs,
     stage_seconds,
 )
-from pipeline.values import Level, RejectedLevel
 from stats.summary import PlanSummary
-from tests.builders.batch import boxed, doubting, one_room, run_build
+from tests.builders.batch import doubting, one_room, run_build
 
 
 def _quiet(what: str, done: int, total: int) -> None:
@@ -43,12 +37,6 @@ def street(tmp_path: Path) -> Path:
         one_room(tmp_path / "street" / f"{name}.ply", 4.0 + i)
     (tmp_path / "street" / "empty.stl").touch()
     return tmp_path / "street"
-
-
-def _twice(level: Level, config: PipelineConfig, rng: np.random.Generator) -> tuple[FloorPlan | RejectedLevel, ...]:
-    """Return two buildings for every level."""
-    plans = boxed(level, config, rng)
-    return (*plans, RejectedLevel(f"{level.id}_B2", Rejection("isolated", Reason.NOT_ENCLOSED, "as asked")))
 
 
 def _page(data_set: BuildResult) -> str:
@@ -111,14 +99,6 @@ def test_a_duplicate_is_shown_beside_the_plan_that_it_repeats(tmp_path: Path) ->
 
 
 @pytest.mark.slow
-def test_a_build_without_doubts_says_nothing_of_them(tmp_path: Path) -> None:
-    one_room(tmp_path / "a.ply")
-    data_set = run_build([tmp_path / "a.ply"], tmp_path / "out")
-    assert re.findall("<h2>(.*?)</h2>", _page(data_set)) == ["Plans", "Time"]
-    assert "doubtful" not in str([list(column.cells) for column in outcome_table(data_set.stats).columns])
-
-
-@pytest.mark.slow
 def test_the_time_of_each_stage_and_the_longest_inputs_are_told(tmp_path: Path) -> None:
     one_room(tmp_path / "a.ply")
     data_set = run_build([tmp_path / "a.ply"], tmp_path / "out", plan=plan_level)
@@ -129,27 +109,6 @@ def test_the_time_of_each_stage_and_the_longest_inputs_are_told(tmp_path: Path) 
     assert name.endswith("_a")
     assert file == "a.ply"
     assert 0 < sum(stage_seconds(data_set).values()) <= seconds
-
-
-@pytest.mark.slow
-def test_what_was_ignored_and_why_there_are_more_outcomes_than_inputs_is_said(
-    street: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    (street / "notes.txt").write_text("mine")
-    (street / "wall.PNG").touch()
-    assert notes_lines(run_build([street], tmp_path / "out")) == ["ignored, no houses by themselves: 1 .png, 1 .txt"]
-    (street / "villa.FBX").touch()
-    (street / "tower.skp").touch()
-    told = notes_lines(run_build([street], tmp_path / "exported"))
-    exported = "; export .skp as .glb or .ifc and .fbx as .glb from the program that made it"
-    assert told == [f"ignored, no houses by themselves: 1 .fbx, 1 .png, 1 .skp, 1 .txt{exported}"]
-    for file in (street / "villa.FBX", street / "tower.skp"):
-        file.unlink()
-    monkeypatch.chdir(tmp_path)  # a source as people type it
-    told = notes_lines(run_build([Path("street")], tmp_path / "relative"))
-    assert told == ["ignored, no houses by themselves: 1 .png, 1 .txt"]
-    said = notes_lines(run_build([street], tmp_path / "twice", plan=_twice))
-    assert said[1] == "4 houses have several levels or buildings: a plan for each"
 
 
 def test_the_terminal_says_what_speaks_against_doubtful_plans(street: Path, tmp_path: Path) -> None:
@@ -184,12 +143,6 @@ def test_the_commands_to_run_next_can_be_pasted_where_names_have_spaces(tmp_path
     built = run_build([tmp_path / "street"], tmp_path / "my plans")
     assert shlex.split(next_commands(built, "my plans")[1])[-2:] == ["--out", "my plans.png"]
     assert next_commands(built, "Pläne")[1].endswith("--out 'Pläne.png'")
-
-
-def test_the_table_counts_the_doubtful(street: Path, tmp_path: Path) -> None:
-    table = outcome_table(run_build([street], tmp_path / "out", plan=doubting).stats)
-    names, counts = ([str(cell) for cell in column.cells] for column in table.columns)
-    assert dict(zip(names, counts, strict=True))["  doubtful: quality below 0.8"] == "2"
 
 
 def test_a_plan_that_cannot_be_drawn_or_measured_costs_nothing_else(

@@ -7,7 +7,6 @@ import shutil
 import subprocess
 import sys
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -15,7 +14,6 @@ import trimesh
 from PIL import Image
 from typer.testing import CliRunner
 
-from houseexpo import progress
 from houseexpo.commands.app import make_app
 from houseexpo.dataset import open_dataset
 from houseexpo.plan import Frame
@@ -151,16 +149,6 @@ def test_a_second_source_is_refused_added_or_put_in_the_place_of_the_first(house
     assert run(second) == (0, {"json/houses_c.json"})
 
 
-@pytest.mark.slow
-def test_of_many_plans_the_first_are_named(tmp_path: Path) -> None:
-    command = ["build", "procedural:13", "--out", str(tmp_path / "out"), "--workers", "1"]
-    said = runner.invoke(make_app(), command).output
-    ids = sorted(Path(name).stem for name in contents(tmp_path / "out") if name.startswith("json/"))
-    table = said.partition("\ndoubtful ")[0]  # the doubtful plans are named below it
-    assert [name for name in ids if name in table] == ids[:8]
-    assert f"and {len(ids) - 8} more in" in said
-
-
 # ``houseexpo demo``: what it writes can be built, and what is there already stays.
 
 
@@ -222,13 +210,6 @@ def test_a_rejected_house_keeps_the_pictures_it_earned(tmp_path: Path) -> None:
     assert "10_plan.png" not in names
 
 
-def test_what_cannot_be_read_is_said(tmp_path: Path) -> None:
-    (tmp_path / "broken.ply").write_bytes(b"no mesh")
-    code, said, names = inspect(tmp_path / "broken.ply", tmp_path / "out")
-    assert (code, names) == (1, [])
-    assert "unreadable" in said
-
-
 def test_what_the_reader_rejects_is_shown_from_above(tmp_path: Path) -> None:
     trimesh.creation.box((9.0, 6.0, 0.2)).export(tmp_path / "plate.ply")
     code, said, names = inspect(tmp_path / "plate.ply", tmp_path / "out")
@@ -250,17 +231,6 @@ def test_corrections_of_other_houses_only_are_said_to_be_so(tmp_path: Path) -> N
     assert "no correction by hand" not in said
 
 
-@pytest.mark.slow
-def test_it_says_which_house_and_which_level_it_shows(tmp_path: Path) -> None:
-    one_room(tmp_path / "street" / "villa.ply")
-    code, said, _ = inspect(tmp_path / "street" / "villa.ply", tmp_path / "out")
-    assert code == 0
-    assert "street_villa: the only level" in said
-    one_room(tmp_path / "street" / "annexe.ply")
-    _, said, _ = inspect(tmp_path / "street", tmp_path / "out")
-    assert "annexe: the only level; house 1 of 2: annexe" in said
-
-
 def test_a_person_s_word_counts_as_in_a_build(tmp_path: Path) -> None:
     manifest = tmp_path / "manifest.toml"
     manifest.write_text("")
@@ -268,12 +238,6 @@ def test_a_person_s_word_counts_as_in_a_build(tmp_path: Path) -> None:
     assert inspect(path, tmp_path / "before", "--config", str(manifest))[0] == 0
     (tmp_path / "overrides.toml").write_text(f"[{id_from_file_name(f'{tmp_path.name}/villa.ply')}]\nscale = 20.0\n")
     assert inspect(path, tmp_path / "after", "--config", str(manifest))[0] == 1  # a hall of 100 m, 54 m high
-
-
-def test_a_level_that_is_not_there_is_a_usage_error(tmp_path: Path) -> None:
-    code, said, names = inspect(one_room(tmp_path / "villa.ply"), tmp_path / "out", "--level", "3")
-    assert (code, names) == (2, [])
-    assert "level 3 asked for, found 1" in " ".join(said.split())
 
 
 # Bad input through the command: each ends as one line that says why and what to do, and the batch goes on.
@@ -399,12 +363,6 @@ def built(out: Path) -> list[str]:
     return [name for name in contents(out) if name.startswith("json/")]
 
 
-def test_overrides_need_no_manifest(street: Path, tmp_path: Path) -> None:
-    (tmp_path / "mine.toml").write_text("[villa]\ndrop = true\n")
-    call("build", street, "--out", tmp_path / "out", "--workers", "1", "--overrides", tmp_path / "mine.toml")
-    assert built(tmp_path / "out") == ["json/annexe.json"]
-
-
 @pytest.mark.parametrize(
     ("text", "said"), [("[vila]\ndrop = true\n", "did you mean 'villa'?"), (None, "cannot be read")]
 )
@@ -427,25 +385,6 @@ def test_inspect_takes_the_house_of_an_id(street: Path, tmp_path: Path) -> None:
 def test_inspect_takes_the_level_of_an_id(name: str | None, number: int) -> None:
     levels = [Level(f"inn_L{i}", Mesh(np.empty((0, 3)), np.empty((0, 3), np.int64)), 2.7, FRAME) for i in range(3)]
     assert _number(Input("inn", "mesh_file", "inn.glb"), levels, 1, name) == number
-
-
-@pytest.mark.slow
-def test_show_and_inspect_have_a_progress_bar(street: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    bars: list[str] = []
-
-    def track(items: object, description: str, **_: object) -> object:
-        bars.append(description)
-        return items
-
-    monkeypatch.setattr(progress, "sys", SimpleNamespace(stderr=SimpleNamespace(isatty=lambda: True)))
-    monkeypatch.setattr("rich.progress.track", track)
-    call("inspect", street, "--out", tmp_path / "out")
-    call("build", street, "--out", tmp_path / "plans", "--workers", "1")
-    call("show", tmp_path / "plans", "--out", tmp_path / "sheet.png", "--size", "100")
-    assert {"reading annexe", "planning annexe", "drawing"} <= set(bars)
-    bars.clear()
-    call("show", tmp_path / "plans", "--out", tmp_path / "sheet.png", "--size", "100", "-q")
-    assert bars == []
 
 
 def test_a_quiet_build_says_nothing_and_a_verbose_one_what_came_of_each_house(street: Path, tmp_path: Path) -> None:
@@ -473,25 +412,6 @@ def test_a_quiet_build_says_nothing_and_a_verbose_one_what_came_of_each_house(st
 )
 def test_what_no_house_has_is_implausible(rooms: int, area_m2: float, said: str) -> None:
     assert describe_oddity(rooms, area_m2) == said
-
-
-@pytest.mark.slow
-def test_an_implausible_plan_is_warned_of(tmp_path: Path) -> None:
-    one_room(tmp_path / "hall.ply", 110.0, 109.0)
-    said = call("build", tmp_path / "hall.ply", "--out", tmp_path / "out", "--workers", "1")
-    (name,) = (Path(file).stem for file in built(tmp_path / "out"))
-    assert f"implausible: {name}: 1 room of 11,990 m²; check --units" in said
-    assert "implausible 1 room of 11,990 m²" in call("inspect", tmp_path / "hall.ply", "--out", tmp_path / "pictures")
-    one_room(tmp_path / "house.ply")
-    assert "implausible:" not in call("build", tmp_path / "house.ply", "--out", tmp_path / "two", "--workers", "1")
-
-
-def test_every_summary_has_the_id_beside_the_file(street: Path, tmp_path: Path) -> None:
-    (street / "broken.obj").write_bytes(b"no mesh")
-    said = call("build", street, "--out", tmp_path / "out", "--workers", "1")
-    assert "rejected street/broken.obj (broken): " in said
-    rows = [line.split() for line in said.splitlines()]
-    assert ["villa", "street/villa.ply"] in [row[:2] for row in rows]
 
 
 def test_ctrl_c_says_the_command_for_every_command(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:

@@ -77,10 +77,6 @@ def test_the_hash_tells_parameters_apart_but_not_inputs(tmp_path: Path) -> None:
     assert load_config(written(tmp_path, "[build]\nresolution = 0.05")).digest() != plain
 
 
-def test_plans_that_need_no_resolution_keep_the_hash_of_earlier_versions() -> None:
-    assert "resolution" not in BuildConfig().parameters()["build"]
-
-
 def test_overrides_lie_beside_a_manifest(tmp_path: Path) -> None:
     manifest = written(tmp_path, "")
     assert load_overrides(None) == {}

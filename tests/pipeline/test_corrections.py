@@ -113,11 +113,6 @@ def test_a_size_or_an_axis_that_is_none_is_refused(key: str, value: str | float)
         Override(**{key: value})  # type: ignore[arg-type]
 
 
-def test_an_axis_and_a_unit_are_told_to_the_reader() -> None:
-    told = correct_input(VILLA, {"villa": Override(up="z", units="cm")})
-    assert told.options == (("units", "cm"), ("up", "z"))
-
-
 @pytest.mark.parametrize(
     ("words", "said"),
     [
@@ -245,23 +240,6 @@ def built(tmp_path: Path, corrections: str) -> str:
     done = CliRunner().invoke(make_app(), [*words, "--workers", "1"])
     assert done.exit_code == 0, done.output
     return " ".join(done.output.split())
-
-
-@pytest.mark.parametrize(
-    ("line", "said"),
-    [
-        (
-            "door = [1, 1, 1, 2]",
-            r"villa.door: expected \[\[x, y\], \[x, y\]\], or a list of these, in metres, found \[1, 1,",
-        ),
-        ('door = "left"', "villa.door: expected .* found 'left'"),
-        ("no_room = [[1, 2, 3]]", r"villa.no_room: expected \[x, y\], or a list of these, in metres, found"),
-    ],
-)
-def test_a_door_or_a_point_of_another_form_is_refused_with_the_form(tmp_path: Path, line: str, said: str) -> None:
-    (tmp_path / "mine.toml").write_text(f"[villa]\n{line}\n")
-    with pytest.raises(ConfigError, match=f"mine.toml: {said}"):
-        load_overrides(None, tmp_path / "mine.toml")
 
 
 @pytest.mark.parametrize(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 from io import StringIO
 
 import pytest
@@ -71,19 +70,6 @@ def test_a_terminal_shows_bars_and_what_came_of_the_inputs() -> None:
     assert "3/3" in said
     assert "0 plans, 4 rejected (units 1, not_enclosed 1, no_level 1, ...)" in said
     assert "longest" not in said  # that is for -v
-
-
-def test_a_log_of_a_build_that_is_done_at_once_stays_empty_but_with_v(clock: list[float]) -> None:
-    quick = Console(file=StringIO(), force_terminal=False)
-    verbose = Console(file=StringIO(), force_terminal=False)
-    for console, level in ((quick, logging.WARNING), (verbose, logging.INFO)):
-        logging.getLogger("houseexpo").setLevel(level)
-        with ProgressDisplay(console, _fine) as shown:
-            shown.note_outcome(_entry("a.glb", 2.0))
-            shown.progress("planning", 1, 1)
-    logging.getLogger("houseexpo").setLevel(logging.NOTSET)
-    assert not quick.file.getvalue()  # type: ignore[attr-defined]
-    assert "planning: 1 of 1; 1 plan, longest 2.0 s: a.glb" in verbose.file.getvalue()  # type: ignore[attr-defined]
 
 
 def test_each_step_asks_whether_to_go_on() -> None:

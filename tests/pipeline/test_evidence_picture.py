@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 import shapely
@@ -64,12 +62,6 @@ def test_each_kind_has_its_colour_and_no_other_has_it() -> None:
     assert at(picture, 7.5, 7.5) == "#ffffff"
 
 
-def test_a_leaf_lies_above_the_wall_that_it_stands_in() -> None:
-    inside = replace(EVERYTHING, leaves=(shapely.box(1.3, 1.3, 1.7, 1.7),), floor=None)
-    picture = draw_evidence(inside, BOUNDS, UPRIGHT)
-    assert (at(picture, 1.5, 1.5), at(picture, 1.1, 1.1)) == (LEAF, WALL)
-
-
 @pytest.mark.parametrize(
     ("factor", "shift", "expected"),
     [
@@ -80,10 +72,6 @@ def test_a_leaf_lies_above_the_wall_that_it_stands_in() -> None:
 )
 def test_the_ruler_has_the_source_s_metres(factor: float, shift: float, expected: list[tuple[float, str]]) -> None:
     assert [tick for tick in ruler_ticks(-0.5, 3.5, factor, shift) if float(tick[1]).is_integer()] == expected
-
-
-def test_a_long_ruler_has_few_ticks() -> None:
-    assert [words for _, words in ruler_ticks(0.0, 100.0, 1.0, 0.0)] == [f"{10 * k}" for k in range(1, 10)]
 
 
 def test_the_ruler_is_drawn_on_the_lower_and_the_left_edge() -> None:

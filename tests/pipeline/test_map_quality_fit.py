@@ -6,7 +6,7 @@ import numpy as np
 
 from pipeline.quality import MAP_MOST
 from pipeline.stages.logistic import load_models
-from research.map_quality_fit import NAMES, Row, fit, left_out, scores_of, told
+from research.map_quality_fit import NAMES, Row, fit, left_out, scores_of
 
 
 def rows() -> list[Row]:
@@ -36,11 +36,6 @@ def test_a_map_is_scored_by_a_model_that_saw_nothing_of_its_repository() -> None
     own = [k for k, row in enumerate(known) if row.repository.endswith("s4")]
     assert (left_out(known)[own] == left_out(flipped)[own]).all()
     assert not np.allclose(scores_of(fit(known), known), scores_of(fit(flipped), known))
-
-
-def test_the_quality_of_scores_is_said_in_a_line() -> None:
-    line = told("maps", np.array([0.9, 0.6, 0.1]), np.array([True, False, False]))
-    assert line == "maps: 1 of 3 right; area 1.000; 1 of 1 right from 0.8; 1 of 2 right from 0.5"
 
 
 def test_the_model_in_use_weighs_only_what_the_fit_knows() -> None:

@@ -90,10 +90,6 @@ def test_what_the_parts_of_a_plan_are_doubted_by_is_not_spread() -> None:
     assert doubt_plan({"tall": 1.0}, marked=True) == 0.0
 
 
-def test_a_plan_against_which_everything_speaks_is_doubtful() -> None:
-    assert score_quality({ground.name: 1.0 for ground in GROUNDS}).is_doubtful
-
-
 def test_grounds_are_kept_to_four_digits_and_unknown_ones_weigh_nothing() -> None:
     quality = score_quality({"cut_share": 1 / 3, "phase_of_the_moon": 1.0})
     assert quality.grounds == {"cut_share": 0.3333, "phase_of_the_moon": 1.0}
@@ -184,11 +180,6 @@ def test_a_fit_finds_the_ground_that_matters_and_no_weight_is_above_nothing() ->
     assert min(model.weights, key=lambda name: model.weights[name]) == "cut_share"
     assert all(model.weights[ground.name] <= ground.most <= 0 for ground in GROUNDS)
     assert fit(made(800, 1)) == model
-
-
-def test_a_guess_makes_a_plan_doubtful_and_an_open_map_worth_little() -> None:
-    assert score_quality({"guesses": 0.5}).is_doubtful
-    assert score_quality({"guesses": 0.5, "given_edge": 1.0, "open_border": 1.0}).score <= 0.26
 
 
 def test_a_box_in_which_nothing_shows_a_use_is_doubtful_and_a_furnished_one_is_not() -> None:

@@ -25,8 +25,6 @@ MAPS = {"ros": (".yaml", {}), "png": (".png", {"resolution": "0.02"})}
 """How the name of the file ends that is read, and the options of the build."""
 FINE_M = 0.02
 """The side of a cell; a cell of the export's usual 0.05 m is 1% of a room by itself."""
-AMBIGUOUS = ("fb5fa400",)
-"""Plans in a room of which a wall leaves 1.5 m to the next: in a map, this is a wide door beside a corner."""
 SOUND = 0.67
 UNREAD = {"coco", "graphml", "irsim", "json", "npz", "pol", "stage"}
 """Formats that no reader of the pipeline opens; ``json`` is a data set's."""
@@ -43,22 +41,6 @@ def homes(tmp_path_factory):
         config=None,
         overrides=None,
         workers=1,
-        others="refuse",
-        seed=2019,
-    )
-    data = open_dataset(folder)
-    return [data[name] for name in data.ids]
-
-
-@pytest.fixture(scope="session")
-def many_homes(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("many") / "plans"
-    from_python(
-        [f"procedural:{MANY}?style=published"],
-        str(folder),
-        config=None,
-        overrides=None,
-        workers=2,
         others="refuse",
         seed=2019,
     )
@@ -188,22 +170,10 @@ def test_courts_slanted_walls_and_rooms_alike_come_back(form, turn_deg, names, t
     assert len(found.holes) == len(plan.holes)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("form", sorted(MAPS))
-def test_the_shapes_of_many_plans_come_back_from_maps(many_homes, form, tmp_path):
-    check_maps([plan for plan in many_homes if not plan.id.startswith(AMBIGUOUS)], form, tmp_path)
-
-
 @pytest.mark.parametrize("form", sorted(FORMS))
 def test_a_plan_comes_back(homes, form, tmp_path):
     assert form in FORMATS
     check(homes, form, tmp_path)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("form", sorted(FORMS))
-def test_many_plans_come_back(many_homes, form, tmp_path):
-    check(many_homes, form, tmp_path)
 
 
 @pytest.mark.parametrize("form", SHAPES)

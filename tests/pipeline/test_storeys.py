@@ -16,7 +16,6 @@ from houseexpo.plan import Frame, PlanObject
 from pipeline.algorithm import plan_level
 from pipeline.config import PipelineConfig
 from pipeline.sources import find, reader
-from pipeline.sources.files import parse_xml
 from tests.builders.batch import labels, likeness
 from tests.builders.houses import Hole, plan_of, two_rooms
 
@@ -119,23 +118,6 @@ def test_usd_core_finds_each_storey_as_a_prim_at_its_place(tmp_path):
     assert {each.GetName() for each in upper.GetChildren()} == {"Walls", "Floors", "Doors"}
     box = geometry.BBoxCache(usd.TimeCode.Default(), ["default"]).ComputeWorldBound(upper.GetChild("Walls"))
     assert box.ComputeAlignedRange().GetMin()[2] == pytest.approx(2.8)
-
-
-def test_gltf_and_sdf_have_a_node_or_a_model_of_the_name_of_each_storey(tmp_path):
-    import json
-
-    export(storeys(), "glb", tmp_path, building="home")
-    data = (tmp_path / "home.glb").read_bytes()
-    tree = json.loads(data[20 : 20 + int.from_bytes(data[12:16], "little")])
-    nodes = {each["name"]: each for each in tree["nodes"] if each["name"] in {"low", "high"}}
-    assert nodes["high"]["matrix"][12:15] == pytest.approx([1.0, 2.8, -2.0])
-    inner = [{tree["nodes"][child]["name"] for child in each["children"]} for each in nodes.values()]
-    assert inner[0] - {"roof"} == inner[1] >= {"walls", "floor", "door_threshold_0"}
-    export(storeys(), "sdf", tmp_path, building="home")
-    world = parse_xml((tmp_path / "home.sdf").read_bytes(), "home.sdf").find("world")
-    poses = {each.get("name"): each.findtext("pose") for each in world.findall("model")}
-    assert poses["low"] == "0 0 0 0 0 0"
-    assert poses["high"] == "1 2 2.8 0 0 0"
 
 
 def test_mujoco_takes_a_body_for_each_storey_and_things_rest_on_the_upper_floor(tmp_path):

@@ -7,6 +7,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import msgspec
+
 from tests.builders.suncg_houses.house import make_house, scene_id, storey_plan_id
 from tests.builders.suncg_houses.scene import write_scene
 from tests.builders.suncg_houses.truth import Truth, storey_truth
@@ -32,12 +34,12 @@ def write_house(folder: Path, index: int, seed: int) -> tuple[Truth, ...]:
     house = make_house(index, seed)
     write_scene(folder, house)
     truths = tuple(
-        storey_truth(storey, storey_plan_id(house.id, level), level, level * house.storey_height)
+        storey_truth(storey, storey_plan_id(house.id, level), level * house.storey_height)
         for level, storey in enumerate(house.storeys)
     )
     (folder / "truth").mkdir(parents=True, exist_ok=True)
     for truth in truths:
-        (folder / "truth" / f"{truth.id}.json").write_text(truth.to_json())
+        (folder / "truth" / f"{truth.id}.json").write_bytes(msgspec.json.encode(truth))
     return truths
 
 

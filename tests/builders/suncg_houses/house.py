@@ -64,9 +64,7 @@ def make_lettering(rng: np.random.Generator) -> Storey:
             direction = (b - a) / length
             walls.append(Wall(index, (a[0], a[1]), (direction[0], direction[1]), length, (0.05, 0.05)))
     cells = [Cell(shapely.box(1.6 * k * wide, 0.0, (1.6 * k + 1) * wide, high), ()) for k in range(len(text))]
-    return Storey(
-        tuple(cells), tuple(walls), has_floor=False, difficulties=("characters",), expected="rejected:characters"
-    )
+    return Storey(tuple(cells), tuple(walls), has_floor=False, difficulties=("characters",))
 
 
 # Which house is what: every hundred houses hold each difficulty in the same share, at places that the seed chooses.
@@ -135,7 +133,7 @@ def make_house(index: int, seed: int) -> House:
         return _copy_house(make_house(source, seed), role, scene_id(index, seed), rng)
     if role == "objects_only":
         items = tuple(furniture_without_house(rng))
-        bare = Storey(items=items, difficulties=(role,), expected="rejected:no_layout")
+        bare = Storey(items=items, difficulties=(role,))
         return _move_to_scene(House(scene_id(index, seed), (bare,)), rng)
     if role == "characters":
         return _move_to_scene(House(scene_id(index, seed), (make_lettering(rng),)), rng)
@@ -156,14 +154,13 @@ def _copy_house(source: House, role: str, house_id: str, rng: np.random.Generato
         "shifted_duplicate": [1, 0, 0, 1, float(rng.uniform(-20, 20)), float(rng.uniform(-20, 20))],
         "mirrored_duplicate": [-1, 0, 0, 1, float(rng.uniform(20, 90)), 0.0],
     }.get(role)
-    for level, storey in enumerate(source.storeys):
+    for storey in source.storeys:
         copy = _transform(storey, matrix) if matrix else storey
         if role == "jittered_duplicate":
             moves = rng.uniform(-_JITTER_M, _JITTER_M, len(copy.walls)).tolist()
             walls = [replace(w, shift=w.shift + move) for w, move in zip(copy.walls, moves, strict=True)]
             copy = replace(copy, walls=tuple(walls))
-        expected = f"duplicate_of:{storey_plan_id(source.id, level)}"
-        storeys.append(replace(copy, difficulties=(role,), expected=expected))
+        storeys.append(replace(copy, difficulties=(role,)))
     return replace(source, id=house_id, storeys=tuple(storeys))
 
 

@@ -204,10 +204,9 @@ class _Block:
     height: int
     placed: Placed
     corridors: list[tuple[shapely.Polygon, tuple[str, ...]]]
-    feature: str
 
 
-def lay_out_rooms(specs: list[RoomSpec], rng: np.random.Generator) -> tuple[list[Cell], int | None, str]:
+def lay_out_rooms(specs: list[RoomSpec], rng: np.random.Generator) -> tuple[list[Cell], int | None]:
     """Place rooms; corridors take the place of some of them.
 
     Returns
@@ -216,8 +215,6 @@ def lay_out_rooms(specs: list[RoomSpec], rng: np.random.Generator) -> tuple[list
         In cm, disjoint; all but the tips of wings lie within y from 0 to the main block's height.
     wing_from : int or None
         The height (cm) at which wings begin, None without wings.
-    feature : str
-        "ring" where a corridor closes round a core, else the name of the layout.
     """
     ring = len(specs) >= 6 and rng.random() < _RING_SHARE  # chosen once: of many tries most rings would lose
     best = _attempt(list(specs), ring, rng)
@@ -225,13 +222,11 @@ def lay_out_rooms(specs: list[RoomSpec], rng: np.random.Generator) -> tuple[list
         if best[0] <= _MISFIT_CM:
             break
         best = min(best, _attempt(list(specs), ring, rng), key=lambda attempt: attempt[0])
-    return _cells(best[1], best[2]), (best[1][0].height if len(best[1]) > 1 else None), best[3]
+    return _cells(best[1], best[2]), (best[1][0].height if len(best[1]) > 1 else None)
 
 
-def _attempt(
-    specs: list[RoomSpec], ring: bool, rng: np.random.Generator
-) -> tuple[float, list[_Block], list[Rect], str]:
-    """Return one layout: how badly it fits, its blocks, where they stand, its name."""
+def _attempt(specs: list[RoomSpec], ring: bool, rng: np.random.Generator) -> tuple[float, list[_Block], list[Rect]]:
+    """Return one layout: how badly it fits, its blocks, where they stand."""
     n_wings = int(rng.choice([0, 1, 2], p=[0.45, 0.42, 0.13])) if len(specs) >= 9 else int(rng.random() < 0.4)
     if len(specs) < (8 if ring else 5):
         n_wings = 0
@@ -248,8 +243,7 @@ def _attempt(
         penalty = max(penalty, misfit_score(wing.placed), _excess_length(wing), 220.0 - wing.height)
         blocks.append(wing)
         places.append((left, main.height, left + width, main.height + wing.height))
-    shape = ("", "wing ", "two wings ")[len(blocks) - 1]
-    return penalty, blocks, places, shape + main.feature
+    return penalty, blocks, places
 
 
 def _excess_length(block: _Block) -> float:
@@ -265,7 +259,7 @@ def _block(specs: list[RoomSpec], rng: np.random.Generator, width: int | None = 
         width = round(np.sqrt(area * rng.uniform(0.75, 2.0)))
     if len(specs) < 5:
         height = round(area / width)
-        return _Block(width, height, divide_rectangle((0, 0, width, height), specs, rng), [], "plain")
+        return _Block(width, height, divide_rectangle((0, 0, width, height), specs, rng), [])
     return _spine(specs, width, rng)
 
 
@@ -279,9 +273,9 @@ def _spine(specs: list[RoomSpec], width: int, rng: np.random.Generator) -> _Bloc
         turned = _straight(specs, height, width, lane, rng)
         placed = [((y1, x1, y2, x2), spec) for (x1, y1, x2, y2), spec in turned[0]]
         (x1, y1, x2, y2) = turned[1]
-        return _Block(width, height, placed, [(shapely.box(y1, x1, y2, x2), words)], "spine")
+        return _Block(width, height, placed, [(shapely.box(y1, x1, y2, x2), words)])
     placed, corridor = _straight(specs, width, height, lane, rng)
-    return _Block(width, height, placed, [(shapely.box(*corridor), words)], "spine")
+    return _Block(width, height, placed, [(shapely.box(*corridor), words)])
 
 
 def _straight(
@@ -336,7 +330,7 @@ def _ring(specs: list[RoomSpec], rng: np.random.Generator) -> _Block:
         if side:
             placed += divide_rectangle(rect, side, rng, across=False)
     corridor = shapely.box(x1, y1, x2, y2).difference(shapely.box(*hole))
-    return _Block(width, y2 + high, placed, [(corridor, words)], "ring")
+    return _Block(width, y2 + high, placed, [(corridor, words)])
 
 
 def _cells(blocks: list[_Block], places: list[Rect]) -> list[Cell]:

@@ -39,7 +39,7 @@ def make_storey(difficulty: str | None, rng: np.random.Generator) -> Storey:
 
 def _attempt(difficulty: str | None, rng: np.random.Generator) -> Storey | None:
     drawn: list[Cell] | None
-    drawn, features = _cells(draw_room_count(rng, _MIN_ROOMS.get(difficulty or "", 1)), rng)
+    drawn = _cells(draw_room_count(rng, _MIN_ROOMS.get(difficulty or "", 1)), rng)
     if difficulty == "closed_cell":
         drawn = difficulties.add_shafts(drawn, rng)
     elif difficulty == "garage_apart":
@@ -65,7 +65,6 @@ def _attempt(difficulty: str | None, rng: np.random.Generator) -> Storey | None:
     if rng.random() < _DIVIDER_SHARE:
         dividers = _dividers(cells, rng)
         walls += dividers
-        features += ["free_wall"] if dividers else []
     if difficulty in {"open_front", "half_open_front"}:
         opened = difficulties.remove_outer_wall(
             cells, walls, openings, outer, half=difficulty == "half_open_front", rng=rng
@@ -74,17 +73,16 @@ def _attempt(difficulty: str | None, rng: np.random.Generator) -> Storey | None:
             return None
         walls, openings = opened
     items = furnish_rooms(cells, openings, rng)
-    return Storey(tuple(cells), tuple(walls), tuple(openings), tuple(items), True, planted, tuple(features))
+    return Storey(tuple(cells), tuple(walls), tuple(openings), tuple(items), True, planted)
 
 
-def _cells(number: int, rng: np.random.Generator) -> tuple[list[Cell], list[str]]:
-    """Return the cells of a storey in cm, and what is special about them."""
+def _cells(number: int, rng: np.random.Generator) -> list[Cell]:
+    """Return the cells of a storey in cm."""
     merged = number > 4 and rng.random() < _MERGED_SHARE
     specs = draw_rooms(number + merged, rng)
     small = [spec for spec in specs if spec.area < 6]
     carved = small[0] if number > 3 and small and rng.random() < _CARVED_SHARE else None
-    cells, wing_from, layout = lay_out_rooms([spec for spec in specs if spec is not carved], rng)
-    features = [layout]
+    cells, wing_from = lay_out_rooms([spec for spec in specs if spec is not carved], rng)
     if carved:
         cells = difficulties.carve_small_room(cells, carved, rng)
     if merged:
@@ -94,7 +92,6 @@ def _cells(number: int, rng: np.random.Generator) -> tuple[list[Cell], list[str]
     turned = False
     if rng.random() < _OBLIQUE_SHARE:
         draw = rng.random()
-        before = cells
         if wing_from is not None and draw < 0.35:
             cells = difficulties.slant_wing(cells, wing_from, rng)
         elif draw < 0.5:
@@ -104,8 +101,7 @@ def _cells(number: int, rng: np.random.Generator) -> tuple[list[Cell], list[str]
         else:
             for _ in range(int(rng.integers(1, 3))):
                 cells = difficulties.cut_off_outer_corner(cells, rng)
-        features += ["oblique"] if turned or cells is not before else []
-    return difficulties.turn_house(cells, rng, turned), features
+    return difficulties.turn_house(cells, rng, turned)
 
 
 def _dividers(cells: list[Cell], rng: np.random.Generator) -> list[Wall]:

@@ -91,8 +91,6 @@ class Storey:
     items: tuple[PlacedItem, ...] = ()
     has_floor: bool = True
     difficulties: tuple[str, ...] = ()
-    features: tuple[str, ...] = ()
-    expected: str = "plan"
 
 
 @dataclass(frozen=True, eq=False)

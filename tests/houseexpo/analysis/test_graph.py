@@ -7,10 +7,9 @@ import pytest
 import shapely
 
 from houseexpo.analysis.graph import OUTSIDE, open_borders, rooms_graph, rooms_graph_with_distances
-from houseexpo.analysis.navigability import ROBOT_SPECK_M2, disc_centre_areas, navigability
+from houseexpo.analysis.navigability import disc_centre_areas, navigability
 from houseexpo.drawing import svg
 from houseexpo.errors import PlanError
-from houseexpo.floorplan import decode
 from houseexpo.plan import Door, Room
 
 
@@ -86,31 +85,6 @@ def test_the_narrowest_of_several_passages_counts():
 def test_a_second_way_round_makes_the_narrow_one_no_bottleneck():
     ring = shapely.box(0, 0, 6, 6) - shapely.box(1.2, 0.5, 4.8, 4.8)  # 0.5 m below the block, 1.2 m elsewhere
     assert navigability(ring, (0.2,))["0.20"].narrowest > 1.1
-
-
-def test_nothing_fits():
-    result = navigability(shapely.box(0, 0, 0.5, 9), (0.3,))["0.30"]
-    assert (result.components, result.largest_share, result.narrowest) == (0, 0.0, 0.0)
-
-
-def exact_areas(shape: shapely.Geometry, radius: float) -> list[float]:
-    parts = shapely.get_parts(shape.buffer(-radius, quad_segs=16))
-    return sorted((part.area for part in parts if part.area >= ROBOT_SPECK_M2), reverse=True)
-
-
-def test_agrees_with_the_exact_erosion(published_lines):
-    judged = 0
-    for plan in map(decode, published_lines[:30]):
-        found = navigability(plan)
-        for radius in (0.1, 0.2, 0.35):
-            counts = {len(exact_areas(plan.free_space, radius + by)) for by in (-0.012, 0.0, 0.012)}
-            if len(counts) > 1:
-                continue  # a passage of just this width: the walls' centimetre decides
-            areas, result = exact_areas(plan.free_space, radius), found[f"{radius:.2f}"]
-            assert result.components == len(areas), plan.id
-            assert result.largest_share == pytest.approx(areas[0] / sum(areas) if areas else 0.0, abs=0.01)
-            judged += 1
-    assert judged > 80
 
 
 def test_a_disc_stands_in_what_is_left_of_the_free_space(two_rooms):

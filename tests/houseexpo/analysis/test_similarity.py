@@ -111,25 +111,6 @@ def test_finds_exact_moved_mirrored_and_jittered_copies(published_lines):
     assert 0 < found["zz_jittered"].difference <= THRESHOLD
 
 
-def test_the_first_id_is_kept_whatever_the_order():
-    mask = blob(np.random.default_rng(1), 25, 30)
-    other = np.ones((30, 30), dtype=bool)
-    shapes = {"c": mask, "a": other, "d": mask[::-1], "b": mask.T}
-    expected = [("c", "b", 0.0), ("d", "b", 0.0)]
-    for order in (sorted(shapes), sorted(shapes, reverse=True)):
-        assert [d[:3] for d in find_duplicates({i: shapes[i] for i in order})] == expected
-    assert find_duplicates({}) == []
-
-
-def test_a_duplicate_of_a_dropped_plan_alone_is_kept():
-    a = np.ones((40, 40), dtype=bool)
-    b, c = a.copy(), a.copy()
-    b[0, :30] = False
-    c[0, :30] = c[39, :30] = False
-    found = find_duplicates({"a": a, "b": b, "c": c})
-    assert [(d.id, d.kept_id) for d in found] == [("b", "a")]
-
-
 def test_the_bound_never_exceeds_the_difference(published_lines):
     masks = [comparison_mask(decode(line)) for line in published_lines[:25]]
     prints = np.stack([mask_fingerprint(mask) for mask in masks])

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from dataclasses import replace
 from pathlib import Path
 
@@ -21,7 +20,6 @@ from houseexpo.pseudoslam.agents.policies import make_policy
 from houseexpo.pseudoslam.config import SimulatorConfig, StartConfig
 from houseexpo.pseudoslam.envs.single import ExplorationEnv
 from houseexpo.pseudoslam.io.movies import write_movie
-from houseexpo.pseudoslam.io.races import record_race
 from houseexpo.pseudoslam.io.record import record_episode
 from houseexpo.pseudoslam.render.picture import draw_episode
 from houseexpo.pseudoslam.tasks import ROOM
@@ -77,20 +75,6 @@ def test_a_film_is_an_mp4(tmp_path: Path) -> None:
     assert (frame.reshape(-1, 3).max(axis=0) > 240).all()
 
 
-def test_where_opencv_cannot_write_films_it_says_so(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    class Closed:
-        fourcc = staticmethod(lambda *_: 0)
-
-        def __init__(self, *_: object) -> None: ...
-
-        def isOpened(self) -> bool:  # noqa: N802
-            return False
-
-    monkeypatch.setattr(cv2, "VideoWriter", Closed)
-    with pytest.raises(MissingDependencyError, match=r"this build of OpenCV cannot write MP4; write a \.gif"):
-        record_episode(made(), lambda _: 0, tmp_path / "run.mp4", steps=1)
-
-
 @pytest.mark.parametrize("name", ["run.gif", "run.mp4"])
 def test_a_film_that_fails_leaves_what_was_there(tmp_path: Path, name: str) -> None:
     (tmp_path / name).write_text("the film of yesterday")
@@ -128,32 +112,6 @@ def test_random_is_seeded_and_takes_any_action(tmp_path: Path) -> None:
         for _ in range(2)
     ]
     assert done[0] == done[1]
-
-
-def test_bounce_goes_on_until_it_is_blocked() -> None:
-    env = made()
-    env.reset(seed=0)
-    policy = make_policy("bounce", env, 0)
-    taken: Counter[int] = Counter()
-    blocked = True
-    for step in range(80):
-        action = policy(None)
-        assert action == 0 or blocked or step == 0
-        *_, info = env.step(action)
-        blocked = info["collided"] or action != 0  # it goes on turning
-        taken[action] += 1
-    assert taken[0] > 20
-    assert taken[1] + taken[2] > 5
-
-
-def test_the_explorer_sees_all_and_begins_anew_with_each_episode() -> None:
-    env = made()
-    policy = make_policy("frontier", env)
-    for seed in (0, 1):
-        env.reset(seed=seed)
-        for _ in range(60):
-            *_, info = env.step(policy(None))
-        assert info["coverage"] == 1.0
 
 
 def test_the_command_writes_a_movie_of_a_plan(tmp_path: Path) -> None:
@@ -216,14 +174,3 @@ def test_policies_go_side_by_side(tmp_path: Path) -> None:
     assert (left == right).all()
     left, right = shown[-1][40:, :296], shown[-1][40:, 304:]
     assert (left != right).any()
-
-
-def test_a_race_is_a_movie(tmp_path: Path) -> None:
-    (tmp_path / "room.json").write_bytes(encode(ROOM))
-    words = ["record", str(tmp_path / "room.json"), "--policy", "frontier,forward"]
-    for more in ([], ["--out", str(tmp_path / "a.gif"), "--shows", "beside"]):
-        done = CliRunner().invoke(make_app(), [*words, *more])
-        assert done.exit_code == 2
-        assert "--policy: several make a movie" in done.output
-    with pytest.raises(ConfigError, match="found 0 policies"):
-        record_race([], tmp_path / "a.gif")

@@ -11,9 +11,7 @@ import sys
 from importlib.metadata import EntryPoint
 from pathlib import Path
 
-import numpy as np
 import pytest
-from PIL import Image
 from typer.testing import CliRunner
 
 import houseexpo
@@ -54,21 +52,6 @@ def test_show_takes_a_data_set_as_info_does(data, tmp_path):
     assert plans_in("--sample", "4") == 4
     assert plans_in("--sample", "4", "--limit", "3") == 3
     assert plans_in("--ids", f"{hexed(1)},{hexed(3)}") == 2
-
-
-def test_a_folder_to_show_in_that_is_a_file_is_named(data, tmp_path):
-    (tmp_path / "taken").write_text("mine")
-    said = call("show", data, "--out", tmp_path / "taken" / "sheet.svg", "--size", "100", code=2)
-    assert "expected a folder or nothing, found the file" in said
-
-
-def test_a_sample_is_the_seeds(data, tmp_path):
-    sheets = []
-    for seed in (1, 1, 2):
-        call("show", data, "--sample", "2", "--seed", str(seed), "--size", "100", "--out", tmp_path / "sheet.png")
-        sheets.append(np.asarray(Image.open(tmp_path / "sheet.png")))
-    assert np.array_equal(sheets[0], sheets[1])
-    assert not np.array_equal(sheets[0], sheets[2])
 
 
 def test_ids_are_given_alike_in_every_command(data, tmp_path):
@@ -129,11 +112,6 @@ def test_a_split_of_two_lists(data, tmp_path):
     assert "add up to 1" in call("split", data, "--train", "0.9", "--test", "0.2", "--out", tmp_path, code=2)
 
 
-def test_the_papers_split_has_its_own_shares(data, tmp_path):
-    said = call("split", data, "--paper", "--train", "0.5", "--out", tmp_path, code=2)
-    assert "leave out --train, --val and --test" in said
-
-
 def test_a_word_that_is_no_file_and_can_be_no_id_is_named(tmp_path, monkeypatch):
     monkeypatch.setenv("HOUSEEXPO_CACHE", str(tmp_path / "cache"))
     for words in (("info", "plan"), ("show", "plan", "--out", tmp_path / "sheet.svg")):
@@ -174,16 +152,6 @@ def test_a_command_that_cannot_be_loaded_says_why(monkeypatch):
     assert "no_such_module_here" in call("broken", "--any", "thing", code=2)
 
 
-def test_a_command_is_loaded_when_it_is_called():
-    code = (
-        "import sys; from houseexpo.commands.app import main; sys.argv = ['houseexpo', 'info', '--help'];\n"
-        "try: main()\nexcept SystemExit: pass\n"
-        "print([name for name in sys.modules if name.startswith(('pipeline', 'stats'))])"
-    )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout.splitlines()[-1] == "[]"
-
-
 @pytest.mark.parametrize(("words", "level"), [([], "WARNING"), (["-v"], "INFO"), (["-vv"], "DEBUG"), (["-q"], "ERROR")])
 def test_how_much_is_said(words, level, data):
     call(*words, "info", data)
@@ -221,12 +189,6 @@ def test_completion_is_offered():
     asked = {"_HOUSEEXPO_COMPLETE": "complete_bash", "COMP_WORDS": "houseexpo va", "COMP_CWORD": "1"}
     done = CliRunner().invoke(app.make_app(), prog_name="houseexpo", env=asked)
     assert done.output.split() == ["validate"]
-
-
-def test_a_notebook_shows_a_data_set(data):
-    shown = open_dataset(data)._repr_html_()
-    assert shown.count("<svg ") == 6
-    assert "6 plans" in shown
 
 
 def test_python_m_says_the_command_that_it_is(tmp_path):

@@ -6,7 +6,6 @@ from typing import Any
 
 import pytest
 import typer
-from typer.testing import CliRunner
 
 from houseexpo.commands.app import EXAMPLES, make_app
 
@@ -26,10 +25,3 @@ def test_examples_name_options_that_there_are(name: str) -> None:
         first, *words = example.split()
         assert first == name
         assert {word for word in words if word.startswith("--")} <= known
-
-
-def test_the_help_ends_with_an_example_a_line() -> None:
-    said = CliRunner().invoke(make_app(), ["build", "--help"]).output
-    lines = [line.strip() for line in said.splitlines()]
-    assert "houseexpo build house.glb --out plans/house" in lines
-    assert "houseexpo build procedural:20 --seed 7 --out plans/homes" in lines

@@ -62,13 +62,6 @@ def test_a_plan_comes_back_from_the_file_that_it_was_saved_to(plans: Dataset, tm
     assert houseexpo.load_plan(tmp_path / "plan.json") == plans[0]
 
 
-def test_polygons_are_what_shapely_users_expect(plans: Dataset) -> None:
-    room, door = plans[0].rooms[0], plans[0].doors[0]
-    assert isinstance(room.polygon, shapely.Polygon)
-    assert room.polygon.area == pytest.approx(room.area, abs=0.01)
-    assert isinstance(door.polygon, shapely.Polygon)
-
-
 def test_index_is_that_of_every_sequence(plans: Dataset) -> None:
     assert [plans.index(plan) for plan in plans] == list(range(len(plans)))
     assert plans.index(plans.ids[2]) == 2
@@ -99,11 +92,6 @@ def test_tables_have_a_row_for_each_plan_room_and_door(plans: Dataset) -> None:
         "height",
         "geometry",
     ]
-
-
-def test_layers_have_names(plans: Dataset) -> None:
-    with pytest.raises(ConfigError, match="plans, rooms, doors, walls, objects, found 'windows'"):
-        plans.to_geopandas("windows")  # type: ignore[arg-type]
 
 
 def test_walls_are_a_layer(plans: Dataset) -> None:

@@ -8,10 +8,9 @@ from pathlib import Path
 import pytest
 
 from houseexpo import disk_cache, open_dataset
-from houseexpo.dataset.store import value_cache as module
 from houseexpo.floorplan import FloorPlan
 from houseexpo.plan.json_codec import encode
-from houseexpo.processes import THREADS, child_environment
+from houseexpo.processes import THREADS
 
 
 @pytest.fixture
@@ -48,25 +47,6 @@ def test_workers_compute_with_one_thread_each(folder, monkeypatch):
     assert found == [["1"] * len(THREADS)] * 3
     assert os.environ["OMP_NUM_THREADS"] == "7"
     assert "MKL_NUM_THREADS" not in os.environ
-
-
-def test_the_environment_comes_back_after_an_error(monkeypatch):
-    monkeypatch.setenv("OMP_NUM_THREADS", "7")
-    with pytest.raises(ZeroDivisionError), child_environment():
-        raise ZeroDivisionError
-    assert os.environ["OMP_NUM_THREADS"] == "7"
-
-
-def test_the_bar_names_the_data_set(folder, monkeypatch):
-    said = []
-
-    def noted(items, what, total):
-        said.append((what, total))
-        yield from items
-
-    monkeypatch.setattr(module, "show_progress", noted)
-    open_dataset(folder).measure_cached("a key that is nobody's business, 3", area)
-    assert said == [("measuring street", 3)]
 
 
 def forgets(plan: FloorPlan) -> float:

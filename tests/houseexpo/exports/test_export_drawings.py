@@ -10,7 +10,6 @@ import networkx as nx
 import numpy as np
 import pytest
 import shapely
-from PIL import Image
 
 from houseexpo import FloorPlan, decode
 from houseexpo.exports import (
@@ -19,7 +18,6 @@ from houseexpo.exports import (
     graphml,
     npz,
     orient_plan,
-    png,
     pol,
     published_json,
     svg,
@@ -105,13 +103,6 @@ def test_graphml_of_a_published_plan_has_its_boxes(published):
     assert sorted(set(nx.get_node_attributes(graph, "label").values())) == sorted(plan.room_category)
     assert set(nx.get_node_attributes(graph, "source").values()) == {"box"}
     assert not graph.edges
-
-
-def test_png_through_pillow(plans):
-    for plan in plans:
-        pixels = np.asarray(Image.open(io.BytesIO(png(plan)[f"{plan.id}.png"])))
-        assert set(np.unique(pixels)) == {0, 255}
-        assert (pixels == 255).sum() * 0.02**2 == near(plan)
 
 
 def test_npz_through_numpy(flat, mirrored):

@@ -40,21 +40,6 @@ def test_ros_map_through_yaml_and_pillow(plans):
         assert (between == (pixels == 205)).all()
 
 
-def test_ros_origin_is_the_lower_left_corner_of_the_lower_left_pixel(flat):
-    files = ros_map(flat, resolution=0.02)
-    found = yaml.safe_load(files[f"{flat.id}.yaml"])
-    pixels = np.asarray(Image.open(io.BytesIO(files[f"{flat.id}.pgm"])))
-    x0, y0, yaw = found["origin"]
-    rng = np.random.default_rng(1)
-    points = rng.uniform((0.2, 0.2), (7.6, 5.2), (200, 2))
-    cols, rows = ((points - (x0, y0)) / found["resolution"]).astype(int).T
-    clear = shapely.distance(flat.free_space.boundary, shapely.points(points)) > 0.03
-    free = shapely.contains_xy(flat.free_space, points)
-    assert yaw == 0.0
-    assert clear.sum() > 100
-    assert ((pixels[len(pixels) - 1 - rows, cols] == 254) == free)[clear].all()
-
-
 def test_sdf_boxes_and_prisms(plans):
     for plan in plans:
         root = parsed(sdf(plan)[f"{plan.id}.sdf"])
@@ -78,13 +63,6 @@ def test_sdf_has_a_model_for_each_floor_doorway_and_entrance(flat):
     assert list(models) == ["ground", "walls", "entrance_door_2", *FLOORS]
     assert all(model.findtext("static") == "true" for model in models.values())
     assert all(models[name].find("link/collision") is None for name in FLOORS)
-
-
-def test_sdf_oblique_walls_are_not_boxes(flat):
-    root = parsed(sdf(flat)[f"{flat.id}.sdf"])
-    walls = [polyline_of(c) for c in root.iter("collision") if c.find("geometry/polyline") is not None]
-    oblique = shapely.union_all([shape for shape, _, _ in walls])
-    assert oblique.covers(shapely.LineString([(6.3, 3.05), (7.6, 1.75)]))
 
 
 def test_stage_blocks_stand_where_their_points_say(plans):

@@ -15,7 +15,7 @@ from PIL import Image
 from houseexpo.analysis.audit import audit_plan
 from houseexpo.dataset import open_dataset
 from houseexpo.dataset.validation import validate_dataset
-from houseexpo.release.tables import PLANS, ROOMS, TableWriter
+from houseexpo.release.tables import PLANS, TableWriter
 from pipeline.sources.sound_homes.programme import KINDS
 from tests.builders.needs import need
 
@@ -108,12 +108,6 @@ def test_row_groups_are_small(tmp_path: Path) -> None:
     assert max(sizes) < 100e6
 
 
-def test_a_table_without_rows_is_a_table(tmp_path: Path) -> None:
-    with TableWriter(tmp_path / "t.parquet", ROOMS) as writer:
-        writer.add([])
-    assert pq.read_table(tmp_path / "t.parquet").column_names == [column.name for column in ROOMS.columns]
-
-
 def test_geopandas_reads_metres_without_a_reference_system(made: Path, released: Path) -> None:
     need(modules=["geopandas"], how="make readers")
     import geopandas
@@ -135,15 +129,6 @@ def test_geopandas_reads_all_parts_at_once(released: Path) -> None:
     plans = geopandas.read_parquet(released / "plans")
     assert len(plans) == sum(pq.read_metadata(file).num_rows for file in _files(released, "plans"))
     assert set(plans["split"]) == {file.stem for file in _files(released, "plans")}
-
-
-def test_pandas_reads_them(released: Path) -> None:
-    need(modules=["pandas"], how="make readers")
-    import pandas
-
-    plans = pandas.read_parquet(released / "plans" / "train.parquet")
-    assert set(plans["split"]) == {"train"}
-    assert plans["area"].min() > 2
 
 
 def test_duckdb_reads_and_counts(made: Path, released: Path, monkeypatch: pytest.MonkeyPatch) -> None:
