@@ -26,7 +26,12 @@ from tests.builders.services import running, service_of
 
 ROOT = Path(__file__).resolve().parents[1]
 README = ROOT / "README.md"
-PAGES = [README, *sorted(page for page in (ROOT / "docs").rglob("*.md") if "_build" not in page.parts)]
+PAGES = [
+    README,
+    ROOT / "CONTRIBUTING.md",
+    ROOT / "SECURITY.md",
+    *sorted(page for page in (ROOT / "docs").rglob("*.md") if "_build" not in page.parts),
+]
 NAMES = {page: page.relative_to(ROOT).with_suffix("").as_posix() for page in PAGES}
 MAX_CHARACTERS = 8000
 CONTINUED = {ROOT / "docs" / "readers" / "analysis.md"}
