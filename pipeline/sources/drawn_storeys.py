@@ -45,13 +45,13 @@ from pipeline.sources.tolerances import (
     MIN_DEPTH_M,
     OPEN_AIR_EDGE,
     OUTER_WALL_M,
-    SAME_DOOR,
     SAME_DOOR_M,
     STOREYS_APART_M,
     THICKEST_WALL_M,
     TINY,
     WALLS_COVERED,
 )
+from pipeline.tolerances import MOSTLY
 from pipeline.values import Opening, SourceRoom
 
 
@@ -321,7 +321,8 @@ def _is_one(one: Polygon, other: Polygon) -> bool:
         return False
     shared = shapely.intersection(shapely.buffer(one, SAME_DOOR_M), other).area
     back = shapely.intersection(shapely.buffer(other, SAME_DOOR_M), one).area
-    return bool(shared > SAME_DOOR * other.area and back > SAME_DOOR * one.area)
+    # two doors are one of which most lies near the other
+    return bool(shared > MOSTLY * other.area and back > MOSTLY * one.area)
 
 
 def _unite_holes(parts: Sequence[Hole]) -> Hole:

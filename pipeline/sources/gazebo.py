@@ -11,7 +11,8 @@ R2  What is called a door is a leaf: it may stand open or shut. A model called d
     a door, in a model that is called neither a door nor furniture, and that is shaped as one, is a leaf of its own.
 R3  The building's levels are found as those of any mesh; furniture goes to the level where it stands.
 R4  Worlds for small robots have low walls. Where nothing stands head high, and the highest fixed body reaches
-    ``LOWEST_WALL_M``, everything is stretched upwards until that is a storey high; the plan counts it as a guess.
+    0.1 m (those for vacuum cleaners are 0.15 m high), everything is stretched upwards until that is a storey high; the
+    plan counts it as a guess.
 R5  A fixed flat body called floor, beside the name of a room, is the floor of that room; one called threshold is the
     floor in a doorway (``named_scene``, R6).
 """
@@ -36,7 +37,8 @@ from pipeline.sources.named_scene import NamedBody, NamedScene, divide_among_lev
 from pipeline.sources.roles import Role, names_furniture_with_doors, part_room_words, role_from_name, split_words
 from pipeline.sources.storeys.levels import FoundLevel, Shift, find_levels, shift_to_origin
 from pipeline.sources.storeys.surfaces import Surfaces
-from pipeline.sources.tolerances import BUILDING_SHARE, CLEAR_M, INSIDE_M, LOWEST_WALL_M, WALL_HEIGHT_M
+from pipeline.sources.tolerances import BUILDING_SHARE, CLEAR_M, WALL_HEIGHT_M
+from pipeline.tolerances import BESIDE_M, HAND_M
 from pipeline.values import Input, Level, Mesh, SourceObject
 
 _GROUND = (Role.FLOOR, Role.THRESHOLD)
@@ -65,7 +67,7 @@ def read(item: Input) -> Iterator[Level]:
         provenance["missing"] = ", ".join(scene.missing)
     guesses: tuple[str, ...] = ()
     low, high = (float(z) for z in np.quantile(parts.building.vertices[:, 2], (0.0, 1.0)))
-    if LOWEST_WALL_M <= high - low < CLEAR_M:  # R4
+    if HAND_M <= high - low < CLEAR_M:  # R4
         parts = _stretch_bodies(parts, low, WALL_HEIGHT_M / (high - low))
         guesses = ("wall height",)
         provenance["wall_height"] = f"stretched from {high - low:.2f} m to {WALL_HEIGHT_M} m"
@@ -220,14 +222,15 @@ def _stands_in(body: ModelBody, main: ModelBody) -> bool:
     (low, high), (floor, top) = _box(body.mesh), _box(main.mesh)
     if _is_storey_below(body, main):
         return False
-    inside = bool((low[:2] >= floor[:2] - INSIDE_M).all() and (high[:2] <= top[:2] + INSIDE_M).all())
-    return body is not main and inside and bool(high[2] < top[2] - INSIDE_M)
+    # what stands in the building hardly reaches outside, and stays under its top
+    inside = bool((low[:2] >= floor[:2] - BESIDE_M).all() and (high[:2] <= top[:2] + BESIDE_M).all())
+    return body is not main and inside and bool(high[2] < top[2] - BESIDE_M)
 
 
 def _is_storey_below(body: ModelBody, main: ModelBody) -> bool:
     """R1: head high, and all of it under the building's foot."""
     (low, high), (floor, _) = _box(body.mesh), _box(main.mesh)
-    return bool(high[2] - low[2] >= CLEAR_M and high[2] <= floor[2] + INSIDE_M)
+    return bool(high[2] - low[2] >= CLEAR_M and high[2] <= floor[2] + BESIDE_M)
 
 
 def _box(mesh: Mesh) -> tuple[np.ndarray, np.ndarray]:

@@ -39,24 +39,18 @@ from pipeline.sources.roles import (
 from pipeline.sources.storeys.surfaces import Surfaces, cut_at_height
 from pipeline.sources.tolerances import (
     AJAR_M,
-    BESIDE_HOLE_M,
     DEEPEST_WALL_M,
     DOOR_SHAPE,
     FILE_GRID_M,
     FILLS_M,
-    FILLS_SHARE,
-    FLAT_SHARE,
-    HANDLE_M,
     HOLE_AT,
     HOUSE_M2,
     LEAF_HEIGHT_M,
     LEFT_FACES,
-    LEFT_STANDING,
     MIN_DOORS,
     NAMED_FLAT,
     NAMED_HOLE_M,
     NARROWEST_DOOR_M,
-    ONE_OBJECT_M,
     OPENING_FOOT_M,
     OPENING_HEIGHT_M,
     PIECE_DOOR_DEPTH_M,
@@ -64,16 +58,15 @@ from pipeline.sources.tolerances import (
     PIECE_DOOR_WIDTH_M,
     ROUGH_M,
     SAME,
-    SAME_ROOM,
     SMALLEST_NAMED_ROOM_M2,
     SPACE_HEIGHT_M,
     TERRAIN_BEYOND,
     TINY,
-    UNDER_FLOOR_M,
     UPRIGHT_M2,
     WAIST_M,
     WIDEST_DOOR_BODY_M,
 )
+from pipeline.tolerances import FOOT_M, HAND_M, HARDLY, MOST, NEARLY_ALL, STAND_M, STUB_M
 from pipeline.values import Mesh, Opening, SourceObject, SourceRoom
 
 Floats = npt.NDArray[np.float64]
@@ -151,7 +144,8 @@ def may_be_door(mesh: Mesh, faces: Indices, sure: bool) -> bool:
 def is_floor(surfaces: Surfaces, faces: Indices) -> bool:
     """Tell whether most of a part lies level: what is called floor may be a storey."""
     flat = float(surfaces.area[faces][np.abs(surfaces.normal[faces, 2]) > NAMED_FLAT].sum())
-    return flat >= FLAT_SHARE * float(surfaces.area[faces].sum())
+    # most of a floor lies level: what is called floor may be a storey
+    return flat >= MOST * float(surfaces.area[faces].sum())
 
 
 def is_room_high(mesh: Mesh, faces: Indices) -> bool:
@@ -164,7 +158,8 @@ def is_whole_house(mesh: Mesh, faces: Indices, low: npt.NDArray[np.float64], hig
     """Tell whether a piece is as high as a storey and covers half of the plan box: that is a house, no piece of it."""
     lowest, highest = bounding_box(mesh, faces)
     area = float(np.prod((highest - lowest)[:2]))
-    return bool(highest[2] - lowest[2] > FILLS_M and area > FILLS_SHARE * float(np.prod((high - low)[:2])))
+    # it covers most of the plan box
+    return bool(highest[2] - lowest[2] > FILLS_M and area > MOST * float(np.prod((high - low)[:2])))
 
 
 def plan_sides(mesh: Mesh, faces: Indices) -> tuple[float, float]:
@@ -193,7 +188,8 @@ def _is_wall_with_hole(mesh: Mesh, faces: Indices, low: npt.NDArray[np.float64],
     reached = np.maximum.accumulate(spans[:, 1])
     gaps = np.maximum(spans[1:, 0] - reached[:-1], 0.0)
     solid = float(reached[-1] - spans[0, 0] - gaps.sum())
-    return bool(len(gaps) and gaps.max() >= NAMED_HOLE_M and solid >= BESIDE_HOLE_M)
+    # a door's frame has less wall on both sides of its hole
+    return bool(len(gaps) and gaps.max() >= NAMED_HOLE_M and solid >= STUB_M)
 
 
 Bools = npt.NDArray[np.bool_]
@@ -244,7 +240,8 @@ def _is_building(mesh: Mesh, chosen: Bools) -> bool:
         return True
     surfaces = Surfaces.of(mesh)
     upright = [surfaces.walls(axis) for axis in (1, 2)]
-    return any(0 < LEFT_STANDING * surfaces.area[each].sum() <= surfaces.area[each & chosen].sum() for each in upright)
+    # names that leave hardly any wall standing are wrong
+    return any(0 < HARDLY * surfaces.area[each].sum() <= surfaces.area[each & chosen].sum() for each in upright)
 
 
 @dataclass(frozen=True)
@@ -300,7 +297,7 @@ def sort_faces_by_role(scene: Scene) -> NamedScene:
     walls = surfaces.walls()
     whole = Surfaces.of(scene.mesh)
     before = float(whole.area[whole.walls()].sum())
-    if float(surfaces.area[walls].sum()) < min(LEFT_STANDING * before, HOUSE_M2):  # R5
+    if float(surfaces.area[walls].sum()) < min(HARDLY * before, HOUSE_M2):  # R5
         return NamedScene.plain(scene.mesh)
     return found
 
@@ -351,7 +348,7 @@ class _Sorter:
             if named is None or named.role is not Role.DOOR:
                 continue
             doors = [piece for piece in connected_pieces(self.mesh, faces) if may_be_door(self.mesh, piece, named.sure)]
-            for thing in unite_near_pieces(self.mesh, doors, HANDLE_M):
+            for thing in unite_near_pieces(self.mesh, doors, STAND_M):  # pieces of doors that are closer are one door
                 self.out[thing] = True
                 yield SourceObject((named.words,), take_faces(self.mesh, thing))
 
@@ -363,7 +360,8 @@ class _Sorter:
             found = connected_pieces(self.mesh, faces)
             if any(self._fills(piece) for piece in found):
                 continue
-            for thing in unite_near_pieces(self.mesh, found, ONE_OBJECT_M):
+            # pieces of furniture that are closer are one object
+            for thing in unite_near_pieces(self.mesh, found, HAND_M):
                 self.out[thing] = True
                 yield SourceObject((named.words,), take_faces(self.mesh, thing))
 
@@ -449,7 +447,8 @@ class LevelParts:
 
 def divide_among_levels(named: NamedScene, floors_z: Sequence[float]) -> list[LevelParts]:
     """Give each level what stands between its floor and the next one's."""
-    ends = [-np.inf, *(z - UNDER_FLOOR_M for z in floors_z[1:]), np.inf]
+    # the feet of things may lie so far under their floor
+    ends = [-np.inf, *(z - FOOT_M for z in floors_z[1:]), np.inf]
     return [_share(named, z, low, high) for z, (low, high) in zip(floors_z, pairwise(ends), strict=True)]
 
 
@@ -490,7 +489,8 @@ def _distinct(rooms: list[SourceRoom]) -> list[SourceRoom]:
     """Rooms without those that cover an earlier one: a floor may have an upper and an under side of its own."""
     kept: list[SourceRoom] = []
     for room in rooms:
-        if not any(_share_of_both(room.polygon, other.polygon) > SAME_ROOM for other in kept):
+        # two named rooms that share nearly all are one
+        if not any(_share_of_both(room.polygon, other.polygon) > NEARLY_ALL for other in kept):
             kept.append(room)
     return kept
 

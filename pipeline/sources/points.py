@@ -53,8 +53,6 @@ from pipeline.sources.tolerances import (
     CLOUD_STOREY_M,
     CLOUD_TOP,
     FEWEST_VOXELS,
-    FLOOR_NOISE_M,
-    LAYER_APART_M,
     LEVEL_LAYER,
     LEVELLED,
     LONGEST_CLOUD_M,
@@ -66,6 +64,7 @@ from pipeline.sources.tolerances import (
     WALLS_ONLY_M,
     Y_IS_UP,
 )
+from pipeline.tolerances import HAND_M
 from pipeline.values import Input, Level, Mesh
 
 MAX_VOXELS = 30_000_000
@@ -219,7 +218,7 @@ def find_storeys(voxels: Voxels) -> list[StoreyHeights]:
             if not found and top >= least:  # S4
                 found.append((peaks[k], min(top, most)))
             k += 1
-    if not found and peaks and top - peaks[-1] < LAYER_APART_M / VOXEL_M:  # S5
+    if not found and peaks and top - peaks[-1] < HAND_M / VOXEL_M:  # S5
         lowest = round(float(np.quantile(z - low, 1 - CLOUD_TOP)))
         depth = (peaks[-1] - lowest) * VOXEL_M
         walls = float(np.median(counts[lowest : peaks[-1]])) if depth > 0 else np.inf
@@ -236,7 +235,8 @@ def find_storeys(voxels: Voxels) -> list[StoreyHeights]:
 def _peaks(counts: np.ndarray) -> list[int]:
     """S1: the fullest layer of each run of full ones, lowest first."""
     full = np.flatnonzero(counts >= LEVEL_LAYER * counts.max())
-    runs = np.split(full, np.flatnonzero(np.diff(full) > LAYER_APART_M / VOXEL_M) + 1)
+    # full layers that are farther apart in height are two
+    runs = np.split(full, np.flatnonzero(np.diff(full) > HAND_M / VOXEL_M) + 1)
     return [int(run[np.argmax(counts[run])]) for run in runs]
 
 
@@ -327,7 +327,8 @@ def _level(voxels: Voxels, storey: StoreyHeights, name: str, number: int, proven
     sign = -1.0 if voxels.up == "y" else 1.0
     return Level(
         id=name,
-        walls=Mesh(points[(points[:, 2] > -FLOOR_NOISE_M) & (points[:, 2] < clear)], np.empty((0, 3), np.int64)),
+        # the noise of a floor lies below it
+        walls=Mesh(points[(points[:, 2] > -HAND_M) & (points[:, 2] < clear)], np.empty((0, 3), np.int64)),
         ceiling_m=clear,
         frame=Frame(
             ((a, b, at[0]), (sign * c, sign * d, sign * at[1])),

@@ -52,13 +52,12 @@ from pipeline.sources.tolerances import (
     FILE_GRID_M,
     NAME_BOX_M,
     NARROWEST_DOOR_M,
-    NARROWEST_SCANNED_ROOM_M,
     ROOMPLAN_WALL_M,
-    SCAN_CORNER_M,
     SCAN_INSIDE_M,
     STOREYS_APART_M,
     TINY,
 )
+from pipeline.tolerances import HAND_M, STUB_M
 from pipeline.values import Input, Level, SourceObject, SourceRoom
 
 UNKNOWN = frozenset({"", "unidentified", "other"})
@@ -190,10 +189,13 @@ def _open_sides(scan: Scan) -> list[Polygon]:
 def _enclosed_spaces(walls: Sequence[UprightBox]) -> list[Polygon]:
     """Return what surfaces close all round, except the inside of walls between two of them."""
     strips = shapely.union_all(
-        [_strip(wall.shape, DRAWN_SHEET_M, SCAN_CORNER_M) for wall in walls], grid_size=FILE_GRID_M
+        # surfaces of a scan end so far from the corner that they make
+        [_strip(wall.shape, DRAWN_SHEET_M, HAND_M) for wall in walls],
+        grid_size=FILE_GRID_M,
     )
     areas = [buffer_mitred(area, DRAWN_SHEET_M / 2) for area in enclosed_pieces(strips)[1]]
-    return [area for area in areas if not drop_thin_parts(area, NARROWEST_SCANNED_ROOM_M).is_empty]
+    # a narrower space between the walls of a RoomPlan scan is no room
+    return [area for area in areas if not drop_thin_parts(area, STUB_M).is_empty]
 
 
 def _strip(shape: Polygon, thick_m: float, longer_m: float) -> Polygon:

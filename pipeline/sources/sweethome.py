@@ -25,7 +25,7 @@ H6  A piece of furniture that is called a door, and is as large as one, is a doo
 
 S1  A wall is a strip about its middle; a bent one a strip about its arc.
 S2  Where two walls are joined, the corner between their ends is filled up to where their outer faces meet.
-S3  A sloping wall goes up in steps of SLOPE_STEP_M.
+S3  A sloping wall goes up in steps of 0.1 m.
 S4  A door's hole goes through the whole of each wall that runs along it and in which its frame stands, however deep the
     frame is.
 
@@ -88,7 +88,6 @@ from pipeline.sources.tolerances import (
     NARROWEST_DOOR_M,
     ROUGH_M,
     SHARPEST,
-    SLOPE_STEP_M,
     SLOPE_STEPS,
     SWEETHOME_WALL_CM,
     THICKEST_WALL_M,
@@ -440,9 +439,9 @@ def _sloped_walls(strip: WallStrip) -> Iterable[Wall]:
     """S3."""
     wall = strip.wall
     rise = wall.end_height_m - wall.height_m
-    if abs(rise) < SLOPE_STEP_M:
+    if abs(rise) < HAND_M:
         return [Wall(strip.shape, 0.0, max(wall.height_m, wall.end_height_m))]
-    count = min(SLOPE_STEPS, math.ceil(abs(rise) / SLOPE_STEP_M))
+    count = min(SLOPE_STEPS, math.ceil(abs(rise) / HAND_M))
     line = LineString(strip.line)
     found = []
     for k in range(count):

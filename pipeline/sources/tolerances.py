@@ -1,7 +1,8 @@
 """Hold the numbers that readers of houses depend on, each with its unit and reason: tolerances, sizes, thresholds.
 
 Names end in the unit: ``_M`` metres, ``_M2`` square metres, ``_RAD`` radians; shares, cosines, counts and weights
-have none. A number that several readers use stands here once. Limits on the size of files, in bytes, faces or lines,
+have none. A number that several readers use stands here once; those of the stages that mean the same here stand in
+``pipeline.tolerances``. Limits on the size of files, in bytes, faces or lines,
 stand beside the code that they protect. What ``homes`` and ``sound_homes`` draw at random stands there: it describes
 the houses that they make, not what is true of houses. The stages have numbers of their own. Those that divide a
 robot's map were fitted or chosen together and stand in ``occupancy_map``. What a format gives to a part of which a file
@@ -105,7 +106,6 @@ WALL_THICKNESS_M: Final = (0.06, 0.6)  # from a panel to old masonry: walls that
 THICKEST_WALL_M: Final = 0.6  # what is narrower between floors, or between lines of a drawing, is wall
 MASSIVE_WALL_M: Final = 1.5  # a drawn wall that is wider, with something in it, is the outline of a house
 DEEPEST_WALL_M: Final = 0.7  # an opening goes through no thicker wall; the two faces of a wall are no farther apart
-THINNEST_WALL_M: Final = 0.02  # the two faces of a wall are at least this far apart
 IFC_WALL_M: Final = 0.5  # an unspecified IFC part that is upright and thinner is a wall
 LINE_WALL_M: Final = 0.1  # thickness of a wall that is drawn as a line without a thickness
 DRAWN_SHEET_M: Final = 0.02  # thickness of a wall that is drawn as a sheet, or as a line in a plan with other walls
@@ -119,7 +119,6 @@ SMALLEST_NAMED_ROOM_M2: Final = 0.5  # a smaller named area is no room
 SHED_M2: Final = 10.0  # a smaller block that stands apart is a shed
 HOUSE_M2: Final = 40.0  # this much upright area is a house, however much else was left out
 HALF_ROOM_M: Final = 0.4  # half the width of a room: narrower level surfaces are wall tops, sills, shelves and steps
-NARROWEST_SCANNED_ROOM_M: Final = 0.5  # a narrower space between the walls of a RoomPlan scan is no room
 SPACE_HEIGHT_M: Final = (1.8, 12.0)  # height of a body that the source calls a space
 DUCT_M: Final = 0.4  # a narrower IFC hole without a door lets pipes through
 CABIN_M: Final = 7.0  # the cabin of a vehicle is shorter
@@ -134,13 +133,9 @@ IFC_FLAT: Final = 0.9  # the same for the undersides of IFC spaces
 STEEPLY_LEANING: Final = 0.7  # the same, at most, for walls that lean: of scans, of vehicles
 BIN_M: Final = 0.01  # step of profiles over the height
 GRID_CELL_M: Final = 0.1  # side of the cells of a grid over a plan
-GRID_BORDER_M: Final = 1.0  # how far such a grid reaches beyond the walls
 COVER_MARGIN_M: Final = 0.05  # what is measured over a floor or under a cover stays this far from it
-UNDER_FLOOR_M: Final = 0.3  # faces, and the feet of things, that lie this far under a floor belong to it
-WALL_FOOT_M: Final = 0.3  # walls are measured from this height over the floor: skirtings end lower
 BARELY_STANDING: Final = 0.1  # share of the greatest wall length from which walls stand at a height
 STOREY_ENDED: Final = 0.2  # share of a storey's usual wall length; where less goes on, its walls have ended
-END_SLACK_M: Final = 0.1  # the end of walls is looked for from this far under the height where they reach at least
 LAYER_EDGE: Final = 0.02  # share of a layer's area left out on each side: a stair or a sill beside it
 SAME_PLACE: Final = 0.6  # share of what two layers cover together from which they are floor and ceiling of one place
 ELSEWHERE: Final = 0.2  # share of the smaller layer up to which two layers lie in different places
@@ -148,16 +143,11 @@ ELSEWHERE: Final = 0.2  # share of the smaller layer up to which two layers lie 
 # Decisions about floors and levels (``storeys.levels``).
 
 TERRAIN: Final = 2.0  # a floor that is this many times as large as what the walls enclose goes on outside
-CUT_AROUND_M: Final = 0.5  # and is cut this far outside of the walls
 # share of the largest floor's area; a smaller one, as the head of a stair on a roof, is no storey
 SMALL_FLOOR: Final = 0.15
 # share of the house's plan; a smaller upper floor is the head of a stair, or a row of shelves
 SMALL_STOREY: Final = 0.1
-LANDING_SHARE: Final = 0.5  # share of the floor below; a landing is smaller
-LIES_OVER: Final = 0.5  # share of a floor that lies over another, from which it is of the same place
 NEXT_FLOOR: Final = 0.25  # share of the smaller of two floors from which the higher one lies over the other
-LINED: Final = 0.5  # share of a floor's outer boundary along which walls stand
-WALL_ALONG_FLOOR_M: Final = 0.5  # a wall this near to a floor's boundary stands along it
 # walls are also cut at this height, since lintels over wide windows stand for the wall there
 LINTEL_CUT_M: Final = 2.15
 LAYER_HALF_M: Final = 0.06  # half the range of heights in which faces make one level surface: coverings, scans
@@ -166,21 +156,12 @@ FLOOR_FACES: Final = (0.1, 0.9)  # shares of a level surface's area that tell it
 OUTSIDE_SHARE: Final = 0.005  # share of the wall area that may stand outside of the house on each side
 TURNED: Final = 0.3  # share of area that may be wound the other way in a mesh that is wound with care
 VOID_UNDER_M: Final = 1.0  # what lies level or sloped this far under a floor's height fills a void
-VOID_OVER_M: Final = 0.3  # and so does what lies this far over it
-VOID_HALF_WIDTH_M: Final = 0.1  # a void that is narrower than twice this is a crack between floor and wall
-COVER_M: Final = 0.1  # a level surface that ends this near to the top of the walls closes the level
 COVER_OVER_M: Final = 0.07  # and lies at most this far over their top
-THIN_SLAB_M: Final = 0.02  # a level surface that is thinner is one face of a slab
 ATTIC_M: Final = 1.0  # walls that go on this far over a slab are those of an attic; over less, it may be a hung ceiling
-# share of the wall length that reaches a layer; where more goes on through it, it hangs between the walls
-THROUGH: Final = 0.9
 WALLS_ENDED: Final = 0.05  # where no larger share goes on through a layer, the walls end there
 SHORTEST_WALLS_M: Final = 2.0  # walls that are shorter in all make no storey
-FEET_M: Final = 0.02  # walls that start this near to each other start at one height
 FURNITURE_SHARE: Final = 0.4  # share of the plan; the tops of furniture cover less
 HOVER_M: Final = 0.15  # walls hover over the ground if they start this far over it
-HOVER_SHARE: Final = 0.15  # and less than this share of the usual wall length stands between
-NAMED_SHARE: Final = 0.5  # share of a surface from which the names of its parts are believed
 
 # Decisions about the up axis and the unit (``storeys.axis_and_unit``, ``storeys.scale``). Evidence adds up; its unit
 # is that of flatness, the logarithm of width over height.
@@ -254,13 +235,10 @@ CHEST_AND_HEAD_M: Final = (1.1, 1.7)  # heights at which walls are cut: nearer t
 SAMPLE_M: Final = 0.2  # distance of sample points along walls
 LEAN_M: Final = 0.2  # walls of scans lean and wave by this between the two heights
 STANDING: Final = 0.25  # share of the outline along which walls stand
-UPRIGHT_SHARE: Final = 0.8  # share of the steep area that stands upright in a room
 PATCH_M: Final = 0.5  # side of the patches whose mean normal says whether a scanned wall leans
 CABIN_FLOOR: Final = 0.4  # share of floor in what leaning walls surround; a vehicle has less
 MAX_SAMPLES: Final = 2_000  # sample points of the outline that are looked at
-TWO_FACED: Final = 0.5  # share of the outline with a second face behind it, from which walls have an inside
 FACES_FACING: Final = 0.7  # cosine of the angle between two faces of one wall
-OUTWARD: Final = 0.7  # share of the outline that is wound to be seen from outside, in a facade
 ENCLOSED: Final = 0.5  # share of the outline's hull that a facade encloses
 BALL_FACES: Final = 48  # the coarsest ball that is drawn as one has so many triangles
 OUT_OF_ROUND: Final = 0.1  # of its radius: corners and faces of a ball lie no farther off it
@@ -274,19 +252,12 @@ MANY_BLOCKS: Final = 5  # blocks that stand apart and make a city
 
 # Decisions about names in meshes (``named_scene``).
 
-FLAT_SHARE: Final = 0.5  # share of a part that lies level if it is a floor: what is called floor may be a storey
 FILLS_M: Final = 2.0  # a piece that is higher and fills the plan is the house
-FILLS_SHARE: Final = 0.5  # share of the plan box that it covers
 NAMED_HOLE_M: Final = 0.5  # width of the hole in a wall that is named after its door, and of a door at least
 HOLE_AT: Final = 0.45  # share of its height at which a piece is cut to look for that hole
-BESIDE_HOLE_M: Final = 0.5  # length of wall on both sides of that hole together; a door's frame has less
-ONE_OBJECT_M: Final = 0.1  # pieces of furniture that are closer are one object
-HANDLE_M: Final = 0.03  # pieces of doors that are closer are one door
 MIN_DOORS: Final = 2  # named doors that are sure of their height
-LEFT_STANDING: Final = 0.15  # share of the upright area that names leave standing; names that leave less are wrong
 LEFT_FACES: Final = 0.1  # the same as a share of the faces, while nobody knows which way is up
 TERRAIN_BEYOND: Final = 1.15  # a ground this many times as long as the rest is terrain
-SAME_ROOM: Final = 0.9  # intersection over union from which two named rooms, or two IFC spaces, are one
 
 # Decisions about drawn storeys (``drawn_storeys``).
 
@@ -297,7 +268,6 @@ INTO_ROOM_M: Final = 0.12  # a wall that reaches deeper into a room ends at the 
 # share of the walls' area that rooms cover; rooms drawn to the middles of walls cover nearly all of it
 WALLS_COVERED: Final = 0.35
 SAME_DOOR_M: Final = 0.4  # doors that are closer may be one, drawn for both of its rooms
-SAME_DOOR: Final = 0.8  # share of each of two doors near the other, from which they are one
 NAME_BOX_M: Final = 0.1  # half the side of the box about the point at which a room's name stands
 
 # Decisions about lines and areas (``vector_plans``).
@@ -319,15 +289,8 @@ AGREE_M: Final = 0.08  # votes for a floor's height that are closer agree
 SLAB_M2: Final = 20.0  # this much area of a slab votes as one door
 SLAB_VOTES: Final = 3.0  # votes of a slab, at most
 STOREY_WALLS_M: Final = 4.0  # a storey without spaces has walls of this length at least
-STOREY_ENCLOSED: Final = 0.5  # share of the area within the walls of a storey with rooms; one like it encloses more
-STOREY_WALLED: Final = 0.8  # share of a slab's boundary; a storey has more walls
-RUNS_THROUGH_M: Final = 0.1  # a part that reaches this far into a storey stands in it
 SPACES_TOUCH: Final = 0.4  # share of the spaces' edges along other spaces, from which no wall is drawn between them
-UPRIGHT_M: Final = 0.3  # the head of an upright part stands over its foot but for this
 AXIS_TILT: Final = 0.1  # vertical part of a door's unit axis up to which the axis lies along its width
-FLOOR_STEP_M: Final = 0.3  # the floor of a space may have a step of this height
-FLOOR_SHARE: Final = 0.3  # share of a space's shadow; flat faces at its bottom that cover less are no floor
-GROUPED: Final = 0.8  # share of a space that others cover, from which it only groups them
 CUT_OUT: Final = 0.95  # share of a space that lies in another one, from which it is cut out of it
 OVERLAP_M2: Final = 0.01  # spaces that overlap by less do not overlap
 SAME_WIDTH_M: Final = 0.06  # a side this near to a door's width is its width
@@ -335,26 +298,17 @@ LOOK_ALONG_M: Final = 3.0  # how far wall is looked for along each way that a do
 MORE_WALL: Final = 1.3  # this many times more wall one way than the other says which way it lies
 WALL_BEYOND_M: Final = 0.6  # how far beyond a hole its wall may go on
 STRIP_M: Final = 0.12  # width of the strips beside a hole in which its wall is measured
-NICHE_M: Final = 0.03  # what is left of a wall behind a niche
-SAME_HOLE: Final = 0.5  # intersection over union from which two holes are one
-SWUNG_M: Final = 0.1  # a door's body that is wider than the door by this has its leaf drawn open
 
 # Decisions about scenes of robots, Sweet Home 3D and RoomPlan.
 
-LOWEST_WALL_M: Final = (
-    0.1  # walls of a drawn world from this height on stand for walls; those for vacuum cleaners are 0.15 m
-)
 BUILDING_SHARE: Final = 0.6  # share of the plan box of all that is fixed, from which one model is the building
-INSIDE_M: Final = 0.3  # what stands in the building reaches at most this far outside, and stays this far under its top
 ROUND_SIDES: Final = 24  # sides of a round body
-SLOPE_STEP_M: Final = 0.1  # a sloping wall goes up in steps of this height
 SLOPE_STEPS: Final = 40  # or in this many steps, if they would be more
 ARC_STEP_RAD: Final = math.radians(7.5)  # angle of each chord of a round wall
 SHARPEST: Final = 3.0  # a corner is filled up to this many times the walls' thickness
 ALONG: Final = math.cos(math.radians(20))  # a door lies along a wall if their directions differ by less
 IN_WALL: Final = 0.2  # share of a door's frame, or of its part of the wall, that lies in a wall that it cuts
 SCAN_INSIDE_M: Final = 0.12  # walls that reach this far into a scan's floor stand inside it
-SCAN_CORNER_M: Final = 0.1  # surfaces of a scan end this far from the corner that they make
 
 # Decisions about clouds of points (``points``).
 
@@ -368,7 +322,5 @@ LEVEL_LAYER: Final = 0.25  # share of the fullest layer from which a layer is a 
 CEILING_EDGE: Final = 1.6  # a ceiling's noise begins where a layer holds this many times as much as the walls do
 CEILING_NOISE_M: Final = 0.16  # and this far below the ceiling at most
 WALLS_ONLY_M: Final = 0.4  # layers this far from floor and ceiling hold walls, and no noise of either
-LAYER_APART_M: Final = 0.1  # full layers that are farther apart in height are two
 SLAB_BETWEEN_M: Final = 0.8  # a level layer this near over a ceiling is the floor of the next storey
 CLOUD_TOP: Final = 0.995  # share of the voxels under the top of a cloud without a ceiling
-FLOOR_NOISE_M: Final = 0.1  # the noise of a floor lies this far below it at most

@@ -80,16 +80,13 @@ from pipeline.sources.tolerances import (
     NAMED_DOOR_M,
     OFF_FLOOR_M,
     ROUGH_M,
-    RUNS_THROUGH_M,
     SLABS_M,
     SMALLEST_NAMED_ROOM_M2,
     SPACE_CRACK_M,
     SPACES_TOUCH,
     STOREY_M,
-    UPRIGHT_M,
-    WALL_FOOT_M,
 )
-from pipeline.tolerances import FOOT_M, GROUP, HAND_M, MOST, SHEET_M
+from pipeline.tolerances import BESIDE_M, FOOT_M, GROUP, HAND_M, MOST, SHEET_M
 from pipeline.values import Input, Level, Mesh, Opening, SourceObject, SourceRoom
 
 
@@ -224,7 +221,8 @@ def _level(
         beams = []
     walls = merge_meshes([*(part.mesh for part in here), *beams, *panes])
     surfaces = Surfaces.of(walls)
-    top = WallProfile.of(surfaces, surfaces.walls()).end_above(floor + CLEAR_M, floor + WALL_FOOT_M)
+    # skirtings end below the height from which walls are measured
+    top = WallProfile.of(surfaces, surfaces.walls()).end_above(floor + CLEAR_M, floor + FOOT_M)
     return IfcLevelParts(
         name=standing.storey.name,
         floor_z=floor,
@@ -266,7 +264,8 @@ def _stands_in(leaf: ElementBody, hole: WallHole) -> bool:
 def _runs_through(part: ElementBody, floor: float, above: float) -> bool:
     """L1."""
     stands_above = part.bottom >= above - OFF_FLOOR_M and part.top >= above + CLEAR_M
-    return part.bottom < above - RUNS_THROUGH_M and part.top > floor + RUNS_THROUGH_M and not stands_above
+    # a part that reaches so far into a storey stands in it
+    return part.bottom < above - HAND_M and part.top > floor + HAND_M and not stands_above
 
 
 def _is_lintel(beam: ElementBody, floor: float) -> bool:
@@ -290,7 +289,8 @@ def _is_wall(part: ElementBody, floor: float) -> bool:
     leans = np.abs([*(foot.min(axis=0) - head.min(axis=0)), *(foot.max(axis=0) - head.max(axis=0))]).max()
     corners = np.asarray(shapely.oriented_envelope(largest_footprint(part.mesh)).boundary.coords)
     sides = np.hypot(*np.diff(corners[:3], axis=0).T)
-    return bool(leans < UPRIGHT_M and len(sides) > 1 and sides.min() < IFC_WALL_M)
+    # the head of an upright part stands over its foot
+    return bool(leans < BESIDE_M and len(sides) > 1 and sides.min() < IFC_WALL_M)
 
 
 def _screens(parts: Sequence[ElementBody], spaces: Sequence[ElementBody]) -> list[ElementBody]:

@@ -53,9 +53,6 @@ from pipeline.sources.tolerances import (
     CLEAR_M,
     CUT_OUT,
     DUCT_M,
-    FLOOR_SHARE,
-    FLOOR_STEP_M,
-    GROUPED,
     HALF_STOREY_M,
     HATCH_M,
     IFC_FLAT,
@@ -63,20 +60,16 @@ from pipeline.sources.tolerances import (
     LOOK_ALONG_M,
     MIN_DEPTH_M,
     MORE_WALL,
-    NICHE_M,
     OVERLAP_M2,
-    SAME_HOLE,
-    SAME_ROOM,
     SAME_WIDTH_M,
     SKIN_M,
     STRIP_M,
-    SWUNG_M,
     THICKEST_WALL_M,
     TINY,
     WALKED_M,
     WALL_BEYOND_M,
 )
-from pipeline.tolerances import MOST
+from pipeline.tolerances import FOOT_M, HAND_M, MOST, MOSTLY, NEARLY_ALL, SOME, STAND_M
 from pipeline.values import Mesh, Opening, SourceRoom
 
 
@@ -116,10 +109,12 @@ def floor_polygon(mesh: Mesh) -> Polygon:
     triangles = mesh.vertices[mesh.faces]
     normals = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
     lengths = np.linalg.norm(normals, axis=1)
-    low = triangles[:, :, 2].max(axis=1) < mesh.vertices[:, 2].min() + FLOOR_STEP_M
+    # the floor of a space may have a step
+    low = triangles[:, :, 2].max(axis=1) < mesh.vertices[:, 2].min() + FOOT_M
     flat = low & (np.abs(normals[:, 2]) > IFC_FLAT * np.maximum(lengths, TINY))
     whole, floor = largest_footprint(mesh), _largest(_union(triangles[flat]))
-    return floor if floor.area >= FLOOR_SHARE * whole.area else whole
+    # flat faces that cover less of a space's shadow are no floor
+    return floor if floor.area >= SOME * whole.area else whole
 
 
 def _union(triangles: npt.NDArray[np.float64]) -> BaseGeometry:
@@ -173,7 +168,8 @@ def _without_doubles(found: list[_Found]) -> list[_Found]:
     """R3."""
     kept: list[_Found] = []
     for each in found:
-        at = next((k for k, other in enumerate(kept) if are_same_area(each.shape, other.shape, SAME_ROOM)), None)
+        # two spaces that share nearly all are one
+        at = next((k for k, other in enumerate(kept) if are_same_area(each.shape, other.shape, NEARLY_ALL)), None)
         if at is None:
             kept.append(each)
         else:
@@ -187,7 +183,7 @@ def _without_groups(found: list[_Found]) -> list[_Found]:
     for each in found:
         inner = [o.shape for o in found if o is not each and _is_within(o.shape, each.shape)]
         covered = shapely.union_all(inner).intersection(each.shape).area if len(inner) > 1 else 0.0
-        if covered < GROUPED * each.shape.area:
+        if covered < MOSTLY * each.shape.area:  # else it only groups others
             kept.append(each)
     return kept
 
@@ -395,7 +391,8 @@ def _opening(hole: WallHole, walls: WallFootprints, least_m: float, skin_m: floa
     axis = wall_direction(hole, standing)
     points = hole.mesh.vertices[:, :2]
     along, across = axis.span(points), axis.quarter_turn().span(points)
-    if hole.host is None and hole.width_m and along[1] - along[0] > hole.width_m + SWUNG_M:
+    # a body so much wider than its door has the leaf drawn open
+    if hole.host is None and hole.width_m and along[1] - along[0] > hole.width_m + HAND_M:
         middle = (along[0] + along[1]) / 2
         along = middle - hole.width_m / 2, middle + hole.width_m / 2
     if along[1] - along[0] < (MIN_DEPTH_M if hole.has_door else least_m):
@@ -415,7 +412,8 @@ def _opening(hole: WallHole, walls: WallFootprints, least_m: float, skin_m: floa
 def _is_niche(place: _Place, wall: BaseGeometry) -> bool:
     """H2."""
     depth = _over(place, wall) or _beside(place, wall) or place.across
-    return depth[0] < place.across[0] - NICHE_M or depth[1] > place.across[1] + NICHE_M
+    # what is left of a wall behind a niche
+    return depth[0] < place.across[0] - STAND_M or depth[1] > place.across[1] + STAND_M
 
 
 def _stands_behind(place: _Place, wall: BaseGeometry) -> bool:
@@ -473,12 +471,12 @@ def _standing_at(place: _Place, strip: Span, standing: BaseGeometry) -> Span | N
 
 def _are_one_way(one: Opening, other: Opening) -> bool:
     """H4."""
-    if are_same_area(one.polygon, other.polygon, SAME_HOLE):
+    if are_same_area(one.polygon, other.polygon, MOST):  # two holes that share most are one
         return True
     if not (one.has_door and other.has_door) or one.polygon.distance(other.polygon) > BODY_CRACK_M:
         return False
     both = shapely.oriented_envelope(one.polygon.union(other.polygon))
-    return bool(one.polygon.area + other.polygon.area > SAME_ROOM * both.area)
+    return bool(one.polygon.area + other.polygon.area > NEARLY_ALL * both.area)
 
 
 def _merge_openings(found: list[Opening]) -> Iterator[Opening]:

@@ -57,10 +57,9 @@ from pipeline.sources.tolerances import (
     SLAB_M2,
     SLAB_VOTES,
     SPLIT_LEVEL_M,
-    STOREY_ENCLOSED,
-    STOREY_WALLED,
     STOREY_WALLS_M,
 )
+from pipeline.tolerances import MOST, MOSTLY
 from pipeline.values import Mesh
 
 
@@ -234,7 +233,8 @@ def find_level_storeys(building: Building) -> list[LevelStorey]:
     """Return the storeys that are levels from the lowest to the highest."""
     rooms = [space for space in building.spaces if is_room(space)]
     doors = any(hole.has_door for hole in building.holes)
-    like_m2 = np.inf if doors else STOREY_ENCLOSED * _most_enclosed(building, rooms)
+    # a storey like one with rooms encloses more than half as much
+    like_m2 = np.inf if doors else MOST * _most_enclosed(building, rooms)
     standing = (_standing(building, storey, rooms, bool(rooms) or doors, like_m2) for storey in building.storeys)
     candidates = [found for found in standing if found]
     kept: list[LevelStorey] = []
@@ -273,7 +273,8 @@ def _is_walled(building: Building, storey: Storey, own: Sequence[ElementBody], f
     """S2: whether walls of the storey stand around most of a slab that it holds at its floor."""
     slabs = [part for part in building.slabs if part.storey == storey.key and abs(part.top - floor) < OFF_FLOOR_M]
     around = unite(largest_footprint(part.mesh) for part in slabs).length  # of one floor, of however many pieces
-    return bool(around > 0 and _wall_length(own, floor) > STOREY_WALLED * around)
+    # a storey has walls along most of its slab's edge
+    return bool(around > 0 and _wall_length(own, floor) > MOSTLY * around)
 
 
 def _high(walls: Iterable[ElementBody], floor: float) -> list[ElementBody]:

@@ -38,19 +38,16 @@ from pipeline.sources.tolerances import (
     LEAN_M,
     MANY_BLOCKS,
     MAX_SAMPLES,
-    OUTWARD,
     PATCH_M,
     SAMPLE_M,
     SHED_M2,
     STANDING,
     STEEPLY_LEANING,
     TABLE_M2,
-    THINNEST_WALL_M,
     TINY,
-    TWO_FACED,
-    UPRIGHT_SHARE,
     VERTICAL,
 )
+from pipeline.tolerances import CRACK_M, LARGELY, MOST, MOSTLY
 from pipeline.values import Mesh
 
 ADVICE = "take a model with rooms inside, or cut the part that has them out"
@@ -83,7 +80,9 @@ class InteriorMeasures:
         if self.is_cabin:
             return f"leaning walls around {self.area_m2:.0f} m², of which a small part is floor: a car or the like"
         is_city = self.blocks >= MANY_BLOCKS
-        closed = self.enclosed >= ENCLOSED and self.outward >= OUTWARD and (is_city or self.two_faced < TWO_FACED)
+        # walls have an inside where most of the outline has a second face behind it
+        # the outline of a facade is wound to be seen from outside
+        closed = self.enclosed >= ENCLOSED and self.outward >= LARGELY and (is_city or self.two_faced < MOST)
         if not closed or self.inner_m >= max(INNER_M, INNER_SHARE * self.outline_m, INNER_PER_M2 * self.area_m2):
             return ""
         if self.furnished_m2 >= TABLE_M2:
@@ -160,7 +159,8 @@ def _furnished_area(surfaces: Surfaces, grid: PlanGrid, edge: Cells) -> float:
 
 def _is_cabin(surfaces: Surfaces, size: Floats, floor_share: float) -> bool:
     """R1: tell whether the place is as small as a car, its walls lean, and its floor is a small part of it."""
-    return bool(size.max() < CABIN_M and floor_share < CABIN_FLOOR and _upright_share(surfaces) < UPRIGHT_SHARE)
+    # in a room, most of what is steep stands upright
+    return bool(size.max() < CABIN_M and floor_share < CABIN_FLOOR and _upright_share(surfaces) < MOSTLY)
 
 
 def _upright_share(surfaces: Surfaces) -> float:
@@ -231,7 +231,8 @@ def _two_faced(points: Floats, normals: Floats, outer: Bools, outward: Floats) -
         deep = dot_product(away, outward[k])
         beside = np.abs(dot_product(away, np.array([-outward[k, 1], outward[k, 0]])))
         parallel = np.abs(dot_product(normals[others], outward[k])) > FACES_FACING
-        found.append(bool(((deep > THINNEST_WALL_M) & (beside < SAMPLE_M) & parallel).any()))
+        # the two faces of a wall are at least this far apart
+        found.append(bool(((deep > CRACK_M) & (beside < SAMPLE_M) & parallel).any()))
     return _share(np.asarray(found))
 
 

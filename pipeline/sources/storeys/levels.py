@@ -60,25 +60,17 @@ from pipeline.sources.tolerances import (
     BIN_M,
     CHEST_AND_HEAD_M,
     CLEAR_M,
-    COVER_M,
     COVER_MARGIN_M,
     COVER_OVER_M,
-    CUT_AROUND_M,
     FAR_FROM_ORIGIN_M,
-    FEET_M,
     FLOOR_FACES,
     FLOOR_GAP_M,
     FURNITURE_SHARE,
     HALF_ROOM_M,
     HOVER_M,
-    HOVER_SHARE,
     LANDING_M,
-    LANDING_SHARE,
     LAYER_HALF_M,
-    LIES_OVER,
-    LINED,
     LINTEL_CUT_M,
-    NAMED_SHARE,
     NEXT_FLOOR,
     OUTSIDE_SHARE,
     ROOF_SLAB_M,
@@ -91,20 +83,14 @@ from pipeline.sources.tolerances import (
     SPLIT_LEVEL_M,
     TERRAIN,
     THICKEST_SLAB_M,
-    THIN_SLAB_M,
-    THROUGH,
     TINY,
     TURNED,
-    UNDER_FLOOR_M,
     UPRIGHT_M2,
     VERTICAL,
-    VOID_HALF_WIDTH_M,
-    VOID_OVER_M,
     VOID_UNDER_M,
-    WALL_ALONG_FLOOR_M,
-    WALL_FOOT_M,
     WALLS_ENDED,
 )
+from pipeline.tolerances import CRACK_M, FOOT_M, HAND_M, HARDLY, MOST, NEARLY_ALL, PLACE_M
 from pipeline.values import Mesh
 
 EXACT_TRIANGLES = 20_000
@@ -120,7 +106,7 @@ def floor_polygon(triangles: Floats, region: Cells, grid: PlanGrid) -> Polygon |
     area = shapely.union_all(parts, grid_size=ROUGH_M)
     if area.area > TERRAIN * grid.area(region):  # ground that goes on outside, at the floor's own height
         hull = shapely.union_all(_outlines(region, grid)).convex_hull
-        area = area.intersection(hull.buffer(CUT_AROUND_M, join_style="mitre"))
+        area = area.intersection(hull.buffer(PLACE_M, join_style="mitre"))  # the ground around is cut off
     pieces = [piece for piece in shapely.get_parts(area) if isinstance(piece, Polygon) and piece.area > 0]
     if not pieces:
         return None
@@ -212,7 +198,8 @@ def find_floors(surfaces: Surfaces, walls: Bools, layers: list[LevelLayer], grid
             other = kept[near[0]]
             ups = _looks_up(surfaces, other.layer), _looks_up(surfaces, floor.layer)
             shared = np.count_nonzero(floor.region & other.region)
-            both_sides = shared >= LIES_OVER * np.count_nonzero(other.region)
+            # a floor more than half of which lies over another is of the same place
+            both_sides = shared >= MOST * np.count_nonzero(other.region)
             if both_sides and min(ups) < TURNED and max(ups) > 1 - TURNED:  # one is the underside of the other's slab
                 kept[near[0]] = other if ups[0] > ups[1] else floor
                 continue
@@ -241,15 +228,16 @@ def _floor(
     segments = np.concatenate(
         [cut_at_height(surfaces, walls, layer.top + height) for height in (CLEAR_M - COVER_MARGIN_M, LINTEL_CUT_M)]
     )
-    standing = grid.trace(segments) & grid.grow(free, WALL_ALONG_FLOOR_M)
+    standing = grid.trace(segments) & grid.grow(free, PLACE_M)  # a wall this near to a floor's boundary stands along it
     region = _fill_holes(free & _hull(standing))
     area = grid.area(region)
     rim = region & grid.grow(1 - region, grid.size_m)
     if area < ROOMY_M2:
         return None
-    lined = np.count_nonzero(rim & grid.grow(standing, WALL_ALONG_FLOOR_M)) / np.count_nonzero(rim)
+    lined = np.count_nonzero(rim & grid.grow(standing, PLACE_M)) / np.count_nonzero(rim)
     steps = _fill_holes(layer.cells & _hull(standing))
-    return FloorSurface(layer, region, area, layer.faces, steps) if lined >= LINED else None
+    # along half of a floor's outer boundary stand walls
+    return FloorSurface(layer, region, area, layer.faces, steps) if lined >= MOST else None
 
 
 def enclosed_cells(surfaces: Surfaces, walls: Bools, foot: float, grid: PlanGrid) -> Cells:
@@ -279,10 +267,12 @@ def open_area_below(
     lower = [floor.steps for floor in floors if floor is not None and floor.layer.top <= height - CLEAR_M]
     if not lower:
         return None  # V2
-    near = (surfaces.high[:, 2] > height - VOID_UNDER_M) & (surfaces.low[:, 2] < height + VOID_OVER_M)
+    # what lies so far under and over the floor fills a void
+    near = (surfaces.high[:, 2] > height - VOID_UNDER_M) & (surfaces.low[:, 2] < height + FOOT_M)
     covering = near & (np.abs(surfaces.normal[:, 2]) > VERTICAL)
     covered = grid.cover(surfaces.triangles(covering)[:, :, :2])  # V1
-    shape = _outline(grid.drop_narrow(np.bitwise_or.reduce(lower) & (1 - covered), VOID_HALF_WIDTH_M), grid)
+    # a narrower void is a crack between floor and wall
+    shape = _outline(grid.drop_narrow(np.bitwise_or.reduce(lower) & (1 - covered), HAND_M), grid)
     return shape if isinstance(shape, Polygon | MultiPolygon) and not shape.is_empty else None
 
 
@@ -353,7 +343,8 @@ def find_levels(
         floors = [None, *floors]
     floors = _storeys(floors, foot, grid.area(enclosed))
     heights = [floor.layer.top if floor else foot for floor in floors]
-    if heights[0] < foot - HOVER_M and profile.length_at(heights[0] + HOVER_M / 2) < HOVER_SHARE * profile.usual:
+    # walls hover where hardly any stands between their feet and the ground
+    if heights[0] < foot - HOVER_M and profile.length_at(heights[0] + HOVER_M / 2) < HARDLY * profile.usual:
         heights[0] = foot  # R2: ground under the house
     if asked:  # R5
         floors = [_asked_floor(surfaces, walls, height, layers, grid) for height in asked]
@@ -362,11 +353,12 @@ def find_levels(
     for k, (floor, height) in enumerate(zip(floors, heights, strict=True)):
         around = _profile_around(surfaces, walls, floor, grid) if len(heights) > 1 or asked else profile
         region = floor.region if floor else enclosed_cells(surfaces, walls, height, grid) if asked else enclosed
-        near = walls & grid.at(grid.grow(region, WALL_ALONG_FLOOR_M), (surfaces.low[:, :2] + surfaces.high[:, :2]) / 2)
+        near = walls & grid.at(grid.grow(region, PLACE_M), (surfaces.low[:, :2] + surfaces.high[:, :2]) / 2)
         through = partial(_share_running_through, surfaces, near)
         above = next(iter(heights[k + 1 :]), None) if asked else _next_floor(floor, height, floors)
         ceiling = _ceiling(around, layers, region, height, above=above, through=through)
-        part = mesh if len(heights) == 1 and not asked else _slice(surfaces, height - UNDER_FLOOR_M, height + ceiling)
+        # what lies so far under a floor belongs to it
+        part = mesh if len(heights) == 1 and not asked else _slice(surfaces, height - FOOT_M, height + ceiling)
         area = _area(surfaces, floor, names[0], grid) if floor else None
         below = open_area_below(surfaces, height, floors, grid)
         found.append(FoundLevel(height, ceiling, _lower(part, height), area, below))
@@ -418,8 +410,9 @@ def _storeys(floors: list[FloorSurface | None], foot: float, enclosed_m2: float)
             size = below.area_m2 if below else enclosed_m2
             height = below.layer.top if below else foot
             shared = np.count_nonzero(floor.region & below.region) if below else np.count_nonzero(floor.region)
-            over = shared >= LIES_OVER * np.count_nonzero(floor.region)
-            if over and floor.layer.top - height < LANDING_M and floor.area_m2 < LANDING_SHARE * size:
+            over = shared >= MOST * np.count_nonzero(floor.region)
+            # a landing is smaller than half of the floor below
+            if over and floor.layer.top - height < LANDING_M and floor.area_m2 < MOST * size:
                 continue
             if floor.area_m2 < SMALL_STOREY * enclosed_m2:
                 continue
@@ -430,7 +423,8 @@ def _storeys(floors: list[FloorSurface | None], foot: float, enclosed_m2: float)
 def _is_named(surfaces: Surfaces, layer: LevelLayer, named: Bools) -> bool:
     """Tell whether most of a layer's area is called so."""
     named_area = float(surfaces.area[layer.faces & named].sum())
-    return named_area > NAMED_SHARE * float(surfaces.area[layer.faces].sum())
+    # names are believed that most of a surface has
+    return named_area > MOST * float(surfaces.area[layer.faces].sum())
 
 
 def _area(surfaces: Surfaces, floor: FloorSurface, named: Bools, grid: PlanGrid) -> Polygon | MultiPolygon | None:
@@ -438,7 +432,7 @@ def _area(surfaces: Surfaces, floor: FloorSurface, named: Bools, grid: PlanGrid)
     height = (surfaces.low[:, 2] + surfaces.high[:, 2]) / 2
     called = named & surfaces.flats() & (np.abs(height - floor.layer.top) < SPLIT_LEVEL_M)
     flat = float(surfaces.area[called].sum())
-    faces = called if flat > NAMED_SHARE * floor.area_m2 else floor.faces
+    faces = called if flat > MOST * floor.area_m2 else floor.faces
     return floor_polygon(surfaces.triangles(faces)[:, :, :2], floor.region, grid)
 
 
@@ -463,7 +457,7 @@ def _storey_foot(surfaces: Surfaces, walls: Bools, profile: WallProfile) -> floa
     if top - bottom < CLEAR_M:
         return None
     low = surfaces.low[walls, 2]
-    near = np.abs(low - bottom) < FEET_M
+    near = np.abs(low - bottom) < CRACK_M  # walls that start this near to each other start at one height
     return weighted_quantile(low[near], surfaces.area[walls][near], 0.5) if near.any() else float(bottom)
 
 
@@ -472,7 +466,7 @@ def _profile_around(surfaces: Surfaces, walls: Bools, floor: FloorSurface | None
     if floor is None:
         return WallProfile.of(surfaces, walls)
     middle = (surfaces.low[:, :2] + surfaces.high[:, :2]) / 2
-    return WallProfile.of(surfaces, walls & grid.at(grid.grow(floor.region, WALL_ALONG_FLOOR_M), middle))
+    return WallProfile.of(surfaces, walls & grid.at(grid.grow(floor.region, PLACE_M), middle))
 
 
 def _next_floor(floor: FloorSurface | None, height: float, floors: list[FloorSurface | None]) -> float | None:
@@ -497,21 +491,24 @@ def _ceiling(
     through: Callable[[LevelLayer], float],
 ) -> float:
     """R3: height above the floor up to which this level's walls may be looked at."""
-    end = above if above is not None else profile.end_above(height + CLEAR_M, height + WALL_FOOT_M)
+    # skirtings end below the height from which walls are measured
+    end = above if above is not None else profile.end_above(height + CLEAR_M, height + FOOT_M)
     size = np.count_nonzero(region)
     covers = [
         layer
         for layer in layers
         if height + CLEAR_M < layer.top <= end + COVER_OVER_M and np.count_nonzero(layer.cells & region) >= size / 2
     ]
-    closing = [cover for cover in covers if end - cover.top < COVER_M]
+    # a level surface so near to the top of the walls closes the level
+    closing = [cover for cover in covers if end - cover.top < HAND_M]
     if not closing and above is None:  # a slab under an attic or a parapet, on which walls go on
-        closing = [c for c in covers if through(c) <= (THROUGH if end - c.top > ATTIC_M else WALLS_ENDED)]
+        # a layer through which more of the walls goes on hangs between them
+        closing = [c for c in covers if through(c) <= (NEARLY_ALL if end - c.top > ATTIC_M else WALLS_ENDED)]
     if not closing:  # sheets, or walls open above; a hung ceiling closes nothing
         return float(end - height - (COVER_MARGIN_M if above is not None else 0.0))
     slab = closing[-1]
     lower = [cover.bottom for cover in covers if slab.top - THICKEST_SLAB_M <= cover.bottom < slab.bottom]
-    thin = slab.top - slab.bottom < THIN_SLAB_M
+    thin = slab.top - slab.bottom < CRACK_M  # a level surface that is thinner is one face of a slab
     underside = lower[-1] if thin and lower else slab.bottom
     return float(max(underside - COVER_MARGIN_M, height + CLEAR_M) - height)
 

@@ -12,9 +12,7 @@ from pipeline.sources.tolerances import (
     BARELY_STANDING,
     BIN_M,
     ELSEWHERE,
-    END_SLACK_M,
     FILE_GRID_M,
-    GRID_BORDER_M,
     GRID_CELL_M,
     HORIZONTAL,
     LAYER_EDGE,
@@ -24,6 +22,7 @@ from pipeline.sources.tolerances import (
     TINY,
     VERTICAL,
 )
+from pipeline.tolerances import AROUND_M, HAND_M
 from pipeline.values import Mesh
 
 Floats = npt.NDArray[np.float64]
@@ -108,7 +107,8 @@ class WallProfile:
     def end_above(self, height: float, foot: float) -> float:
         """Height over ``height`` at which the walls from ``foot`` up to it have ended, all but a chimney or a gable."""
         usual = float(np.median(self.length[(self.edges[:-1] >= foot) & (self.edges[1:] <= height)]))
-        ended = (self.edges[:-1] >= height - END_SLACK_M) & (self.length < STOREY_ENDED * usual)
+        # walls may end a little under the height that they reach at least
+        ended = (self.edges[:-1] >= height - HAND_M) & (self.length < STOREY_ENDED * usual)
         return float(min(self.edges[np.flatnonzero(ended)[0]], self.top)) if ended.any() else self.top
 
 
@@ -165,7 +165,7 @@ class PlanGrid:
     size_m: float = GRID_CELL_M
 
     @classmethod
-    def over(cls, low: Floats, high: Floats, margin_m: float = GRID_BORDER_M, size_m: float = GRID_CELL_M) -> PlanGrid:
+    def over(cls, low: Floats, high: Floats, margin_m: float = AROUND_M, size_m: float = GRID_CELL_M) -> PlanGrid:
         """Cover the rectangle from ``low`` (x, y) to ``high`` with a margin."""
         columns, rows = np.ceil((high - low + 2 * margin_m) / size_m).astype(int) + 1
         return cls((float(low[0]) - margin_m, float(low[1]) - margin_m), (int(rows), int(columns)), size_m)

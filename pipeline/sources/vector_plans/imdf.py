@@ -35,12 +35,7 @@ from pipeline.rejection import Reason, Rejection
 from pipeline.sources.drawn_storeys import Wall, unite_rooms, walls_around
 from pipeline.sources.files import LARGEST_BYTES, LeftOutParts, archive_members, read_member
 from pipeline.sources.roles import labels_for
-from pipeline.sources.tolerances import (
-    EDGE_REACH_M,
-    LEFTOVER_M2,
-    STOREY_HEIGHT_M,
-    WALL_HEIGHT_M,
-)
+from pipeline.sources.tolerances import EDGE_REACH_M, LEFTOVER_M2, STOREY_HEIGHT_M, WALL_HEIGHT_M
 from pipeline.sources.vector_plans.drawing import (
     Drawing,
     DrawnStorey,
