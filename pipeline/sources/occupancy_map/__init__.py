@@ -61,7 +61,6 @@ from pipeline.sources.occupancy_map.clutter import things_in_rooms
 from pipeline.sources.occupancy_map.gaps import area_of_cells
 from pipeline.sources.occupancy_map.rooms import (
     DRAWN_ROOM_M2,
-    MARGIN,
     RoomConnection,
     Segmentation,
     free_share_of_border,
@@ -74,7 +73,7 @@ from pipeline.sources.occupancy_map.signs import measure_signs
 from pipeline.sources.storeys.scale import said_size
 from pipeline.sources.tolerances import DOOR_HEIGHT_M, OUTER_WALL_M, WALL_HEIGHT_M
 from pipeline.sources.vector_plans.drawing import Drawing, DrawnStorey, levels_from_drawing, named_room
-from pipeline.tolerances import CRACK_M, HAND_M, TWICE
+from pipeline.tolerances import CRACK_M, HAND_M, MOST, PARTITION_M, TWICE
 from pipeline.values import EDGE, Input, Level, SourceObject
 
 Bools = npt.NDArray[np.bool_]
@@ -96,18 +95,11 @@ CLUTTER_M2: Final = 1.0
 """Smaller holes in a room are clutter."""
 WAY_REACH_M: Final = 1.5
 """How far from the middle of a way its rooms may begin."""
-FACE_DEPTH_M: Final = 0.1
-"""How far into a room the flat face at a doorway is drawn."""
-WALL_GOES_ON_M: Final = 0.1
-"""A wall goes on at least so far beside a doorway."""
 ROUNDING_M: Final = 1e-4
 STEP_CELLS: Final = 1.5
 """R7: a straight face is so far, at most, from the cells that draw it."""
 NARROWEST_PART_CELLS: Final = 3
 """R7: what is narrower than so many cells is none of a room."""
-UNSEEN_M: Final = 0.2
-MOSTLY_UNSEEN: Final = 0.5
-"""R6: a room of which more of the edge is unseen was seen in part, as a fan of rays through a door."""
 _REASONS: Final = {
     "missing_file": Reason.MISSING_FILE,
     "unreadable": Reason.UNREADABLE,
@@ -209,7 +201,7 @@ def _storey(found: RobotMap, name: str) -> DrawnStorey:
         about["unknown_shade"] = found.unknown_shade
     doorways = [hole.shape for hole in holes]
     open_share = free_share_of_border(free, occupied, found.resolution_m)
-    if not parts.outside and open_share >= MARGIN:  # R8
+    if not parts.outside and open_share >= MOST:  # R8
         about["open_border"] = round(open_share, 3)
     return DrawnStorey(
         walls=tuple(walls_around(outlines, WALL_HEIGHT_M)),
@@ -258,7 +250,7 @@ def _entrances(outlines: list[Polygon], holes: list[Hole], free: Bools, occupied
     for number, outline in enumerate(outlines):
         rest = [*outlines[:number], *outlines[number + 1 :], *(hole.shape for hole in (*holes, *found))]
         for (a, b), out in entrance_gaps(outline, rest, sides):
-            deep = out * (OUTER_WALL_M + FACE_DEPTH_M)
+            deep = out * (OUTER_WALL_M + HAND_M)
             is_door = float(np.hypot(*(b - a))) < DOOR_M
             found.append(
                 Hole(Polygon([a, b, b + deep, a + deep]), 0.0, DOOR_HEIGHT_M, is_door, (float(out[0]), float(out[1])))
@@ -269,7 +261,7 @@ def _entrances(outlines: list[Polygon], holes: list[Hole], free: Bools, occupied
 def _guesses(level: Level) -> tuple[str, ...]:
     """R6, R8; how much else of the rooms was not seen is no guess, but one of the level's signs."""
     about = level.provenance
-    return (EDGE,) if "open_border" in about or float(about["unseen_edge"]) > MOSTLY_UNSEEN else ()
+    return (EDGE,) if "open_border" in about or float(about["unseen_edge"]) > MOST else ()
 
 
 def _frame_in_map(frame: Frame, found: RobotMap) -> Frame:
@@ -415,17 +407,18 @@ def _flatten_doorways(
         if high - low < MAP_WALL_M:  # R2
             low, high = (low + high - MAP_WALL_M) / 2, (low + high + MAP_WALL_M) / 2
         for number, span, beyond in (
-            (first, (one[0] - FACE_DEPTH_M, low), (low, high + FACE_DEPTH_M)),
-            (second, (high, other[1] + FACE_DEPTH_M), (low - FACE_DEPTH_M, high)),
+            (first, (one[0] - HAND_M, low), (low, high + HAND_M)),
+            (second, (high, other[1] + HAND_M), (low - HAND_M, high)),
         ):
             step = _between(opening, *span) if span[1] - span[0] > ROUNDING_M else Polygon()
             with_step = drop_lines_and_points(shapely.union(rooms[number], step, grid_size=ROUNDING_M))
-            whole = shapely.difference(with_step, _between(opening, *beyond, WALL_GOES_ON_M), grid_size=ROUNDING_M)
+            # a wall goes on beside a doorway
+            whole = shapely.difference(with_step, _between(opening, *beyond, HAND_M), grid_size=ROUNDING_M)
             rooms[number] = max(polygons_of(whole), key=lambda piece: piece.area, default=rooms[number])
         if first in outside:
-            low = high - OUTER_WALL_M - FACE_DEPTH_M  # R5: the wall that is put around the rooms, and a step out of it
+            low = high - OUTER_WALL_M - HAND_M  # R5: the wall that is put around the rooms, and a step out of it
         elif second in outside:
-            high = low + OUTER_WALL_M + FACE_DEPTH_M
+            high = low + OUTER_WALL_M + HAND_M
         holes.append((replace(opening, sides=(first, second)), low, high))
     inside = [number for number in rooms if number not in outside]
     kept = dict(zip(inside, _keep_apart([rooms[number] for number in inside]), strict=True))
@@ -576,12 +569,13 @@ def _unseen_shares(parts: Segmentation, free: Bools, occupied: Bools, cell_m: fl
     is_room[[0, *(number for number in parts.outside if number < count)]] = 0
     rooms = _framed(parts.to_cells(is_room[parts.rooms], free.shape))
     ring = cv2.dilate(rooms, np.ones((3, 3), np.uint8)) > (rooms | _framed(free.view(np.uint8)))
-    reach = 2 * round(UNSEEN_M / cell_m) + 1
+    reach = 2 * round(PARTITION_M / cell_m) + 1
     near = cv2.dilate(_framed(occupied.view(np.uint8)), np.ones((reach, reach), np.uint8))
     edge = np.flatnonzero(ring)
     unseen, beside = near.ravel()[edge] == 0, _rooms_beside(parts, edge, ring.shape[1])
     of_room = [np.bincount(each, minlength=count) for each in (beside[unseen], beside)]
-    most = (of_room[0] > MOSTLY_UNSEEN * of_room[1]) & (is_room > 0)
+    # a room of which most of the edge is unseen was seen in part, as a fan of rays through a door
+    most = (of_room[0] > MOST * of_room[1]) & (is_room > 0)
     return float(np.count_nonzero(unseen) / max(len(edge), 1)), int(most.sum())
 
 

@@ -4,12 +4,12 @@ R1  What stands alone in free space, shorter than ``ALONE_M``, is clutter: the s
     less than ``SCRAP_M2`` of others join are noise.
 R2  A piece of wall between two doors stands alone, too. It is ``PIECE_M`` long or longer, ``THICKEST_PIECE_M`` thick at
     most, and at least ``SLENDER`` times as long as thick. In its line there is wall: over ``REACH_M`` beyond its ends,
-    ``PIECE_EACH_SIDE`` of either side and ``BOTH_SIDES`` of both together is wall, or another such piece.
+    ``HARDLY`` of either side and ``STANDS`` of both together is wall, or another such piece.
 R4  A wall that hangs on another one stands alone where the robot did not see it whole. The line of a slender piece,
-    ``DASH_M`` long or longer, is followed over what stands alone and is ``THICKEST_PIECE_M`` thick at most, and over
+    ``RUN_M`` long or longer, is followed over what stands alone and is ``THICKEST_PIECE_M`` thick at most, and over
     gaps of ``BRIDGE_M`` at most. If it comes to a wall, and is ``PIECE_M`` long or longer, it is wall, with its gaps.
-R5  What was seen to stand in a room, farther than ``AT_WALL_M`` from its edge, is a thing in it: its cells, what of
-    them is nearer, the places between its parts up to ``BETWEEN_M`` wide, and what nobody saw because it surrounds it.
+R5  What was seen to stand in a room, farther than ``HAND_M`` from its edge, is a thing in it: its cells, what of
+    them is nearer, the places between its parts up to ``BESIDE_M`` wide, and what nobody saw because it surrounds it.
 R3  Of what stands alone, dashes of a wall, with what stands against them, are ``DEEPEST_DASH_M`` thick at most. Tables
     and racks in a row are thicker.
 """
@@ -23,6 +23,7 @@ import numpy as np
 import numpy.typing as npt
 
 from pipeline.sources.occupancy_map.narrow_places import Bools, Floats
+from pipeline.tolerances import BESIDE_M, HAND_M, HARDLY, RUN_M, STANDS
 
 ALONE_M: Final = 3.0
 SCRAP_M2: Final = 0.5
@@ -31,14 +32,6 @@ THICKEST_PIECE_M: Final = 0.4
 SLENDER: Final = 3.0
 DEEPEST_DASH_M: Final = 0.8
 REACH_M: Final = 3.0
-PIECE_EACH_SIDE: Final = 0.15
-BOTH_SIDES: Final = 0.4
-PIECE_IN_LINE_M: Final = 0.1
-"""R2: how far from the line of a piece a wall may be that is in line with it."""
-DASH_M: Final = 0.3
-AT_WALL_M: Final = 0.1
-"""R5: what is nearer to the edge of a room is the wall, which a plan draws straight."""
-BETWEEN_M: Final = 0.3
 SURROUNDED: Final = 0.85
 """R5: nothing free is beside so much of the edge of what things and walls surround."""
 BRIDGE_M: Final = 0.5
@@ -73,8 +66,8 @@ def _hanging_walls(
 ) -> Bools:
     """R4: return the cells (rows, cols) on the lines of walls that hang on others; ``alone`` is by piece."""
     thin = alone & (stats[:, [cv2.CC_STAT_WIDTH, cv2.CC_STAT_HEIGHT]].min(axis=1) * cell_m <= ALONE_M / 2)
-    numbers = np.flatnonzero(thin & (np.hypot(stats[:, 2], stats[:, 3]) * cell_m >= DASH_M))
-    _, ends = slender_pieces(pieces, stats, numbers, cell_m, DASH_M)
+    numbers = np.flatnonzero(thin & (np.hypot(stats[:, 2], stats[:, 3]) * cell_m >= RUN_M))
+    _, ends = slender_pieces(pieces, stats, numbers, cell_m, RUN_M)
     dashes, wall = _thickened(alone[pieces], cell_m), taken & ~alone[pieces]
     found = np.zeros(taken.shape, np.uint8)
     left = list(ends)
@@ -89,8 +82,9 @@ def _hanging_walls(
 
 
 def _thickened(cells: Bools, cell_m: float) -> Bools:
-    """Return cells (rows, cols) and those within PIECE_IN_LINE_M of them."""
-    reach = max(round(PIECE_IN_LINE_M / cell_m), 1)
+    """Return cells (rows, cols) and those within HAND_M of them."""
+    # R2: a wall so near to the line of a piece is in line with it
+    reach = max(round(HAND_M / cell_m), 1)
     return cv2.dilate(cells.view(np.uint8), np.ones((2 * reach + 1, 2 * reach + 1), np.uint8)).view(bool)
 
 
@@ -98,7 +92,7 @@ def _followed(ends: Floats, dashes: Bools, walls: Bools, cell_m: float) -> Float
     """R4: return the ends (2, 2) of the line that a piece with ``ends`` (2, 2) is on, None if it comes to no wall."""
     along = ends[1] - ends[0]
     along = along / max(float(np.hypot(*along)), 1e-9)
-    reach, bridge = max(round(PIECE_IN_LINE_M / cell_m), 1), round(BRIDGE_M / cell_m)
+    reach, bridge = max(round(HAND_M / cell_m), 1), round(BRIDGE_M / cell_m)
     found, hangs = [], False
     for end, way in ((ends[0], -along), (ends[1], along)):
         last, step = reach, 0  # what is thickened reaches so far beyond its end, and begins so far before it
@@ -142,12 +136,13 @@ def drop_scraps(clear: Bools, cell_m: float) -> Bools:
 
 def things_in_rooms(rooms: Bools, free: Bools, occupied: Bools, cell_m: float) -> Bools:
     """R5: return the cells (rows, cols) of things that stand in rooms, given the cells inside of these."""
-    deep = cv2.erode(rooms.view(np.uint8), _square(AT_WALL_M, cell_m), borderValue=0)
-    near = cv2.dilate(deep & occupied.view(np.uint8), _square(AT_WALL_M, cell_m))
+    # R5: what is nearer to the edge of a room is the wall, which a plan draws straight
+    deep = cv2.erode(rooms.view(np.uint8), _square(HAND_M, cell_m), borderValue=0)
+    near = cv2.dilate(deep & occupied.view(np.uint8), _square(HAND_M, cell_m))
     seen = near & (rooms & occupied).view(np.uint8)
-    reach = round(BETWEEN_M / 2 / cell_m)
+    reach = round(BESIDE_M / 2 / cell_m)
     padded = cv2.copyMakeBorder(seen, reach, reach, reach, reach, cv2.BORDER_CONSTANT)
-    joined = cv2.morphologyEx(padded, cv2.MORPH_CLOSE, _square(BETWEEN_M / 2, cell_m))
+    joined = cv2.morphologyEx(padded, cv2.MORPH_CLOSE, _square(BESIDE_M / 2, cell_m))
     things = joined[reach : joined.shape[0] - reach, reach : joined.shape[1] - reach].view(bool) & rooms & ~free
     count, pieces = cv2.connectedComponents((rooms & ~free & ~occupied).view(np.uint8), connectivity=4)
     cross = cv2.getStructuringElement(cv2.MORPH_CROSS, (3, 3))
@@ -195,7 +190,7 @@ def slender_pieces(  # noqa: PLR0917 - the pieces, and what is asked of them
 
 def _in_line(ends: Floats, wall: Bools, cell_m: float) -> Bools:
     """R2: return which pieces (n) have wall in their line."""
-    reach = max(round(PIECE_IN_LINE_M / cell_m), 1)
+    reach = max(round(HAND_M / cell_m), 1)
     lines = cv2.dilate(wall.view(np.uint8), np.ones((2 * reach + 1, 2 * reach + 1), np.uint8)).view(bool)
     along = ends[:, 1] - ends[:, 0]
     along = along / np.maximum(np.hypot(*along.T), 1e-9)[:, None]
@@ -207,4 +202,4 @@ def _in_line(ends: Floats, wall: Bools, cell_m: float) -> Bools:
         hit = np.zeros(inside.shape, bool)
         hit[inside] = lines[at[inside][:, 1], at[inside][:, 0]]
         shares.append(hit.mean(axis=1))
-    return np.asarray((np.minimum(*shares) >= PIECE_EACH_SIDE) & (shares[0] + shares[1] >= 2 * BOTH_SIDES))
+    return np.asarray((np.minimum(*shares) >= HARDLY) & (shares[0] + shares[1] >= 2 * STANDS))

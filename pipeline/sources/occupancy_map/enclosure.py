@@ -4,17 +4,17 @@ From a place in a room, one sees walls in most directions. Behind an opening, th
 sides are the first and the last ray, with unseen space beyond them. In the opening itself, half of the directions lead
 back into the room, and half of them out. So the line where half of what one sees is wall closes the opening.
 
-R1  A cell is enclosed if at least ``ENCLOSED`` of the lines from it over free cells end at a wall, in ``DIRECTIONS``
-    directions all around. A line ends at a wall if an occupied cell is ``WALL_NEAR_M`` or nearer to its end, or if it
+R1  A cell is enclosed if at least ``MOST`` of the lines from it over free cells end at a wall, in ``DIRECTIONS``
+    directions all around. A line ends at a wall if an occupied cell is ``PARTITION_M`` or nearer to its end, or if it
     ends less than ``THICK_M`` before other space, both of which are wider than that: in the inside of a wall.
     Lines that end at the picture's border count neither way: people crop maps.
-R2  What is not enclosed is a fan, where it is ``FAN_WIDE_M`` wide and ``FAN_M2`` large or larger. Smaller pieces are
+R2  What is not enclosed is a fan, where it is ``FOOT_M`` wide and ``FAN_M2`` large or larger. Smaller pieces are
     corners, and places at gaps.
 R3  A fan ends at nothing. What leads from one enclosed space to another is no fan, if both are as large as it is or
     larger, and ``SPACE_M2`` or more.
 R4  A room that is a fan for more than half of it is outside, with what is enclosed behind it. Another one ends where
-    its fans begin. If less than ``LEFT`` of all rooms would be left, walls enclose nothing in this map: all stays.
-R5  A map of which less than ``MARKED`` of the edge of free space is occupied does not show its walls: it has no fans.
+    its fans begin. If less than ``SMALL`` of all rooms would be left, walls enclose nothing in this map: all stays.
+R5  A map of which less than ``FEW`` of the edge of free space is occupied does not show its walls: it has no fans.
 R6  A room is a fan, too, if most of its edge is at no wall, unless it is the largest.
 """
 
@@ -29,17 +29,14 @@ import numpy.typing as npt
 
 from pipeline.geometry.groups import connected_groups
 from pipeline.sources.occupancy_map.narrow_places import Bools, Labels
+from pipeline.tolerances import FOOT_M, MOST, PARTITION_M
 
-ENCLOSED: Final = 0.5
 DIRECTIONS: Final = 32
-WALL_NEAR_M: Final = 0.2
 THICK_M: Final = 0.5
-FAN_WIDE_M: Final = 0.3
 FAN_M2: Final = 0.5
 SPACE_M2: Final = 5.0
-LEFT: Final = 0.1
-MARKED: Final = 0.2
-FAN_OPEN: Final = 0.5
+SMALL: Final = 0.1
+FEW: Final = 0.2
 ENCLOSURE_CELLS: Final = 1_000_000
 """Of larger maps, blocks of cells are looked at."""
 _SQUARE: Final = np.ones((3, 3), np.uint8)
@@ -53,8 +50,8 @@ def find_fans(clear: Bools, occupied: Bools, cell_m: float) -> Bools:
     if not is_marked(clear, occupied, cell_m):
         return np.zeros_like(clear)
     share = wall_share(clear, occupied, cell_m)
-    bare = (clear & (share < ENCLOSED)).view(np.uint8)
-    size = 2 * max(round(FAN_WIDE_M / 2 / cell_m), 1) + 1
+    bare = (clear & (share < MOST)).view(np.uint8)
+    size = 2 * max(round(FOOT_M / 2 / cell_m), 1) + 1
     disc = np.asarray(cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size)), np.uint8)
     wide = cv2.morphologyEx(bare, cv2.MORPH_OPEN, disc)
     _, pieces, stats, _ = cv2.connectedComponentsWithStats(wide, connectivity=8)
@@ -83,10 +80,10 @@ def without_fans(
     largest = int(np.where(is_room, area, -1).argmax())
     is_fan = 2 * bare > area
     if is_marked(label > 0, occupied, cell_m):
-        is_fan |= (open_shares(label, occupied, cell_m) > FAN_OPEN) & (np.arange(count) != largest)  # R6
+        is_fan |= (open_shares(label, occupied, cell_m) > MOST) & (np.arange(count) != largest)  # R6
     is_fan &= is_room
     kept = is_room & ~is_fan
-    if not (is_fan | (is_room & (bare > 0))).any() or float((area - bare)[kept].sum()) < LEFT * float(
+    if not (is_fan | (is_room & (bare > 0))).any() or float((area - bare)[kept].sum()) < SMALL * float(
         area[is_room].sum()
     ):
         return None, frozenset()
@@ -109,12 +106,12 @@ def open_shares(label: Labels, occupied: Bools, cell_m: float) -> npt.NDArray[np
 def is_marked(clear: Bools, occupied: Bools, cell_m: float) -> bool:
     """R5: whether a map shows its walls as occupied cells."""
     edge = cv2.dilate(clear.view(np.uint8), _SQUARE).view(bool) & ~clear
-    return bool(np.count_nonzero(edge & _around(occupied, cell_m)) >= MARKED * np.count_nonzero(edge))
+    return bool(np.count_nonzero(edge & _around(occupied, cell_m)) >= FEW * np.count_nonzero(edge))
 
 
 def _around(occupied: Bools, cell_m: float) -> Bools:
-    """Return which cells (rows, cols) are ``WALL_NEAR_M`` or nearer to an occupied one."""
-    reach = 2 * max(round(WALL_NEAR_M / cell_m), 1) + 1
+    """Return which cells (rows, cols) are ``PARTITION_M`` or nearer to an occupied one."""
+    reach = 2 * max(round(PARTITION_M / cell_m), 1) + 1
     return np.asarray(cv2.dilate(occupied.view(np.uint8), np.ones((reach, reach), np.uint8)).view(bool))
 
 
@@ -165,14 +162,9 @@ def _votes(kinds: npt.NDArray[Any]) -> npt.NDArray[np.uint8]:
 #     ``SMALL`` of it or larger.
 # U2  What else no way leads to is no room where all of it is less than ``FEW`` of all rooms: what a robot drove through
 #     hangs together, and such a space is the inside of a wall or of a piece of furniture, or was seen through a pane.
-#     Where more is closed, a person drew the map without its doors. Then only those are no rooms of which ``OPEN`` of
+#     Where more is closed, a person drew the map without its doors. Then only those are no rooms of which ``SMALL`` of
 #     the edge or more is at no wall.
 # U3  A block that stands free in one room is no room: a pillar, a counter, or a box. All that is closed in it is.
-
-
-SMALL: Final = 0.1
-FEW: Final = 0.2
-OPEN: Final = 0.1
 
 
 def unreached_rooms(
@@ -189,7 +181,7 @@ def unreached_rooms(
     apart = [number for group, size in zip(groups, sizes, strict=True) if size < max(sizes) for number in group]
     small = [k for group, size in zip(groups, sizes, strict=True) if size < SMALL * max(sizes) for k in group]
     if area[small].sum() >= FEW * sum(sizes):
-        seen_in = open_shares(label, occupied, cell_m) >= OPEN
+        seen_in = open_shares(label, occupied, cell_m) >= SMALL
         small = [number for number in small if seen_in[number]]
     return frozenset(small) | _blocks(label, apart)
 

@@ -5,10 +5,10 @@ A wide doorway is hardly narrower than the corridor before it, so that the clear
 al., 2022) divides maps along the lines of their walls; here a line counts only where it has a gap.
 
 R1  Lines run along the main direction of the map's walls, or across it. A face is the edge of free cells, ``FACE_M``
-    long or longer; all faces within ``BAND_M`` of each other are on one line. So are those of what stands alone: a wall
+    long or longer; all faces within ``HAND_M`` of each other are on one line. So are those of what stands alone: a wall
     that a robot saw as dashes is told from clutter by its line.
 R2  A gap is free along the line for ``NARROWEST_GAP_M`` to ``WIDEST_M``, or free but for what is unseen between rays.
-R3  Faces make up ``SUPPORT`` of the line over ``REACH_M`` before the gap and behind it, and ``EACH_SIDE`` of either.
+R3  Faces make up ``MOST`` of the line over ``REACH_M`` before the gap and behind it, and ``SOME`` of either.
 R4  On the side of the face, the space goes on along the wall, and on the other side it is wider than the gap. Where the
     walls of rooms are in line across a corridor, neither is so.
 R5  Of gaps that are in the way of each other, within ``GAPS_APART_M``, the one with more support counts. The two faces
@@ -28,19 +28,16 @@ from shapely import LinearRing, Polygon
 from shapely.geometry.base import BaseGeometry
 
 from pipeline.geometry.areas import polygons_of
+from pipeline.tolerances import BESIDE_M, HAND_M, MOST, SOME
 
 Bools = npt.NDArray[np.bool_]
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
 
 FACE_M: Final = 0.3
-BAND_M: Final = 0.1
 NARROWEST_GAP_M: Final = 0.5
 WIDEST_M: Final = 3.0
 REACH_M: Final = 3.0
-SUPPORT: Final = 0.5
-EACH_SIDE: Final = 0.3
-BEFORE_M: Final = 0.3
 BEHIND_M: Final = (0.3, 0.6, 1.0)
 """R4: how far from the line the space before a gap is looked at, and that behind it."""
 GAP_WIDER_M: Final = 0.4
@@ -113,7 +110,7 @@ def _gaps_below_faces(grids: list[Bools], cell_m: float) -> list[_Gap]:
     face[:-1] = bare[1:] > bare[:-1]
     lines = _face_lines(face, cell_m)
     reach = max(round(REACH_M / cell_m), 1)
-    rows = np.flatnonzero(np.count_nonzero(lines, axis=1) >= 2 * SUPPORT * reach)
+    rows = np.flatnonzero(np.count_nonzero(lines, axis=1) >= 2 * MOST * reach)
     of_rows = lines[rows]
     total = np.zeros((len(rows), lines.shape[1] + 1), np.int32)
     np.cumsum(of_rows, axis=1, dtype=np.int32, out=total[:, 1:])
@@ -124,7 +121,7 @@ def _gaps_below_faces(grids: list[Bools], cell_m: float) -> list[_Gap]:
         at, first, end = at[wide], first[wide], end[wide]
         before = (total[at, first] - total[at, np.maximum(first - reach, 0)]) / reach
         after = (total[at, np.minimum(end + reach, lines.shape[1])] - total[at, end]) / reach
-        enough = (np.minimum(before, after) >= EACH_SIDE) & (before + after >= 2 * SUPPORT)  # R3
+        enough = (np.minimum(before, after) >= SOME) & (before + after >= 2 * MOST)  # R3
         for k in np.flatnonzero(enough).tolist():
             row, start, stop = int(rows[at[k]]), int(first[k]), int(end[k])
             if _widens(open_, row, start, stop, cell_m):
@@ -148,7 +145,7 @@ def _face_lines(face: Bools, cell_m: float) -> Bools:
     thick = cv2.dilate(face.view(np.uint8), np.ones((3, 1), np.uint8))
     length = 2 * max(round(FACE_M / 2 / cell_m), 1) + 1  # odd: OpenCV opens with an even one askew
     long = cv2.morphologyEx(thick, cv2.MORPH_OPEN, np.ones((1, length), np.uint8))
-    band = 2 * max(round(BAND_M / cell_m), 1) - 1
+    band = 2 * max(round(HAND_M / cell_m), 1) - 1
     return np.asarray(cv2.dilate(long, np.ones((band, 1), np.uint8)).view(bool))
 
 
@@ -167,7 +164,7 @@ def _runs(flags: Bools) -> tuple[Ints, Ints, Ints]:
 
 def _widens(free: Bools, row: int, first: int, last: int, cell_m: float) -> bool:
     """R4."""
-    step = max(round(BEFORE_M / cell_m), 1)
+    step = max(round(BESIDE_M / cell_m), 1)
     if min(_beyond(free, row + step, first, last)) * cell_m < GAP_WIDER_M:
         return False
     steps = (max(round(away / cell_m), 1) for away in BEHIND_M)
@@ -223,8 +220,6 @@ CORNER: Final = 0.8
 """R1: the least sine of the turn at a corner."""
 ENDS_FACING: Final = 0.95
 """R2: the least cosine of the angle between the directions in which two ends look."""
-BESIDE: Final = 0.5
-"""R2: ends overlap by this share of the shorter one."""
 STEPS_CELLS: Final = 0.75
 """What the edges of cells are simplified by."""
 SKEW_CELLS: Final = 2.0
@@ -304,7 +299,8 @@ def _between_ends(free: Bools, ends: Floats, looks: Floats, cell_m: float) -> li
         away = off @ looks[k]
         along = np.array([looks[k][1], -looks[k][0]])
         shared = (length + length[k]) / 2 - np.abs(off @ along)
-        faces = (looks @ looks[k] < -ENDS_FACING) & (shared >= BESIDE * np.minimum(length, length[k]))
+        # R2: ends overlap by most of the shorter one
+        faces = (looks @ looks[k] < -ENDS_FACING) & (shared >= MOST * np.minimum(length, length[k]))
         faces &= (away * cell_m >= NARROWEST_M) & (away * cell_m <= WIDEST_M)
         faces &= (np.arange(len(ends)) > k) & (away - SKEW_CELLS <= _free_for(free, middle[k], looks[k]))
         found += [(float(away[i]), np.concatenate([ends[k], ends[i]])) for i in np.flatnonzero(faces).tolist()]

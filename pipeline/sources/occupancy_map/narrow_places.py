@@ -20,16 +20,14 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
+from pipeline.tolerances import NEARLY_ALL, THIN_WALL_M
+
 Bools = npt.NDArray[np.bool_]
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
 Labels = npt.NDArray[np.int32]
 
 SMOOTH_M = 0.1
-ONE_PEAK = 0.9
-"""R1: a way as high as this share of the lower peak."""
-BEHIND_JAMB_M = 0.15
-"""How far behind a jamb the thickness of its wall is measured."""
 THICKEST_JAMB_M = 1.0
 CLOSE_M, NEAR_M, FAR_M = 0.15, 0.3, 1.0
 """Steps before and behind a narrow place, where the width is measured."""
@@ -187,7 +185,7 @@ def _merge_basins(sides: Ints, half: Floats, peak: Floats) -> tuple[Ints, Floats
 
     for k in np.argsort(-half, kind="stable").tolist():
         a, b = find(int(sides[k, 0])), find(int(sides[k, 1]))
-        if a != b and half[k] > ONE_PEAK * min(peak[a], peak[b]):
+        if a != b and half[k] > NEARLY_ALL * min(peak[a], peak[b]):
             low, high = min(a, b), max(a, b)
             parent[high] = low
             peak[low] = max(peak[low], peak[high])
@@ -246,7 +244,7 @@ def _measure_narrows(free: Bools, sides: Ints, half: Floats, jambs: Floats, cell
         return np.where(hit.any(axis=1), hit.argmax(axis=1), len(steps)) * step_m
 
     def thick(jamb: Floats, outward: Floats) -> Floats:
-        behind = jamb + outward * (BEHIND_JAMB_M / cell_m)
+        behind = jamb + outward * (THIN_WALL_M / cell_m)  # where the thickness of the wall is measured
         left, right = (run(behind, sign * across, THICKEST_JAMB_M, RUN_STEP_M, wanted=True) for sign in (-1.0, 1.0))
         return left + right
 

@@ -22,11 +22,10 @@ import numpy as np
 import numpy.typing as npt
 
 from pipeline.sources.occupancy_map.narrow_places import Bools, Labels
+from pipeline.tolerances import PARTITION_M
 
 FREE: Final = 0.65
 WALLED: Final = 0.25
-WALL_NEAR_M: Final = 0.2
-"""R1: how far from the edge of a room its wall may be."""
 SCATTERED_M: Final = 1.0
 NECK_M: Final = 0.5
 OUTSIDE_M2: Final = 5.0
@@ -37,7 +36,7 @@ _SQUARE: Final = np.ones((3, 3), np.uint8)
 def rooms_of_rays(label: Labels, free: Bools, occupied: Bools, cell_m: float) -> npt.NDArray[np.int64]:
     """Return the numbers of the rooms that R1 takes for outside; all arrays are (rows, cols), cells ``cell_m`` wide."""
     count = int(label.max(initial=0)) + 1
-    reach = 2 * max(round(WALL_NEAR_M / cell_m), 1) + 1
+    reach = 2 * max(round(PARTITION_M / cell_m), 1) + 1  # R1: the wall of a room is so near
     near = cv2.dilate(occupied.view(np.uint8), np.ones((reach, reach), np.uint8)).view(bool)
     rim = cv2.dilate(label.astype(np.float32), _SQUARE)
     rim[label > 0] = 0
@@ -68,7 +67,7 @@ def unseen_islands(clear: Bools, occupied: Bools, cell_m: float) -> Bools:
     left, top, across, down = stats[:, : cv2.CC_STAT_AREA].T
     island = (left > 0) & (top > 0) & (left + across < clear.shape[1]) & (top + down < clear.shape[0])
     island[0] = False
-    reach = 2 * max(round(WALL_NEAR_M / cell_m), 1) + 1
+    reach = 2 * max(round(PARTITION_M / cell_m), 1) + 1
     near = cv2.dilate(occupied.view(np.uint8), np.ones((reach, reach), np.uint8)).view(bool)
     around = cv2.dilate(np.where(island[pieces], pieces, 0).astype(np.float32), _SQUARE).astype(np.int64)
     around[wide > 0] = 0

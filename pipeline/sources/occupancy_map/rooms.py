@@ -5,23 +5,24 @@ R2  Basins are joined, the least likely border first, as long as a border more p
     (``narrow_places``). A border of several narrow places is as likely as the least likely of them.
     A place wider than WIDE_M needs log-odds of WIDE_ODDS: to cut a corridor costs more of its area than to join two
     rooms. The value was chosen on empty maps that were left out of the fit.
-R11 Through a slit, narrower than MAP_SLIT_M, nobody goes: a thin wall was not seen whole there. Where it is in a wall
-    thinner than SLIT_WALL_M, and SLIT_M2 or more lie on both sides, it parts rooms. It is a way only where nothing
+R11 Through a slit, narrower than PARTITION_M, nobody goes: a thin wall was not seen whole there. Where it is in a wall
+    thinner than RAIL_M, and SLIT_M2 or more lie on both sides, it parts rooms. It is a way only where nothing
     else joins its rooms.
 R3  A room has space for a disc of SMALLEST_M across, and SMALLEST_M2 of area. What is left of the others may go to the
     rooms by R5.
 R4  Where two rooms meet, the widest of the narrow places within WAYS_APART_M of each other is a way between them. So is
-    every other place where free cells of both touch for ROBOT_WAY_M or more: two basins may meet beside a narrow place.
+    every other place where free cells of both touch for SHOULDERS_M or more: two basins may meet beside a narrow place.
 R5  Furniture along a wall belongs to the room: what lies between two parts of a room, FURNITURE_LONGEST_M apart at
     most, or in the rectangle around it, is filled, unless it is beside another room, deeper than DEEPEST_M, larger than
-    LARGEST_M2, or as thin as a wall. What is unseen is filled behind furniture, not behind a wall: where more than HALF
-    of what it shares with the room is occupied, more than HALF of its other edge is, too.
+    LARGEST_M2, or as thin as a wall. What is unseen is filled behind furniture, not behind a wall: where more than MOST
+    of what it shares with the room is occupied, more than MOST of its other edge is, too.
 R6  A gap in the line of a wall (``gaps``) parts what R2 joined, where it leaves PARTED_M2 or more on both sides: the
     cells are divided again, with the gap closed, and with the pieces of wall beside it that are clutter by R1.
 R10 A corridor ends at a wall, or at a doorway, both of whose jambs stand out. Where one jamb goes straight on, and the
     other is a corner, it bends or passes a hall: what R2 parted there is joined. A jamb goes straight on if it stands
-    out by less than THIN_M. The place is wider than WIDE_M and AS_WIDE of the corridor's width, and lies across it. A
-    corridor is LONG times as long as wide or longer: as wide as its widest place, and as long as its area by that.
+    out by less than PARTITION_M. The place is wider than WIDE_M and AS_WIDE of the corridor's width, and lies across
+    it. A corridor is LONG times as long as wide or longer: as wide as its widest place, and as long as its area by
+    that.
 R9  Where it is known which cells are occupied, rays correct the rooms (``rays``).
 R8  Where all that is not free is wall, there is no clutter and no furniture, and the ways are the doorways between the
     ends of walls (``gaps``) that part rooms of DRAWN_ROOM_M2 or more.
@@ -65,6 +66,7 @@ from pipeline.sources.occupancy_map.rays import (
     with_likely_cells,
     with_scattered_cells,
 )
+from pipeline.tolerances import BESIDE_M, MOST, PARTITION_M, RAIL_M, SHOULDERS_M
 
 WIDE_M = 1.2
 WIDE_ODDS = 0.9
@@ -73,25 +75,15 @@ SMALLEST_M2 = 1.0
 DRAWN_ROOM_M2 = 0.9
 """R8: that of SMALLEST_M2, less the cells on its edge."""
 WAYS_APART_M = 0.75
-ROBOT_WAY_M = 0.6
-"""R4: what is as wide lets a robot through."""
-MAP_SLIT_M = 0.2
-SLIT_WALL_M = 0.3
 SLIT_M2 = 4.0
 DEEPEST_M = 1.2
 LARGEST_M2 = 5.0
-HALF = 0.5
 PARTED_M2 = 1.0
-BESIDE_GAP_M = 0.3
-"""R6: how far from the middle of a gap its rooms are looked for."""
-THIN_M = 0.2
 LONG = 3.0
 AS_WIDE = 0.6
 FURNITURE_LONGEST_M = 3.0
 MOST_CELLS = 5_000_000
 """Larger maps are divided into blocks of cells first."""
-MARGIN = 0.5
-"""R7: such a share of the border is free."""
 _BORDER = (np.s_[0], np.s_[-1], np.s_[:, 0], np.s_[:, -1])
 BEYOND_CELLS = 2
 """R5: by so many cells, at most, furniture lies beyond the box around its room, and what decides on it: OpenCV closes
@@ -290,7 +282,7 @@ def _cells_of_gaps(gaps: Floats, shape: tuple[int, ...]) -> Bools:
 
 
 def _beside(gaps: Floats, label: Labels, cell_m: float, beyond_m: Floats | float = 0.0) -> npt.NDArray[np.int64]:
-    """Return the labels (n, 2) on both sides of gaps (n, 2, 2), 0 for none, BESIDE_GAP_M from ``beyond_m`` (n,)."""
+    """Return the labels (n, 2) on both sides of gaps (n, 2, 2), 0 for none, BESIDE_M from ``beyond_m`` (n,)."""
     cells = _cells_beside(gaps, label.shape, cell_m, beyond_m)
     return label[cells[..., 1], cells[..., 0]].astype(np.int64)
 
@@ -301,7 +293,8 @@ def _cells_beside(
     """Return the (across, down) of the cells (n, 2, 2) on both sides of gaps."""
     along = gaps[:, 1] - gaps[:, 0]
     across = np.stack([-along[:, 1], along[:, 0]], axis=1) / np.maximum(np.hypot(*along.T), 1e-9)[:, None]
-    step = across * ((BESIDE_GAP_M + np.broadcast_to(beyond_m, len(gaps))) / cell_m)[:, None]
+    # R6: how far from the middle of a gap its rooms are looked for.
+    step = across * ((BESIDE_M + np.broadcast_to(beyond_m, len(gaps))) / cell_m)[:, None]
     middle = gaps.mean(axis=1)
     cells = np.rint(np.stack([middle - step, middle + step], axis=1)).astype(np.int64)
     return np.asarray(cells.clip(0, (shape[1] - 1, shape[0] - 1)))
@@ -332,7 +325,7 @@ def free_share_of_border(free: Bools, occupied: Bools | None, cell_m: float) -> 
     beyond = np.s_[frame : free.shape[0] - frame, frame : free.shape[1] - frame]
     if occupied is not None:
         seen = [free[beyond][side] | occupied[beyond][side] for side in _BORDER]
-        if float(np.concatenate(seen).mean()) < MARGIN:
+        if float(np.concatenate(seen).mean()) < MOST:  # R7
             return 0.0
     return share
 
@@ -348,7 +341,7 @@ def _without(label: Labels, numbers: frozenset[int]) -> Labels:
 
 def _outside(label: Labels, free: Bools, occupied: Bools | None, cell_m: float) -> frozenset[int]:
     """Return the labels of what lies outside of the house; R7."""
-    if free_share_of_border(free, occupied, cell_m) < MARGIN:
+    if free_share_of_border(free, occupied, cell_m) < MOST:
         return frozenset()
     touching = frozenset(np.concatenate([label[side] for side in _BORDER]).tolist()) - {0}
     return touching if len(touching) < int(label.max(initial=0)) else frozenset()
@@ -373,7 +366,7 @@ def _merge_basins(basins: Basins) -> npt.NDArray[np.int64]:
     root = np.arange(len(basins.peak_m))
     peak, area = basins.peak_m.copy(), basins.area_m2.copy()
     narrows = basins.narrows
-    slits = (narrows.width_m < MAP_SLIT_M) & (narrows.thin_m < SLIT_WALL_M)
+    slits = (narrows.width_m < PARTITION_M) & (narrows.thin_m < RAIL_M)
     while True:
         sides = root[narrows.sides]
         odds = separation_log_odds(narrows, peak[sides], area[sides]) - WIDE_ODDS * (narrows.width_m > WIDE_M)
@@ -416,7 +409,7 @@ def _join_at_bends(numbers: npt.NDArray[np.int64], basins: Basins) -> npt.NDArra
     wide = np.zeros(count)
     np.maximum.at(wide, numbers, 2 * basins.peak_m)
     narrows, sides = basins.narrows, numbers[basins.narrows.sides]
-    bends = (narrows.width_m > WIDE_M) & (narrows.turn_m < THIN_M) & (narrows.step_m > THIN_M)
+    bends = (narrows.width_m > WIDE_M) & (narrows.turn_m < PARTITION_M) & (narrows.step_m > PARTITION_M)
     bends &= (sides > 0).all(axis=1) & (sides[:, 0] != sides[:, 1])
     corridor = (area >= LONG * wide**2)[sides] & (narrows.width_m[:, None] >= AS_WIDE * wide[sides]) & bends[:, None]
     if not corridor.any():
@@ -482,7 +475,7 @@ def _with_ways_where_rooms_touch(
         width_m = float(np.hypot(*(jambs[1] - jambs[0]))) * cell_m
         known = np.array([way.jambs.mean(axis=0) for way in ways if way.rooms == (low, high)]).reshape(-1, 1, 2)
         near = np.hypot(*np.moveaxis(points - known, 2, 0)) * cell_m <= WAYS_APART_M
-        if width_m >= ROBOT_WAY_M and not near.any():
+        if width_m >= SHOULDERS_M and not near.any():
             found.append(RoomConnection((low, high), jambs, width_m, 0.0))
     return tuple(sorted(found, key=lambda way: (way.rooms, *way.jambs.ravel().tolist())))
 
@@ -491,7 +484,7 @@ def _without_slits(ways: tuple[RoomConnection, ...]) -> tuple[RoomConnection, ..
     """R11: return ways without the slits between rooms that others join."""
     joined, kept = Groups(1 + max((max(way.rooms) for way in ways), default=0)), list[RoomConnection]()
     for way in sorted(ways, key=lambda way: -way.width_m):
-        if joined.join(*way.rooms) or way.width_m >= MAP_SLIT_M:
+        if joined.join(*way.rooms) or way.width_m >= PARTITION_M:
             kept.append(way)
     return tuple(way for way in ways if way in kept)
 
@@ -514,7 +507,7 @@ def _fill_furniture(
     filled = label.copy()
     walls = np.ones(label.shape, bool)
     if occupied is not None:
-        reach = 2 * max(round(THIN_M / cell_m), 1) + 1
+        reach = 2 * max(round(PARTITION_M / cell_m), 1) + 1
         walls = cv2.dilate(occupied.view(np.uint8), np.ones((reach, reach), np.uint8)).view(bool)
     for number, (rows, cols) in label_boxes(label):
         if number in outside:
@@ -616,7 +609,7 @@ def _furniture(missing: Bools, near_others: Bools, room: Bools, walls: Bools, ce
     cells = np.flatnonzero(missing)
     np.maximum.at(deepest, pieces.ravel()[cells].astype(np.intp), depth.ravel()[cells])
     deepest = deepest.astype(np.float64)
-    fill &= (2 * deepest * cell_m < DEEPEST_M) & (2 * deepest * cell_m > THIN_M)
+    fill &= (2 * deepest * cell_m < DEEPEST_M) & (2 * deepest * cell_m > PARTITION_M)
     fill &= ~_behind_walls(pieces, count, room, walls)
     return np.asarray(fill[pieces])
 
@@ -629,7 +622,7 @@ def _behind_walls(pieces: npt.NDArray[Any], count: int, room: Bools, walls: Bool
     for side in (room, ~room):
         edge = around[side & (around > 0)]
         seen = around[side & walls & (around > 0)]
-        shares.append(np.bincount(seen, minlength=count) - HALF * np.bincount(edge, minlength=count))
+        shares.append(np.bincount(seen, minlength=count) - MOST * np.bincount(edge, minlength=count))
     return np.asarray((shares[0] > 0) & (shares[1] <= 0))
 
 

@@ -3,10 +3,10 @@
 ``clutter`` takes what stands alone, and smoothing a room's edge takes what is thin. What a robot saw as a wall stays:
 
 W1  A wall is a straight piece of what is not free, ``THICKEST_PIECE_M`` thick at most and ``LONG_M`` or longer; or
-    ``PIECE_M`` or longer, if a wall is in its line beyond one of its ends: over ``IN_LINE`` of ``REACH_M``.
+    ``PIECE_M`` or longer, if a wall is in its line beyond one of its ends: over ``STANDS`` of ``REACH_M``.
 W2  Rays ended along ``RAYS_HIT`` of it or more: unseen wedges between rays are thin and straight as well.
-W3  Where its end is ``HANGS_M`` or nearer to the edge of its room, it hangs there: nobody passes.
-W4  An entrance is a gap in a straight side of a room, ``GAP_M`` wide: rays ended on both sides of it, over ``JAMB_M``
+W3  Where its end is ``RUN_M`` or nearer to the edge of its room, it hangs there: nobody passes.
+W4  An entrance is a gap in a straight side of a room, ``GAP_M`` wide: rays ended on both sides of it, over ``BESIDE_M``
     or more, and none in it. Free cells come up to it, and behind it, ``BEHIND_M`` from the side, nothing was seen, or
     the picture ends.
 """
@@ -23,25 +23,17 @@ import numpy.typing as npt
 import shapely
 from shapely import Polygon
 
-from pipeline.sources.occupancy_map.clutter import PIECE_IN_LINE_M, PIECE_M, REACH_M, THICKEST_PIECE_M, slender_pieces
+from pipeline.sources.occupancy_map.clutter import PIECE_M, REACH_M, THICKEST_PIECE_M, slender_pieces
 from pipeline.sources.occupancy_map.narrow_places import Bools, Floats
+from pipeline.tolerances import BESIDE_M, HAND_M, MOSTLY, PARTITION_M, RUN_M, STANDS
 
 LONG_M: Final = 1.5
 """W1: furniture that a laser sees as one thin line is shorter."""
-IN_LINE: Final = 0.4
 RAYS_HIT: Final = 0.6
-HANGS_M: Final = 0.3
 BESIDE_EDGE_M: Final = 0.4
-THINNEST_M: Final = 0.1
-"""A wall is drawn at least so thick, as between rooms."""
 GAP_M: Final = (0.6, 1.5)
-JAMB_M: Final = 0.3
-NEAR_M: Final = 0.2
-"""W4: so far from a room's side, at most, lie the cells at which rays ended on it."""
 BEHIND_M: Final = (0.2, 0.35, 0.5)
 """W4: walls are as thick."""
-REACHED: Final = 0.8
-"""W4: up to such a share of a gap come free cells."""
 
 
 def walls_in_rooms(rooms: Bools, free: Bools, occupied: Bools, cell_m: float, angle: float) -> Floats:
@@ -56,10 +48,12 @@ def walls_in_rooms(rooms: Bools, free: Bools, occupied: Bools, cell_m: float, an
     if not thin.any():
         return np.zeros((0, 4, 2))
     hit = cv2.dilate((occupied & ~free).view(np.uint8), np.ones((3, 3), np.uint8)).view(bool)
-    edge = 2 * round(NEAR_M / cell_m) + 1
+    # W4: the cells at which rays ended on a room's side lie so near to it
+    edge = 2 * round(PARTITION_M / cell_m) + 1
     inner = cv2.erode(rooms.view(np.uint8), np.ones((edge, edge), np.uint8)).view(bool)
     beyond = (occupied & ~inner).view(np.uint8)
-    reach = 2 * max(round(PIECE_IN_LINE_M / cell_m), 1) + 1
+    # a wall so near to the line of a piece is in line with it
+    reach = 2 * max(round(HAND_M / cell_m), 1) + 1
     beyond = cv2.dilate(beyond, np.ones((reach, reach), np.uint8)).view(bool)
     found: list[Floats] = []
     left = thin.copy()
@@ -78,7 +72,7 @@ def walls_in_rooms(rooms: Bools, free: Bools, occupied: Bools, cell_m: float, an
                 box = (slice(y, y + high), slice(x, x + wide))
                 own = pieces[box] == number
                 cells = np.argwhere(own)[:, ::-1] + (x + 0.5, y + 0.5)
-                found.append(_around(cells, line + 0.5, THINNEST_M / cell_m))
+                found.append(_around(cells, line + 0.5, HAND_M / cell_m))
                 left[box][own] = 0
     return np.array(found).reshape(-1, 4, 2)
 
@@ -107,7 +101,7 @@ def _is_wall(line: Floats, hit: Bools, walls: Bools, cell_m: float) -> bool:
         return True
     steps = np.arange(1.0, max(REACH_M / cell_m, 2.0))
     ahead = (line[0] - steps[:, None] * way, line[1] + steps[:, None] * way)
-    return max(float(_at(walls, points).mean()) for points in ahead) >= IN_LINE
+    return max(float(_at(walls, points).mean()) for points in ahead) >= STANDS
 
 
 def _at(cells: Bools, points: Floats) -> Bools:
@@ -156,7 +150,7 @@ def _hung(wall: Polygon, room: Polygon) -> Polygon:
     way = (corners[1] - corners[0]) / float(np.hypot(*(corners[1] - corners[0])))
     for pair, out in (((0, 3), -way), ((1, 2), way)):
         end = shapely.LineString(corners[list(pair)])
-        reach = out * (HANGS_M + THINNEST_M)
+        reach = out * (RUN_M + HAND_M)
         if not room.contains(shapely.Point(shapely.get_coordinates(end.centroid)[0] + reach)):
             corners[list(pair)] += reach
     return Polygon(corners)
@@ -168,7 +162,7 @@ def entrance_gaps(room: Polygon, others: Sequence[shapely.Geometry], sides: Seen
     ``others`` are the other rooms and the known ways: there is no entrance beside them.
     """
     around = np.array(others, dtype=np.object_)
-    around = around[shapely.dwithin(room, around, 3 * NEAR_M)]  # a span and its surroundings are within 2
+    around = around[shapely.dwithin(room, around, 3 * PARTITION_M)]  # a span and its surroundings are within 2
     ring = shapely.get_coordinates(shapely.orient_polygons(room).exterior)[:-1]
     has_recess = len(ring) >= 6  # a recess and the wall beside it have five sides
     found = []
@@ -180,8 +174,8 @@ def entrance_gaps(room: Polygon, others: Sequence[shapely.Geometry], sides: Seen
         if has_recess and GAP_M[0] <= length <= GAP_M[1] and sides.is_recess(np.roll(ring, 2 - k, axis=0)[:6]):
             gaps = [np.stack([a, b])]
         for gap in gaps:
-            span = shapely.LineString(gap + out * NEAR_M)
-            if sides.leads_out(gap, out) and not shapely.dwithin(around, span, NEAR_M).any():
+            span = shapely.LineString(gap + out * PARTITION_M)
+            if sides.leads_out(gap, out) and not shapely.dwithin(around, span, PARTITION_M).any():
                 found.append((gap, out))
     return found
 
@@ -194,7 +188,7 @@ class SeenSides:
 
     def __init__(self, free: Bools, occupied: Bools, cell_m: float) -> None:
         self._cell_m, self._height_m = cell_m, free.shape[0] * cell_m
-        self._reach = round(NEAR_M / cell_m)
+        self._reach = round(PARTITION_M / cell_m)
         size = 2 * self._reach + 1
         self._free, self._known = free, free | occupied
         self._wall = cv2.dilate(occupied.view(np.uint8), np.ones((size, size), np.uint8)).view(bool)
@@ -209,7 +203,7 @@ class SeenSides:
 
     def gaps_in(self, start: Floats, way: Floats, length: float) -> list[Floats]:
         """Return the ends (2, 2) of the gaps between seen parts of a side."""
-        if length < GAP_M[0] + 2 * JAMB_M:
+        if length < GAP_M[0] + 2 * BESIDE_M:
             return []
         points = self._points(start, start + way * length)
         runs, at = [], 0
@@ -221,7 +215,7 @@ class SeenSides:
         for (is_wall, low, _), (_, first, last), (_, _, high) in zip(runs, runs[1:], runs[2:], strict=False):
             begin, end = max(first - self._reach, low), min(last + self._reach, high)
             wide_m, jamb_m = (end - begin) * self._cell_m, min(begin - low, high - end) * self._cell_m
-            if is_wall and GAP_M[0] <= wide_m <= GAP_M[1] and jamb_m >= JAMB_M:
+            if is_wall and GAP_M[0] <= wide_m <= GAP_M[1] and jamb_m >= BESIDE_M:
                 found.append(np.stack([points[begin], points[end - 1]]))
         return found
 
@@ -231,10 +225,10 @@ class SeenSides:
         turns = ways[:-1, 0] * ways[1:, 1] - ways[:-1, 1] * ways[1:, 0]
         if not (turns * (-1, 1, 1, -1) > 0).all() or np.hypot(*ways[[1, 3]].T).max() > BEHIND_M[-1]:
             return False
-        step = ways[2] / float(np.hypot(*ways[2])) * (NEAR_M + self._cell_m)  # beyond it, no jamb is near
+        step = ways[2] / float(np.hypot(*ways[2])) * (PARTITION_M + self._cell_m)  # beyond it, no jamb is near
         inner = self._points(corners[2] + step, corners[3] - step)
         jambs = [
-            self._points(corner + way / max(float(np.hypot(*way)), 1e-9) * JAMB_M, corner)
+            self._points(corner + way / max(float(np.hypot(*way)), 1e-9) * BESIDE_M, corner)
             for corner, way in ((corners[1], -ways[0]), (corners[4], ways[4]))
         ]
         return not self._at(self._wall, inner).any() and all(
@@ -246,4 +240,5 @@ class SeenSides:
         points = self._points(*gap)
         behind = (points + out * (depth + self._cell_m) for depth in BEHIND_M)
         is_unseen = any(not self._at(self._known, each).any() for each in behind)
-        return is_unseen and float(self._at(self._free, points - out * 2 * self._cell_m).mean()) >= REACHED
+        # W4: free cells come up to most of a gap
+        return is_unseen and float(self._at(self._free, points - out * 2 * self._cell_m).mean()) >= MOSTLY

@@ -3,8 +3,8 @@
 Only the finished rooms and doorways, and the map's own cells count. So it does not matter how the rooms were found.
 
 S1  ``half_seen_rooms``: the share of the rooms of whose edge more than ``UNSEEN`` shows no wall: no occupied cell is
-    ``WALL_NEAR_M`` or nearer. Doorways do not count. Such a room ends where the robot saw no further.
-S2  ``beyond_rooms``: what the map shows and the plan lacks: the share of the free cells ``WALL_NEAR_M`` or farther from
+    ``PARTITION_M`` or nearer. Doorways do not count. Such a room ends where the robot saw no further.
+S2  ``beyond_rooms``: what the map shows and the plan lacks: the share of the free cells ``PARTITION_M`` or farther from
     the rooms, or that of the occupied cells ``FAR_FROM_ROOMS_M`` or farther from them, whichever is more. Free cells
     that reach the picture's border without a room between are the ground outside, or a margin. What is solid
     over twice ``FAR_FROM_ROOMS_M`` both ways is a block (a chimney, a bed, ground that is drawn filled), and no wall.
@@ -27,11 +27,10 @@ import shapely
 from shapely import Polygon
 
 from pipeline.sources.occupancy_map.narrow_places import Bools
+from pipeline.tolerances import PARTITION_M, THIN_WALL_M
 
 UNSEEN: Final = 0.2
-WALL_NEAR_M: Final = 0.2
 FAR_FROM_ROOMS_M: Final = 0.5
-DOORWAY_GROWN_M: Final = 0.15
 FREE_WALL_M: Final = (1.0, 4.0)
 MOST_CELLS: Final = 5_000_000
 """Larger maps are divided into blocks of cells first."""
@@ -99,8 +98,8 @@ def _half_seen(cells: _Cells, rooms: Sequence[Polygon], doorways: Sequence[Polyg
     """S1."""
     if not rooms:
         return 0.0
-    walls = cells.grown(cells.occupied, WALL_NEAR_M)
-    ways = cells.grown(cells.drawn(doorways), DOORWAY_GROWN_M)
+    walls = cells.grown(cells.occupied, PARTITION_M)
+    ways = cells.grown(cells.drawn(doorways), THIN_WALL_M)
     few = 0
     for room in rooms:
         points = np.concatenate([_along(ring, cells.cell_m) for ring in (room.exterior, *room.interiors)])
@@ -117,7 +116,7 @@ def _along(ring: shapely.LinearRing, step_m: float) -> npt.NDArray[np.float64]:
 
 def _beyond(cells: _Cells, free: Bools, inside: Bools) -> float:
     """S2."""
-    lost = free & ~cells.grown(inside, WALL_NEAR_M)
+    lost = free & ~cells.grown(inside, PARTITION_M)
     _, pieces = cv2.connectedComponents(lost.view(np.uint8), connectivity=4)
     border = np.unique(np.concatenate([pieces[0], pieces[-1], pieces[:, 0], pieces[:, -1]]))
     lost &= ~np.isin(pieces, border)
@@ -134,7 +133,7 @@ def _share(part: Bools, whole: Bools) -> float:
 
 def _free_wall(cells: _Cells, inside: Bools) -> float:
     """S4."""
-    deep = ~cells.grown(np.pad(~inside, 1, constant_values=True), DOORWAY_GROWN_M)[1:-1, 1:-1]
+    deep = ~cells.grown(np.pad(~inside, 1, constant_values=True), THIN_WALL_M)[1:-1, 1:-1]
     _, _, stats, _ = cv2.connectedComponentsWithStats((cells.occupied & deep).view(np.uint8), connectivity=8)
     sides = stats[1:, [cv2.CC_STAT_WIDTH, cv2.CC_STAT_HEIGHT]]
     least, most = FREE_WALL_M
