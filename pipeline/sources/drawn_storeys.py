@@ -32,26 +32,21 @@ from pipeline.geometry.meshes import Mesh
 from pipeline.geometry.prisms import Prism, Prisms, WallsWithOpenings
 from pipeline.geometry.wall_gaps import find_doorless_openings
 from pipeline.sources.tolerances import (
-    CORNER_M2,
     CRACK_M,
     DEEPEST_WALL_M,
-    EDGE_REACH_M,
     FILE_GRID_M,
-    HOLE_LAP_M,
     INTO_ROOM_M,
     KNEE_M,
     LEFTOVER_M2,
+    LINE_WALL_M,
     LOWEST_HEAD_M,
-    MIN_DEPTH_M,
-    OPEN_AIR_EDGE,
-    OUTER_WALL_M,
     SAME_DOOR_M,
     STOREYS_APART_M,
     THICKEST_WALL_M,
     TINY,
     WALLS_COVERED,
 )
-from pipeline.tolerances import MOSTLY
+from pipeline.tolerances import BESIDE_M, HAND_M, HARDLY, MM_M, MOSTLY, SPECK_M2
 from pipeline.values import Opening, SourceRoom
 
 
@@ -99,7 +94,8 @@ def wall_prisms(walls: Iterable[Wall], holes: Sequence[Hole], *, filled_to_m: fl
         return Prisms(_bodies(filled, passages))
     shapes = drawn[bottom, top]
     whole = shapes[0] if len(shapes) == 1 else shapely.union_all(shapes, grid_size=FILE_GRID_M)
-    grown = shapely.buffer([hole.shape for hole in passages], HOLE_LAP_M, join_style="mitre")
+    # a hole reaches beyond the faces of its wall, which rounding may have moved; stages close 2 mm
+    grown = shapely.buffer([hole.shape for hole in passages], MM_M, join_style="mitre")
     standing = shapely.difference(whole, shapely.union_all(grown))  # all fillings lie in passages
     return WallsWithOpenings(standing, (hole.shape for hole in passages), top, partial(_bodies, filled, passages))
 
@@ -121,7 +117,7 @@ def _bodies(courses: Courses, passages: Sequence[Hole]) -> list[Prism]:
     for (bottom, top), shapes in sorted(courses.items()):
         whole = shapely.union_all(shapes, grid_size=FILE_GRID_M)  # R3
         across = [hole for hole in passages if hole.bottom_m < top and hole.top_m > bottom]
-        grown = shapely.buffer([hole.shape for hole in across], HOLE_LAP_M, join_style="mitre")
+        grown = shapely.buffer([hole.shape for hole in across], MM_M, join_style="mitre")
         parts.append(Prism(shapely.difference(whole, shapely.union_all(grown)), bottom, top))
         for hole, shape in zip(across, _walls_in(whole, grown), strict=True):
             parts += [Prism(shape, bottom, hole.bottom_m), Prism(shape, hole.top_m, top)]
@@ -155,15 +151,17 @@ def unite_rooms(shapes: Iterable[Polygon]) -> Polygon | MultiPolygon | None:
 
 
 def drop_outdoor_rooms(rooms: Sequence[SourceRoom], walls: Sequence[Wall]) -> tuple[SourceRoom, ...]:
-    """R4: return the rooms but those whose edge is open for more than OPEN_AIR_EDGE of its length."""
+    """R4: return the rooms but those whose edge is open for more than HARDLY of its length."""
     shapes = [room.polygon for room in rooms if room.polygon is not None]
-    near = shapely.buffer(shapely.union_all([wall.shape for wall in walls]), EDGE_REACH_M)
+    # a wall or room so near is beside it
+    near = shapely.buffer(shapely.union_all([wall.shape for wall in walls]), BESIDE_M)
     kept = []
     for room in rooms:
         if room.polygon is not None:
             others = shapely.union_all([shape for shape in shapes if shape is not room.polygon])
-            edge = shapely.difference(room.polygon.exterior, shapely.union(near, shapely.buffer(others, EDGE_REACH_M)))
-            if edge.length > OPEN_AIR_EDGE * room.polygon.exterior.length:
+            edge = shapely.difference(room.polygon.exterior, shapely.union(near, shapely.buffer(others, BESIDE_M)))
+            # a room is open air where more of its edge has neither walls nor rooms beside it
+            if edge.length > HARDLY * room.polygon.exterior.length:
                 continue
         kept.append(room)
     return tuple(kept)
@@ -180,7 +178,8 @@ def subtract_rooms_from_walls(rooms: Sequence[SourceRoom], walls: Sequence[Wall]
     for wall in walls:
         has_hole = any(hole.shape.intersects(wall.shape) for hole in holes)
         inner = shapely.intersection(wall.shape, deep).area
-        whole = has_hole or inner < 0.5 * wall.shape.area or wall.shape.area < CORNER_M2
+        # a wall with a smaller area in plan is a corner
+        whole = has_hole or inner < 0.5 * wall.shape.area or wall.shape.area < SPECK_M2
         parts = [wall.shape] if whole else polygons_of(shapely.difference(wall.shape, area))
         found += [replace(wall, shape=part) for part in parts]
     return found
@@ -215,7 +214,7 @@ def _through(hole: Hole, slits: BaseGeometry) -> Hole:
     """Let a hole go on through what is left between its wall and the rooms."""
     step = np.array(hole.across) * THICKEST_WALL_M
     lane = shapely.convex_hull(shapely.union_all([translate(hole.shape, *step), translate(hole.shape, *-step)]))
-    beside = shapely.buffer(hole.shape, HOLE_LAP_M)
+    beside = shapely.buffer(hole.shape, MM_M)
     parts = [part for part in polygons_of(shapely.intersection(slits, lane)) if part.intersects(beside)]
     shape = shapely.convex_hull(shapely.union_all([hole.shape, *parts]))
     return replace(hole, shape=shape) if isinstance(shape, Polygon) else hole
@@ -247,7 +246,7 @@ def polygon_from_ring(ring: Iterable[Sequence[float]]) -> Polygon | None:
 #
 # R1  Rooms whose floors meet have no wall between them; cracks of rounding are none either.
 # R2  What is narrower than THICKEST_WALL_M between floors is wall, and so is whatever they enclose (a shaft, a pillar).
-# R3  Around all of it goes an outer wall of OUTER_WALL_M.
+# R3  Around all of it goes an outer wall of LINE_WALL_M.
 # R4  A door's hole goes on to the floors on both sides of it. One that each of its rooms has for itself is one.
 
 
@@ -257,7 +256,7 @@ def walls_around(floors: Sequence[Polygon], top_m: float) -> list[Wall]:
     whole = buffer_mitred(buffer_mitred(floor, CRACK_M / 2), -CRACK_M / 2)  # R1
     closed = buffer_mitred(buffer_mitred(whole, THICKEST_WALL_M / 2), -THICKEST_WALL_M / 2)  # R2
     filled = shapely.union_all([Polygon(part.exterior) for part in polygons_of(shapely.union(closed, whole))])
-    solid = shapely.difference(buffer_mitred(filled, OUTER_WALL_M), whole)  # R3
+    solid = shapely.difference(buffer_mitred(filled, LINE_WALL_M), whole)  # R3
     return [Wall(part, 0.0, top_m) for part in polygons_of(solid)]
 
 
@@ -286,10 +285,10 @@ def _without_crossing_wall(part: Polygon, hole: Hole) -> BaseGeometry:
     """
     if not _is_deep(part, hole):
         return part
-    own = drop_thin_parts(part, MIN_DEPTH_M)
+    own = drop_thin_parts(part, HAND_M)  # an opening is at least this deep, however thin its wall is
     if own.is_empty:
-        about = shapely.intersection(part, shapely.buffer(hole.shape, MIN_DEPTH_M / 2, join_style="mitre"))
-        along = MIN_DEPTH_M * np.array([-hole.across[1], hole.across[0]])
+        about = shapely.intersection(part, shapely.buffer(hole.shape, HAND_M / 2, join_style="mitre"))
+        along = HAND_M * np.array([-hole.across[1], hole.across[0]])
         lasting = shapely.intersection(translate(about, *along), translate(about, *-along))
         kept = shapely.union(translate(lasting, *along), translate(lasting, *-along))
         return about if kept.is_empty else shapely.intersection(about, kept)
@@ -300,7 +299,7 @@ def _is_deep(part: BaseGeometry, hole: Hole) -> bool:
     """Return whether a wall goes on to an end of the lane through a hole."""
     across = np.array(hole.across)
     deep, ends = shapely.get_coordinates(part) @ across, shapely.get_coordinates(hole.shape) @ across
-    far = DEEPEST_WALL_M - HOLE_LAP_M
+    far = DEEPEST_WALL_M - MM_M
     return bool(len(deep) and (deep.min() < ends.min() - far or deep.max() > ends.max() + far))
 
 

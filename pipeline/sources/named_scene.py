@@ -58,7 +58,6 @@ from pipeline.sources.tolerances import (
     PIECE_DOOR_WIDTH_M,
     ROUGH_M,
     SAME,
-    SMALLEST_NAMED_ROOM_M2,
     SPACE_HEIGHT_M,
     TERRAIN_BEYOND,
     TINY,
@@ -66,7 +65,7 @@ from pipeline.sources.tolerances import (
     WAIST_M,
     WIDEST_DOOR_BODY_M,
 )
-from pipeline.tolerances import FOOT_M, HAND_M, HARDLY, MOST, NEARLY_ALL, STAND_M, STUB_M
+from pipeline.tolerances import FOOT_M, HAND_M, HARDLY, MOST, NEARLY_ALL, PATCH_M2, STAND_M, STUB_M
 from pipeline.values import Mesh, Opening, SourceObject, SourceRoom
 
 Floats = npt.NDArray[np.float64]
@@ -480,7 +479,10 @@ def _rooms(body: NamedBody) -> list[SourceRoom]:
     triangles = shapely.polygons(corners)
     area = shapely.union_all(triangles[shapely.area(triangles) > UPRIGHT_M2], grid_size=ROUGH_M)
     parts = [
-        part for part in shapely.get_parts(area) if isinstance(part, Polygon) and part.area >= SMALLEST_NAMED_ROOM_M2
+        # a smaller named area is no room
+        part
+        for part in shapely.get_parts(area)
+        if isinstance(part, Polygon) and part.area >= PATCH_M2
     ]
     return [SourceRoom(body.words, labels_for(body.words), part) for part in parts]
 

@@ -9,7 +9,7 @@ R1  Walls are what lies between and around the floors (``around``), and the surf
 R2  A door is a door, an opening one without a door; what two rooms have of one is one. It goes through all wall there.
 R3  A floor is a room. Sections name it; where a floor holds several, they name the rooms that walls make of it.
 R4  What stands STOREYS_APART_M over the walls' lowest feet is a level of its own.
-R5  Where no surface was seen along a floor's edge, farther than EDGE_REACH_M from all others, the room is open there.
+R5  Where no surface was seen along a floor's edge, farther than BESIDE_M from all others, the room is open there.
 """
 
 from __future__ import annotations
@@ -48,7 +48,6 @@ from pipeline.sources.roles import labels_for
 from pipeline.sources.roomplan_scan import Floor, LabelledSection, Scan, UprightBox, parse_scan
 from pipeline.sources.tolerances import (
     DRAWN_SHEET_M,
-    EDGE_REACH_M,
     FILE_GRID_M,
     NAME_BOX_M,
     NARROWEST_DOOR_M,
@@ -57,7 +56,7 @@ from pipeline.sources.tolerances import (
     STOREYS_APART_M,
     TINY,
 )
-from pipeline.tolerances import HAND_M, STUB_M
+from pipeline.tolerances import BESIDE_M, HAND_M, STUB_M
 from pipeline.values import Input, Level, SourceObject, SourceRoom
 
 UNKNOWN = frozenset({"", "unidentified", "other"})
@@ -170,7 +169,7 @@ def _walls(scan: Scan, floors: Sequence[Polygon], top: float) -> list[Wall]:
 def _open_sides(scan: Scan) -> list[Polygon]:
     """R5: return strips along the stretches of the floors' edges where nothing was seen."""
     seen = shapely.union_all([thing.shape for thing in (*scan.walls, *scan.doors, *scan.openings)])
-    near, found = shapely.buffer(seen, EDGE_REACH_M), []
+    near, found = shapely.buffer(seen, BESIDE_M), []  # a wall or room so near is beside it
     floor = close_cracks(shapely.union_all([each.shape for each in scan.floors], grid_size=FILE_GRID_M))
     for ring in shapely.get_parts(shapely.boundary(floor)):
         corners = shapely.get_coordinates(shapely.simplify(ring, DRAWN_SHEET_M))
@@ -181,7 +180,7 @@ def _open_sides(scan: Scan) -> list[Polygon]:
                     ends = np.sort(
                         shapely.line_locate_point(side, shapely.points(shapely.get_coordinates(open_)[[0, -1]]))
                     )
-                    wide = shapely.ops.substring(side, max(0.0, ends[0] - EDGE_REACH_M), ends[1] + EDGE_REACH_M)
+                    wide = shapely.ops.substring(side, max(0.0, ends[0] - BESIDE_M), ends[1] + BESIDE_M)
                     found.append(wide.buffer(DRAWN_SHEET_M / 2, cap_style="flat"))
     return found
 

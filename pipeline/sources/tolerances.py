@@ -23,9 +23,6 @@ FILE_GRID_M: Final = 1e-4
 # the same for shadows of meshes and for drawings, whose corners are only as exact as people place them
 ROUGH_M: Final = 1e-3
 SUNCG_GRID_M: Final = 1e-5  # the same for the slabs of SUNCG, which are exact
-# a hole reaches this far beyond the faces of its wall, which rounding may have moved; stages close 2 mm
-HOLE_LAP_M: Final = 0.001
-SKIN_M: Final = 0.002  # the same for IFC, whose walls are bodies, so that a cut leaves no film
 UPRIGHT_M2: Final = 1e-8  # a triangle with a smaller area stands upright
 LEFTOVER_M2: Final = 1e-6  # a smaller area is a leftover of a Boolean operation on polygons
 LOOP_M2: Final = 1e-4  # a smaller face between the lines of a drawing is a gap between their ends
@@ -79,9 +76,7 @@ FRONT3D_WALL_M: Final = 2.6  # the same for 3D-FRONT, whose walls are 2.6 or 2.8
 STOREY_HEIGHT_M: Final = 3.0  # from floor to floor where the file only counts its floors
 STOREYS_APART_M: Final = 1.5  # floors that lie farther apart in height are two storeys
 SPLIT_LEVEL_M: Final = 0.9  # in meshes and IFC files: floors that lie closer are one storey with steps
-HALF_STOREY_M: Final = 1.5  # a door's sill lies at most this far over the floor that it belongs to
 OFF_FLOOR_M: Final = 0.6  # what lies farther from the elevation of an IFC storey does not belong to its floor
-LANDING_M: Final = 2.15  # a small floor that lies less than this over a larger one is a landing or a row of shelves
 THICKEST_SLAB_M: Final = 0.65  # the thickest slab between two storeys
 STOREY_M: Final = (1.9, 6.6)  # a storey of a mesh: cellars to halls
 LOWEST_CUT_M: Final = 0.8  # walls that are cut off to show a plan: lower ones are a plinth, a kerb, a fence
@@ -94,7 +89,7 @@ USUAL_STOREY_M: Final = 2.7  # the usual storey: 2.4 to 2.6 m of room and a slab
 MEAN_STOREY_M: Final = 2.65  # the geometric mean of the common storeys, among which one scale is chosen
 HIGHEST_BUILDING_M: Final = 60.0  # a building whose storeys nothing divides
 WIDTH_M: Final = (1.5, 200.0)  # the narrower and the longer side of a house
-LONGEST_AT_LEAST_M: Final = 2.0  # the longer side of a house, at least
+LONGEST_AT_LEAST_M: Final = 2.0  # the longer side of a house, and all its walls, at least
 # the length of a house in a drawing without a unit; a stated unit is believed up to ``LONGEST_SITE_M``
 DRAWING_M: Final = (2.0, 200.0)
 NAMED_DOOR_M: Final = (1.5, 3.2)  # height of the doors that a file names
@@ -107,15 +102,12 @@ THICKEST_WALL_M: Final = 0.6  # what is narrower between floors, or between line
 MASSIVE_WALL_M: Final = 1.5  # a drawn wall that is wider, with something in it, is the outline of a house
 DEEPEST_WALL_M: Final = 0.7  # an opening goes through no thicker wall; the two faces of a wall are no farther apart
 IFC_WALL_M: Final = 0.5  # an unspecified IFC part that is upright and thinner is a wall
-LINE_WALL_M: Final = 0.1  # thickness of a wall that is drawn as a line without a thickness
+LINE_WALL_M: Final = 0.1  # thickness of a wall that is drawn as a line without one, or not at all: around rooms
 DRAWN_SHEET_M: Final = 0.02  # thickness of a wall that is drawn as a sheet, or as a line in a plan with other walls
 SWEETHOME_WALL_CM: Final = 7.5  # thickness that Sweet Home 3D gives to a wall without one
 ROOMPLAN_WALL_M: Final = 0.06  # thickness of the walls of a RoomPlan scan, which are sheets
-OUTER_WALL_M: Final = 0.1  # thickness of the wall that is put around rooms without outer walls
 CAVITY_M: Final = 0.08  # leaves of a wall that are farther apart are two walls
-MIN_DEPTH_M: Final = 0.1  # an opening is at least this deep, however thin its wall is
 ROOMY_M2: Final = 4.0  # a smaller level surface is a landing, a table or a bed
-SMALLEST_NAMED_ROOM_M2: Final = 0.5  # a smaller named area is no room
 SHED_M2: Final = 10.0  # a smaller block that stands apart is a shed
 HOUSE_M2: Final = 40.0  # this much upright area is a house, however much else was left out
 HALF_ROOM_M: Final = 0.4  # half the width of a room: narrower level surfaces are wall tops, sills, shelves and steps
@@ -129,45 +121,34 @@ ROOF_SLAB_M: Final = 0.25  # a lowest floor that lies this far over the foot of 
 VERTICAL: Final = 0.2  # vertical part of a wall's unit normal, at most: within 11.5 degrees, as scans lean
 HORIZONTAL: Final = 0.985  # vertical part of a floor's unit normal, at least: within 10 degrees
 NAMED_FLAT: Final = 0.98  # the same for parts that are named as floors
-IFC_FLAT: Final = 0.9  # the same for the undersides of IFC spaces
 STEEPLY_LEANING: Final = 0.7  # the same, at most, for walls that lean: of scans, of vehicles
 BIN_M: Final = 0.01  # step of profiles over the height
 GRID_CELL_M: Final = 0.1  # side of the cells of a grid over a plan
 COVER_MARGIN_M: Final = 0.05  # what is measured over a floor or under a cover stays this far from it
 BARELY_STANDING: Final = 0.1  # share of the greatest wall length from which walls stand at a height
-STOREY_ENDED: Final = 0.2  # share of a storey's usual wall length; where less goes on, its walls have ended
 LAYER_EDGE: Final = 0.02  # share of a layer's area left out on each side: a stair or a sill beside it
 SAME_PLACE: Final = 0.6  # share of what two layers cover together from which they are floor and ceiling of one place
 ELSEWHERE: Final = 0.2  # share of the smaller layer up to which two layers lie in different places
 
 # Decisions about floors and levels (``storeys.levels``).
 
-TERRAIN: Final = 2.0  # a floor that is this many times as large as what the walls enclose goes on outside
-# share of the largest floor's area; a smaller one, as the head of a stair on a roof, is no storey
-SMALL_FLOOR: Final = 0.15
 # share of the house's plan; a smaller upper floor is the head of a stair, or a row of shelves
 SMALL_STOREY: Final = 0.1
 NEXT_FLOOR: Final = 0.25  # share of the smaller of two floors from which the higher one lies over the other
 # walls are also cut at this height, since lintels over wide windows stand for the wall there
 LINTEL_CUT_M: Final = 2.15
 LAYER_HALF_M: Final = 0.06  # half the range of heights in which faces make one level surface: coverings, scans
-FLOOR_GAP_M: Final = 0.15  # gaps in a level surface up to this radius are closed
 FLOOR_FACES: Final = (0.1, 0.9)  # shares of a level surface's area that tell its underside and its top
 OUTSIDE_SHARE: Final = 0.005  # share of the wall area that may stand outside of the house on each side
 TURNED: Final = 0.3  # share of area that may be wound the other way in a mesh that is wound with care
-VOID_UNDER_M: Final = 1.0  # what lies level or sloped this far under a floor's height fills a void
 COVER_OVER_M: Final = 0.07  # and lies at most this far over their top
-ATTIC_M: Final = 1.0  # walls that go on this far over a slab are those of an attic; over less, it may be a hung ceiling
 WALLS_ENDED: Final = 0.05  # where no larger share goes on through a layer, the walls end there
-SHORTEST_WALLS_M: Final = 2.0  # walls that are shorter in all make no storey
 FURNITURE_SHARE: Final = 0.4  # share of the plan; the tops of furniture cover less
-HOVER_M: Final = 0.15  # walls hover over the ground if they start this far over it
 
 # Decisions about the up axis and the unit (``storeys.axis_and_unit``, ``storeys.scale``). Evidence adds up; its unit
 # is that of flatness, the logarithm of width over height.
 
-FLATNESS_WEIGHT: Final = 1.5  # for flatness: a house is flatter than it is wide
-BARE_WEIGHT: Final = 1.5  # for an axis along which hardly any face of a mesh of walls looks
+FLATNESS_WEIGHT: Final = 1.5  # for flatness: a house is flatter than it is wide; and for walls without any flat face
 SQUARE_WEIGHT: Final = 3.0  # for the share of faces that stand upright or lie level
 SQUARE: Final = 0.85  # that share counts up to this: roofs, stairs and furniture may be the rest
 BARE_SHARE: Final = 0.06  # share of level faces in a mesh of walls alone, at most
@@ -181,7 +162,7 @@ IMPOSSIBLE_WEIGHT: Final = 10.0  # against an axis on which no unit makes a hous
 ODD_STOREY_WEIGHT: Final = 2.0
 NO_UNIT_WEIGHT: Final = 3.0  # ... and at most this: one in twenty such models is in no known unit
 PROFILE_BINS: Final = 400  # steps of the profile over the whole height
-STOREY_STANDS: Final = 0.2  # share of the greatest wall length from which a storey's walls stand
+STOREY_STANDS: Final = 0.2  # share of the greatest, or the usual, wall length from which a storey's walls stand
 DIVIDES: Final = 0.35  # share of what the walls span from which level faces divide storeys
 HEAD_GROWTH: Final = 0.03  # share of the usual wall length that a door or two of a house add over their heads
 HEADS_AT: Final = (0.5, 0.96)  # shares of a storey's height between which openings end
@@ -261,9 +242,6 @@ TERRAIN_BEYOND: Final = 1.15  # a ground this many times as long as the rest is 
 
 # Decisions about drawn storeys (``drawn_storeys``).
 
-OPEN_AIR_EDGE: Final = 0.15  # share of a room's edge with neither walls nor rooms beside it, from which it is open air
-EDGE_REACH_M: Final = 0.3  # a wall or room this near is beside it
-CORNER_M2: Final = 0.05  # a wall with a smaller area in plan is a corner
 INTO_ROOM_M: Final = 0.12  # a wall that reaches deeper into a room ends at the room's edge
 # share of the walls' area that rooms cover; rooms drawn to the middles of walls cover nearly all of it
 WALLS_COVERED: Final = 0.35
@@ -296,7 +274,6 @@ OVERLAP_M2: Final = 0.01  # spaces that overlap by less do not overlap
 SAME_WIDTH_M: Final = 0.06  # a side this near to a door's width is its width
 LOOK_ALONG_M: Final = 3.0  # how far wall is looked for along each way that a door may lie
 MORE_WALL: Final = 1.3  # this many times more wall one way than the other says which way it lies
-WALL_BEYOND_M: Final = 0.6  # how far beyond a hole its wall may go on
 STRIP_M: Final = 0.12  # width of the strips beside a hole in which its wall is measured
 
 # Decisions about scenes of robots, Sweet Home 3D and RoomPlan.

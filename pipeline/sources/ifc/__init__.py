@@ -81,12 +81,11 @@ from pipeline.sources.tolerances import (
     OFF_FLOOR_M,
     ROUGH_M,
     SLABS_M,
-    SMALLEST_NAMED_ROOM_M2,
     SPACE_CRACK_M,
     SPACES_TOUCH,
     STOREY_M,
 )
-from pipeline.tolerances import BESIDE_M, FOOT_M, GROUP, HAND_M, MOST, SHEET_M
+from pipeline.tolerances import BESIDE_M, FOOT_M, GROUP, HAND_M, MOST, PATCH_M2, SHEET_M
 from pipeline.values import Input, Level, Mesh, Opening, SourceObject, SourceRoom
 
 
@@ -134,7 +133,7 @@ def _with_high_spaces(building: Building) -> Building:
     spaces = tuple(
         replace(space, mesh=extrude_polygon(floor, space.bottom, space.bottom + COMMON_STOREY_M[0]))
         for space, floor in floors
-        if floor.area >= SMALLEST_NAMED_ROOM_M2
+        if floor.area >= PATCH_M2  # a smaller named area is no room
     )
     return replace(building, spaces=spaces)
 

@@ -53,23 +53,19 @@ from pipeline.sources.tolerances import (
     CLEAR_M,
     CUT_OUT,
     DUCT_M,
-    HALF_STOREY_M,
     HATCH_M,
-    IFC_FLAT,
     KNEE_M,
     LOOK_ALONG_M,
-    MIN_DEPTH_M,
     MORE_WALL,
     OVERLAP_M2,
     SAME_WIDTH_M,
-    SKIN_M,
+    STOREYS_APART_M,
     STRIP_M,
     THICKEST_WALL_M,
     TINY,
     WALKED_M,
-    WALL_BEYOND_M,
 )
-from pipeline.tolerances import FOOT_M, HAND_M, MOST, MOSTLY, NEARLY_ALL, SOME, STAND_M
+from pipeline.tolerances import FOOT_M, HAND_M, LAP_M, MOST, MOSTLY, NEARLY_ALL, SOME, STAND_M
 from pipeline.values import Mesh, Opening, SourceRoom
 
 
@@ -111,7 +107,8 @@ def floor_polygon(mesh: Mesh) -> Polygon:
     lengths = np.linalg.norm(normals, axis=1)
     # the floor of a space may have a step
     low = triangles[:, :, 2].max(axis=1) < mesh.vertices[:, 2].min() + FOOT_M
-    flat = low & (np.abs(normals[:, 2]) > IFC_FLAT * np.maximum(lengths, TINY))
+    # within 26 degrees
+    flat = low & (np.abs(normals[:, 2]) > NEARLY_ALL * np.maximum(lengths, TINY))
     whole, floor = largest_footprint(mesh), _largest(_union(triangles[flat]))
     # flat faces that cover less of a space's shadow are no floor
     return floor if floor.area >= SOME * whole.area else whole
@@ -303,7 +300,8 @@ class WallFootprints:
 
     def near(self, mesh: Mesh) -> BaseGeometry:
         """Return what stands about a body, as one plan shape."""
-        low, high = mesh.vertices.min(axis=0) - WALL_BEYOND_M, mesh.vertices.max(axis=0) + WALL_BEYOND_M
+        # the wall may go on so far beyond a hole
+        low, high = mesh.vertices.min(axis=0) - THICKEST_WALL_M, mesh.vertices.max(axis=0) + THICKEST_WALL_M
         touching = (self._boxes[:, :3] <= high).all(axis=1) & (self._boxes[:, 3:] >= low).all(axis=1)
         return shapely.union_all([self._shadow(int(k)) for k in np.flatnonzero(touching)])
 
@@ -335,7 +333,8 @@ def window_hole_fillings(
     for hole in (*windows, *unfilled):
         if hole.bottom < high and hole.top > low + KNEE_M:
             shapes = _in_wall(hole)
-            if not shapes and (found := _opening(hole, walls, MIN_DEPTH_M, skin_m=0.0)):
+            # an opening is at least this deep, however thin its wall is
+            if not shapes and (found := _opening(hole, walls, HAND_M, skin_m=0.0)):
                 shapes = [found.polygon]
             for shape in shapes:
                 yield extrude_rectangle(shape, *_closed_span(hole, low, high))
@@ -374,7 +373,8 @@ def _closed_span(hole: WallHole, low: float, high: float) -> Span:
 
 def door_level_height(sill: float, floors: Sequence[float]) -> float | None:
     """H3: the height of the level from which people enter a door that starts at ``sill``, or None."""
-    below = [floor for floor in floors if floor <= sill + KNEE_M and sill - floor <= HALF_STOREY_M]
+    # a door's sill lies lower over its floor than a storey
+    below = [floor for floor in floors if floor <= sill + KNEE_M and sill - floor <= STOREYS_APART_M]
     return max(below, default=None)
 
 
@@ -385,7 +385,8 @@ def _is_of(hole: WallHole, floor: float, floors: Sequence[float]) -> bool:
     return hole.bottom < floor + KNEE_M and hole.top > floor + WALKED_M
 
 
-def _opening(hole: WallHole, walls: WallFootprints, least_m: float, skin_m: float = SKIN_M) -> Opening | None:
+# walls of IFC are bodies: a cut must leave no film
+def _opening(hole: WallHole, walls: WallFootprints, least_m: float, skin_m: float = LAP_M) -> Opening | None:
     """H1; None for a niche, and for what is narrower than ``least_m`` and no door (H2)."""
     standing = walls.near(hole.mesh)
     axis = wall_direction(hole, standing)
@@ -395,7 +396,7 @@ def _opening(hole: WallHole, walls: WallFootprints, least_m: float, skin_m: floa
     if hole.host is None and hole.width_m and along[1] - along[0] > hole.width_m + HAND_M:
         middle = (along[0] + along[1]) / 2
         along = middle - hole.width_m / 2, middle + hole.width_m / 2
-    if along[1] - along[0] < (MIN_DEPTH_M if hole.has_door else least_m):
+    if along[1] - along[0] < (HAND_M if hole.has_door else least_m):
         return None
     place = _Place(axis, along, across)
     host = standing if hole.host is None else project_to_plan(hole.host)
@@ -405,7 +406,7 @@ def _opening(hole: WallHole, walls: WallFootprints, least_m: float, skin_m: floa
         depth = across  # it is as wide as the way, and what stands at its sides are the walls along this
     else:
         depth = _over(place, standing) or _beside(place, host) or _before(place, hole, host) or across
-    thin = max((MIN_DEPTH_M - (depth[1] - depth[0])) / 2, skin_m)
+    thin = max((HAND_M - (depth[1] - depth[0])) / 2, skin_m)
     return Opening.named(axis.box(along, (depth[0] - thin, depth[1] + thin)), hole.has_door)
 
 
@@ -452,7 +453,7 @@ def _before(place: _Place, hole: WallHole, host: BaseGeometry) -> Span | None:
 def _standing_at(place: _Place, strip: Span, standing: BaseGeometry) -> Span | None:
     """Spans of what stands in a strip across the wall that touch the hole, as one, with the leaves right behind."""
     across = place.across
-    reach = across[0] - WALL_BEYOND_M, across[1] + WALL_BEYOND_M
+    reach = across[0] - THICKEST_WALL_M, across[1] + THICKEST_WALL_M
     pieces = shapely.get_parts(standing.intersection(place.axis.box(strip, reach)))
     turned = place.axis.quarter_turn()
     spans = sorted(turned.span(shapely.get_coordinates(piece)) for piece in pieces if piece.area > 0)

@@ -4,7 +4,7 @@ Formats: all that ``houseexpo.grids.read_map`` reads: a ``map.yaml`` with its pi
 build's option ``resolution``, and a bag.
 
 R1  A room's outline is that of its cells, without the doorways, with straight walls in a few directions.
-R2  Between two rooms is a wall, at least ``MAP_WALL_M`` thick, even where the map shows none: there the way is an
+R2  Between two rooms is a wall, at least ``LINE_WALL_M`` thick, even where the map shows none: there the way is an
     opening.
 R3  A way narrower than ``DOOR_M`` is called a door, a wider one an opening: a map does not show leaves.
 R4  Heights are unknown: walls are as high as those of a drawing. The frame is the map's own, with its origin and yaw.
@@ -58,9 +58,13 @@ from pipeline.rejection import Reason, Rejection
 from pipeline.sources.drawn_storeys import Hole, walls_around
 from pipeline.sources.files import LeftOutParts, check_file, input_from_file
 from pipeline.sources.occupancy_map.clutter import things_in_rooms
-from pipeline.sources.occupancy_map.gaps import area_of_cells
+from pipeline.sources.occupancy_map.gaps import (
+    THICKEST_M,
+    area_of_cells,
+)
 from pipeline.sources.occupancy_map.rooms import (
     DRAWN_ROOM_M2,
+    SMALLEST_M2,
     RoomConnection,
     Segmentation,
     free_share_of_border,
@@ -71,31 +75,21 @@ from pipeline.sources.occupancy_map.rooms import (
 from pipeline.sources.occupancy_map.seen_walls import SeenSides, cut_walls, entrance_gaps, walls_in_rooms
 from pipeline.sources.occupancy_map.signs import measure_signs
 from pipeline.sources.storeys.scale import said_size
-from pipeline.sources.tolerances import DOOR_HEIGHT_M, OUTER_WALL_M, WALL_HEIGHT_M
+from pipeline.sources.tolerances import DOOR_HEIGHT_M, FILE_GRID_M, LINE_WALL_M, WALL_HEIGHT_M
 from pipeline.sources.vector_plans.drawing import Drawing, DrawnStorey, levels_from_drawing, named_room
-from pipeline.tolerances import CRACK_M, HAND_M, MOST, PARTITION_M, TWICE
+from pipeline.tolerances import CRACK_M, HAND_M, MOST, PARTITION_M, RUN_M, SHOULDERS_M, TWICE
 from pipeline.values import EDGE, Input, Level, SourceObject
 
 Bools = npt.NDArray[np.bool_]
 Floats = npt.NDArray[np.float64]
 
-MAP_WALL_M: Final = 0.1
-THICKEST_M: Final = 0.5
 DOOR_M: Final = 1.4
-NARROWEST_MAP_DOOR_M: Final = 0.6
-"""Noise makes doors narrower than they are."""
 STRAIGHT_M: Final = 0.12
 ANGLE_DEG: Final = 12.0
-NARROWEST_PART_M: Final = 0.3
-"""Parts of a room that are narrower are noise at its edge."""
-ROOM_M2: Final = 1.0
 THING_M: Final = 1.0
 """R13: higher than a robot's laser. How high a thing is, no map says."""
-CLUTTER_M2: Final = 1.0
-"""Smaller holes in a room are clutter."""
 WAY_REACH_M: Final = 1.5
 """How far from the middle of a way its rooms may begin."""
-ROUNDING_M: Final = 1e-4
 STEP_CELLS: Final = 1.5
 """R7: a straight face is so far, at most, from the cells that draw it."""
 NARROWEST_PART_CELLS: Final = 3
@@ -168,7 +162,7 @@ def scaled_map(path: Path, resolution: float | None, units: float | None, scale:
 
 
 def _no_room(name: str, found: str) -> Rejection:
-    detail = f"{name}: expected a room of {ROOM_M2:g} m² or more of free cells, found {found}"
+    detail = f"{name}: expected a room of {SMALLEST_M2:g} m² or more of free cells, found {found}"
     advice = "let the robot map more if it has hardly begun, and check the resolution of the map"
     return Rejection("source", Reason.NO_LEVEL, detail, advice)
 
@@ -176,7 +170,7 @@ def _no_room(name: str, found: str) -> Rejection:
 def _storey(found: RobotMap, name: str) -> DrawnStorey:
     free, occupied = found.free, found.occupied
     free_m2 = float(np.count_nonzero(free)) * found.resolution_m**2
-    if free_m2 < ROOM_M2:  # cells of a tenth of a millimetre would take minutes to segment
+    if free_m2 < SMALLEST_M2:  # cells of a tenth of a millimetre would take minutes to segment
         raise _no_room(name, f"{free_m2:.2g} m² in all")
     parts = segment_rooms(
         free, found.resolution_m, occupied=occupied, likely=found.likely_free, walls_only=found.walls_only
@@ -250,7 +244,7 @@ def _entrances(outlines: list[Polygon], holes: list[Hole], free: Bools, occupied
     for number, outline in enumerate(outlines):
         rest = [*outlines[:number], *outlines[number + 1 :], *(hole.shape for hole in (*holes, *found))]
         for (a, b), out in entrance_gaps(outline, rest, sides):
-            deep = out * (OUTER_WALL_M + HAND_M)
+            deep = out * (LINE_WALL_M + HAND_M)
             is_door = float(np.hypot(*(b - a))) < DOOR_M
             found.append(
                 Hole(Polygon([a, b, b + deep, a + deep]), 0.0, DOOR_HEIGHT_M, is_door, (float(out[0]), float(out[1])))
@@ -279,9 +273,9 @@ def _opening_of(way: RoomConnection, cell_m: float, height_m: float) -> Opening:
     a, b = way.jambs * (cell_m, -cell_m) + (0.0, height_m)
     length = float(np.hypot(*(b - a)))
     along = (b - a) / max(length, 1e-9)
-    spread = along * max(NARROWEST_MAP_DOOR_M - length, 0.0) / 2
+    spread = along * max(SHOULDERS_M - length, 0.0) / 2  # noise makes doors narrower than they are
     a, b = a - spread, b + spread
-    depth = float(np.clip(way.thick_m, MAP_WALL_M, THICKEST_M))
+    depth = float(np.clip(way.thick_m, LINE_WALL_M, THICKEST_M))
     deep = np.array([-along[1], along[0]]) * depth / 2
     shape = Polygon([a - deep, b - deep, b + deep, a + deep])
     middle, width = np.asarray(shape.centroid.coords[0]), float(np.hypot(*(b - a)))
@@ -308,9 +302,9 @@ class _Edges:
     """How far the outline of a room may be from its cells, metres: what at its edge is noise."""
 
     straight_m: float = STRAIGHT_M
-    narrowest_m: float = NARROWEST_PART_M
-    clutter_m2: float = CLUTTER_M2
-    room_m2: float = ROOM_M2
+    narrowest_m: float = RUN_M  # what is narrower is noise at a room's edge
+    clutter_m2: float = SMALLEST_M2  # smaller holes in a room are clutter
+    room_m2: float = SMALLEST_M2
     exact: bool = False
 
     @classmethod
@@ -346,8 +340,8 @@ def _outlines(parts: Segmentation, openings: list[Opening], height_m: float, edg
     found: dict[int, Polygon] = {}
     by_size = sorted(zip(raw, straight, strict=True), key=lambda each: (each[0] in parts.outside, -each[1].area))
     for number, outline in by_size:
-        near = _near(list(found.values()), outline, MAP_WALL_M)
-        around = buffer_mitred(near, MAP_WALL_M)
+        near = _near(list(found.values()), outline, LINE_WALL_M)
+        around = buffer_mitred(near, LINE_WALL_M)
         left: BaseGeometry = shapely.difference(outline, shapely.union_all(around)) if len(near) else outline
         piece = _largest(left, edges)
         if piece.area >= edges.room_m2:
@@ -356,15 +350,15 @@ def _outlines(parts: Segmentation, openings: list[Opening], height_m: float, edg
 
 
 def _without_specks(mask: Bools, corner: tuple[int, int], cell_m: float) -> tuple[Bools, tuple[int, int]]:
-    """Return cells closed where they are nearer than NARROWEST_PART_M, without specks, and the new corner.
+    """Return cells closed where they are nearer than RUN_M, without specks, and the new corner.
 
     ``_smooth`` does the same; of thousands of specks, as the ends of rays are, it would take a hundred times as long.
     """
-    reach = max((round(NARROWEST_PART_M / cell_m) - 1) // 2, 0)
+    reach = max((round(RUN_M / cell_m) - 1) // 2, 0)
     kernel = np.ones((2 * reach + 1, 2 * reach + 1), np.uint8)
     closed = cv2.morphologyEx(np.pad(mask, reach + 1).view(np.uint8), cv2.MORPH_CLOSE, kernel)
     _, pieces, stats, _ = cv2.connectedComponentsWithStats(closed, connectivity=8)
-    large = stats[:, cv2.CC_STAT_AREA] * cell_m**2 >= NARROWEST_PART_M**2
+    large = stats[:, cv2.CC_STAT_AREA] * cell_m**2 >= RUN_M**2
     large[0] = False
     return np.asarray(large[pieces]), (corner[0] - reach - 1, corner[1] - reach - 1)
 
@@ -404,21 +398,21 @@ def _flatten_doorways(
             continue
         (one, first), (other, second) = sorted(zip(spans, opening.sides, strict=True))
         low, high = one[1], other[0]
-        if high - low < MAP_WALL_M:  # R2
-            low, high = (low + high - MAP_WALL_M) / 2, (low + high + MAP_WALL_M) / 2
+        if high - low < LINE_WALL_M:  # R2
+            low, high = (low + high - LINE_WALL_M) / 2, (low + high + LINE_WALL_M) / 2
         for number, span, beyond in (
             (first, (one[0] - HAND_M, low), (low, high + HAND_M)),
             (second, (high, other[1] + HAND_M), (low - HAND_M, high)),
         ):
-            step = _between(opening, *span) if span[1] - span[0] > ROUNDING_M else Polygon()
-            with_step = drop_lines_and_points(shapely.union(rooms[number], step, grid_size=ROUNDING_M))
+            step = _between(opening, *span) if span[1] - span[0] > FILE_GRID_M else Polygon()
+            with_step = drop_lines_and_points(shapely.union(rooms[number], step, grid_size=FILE_GRID_M))
             # a wall goes on beside a doorway
-            whole = shapely.difference(with_step, _between(opening, *beyond, HAND_M), grid_size=ROUNDING_M)
+            whole = shapely.difference(with_step, _between(opening, *beyond, HAND_M), grid_size=FILE_GRID_M)
             rooms[number] = max(polygons_of(whole), key=lambda piece: piece.area, default=rooms[number])
         if first in outside:
-            low = high - OUTER_WALL_M - HAND_M  # R5: the wall that is put around the rooms, and a step out of it
+            low = high - LINE_WALL_M - HAND_M  # R5: the wall that is put around the rooms, and a step out of it
         elif second in outside:
-            high = low + OUTER_WALL_M + HAND_M
+            high = low + LINE_WALL_M + HAND_M
         holes.append((replace(opening, sides=(first, second)), low, high))
     inside = [number for number in rooms if number not in outside]
     kept = dict(zip(inside, _keep_apart([rooms[number] for number in inside]), strict=True))
@@ -438,9 +432,9 @@ def _flatten_doorways(
 def _moved_from_corner(opening: Opening, rooms: dict[int, Polygon]) -> Opening:
     """R9: return an opening as narrow as a door may be, moved by its width at most to where both rooms lie beside."""
     half, along = opening.width / 2, opening.along
-    if half > NARROWEST_MAP_DOOR_M / 2 + ROUNDING_M or not rooms.keys() >= set(opening.sides):
+    if half > SHOULDERS_M / 2 + FILE_GRID_M or not rooms.keys() >= set(opening.sides):
         return opening
-    around = _between(opening, -THICKEST_M, THICKEST_M, NARROWEST_MAP_DOOR_M)
+    around = _between(opening, -THICKEST_M, THICKEST_M, SHOULDERS_M)
     one, other = (_spans_along(shapely.intersection(rooms[k], around), opening.centre, along) for k in opening.sides)
     moves = [min(max(0.0, low + half), high - half) for low, high in _shared_spans(one, other) if high - low > 2 * half]
     return replace(opening, centre=opening.centre + along * min(moves, key=abs)) if moves else opening
@@ -461,7 +455,7 @@ def _as_wide_as_both(
             lane = shapely.linestrings([middle - full * along, middle + full * along])
             spans = _shared_spans(spans, _spans_along(shapely.intersection(side, lane), middle, along))
     start, end = max(spans, key=_length, default=(0.0, 0.0))
-    if end - start < NARROWEST_PART_M:  # what one sees in the map is still a way
+    if end - start < RUN_M:  # what one sees in the map is still a way
         spans, start, end = [(-full, full)], -full, full
     whole = _between(opening, low - CRACK_M, high + CRACK_M)
     near = _near(wider, whole, TWICE * CRACK_M)
@@ -471,9 +465,9 @@ def _as_wide_as_both(
         edges = [-np.inf, *(edge for span in sorted(taken) for edge in span), np.inf]
         spans = _shared_spans(spans, list(zip(edges[::2], edges[1::2], strict=True)))
         start, end = max(spans, key=_length, default=(0.0, 0.0))
-        if end - start < NARROWEST_PART_M:
+        if end - start < RUN_M:
             return None
-    if end - start > 2 * full - ROUNDING_M:
+    if end - start > 2 * full - FILE_GRID_M:
         return _hole(opening, low, high)
     return _hole(opening.part_between(start, end), low, high)
 
@@ -499,10 +493,10 @@ def _keep_apart(rooms: list[Polygon]) -> list[Polygon]:
     kept = list(rooms)
     order = sorted(range(len(kept)), key=lambda k: -kept[k].area)
     for at, k in enumerate(order):
-        near = _near([kept[other] for other in order[:at]], kept[k], MAP_WALL_M / 2)
+        near = _near([kept[other] for other in order[:at]], kept[k], LINE_WALL_M / 2)
         if len(near):
-            around = buffer_mitred(near, MAP_WALL_M)
-            left = shapely.difference(kept[k], shapely.union_all(around), grid_size=ROUNDING_M)
+            around = buffer_mitred(near, LINE_WALL_M)
+            left = shapely.difference(kept[k], shapely.union_all(around), grid_size=FILE_GRID_M)
             kept[k] = max(polygons_of(left), key=lambda piece: piece.area, default=kept[k])
     return kept
 

@@ -7,10 +7,11 @@ R2  A piece of wall between two doors stands alone, too. It is ``PIECE_M`` long 
     ``HARDLY`` of either side and ``STANDS`` of both together is wall, or another such piece.
 R4  A wall that hangs on another one stands alone where the robot did not see it whole. The line of a slender piece,
     ``RUN_M`` long or longer, is followed over what stands alone and is ``THICKEST_PIECE_M`` thick at most, and over
-    gaps of ``BRIDGE_M`` at most. If it comes to a wall, and is ``PIECE_M`` long or longer, it is wall, with its gaps.
+    gaps of less than ``NARROWEST_GAP_M``, since a wider one may be a way (``gaps``). If it comes to a wall, and is
+    ``PIECE_M`` long or longer, it is wall, with its gaps.
 R5  What was seen to stand in a room, farther than ``HAND_M`` from its edge, is a thing in it: its cells, what of
     them is nearer, the places between its parts up to ``BESIDE_M`` wide, and what nobody saw because it surrounds it.
-R3  Of what stands alone, dashes of a wall, with what stands against them, are ``DEEPEST_DASH_M`` thick at most. Tables
+R3  Of what stands alone, dashes of a wall, with what stands against them, are ``PIECE_M`` thick at most. Tables
     and racks in a row are thicker.
 """
 
@@ -22,6 +23,10 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
+from pipeline.sources.occupancy_map.gaps import (
+    NARROWEST_GAP_M,
+    REACH_M,
+)
 from pipeline.sources.occupancy_map.narrow_places import Bools, Floats
 from pipeline.tolerances import BESIDE_M, HAND_M, HARDLY, RUN_M, STANDS
 
@@ -30,12 +35,8 @@ SCRAP_M2: Final = 0.5
 PIECE_M: Final = 0.8
 THICKEST_PIECE_M: Final = 0.4
 SLENDER: Final = 3.0
-DEEPEST_DASH_M: Final = 0.8
-REACH_M: Final = 3.0
 SURROUNDED: Final = 0.85
 """R5: nothing free is beside so much of the edge of what things and walls surround."""
-BRIDGE_M: Final = 0.5
-"""R4: a wider gap may be a way (``gaps``)."""
 
 
 def fill_clutter(free: Bools, cell_m: float, occupied: Bools | None = None) -> Bools:
@@ -92,7 +93,7 @@ def _followed(ends: Floats, dashes: Bools, walls: Bools, cell_m: float) -> Float
     """R4: return the ends (2, 2) of the line that a piece with ``ends`` (2, 2) is on, None if it comes to no wall."""
     along = ends[1] - ends[0]
     along = along / max(float(np.hypot(*along)), 1e-9)
-    reach, bridge = max(round(HAND_M / cell_m), 1), round(BRIDGE_M / cell_m)
+    reach, bridge = max(round(HAND_M / cell_m), 1), round(NARROWEST_GAP_M / cell_m)
     found, hangs = [], False
     for end, way in ((ends[0], -along), (ends[1], along)):
         last, step = reach, 0  # what is thickened reaches so far beyond its end, and begins so far before it
@@ -114,7 +115,7 @@ def _followed(ends: Floats, dashes: Bools, walls: Bools, cell_m: float) -> Float
 def free_beside_dashes(free: Bools, clear: Bools, cell_m: float) -> Bools:
     """Return the cells (rows, cols) of ``clear``, which are free or under clutter, without those under dashes; R3."""
     count, pieces, stats, _ = cv2.connectedComponentsWithStats((clear & ~free).view(np.uint8), connectivity=8)
-    thickest = DEEPEST_DASH_M / cell_m
+    thickest = PIECE_M / cell_m
     thin = np.ones(count, bool)
     thin[0] = False
     sides = stats[:, [cv2.CC_STAT_WIDTH, cv2.CC_STAT_HEIGHT]].min(axis=1)

@@ -6,9 +6,9 @@ back into the room, and half of them out. So the line where half of what one see
 
 R1  A cell is enclosed if at least ``MOST`` of the lines from it over free cells end at a wall, in ``DIRECTIONS``
     directions all around. A line ends at a wall if an occupied cell is ``PARTITION_M`` or nearer to its end, or if it
-    ends less than ``THICK_M`` before other space, both of which are wider than that: in the inside of a wall.
+    ends less than ``THICKEST_M`` before other space, both of which are wider than that: in the inside of a wall.
     Lines that end at the picture's border count neither way: people crop maps.
-R2  What is not enclosed is a fan, where it is ``FOOT_M`` wide and ``FAN_M2`` large or larger. Smaller pieces are
+R2  What is not enclosed is a fan, where it is ``FOOT_M`` wide and ``SCRAP_M2`` large or larger. Smaller pieces are
     corners, and places at gaps.
 R3  A fan ends at nothing. What leads from one enclosed space to another is no fan, if both are as large as it is or
     larger, and ``SPACE_M2`` or more.
@@ -28,12 +28,12 @@ import numpy as np
 import numpy.typing as npt
 
 from pipeline.geometry.groups import connected_groups
+from pipeline.sources.occupancy_map.clutter import SCRAP_M2
+from pipeline.sources.occupancy_map.gaps import THICKEST_M
 from pipeline.sources.occupancy_map.narrow_places import Bools, Labels
 from pipeline.tolerances import FOOT_M, MOST, PARTITION_M
 
 DIRECTIONS: Final = 32
-THICK_M: Final = 0.5
-FAN_M2: Final = 0.5
 SPACE_M2: Final = 5.0
 SMALL: Final = 0.1
 FEW: Final = 0.2
@@ -55,7 +55,7 @@ def find_fans(clear: Bools, occupied: Bools, cell_m: float) -> Bools:
     disc = np.asarray(cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size)), np.uint8)
     wide = cv2.morphologyEx(bare, cv2.MORPH_OPEN, disc)
     _, pieces, stats, _ = cv2.connectedComponentsWithStats(wide, connectivity=8)
-    large = stats[:, cv2.CC_STAT_AREA] * cell_m**2 >= FAN_M2
+    large = stats[:, cv2.CC_STAT_AREA] * cell_m**2 >= SCRAP_M2
     large[0] = False
     _, space, sizes, _ = cv2.connectedComponentsWithStats((clear & (bare == 0)).view(np.uint8), connectivity=4)
     beside = 2 * size + 1  # what was opened away lies between
@@ -117,7 +117,7 @@ def _around(occupied: Bools, cell_m: float) -> Bools:
 
 def _wall_cells(clear: Bools, occupied: Bools, cell_m: float) -> Bools:
     """Return the cells (rows, cols) at which a line over ``clear`` cells ends at a wall; R1."""
-    size = 2 * max(round(THICK_M / 2 / cell_m), 1) + 1
+    size = 2 * max(round(THICKEST_M / 2 / cell_m), 1) + 1
     disc = np.asarray(cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size)), np.uint8)
     wide = cv2.morphologyEx(clear.view(np.uint8), cv2.MORPH_OPEN, disc)
     return np.asarray(_around(occupied, cell_m) | cv2.morphologyEx(wide, cv2.MORPH_CLOSE, disc).view(bool))

@@ -4,14 +4,14 @@ A wide doorway is hardly narrower than the corridor before it, so that the clear
 (``narrow_places``). The corridor's wall does: its face is straight, before the gap and behind it. ROSE2 (Luperto et
 al., 2022) divides maps along the lines of their walls; here a line counts only where it has a gap.
 
-R1  Lines run along the main direction of the map's walls, or across it. A face is the edge of free cells, ``FACE_M``
+R1  Lines run along the main direction of the map's walls, or across it. A face is the edge of free cells, ``RUN_M``
     long or longer; all faces within ``HAND_M`` of each other are on one line. So are those of what stands alone: a wall
     that a robot saw as dashes is told from clutter by its line.
 R2  A gap is free along the line for ``NARROWEST_GAP_M`` to ``WIDEST_M``, or free but for what is unseen between rays.
 R3  Faces make up ``MOST`` of the line over ``REACH_M`` before the gap and behind it, and ``SOME`` of either.
 R4  On the side of the face, the space goes on along the wall, and on the other side it is wider than the gap. Where the
     walls of rooms are in line across a corridor, neither is so.
-R5  Of gaps that are in the way of each other, within ``GAPS_APART_M``, the one with more support counts. The two faces
+R5  Of gaps that are in the way of each other, within ``AROUND_M``, the one with more support counts. The two faces
     of a wall are in the way of each other, too.
 R6  Where a piece that stands alone is the end of a gap, the wall goes on over it.
 """
@@ -28,23 +28,21 @@ from shapely import LinearRing, Polygon
 from shapely.geometry.base import BaseGeometry
 
 from pipeline.geometry.areas import polygons_of
-from pipeline.tolerances import BESIDE_M, HAND_M, MOST, SOME
+from pipeline.sources.tolerances import NARROWEST_DOOR_M, TURN_RAD
+from pipeline.tolerances import AROUND_M, BESIDE_M, HAND_M, MOST, RUN_M, SOME
 
 Bools = npt.NDArray[np.bool_]
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
 
-FACE_M: Final = 0.3
 NARROWEST_GAP_M: Final = 0.5
 WIDEST_M: Final = 3.0
 REACH_M: Final = 3.0
 BEHIND_M: Final = (0.3, 0.6, 1.0)
 """R4: how far from the line the space before a gap is looked at, and that behind it."""
 GAP_WIDER_M: Final = 0.4
-GAPS_APART_M: Final = 1.0
 EXACT: Final = 0.01
 """How much a face in the very row of a gap counts for R5."""
-STRAIGHT_RAD: Final = 1e-3
 
 
 class _Gap(NamedTuple):
@@ -64,7 +62,7 @@ def find_gaps(free: Bools, cell_m: float, angle: float, *, bare: Bools, seen: Bo
     ``angle`` is the main direction of the walls, radians from -pi / 4 to pi / 4.
     """
     cells, back, corner = [free, seen, bare], None, (0, 0)
-    if abs(angle) > STRAIGHT_RAD:
+    if abs(angle) > TURN_RAD:
         turned = [_turn_cells(each, angle) for each in cells]
         cells, corner = _without_margin([each for each, _ in turned], round(REACH_M / cell_m) + 1)
         back = turned[0][1]
@@ -74,7 +72,7 @@ def find_gaps(free: Bools, cell_m: float, angle: float, *, bare: Bools, seen: Bo
         last = len(grids[0]) - 1
         below = _gaps_below_faces([each[::-1] for each in grids], cell_m)
         found = _gaps_below_faces(grids, cell_m) + [gap._replace(row=last - gap.row) for gap in below]
-        for gap in _apart(found, GAPS_APART_M / cell_m):
+        for gap in _apart(found, AROUND_M / cell_m):
             for ends, (first, end) in ((gaps, gap.gap), (walls, gap.wall)):
                 line = np.array([[(first - 1, gap.row), (end, gap.row)]], np.float64)
                 ends.append(line[..., ::-1] if across else line)
@@ -143,7 +141,7 @@ def _with_pieces(pieces: Bools, first: int, last: int) -> tuple[int, int]:
 def _face_lines(face: Bools, cell_m: float) -> Bools:
     """R1: return which cells (rows, cols) lie on a line of faces."""
     thick = cv2.dilate(face.view(np.uint8), np.ones((3, 1), np.uint8))
-    length = 2 * max(round(FACE_M / 2 / cell_m), 1) + 1  # odd: OpenCV opens with an even one askew
+    length = 2 * max(round(RUN_M / 2 / cell_m), 1) + 1  # odd: OpenCV opens with an even one askew
     long = cv2.morphologyEx(thick, cv2.MORPH_OPEN, np.ones((1, length), np.uint8))
     band = 2 * max(round(HAND_M / cell_m), 1) - 1
     return np.asarray(cv2.dilate(long, np.ones((band, 1), np.uint8)).view(bool))
@@ -203,7 +201,7 @@ def _apart(found: list[_Gap], apart: float) -> list[_Gap]:
 #
 # R1  A wall's end is an edge of the free cells, ``THINNEST_CELLS`` to ``THICKEST_M`` long, at which the wall turns a
 #     corner on both sides. A pillar, which is hardly longer than it is wide, has none.
-# R2  A doorway lies between two ends that face each other, ``NARROWEST_M`` to ``WIDEST_M`` apart, with free cells
+# R2  A doorway lies between two ends that face each other, ``NARROWEST_DOOR_M`` to ``WIDEST_M`` apart, with free cells
 #     between them.
 # R3  An end that faces no other, but the face of a wall that runs across, at ``WIDEST_SIDE_DOOR_M`` at most, has a
 #     doorway too.
@@ -212,7 +210,6 @@ def _apart(found: list[_Gap], apart: float) -> list[_Gap]:
 
 THINNEST_CELLS: Final = 1.5
 THICKEST_M: Final = 0.5
-NARROWEST_M: Final = 0.3
 WIDEST_SIDE_DOOR_M: Final = 2.0
 PILLAR: Final = 2.0
 """R1: a pillar's length, in widths."""
@@ -301,7 +298,7 @@ def _between_ends(free: Bools, ends: Floats, looks: Floats, cell_m: float) -> li
         shared = (length + length[k]) / 2 - np.abs(off @ along)
         # R2: ends overlap by most of the shorter one
         faces = (looks @ looks[k] < -ENDS_FACING) & (shared >= MOST * np.minimum(length, length[k]))
-        faces &= (away * cell_m >= NARROWEST_M) & (away * cell_m <= WIDEST_M)
+        faces &= (away * cell_m >= NARROWEST_DOOR_M) & (away * cell_m <= WIDEST_M)
         faces &= (np.arange(len(ends)) > k) & (away - SKEW_CELLS <= _free_for(free, middle[k], looks[k]))
         found += [(float(away[i]), np.concatenate([ends[k], ends[i]])) for i in np.flatnonzero(faces).tolist()]
     return found
@@ -314,7 +311,7 @@ def _before_faces(free: Bools, ends: Floats, looks: Floats, cell_m: float) -> li
         inset = (end[1] - end[0]) * 0.1
         reach = [_free_for(free, corner, look) for corner in (end[0] + inset, end[1] - inset)]
         width = min(reach)
-        if NARROWEST_M <= width * cell_m <= WIDEST_SIDE_DOOR_M and max(reach) - width <= SKEW_CELLS:
+        if NARROWEST_DOOR_M <= width * cell_m <= WIDEST_SIDE_DOOR_M and max(reach) - width <= SKEW_CELLS:
             found.append((width, np.concatenate([end, end[::-1] + width * look])))
     return found
 

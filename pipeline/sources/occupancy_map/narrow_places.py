@@ -20,18 +20,16 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from pipeline.tolerances import NEARLY_ALL, THIN_WALL_M
+from pipeline.sources.occupancy_map.gaps import WIDEST_M
+from pipeline.tolerances import AROUND_M, HAND_M, NEARLY_ALL, THIN_WALL_M
 
 Bools = npt.NDArray[np.bool_]
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
 Labels = npt.NDArray[np.int32]
 
-SMOOTH_M = 0.1
-THICKEST_JAMB_M = 1.0
 CLOSE_M, NEAR_M, FAR_M = 0.15, 0.3, 1.0
 """Steps before and behind a narrow place, where the width is measured."""
-WIDEST_M = 3.0
 RUN_STEP_M = 0.05
 _NEIGHBOURS = ((-1, -1), (-1, 0), (-1, 1), (0, -1), (0, 1), (1, -1), (1, 0), (1, 1))
 
@@ -122,7 +120,7 @@ def _climb(clear: npt.NDArray[np.float32], cells: Ints, framed: Ints, cell_m: fl
     ``cells`` (n,) are the flat indices of the free cells, and ``framed`` (n,) those in a map with a frame of one cell.
     """
     rows, cols = clear.shape
-    smooth = cv2.GaussianBlur(clear, (0, 0), max(SMOOTH_M / cell_m, 0.5), borderType=cv2.BORDER_CONSTANT)
+    smooth = cv2.GaussianBlur(clear, (0, 0), max(HAND_M / cell_m, 0.5), borderType=cv2.BORDER_CONSTANT)
     height = np.full((rows + 2) * (cols + 2), -1.0, np.float32)
     best = smooth.ravel()[cells]
     height[framed] = best
@@ -245,7 +243,7 @@ def _measure_narrows(free: Bools, sides: Ints, half: Floats, jambs: Floats, cell
 
     def thick(jamb: Floats, outward: Floats) -> Floats:
         behind = jamb + outward * (THIN_WALL_M / cell_m)  # where the thickness of the wall is measured
-        left, right = (run(behind, sign * across, THICKEST_JAMB_M, RUN_STEP_M, wanted=True) for sign in (-1.0, 1.0))
+        left, right = (run(behind, sign * across, AROUND_M, RUN_STEP_M, wanted=True) for sign in (-1.0, 1.0))
         return left + right
 
     def beyond_jambs(away_m: float, step_m: float) -> Floats:

@@ -2,14 +2,14 @@
 
 R1  Through a window, a robot sees rays that end at nothing. What has fewer than ``FREE`` of its cells free, and less
     than ``WALLED`` of its edge at occupied cells, is no room but outside.
-R2  Free cells that no room has belong to the nearest room, ``SCATTERED_M`` away at most, around what is occupied. They
-    are the ends of a fan of rays. Pieces of ``OUTSIDE_M2`` or more are outside, as in R1.
+R2  Free cells that no room has belong to the nearest room, ``AROUND_M`` away at most, around what is occupied. They
+    are the ends of a fan of rays. Pieces of ``SPACE_M2`` or more are outside, as in R1.
 R3  What is unseen between rays, ``BETWEEN_M`` wide at most, is as open as they are, unless it is occupied. A ray is
     narrower than that: between two wide spaces, what is unseen is the inside of a wall.
 R5  An island of unseen space, with walls at less than ``WALLED`` of its edge, is floor at which nobody looked. Necks of
-    ``NECK_M`` or less join it to nothing.
+    ``NARROWEST_GAP_M`` or less join it to nothing.
 R4  A cell that few rays passed is likely free, not surely. It belongs to the room whose cells it touches, itself or by
-    other such cells, ``SCATTERED_M`` away at most. So it never joins rooms. Beside an occupied cell, its shade is that
+    other such cells, ``AROUND_M`` away at most. So it never joins rooms. Beside an occupied cell, its shade is that
     of both, in a picture that was scaled: it is left out.
 """
 
@@ -21,14 +21,13 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
+from pipeline.sources.occupancy_map.enclosure import SPACE_M2
+from pipeline.sources.occupancy_map.gaps import NARROWEST_GAP_M
 from pipeline.sources.occupancy_map.narrow_places import Bools, Labels
-from pipeline.tolerances import PARTITION_M
+from pipeline.tolerances import AROUND_M, PARTITION_M
 
 FREE: Final = 0.65
 WALLED: Final = 0.25
-SCATTERED_M: Final = 1.0
-NECK_M: Final = 0.5
-OUTSIDE_M2: Final = 5.0
 BETWEEN_M: Final = 0.4
 _SQUARE: Final = np.ones((3, 3), np.uint8)
 
@@ -59,7 +58,7 @@ def fill_between_rays(free: Bools, occupied: Bools, cell_m: float) -> Bools:
 
 def unseen_islands(clear: Bools, occupied: Bools, cell_m: float) -> Bools:
     """Return the cells (rows, cols) of R5 around which there is ``clear`` space."""
-    size = 2 * max(round(NECK_M / 2 / cell_m), 1) + 1
+    size = 2 * max(round(NARROWEST_GAP_M / 2 / cell_m), 1) + 1
     disc = np.asarray(cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size)), np.uint8)
     bare = cv2.copyMakeBorder((~clear).view(np.uint8), size, size, size, size, cv2.BORDER_CONSTANT, value=1)
     wide = cv2.morphologyEx(bare, cv2.MORPH_OPEN, disc)[size:-size, size:-size]
@@ -80,7 +79,7 @@ def with_scattered_cells(label: Labels, free: Bools, occupied: Bools, cell_m: fl
     """Return the labels (rows, cols) with the free cells of R2."""
     left = free & (label == 0)
     _, pieces, stats, _ = cv2.connectedComponentsWithStats(left.view(np.uint8), connectivity=8)
-    scattered = stats[:, cv2.CC_STAT_AREA] * cell_m**2 < OUTSIDE_M2
+    scattered = stats[:, cv2.CC_STAT_AREA] * cell_m**2 < SPACE_M2
     scattered[0] = False
     if not scattered.any():
         return label
@@ -95,12 +94,12 @@ def with_likely_cells(label: Labels, likely: Bools, occupied: Bools, cell_m: flo
 
 
 def _grow(label: Labels, through: Bools, cell_m: float) -> Labels:
-    """Return the labels (rows, cols), grown by ``SCATTERED_M`` over cells ``through`` which they reach."""
+    """Return the labels (rows, cols), grown by ``AROUND_M`` over cells ``through`` which they reach."""
     cross = np.asarray(cv2.getStructuringElement(cv2.MORPH_CROSS, (3, 3)), np.uint8)
     small = np.uint16 if label.max(initial=0) <= np.iinfo(np.uint16).max else np.float32  # what OpenCV dilates
     grown: npt.NDArray[Any] = label.astype(small)
     bare: npt.NDArray[Any] = (through & (label == 0)).astype(small)
-    for step in range(round(SCATTERED_M / cell_m)):
+    for step in range(round(AROUND_M / cell_m)):
         wider = cv2.dilate(grown, _SQUARE if step % 2 else cross)
         np.multiply(wider, bare, out=wider)  # what has a label keeps it
         np.maximum(grown, wider, out=grown)

@@ -6,22 +6,22 @@ R2  Basins are joined, the least likely border first, as long as a border more p
     A place wider than WIDE_M needs log-odds of WIDE_ODDS: to cut a corridor costs more of its area than to join two
     rooms. The value was chosen on empty maps that were left out of the fit.
 R11 Through a slit, narrower than PARTITION_M, nobody goes: a thin wall was not seen whole there. Where it is in a wall
-    thinner than RAIL_M, and SLIT_M2 or more lie on both sides, it parts rooms. It is a way only where nothing
+    thinner than RAIL_M, and ROOMY_M2 or more lie on both sides, it parts rooms. It is a way only where nothing
     else joins its rooms.
 R3  A room has space for a disc of SMALLEST_M across, and SMALLEST_M2 of area. What is left of the others may go to the
     rooms by R5.
 R4  Where two rooms meet, the widest of the narrow places within WAYS_APART_M of each other is a way between them. So is
     every other place where free cells of both touch for SHOULDERS_M or more: two basins may meet beside a narrow place.
-R5  Furniture along a wall belongs to the room: what lies between two parts of a room, FURNITURE_LONGEST_M apart at
+R5  Furniture along a wall belongs to the room: what lies between two parts of a room, ALONE_M apart at
     most, or in the rectangle around it, is filled, unless it is beside another room, deeper than DEEPEST_M, larger than
     LARGEST_M2, or as thin as a wall. What is unseen is filled behind furniture, not behind a wall: where more than MOST
     of what it shares with the room is occupied, more than MOST of its other edge is, too.
-R6  A gap in the line of a wall (``gaps``) parts what R2 joined, where it leaves PARTED_M2 or more on both sides: the
+R6  A gap in the line of a wall (``gaps``) parts what R2 joined, where it leaves SMALLEST_M2 or more on both sides: the
     cells are divided again, with the gap closed, and with the pieces of wall beside it that are clutter by R1.
 R10 A corridor ends at a wall, or at a doorway, both of whose jambs stand out. Where one jamb goes straight on, and the
     other is a corner, it bends or passes a hall: what R2 parted there is joined. A jamb goes straight on if it stands
     out by less than PARTITION_M. The place is wider than WIDE_M and AS_WIDE of the corridor's width, and lies across
-    it. A corridor is LONG times as long as wide or longer: as wide as its widest place, and as long as its area by
+    it. A corridor is SLENDER times as long as wide or longer: as wide as its widest place, and as long as its area by
     that.
 R9  Where it is known which cells are occupied, rays correct the rooms (``rays``).
 R8  Where all that is not free is wall, there is no clutter and no furniture, and the ways are the doorways between the
@@ -46,7 +46,7 @@ import shapely
 from shapely import Polygon
 
 from pipeline.geometry.groups import Groups
-from pipeline.sources.occupancy_map.clutter import drop_scraps, fill_clutter, free_beside_dashes
+from pipeline.sources.occupancy_map.clutter import ALONE_M, SLENDER, drop_scraps, fill_clutter, free_beside_dashes
 from pipeline.sources.occupancy_map.enclosure import find_fans, is_marked, unreached_rooms, without_fans
 from pipeline.sources.occupancy_map.gaps import find_doorways, find_gaps
 from pipeline.sources.occupancy_map.narrow_places import (
@@ -66,6 +66,7 @@ from pipeline.sources.occupancy_map.rays import (
     with_likely_cells,
     with_scattered_cells,
 )
+from pipeline.sources.tolerances import ROOMY_M2, SAME
 from pipeline.tolerances import BESIDE_M, MOST, PARTITION_M, RAIL_M, SHOULDERS_M
 
 WIDE_M = 1.2
@@ -75,21 +76,15 @@ SMALLEST_M2 = 1.0
 DRAWN_ROOM_M2 = 0.9
 """R8: that of SMALLEST_M2, less the cells on its edge."""
 WAYS_APART_M = 0.75
-SLIT_M2 = 4.0
 DEEPEST_M = 1.2
 LARGEST_M2 = 5.0
-PARTED_M2 = 1.0
-LONG = 3.0
 AS_WIDE = 0.6
-FURNITURE_LONGEST_M = 3.0
 MOST_CELLS = 5_000_000
 """Larger maps are divided into blocks of cells first."""
 _BORDER = (np.s_[0], np.s_[-1], np.s_[:, 0], np.s_[:, -1])
 BEYOND_CELLS = 2
 """R5: by so many cells, at most, furniture lies beyond the box around its room, and what decides on it: OpenCV closes
 with kernels of even length askew."""
-FLAT = 1e-6
-"""A smoothed mask that is less steep has no edge."""
 EDGE_SHARE = 0.1
 """Where a room's side is: this share of its rows or columns reach at least as far."""
 
@@ -310,7 +305,7 @@ def _parts_a_room(gaps: Floats, walls: Floats, label: Labels, cell_m: float) -> 
         rows, cols = boxes[number]
         inside = ((label[rows, cols] == number) & open_[rows, cols]).view(np.uint8)
         _, pieces, stats, _ = cv2.connectedComponentsWithStats(inside, connectivity=4)
-        large = stats[:, cv2.CC_STAT_AREA] * cell_m**2 >= PARTED_M2
+        large = stats[:, cv2.CC_STAT_AREA] * cell_m**2 >= SMALLEST_M2
         large[0] = False
         here = np.flatnonzero(found & (sides[:, 0] == number))
         cells = _cells_beside(gaps[here], label.shape, cell_m) - (cols.start, rows.start)
@@ -370,7 +365,7 @@ def _merge_basins(basins: Basins) -> npt.NDArray[np.int64]:
     while True:
         sides = root[narrows.sides]
         odds = separation_log_odds(narrows, peak[sides], area[sides]) - WIDE_ODDS * (narrows.width_m > WIDE_M)
-        odds[slits & (area[sides].min(axis=1) >= SLIT_M2)] = np.inf  # R11
+        odds[slits & (area[sides].min(axis=1) >= ROOMY_M2)] = np.inf  # R11
         apart = sides[:, 0] != sides[:, 1]
         low, high = sides[apart].min(axis=1), sides[apart].max(axis=1)
         least = np.full(len(peak), np.inf)
@@ -411,7 +406,7 @@ def _join_at_bends(numbers: npt.NDArray[np.int64], basins: Basins) -> npt.NDArra
     narrows, sides = basins.narrows, numbers[basins.narrows.sides]
     bends = (narrows.width_m > WIDE_M) & (narrows.turn_m < PARTITION_M) & (narrows.step_m > PARTITION_M)
     bends &= (sides > 0).all(axis=1) & (sides[:, 0] != sides[:, 1])
-    corridor = (area >= LONG * wide**2)[sides] & (narrows.width_m[:, None] >= AS_WIDE * wide[sides]) & bends[:, None]
+    corridor = (area >= SLENDER * wide**2)[sides] & (narrows.width_m[:, None] >= AS_WIDE * wide[sides]) & bends[:, None]
     if not corridor.any():
         return numbers
     room, label = np.arange(count), numbers.astype(np.int32)[basins.label]
@@ -543,7 +538,8 @@ def main_edge_direction(mask: Bools) -> float:
     down = cv2.Sobel(smooth, cv2.CV_32F, 0, 1)
     right = cv2.Sobel(smooth, cv2.CV_32F, 1, 0)
     del smooth
-    steep = np.flatnonzero((np.abs(down) > FLAT) | (np.abs(right) > FLAT))
+    # a smoothed mask that is less steep has no edge
+    steep = np.flatnonzero((np.abs(down) > SAME) | (np.abs(right) > SAME))
     if not len(steep):
         return 0.0
     twice = (right.ravel()[steep] + 1j * down.ravel()[steep]) ** 2  # what looks left or right has one direction
@@ -579,7 +575,7 @@ def _box_of(mask: Bools) -> tuple[slice, slice]:
 
 def _furniture_of_room(room: Bools, taken: Bools, walls: Bools, cell_m: float) -> Bools:
     """Return what R5 adds to a room (rows, cols) whose walls run along the rows and columns."""
-    wide = np.ones((1, round(FURNITURE_LONGEST_M / cell_m)), np.uint8)
+    wide = np.ones((1, round(ALONE_M / cell_m)), np.uint8)
     pixels = np.zeros((room.shape[0] + 2 * wide.size, room.shape[1] + 2 * wide.size), np.uint8)
     middle = np.s_[wide.size : -wide.size, wide.size : -wide.size]
     pixels[middle] = room

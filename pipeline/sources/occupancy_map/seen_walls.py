@@ -23,7 +23,12 @@ import numpy.typing as npt
 import shapely
 from shapely import Polygon
 
-from pipeline.sources.occupancy_map.clutter import PIECE_M, REACH_M, THICKEST_PIECE_M, slender_pieces
+from pipeline.sources.occupancy_map.clutter import (
+    PIECE_M,
+    THICKEST_PIECE_M,
+    slender_pieces,
+)
+from pipeline.sources.occupancy_map.gaps import REACH_M
 from pipeline.sources.occupancy_map.narrow_places import Bools, Floats
 from pipeline.tolerances import BESIDE_M, HAND_M, MOSTLY, PARTITION_M, RUN_M, STANDS
 

@@ -5,9 +5,9 @@ Only the finished rooms and doorways, and the map's own cells count. So it does 
 S1  ``half_seen_rooms``: the share of the rooms of whose edge more than ``UNSEEN`` shows no wall: no occupied cell is
     ``PARTITION_M`` or nearer. Doorways do not count. Such a room ends where the robot saw no further.
 S2  ``beyond_rooms``: what the map shows and the plan lacks: the share of the free cells ``PARTITION_M`` or farther from
-    the rooms, or that of the occupied cells ``FAR_FROM_ROOMS_M`` or farther from them, whichever is more. Free cells
+    the rooms, or that of the occupied cells ``PLACE_M`` or farther from them, whichever is more. Free cells
     that reach the picture's border without a room between are the ground outside, or a margin. What is solid
-    over twice ``FAR_FROM_ROOMS_M`` both ways is a block (a chimney, a bed, ground that is drawn filled), and no wall.
+    over twice ``PLACE_M`` both ways is a block (a chimney, a bed, ground that is drawn filled), and no wall.
 S3  ``ragged_room``: how much of its convex hull the most ragged room lacks. Several rooms that are one, and what fans
     of rays have drawn, are ragged.
 S4  ``free_wall``: how long the longest piece of occupied cells is that stands in a room, away from its edge, as a
@@ -27,13 +27,11 @@ import shapely
 from shapely import Polygon
 
 from pipeline.sources.occupancy_map.narrow_places import Bools
-from pipeline.tolerances import PARTITION_M, THIN_WALL_M
+from pipeline.sources.occupancy_map.rooms import MOST_CELLS
+from pipeline.tolerances import PARTITION_M, PLACE_M, THIN_WALL_M
 
 UNSEEN: Final = 0.2
-FAR_FROM_ROOMS_M: Final = 0.5
 FREE_WALL_M: Final = (1.0, 4.0)
-MOST_CELLS: Final = 5_000_000
-"""Larger maps are divided into blocks of cells first."""
 _SUBPIXEL: Final = 8
 
 
@@ -120,10 +118,10 @@ def _beyond(cells: _Cells, free: Bools, inside: Bools) -> float:
     _, pieces = cv2.connectedComponents(lost.view(np.uint8), connectivity=4)
     border = np.unique(np.concatenate([pieces[0], pieces[-1], pieces[:, 0], pieces[:, -1]]))
     lost &= ~np.isin(pieces, border)
-    side = 2 * max(round(FAR_FROM_ROOMS_M / cells.cell_m), 1) + 1
+    side = 2 * max(round(PLACE_M / cells.cell_m), 1) + 1
     blocks = cv2.morphologyEx(cells.occupied.view(np.uint8), cv2.MORPH_OPEN, np.ones((side, side), np.uint8))
     walls = cells.occupied & ~blocks.view(bool)
-    far = walls & ~cells.grown(inside, FAR_FROM_ROOMS_M)
+    far = walls & ~cells.grown(inside, PLACE_M)
     return max(_share(lost, free), _share(far, walls))
 
 

@@ -57,7 +57,6 @@ from pipeline.sources.storeys.surfaces import Bools, Floats, Surfaces, WallProfi
 from pipeline.sources.tolerances import (
     AS_STRONG,
     BARE_SHARE,
-    BARE_WEIGHT,
     BINDING_WEIGHT,
     COMMON_STOREY_M,
     CUSTOM_WEIGHT,
@@ -226,7 +225,7 @@ def _upright_evidence(shape: UprightShape, axis: str, convention: FrameConventio
         weight = DECLARED_WEIGHT if convention.declared else BINDING_WEIGHT
     evidence = (
         FLATNESS_WEIGHT * shape.flatness
-        + (BARE_WEIGHT if shape.bare else 0.0)
+        + (FLATNESS_WEIGHT if shape.bare else 0.0)  # hardly any face of a mesh of walls looks along it
         + (weight if axis == convention.up else 0.0)
     )
     evidence += SQUARE_WEIGHT * min(shape.square, SQUARE)

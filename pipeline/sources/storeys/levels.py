@@ -56,7 +56,6 @@ from pipeline.sources.storeys.surfaces import (
     weighted_quantile,
 )
 from pipeline.sources.tolerances import (
-    ATTIC_M,
     BIN_M,
     CHEST_AND_HEAD_M,
     CLEAR_M,
@@ -64,33 +63,27 @@ from pipeline.sources.tolerances import (
     COVER_OVER_M,
     FAR_FROM_ORIGIN_M,
     FLOOR_FACES,
-    FLOOR_GAP_M,
     FURNITURE_SHARE,
     HALF_ROOM_M,
-    HOVER_M,
-    LANDING_M,
     LAYER_HALF_M,
     LINTEL_CUT_M,
+    LONGEST_AT_LEAST_M,
     NEXT_FLOOR,
     OUTSIDE_SHARE,
     ROOF_SLAB_M,
     ROOMY_M2,
     ROUGH_M,
     SAME,
-    SHORTEST_WALLS_M,
-    SMALL_FLOOR,
     SMALL_STOREY,
     SPLIT_LEVEL_M,
-    TERRAIN,
     THICKEST_SLAB_M,
     TINY,
     TURNED,
     UPRIGHT_M2,
     VERTICAL,
-    VOID_UNDER_M,
     WALLS_ENDED,
 )
-from pipeline.tolerances import CRACK_M, FOOT_M, HAND_M, HARDLY, MOST, NEARLY_ALL, PLACE_M
+from pipeline.tolerances import AROUND_M, CRACK_M, FOOT_M, HAND_M, HARDLY, MOST, NEARLY_ALL, PLACE_M, THIN_WALL_M, TWICE
 from pipeline.values import Mesh
 
 EXACT_TRIANGLES = 20_000
@@ -104,7 +97,7 @@ def floor_polygon(triangles: Floats, region: Cells, grid: PlanGrid) -> Polygon |
         parts = shapely.polygons(triangles)
         parts = parts[shapely.area(parts) > UPRIGHT_M2]
     area = shapely.union_all(parts, grid_size=ROUGH_M)
-    if area.area > TERRAIN * grid.area(region):  # ground that goes on outside, at the floor's own height
+    if area.area > TWICE * grid.area(region):  # ground that goes on outside, at the floor's own height
         hull = shapely.union_all(_outlines(region, grid)).convex_hull
         area = area.intersection(hull.buffer(PLACE_M, join_style="mitre"))  # the ground around is cut off
     pieces = [piece for piece in shapely.get_parts(area) if isinstance(piece, Polygon) and piece.area > 0]
@@ -179,7 +172,8 @@ def _layer(surfaces: Surfaces, faces: Bools, heights: Floats, grid: PlanGrid) ->
     if not faces.any():
         return None
     cells = grid.cover(surfaces.triangles(faces)[:, :, :2])
-    cells = grid.drop_narrow(grid.fill_gaps(cells, FLOOR_GAP_M), HALF_ROOM_M)
+    # gaps in a level surface are closed
+    cells = grid.drop_narrow(grid.fill_gaps(cells, THIN_WALL_M), HALF_ROOM_M)
     if grid.area(cells) < ROOMY_M2:
         return None
     height, area = heights[faces], surfaces.area[faces]
@@ -204,7 +198,8 @@ def find_floors(surfaces: Surfaces, walls: Bools, layers: list[LevelLayer], grid
                 kept[near[0]] = other if ups[0] > ups[1] else floor
                 continue
             kept[near[0]] = replace(other, faces=other.faces | floor.faces, steps=other.steps | floor.steps)
-        elif floor.area_m2 >= SMALL_FLOOR * floors[0].area_m2:
+        # the head of a stair on a roof is no storey
+        elif floor.area_m2 >= HARDLY * floors[0].area_m2:
             kept.append(floor)
     return sorted(kept, key=lambda floor: floor.layer.top)
 
@@ -268,7 +263,7 @@ def open_area_below(
     if not lower:
         return None  # V2
     # what lies so far under and over the floor fills a void
-    near = (surfaces.high[:, 2] > height - VOID_UNDER_M) & (surfaces.low[:, 2] < height + FOOT_M)
+    near = (surfaces.high[:, 2] > height - AROUND_M) & (surfaces.low[:, 2] < height + FOOT_M)
     covering = near & (np.abs(surfaces.normal[:, 2]) > VERTICAL)
     covered = grid.cover(surfaces.triangles(covering)[:, :, :2])  # V1
     # a narrower void is a crack between floor and wall
@@ -344,7 +339,7 @@ def find_levels(
     floors = _storeys(floors, foot, grid.area(enclosed))
     heights = [floor.layer.top if floor else foot for floor in floors]
     # walls hover where hardly any stands between their feet and the ground
-    if heights[0] < foot - HOVER_M and profile.length_at(heights[0] + HOVER_M / 2) < HARDLY * profile.usual:
+    if heights[0] < foot - THIN_WALL_M and profile.length_at(heights[0] + THIN_WALL_M / 2) < HARDLY * profile.usual:
         heights[0] = foot  # R2: ground under the house
     if asked:  # R5
         floors = [_asked_floor(surfaces, walls, height, layers, grid) for height in asked]
@@ -411,8 +406,8 @@ def _storeys(floors: list[FloorSurface | None], foot: float, enclosed_m2: float)
             height = below.layer.top if below else foot
             shared = np.count_nonzero(floor.region & below.region) if below else np.count_nonzero(floor.region)
             over = shared >= MOST * np.count_nonzero(floor.region)
-            # a landing is smaller than half of the floor below
-            if over and floor.layer.top - height < LANDING_M and floor.area_m2 < MOST * size:
+            # lower than a door over the floor below, and smaller than half of it: a landing, a row of shelves
+            if over and floor.layer.top - height < LINTEL_CUT_M and floor.area_m2 < MOST * size:
                 continue
             if floor.area_m2 < SMALL_STOREY * enclosed_m2:
                 continue
@@ -450,7 +445,7 @@ def wall_bounds(surfaces: Surfaces, walls: Bools) -> tuple[np.ndarray, np.ndarra
 def _storey_foot(surfaces: Surfaces, walls: Bools, profile: WallProfile) -> float | None:
     """Return the exact height at which half of the usual wall length begins, or None if no storey of walls stands."""
     usual = profile.usual
-    if usual < SHORTEST_WALLS_M:
+    if usual < LONGEST_AT_LEAST_M:  # walls that are shorter in all make no storey
         return None
     standing = np.flatnonzero(profile.length >= usual / 2)
     bottom, top = profile.edges[standing[0]], profile.edges[standing[-1] + 1]
@@ -503,7 +498,8 @@ def _ceiling(
     closing = [cover for cover in covers if end - cover.top < HAND_M]
     if not closing and above is None:  # a slab under an attic or a parapet, on which walls go on
         # a layer through which more of the walls goes on hangs between them
-        closing = [c for c in covers if through(c) <= (NEARLY_ALL if end - c.top > ATTIC_M else WALLS_ENDED)]
+        # walls that go on a metre over a slab are those of an attic; over less, it may be a hung ceiling
+        closing = [c for c in covers if through(c) <= (NEARLY_ALL if end - c.top > AROUND_M else WALLS_ENDED)]
     if not closing:  # sheets, or walls open above; a hung ceiling closes nothing
         return float(end - height - (COVER_MARGIN_M if above is not None else 0.0))
     slab = closing[-1]

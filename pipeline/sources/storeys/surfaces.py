@@ -18,7 +18,7 @@ from pipeline.sources.tolerances import (
     LAYER_EDGE,
     SAME,
     SAME_PLACE,
-    STOREY_ENDED,
+    STOREY_STANDS,
     TINY,
     VERTICAL,
 )
@@ -108,7 +108,8 @@ class WallProfile:
         """Height over ``height`` at which the walls from ``foot`` up to it have ended, all but a chimney or a gable."""
         usual = float(np.median(self.length[(self.edges[:-1] >= foot) & (self.edges[1:] <= height)]))
         # walls may end a little under the height that they reach at least
-        ended = (self.edges[:-1] >= height - HAND_M) & (self.length < STOREY_ENDED * usual)
+        # the walls of a storey end where little of their usual length goes on
+        ended = (self.edges[:-1] >= height - HAND_M) & (self.length < STOREY_STANDS * usual)
         return float(min(self.edges[np.flatnonzero(ended)[0]], self.top)) if ended.any() else self.top
 
 

@@ -49,7 +49,6 @@ from pipeline.sources.tolerances import (
     LONGEST_SITE_M,
     NAME_BOX_M,
     OFF_LINE_M,
-    OUTER_WALL_M,
     SHORTEST_M,
     THICKEST_WALL_M,
     THROUGH_WALL,
@@ -147,7 +146,8 @@ def walls_between_rooms(rooms: Sequence[Polygon], walled: Sequence[bool] | None 
             beside = [rooms[k] for k in areas.query(edge, "dwithin", distance=CRACK_M) if k != number]
             edges.append(shapely.intersection(edge, shapely.buffer(shapely.union_all(beside), CRACK_M)))
     lines = shapely.union_all(edges, grid_size=FILE_GRID_M)
-    return polygons_of(shapely.buffer(lines, OUTER_WALL_M / 2, cap_style="flat", join_style="mitre"))
+
+    return polygons_of(shapely.buffer(lines, LINE_WALL_M / 2, cap_style="flat", join_style="mitre"))
 
 
 def passage_rectangles(shapes: Sequence[BaseGeometry]) -> list[tuple[Polygon, Point] | None]:

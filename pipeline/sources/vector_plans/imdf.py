@@ -35,7 +35,7 @@ from pipeline.rejection import Reason, Rejection
 from pipeline.sources.drawn_storeys import Wall, unite_rooms, walls_around
 from pipeline.sources.files import LARGEST_BYTES, LeftOutParts, archive_members, read_member
 from pipeline.sources.roles import labels_for
-from pipeline.sources.tolerances import EDGE_REACH_M, LEFTOVER_M2, STOREY_HEIGHT_M, WALL_HEIGHT_M
+from pipeline.sources.tolerances import LEFTOVER_M2, STOREY_HEIGHT_M, WALL_HEIGHT_M
 from pipeline.sources.vector_plans.drawing import (
     Drawing,
     DrawnStorey,
@@ -52,6 +52,7 @@ from pipeline.sources.vector_plans.geojson import (
     simple_parts,
 )
 from pipeline.sources.vector_plans.named_features import ROOM_FUNCTIONS
+from pipeline.tolerances import BESIDE_M
 from pipeline.values import SourceObject, SourceRoom
 
 UNITS: Final = "unit.geojson"
@@ -219,7 +220,8 @@ def _walls_between(units: list[tuple[Polygon, Mapping[str, Any]]], ways: list[tu
     middles = shapely.STRtree([LineString(ends).centroid for ends in ways])
     walled = [
         str(about.get("category") or "").lower() not in _WALKWAYS
-        and len(middles.query(shapely.boundary(area), "dwithin", distance=EDGE_REACH_M)) > 0
+        # a wall or room so near is beside it
+        and len(middles.query(shapely.boundary(area), "dwithin", distance=BESIDE_M)) > 0
         for area, about in units
     ]
     return walls_between_rooms([area for area, _ in units], walled)

@@ -39,7 +39,6 @@ from pipeline.sources.tolerances import (
     CRACK_M,
     FILE_GRID_M,
     KNEE_M,
-    MIN_DEPTH_M,
     NARROWEST_DOOR_M,
     TINY,
     UPRIGHT_M2,
@@ -47,6 +46,7 @@ from pipeline.sources.tolerances import (
     WIDEST_DOOR_BODY_M,
 )
 from pipeline.sources.vector_plans.drawing import DrawnStorey, deepen_to_wall, door_hole
+from pipeline.tolerances import HAND_M
 from pipeline.values import SourceObject, SourceRoom
 
 MANY_BODY_FACES: Final = 20_000
@@ -402,7 +402,14 @@ def _hole(each: SceneBody, height: float, has_door: bool, walls: Sequence[Polygo
     a, b = (corners[k] + corners[(k + 1) % 4]) / 2, (corners[(k + 2) % 4] + corners[(k + 3) % 4]) / 2
     deep = float(lengths[k])
     made = door_hole(
-        tuple(a), tuple(b), walls, has_door=has_door, bottom_m=low, top_m=top, thick_m=max(deep, MIN_DEPTH_M)
+        # an opening is at least this deep, however thin its wall is
+        tuple(a),
+        tuple(b),
+        walls,
+        has_door=has_door,
+        bottom_m=low,
+        top_m=top,
+        thick_m=max(deep, HAND_M),
     )
     wide = shapely.convex_hull(shapely.union_all([box, made.shape])) if made is not None else box
     return replace(plain, shape=wide if isinstance(wide, Polygon) else box)
