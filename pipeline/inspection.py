@@ -20,12 +20,12 @@ from pipeline.batch.listing import list_inputs
 from pipeline.config_file import BuildConfig
 from pipeline.geometry.areas import ignore_division_warnings
 from pipeline.overrides import (
+    LevelOverride,
     configure,
     correct_input,
     correct_level,
     is_id_of_input,
     level_id_from,
-    override_for_level,
     settle_override_ids,
 )
 from pipeline.pictures import compose_sheet, results_of_building, stage_pictures
@@ -132,7 +132,7 @@ def _inspect_input(
     shown = InspectedLevel(level.id, number, len(levels), item.id, place, len(inputs), tuple(overrides))
     if isinstance(level, RejectedLevel):
         return Inspection(shown, _picture_of(level.rejection, output), level.rejection)
-    override = override_for_level(level.id, overrides)
+    override = LevelOverride.of(level.id, overrides, level.content).own
     level = correct_level(level, override)
     results: list[StageResult] = []
     rejection_: Rejection | None = None

@@ -36,7 +36,7 @@ import logging
 import math
 import re
 from collections.abc import Collection, Iterable, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Final
 
@@ -59,6 +59,7 @@ from houseexpo.plan import Frame
 from pipeline.config import PipelineConfig
 from pipeline.config_file import convert_to_type
 from pipeline.geometry.meshes import NO_MESH
+from pipeline.rejection import Reason, Rejection
 from pipeline.sources import OVERRIDABLE
 from pipeline.sources.files import slug
 from pipeline.sources.meshes.formats import frame_convention
@@ -66,15 +67,6 @@ from pipeline.sources.tolerances import USUAL_STOREY_M
 from pipeline.values import IDLE, Input, Level
 
 _LOG = logging.getLogger(__name__)
-
-
-def configure(config: PipelineConfig, override: Override) -> PipelineConfig:
-    """Return the configuration with the heights given, and without the rule that a person overrules by keep."""
-    ground = config.planes.ground_m if override.h_g is None else override.h_g
-    door = config.planes.door_m if override.h_d is None else override.h_d
-    planes = replace(config.planes, ground_m=ground, door_m=door)
-    characters = config.layout.characters and not override.keep
-    return replace(config, planes=planes, layout=replace(config.layout, characters=characters))
 
 
 def find_overrides_file(manifest: Path) -> Path | None:
@@ -142,22 +134,6 @@ def _with_authors(overrides: Mapping[str, Override], path: Path) -> Mapping[str,
         name: replace(each, authors=tuple((key, *who) for key, who in sorted(said.get(name, {}).items())))
         for name, each in overrides.items()
     }
-
-
-def with_authors(plan: FloorPlan, overrides: Mapping[str, Override]) -> FloorPlan:
-    """Return a plan whose provenance names who said each of its corrections, and who kept it, if a log told it."""
-    who = {key: (by, at) for each in overrides.values() for key, by, at in each.authors}
-    told = plan.provenance or {}
-    if not who:
-        return plan
-    named = []
-    for record in told.get("corrections", []):
-        by = who.get(author_key(record["word"], record["value"]))
-        named.append(record if by is None else {**record, "by": by[0], "at": by[1]})
-    kept = who.get(author_key("keep", True))  # the value that the file has
-    more: dict[str, Any] = {"corrections": named} if named else {}
-    more |= {} if kept is None else {"kept_by": kept[0], "kept_at": kept[1]}
-    return replace(plan, provenance={**told, **more}) if more else plan
 
 
 def _read(path: Path) -> Mapping[str, Override]:
@@ -294,32 +270,72 @@ def _as_options(override: Override) -> dict[str, str | None]:
     }
 
 
-def overrides_by_content(overrides: Mapping[str, Override], sha256: str) -> Mapping[str, Override]:
-    """Return the overrides of an input, those under an id with the digits of its own content under the id itself (R1).
+@dataclass(frozen=True)
+class LevelOverride:
+    """What people say of a level and its buildings.
 
-    Inputs of equal ids are told apart by these digits.
+    ``own`` is said under the id of the level, of its buildings (R4), or of its file (``keep`` and ``drop``; where they
+    contradict each other, the level counts). ``by_id`` is all that is said of its input.
     """
-    mark = f"_{sha256[:8]}"
-    found = {name: each for name, each in overrides.items() if not sha256 or not name.endswith(mark)}
-    for name in sorted(set(overrides) - set(found)):
-        own = name.removesuffix(mark)
-        found[own] = found.get(own, Override()).joined(overrides[name])
-    return found
+
+    own: Override
+    by_id: Mapping[str, Override]
+
+    @classmethod
+    def of(cls, level_id: str, overrides: Mapping[str, Override], sha256: str) -> LevelOverride:
+        """Find what is said of a level among what is said of its input.
+
+        ``sha256`` is of the level's content. What is said under an id with its first digits, which tell inputs of equal
+        ids apart, is said under the id itself (R1).
+        """
+        mark = f"_{sha256[:8]}" if sha256 else ""
+        by_id = {name: each for name, each in overrides.items() if not mark or not name.endswith(mark)}
+        for name in sorted(set(overrides) - set(by_id)):
+            short = name.removesuffix(mark)
+            by_id[short] = by_id.get(short, Override()).joined(overrides[name])
+        own = by_id.get(level_id, Override())
+        for name in sorted(set(by_id) - {level_id}):
+            override, level = by_id[name], level_id_from(name)
+            if level == level_id:
+                own = own.joined(Override(**{word: getattr(override, word) for word in WORDS}))
+            elif is_id_of_input(level_id, level):
+                own = Override(keep=override.keep, drop=override.drop, why=override.why).joined(own)
+        return cls(own, by_id)
+
+    def of_building(self, plan_id: str) -> Override:
+        """Return what is said of a building: whether to keep it is said of its level, too."""
+        return Override(keep=self.own.keep).joined(self.by_id.get(plan_id, Override()))
+
+    def named(self, plan: FloorPlan) -> FloorPlan:
+        """Return a plan whose provenance names who said each of its corrections, and who kept it, if a log told it."""
+        who = {key: (by, at) for each in self.by_id.values() for key, by, at in each.authors}
+        told = plan.provenance or {}
+        if not who:
+            return plan
+        named = []
+        for record in told.get("corrections", []):
+            by = who.get(author_key(record["word"], record["value"]))
+            named.append(record if by is None else {**record, "by": by[0], "at": by[1]})
+        kept = who.get(author_key("keep", True))  # the value that the file has
+        more: dict[str, Any] = {"corrections": named} if named else {}
+        more |= {} if kept is None else {"kept_by": kept[0], "kept_at": kept[1]}
+        return replace(plan, provenance={**told, **more}) if more else plan
 
 
-def override_for_level(level_id: str, overrides: Mapping[str, Override]) -> Override:
-    """Return the override of a level, with the words of its buildings (R4), and with ``keep`` or ``drop`` of its file.
+def check_not_dropped(override: Override) -> None:
+    """Raise Rejection where a person says that there is to be no plan."""
+    if override.drop:
+        why = override.why or "no reason given"
+        raise Rejection("overrides", Reason.DROPPED_BY_HAND, why, "see overrides.toml")
 
-    Where the level and its file contradict each other, the level counts.
-    """
-    found = overrides.get(level_id, Override())
-    for name in sorted(set(overrides) - {level_id}):
-        override, level = overrides[name], level_id_from(name)
-        if level == level_id:
-            found = found.joined(Override(**{word: getattr(override, word) for word in WORDS}))
-        elif is_id_of_input(level_id, level):
-            found = Override(keep=override.keep, drop=override.drop, why=override.why).joined(found)
-    return found
+
+def configure(config: PipelineConfig, override: Override) -> PipelineConfig:
+    """Return the configuration with the heights given, and without the rule that a person overrules by keep."""
+    ground = config.planes.ground_m if override.h_g is None else override.h_g
+    door = config.planes.door_m if override.h_d is None else override.h_d
+    planes = replace(config.planes, ground_m=ground, door_m=door)
+    characters = config.layout.characters and not override.keep
+    return replace(config, planes=planes, layout=replace(config.layout, characters=characters))
 
 
 def level_id_from(name: str) -> str:

@@ -42,13 +42,12 @@ from pipeline.geometry.mesh_slicing import MeshSlicer
 from pipeline.geometry.meshes import Mesh, boxes_around_polygons, merge_meshes
 from pipeline.geometry.prisms import Prisms
 from pipeline.overrides import (
+    LevelOverride,
     configure,
     correct_input,
     correct_level,
     is_id_of_input,
     level_without_walls,
-    override_for_level,
-    overrides_by_content,
     overrides_by_input,
     settle_override_ids,
 )
@@ -123,13 +122,13 @@ class SourceReader:
         """
         said = overrides_by_input(settle_override_ids(overrides, self._inputs)).get(self._found.id, {})
         item = correct_input(self._found, said)
-        said = overrides_by_content(said, _sha256_at(item))
+        sha256 = _sha256_at(item)
         if (now := (item, _state_of(Path(item.path)))) != self._read_as:
             self._read(item)
             self._read_as = now
-        levels = [self._of_level(level, item, override_for_level(level.id, said)) for level in self._levels]
+        levels = [self._of_level(level, item, LevelOverride.of(level.id, said, sha256).own) for level in self._levels]
         if not levels and not self._whole.is_empty:
-            levels = [_of_file(item, said.get(item.id, Override()), self._whole, self._why, self._config)]
+            levels = [_of_file(item, LevelOverride.of(item.id, said, sha256).own, self._whole, self._why, self._config)]
         units = {level.unit_m for level in self._levels if isinstance(level, Level)}
         takes = {*OVERRIDABLE.get(self._found.reader, ()), "keep"} - (set() if self._names else {"drop_nodes"})
         takes = takes if self._is_alone else set()  # what is said under their id would be of all of them

@@ -153,6 +153,11 @@ class Level:
         return self.named_openings and any(each.has_door for each in self.openings)
 
     @property
+    def content(self) -> str:
+        """The SHA-256 of what the source holds of the level's house, or "" where it is not known."""
+        return str(self.provenance.get("sha256", ""))
+
+    @property
     def door_meshes(self) -> tuple[Mesh, ...]:
         """The meshes of the ``leaves``."""
         return tuple(each.mesh for each in self.leaves)

@@ -5,7 +5,8 @@ from __future__ import annotations
 import hashlib
 import os
 import time
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from glob import escape
 from pathlib import Path
 
@@ -14,53 +15,71 @@ from pipeline.batch.disk import path_from_text, path_to_text
 from pipeline.batch.entry import FileRecord
 from pipeline.rejection import Rejection
 from pipeline.sources import reader
+from pipeline.sources.files import record_opened_files
 from pipeline.values import Input
 
 ABSENT = -1
 
 
-def input_folder(item: Input) -> Path:
-    """Return the folder that an input's files lie in: a SUNCG root, or where its file lies."""
-    path = Path(item.path)
-    return path if path.is_dir() else path.parent
+class InputFiles:
+    """The files that an input is read from: its own, and those that its reader opens beside it."""
 
+    def __init__(self, item: Input) -> None:
+        self._item, self._path = item, Path(item.path)
+        self._folder = self._path if self._path.is_dir() else self._path.parent  # a SUNCG root, or where its file lies
+        self._began_ns = time.time_ns()
+        self._opened: set[str] = set()
 
-def readable_folders(item: Input) -> list[Path]:
-    """Return the folders in which a reader may open files: the input's own, its source's, those named for models.
+    @contextmanager
+    def recorded(self) -> Iterator[None]:
+        """Note what is opened meanwhile in the input's own folder, its source's, and those named for models."""
+        options = dict(self._item.options)
+        named = [options.get("root", ""), *options.get("model_path", "").split(os.pathsep)]
+        is_made = self._item.key and not self._path.exists()  # where it is read
+        folders = [] if is_made else [self._folder, *map(Path, filter(None, named))]
+        with record_opened_files(*folders) as self._opened:
+            yield
 
-    A house that is made where it is read has none.
-    """
-    if item.key and not Path(item.path).exists():
-        return []
-    options = dict(item.options)
-    named = [options.get("root", ""), *options.get("model_path", "").split(os.pathsep)]
-    return [input_folder(item), *map(Path, filter(None, named))]
+    def described(self) -> list[FileRecord]:
+        """Return what the files hold that were opened, and the input's own, which not every reader opens in Python."""
+        own = [] if self._item.key and not self._path.is_file() else [self._path.name]
+        return self._contents([path_to_text(name) for name in sorted({*self._opened, *own})])
 
+    def described_unread(self) -> list[FileRecord]:
+        """Return what the files hold of which no reader could say what it read: the own, or all in the own folders."""
+        pattern = f"*/{escape(self._item.key)}/*"
+        self._opened = {str(file.relative_to(self._folder)) for file in self._folder.glob(pattern) if self._item.key}
+        return self.described()
 
-def describe_opened_files(names: Iterable[str], item: Input, began_ns: int) -> list[FileRecord]:
-    """Return what the files hold that were opened, and the input's own, which not every reader opens in Python."""
-    path = Path(item.path)
-    own = [] if item.key and not path.is_file() else [path.name]
-    return _contents([path_to_text(name) for name in sorted({*names, *own})], item, began_ns)
+    def look_like(self, known: Sequence[FileRecord]) -> bool:
+        """Tell whether files have the size and the time that they had; nothing is read."""
+        return all(_look(self._folder / path_from_text(file.name)) == (file.size, file.mtime_ns) for file in known)
 
+    def if_unchanged(self, known: Sequence[FileRecord]) -> list[FileRecord] | None:
+        """Return the files as they look now where they still hold what they held, else None; all are read."""
+        now = self._contents([file.name for file in known])
+        return now if [file.sha256 for file in now] == [file.sha256 for file in known] else None
 
-def are_size_and_time_same(item: Input, files: Sequence[FileRecord]) -> bool:
-    """Tell whether files have the size and the time that they had; nothing is read."""
-    folder = input_folder(item)
-    return all(_look(folder / path_from_text(file.name)) == (file.size, file.mtime_ns) for file in files)
+    def _contents(self, names: Sequence[str]) -> list[FileRecord]:
+        """Return files as they look now."""
+        found = []
+        for name in names:
+            file = self._folder / path_from_text(name)
+            size, mtime_ns = _look(file)
+            try:
+                digest = self._sha256_of(file)
+            except (OSError, Rejection):
+                found.append(FileRecord(name, ABSENT, 0, ""))
+            else:
+                found.append(FileRecord(name, size, mtime_ns if mtime_ns < self._began_ns else 0, digest))
+        return found
 
-
-def describe_if_unchanged(item: Input, files: Sequence[FileRecord], began_ns: int) -> list[FileRecord] | None:
-    """Return the files as they look now where they still hold what they held, else None; all are read."""
-    now = _contents([file.name for file in files], item, began_ns)
-    return now if [file.sha256 for file in now] == [file.sha256 for file in files] else None
-
-
-def describe_all_files(item: Input) -> list[FileRecord]:
-    """Return the files of an input of which no reader could say what it read: its own, or all in its own folders."""
-    folder = input_folder(item)
-    names = [str(file.relative_to(folder)) for file in folder.glob(f"*/{escape(item.key)}/*")] if item.key else []
-    return describe_opened_files(names, item, time.time_ns())
+    def _sha256_of(self, file: Path) -> str:
+        """Return the SHA-256 of a file; of a file that holds many houses, that of what it holds of this one."""
+        part = getattr(reader(self._item.reader), "read_house_bytes", None) if self._item.key else None
+        if part is None or file != self._path:
+            return sha256_of(file)
+        return hashlib.sha256(part(self._item)).hexdigest()
 
 
 def _look(file: Path) -> tuple[int, int]:
@@ -69,20 +88,3 @@ def _look(file: Path) -> tuple[int, int]:
     except OSError:
         return ABSENT, 0
     return found.st_size, found.st_mtime_ns
-
-
-def _contents(names: Sequence[str], item: Input, began_ns: int) -> list[FileRecord]:
-    """Return files as they look now; of a file that holds many houses, what it holds of this one."""
-    folder, own = input_folder(item), Path(item.path)
-    part = getattr(reader(item.reader), "read_house_bytes", None) if item.key else None
-    found = []
-    for name in names:
-        file = folder / path_from_text(name)
-        size, mtime_ns = _look(file)
-        try:
-            digest = sha256_of(file) if part is None or file != own else hashlib.sha256(part(item)).hexdigest()
-        except (OSError, Rejection):
-            found.append(FileRecord(name, ABSENT, 0, ""))
-        else:
-            found.append(FileRecord(name, size, mtime_ns if mtime_ns < began_ns else 0, digest))
-    return found

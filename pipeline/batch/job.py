@@ -19,24 +19,23 @@ from houseexpo.file_kinds import format_note
 from houseexpo.floorplan import FloorPlan
 from houseexpo.plan.json_codec import encode
 from pipeline.batch.entry import Entry, Outcome, StoredPlan, StoredRejection, display_name
-from pipeline.batch.file_records import describe_if_unchanged, describe_opened_files, readable_folders
+from pipeline.batch.file_records import InputFiles
 from pipeline.batch.plan_store import PlanStore
 from pipeline.config import PipelineConfig
 from pipeline.geometry.areas import ignore_division_warnings
 from pipeline.overrides import (
+    LevelOverride,
+    check_not_dropped,
     configure,
     correct_level,
     ids_without_level,
     level_without_walls,
-    override_for_level,
-    overrides_by_content,
-    with_authors,
 )
 from pipeline.png import draw_top_view
 from pipeline.quality import check_quality
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources import reader
-from pipeline.sources.files import add_losses, record_opened_files
+from pipeline.sources.files import add_losses
 from pipeline.timing import collect_times, time_stages
 from pipeline.values import KEPT_FROM, MADE, Input, Level, RejectedLevel
 
@@ -101,36 +100,33 @@ class Job:
     def refusal(self, rejection: Rejection, *, transient: bool = False) -> Entry:
         """Return the entry of an input that gives no plan for a reason outside of it."""
         refused = StoredRejection.of(self.item.id, rejection)
+        return msgspec.structs.replace(self.entry([refused]), transient=transient)
+
+    def entry(self, outcomes: Sequence[Outcome]) -> Entry:
+        """Return the entry of what came of the input, without files, times and versions."""
+        plans = [outcome for outcome in outcomes if isinstance(outcome, StoredPlan)]
+        refused = [outcome for outcome in outcomes if isinstance(outcome, StoredRejection)]
         file = display_name(self.item, self.source)
-        return Entry(self.name, self.source, self.recipe, [], 0.0, [], [refused], transient=transient, file=file)
+        return Entry(self.name, self.source, self.recipe, [], 0.0, plans, refused, file=file)
 
 
 def run_job(settings: JobSettings, job: Job) -> Entry:
     """Return the outcome of an input, or the earlier outcome if its files only look changed."""
-    start, began_ns = time.perf_counter(), time.time_ns()
+    start, opened = time.perf_counter(), InputFiles(job.item)
     try:
         for mirror in settings.mirrors:
             mirror.mount()
-        if job.known is not None and (files := describe_if_unchanged(job.item, job.known.files, began_ns)) is not None:
+        if job.known is not None and (files := opened.if_unchanged(job.known.files)) is not None:
             return msgspec.structs.replace(job.known, files=files, source=job.source, gone=False)
-        with (
-            record_opened_files(*readable_folders(job.item)) as names,
-            collect_times() as seconds,
-            ignore_division_warnings(),
-        ):
+        with opened.recorded(), collect_times() as seconds, ignore_division_warnings():
             outcomes = list(_outcomes(job, settings))
     except OSError as error:  # a transient fault: it says nothing about the house
         return job.refusal(not_yet(error.strerror or str(error)), transient=True)
-    return Entry(
-        input=job.name,
-        source=job.source,
-        recipe=job.recipe,
-        files=describe_opened_files(names, job.item, began_ns),
+    return msgspec.structs.replace(
+        job.entry(outcomes),
+        files=opened.described(),
         seconds=round(time.perf_counter() - start, 4),
-        plans=[outcome for outcome in outcomes if isinstance(outcome, StoredPlan)],
-        refused=[outcome for outcome in outcomes if isinstance(outcome, StoredRejection)],
         versions=dict(settings.versions),
-        file=display_name(job.item, job.source),
         stages={stage: round(value, 4) for stage, value in seconds.items()},
     )
 
@@ -173,19 +169,11 @@ def _outcomes(job: Job, settings: JobSettings) -> Iterator[Outcome]:
 
 def _of_level(level: Level, job: Job, settings: JobSettings) -> Iterator[Outcome]:
     """Yield what came of a level: an outcome for each of its buildings."""
-    job = replace(job, overrides=overrides_by_content(job.overrides, str(level.provenance.get("sha256", ""))))
-    override = override_for_level(level.id, job.overrides)
+    said = LevelOverride.of(level.id, job.overrides, level.content)
     try:
-        _check_not_dropped(override)
-        corrected = correct_level(level, override)
-        try:
-            found = _plan_level(corrected, replace(override, keep=False), settings)
-        except Rejection as doubt:  # what a person keeps is planned again without the rule that rejects it
-            if not override.keep or doubt.reason is not Reason.CHARACTERS:
-                raise
-            corrected = replace(corrected, provenance={**corrected.provenance, KEPT_FROM: str(doubt.reason)})
-            found = _plan_level(corrected, override, settings)
-        outcomes = [_of_building(each, corrected, override, job, settings) for each in found]
+        check_not_dropped(said.own)
+        level, found = _plan_level(level, said.own, settings)
+        outcomes = [_of_building(each, level, said, settings) for each in found]
     except Exception as error:  # noqa: BLE001 - the other levels of the house go on
         rejection = _as_rejection(error, job.item)
         if rejection is error and rejection.reason is not Reason.DROPPED_BY_HAND:
@@ -194,19 +182,31 @@ def _of_level(level: Level, job: Job, settings: JobSettings) -> Iterator[Outcome
     yield from outcomes
 
 
-def _plan_level(level: Level, override: Override, settings: JobSettings) -> Sequence[Planned]:
-    return settings.plan(level, configure(settings.config, override), level_rng(level, settings.seed))
+def _plan_level(level: Level, override: Override, settings: JobSettings) -> tuple[Level, Sequence[Planned]]:
+    """Return a level as a person corrects it, and its plans.
+
+    What a person keeps is planned again without the rule that rejects it.
+    """
+    level = correct_level(level, override)
+    try:
+        config = configure(settings.config, replace(override, keep=False))
+        return level, settings.plan(level, config, level_rng(level, settings.seed))
+    except Rejection as doubt:
+        if not override.keep or doubt.reason is not Reason.CHARACTERS:
+            raise
+        kept = replace(level, provenance={**level.provenance, KEPT_FROM: str(doubt.reason)})
+    return kept, settings.plan(kept, configure(settings.config, override), level_rng(kept, settings.seed))
 
 
-def _of_building(found: Planned, level: Level, of_level: Override, job: Job, settings: JobSettings) -> Outcome:
-    """Return what came of a building. ``of_level`` is what is said of the level, whether to keep it among it."""
+def _of_building(found: Planned, level: Level, said: LevelOverride, settings: JobSettings) -> Outcome:
+    """Return what came of a building."""
     plan, picture = (found.plan, found.stages) if isinstance(found, PlanWithPicture) else (found, b"")
-    override = Override(keep=of_level.keep).joined(job.overrides.get(plan.id, Override()))
+    override = said.of_building(plan.id)
     kept_from = str(level.provenance.get(KEPT_FROM, ""))
     try:
         if isinstance(plan, RejectedLevel):
             raise plan.rejection
-        _check_not_dropped(override)
+        check_not_dropped(override)
         try:
             check_quality(plan, settings.min_quality)
         except Rejection as doubt:
@@ -215,24 +215,20 @@ def _of_building(found: Planned, level: Level, of_level: Override, job: Job, set
             kept_from = kept_from or str(doubt.reason)
     except Rejection as rejection:
         return StoredRejection.of(plan.id, rejection.with_picture(draw_top_view(level.walls)))
-    plan = with_authors(_furnish(plan, settings), job.overrides)
+    plan = said.named(_furnish(plan, settings))
     plan = replace(plan, provenance={**(plan.provenance or {}), **settings.stamp})
-    kept = settings.plans.put(plan.id, str(level.provenance.get("sha256", "")), encode(plan) + b"\n", picture)
+    kept = settings.plans.put(plan.id, level.content, encode(plan) + b"\n", picture)
     return msgspec.structs.replace(kept, by_hand=override.keep, kept_from=kept_from if override.keep else "")
 
 
 def _of_unread(rejection: Rejection, job: Job, settings: JobSettings) -> Sequence[Outcome]:
     """Return what came of an input of which no level could be read: a person may drop it, or say its rooms."""
-    override = override_for_level(job.item.id, job.overrides)
-    outcomes: list[Outcome] = []
-    try:
-        _check_not_dropped(override)
-        if rejection.reason in _WITHOUT_ROOMS and override.corrections:
-            outcomes = list(_of_level(level_without_walls(job.item, override), job, settings))
-    except Rejection as dropped:
-        rejection = dropped
-    made = any(isinstance(each, StoredPlan) for each in outcomes)
-    return outcomes if made else [StoredRejection.of(job.item.id, rejection)]
+    override = LevelOverride.of(job.item.id, job.overrides, "").own
+    if override.drop or (rejection.reason in _WITHOUT_ROOMS and override.corrections):
+        outcomes = list(_of_level(level_without_walls(job.item, override), job, settings))
+        if override.drop or any(isinstance(each, StoredPlan) for each in outcomes):
+            return outcomes
+    return [StoredRejection.of(job.item.id, rejection)]
 
 
 _WITHOUT_ROOMS = (Reason.NO_LEVEL, Reason.NO_INTERIOR)
@@ -248,12 +244,6 @@ def _furnish(plan: FloorPlan, settings: JobSettings) -> FloorPlan:
         if draw_whether_furnished(settings.furnished, rng):
             plan = furnish_plan(plan, rng)
     return plan
-
-
-def _check_not_dropped(override: Override) -> None:
-    if override.drop:
-        why = override.why or "no reason given"
-        raise Rejection("overrides", Reason.DROPPED_BY_HAND, why, "see overrides.toml")
 
 
 MORE_MEMORY = "allow more with --memory (limits.memory_gb in a manifest), or simplify the mesh"

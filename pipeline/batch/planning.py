@@ -17,7 +17,7 @@ import msgspec
 from houseexpo.corrections import Override
 from pipeline.batch import WORKER_MODULES
 from pipeline.batch.entry import Entry
-from pipeline.batch.file_records import are_size_and_time_same, describe_all_files
+from pipeline.batch.file_records import InputFiles
 from pipeline.batch.job import MORE_MEMORY, Job, JobSettings, Plan, make_plans, not_yet, run_job
 from pipeline.batch.listing import Listing
 from pipeline.batch.plan_store import PlanStore
@@ -126,7 +126,7 @@ class Planning:
                 or not all(self.plans.stands(kept, pictured=pictured) for kept in entry.plans)
             ):
                 yield Job(name, item, source, how, own)
-            elif self.rehash or not are_size_and_time_same(item, entry.files):
+            elif self.rehash or not InputFiles(item).look_like(entry.files):
                 yield Job(name, item, source, how, own, entry)
             elif entry.gone or entry.source != source:
                 self.known.put(msgspec.structs.replace(entry, source=source, gone=False))
@@ -171,4 +171,6 @@ def _entry_of_failure(job: Job, failure: Failure) -> Entry:
         return job.refusal(not_yet(failure.detail), transient=True)
     reason, advice = _REASONS[failure.kind]
     entry = job.refusal(Rejection("executor", reason, failure.detail, advice))
-    return msgspec.structs.replace(entry, files=describe_all_files(job.item), versions=dict(library_versions()))
+    return msgspec.structs.replace(
+        entry, files=InputFiles(job.item).described_unread(), versions=dict(library_versions())
+    )

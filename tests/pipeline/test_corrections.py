@@ -21,12 +21,12 @@ from houseexpo.grids.frame import plan_points_from_source
 from houseexpo.plan import Frame
 from pipeline.algorithm import plan_level
 from pipeline.overrides import (
+    LevelOverride,
     check_override_ids,
     correct_input,
     correct_level,
     is_id_of_input,
     load_overrides,
-    override_for_level,
     overrides_by_input,
     settle_override_ids,
 )
@@ -141,9 +141,9 @@ def test_of_two_tables_the_later_size_counts_but_unit_and_scale_go_together() ->
 
 def test_a_house_or_a_storey_of_it_is_dropped_or_kept_and_the_storey_counts() -> None:
     words = {"villa": Override(drop=True, why="a barn"), "villa_L1": Override(keep=True)}
-    assert override_for_level("villa_L0", words) == Override(drop=True, why="a barn")
-    assert override_for_level("villa_L1", words) == Override(keep=True, why="a barn")
-    assert not override_for_level("villas_L0", words).drop
+    assert LevelOverride.of("villa_L0", words, "").own == Override(drop=True, why="a barn")
+    assert LevelOverride.of("villa_L1", words, "").own == Override(keep=True, why="a barn")
+    assert not LevelOverride.of("villas_L0", words, "").own.drop
 
 
 def test_a_distance_in_the_file_gives_the_size_and_floors_the_storeys(tmp_path: Path) -> None:
@@ -210,9 +210,9 @@ def test_nodes_are_dropped_with_all_that_is_in_them_and_no_others(tmp_path: Path
 def test_doors_and_points_under_the_id_of_a_building_are_of_its_level() -> None:
     door, point = ((1.0, 2.0), (1.0, 3.0)), (5.0, 5.0)
     words = {"villa_B2_L1": Override(door=(door,), drop=True), "villa_L1": Override(no_room=(point,))}
-    assert override_for_level("villa_L1", words) == Override(door=(door,), no_room=(point,))
-    assert override_for_level("villa_L0", words) == Override()
-    assert override_for_level("villa", {"villa_B2": Override(door=(door,))}).door == (door,)
+    assert LevelOverride.of("villa_L1", words, "").own == Override(door=(door,), no_room=(point,))
+    assert LevelOverride.of("villa_L0", words, "").own == Override()
+    assert LevelOverride.of("villa", {"villa_B2": Override(door=(door,))}, "").own.door == (door,)
 
 
 def test_a_word_on_a_level_that_the_house_has_not_is_refused(tmp_path: Path) -> None:

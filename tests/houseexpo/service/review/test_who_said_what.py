@@ -8,9 +8,10 @@ from typing import Any
 
 import pytest
 
+from houseexpo.corrections import Override
 from houseexpo.errors import ConfigError
 from houseexpo.service.review.decisions import DecisionStore
-from pipeline.overrides import load_overrides, with_authors
+from pipeline.overrides import LevelOverride, load_overrides
 from tests.builders.services import two_rooms
 
 DOOR, OTHER = [[0.0, 0.0], [0.0, 0.9]], [[5.0, 0.0], [5.0, 1.0]]
@@ -19,7 +20,7 @@ DOOR, OTHER = [[0.0, 0.0], [0.0, 0.9]], [[5.0, 0.0], [5.0, 1.0]]
 def told(folder: Path, records: list[dict[str, Any]]) -> dict[str, Any]:
     """The provenance of a plan that was built with what a folder's files say."""
     plan = replace(two_rooms("house"), provenance={"corrections": records})
-    found = with_authors(plan, load_overrides(None, None, folder)).provenance
+    found = LevelOverride(Override(), load_overrides(None, None, folder)).named(plan).provenance
     assert found is not None
     return dict(found)
 
