@@ -37,6 +37,7 @@ STRAIGHTEN_LARGE_M: Final = (STRAIGHTEN_PATH_M, 0.05, 0.1, 0.2, 0.4)  # for path
 
 ROBOT_SPECK_M2: Final = 0.1  # a robot's area that is smaller is not counted: it is less than a disc of 18 cm radius
 SMALLEST_ROOM_M2: Final = 0.8  # a smaller space is part of the room behind its least likely door
+SMALLEST_SAID_ROOM_M2: Final = 0.2  # a closet that a person says is a room: 0.4 m x 0.5 m
 TILE_M2: Final = 0.05  # rooms and doors cover the free space up to this area (docs/format.md)
 ROUNDED_M2: Final = 0.01  # the area that rounding to the grid moves along a wall
 ROBOT_M: Final = 0.20  # the radius of a robot unless another is given; the pipeline connects plans for it

@@ -16,31 +16,22 @@ R6  ``room``: a space between walls that the plan does not have is one; ``room_o
     is free. Entrances that lead to its place lead into it. ``no_room``: the room there is none, and its doors to others
     lead outside. ``outside``: so do they, and where rooms meet it without a wall, they are open. ``label``: names a
     room.
-R7  At last the rooms must be joined: where words have parted them, the thinnest wall between them is cut, and that is
-    said. What no cut reaches is left out. A cut that a person's door makes needless goes.
+R7  At last, what words have parted is joined by a cut, or stays apart where a person says so (``joining``). That is
+    said.
 R8  A part that a person has said has confidence 1.
 """
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Final, Generic, Literal, TypeVar
 
 import numpy as np
-import shapely
-from shapely import Polygon
 
-from houseexpo.corrections.draft import (
-    Draft,
-    DraftDoor,
-    DraftRoom,
-    Space,
-    Vector,
-)
-from houseexpo.corrections.openings import SNAP_M, STEP_M, WALL_REACH_M, Strip, edges_of, faces_beside
-from houseexpo.corrections.passages import clear_part, fit_to_wall, part_together, place_passage, remove_passage
+from houseexpo.corrections.draft import Draft, Space, Vector
+from houseexpo.corrections.joining import settle
+from houseexpo.corrections.passages import part_onward, part_together, place_passage, remove_passage
 from houseexpo.corrections.rooms import (
     add_room,
     draw_room,
@@ -50,7 +41,14 @@ from houseexpo.corrections.rooms import (
     remove_room,
     remove_wall,
 )
-from houseexpo.corrections.saying import AlreadySoError, NoEffectError, PartsNothingError, Placed, Said
+from houseexpo.corrections.saying import (
+    AlreadySoError,
+    NoEffectError,
+    PartsNothingError,
+    Placed,
+    Said,
+    contradiction,
+)
 from houseexpo.corrections.vocabulary import Correction, Word
 from houseexpo.grids.frame import plan_points_from_source
 from houseexpo.inference import with_rooms
@@ -142,34 +140,66 @@ def _in_plan(plan: PlanData, correction: Correction) -> Vector:
 
 
 def _apply_all(draft: Draft, placed: Sequence[Placed]) -> list[Effect]:
-    """Apply words in turn; lines that wait are tried together after the last of their kind (R3)."""
+    """Apply words in turn; what does nothing is tried again after the others, lines that wait then together (R3)."""
     effects: list[Effect] = []
     last = max((k for k, each in enumerate(placed) if each.correction.word in _PARTING), default=-1)
     for k, each in enumerate(placed):
-        effects.append(_apply(draft, each))
-        waiting = [number for number, effect in enumerate(effects) if effect.waits] if k == last else []
-        if len(waiting) > 1:
-            for number, said in part_together(draft, [placed[at] for at in waiting]).items():
-                effects[waiting[number]] = Effect(placed[waiting[number]].correction, "done", said.text)
+        effects.append(_apply(draft, each, _WORDS[each.correction.word]))
+        if k == last:
+            _apply_waiting(draft, placed, effects)
+    has_more = True
+    while has_more:  # a room in which a word acts may be the work of a later one
+        idle = [k for k, effect in enumerate(effects) if effect.outcome == "none" and not effect.waits]
+        for k in idle:
+            effects[k] = _apply(draft, placed[k], _WORDS[placed[k].correction.word])
+        has_more = any(effects[k].outcome == "done" for k in idle)
     return effects
 
 
 _PARTING: Final = frozenset({"door", "opening"})
 
 
-def _apply(draft: Draft, placed: Placed) -> Effect:
+def _apply_waiting(draft: Draft, placed: Sequence[Placed], effects: list[Effect]) -> None:
+    """Part rooms along lines that part none alone: together, or else as far as each goes on straight (R3)."""
+    waiting = [number for number, effect in enumerate(effects) if effect.waits]
+    before = draft.state()
+    together = part_together(draft, [placed[at] for at in waiting])
+    if together and (said := _parted_again(draft)):
+        draft.restore(before)
+        together = {}
+        for number in waiting:
+            effects[number] = Effect(placed[number].correction, "none", str(contradiction(said, "joins them, and")))
+    for number, at in enumerate(waiting):
+        if number in together:
+            effects[at] = Effect(placed[at].correction, "done", together[number].text)
+        elif effects[at].waits:
+            onward = _apply(draft, placed[at], part_onward)
+            effects[at] = onward if onward.outcome == "done" else effects[at]
+
+
+def _parted_again(draft: Draft) -> str:
+    """Return a correction that has made rooms one which are several again, "" if there is none."""
+    for places, said in draft.joined:
+        if len({id(draft.room_at(place)) for place in places}) > 1:
+            return said
+    return ""
+
+
+def _apply(draft: Draft, placed: Placed, word: Callable[[Draft, Placed], Said]) -> Effect:
     correction = placed.correction
-    before = list(draft.rooms), list(draft.doors)
+    before = draft.state()
     try:
-        done = _WORDS[correction.word](draft, placed)
+        done = word(draft, placed)
+        if correction.word in _PARTING and (said := _parted_again(draft)):
+            raise contradiction(said, "joins them, and")
     except AlreadySoError as stands:
         return Effect(correction, "already", str(stands))
     except PartsNothingError as waits:
-        draft.rooms, draft.doors = before
+        draft.restore(before)
         said = f"{waits}; it waits for other lines that part it together with this one"
         return Effect(correction, "none", said, waits=True)
     except NoEffectError as refused:
-        draft.rooms, draft.doors = before
+        draft.restore(before)
         return Effect(correction, "none", str(refused))
     return Effect(correction, "done", done.text, tuple(done.also))
 
@@ -189,99 +219,3 @@ _WORDS: Final[Mapping[Word, Callable[[Draft, Placed], Said]]] = {
     "outside": remove_room,
     "label": name_room,
 }
-
-
-# Join what words have parted, and take out what they make needless (R7).
-
-
-CUT_M: Final = 0.8
-"""The width of a cut: ``pipeline.config.ConnectivityConfig.cut_width_m``."""
-
-_SAME_M: Final = 1e-6
-"""Walls whose thickness differs by less are equally thin, metres."""
-
-
-def settle(draft: Draft) -> Iterator[str]:
-    """Join what words have parted, and take out the cuts that a person's door makes needless; yield what was done."""
-    while len(groups := draft.pieces()) > 1:
-        found = _thinnest_wall(draft, groups[-1], groups[:-1])
-        names = " and ".join(draft.name(room) for room in groups[-1][:3])
-        if found is None:
-            for room in groups[-1]:
-                draft.remove_room(room)
-            yield f"nothing leads into {names} any more, and no wall near is thin enough for a cut: left out"
-            continue
-        strip, (one, other) = found
-        area = clear_part(strip.polygon(deeper_m=STEP_M), (room.shape for room in draft.rooms), strip.centre)
-        draft.doors.append(DraftDoor("cut", area, strip.ends, (one, other), None))
-        yield (
-            f"nothing else led into {names}: a cut of {strip.length:.2f} m joins {draft.name(one)} and "
-            f"{draft.name(other)}; if the way is elsewhere, draw the door"
-        )
-    yield from _without_needless_cuts(draft)
-
-
-def _without_needless_cuts(draft: Draft) -> Iterator[str]:
-    for cut in [door for door in draft.doors if door.kind == "cut" and door.before is not None]:
-        if not _was_needed(draft, cut):
-            continue
-        without = [door for door in draft.doors if door is not cut]
-        kept, draft.doors = draft.doors, without
-        if len(draft.pieces()) > 1:
-            draft.doors = kept
-        else:
-            one, other = cut.rooms
-            assert other is not None  # noqa: S101  # a cut joins two rooms
-            yield f"the cut between {draft.name(one)} and {draft.name(other)} is not needed any more, and gone"
-
-
-def _was_needed(draft: Draft, cut: DraftDoor) -> bool:
-    """Return whether nothing but a cut joined two parts of the plan as it was."""
-    before = Draft(draft.plan)
-    before.doors = [door for door in before.doors if door.before is not cut.before]
-    return len(before.pieces()) > 1
-
-
-def _thinnest_wall(
-    draft: Draft, part: Sequence[DraftRoom], others: Sequence[Sequence[DraftRoom]]
-) -> tuple[Strip, tuple[DraftRoom, DraftRoom]] | None:
-    """Return where the thinnest wall between some rooms and the others takes a cut, clear of other passages.
-
-    A wall is no thinner than the way from its line to the nearest other room. So lines are tried from the nearest on,
-    until none can be thinner; of equally thin walls, the first along the rooms' edges is taken.
-    """
-    rest = [room for group in others for room in group]
-    shapes = [room.shape for room in rest]
-    taken = shapely.union_all([door.shape for door in draft.doors]) if draft.doors else Polygon()
-    lines = [(room, line, side) for room in part for line, side in _lines_along(room.shape)]
-    ways = shapely.distance([shapely.LineString(line.ends) for _, line, _ in lines], shapely.union_all(shapes))
-    found: list[tuple[int, Strip, tuple[DraftRoom, DraftRoom]]] = []
-    thinnest = math.inf
-    for k in np.argsort(ways, kind="stable").tolist():
-        if ways[k] > min(thinnest, WALL_REACH_M) + _SAME_M:
-            break
-        room, line, side = lines[k]
-        faces = faces_beside(line, [room.shape, *shapes])
-        there = faces.shapes[side] - 1
-        low, high = faces.clear
-        if there < 0 or high - low < CUT_M - 0.02:
-            continue
-        strip = fit_to_wall(line, faces)
-        if strip.depth <= thinnest + _SAME_M and not strip.polygon().intersects(taken):
-            found.append((k, strip, (room, rest[there])))
-            thinnest = min(thinnest, strip.depth)
-    best = min((each for each in found if each[1].depth <= thinnest + _SAME_M), default=None, key=lambda each: each[0])
-    return None if best is None else best[1:]
-
-
-def _lines_along(shape: Polygon) -> Iterator[tuple[Strip, int]]:
-    """Yield the lines as wide as a cut, just outside a room along its edges, in steps, and the side away from it."""
-    for start, end in zip(*edges_of([shape]), strict=True):
-        length = math.dist(start, end)
-        if length < CUT_M:
-            continue
-        along = (end - start) / length
-        for at in np.arange(CUT_M / 2, length - CUT_M / 2 + 1e-9, SNAP_M).tolist():
-            line = Strip(start + along * at, along, CUT_M, 0.0)
-            outside = -1 if shape.covers(shapely.Point(line.before(1, 0.02))) else 1
-            yield Strip(line.centre + outside * line.across * 0.01, along, CUT_M, 0.0), 0 if outside < 0 else 1

@@ -5,6 +5,8 @@ Coordinates are those of the plan that was taken apart, metres.
 R1  A room or a door that nothing changed keeps its ring, to the last digit; only its id may be another.
 R2  What was changed is rounded to the grid together with what touches it, so that neighbours share their edges.
 R3  The plan starts at the same margin as before; its frame maps to the same place in the source.
+R4  A plan has one outline. Rooms that no passage joins to the others are joined to it by a slit of the grid's width
+    through the thinnest wall between them: it is no passage, and no robot fits through.
 """
 
 from __future__ import annotations
@@ -12,12 +14,14 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from itertools import pairwise
+from typing import Any, Final
 
 import numpy as np
 import numpy.typing as npt
 import shapely
 from shapely import Polygon
+from shapely.geometry.base import BaseGeometry
 
 from houseexpo.analysis.navigability import navigability
 from houseexpo.inference.snapping import snap_polygons, tile_on_grid
@@ -25,7 +29,7 @@ from houseexpo.plan import Door, Room
 from houseexpo.plan.model import PlanData, shift_plan
 from houseexpo.plan.parts import Box, DoorKind, PlanObject
 from houseexpo.plan.room_labels import UNLABELLED
-from houseexpo.tolerances import GRID_M, ROUNDED_M2, SAME_M2, SMALLEST_ROOM_M2
+from houseexpo.tolerances import GRID_M, ROUNDED_M2, SAME_M2, SMALLEST_ROOM_M2, SMALLEST_SAID_ROOM_M2
 
 Vector = npt.NDArray[np.float64]
 
@@ -118,6 +122,21 @@ class Draft:
         """The walls that a person has said."""
         self.taken_out: list[Place] = []
         """The rooms that a person has taken out."""
+        self.joined: list[tuple[list[Vector], str]] = []
+        """A place in each of the rooms that a person has made one, and the correction."""
+        self.denied: list[Polygon] = []
+        """The places at which a person has taken a passage out."""
+
+    def state(self) -> list[tuple[Any, dict[str, Any]]]:
+        """Return what ``restore`` brings back."""
+        own = {name: list(value) if isinstance(value, list) else value for name, value in vars(self).items()}
+        return [(self, own), *((part, dict(vars(part))) for part in (*self.rooms, *self.doors))]
+
+    @staticmethod
+    def restore(state: Iterable[tuple[Any, dict[str, Any]]]) -> None:
+        """Bring back what was before a word that is refused."""
+        for part, values in state:
+            vars(part).update(values)
 
     @property
     def inner_doors(self) -> list[DraftDoor]:
@@ -147,6 +166,10 @@ class Draft:
         """Return what a room is called in messages."""
         what = "room" if room.label == UNLABELLED else room.label.lower().replace("_", " ")
         return f"the {what} of {room.shape.area:.1f} m2"
+
+    def names(self, rooms: Sequence[DraftRoom]) -> str:
+        """Return what several rooms are called, the first three of them."""
+        return " and ".join(self.name(room) for room in rooms[:3])
 
     def remove_room(self, room: DraftRoom, *, open_outside: bool = False) -> None:
         """Remove a room with its passages; doors to rooms that stay become entrances where ``open_outside``."""
@@ -211,7 +234,7 @@ class Draft:
         rooms = tuple(_room(k, room) for k, room in enumerate(self.rooms))
         doors = tuple(_door(k, door, numbers) for k, door in enumerate(self.doors))
         floor = [*(room.shape for room in self.rooms), *(door.shape for door in self.inner_doors)]
-        outline = _largest(shapely.union_all(floor, grid_size=GRID_M))
+        outline = _in_one(shapely.union_all(floor, grid_size=GRID_M))
         (verts, holes), *_ = snap_polygons([outline])
         plan = replace(
             self.plan,
@@ -302,13 +325,46 @@ def split_pieces(shape: shapely.Geometry) -> list[Polygon]:
 
 
 def is_room_sized(shape: Polygon) -> bool:
-    """Return whether a shape is large enough for a room."""
+    """Return whether a shape is large enough for a room that nobody names."""
     return bool(shape.area >= SMALLEST_ROOM_M2)
+
+
+def may_be_room(shape: Polygon) -> bool:
+    """Return whether a shape is large enough for a room, if a person says that it is one."""
+    return bool(shape.area >= SMALLEST_SAID_ROOM_M2)
 
 
 def _largest(shape: shapely.Geometry) -> Polygon:
     parts = [part for part in shapely.get_parts(shape) if isinstance(part, Polygon)]
     return max(parts, key=lambda part: part.area, default=Polygon())
+
+
+def _in_one(floor: BaseGeometry) -> Polygon:
+    """Return a floor in one piece (R4)."""
+    while len(parts := split_pieces(floor)) > 1:
+        near, far = shapely.get_coordinates(shapely.shortest_line(parts[0], shapely.union_all(parts[1:])))
+        tries = (shapely.union_all([*parts, *_slit(near, far, side)], grid_size=GRID_M) for side in _SIDES)
+        floor = next(joined for joined in tries if len(split_pieces(joined)) < len(parts))
+    return parts[0]
+
+
+_SIDES: Final = tuple(np.array(side) for side in ((0, 0), (-1, 0), (0, -1), (-1, -1)))
+"""The cells that meet at a point of the grid: at the tip of a corner, one of them lies in the floor."""
+_ONTO: Final = 3
+"""Cells by which a slit goes on into the floor at both ends, whose edges may be oblique."""
+
+
+def _slit(a: Vector, b: Vector, side: Vector) -> list[Polygon]:
+    """Return areas along the axes, a cell of the grid wide, that lead from one point to another."""
+    cells_a, cells_b = (np.round(point / GRID_M) + side for point in (a, b))
+    along = int(np.argmax(np.abs(cells_b - cells_a)))
+    onto = _ONTO * np.eye(2)[along] * (1 if cells_b[along] >= cells_a[along] else -1)
+    middle = np.floor((cells_a + cells_b) / 2)
+    bends = (np.where(np.arange(2) == along, middle, end) for end in (cells_a, cells_b))
+    return [
+        shapely.box(*(np.minimum(one, other) * GRID_M), *((np.maximum(one, other) + 1) * GRID_M))
+        for one, other in pairwise([cells_a - onto, *bends, cells_b + onto])
+    ]
 
 
 def _share_edge(one: Polygon, other: Polygon) -> bool:

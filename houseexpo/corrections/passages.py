@@ -12,7 +12,7 @@ import numpy as np
 import shapely
 from shapely import Polygon
 
-from houseexpo.corrections.draft import Draft, DraftDoor, DraftRoom, Vector, is_room_sized, split_pieces
+from houseexpo.corrections.draft import Draft, DraftDoor, DraftRoom, Vector, is_room_sized, may_be_room, split_pieces
 from houseexpo.corrections.openings import (
     ALONG,
     MEETS_M,
@@ -34,10 +34,12 @@ from houseexpo.corrections.openings import (
 from houseexpo.corrections.saying import AlreadySoError, NoEffectError, PartsNothingError, Placed, Said, contradiction
 from houseexpo.corrections.vocabulary import Word
 from houseexpo.plan.parts import DoorKind
-from houseexpo.tolerances import MIN_DOOR_M, ROUNDED_M2, SMALLEST_ROOM_M2
+from houseexpo.tolerances import MIN_DOOR_M, ROUNDED_M2, SMALLEST_SAID_ROOM_M2
 
 WIDEST_DOOR_M: Final = 2.5
 """What is wider is an opening: ``pipeline.config.DoorsConfig.widest_m``."""
+_ONWARD_FAR_M: Final = 5.0
+"""How far the line of a passage with free ends goes on to walls that it parts a room with, metres: across a hall."""
 _INTO_M: Final = 0.03
 """How far into the wall a line is moved that was drawn on its face, metres."""
 
@@ -202,7 +204,7 @@ def space_behind(draft: Draft, strip: Strip, side: int, faces: Faces) -> DraftRo
     """Return the space into which nothing led, on one side of a line (R3)."""
     lost = [space for space in draft.spaces if not space.reachable]
     free = [free_part(draft, space.shape) for space in lost]
-    shapes = [shape for shape in free if shape is not None and is_room_sized(shape)]
+    shapes = [shape for shape in free if shape is not None and may_be_room(shape)]
     found = faces_beside(strip, shapes).shapes[side]
     return DraftRoom(shapes[found], confidence=None) if found >= 0 and faces.shapes[1 - side] >= 0 else None
 
@@ -324,19 +326,109 @@ def _on_floor(draft: Draft, strip: Strip, room: DraftRoom, placed: Placed) -> Sa
     sides = _sides_of(passage, parts)
     if sides[0] is sides[1]:
         raise PartsNothingError(f"its line parts nothing: {draft.name(room)} goes on around it")
-    if small := next((part for part in sides if not is_room_sized(part)), None):
-        raise NoEffectError(f"it would part off {small.area:.1f} m2 only, a room has {SMALLEST_ROOM_M2} m2 or more")
-    kept = [part for part in parts if is_room_sized(part)]
-    made = draft.replace_room(room, kept)
-    one, other = (next(each for each in made if each.shape is side) for side in sides)
-    draft.doors.append(_passage_on(passage, room.shape, (one, other), placed))
-    for part in made:
-        part.confidence = 1.0 if part.confidence is not None else None
-    parted = f"{draft.name(one)} and {draft.name(other)}"
-    said = Said(f"{with_article(draft.doors[-1].kind)} of {passage.length:.2f} m parts a room into {parted}")
+    said = _parted(draft, room, parts, [passage], placed)
     if max(onward) > STEP_M:
         said.also.append(f"a wall of {max(onward[0], 0) + max(onward[1], 0):.2f} m closes its line")
     return said
+
+
+def _parted(draft: Draft, room: DraftRoom, parts: Sequence[Polygon], passages: Sequence[Strip], placed: Placed) -> Said:
+    """Put the parts of a room in its place, and passages between them, of which the first is the one that is said."""
+    sides = [_sides_of(passage, parts) for passage in passages]
+    if small := next((part for part in sides[0] if not may_be_room(part)), None):
+        least = f"a room has {SMALLEST_SAID_ROOM_M2} m2 or more"
+        raise NoEffectError(f"it would part off {small.area:.1f} m2 only, {least}")
+    kept = [part for part in parts if is_room_sized(part) or any(part is side for side in sides[0])]
+    made = draft.replace_room(room, kept)
+    for passage, beside in zip(passages, sides, strict=True):
+        joins = [next((each for each in made if each.shape is side), None) for side in beside]
+        if joins[0] is not None and joins[1] is not None:
+            draft.doors.append(_passage_on(passage, room.shape, (joins[0], joins[1]), placed))
+            if passage is not passages[0]:
+                draft.doors[-1].kind = "opening"
+    for part in made:
+        part.confidence = 1.0 if part.confidence is not None else None
+    one, other = (next(each for each in made if each.shape is side) for side in sides[0])
+    kind = with_article(_kind(placed.correction.word, passages[0].length))
+    return Said(f"{kind} of {passages[0].length:.2f} m parts a room into {draft.name(one)} and {draft.name(other)}")
+
+
+def part_onward(draft: Draft, placed: Placed) -> Said:
+    """Part a room along a line whose ends are free, or meet posts: it goes on straight, past posts, to where it parts.
+
+    What of it is floor beyond a post, or longer than a wall beside a door may be, is an opening as well.
+
+    Raises
+    ------
+    NoEffectError
+        It parts nothing within ``_ONWARD_FAR_M`` of its ends.
+    """
+    strip = in_its_wall(draft, strip_of(*placed.points))
+    room = draft.room_at(strip.centre)
+    if room is None or placed.correction.word == "entrance":
+        raise NoEffectError("it lies in a wall")
+    strip = squared(strip, room.shape)
+    floors = _floor_on_line(strip, room.shape)
+    half = strip.length / 2
+    lows = [low for low, high in floors if low <= SNAP_M - half]
+    highs = [high for _, high in floors if high >= half - SNAP_M]
+    tries = sorted(((low, high) for low in lows for high in highs), key=lambda ends: (ends[1] - ends[0], ends))
+    for low, high in tries:
+        whole = Strip(strip.centre + strip.along * (low + high) / 2, strip.along, high - low, SAID_WALL_M)
+        parts = split_pieces(shapely.difference(room.shape, whole.polygon(longer_m=STEP_M)))
+        spans, walls = _spans(floors, (low, high), half)
+        passages = [Strip(strip.centre + strip.along * (a + b) / 2, strip.along, b - a, SAID_WALL_M) for a, b in spans]
+        if any(one is other for one, other in (_sides_of(passage, parts) for passage in passages)):
+            continue
+        said = _parted(draft, room, parts, passages, placed)
+        if len(passages) > 1:
+            more = sum(passage.length for passage in passages[1:])
+            said.also.append(f"its line goes on to the walls beyond: it is open there too, for {more:.2f} m")
+        if walls > STEP_M:
+            said.also.append(f"a wall of {walls:.2f} m closes its line")
+        return said
+    raise PartsNothingError(f"its line parts nothing: {draft.name(room)} goes on around it")
+
+
+def _floor_on_line(strip: Strip, floor: Polygon) -> list[tuple[float, float]]:
+    """Return where the straight line through a strip is floor, in order, as far as posts interrupt it; metres.
+
+    Positions are measured from its middle.
+    """
+    reach = strip.along * (strip.length / 2 + _ONWARD_FAR_M)
+    line = shapely.LineString([strip.centre - reach, strip.centre + reach])
+    ends = [
+        sorted(dot(point - strip.centre, strip.along) for point in shapely.get_coordinates(part)[[0, -1]])
+        for part in shapely.get_parts(shapely.intersection(line, floor))
+        if part.length > STEP_M
+    ]
+    spans = sorted((low, high) for low, high in ends)
+    far = strip.length / 2 + _ONWARD_FAR_M - MEETS_M
+    kept = [span for span in spans if span[1] > -strip.length / 2 and span[0] < strip.length / 2]
+    for span in [each for each in spans if each[0] >= strip.length / 2]:
+        if kept and span[0] - kept[-1][1] <= WALL_REACH_M:
+            kept.append(span)
+    for span in [each for each in spans if each[1] <= -strip.length / 2][::-1]:
+        if kept and kept[0][0] - span[1] <= WALL_REACH_M:
+            kept.insert(0, span)
+    return [(low, high) for low, high in kept if low > -far and high < far]
+
+
+def _spans(
+    floors: Sequence[tuple[float, float]], ends: tuple[float, float], half_m: float
+) -> tuple[list[tuple[float, float]], float]:
+    """Return the passages in a line, that which is said first, and how much of its floor is wall, metres."""
+    spans, walls = [(-half_m, half_m)], 0.0
+    for low, high in floors:
+        for a, b in ((low, min(high, -half_m)), (max(low, half_m), high)):
+            if b - a < STEP_M or a < ends[0] - MEETS_M or b > ends[1] + MEETS_M:
+                continue
+            is_beside = low < half_m and high > -half_m
+            if b - a < MIN_DOOR_M or (is_beside and b - a <= ONWARD_M):
+                walls += b - a
+            else:
+                spans.append((a, b))
+    return spans, walls
 
 
 def _line_on_floor(draft: Draft, strip: Strip, room: DraftRoom, word: Word) -> tuple[Strip, Strip, tuple[float, float]]:
@@ -346,7 +438,7 @@ def _line_on_floor(draft: Draft, strip: Strip, room: DraftRoom, word: Word) -> t
     strip = squared(strip, room.shape)
     found = drawn_on(strip, room.shape)
     if found is None:
-        raise NoEffectError(
+        raise PartsNothingError(
             f"it lies in {draft.name(room)}, and its line meets no wall within {ONWARD_M:g} m of both ends; draw it in "
             "a wall, or draw the wall first"
         )
@@ -386,7 +478,7 @@ def part_together(draft: Draft, waiting: Sequence[Placed]) -> dict[int, Said]:
         kept: list[Polygon] = []
         while len(lines) > 1:
             walls = shapely.union_all([whole.polygon(longer_m=STEP_M) for whole, _ in lines.values()])
-            kept = [part for part in split_pieces(shapely.difference(room.shape, walls)) if is_room_sized(part)]
+            kept = [part for part in split_pieces(shapely.difference(room.shape, walls)) if may_be_room(part)]
             idle = [k for k, (_, passage) in lines.items() if len({*map(id, _sides_of(passage, kept))}) == 1]
             if not idle:
                 break
@@ -418,5 +510,6 @@ def remove_passage(draft: Draft, placed: Placed) -> Said:
     if door.said:
         raise contradiction(door.said)
     draft.doors.remove(door)
+    draft.denied.append(door.shape)
     what = "a window" if placed.correction.word == "window" else "wall"
     return Said(f"the {door.kind} of {door.width:.2f} m there is {what}")

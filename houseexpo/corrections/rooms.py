@@ -13,7 +13,17 @@ import shapely
 from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
-from houseexpo.corrections.draft import Draft, DraftDoor, DraftRoom, Place, Vector, is_room_sized, split_pieces
+from houseexpo.corrections.draft import (
+    Draft,
+    DraftDoor,
+    DraftRoom,
+    Place,
+    Space,
+    Vector,
+    is_room_sized,
+    may_be_room,
+    split_pieces,
+)
 from houseexpo.corrections.openings import (
     MEETS_M,
     SAID_WALL_M,
@@ -67,7 +77,7 @@ def place_wall(draft: Draft, placed: Placed) -> Said:
     edge = shapely.union_all([room.shape.boundary for room in crossed])
     reach = []
     for end, way in ((starts, -strip.along), (ends, strip.along)):  # a free end snaps to the wall before it
-        ray = shapely.LineString([end, end + way * SNAP_M])
+        ray = shapely.LineString([end - way * MEETS_M, end + way * SNAP_M])
         hit = shapely.intersection(ray, edge)
         reach.append(0.0 if hit.is_empty else float(shapely.Point(end).distance(hit)) + SAID_WALL_M)
     low, high = -strip.length / 2 - reach[0], strip.length / 2 + reach[1]
@@ -87,6 +97,7 @@ def place_wall(draft: Draft, placed: Placed) -> Said:
         closed = shapely.difference(left, shapely.union_all(_gaps_beside(left, drawn)))
         if len(closed_parts := _parts_of(closed)) > len(kept):
             kept = closed_parts
+        draft.spaces += _closets(left, kept)
         if len(kept) > 1:
             made = draft.replace_room(room, kept)
             also.append("it parts a room into " + " and ".join(draft.name(each) for each in made))
@@ -108,6 +119,13 @@ def _parts_of(left: BaseGeometry) -> list[Polygon]:
     """Return the parts of a room that are as large as one, or the largest part."""
     parts = split_pieces(left)
     return [part for part in parts if is_room_sized(part)] or parts[:1]
+
+
+def _closets(left: BaseGeometry, kept: Sequence[Polygon]) -> Iterator[Space]:
+    """Yield what a wall has cut off that is a room only if a person says so, by a door or a point in it."""
+    for part in split_pieces(left):
+        if not is_room_sized(part) and may_be_room(part) and not any(part.intersects(other) for other in kept):
+            yield Space(part, reachable=False)
 
 
 def _gaps_beside(left: BaseGeometry, walls: BaseGeometry) -> list[BaseGeometry]:
@@ -169,7 +187,7 @@ def add_room(draft: Draft, placed: Placed) -> Said:
         raise AlreadySoError(f"{draft.name(there)} is there already")
     point = shapely.Point(place)
     free = [free_part(draft, space.shape) for space in draft.spaces if space.shape.covers(point)]
-    shape = next((each for each in free if each is not None and each.covers(point) and is_room_sized(each)), None)
+    shape = next((each for each in free if each is not None and each.covers(point) and may_be_room(each)), None)
     if shape is None:
         raise NoEffectError(
             f"no closed space between walls is known there; the nearest room is "
@@ -196,7 +214,7 @@ def draw_room(draft: Draft, placed: Placed) -> Said:
         )
     walled = shapely.union_all([room.shape for room in draft.rooms]).buffer(SAID_WALL_M, join_style="mitre")
     shape = free_part(draft, shapely.difference(drawn, walled))
-    if shape is None or not is_room_sized(shape):
+    if shape is None or not may_be_room(shape):
         raise NoEffectError("other rooms and passages take all of it")
     far = min((float(each.shape.distance(drawn)) for each in draft.rooms), default=math.inf)
     if far > FARTHEST_ROOM_M:
@@ -322,6 +340,7 @@ def _merge(draft: Draft, rooms: Sequence[DraftRoom], gaps: Sequence[Polygon], te
         raise NoEffectError(
             f"more than {WALL_REACH_M / 2:g} m of wall stand between them; draw a door or an opening there"
         )
+    draft.joined.append(([shapely.get_coordinates(room.shape.representative_point())[0] for room in rooms], text))
     first = max(rooms, key=lambda room: (room.label != UNLABELLED, room.shape.area))
     words = tuple(dict.fromkeys(word for room in rooms for word in room.words))
     made = DraftRoom(parts[0], first.label, words, None if first.confidence is None else 1.0, said=text)

@@ -15,7 +15,7 @@ from typing import Any, Final, Literal, NamedTuple, TypeAlias
 
 from houseexpo.errors import ConfigError
 from houseexpo.plan.room_labels import LABELS, UNLABELLED, canonical
-from houseexpo.tolerances import MIN_DOOR_M, SMALLEST_ROOM_M2
+from houseexpo.tolerances import MIN_DOOR_M, SMALLEST_SAID_ROOM_M2
 
 NAME: Final = "overrides.toml"
 LOG: Final = "overrides.log.jsonl"
@@ -65,10 +65,10 @@ WORDS: Final[dict[Word, Form]] = {
     "room_outline": Form("[[x, y], [x, y], [x, y], ...]", 2, "the area between these corners is a room"),
     "wall": Form(_LINE, 2, "a wall stands here, from end to end"),
     "no_wall": Form(_LINE, 2, "no wall stands here, from end to end: what lies at both sides is one room"),
+    "one_room": Form("[[x, y], [x, y], ...]", 2, "the rooms around these points are one room"),
     "door": Form(_LINE, 2, "there is a door here, from jamb to jamb"),
     "opening": Form(_LINE, 2, "there is an opening without a door here, from jamb to jamb"),
     "entrance": Form(_LINE, 2, "a door leads outside here, from jamb to jamb"),
-    "one_room": Form("[[x, y], [x, y], ...]", 2, "the rooms around these points are one room"),
     "no_door": Form("[x, y]", 1, "there is no door, opening, entrance or cut here"),
     "window": Form("[x, y]", 1, "what the plan has as a passage here is a window: nobody walks through it"),
     "no_room": Form("[x, y]", 1, "the region around this point is no room"),
@@ -312,8 +312,8 @@ def _checked_outline(points: tuple[Point, ...]) -> tuple[Point, ...]:
     shape = Polygon(points)
     if not shape.is_valid:
         raise ConfigError(f"room_outline: expected sides that do not cross, found {is_valid_reason(shape)}")
-    if shape.area < SMALLEST_ROOM_M2:
-        raise ConfigError(f"room_outline: expected {SMALLEST_ROOM_M2} m2 or more, found {shape.area:.2f} m2")
+    if shape.area < SMALLEST_SAID_ROOM_M2:
+        raise ConfigError(f"room_outline: expected {SMALLEST_SAID_ROOM_M2} m2 or more, found {shape.area:.2f} m2")
     return points
 
 

@@ -26,7 +26,7 @@ from houseexpo.floorplan import FloorPlan
 from houseexpo.grids.frame import plan_points_from_source
 from houseexpo.plan import Room
 from houseexpo.plan.room_labels import UNLABELLED
-from houseexpo.tolerances import SMALLEST_ROOM_M2
+from houseexpo.tolerances import SMALLEST_SAID_ROOM_M2
 from pipeline.geometry.areas import enclosed_pieces, unite
 from pipeline.geometry.meshes import Mesh, merge_meshes
 from pipeline.geometry.prisms import Prism, Prisms, extrude_polygon
@@ -126,7 +126,7 @@ def _room_of(level: Level, said: Correction, closed: Sequence[Polygon]) -> Polyg
         return Polygon(_points(level, said))
     if said.word == "room":
         point = shapely.Point(_points(level, said)[0])
-        return next((each for each in closed if each.covers(point) and each.area >= SMALLEST_ROOM_M2), None)
+        return next((each for each in closed if each.covers(point) and each.area >= SMALLEST_SAID_ROOM_M2), None)
     return None
 
 

@@ -1,8 +1,6 @@
 """Ask a person about the doubtful places of a plan: one sentence, two contrary answers, what is worth most first.
 
-R1  A cut was made since nothing showed a way between two parts of the plan: there is a door, or there is none. A plan
-    is one floor that a robot can drive, so where somebody says that there is none, the next wall is cut instead. That
-    is not asked again: nobody has seen a way into this room.
+R1  A cut was made since nothing showed a way between two parts of the plan: there is a door, or there is none.
 R2  A passage or a room that is rated below ``ASKED_BELOW`` is asked about.
 R3  Rooms that meet without a wall are one room, or they stay two; only where nobody has drawn a wall.
 R4  What a person has answered or left is not asked again. Answers are words of the storey, as if they had been drawn.
@@ -101,16 +99,15 @@ def questions(
     left: Collection[str] = (),
     source: SourceView | None = None,
     closed: Sequence[tuple[float, float]] = (),
-    no_doors: Sequence[tuple[float, float]] = (),
 ) -> list[Question]:
     """Return what is to be asked of a plan, what is worth most first (R1 to R8).
 
     ``left`` are the questions that were left; ``closed`` are places of which somebody has said that no door or room
-    is there, ``no_doors`` those of them that are no doors.
+    is there.
     """
     if plan.frame is None:
         return []
-    found = [*_passages(plan, no_doors), *_rooms(plan), *_meetings(plan), *_corners(plan)]
+    found = [*_passages(plan), *_rooms(plan), *_meetings(plan), *_corners(plan)]
     if source is not None and source.plan is not None:
         dx, dy = _shift(plan, source)
         found += [
@@ -130,15 +127,11 @@ def _in_order(asked: Sequence[Question], area: float) -> list[Question]:
     return sorted(asked, key=lambda each: (each.doubt < 1.0, -best[each.kind], each.kind, -worth[each.key], each.key))
 
 
-def _passages(plan: FloorPlan, no_doors: Sequence[tuple[float, float]]) -> Iterator[Question]:
-    denied = shapely.multipoints(no_doors) if no_doors else None
+def _passages(plan: FloorPlan) -> Iterator[Question]:
     for door in plan.doors:
         doubt = _doubt(door.confidence)
         if door.kind == "cut":  # R1
             doubt = max(doubt or _CUT, _CUT)
-            smaller = min((plan.rooms[side] for side in door.rooms if side is not None), key=lambda room: room.area)
-            if denied is not None and denied.distance(smaller.polygon) < _WIDEST_WALL_M:
-                continue
         if doubt is None:
             continue
         between, at = room_names_beside(plan, door), _middle(door)

@@ -412,8 +412,7 @@ class Review:
         effects = said_corrections(plan, told)
         ghosts = self._mark_ghosts(name, plan, effects, left)
         closed = [tuple(each["points"][0]) for each in effects if each["word"] in _DENIED]
-        no_doors = [tuple(each["points"][0]) for each in effects if each["word"] == "no_door"]
-        asked = msgspec.to_builtins(with_effect(told.plan, questions(told.plan, left, source, closed, no_doors)))
+        asked = msgspec.to_builtins(with_effect(told.plan, questions(told.plan, left, source, closed)))
         return {
             **plan_facts(told.plan),
             "plan": name,  # a plan of the source has the id that its input alone would have

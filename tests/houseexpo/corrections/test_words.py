@@ -9,14 +9,16 @@ import pytest
 from shapely import Polygon
 
 from houseexpo.corrections import Correction, Override
-from houseexpo.corrections.apply import CUT_M, Corrected, correct_plan
+from houseexpo.corrections.apply import Corrected, correct_plan
 from houseexpo.corrections.draft import Space
+from houseexpo.corrections.joining import CUT_M
 from houseexpo.corrections.passages import WIDEST_DOOR_M
 from houseexpo.corrections.vocabulary import UNITS, WORDS
 from houseexpo.errors import ConfigError
 from houseexpo.floorplan import FloorPlan, decode
 from houseexpo.plan import Door, Room
 from houseexpo.plan.json_codec import encode
+from houseexpo.tolerances import TILE_M2
 from pipeline.config import ConnectivityConfig, DoorsConfig
 from pipeline.sources.storeys import scale
 from tests.builders.services import box, furnished, two_rooms
@@ -110,7 +112,6 @@ def test_a_door_where_one_stands_is_already_so() -> None:
     ("words", "why"),
     [
         ({"door": [[500.0, 1.0], [500.0, 1.9]]}, "492.8 m from the nearest room"),
-        ({"door": [[1.0, 1.5], [1.0, 2.3]], "label": [1, 1, "Kitchen"]}, ""),
         ({"entrance": [[4.15, 2.1], [4.15, 2.9]]}, "say door"),
         ({"no_room": [500.0, 1.0]}, "the nearest is 492.80 m away"),
         ({"no_room": [4.15, 1.5]}, "the point lies in a door"),
@@ -128,8 +129,6 @@ def test_a_door_where_one_stands_is_already_so() -> None:
     ],
 )
 def test_what_has_no_effect_says_why_and_changes_nothing(words: dict[str, Any], why: str) -> None:
-    if not why:
-        words, why = {"door": [[1.0, 1.5], [1.9, 1.5]]}, "meets no wall within 1 m of both ends"
     found = corrected(**words)
     assert found.effects[0].outcome == "none"
     assert why in found.effects[0].said
@@ -235,7 +234,7 @@ def test_a_room_is_drawn_by_its_corners_and_a_door_leads_into_it() -> None:
     ("corners", "why"),
     [
         ([[0, 0], [2, 2], [2, 0], [0, 2]], "expected sides that do not cross, found Self-intersection"),
-        ([[0, 0], [0.5, 0], [0.5, 0.5]], "expected 0.8 m2 or more, found 0.12 m2"),
+        ([[0, 0], [0.5, 0], [0.5, 0.5]], "expected 0.2 m2 or more, found 0.12 m2"),
         ([[0, 0], [2, 0]], r"expected \[\[x, y\], \[x, y\], \[x, y\], ...\]"),
     ],
 )
@@ -253,20 +252,82 @@ def test_a_region_that_is_no_room_goes_alone_and_its_door_leads_outside() -> Non
     assert corrected(found.plan, no_room=[1.0, 1.0]).effects[0].said.startswith("it is the only room")
 
 
-def test_without_its_door_a_room_gets_a_cut_and_a_sentence() -> None:
+def test_a_room_without_its_door_is_closed_and_no_cut_is_made_in_its_place() -> None:
     found = corrected(no_door=[4.15, 1.5])
-    assert kinds(found.plan) == ["cut"]
-    assert found.plan.doors[0].width == pytest.approx(CUT_M)
+    assert kinds(found.plan) == []
+    assert found.plan.rooms == PLAN.rooms
+    assert found.followed == ("nothing leads into the bedroom of 9.0 m2 now; if there is a way inside, draw the door",)
+    assert found.plan.area == pytest.approx(21.0, abs=0.01)
+    again = corrected(found.plan, label=[1.0, 1.0, "Office"])  # what was said before holds
+    assert (kinds(again.plan), again.followed) == ([], ())
+
+
+def with_cut() -> FloorPlan:
+    """The plan, where a wall that parts its kitchen leaves one part without a way."""
+    found = corrected(wall=[[2.0, 0.1], [2.0, 3.1]])
+    assert kinds(found.plan) == ["cut", "door"]
     assert "a cut of 0.80 m joins" in found.followed[0]
+    return found.plan
+
+
+def test_a_cut_that_a_person_denies_comes_back_at_no_other_wall() -> None:
+    cut = with_cut()
+    place = next(door for door in cut.doors if door.kind == "cut").polygon.centroid
+    found = corrected(cut, no_door=[place.x, place.y])
+    assert kinds(found.plan) == ["door"]
+    assert len(found.plan.rooms) == 3
+    assert found.plan.bbox == cut.bbox
+    assert "nothing leads into" in found.followed[0]
 
 
 def test_a_drawn_door_makes_a_cut_needless() -> None:
-    cut = corrected(no_door=[4.15, 1.5]).plan
-    x, y = cut.doors[0].polygon.centroid.coords[0]
-    far = 0.5 if y > 1.6 else 2.7
-    found = corrected(cut, door=[[x, far - 0.35], [x, far + 0.35]])
-    assert kinds(found.plan) == ["door"]
+    cut = with_cut()
+    y = next(door for door in cut.doors if door.kind == "cut").polygon.centroid.y
+    far = 0.6 if y > 1.6 else 2.6
+    found = corrected(cut, door=[[2.0, far - 0.35], [2.0, far + 0.35]])
+    assert kinds(found.plan) == ["door", "door"]
     assert "is not needed any more" in found.followed[0]
+
+
+def test_an_entrance_of_its_own_makes_a_cut_needless() -> None:
+    cut = with_cut()
+    found = corrected(cut, entrance=[[0.0, 1.0], [0.0, 1.9]])
+    assert kinds(found.plan) == ["door", "entrance"]
+    assert "is not needed any more" in found.followed[0]
+    assert "only from outside does a way lead into the room of 5.5 m2" in found.followed[1]
+    assert len(found.plan.rooms) == 3
+    other = corrected(cut, entrance=[[7.25, 1.0], [7.25, 1.9]])  # of the larger part: nobody says the smaller one's
+    assert kinds(other.plan) == ["cut", "door", "entrance"]
+
+
+def test_a_wall_between_parts_with_ways_of_their_own_is_not_cut() -> None:
+    plan = corrected(entrance=[[[0.0, 1.0], [0.0, 1.9]], [[7.25, 1.0], [7.25, 1.9]]]).plan
+    found = corrected(plan, wall=[[2.0, 0.1], [2.0, 3.1]])
+    assert kinds(found.plan) == ["door", "entrance", "entrance"]
+    assert len(found.plan.rooms) == 3
+    assert "only from outside" in found.followed[0]
+
+
+@pytest.mark.parametrize("turn", [0.0, 10.0, 30.0, 45.0, 60.0, 80.0])
+def test_parts_that_only_the_outside_joins_keep_one_outline(turn: float) -> None:
+    from shapely import affinity, transform, union_all
+
+    shapes = [Polygon(box(0.0, 0.0, 4.0, 3.0)), Polygon(box(4.2, 0.0, 7.0, 3.0)), Polygon(box(3.9, 0.0, 4.3, 1.0))]
+    turned = (affinity.rotate(shape, turn, origin=(0, 0)) for shape in shapes)
+    one, other, gap = (transform(shape, lambda points: points.round(2)) for shape in turned)
+    gap = gap.difference(union_all([one, other]).buffer(1e-9))
+    ring = list(union_all([one, other, gap.buffer(0.01)]).exterior.coords[:-1])
+    rooms = tuple(Room(k, "Unlabelled", list(shape.exterior.coords[:-1])) for k, shape in enumerate((one, other)))
+    sides = gap.exterior.coords[:-1]
+    cut = Door(0, "cut", (sides[0], sides[1]), 0.2, list(sides), (0, 1))
+    plan = FloorPlan("turned", ring, 2, {}, rooms=rooms, doors=(cut,))
+    found = corrected(plan, no_door=list(gap.centroid.coords[0]))
+    assert not found.plan.doors
+    assert len(found.plan.rooms) == 2
+    assert Polygon(found.plan.verts).is_valid
+    assert found.plan.area == pytest.approx(one.area + other.area, abs=0.03)
+    parts = [room.polygon for room in found.plan.rooms]
+    assert found.plan.free_space.symmetric_difference(union_all(parts)).area < TILE_M2
 
 
 def test_a_wall_parts_a_room_and_a_door_in_it_joins_the_parts() -> None:
@@ -383,9 +444,10 @@ def test_openings_of_which_none_parts_a_room_alone_part_it_together() -> None:
     assert [effect.outcome for effect in both.effects] == ["done", "done"]
     assert len(both.plan.rooms) == 2
     assert kinds(both.plan) == ["opening", "opening"]
-    idle = [[1.0, 4.0], [1.9, 4.0]]  # between no walls: it waits, and the others are none the worse
-    three = corrected(plan, opening=[north, idle, south])
-    assert [effect.outcome for effect in three.effects] == ["done", "none", "done"]
+    free = [[1.0, 4.0], [1.9, 4.0]]  # between no walls: it goes on to the next ones, and the others are none the worse
+    three = corrected(plan, opening=[north, free, south])
+    assert [effect.outcome for effect in three.effects] == ["done", "done", "done"]
+    assert len(three.plan.rooms) == 3
 
 
 def test_an_opening_from_a_corner_along_its_edge_meets_the_corner() -> None:
@@ -440,3 +502,61 @@ def test_what_is_no_room_with_rooms_all_around_takes_its_doors_with_it() -> None
     plan = FloorPlan("house", box(0.1, 0.1, 8.1, 8.1), 2, {}, rooms=rooms, doors=(door,))
     assert kinds(corrected(plan, no_room=[4.0, 4.0]).plan) == []
     assert kinds(corrected(plan, outside=[4.0, 4.0]).plan) == ["entrance"]
+
+
+@pytest.mark.parametrize("word", ["door", "opening"])
+def test_a_passage_with_free_ends_parts_the_space_as_far_as_its_line_goes(word: str) -> None:
+    found = corrected(**{word: [[1.0, 1.5], [1.9, 1.5]]})
+    assert [effect.outcome for effect in found.effects] == ["done"]
+    assert kinds(found.plan) == sorted(["door", word, "opening"])  # the wall goes on for 0.9 m, an opening for 2.2 m
+    assert len(found.plan.rooms) == 3
+    assert "it is open there too, for 2.20 m" in found.effects[0].sentence
+    assert "a wall of 0.90 m closes its line" in found.effects[0].sentence
+    assert not found.followed
+
+
+def test_a_passage_between_a_wall_and_a_post_takes_the_way_beyond_the_post_too() -> None:
+    plan = hall((4.9, 3.9, 5.1, 4.1))
+    found = corrected(plan, opening=[[5.0, 0.1], [5.0, 3.9]])
+    assert [effect.outcome for effect in found.effects] == ["done"]
+    assert kinds(found.plan) == ["opening", "opening"]
+    assert sorted(door.width for door in found.plan.doors) == pytest.approx([3.8, 4.0], abs=0.02)
+    assert len(found.plan.rooms) == 2
+    posts = hall((4.9, 2.9, 5.1, 3.1), (4.9, 5.0, 5.1, 5.2))
+    between = corrected(posts, opening=[[5.0, 3.1], [5.0, 5.0]])
+    assert kinds(between.plan) == ["opening"] * 3
+    assert len(between.plan.rooms) == 2
+
+
+def test_a_closet_that_a_person_says_is_a_room() -> None:
+    niche = [(0.1, 0.1), (4.1, 0.1), (4.1, 3.1), (0.9, 3.1), (0.9, 3.7), (0.1, 3.7)]
+    plan = FloorPlan("house", niche, 1, {}, rooms=(Room(0, "Kitchen", niche),))
+    found = corrected(plan, door=[[0.1, 3.1], [0.9, 3.1]])
+    assert areas(found.plan)[0] == pytest.approx(0.44, abs=0.05)
+    assert kinds(found.plan) == ["door"]
+    shut = corrected(plan, wall=[[0.1, 3.1], [0.9, 3.1]])
+    assert len(shut.plan.rooms) == 1  # nobody says that what is behind it is a room
+    both = corrected(plan, wall=[[0.1, 3.1], [0.9, 3.1]], door=[[0.2, 3.1], [0.8, 3.1]])
+    assert len(both.plan.rooms) == 2
+    drawn = corrected(room_outline=[[7.3, 0.1], [7.8, 0.1], [7.8, 0.9], [7.3, 0.9]])
+    assert areas(drawn.plan)[0] == pytest.approx(0.4, abs=0.1)
+
+
+def test_rooms_are_joined_before_an_opening_parts_them_whatever_the_order() -> None:
+    found = corrected(one_room=[[1.0, 1.0], [5.0, 1.0]], opening=[[2.0, 0.1], [2.0, 3.1]])
+    assert [effect.outcome for effect in found.effects] == ["done", "done"]
+    assert areas(found.plan) == pytest.approx([5.55, 15.23], abs=0.02)
+    across = corrected(one_room=[[1.0, 1.0], [5.0, 1.0]], opening=[[4.15, 1.1], [4.15, 1.9]])
+    assert [effect.outcome for effect in across.effects] == ["done", "none"]
+    assert "one_room [[1.0, 1.0], [5.0, 1.0]] joins them, and is said too" in across.effects[1].said
+    assert areas(across.plan) == [21.08]
+
+
+def test_a_word_acts_in_what_a_later_one_makes() -> None:
+    from shapely import box as area
+
+    lost = Space(area(7.3, 0.1, 9.3, 3.1), reachable=False)
+    words = Override(one_room=[[5.0, 1.0], [8.0, 1.0]], door=[[7.25, 1.0], [7.25, 1.9]]).corrections
+    found = correct_plan(PLAN, words, [lost])
+    assert found.effects[1].outcome == "done"
+    assert "door [[7.25, 1.0], [7.25, 1.9]] parts them" in found.effects[0].said

@@ -98,11 +98,3 @@ def test_questions_of_a_kind_stand_together() -> None:
     doors = (replace(plan.doors[0], confidence=0.5), plan.doors[1], replace(more, confidence=0.6))
     found = questions(replace(plan, doors=doors))
     assert [each.kind[0] for each in found] == ["entrance", "entrance", "door"]
-
-
-def test_a_cut_that_took_the_place_of_another_is_not_asked_about() -> None:
-    plan = plan_with("cut", 0.06)
-    x1, y1, x2, y2 = plan.rooms[1].polygon.bounds
-    assert questions(plan)
-    assert questions(plan, no_doors=[(x2 + 0.1, (y1 + y2) / 2)]) == []
-    assert questions(plan, no_doors=[(x1 - 2.0, y1)])

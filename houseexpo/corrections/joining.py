@@ -1,0 +1,159 @@
+"""Join the parts of a corrected draft that no passage joins, and take out the cuts that words make needless.
+
+J1  What words have parted, and nothing leads into, is joined to the rest by a cut through the thinnest wall between
+    them: a robot gets there, and a person sees where the program guesses.
+J2  Nobody needs a cut into a part that has an entrance of its own. Nor is one made where a person has taken a passage
+    out, or where the plan as given has none: who says that no way is there is not contradicted at another wall.
+J3  A cut that joined two parts goes if a passage joins them now, or if a person says an entrance of the smaller one.
+J4  A part without a passage inside keeps its rooms; ``Draft.made`` joins its outline to that of the others.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from typing import Final
+
+import numpy as np
+import shapely
+from shapely import Polygon
+
+from houseexpo.corrections.draft import Draft, DraftDoor, DraftRoom
+from houseexpo.corrections.openings import SNAP_M, STEP_M, WALL_REACH_M, Strip, edges_of, faces_beside
+from houseexpo.corrections.passages import clear_part, fit_to_wall
+
+CUT_M: Final = 0.8
+"""The width of a cut: ``pipeline.config.ConnectivityConfig.cut_width_m``."""
+
+_SAME_M: Final = 1e-6
+"""Walls whose thickness differs by less are equally thin, metres."""
+
+
+def settle(draft: Draft) -> Iterator[str]:
+    """Join what words have parted (J1, J2), and take out needless cuts (J3); yield what was done."""
+    before = [shapely.union_all([room.shape for room in part]) for part in Draft(draft.plan).pieces()]
+    closed: set[int] = set()
+    while True:
+        parts = draft.pieces()
+        lone = [part for part in _unreached(draft, parts) if id(part[0]) not in closed]
+        if not lone:
+            break
+        part = lone[-1]
+        rest = [room for other in parts if other is not part for room in other]
+        names = draft.names(part)
+        found = None if _is_denied(draft, part, before) else _thinnest_wall(draft, part, rest)
+        if found is None:
+            closed.add(id(part[0]))
+            continue
+        strip, (one, other) = found
+        area = clear_part(strip.polygon(deeper_m=STEP_M), (room.shape for room in draft.rooms), strip.centre)
+        draft.doors.append(DraftDoor("cut", area, strip.ends, (one, other), None))
+        yield (
+            f"nothing else led into {names}: a cut of {strip.length:.2f} m joins {draft.name(one)} and "
+            f"{draft.name(other)}; if the way is elsewhere, draw the door"
+        )
+    yield from _without_needless_cuts(draft)
+    yield from _apart(draft, before)
+
+
+def _unreached(draft: Draft, parts: Sequence[list[DraftRoom]]) -> list[list[DraftRoom]]:
+    """Return the parts without an entrance of their own; if none has one, the largest counts as entered."""
+    entered = {id(door.rooms[0]) for door in draft.doors if door.rooms[1] is None}
+    lone = [part for part in parts if not any(id(room) in entered for room in part)]
+    return lone[1:] if len(lone) == len(parts) else lone
+
+
+def _is_denied(draft: Draft, part: Sequence[DraftRoom], before: Sequence[shapely.Geometry]) -> bool:
+    """Return whether a person has taken a passage of a part out, or the plan as given has none into it (J2)."""
+    shape = shapely.union_all([room.shape for room in part])
+    if any(gone.distance(shape) < STEP_M for gone in draft.denied):
+        return True
+    was = [k for k, other in enumerate(before) if other.intersects(shape)]
+    return bool(was) and 0 not in was
+
+
+def _apart(draft: Draft, before: Sequence[shapely.Geometry]) -> Iterator[str]:
+    """Yield which parts nothing inside leads into, of those into which something did."""
+    parts = draft.pieces()
+    lone = {id(part[0]) for part in _unreached(draft, parts)}
+    for part in parts[1:]:
+        shape = shapely.union_all([room.shape for room in part])
+        if not any(other.intersects(shape) for other in before[1:]):
+            how = "nothing leads into" if id(part[0]) in lone else "only from outside does a way lead into"
+            yield f"{how} {draft.names(part)} now; if there is a way inside, draw the door"
+
+
+def _without_needless_cuts(draft: Draft) -> Iterator[str]:
+    """J3."""
+    for cut in [door for door in draft.doors if door.kind == "cut" and door.before is not None]:
+        if not _was_needed(draft, cut):
+            continue
+        count, kept = len(draft.pieces()), draft.doors
+        draft.doors = [door for door in kept if door is not cut]
+        parts = draft.pieces()
+        if len(parts) > count and not _is_entered_instead(draft, cut, parts):
+            draft.doors = kept
+            continue
+        one, other = cut.rooms
+        assert other is not None  # noqa: S101  # a cut joins two rooms
+        yield f"the cut between {draft.name(one)} and {draft.name(other)} is not needed any more, and gone"
+
+
+def _is_entered_instead(draft: Draft, cut: DraftDoor, parts: Sequence[list[DraftRoom]]) -> bool:
+    """Return whether a person has said an entrance of the smaller of the parts that a cut joined."""
+    smaller = next(part for part in reversed(parts) if any(room is side for room in part for side in cut.rooms))
+    return any(
+        door.said and door.rooms[1] is None and any(door.rooms[0] is room for room in smaller) for door in draft.doors
+    )
+
+
+def _was_needed(draft: Draft, cut: DraftDoor) -> bool:
+    """Return whether nothing but a cut joined two parts of the plan as it was."""
+    before = Draft(draft.plan)
+    count = len(before.pieces())
+    before.doors = [door for door in before.doors if door.before is not cut.before]
+    return len(before.pieces()) > count
+
+
+def _thinnest_wall(
+    draft: Draft, part: Sequence[DraftRoom], rest: Sequence[DraftRoom]
+) -> tuple[Strip, tuple[DraftRoom, DraftRoom]] | None:
+    """Return where the thinnest wall between some rooms and the others takes a cut, clear of other passages.
+
+    A wall is no thinner than the way from its line to the nearest other room. So lines are tried from the nearest on,
+    until none can be thinner; of equally thin walls, the first along the rooms' edges is taken.
+    """
+    shapes = [room.shape for room in rest]
+    taken = shapely.union_all([door.shape for door in draft.doors]) if draft.doors else Polygon()
+    lines = [(room, line, side) for room in part for line, side in _lines_along(room.shape)]
+    ways = shapely.distance([shapely.LineString(line.ends) for _, line, _ in lines], shapely.union_all(shapes))
+    found: list[tuple[int, Strip, tuple[DraftRoom, DraftRoom]]] = []
+    thinnest = math.inf
+    for k in np.argsort(ways, kind="stable").tolist():
+        if ways[k] > min(thinnest, WALL_REACH_M) + _SAME_M:
+            break
+        room, line, side = lines[k]
+        faces = faces_beside(line, [room.shape, *shapes])
+        there = faces.shapes[side] - 1
+        low, high = faces.clear
+        if there < 0 or high - low < CUT_M - 0.02:
+            continue
+        strip = fit_to_wall(line, faces)
+        if strip.depth <= thinnest + _SAME_M and not strip.polygon().intersects(taken):
+            found.append((k, strip, (room, rest[there])))
+            thinnest = min(thinnest, strip.depth)
+    best = min((each for each in found if each[1].depth <= thinnest + _SAME_M), default=None, key=lambda each: each[0])
+    return None if best is None else best[1:]
+
+
+def _lines_along(shape: Polygon) -> Iterator[tuple[Strip, int]]:
+    """Yield the lines as wide as a cut, just outside a room along its edges, in steps, and the side away from it."""
+    for start, end in zip(*edges_of([shape]), strict=True):
+        length = math.dist(start, end)
+        if length < CUT_M:
+            continue
+        along = (end - start) / length
+        for at in np.arange(CUT_M / 2, length - CUT_M / 2 + 1e-9, SNAP_M).tolist():
+            line = Strip(start + along * at, along, CUT_M, 0.0)
+            outside = -1 if shape.covers(shapely.Point(line.before(1, 0.02))) else 1
+            yield Strip(line.centre + outside * line.across * 0.01, along, CUT_M, 0.0), 0 if outside < 0 else 1
