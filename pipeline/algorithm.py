@@ -142,7 +142,7 @@ def _of_what_is_said(
     plan, founder, closed = founded
     said = [each for each in level.corrections if each is not founder]
     layout, spaces = bare_layout(standing, closed)
-    corrected = correct(level, said, layout, (), plan)
+    corrected = correct(level, said, (evidence, layout), (), plan)
     final = spaces_of_plan(level, corrected.plan, spaces)
     bare = replace(level, corrections=tuple(said))
     grounds = measure_quality_grounds(bare, evidence, layout, final, doubts=np.zeros(len(layout.spaces)))
@@ -218,7 +218,7 @@ def _of_building(
     provenance = _provenance(level, whole.planes, planned.spaces)
     plan = vectorise(level, planned.spaces, planned.named, provenance, obstacles)
     if said:
-        corrected = correct(level, said, whole.layout, whole.rooms, plan)
+        corrected = correct(level, said, (whole.evidence, whole.layout), whole.rooms, plan)
         if corrected.has_changed:
             final = planned.spaces
             if has_other_parts(plan, corrected.plan):

@@ -8,7 +8,9 @@ R3  ``door``, ``opening``: in a wall between two rooms it joins them; in an oute
     parts the room (``openings``), if the rest of its line is at most a metre. A wider door than any is an opening.
     What stands there gives way. Behind it, a space into which nothing led becomes a room. Lines of which none parts a
     room alone part it together; as long as they do not, they wait.
-R4  ``entrance``: a door to the outside, whatever lies there. ``wall``: parts the rooms that it crosses.
+R4  ``entrance``: a door to the outside, whatever lies there. ``wall``: parts the rooms that it crosses. Spaces that it
+    closes, with what stands in the source, with rooms and with other walls, are rooms; as long as it closes none, it
+    waits.
 R5  ``one_room``: rooms and the passages and walls between them become one. ``no_wall``: so do the rooms at both sides
     of a line in a wall, joined by what of the wall is drawn. ``no_door``: the passage there is wall; ``window``: it is
     a window, which plans do not have.
@@ -28,12 +30,14 @@ from dataclasses import dataclass
 from typing import Any, Final, Generic, Literal, TypeVar
 
 import numpy as np
+from shapely import Polygon
 
 from houseexpo.corrections.draft import Draft, Space, Vector
 from houseexpo.corrections.joining import settle
 from houseexpo.corrections.passages import part_onward, part_together, place_passage, remove_passage
 from houseexpo.corrections.rooms import (
     add_room,
+    close_spaces,
     draw_room,
     join_rooms,
     name_room,
@@ -106,7 +110,12 @@ class Corrected(Generic[_Plan]):
 
 
 def correct_plan(
-    plan: _Plan, corrections: Sequence[Correction], spaces: Iterable[Space] = (), *, measure: bool = True
+    plan: _Plan,
+    corrections: Sequence[Correction],
+    spaces: Iterable[Space] = (),
+    standing: Iterable[Polygon] = (),
+    *,
+    measure: bool = True,
 ) -> Corrected[_Plan]:
     """Return a plan with corrections applied (R1 to R8), and the effect of each, in the order given.
 
@@ -116,6 +125,8 @@ def correct_plan(
         A plan; one without rooms is divided first. Without a ``frame``, points are in the plan's own axes.
     spaces
         Spaces between walls that the plan does not have, in its coordinates; ``room`` and ``door`` may need them.
+    standing
+        The walls of the source and what may close their gaps, in its coordinates; ``wall`` may need them.
     measure
         Whether the navigability is measured again, if the plan records it.
 
@@ -125,7 +136,7 @@ def correct_plan(
         The plan has no rooms, and its outline cannot be repaired.
     """
     plan = plan if plan.rooms else with_rooms(plan)
-    draft = Draft(plan, spaces)
+    draft = Draft(plan, spaces, standing)
     placed = [Placed(each, _in_plan(plan, each)) for each in corrections]
     effects = _apply_all(draft, placed)
     if not any(effect.outcome == "done" for effect in effects):
@@ -142,9 +153,12 @@ def _in_plan(plan: PlanData, correction: Correction) -> Vector:
 def _apply_all(draft: Draft, placed: Sequence[Placed]) -> list[Effect]:
     """Apply words in turn; what does nothing is tried again after the others, lines that wait then together (R3)."""
     effects: list[Effect] = []
+    last_wall = max((k for k, each in enumerate(placed) if each.correction.word == "wall"), default=-1)
     last = max((k for k, each in enumerate(placed) if each.correction.word in _PARTING), default=-1)
     for k, each in enumerate(placed):
         effects.append(_apply(draft, each, _WORDS[each.correction.word]))
+        if k == last_wall:
+            _close_with_walls(draft, placed, effects)
         if k == last:
             _apply_waiting(draft, placed, effects)
     has_more = True
@@ -159,9 +173,16 @@ def _apply_all(draft: Draft, placed: Sequence[Placed]) -> list[Effect]:
 _PARTING: Final = frozenset({"door", "opening"})
 
 
+def _close_with_walls(draft: Draft, placed: Sequence[Placed], effects: list[Effect]) -> None:
+    """Make rooms of the spaces that walls close which lie in no room (R4)."""
+    loose = [k for k, effect in enumerate(effects) if effect.correction.word == "wall" and effect.outcome != "done"]
+    for number, said in close_spaces(draft, [placed[k] for k in loose]).items():
+        effects[loose[number]] = Effect(placed[loose[number]].correction, "done", said.text, tuple(said.also))
+
+
 def _apply_waiting(draft: Draft, placed: Sequence[Placed], effects: list[Effect]) -> None:
     """Part rooms along lines that part none alone: together, or else as far as each goes on straight (R3)."""
-    waiting = [number for number, effect in enumerate(effects) if effect.waits]
+    waiting = [k for k, effect in enumerate(effects) if effect.waits and effect.correction.word in _PARTING]
     before = draft.state()
     together = part_together(draft, [placed[at] for at in waiting])
     if together and (said := _parted_again(draft)):
@@ -196,7 +217,7 @@ def _apply(draft: Draft, placed: Placed, word: Callable[[Draft, Placed], Said]) 
         return Effect(correction, "already", str(stands))
     except PartsNothingError as waits:
         draft.restore(before)
-        said = f"{waits}; it waits for other lines that part it together with this one"
+        said = f"{waits}; it waits for other lines that do so together with this one"
         return Effect(correction, "none", said, waits=True)
     except NoEffectError as refused:
         draft.restore(before)

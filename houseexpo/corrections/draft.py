@@ -99,7 +99,7 @@ class Space:
 class Draft:
     """The rooms and doors of a plan while they are corrected."""
 
-    def __init__(self, plan: PlanData, spaces: Iterable[Space] = ()) -> None:
+    def __init__(self, plan: PlanData, spaces: Iterable[Space] = (), standing: Iterable[Polygon] = ()) -> None:
         self.plan = plan
         own = {
             room.id: DraftRoom(room.polygon, room.label, room.source_labels, room.confidence, room)
@@ -118,6 +118,8 @@ class Draft:
             for door in plan.doors
         ]
         self.spaces = list(spaces)
+        self.standing = list(standing)
+        """What closes spaces in the source: its walls, and what may close their gaps."""
         self.walls: list[Place] = []
         """The walls that a person has said."""
         self.taken_out: list[Place] = []

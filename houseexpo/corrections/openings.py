@@ -15,7 +15,8 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 import shapely
-from shapely import Polygon
+from shapely import LineString, Polygon
+from shapely.geometry.base import BaseGeometry
 
 from houseexpo.corrections.draft import Draft, DraftRoom, Vector
 
@@ -171,6 +172,20 @@ def wall_beside(strip: Strip, rooms: Sequence[DraftRoom]) -> tuple[Vector, Vecto
     k = int(np.where(fits, off, np.inf).argmin())
     way = ways[k] if dot(ways[k], strip.along) > 0 else -ways[k]
     return starts[k], way, float(off[k])
+
+
+def drawn_walls(lines: Sequence[LineString], standing: BaseGeometry) -> list[Polygon]:
+    """Return walls that a person draws, as areas; an end goes on to what stands, or to another, if that is near."""
+    grown = [line.buffer(SAID_WALL_M / 2, cap_style="square", join_style="mitre") for line in lines]
+    for k, line in enumerate(lines):
+        others = shapely.union_all([standing, *(other for j, other in enumerate(grown) if j != k)])
+        for end in (line.coords[0], line.coords[-1]):
+            point = shapely.Point(end)
+            if not others.is_empty and MEETS_M < others.distance(point) <= SNAP_M:
+                onward = shapely.shortest_line(point, others)
+                reached = onward.buffer(SAID_WALL_M / 2, cap_style="square", join_style="mitre")
+                grown[k] = shapely.union(grown[k], reached)
+    return grown
 
 
 def squared(strip: Strip, shape: Polygon) -> Strip:

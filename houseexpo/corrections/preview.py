@@ -8,6 +8,7 @@ from typing import Any, Generic, TypeVar
 
 import msgspec
 import numpy as np
+from shapely import Polygon
 
 from houseexpo.corrections.apply import Corrected, correct_plan
 from houseexpo.corrections.draft import Space
@@ -30,7 +31,11 @@ class Preview(Generic[_Plan]):
 
 
 def preview(
-    plan: _Plan, corrections: Sequence[Correction], base: _Plan | None = None, spaces: Iterable[Space] = ()
+    plan: _Plan,
+    corrections: Sequence[Correction],
+    base: _Plan | None = None,
+    spaces: Iterable[Space] = (),
+    standing: Iterable[Polygon] = (),
 ) -> Preview[_Plan]:
     """Return what corrections do to a plan that may have been built with some of them.
 
@@ -43,14 +48,14 @@ def preview(
     base
         The plan as it is without any correction, if that is known. Without it, what the plan was built with stays, and
         the ``room`` of a space that the plan does not have is said to be looked for by the build.
-    spaces
-        Spaces between walls that ``base`` does not have, in its coordinates.
+    spaces, standing
+        Spaces between walls that ``base`` does not have, and the walls of the source, in its coordinates.
     """
     built = {_key(told["word"], told["value"]): told for told in (plan.provenance or {}).get("corrections", [])}
     if plan.frame is None or (not corrections and (base is None or not built)):
         return Preview(plan, ())
     if base is not None:
-        return _from_base(plan, correct_plan(base, corrections, spaces, measure=False), built)
+        return _from_base(plan, correct_plan(base, corrections, spaces, standing, measure=False), built)
     found = correct_plan(plan, corrections, measure=False)
     records = []
     for effect in found.effects:

@@ -32,6 +32,7 @@ from houseexpo.corrections.openings import (
     WALL_REACH_M,
     Strip,
     depth_of_entrances,
+    drawn_walls,
     faces_beside,
     squared,
     strip_of,
@@ -48,7 +49,14 @@ from houseexpo.corrections.passages import (
     space_behind,
     with_article,
 )
-from houseexpo.corrections.saying import AlreadySoError, NoEffectError, Placed, Said, contradiction
+from houseexpo.corrections.saying import (
+    AlreadySoError,
+    NoEffectError,
+    PartsNothingError,
+    Placed,
+    Said,
+    contradiction,
+)
 from houseexpo.plan.parts import DoorKind
 from houseexpo.plan.room_labels import UNLABELLED
 from houseexpo.tolerances import GRID_M, MIN_DOOR_M, ROUNDED_M2
@@ -64,7 +72,10 @@ def place_wall(draft: Draft, placed: Placed) -> Said:
     strip = strip_of(*placed.points, depth_m=SAID_WALL_M)
     crossed = [room for room in draft.rooms if room.shape.intersects(shapely.LineString(strip.ends))]
     if not crossed:
-        far = draft.distance_to_rooms(strip.centre)
+        far, line = draft.distance_to_rooms(strip.centre), shapely.LineString(strip.ends)
+        stands = shapely.intersection(line, shapely.union_all(draft.standing)).length > line.length / 2
+        if draft.standing and not stands:
+            raise PartsNothingError(f"it lies {far:,.1f} m from the nearest room, and closes no space")
         if far > WALL_REACH_M:
             raise NoEffectError(
                 f"it lies {far:,.1f} m from the nearest room; to add the room that it bounds, draw its outline with "
@@ -113,6 +124,40 @@ def place_wall(draft: Draft, placed: Placed) -> Said:
     draft.doors = [door for door in draft.doors if all(door is not each for each in shut)]
     also += [f"the {door.kind} of {door.width:.2f} m there is shut" for door in shut]
     return Said(f"a wall of {strip.length:.2f} m stands there", also)
+
+
+def close_spaces(draft: Draft, walls: Sequence[Placed]) -> dict[int, Said]:
+    """Make rooms of the spaces that walls close which lie in no room; return what those did, by number (R4)."""
+    if not walls:
+        return {}
+    floor = [room.shape for room in draft.rooms] + [door.shape for door in draft.inner_doors]
+    standing = shapely.union_all([*draft.standing, *floor, *(wall.shape for wall in draft.walls)])
+    drawn = drawn_walls([shapely.LineString(each.points) for each in walls], standing)
+    closed = shapely.union_all(_enclosed(standing))
+    done: dict[int, Said] = {}
+    for space in _enclosed(shapely.union_all([standing, *drawn])):
+        is_new = shapely.intersection(space, closed).area < space.area / 2
+        if not is_new or not is_room_sized(space) or space.buffer(-SNAP_M).is_empty:
+            continue
+        room = DraftRoom(space, confidence=1.0)
+        draft.rooms.append(room)
+        also = _lead_in(draft, room)
+        for number, wall in enumerate(drawn):
+            if wall.distance(space) < MEETS_M:
+                text = f"a wall of {math.dist(*walls[number].points):.2f} m closes a space, {draft.name(room)} now"
+                done[number] = Said(text, also)
+                draft.walls.append(Place(wall, str(walls[number].correction)))
+    return done
+
+
+def _enclosed(barrier: BaseGeometry) -> list[Polygon]:
+    """Return what lies between the parts of a barrier, closed all round."""
+    if barrier.is_empty:
+        return []
+    x1, y1, x2, y2 = barrier.bounds
+    around = shapely.box(x1 - SNAP_M, y1 - SNAP_M, x2 + SNAP_M, y2 + SNAP_M)
+    free = split_pieces(shapely.difference(around, barrier))
+    return [part for part in free if not part.intersects(around.exterior)]
 
 
 def _parts_of(left: BaseGeometry) -> list[Polygon]:

@@ -43,7 +43,8 @@ class Stroke(msgspec.Struct, frozen=True):
 class PlanSource(msgspec.Struct, frozen=True):
     """A plan as it is without any correction of its storey.
 
-    ``spaces`` are the spaces between walls, rooms or none; ``unreached`` are rooms into which nothing led.
+    ``spaces`` are the spaces between walls, rooms or none; ``unreached`` are rooms into which nothing led;
+    ``standing`` are the walls and what may close their gaps.
     ``is_founded``: the search finds no plan without the words of the storey, so this one has them in it.
     """
 
@@ -51,6 +52,7 @@ class PlanSource(msgspec.Struct, frozen=True):
     plan: msgspec.Raw
     spaces: tuple[Rings, ...] = ()
     unreached: tuple[Rings, ...] = ()
+    standing: tuple[Rings, ...] = ()
     is_founded: bool = False
 
 

@@ -5,7 +5,7 @@ R1  Nothing that a person says of a storey is an input of the search: the plan i
     (``stages.said_walls``).
 R2  A word belongs to the building of its storey that is nearest to it.
 R3  Spaces between walls that are no rooms can be named as rooms; a room that was left out because nothing led into it
-    comes back with a door.
+    comes back with a door. A wall may close a space with those that stand.
 R4  The quality is that of the corrected plan. A space that a person calls a room, or draws a door of, is one. Rooms
     that the source draws, and which a person's words contradict, say nothing against it, nor does its count of rooms.
     The cells of a robot's map are compared with the rooms and doorways that the plan has now.
@@ -16,7 +16,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 import shapely
@@ -28,10 +28,13 @@ from houseexpo.corrections.draft import Space
 from houseexpo.floorplan import FloorPlan
 from houseexpo.grids.frame import plan_points_from_source, source_points_from_plan
 from houseexpo.plan import Door
-from pipeline.geometry.areas import OUTSIDE, Floats, overlaps
+from pipeline.geometry.areas import OUTSIDE, Floats, overlaps, polygons_of, unite
 from pipeline.geometry.openings import ClosedBy, Opening
 from pipeline.tolerances import MOST, SHEET_M, STAND_M
-from pipeline.values import Layout, Level, Spaces
+from pipeline.values import Evidence, Layout, Level, Spaces
+
+_FINE_M: Final = 0.005
+"""Walls of scans have many corners; half of a plan's grid tells them apart, metres."""
 
 
 def corrections_by_building(level: Level, buildings: Sequence[tuple[Level, Spaces]]) -> list[tuple[Level, Spaces]]:
@@ -51,20 +54,33 @@ def corrections_by_building(level: Level, buildings: Sequence[tuple[Level, Space
 
 
 def correct(
-    level: Level, said: Sequence[Correction], layout: Layout, unreached: Sequence[Polygon], plan: FloorPlan
+    level: Level,
+    said: Sequence[Correction],
+    found: tuple[Evidence, Layout],
+    unreached: Sequence[Polygon],
+    plan: FloorPlan,
 ) -> Corrected[FloorPlan]:
     """Return the plan with what is said of it (R1), and what that did.
 
-    ``unreached`` are the rooms that were found, before those were left out into which nothing leads (R3).
+    ``found`` is what stands in the level; ``unreached`` are the rooms that were found, before those were left out into
+    which nothing leads (R3).
     """
-    shift = -_origin(level, plan)
+    (evidence, layout), shift = found, -_origin(level, plan)
     spaces = [Space(_moved(room, shift), reachable=False) for room in unreached]
     spaces += [Space(_moved(space, shift)) for space in layout.spaces]
-    found = correct_plan(plan, said, spaces)
-    told: dict[str, Any] = {"corrections": [effect.as_record() for effect in found.effects]}
-    if found.followed:
-        told["followed"] = list(found.followed)
-    return replace(found, plan=replace(found.plan, provenance={**(found.plan.provenance or {}), **told}))
+    standing = [_moved(wall, shift) for wall in standing_walls(evidence, layout)]
+    corrected = correct_plan(plan, said, spaces, standing)
+    told: dict[str, Any] = {"corrections": [effect.as_record() for effect in corrected.effects]}
+    if corrected.followed:
+        told["followed"] = list(corrected.followed)
+    return replace(corrected, plan=replace(corrected.plan, provenance={**(corrected.plan.provenance or {}), **told}))
+
+
+def standing_walls(evidence: Evidence, layout: Layout) -> list[Polygon]:
+    """Return the walls of a level and what may close their gaps, to which a wall that a person says may add (R3)."""
+    gaps = (*evidence.doorways, *layout.candidates, *layout.ways)
+    closed = unite([layout.door, *(each.polygon for each in gaps)])
+    return [part for part in polygons_of(shapely.simplify(closed, _FINE_M)) if part.is_valid]
 
 
 def spaces_of_plan(level: Level, plan: FloorPlan, spaces: Spaces) -> Spaces:

@@ -21,18 +21,17 @@ from shapely.geometry.base import BaseGeometry
 
 from houseexpo.corrections import Correction
 from houseexpo.corrections.apply import Effect
-from houseexpo.corrections.openings import SAID_WALL_M, SNAP_M
+from houseexpo.corrections.openings import drawn_walls
 from houseexpo.floorplan import FloorPlan
 from houseexpo.grids.frame import plan_points_from_source
 from houseexpo.plan import Room
 from houseexpo.plan.room_labels import UNLABELLED
 from houseexpo.tolerances import SMALLEST_SAID_ROOM_M2
-from pipeline.geometry.areas import enclosed_pieces, unite
+from pipeline.geometry.areas import enclosed_pieces
 from pipeline.geometry.meshes import Mesh, merge_meshes
 from pipeline.geometry.prisms import Prism, Prisms, extrude_polygon
 from pipeline.rejection import Rejection
 from pipeline.stages.vectorise import MARGIN_M, shifted_frame
-from pipeline.tolerances import HAIR_M
 from pipeline.values import Layout, Level, Spaces
 
 FOUNDING: Final = ("wall", "room", "room_outline")
@@ -48,16 +47,7 @@ def may_be_founded(level: Level) -> bool:
 
 def said_walls(level: Level, standing: BaseGeometry) -> list[Polygon]:
     """Return the walls that a person says, as areas of the level frame, with ends that meet what is near (R2)."""
-    lines = [_line(level, each) for each in level.corrections if each.word == "wall"]
-    grown = [line.buffer(SAID_WALL_M / 2, cap_style="square", join_style="mitre") for line in lines]
-    for k, line in enumerate(lines):
-        others = unite([standing, *(other for j, other in enumerate(grown) if j != k)])
-        for end in (line.coords[0], line.coords[-1]):
-            point = shapely.Point(end)
-            if not others.is_empty and HAIR_M < others.distance(point) <= SNAP_M:
-                onward = shapely.shortest_line(point, others)
-                grown[k] = unite([grown[k], onward.buffer(SAID_WALL_M / 2, cap_style="square", join_style="mitre")])
-    return grown
+    return drawn_walls([_line(level, each) for each in level.corrections if each.word == "wall"], standing)
 
 
 def _line(level: Level, said: Correction) -> LineString:

@@ -94,7 +94,7 @@ def routes(service: Service) -> list[BaseRoute]:
         view = found.source(name, wait=True)
         if view is None:
             raise HTTPException(404, f"{name}: no plan of this data set, and no house that its build rejected")
-        return JsonResponse(view.drawn, headers={"cache-control": "no-store"})
+        return JsonResponse(view.drawn_under(found.base(name, view)), headers={"cache-control": "no-store"})
 
     def status(request: Request) -> Response:
         return JsonResponse(review(request).building.status(), headers={"cache-control": "no-store"})

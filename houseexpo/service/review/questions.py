@@ -30,7 +30,7 @@ from houseexpo.corrections.apply import correct_plan
 from houseexpo.corrections.vocabulary import checked_values
 from houseexpo.errors import ConfigError
 from houseexpo.floorplan import FloorPlan
-from houseexpo.grids.frame import plan_points_from_source, source_points_from_plan
+from houseexpo.grids.frame import source_points_from_plan
 from houseexpo.plan import Door, Room
 from houseexpo.service.plan_page import room_names_beside
 from houseexpo.service.review.sources import SourceView
@@ -109,7 +109,7 @@ def questions(
         return []
     found = [*_passages(plan), *_rooms(plan), *_meetings(plan), *_corners(plan)]
     if source is not None and source.plan is not None:
-        dx, dy = _shift(plan, source)
+        dx, dy = np.subtract(source.origin, source.origin_of(plan)).round(3).tolist()
         found += [
             *_guesses(plan, source),
             *_spaces_left_out(plan, source, (dx, dy), closed),
@@ -205,15 +205,6 @@ def _parts_or_joins(plan: FloorPlan, question: Question) -> bool:
     found = correct_plan(plan, [Correction(answer.action, value)], measure=False)  # type: ignore[arg-type]
     more = len(found.plan.rooms) > len(plan.rooms) or not question.key.startswith("corner")
     return found.effects[0].outcome == "done" and more
-
-
-def _shift(plan: FloorPlan, source: SourceView) -> tuple[float, float]:
-    """Return how far the plan that is shown lies from the one of the source, metres."""
-    base: Any = source.plan
-    frame: Any = plan.frame
-    there = source_points_from_plan(base.frame, np.zeros((1, 2)))
-    x, y = plan_points_from_source(frame, there)[0].round(3).tolist()
-    return x, y
 
 
 def _guesses(plan: FloorPlan, source: SourceView) -> Iterator[Question]:

@@ -176,7 +176,7 @@ def told_corrections(plan: FloorPlan, table: Mapping[str, Any], source: SourceVi
     if source.is_founded:
         records = (base.provenance or {}).get("corrections", [])
         return Preview(base, tuple({**record, "built": False} for record in records))
-    return preview(plan, corrections_in(table), base, source.spaces)
+    return preview(plan, corrections_in(table), base, source.spaces, source.standing)
 
 
 def effect_in(told: Preview[FloorPlan], word: Word, value: Any) -> dict[str, Any]:
@@ -259,7 +259,7 @@ def _number(key: str, text: str) -> float:
 
 def _nothing(name: str, source: SourceView | None) -> dict[str, Any]:
     """Return what the page shows of a house without a plan: nothing, where its source lies."""
-    bounds = list(source.bounds) if source is not None else None
+    bounds = list(source.bounds_around(source.plan)) if source is not None else None
     shape = {
         "id": name,
         "bounds": bounds,
@@ -405,7 +405,7 @@ class Review:
         common["source"] = self._source_facts(name, source, is_plan=is_plan)
         common |= {**decision_history(name, self.decisions, judged.get(name)), "table": table}
         shown = source if is_plan else source or self._sources.latest(name)
-        plan = self._base(name, shown)
+        plan = self.base(name, shown)
         if plan is None:
             return {**_nothing(name, shown), "rejected": self.rejected.get(name, ""), **common}
         told, left = self.told(plan, table, shown), self.decisions.left(name)
@@ -424,7 +424,7 @@ class Review:
             **common,
         }
 
-    def _base(self, name: str, source: SourceView | None) -> FloorPlan | None:
+    def base(self, name: str, source: SourceView | None) -> FloorPlan | None:
         """Return the plan that is corrected: that of the data set, or of its source if the file is another by now."""
         now = None if source is None else source.plan
         if name in self.rejected:
@@ -508,21 +508,21 @@ class Review:
             The source of a house without a plan has not been read.
         """
         source = self.source(name) or self._sources.latest(name)
-        plan = self._base(name, source)
+        plan = self.base(name, source)
         if source is None and plan is None:
             raise ConfigError(f"{name}: its source is not read yet; wait until it is shown")
         if plan is None:
             assert source is not None  # noqa: S101  # one of the two is there
-            return Ground(name, source.level.frame, source.bounds, is_plan=False)
+            return Ground(name, source.level.frame, source.bounds_around(None), is_plan=False)
         if source is None:
             return Ground(name, plan.frame, plan.bbox)
-        boxes = np.array([plan.bbox, source.bounds])
+        boxes = np.array([plan.bbox, source.bounds_around(plan)])
         low, high = boxes[:, :2].min(axis=0).tolist(), boxes[:, 2:].max(axis=0).tolist()
         return Ground(name, plan.frame, (*low, *high))
 
     def _plan(self, name: str) -> FloorPlan:
         """Return the plan that is corrected; that of a rejected house is known from its source."""
-        plan = self._base(name, self.source(name))
+        plan = self.base(name, self.source(name))
         if plan is None:
             raise ConfigError(f"{name}: it has no plan yet")
         return plan
@@ -552,7 +552,7 @@ class Review:
 
     def _hash_at(self, name: str) -> str:
         """Return the SHA-256 of the file that is shown."""
-        return _hash_of(self._base(name, self.source(name)))
+        return _hash_of(self.base(name, self.source(name)))
 
     def _said(self, name: str, plan: Ground, word: Word, wanted: Sequence[Any]) -> tuple[Sequence[Any], dict[str, Any]]:
         """Return those of the values of a word that have an effect, and a record of what they do together."""

@@ -77,9 +77,13 @@ class SourceView:
     @cached_property
     def origin(self) -> tuple[float, float]:
         """Where the plan's origin lies in the level's frame, metres."""
-        if self.plan is None or self.plan.frame is None:
+        return self.origin_of(self.plan)
+
+    def origin_of(self, plan: FloorPlan | None) -> tuple[float, float]:
+        """Return where the origin of this plan, or of another of the level, lies in the level's frame, metres."""
+        if plan is None or plan.frame is None:
             return 0.0, 0.0
-        there = source_points_from_plan(self.plan.frame, np.zeros((1, 2)))
+        there = source_points_from_plan(plan.frame, np.zeros((1, 2)))
         x, y = np.round(plan_points_from_source(self.level.frame, there)[0], 4).tolist()
         return x, y
 
@@ -92,10 +96,15 @@ class SourceView:
         return (*unreached, *map(Space, self._moved(self.found.spaces)))
 
     @cached_property
-    def bounds(self) -> tuple[float, float, float, float]:
-        """The area that the pictures cover, in metres of the plan."""
+    def standing(self) -> list[Polygon]:
+        """The walls, and what may close their gaps."""
+        return [] if self.found is None else self._moved(self.found.standing)
+
+    def bounds_around(self, plan: FloorPlan | None) -> tuple[float, float, float, float]:
+        """Return the area that the pictures cover, in metres of a plan of the level."""
+        origin = self.origin if plan is None else self.origin_of(plan)
         boxes = np.array([picture.bounds for picture in self.level.pictures] or [(0.0, 0.0, 10.0, 10.0)])
-        (x1, y1), (x2, y2) = boxes[:, :2].min(axis=0) - self.origin, boxes[:, 2:].max(axis=0) - self.origin
+        (x1, y1), (x2, y2) = boxes[:, :2].min(axis=0) - origin, boxes[:, 2:].max(axis=0) - origin
         return float(x1), float(y1), float(x2), float(y2)
 
     @cached_property
@@ -103,18 +112,10 @@ class SourceView:
         """What may close: its kind, and its jambs in metres of the plan."""
         return [(place.kind, (np.array(place.ends) - self.origin).round(3).tolist()) for place in self.level.places]
 
-    @cached_property
-    def strokes(self) -> list[dict[str, Any]]:
-        """The drawing's own lines: what each is called, and its points in metres of the plan."""
-        return [
-            {"kind": each.kind, "points": (np.array(each.points) - self.origin).round(3).tolist()}
-            for each in self.level.strokes
-        ]
-
-    @cached_property
-    def drawn(self) -> dict[str, Any]:
-        """What the page draws under the plan."""
-        x, y = self.origin
+    def drawn_under(self, plan: FloorPlan | None) -> dict[str, Any]:
+        """Return what the page draws under a plan of the level, in its metres; a corrected one may start elsewhere."""
+        origin = self.origin if plan is None else self.origin_of(plan)
+        (x, y), ahead = origin, np.subtract(self.origin, origin)
         return {
             "layers": [
                 {"name": each.name, "title": each.title, "png": msgspec.to_builtins(each.png),
@@ -122,8 +123,14 @@ class SourceView:
                 for each in self.level.pictures
             ],
             "edges": [(np.array(ring) - (x, y)).round(3).tolist() for wall in self.level.edges for ring in wall],
-            "places": [{"kind": kind, "ends": ends} for kind, ends in self.places if self._takes(ends)],
-            "strokes": self.strokes,
+            "places": [
+                {"kind": kind, "ends": (np.array(ends) + ahead).round(3).tolist()}
+                for kind, ends in self.places if self._takes(ends)
+            ],
+            "strokes": [
+                {"kind": each.kind, "points": (np.array(each.points) - (x, y)).round(3).tolist()}
+                for each in self.level.strokes
+            ],
         }  # fmt: skip
 
     def _takes(self, ends: list[list[float]]) -> bool:

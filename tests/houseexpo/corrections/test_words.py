@@ -560,3 +560,29 @@ def test_a_word_acts_in_what_a_later_one_makes() -> None:
     found = correct_plan(PLAN, words, [lost])
     assert found.effects[1].outcome == "done"
     assert "door [[7.25, 1.0], [7.25, 1.9]] parts them" in found.effects[0].said
+
+
+def test_walls_away_from_the_rooms_close_a_space_with_what_stands() -> None:
+    from shapely import LineString
+
+    wall = LineString([(7.1, 0.0), (12.0, 0.0), (12.0, 5.0), (9.0, 5.0)])
+    standing = [wall.buffer(0.1, cap_style="flat", join_style="mitre")]
+    north, west = [[8.9, 5.0], [8.9, 3.9]], [[8.9, 3.3], [7.1, 3.3]]
+
+    def with_walls(*walls: list[list[float]]) -> Corrected[FloorPlan]:
+        return correct_plan(PLAN, Override(wall=list(walls)).corrections, (), standing)
+
+    alone = with_walls(north)
+    assert (alone.effects[0].outcome, alone.effects[0].waits) == ("none", True)
+    assert "closes no space; it waits for other lines" in alone.effects[0].sentence
+    assert encode(alone.plan) == encode(PLAN)
+    gap = with_walls(north, west)
+    assert [effect.outcome for effect in gap.effects] == ["none", "none"]  # 0.6 m are open
+    assert all(effect.waits for effect in gap.effects)
+    both = with_walls([[8.9, 5.0], [8.9, 3.4]], west)
+    assert [effect.outcome for effect in both.effects] == ["done", "done"]
+    assert "closes a space, the room of" in both.effects[0].sentence
+    assert len(both.plan.rooms) == 3
+    assert max(areas(both.plan)) == pytest.approx(4.7 * 3.2 + 2.9 * 1.6, abs=0.6)
+    said = Override(wall=[[[8.9, 5.0], [8.9, 3.4]], west], room=[9.5, 1.0]).corrections
+    assert [effect.outcome for effect in correct_plan(PLAN, said, (), standing).effects] == ["already", "done", "done"]

@@ -18,9 +18,11 @@ pytest.importorskip("starlette")
 from starlette.testclient import TestClient
 
 from houseexpo import build, open_dataset
+from houseexpo.corrections import Override
 from houseexpo.dataset.source_records import LevelSource, Place, PlanSource, SourceRecord
 from houseexpo.errors import ConfigError
 from houseexpo.floorplan import FloorPlan
+from houseexpo.grids.frame import source_points_from_plan
 from houseexpo.plan import Room
 from houseexpo.plan.json_codec import encode
 from houseexpo.service.app import make_app
@@ -222,7 +224,7 @@ def test_a_place_within_a_room_or_at_a_passage_is_not_asked_about() -> None:
 def test_a_question_whose_answer_does_nothing_is_not_asked() -> None:
     plan, view = shown()
     nothing = Question(
-        "place at 2.0, 2.0", (2.0, 2.0), "?", (Answer("A door", "door", ((1.5, 2.0), (2.5, 2.0))), Answer("None")), 0.9
+        "place at 9.0, 2.0", (9.0, 2.0), "?", (Answer("A door", "door", ((9.0, 2.0), (9.9, 2.0))), Answer("None")), 0.9
     )
     assert with_effect(plan, [nothing, *questions(plan, (), view)])[0].key.startswith("cut")
     assert with_effect(plan, [nothing]) == []
@@ -247,6 +249,20 @@ def test_a_space_that_was_left_out_is_asked_about() -> None:
 
 
 def test_a_place_that_cannot_be_taken_is_not_offered() -> None:
-    within, between = Place("gap", ((2.0, 1.0), (2.0, 1.9))), Place("door", ((4.15, 2.3), (4.15, 3.05)))
-    _, view = shown(within, between)
-    assert [place["ends"] for place in view.drawn["places"]] == [[[4.15, 2.3], [4.15, 3.05]]]
+    far, between = Place("gap", ((12.0, 1.0), (12.0, 1.9))), Place("door", ((4.15, 2.3), (4.15, 3.05)))
+    _, view = shown(far, between)
+    assert [place["ends"] for place in view.drawn_under(view.plan)["places"]] == [[[4.15, 2.3], [4.15, 3.05]]]
+
+
+def test_the_source_lies_under_a_plan_that_starts_elsewhere() -> None:
+    plan, view = shown(Place("door", ((4.15, 2.3), (4.15, 3.05))))
+    x, y = source_points_from_plan(plan.frame, [[0.0, 0.0]])[0].tolist()
+    corners = [[x - 3.0, y + 0.2], [x - 0.1, y + 0.2], [x - 0.1, y + 3.0], [x - 3.0, y + 3.0]]
+    larger = plan.corrected(Override(room_outline=corners)).plan
+    assert larger.bbox[0] == 0.1
+    (before,), (after,) = (view.drawn_under(each)["places"] for each in (plan, larger))
+    moved = larger.rooms[0].polygon.bounds[0] - plan.rooms[0].polygon.bounds[0]
+    assert moved > 2.0
+    assert [x - moved for x, _ in after["ends"]] == pytest.approx([x for x, _ in before["ends"]])
+    x1, *_ = view.bounds_around(plan)
+    assert view.bounds_around(larger)[0] == pytest.approx(x1 + moved)
