@@ -153,18 +153,18 @@ def _keeps_limits(label: str, room: shapely.Polygon) -> bool:
 
 
 class _Try(NamedTuple):
-    """A sound storey with its distance from what is asked for, and its layout."""
+    """A sound layout with its openings and its distance from what is asked for."""
 
     distance: float
-    storey: Storey
     layout: Layout
+    openings: _Openings
 
 
 def _make_flat(programme: Programme, rng: np.random.Generator) -> tuple[Storey, ...] | None:
     for day in draw_days(programme, rng):
         best = _best_of((lay_out_rooms(programme, day, rng) for _ in range(_TRIES)), programme, _GOOD, rng)
         if best is not None:
-            return (best.storey,)
+            return (_storey(programme, best.layout, best.openings),)
     return None
 
 
@@ -176,17 +176,17 @@ def _make_house(programme: Programme, rng: np.random.Generator) -> tuple[Storey,
         if not sound:
             return None
         frame, ground = min(sound, key=lambda pair: pair[1].distance)
-        storeys, below = [ground.storey], ground.layout
+        found = [ground]
         for level in range(2, programme.storeys + 1):
             ends = level == programme.storeys
+            below = found[-1].layout
             layouts = (lay_out_upper(frame, below, rng, ends=ends) for _ in range(_TRIES))
             best = _best_of(layouts, programme, _GOOD, rng)
             if best is None:
                 break
-            storeys.append(best.storey)
-            below = best.layout
+            found.append(best)
         else:
-            return tuple(storeys)
+            return tuple(_storey(programme, each.layout, each.openings) for each in found)
     return None
 
 
@@ -207,7 +207,7 @@ def _best_of(
 
 
 def _sound(layout: Layout, programme: Programme, rng: np.random.Generator) -> _Try | None:
-    """Return the storey of a layout, or None if it is not sound."""
+    """Return a layout on the grid with its openings, or None if it is not sound."""
     cells = tuple(Cell(_on_grid(cell.rect, programme.inner_m), cell.room) for cell in layout.cells)
     stairs = [
         None if stair is None else replace(stair, rect=_on_grid(stair.rect, programme.inner_m))
@@ -218,8 +218,7 @@ def _sound(layout: Layout, programme: Programme, rng: np.random.Generator) -> _T
     openings = None if distance is None else _open_up(layout, programme, rng)
     if distance is None or openings is None:
         return None
-    storey = _storey(programme, layout, openings)
-    return _Try(distance, storey, layout) if _is_one_way(storey.rooms[HALL]) else None
+    return _Try(distance, layout, openings) if _is_one_way(_room(layout, HALL, programme.inner_m)) else None
 
 
 class _Openings(NamedTuple):
@@ -302,8 +301,13 @@ def _is_one_way(hall: shapely.Geometry) -> bool:
 
 
 def _on_grid(rect: Rect, wall_m: float) -> Rect:
-    x1, y1, x2, y2 = (snap_wall_line(value, wall_m) for value in rect)
-    return x1, y1, x2, y2
+    x1, y1, x2, y2 = rect
+    return (
+        snap_wall_line(x1, wall_m),
+        snap_wall_line(y1, wall_m),
+        snap_wall_line(x2, wall_m),
+        snap_wall_line(y2, wall_m),
+    )
 
 
 def _distance(layout: Layout, programme: Programme) -> float | None:
@@ -339,19 +343,11 @@ def _hall(layout: Layout) -> Iterator[Rect]:
 
 def _storey(programme: Programme, layout: Layout, openings: _Openings) -> Storey:
     doors, fronts, windows, outdoors = openings
-    inner, half = programme.inner_m, programme.inner_m / 2
+    inner = programme.inner_m
     void = None if layout.stair_down is None else _void(layout.stair_down, inner)
     numbers = sorted({cell.room for cell in layout.cells if void is None or layout.labels[cell.room] != STAIRS})
     place = {room: k for k, room in enumerate(numbers)}
-    shapes = []
-    for room in numbers:
-        parts = [_inner(cell.rect, half) for cell in layout.cells if cell.room == room]
-        if room == HALL:
-            parts += [
-                shapely.box(*rect_in_wall(wall, wall.low + half, wall.high - half, inner))
-                for wall in shared_stretches(layout.cells, room, room)
-            ]
-        shapes.append(shapely.union_all(parts, grid_size=1e-4))
+    shapes = [_room(layout, room, inner) for room in numbers]
     labels = [_final_label(layout.labels[room], programme.kind) for room in numbers]
     for k, (label, rect) in enumerate(outdoors):
         place[len(layout.labels) + k] = len(labels)
@@ -372,6 +368,18 @@ def _storey(programme: Programme, layout: Layout, openings: _Openings) -> Storey
         steps=() if layout.stair_up is None else steps_of(layout.stair_up, inner),
         void=void,
     )
+
+
+def _room(layout: Layout, room: int, wall_m: float) -> shapely.Geometry:
+    """Return the inner shape of a room; no wall stands between the cells of the hall."""
+    half = wall_m / 2
+    parts = [_inner(cell.rect, half) for cell in layout.cells if cell.room == room]
+    if room == HALL:
+        parts += [
+            shapely.box(*rect_in_wall(wall, wall.low + half, wall.high - half, wall_m))
+            for wall in shared_stretches(layout.cells, room, room)
+        ]
+    return shapely.union_all(parts, grid_size=1e-4)
 
 
 def _foot(layout: Layout, stair: Stair, wall_m: float) -> Rect:

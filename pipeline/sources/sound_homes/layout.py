@@ -21,6 +21,7 @@ L8  A house that stands free may have a patio between the bedrooms and the day r
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
 from typing import Final, Literal, TypeAlias
@@ -29,7 +30,7 @@ import numpy as np
 
 from pipeline.sources.homes.values import Rect
 from pipeline.sources.sound_homes.openings import shared_stretches
-from pipeline.sources.sound_homes.values import ENTRYWAY, HALL, OUTDOORS, Cell, Join, Layout, Programme, Side
+from pipeline.sources.sound_homes.values import ENTRYWAY, HALL, OUTDOORS, Cell, Join, Layout, Programme, Side, pick
 
 _FREE: Final = frozenset({"bungalow"})
 _SLEEP: Final = frozenset({"Bedroom", "Child_Room", "Office"})
@@ -232,7 +233,7 @@ def _draw_form(programme: Programme, rooms: Rooms, day: Day, rng: np.random.Gene
         and (studio or (day == "behind" and not rooms.of("Dining_Room")) or bool(rng.random() < 0.8)),
         through=day == "behind" or bool(rng.random() < 0.9),
         off_living=kind in _OFF_LIVING and bool(rng.random() < (0.33 if beds > 1 else 0.1)),
-        bump_m=(float(rng.choice(bumps)), 0.0 if rooms.of("Garage") else float(rng.choice(bumps))),
+        bump_m=(pick(bumps, rng), 0.0 if rooms.of("Garage") else pick(bumps, rng)),
         patio_m=float(rng.uniform(*_PATIO_M)) if free and rng.random() < _PATIOS else 0.0,
     )
 
@@ -285,27 +286,28 @@ def _share_out(rooms: Rooms, form: _Form, rng: np.random.Generator) -> _Rows:
     east = [column(kitchen, form.south_m)] if form.kitchen == "south" else []
 
     def length(columns: Iterable[Column]) -> float:
-        return sum(each.width_m for each in columns)
+        return sum([each.width_m for each in columns])
 
     one = length([*rows.north, *last]) + (rows.living.width_m if form.day == "beside" else 0.0)
     other = length([*own, *groups[0], *east]) + (length(rows.day) if form.day == "beside" else 0.0)
     sleep = [room for label in sorted(_SLEEP) for room in rooms.of(label) if room not in masters]
     sleep = rng.permutation(sleep).tolist()
+    places = [(column(room, form.north_m), column(room, form.south_m)) for room in sleep]
     ways = [[bool(code >> k & 1) for k in range(len(sleep))] for code in range(1 if form.service else 2 ** len(sleep))]
 
     def unlike(in_south: list[bool]) -> float:
-        place = list(zip(sleep, in_south, strict=True))
-        north = one + length(column(room, form.north_m) for room, low in place if not low)
-        south = other + length(column(room, form.south_m) for room, low in place if low)
-        return abs(float(np.log(max(north, 1.0) / max(south, 1.0))))
+        north = one + length([up for (up, _), low in zip(places, in_south, strict=True) if not low])
+        south = other + length([down for (_, down), low in zip(places, in_south, strict=True) if low])
+        return abs(math.log(max(north, 1.0) / max(south, 1.0)))
 
     unlikes = [unlike(way) for way in ways]
-    alike = [way for way, value in zip(ways, unlikes, strict=True) if value <= max(_ALIKE, min(unlikes))]
-    for room, low in zip(sleep, alike[int(rng.integers(len(alike)))], strict=True):
+    most = max(_ALIKE, min(unlikes))
+    alike = [way for way, value in zip(ways, unlikes, strict=True) if value <= most]
+    for (up, down), low in zip(places, alike[int(rng.integers(len(alike)))], strict=True):
         if low:
-            groups.append([column(room, form.south_m)])
+            groups.append([down])
         else:
-            rows.north.append(column(room, form.north_m))
+            rows.north.append(up)
     rows.north += last
     rows.south = [*own, *(each for k in rng.permutation(len(groups)) for each in groups[k]), *east]
     return rows

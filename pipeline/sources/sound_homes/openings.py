@@ -9,15 +9,15 @@ O4  The first balcony or terrace lies before the living room, often before a bed
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator
 from typing import Final, NamedTuple
 
 import numpy as np
-import shapely
 
 from pipeline.sources.homes.level import DOOR_HEAD_M
 from pipeline.sources.homes.values import Rect
-from pipeline.sources.sound_homes.values import SIDES, STAIRS, Cell, Doorway, Join, Layout, Side, Window
+from pipeline.sources.sound_homes.values import SIDES, STAIRS, Cell, Doorway, Join, Layout, Side, Window, pick
 
 DOORS_M: Final = {
     "Toilet": (0.70, 0.80),
@@ -102,10 +102,11 @@ def outer_stretches(cells: tuple[Cell, ...], place: int) -> Iterator[Stretch]:
 
 def shared_stretches(cells: tuple[Cell, ...], one: int, other: int) -> Iterator[Stretch]:
     """Yield the walls between two rooms, as stretches of the sides of the first room's cells."""
+    besides = [cell for cell in cells if cell.room == other]
     for cell in cells:
-        for beside in cells:
-            if cell.room != one or beside.room != other:
-                continue
+        if cell.room != one:
+            continue
+        for beside in besides:
             for k, side in enumerate(SIDES):
                 across = k % 2
                 if abs(cell.rect[k] - beside.rect[(k + 2) % 4]) < 1e-6:
@@ -147,7 +148,7 @@ def _door_in(wall: Stretch, join: Join, label: str, inner_m: float, rng: np.rand
         start = (low + high - width) / 2
     else:
         widths = DOORS_M.get(label, _DOOR_M)
-        width = float(rng.choice(widths))
+        width = pick(widths, rng)
         if high - low < width + 2 * _JAMB_M:
             width = min(*widths, 0.8)
         free = high - low - width
@@ -167,7 +168,7 @@ def place_front_door(layout: Layout, inner_m: float, outer_m: float, rng: np.ran
     wall = max(walls, key=lambda each: each.high - each.low, default=None)
     if wall is None or wall.high - wall.low < FRONT_M[0] + inner_m + 2 * _FRONT_JAMB_M:
         return None
-    width = min(float(rng.choice(FRONT_M)), wall.high - wall.low - inner_m - 2 * _FRONT_JAMB_M)
+    width = min(pick(FRONT_M, rng), wall.high - wall.low - inner_m - 2 * _FRONT_JAMB_M)
     middle = (wall.low + wall.high) / 2
     return [
         Doorway(
@@ -182,7 +183,6 @@ def place_windows(
 ) -> list[Window]:
     """Return the windows (O3), which keep clear of the doors in the outer walls, ``taken``."""
     inner_m, outer_m = walls_m
-    blocked = shapely.union_all([shapely.box(*rect).buffer(_BESIDE_DOOR_M) for rect in taken])
     found = []
     for place, cell in enumerate(layout.cells):
         glazing = WINDOWS.get(layout.labels[cell.room], _WINDOW)
@@ -196,10 +196,19 @@ def place_windows(
             for shift in (0.0, -0.5, 0.5):
                 start = (wall.low + wall.high - width) / 2 + shift * (free - width)
                 rect = rect_in_wall(wall, start, start + width, inner_m, outer_m)
-                if not shapely.box(*rect).intersects(blocked):
+                if not any(_is_near(rect, door, _BESIDE_DOOR_M) for door in taken):
                     found.append(Window(rect, cell.room, glazing.sill_m, WINDOW_HEAD_M))
                     break
     return found
+
+
+def _is_near(one: Rect, other: Rect, apart_m: float) -> bool:
+    """Return whether two rectangles are not farther apart than that."""
+    x1, y1, x2, y2 = other
+    if one[0] > x2 + apart_m or one[2] < x1 - apart_m or one[1] > y2 + apart_m or one[3] < y1 - apart_m:
+        return False
+    across, along = max(one[0] - x2, x1 - one[2]), max(one[1] - y2, y1 - one[3])
+    return across <= 0 or along <= 0 or math.hypot(across, along) <= apart_m
 
 
 def place_outdoors(
@@ -224,8 +233,8 @@ def place_outdoors(
         for wall in outer_stretches(layout.cells, place)
         if wall.side in light and wall.high - wall.low > 2.4
     ]
-    house = shapely.union_all([shapely.box(*cell.rect) for cell in layout.cells]).buffer(outer_m - inner_m / 2 - 0.01)
-    taken = shapely.union_all([house, *(shapely.box(*rect).buffer(_APART_M) for rect in others)])
+    taken = [(cell.rect, outer_m - inner_m / 2 - 0.01) for cell in layout.cells]
+    taken += [(rect, _APART_M) for rect in others]
     for k in rng.permutation(len(walls)).tolist():
         place, wall = walls[k]
         room = layout.cells[place].room
@@ -256,7 +265,7 @@ def place_outdoors(
             ends = sorted((each.low, each.high, wall.low, wall.high))
             rect = _before(wall, (ends[0] + inner_m / 2, ends[-1] - inner_m / 2), area_m2, walls_m)
             ways.append(_way_out(each, layout.cells[other].room, walls_m, rng))
-        if not shapely.box(*rect).intersects(taken):
+        if not any(_is_near(rect, each, apart_m) for each, apart_m in taken):
             return rect, ways
     return None
 
@@ -275,6 +284,6 @@ def _before(wall: Stretch, ends: tuple[float, float], area_m2: float, walls_m: t
 def _way_out(wall: Stretch, room: int, walls_m: tuple[float, float], rng: np.random.Generator) -> Doorway:
     """Return a glazed door in an outer wall; it is wide where the wall is long."""
     length = wall.high - wall.low - walls_m[0]
-    door = float(rng.choice([0.9, 1.0] if length < 3.2 else [1.4, 1.6, 1.8]))
+    door = pick((0.9, 1.0) if length < 3.2 else (1.4, 1.6, 1.8), rng)
     start = wall.low + walls_m[0] / 2 + _CORNER_M
     return Doorway(rect_in_wall(wall, start, start + door, *walls_m), (room, None))
