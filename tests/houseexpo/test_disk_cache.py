@@ -76,13 +76,6 @@ def test_a_file_that_is_no_cache_is_replaced(file: Path, content: bytes) -> None
     assert DiskCache(file).items("a") == {b"key": b"value"}
 
 
-def test_a_file_with_other_tables_is_replaced(file: Path) -> None:
-    with closing(sqlite3.connect(file)) as database, database:
-        database.execute("CREATE TABLE entries (plan TEXT)")
-    written(file, key=b"value")
-    assert DiskCache(file).items("a") == {b"key": b"value"}
-
-
 @pytest.mark.parametrize("kind", ["BLOB", "TEXT"])
 def test_a_value_with_a_wrong_bit_is_absent(file: Path, kind: str) -> None:
     written(file, key=b"value", other=b"value")
@@ -92,16 +85,6 @@ def test_a_value_with_a_wrong_bit_is_absent(file: Path, kind: str) -> None:
     cache = DiskCache(file)
     assert cache.get("a", b"key") is None
     assert cache.items("a") == {b"other": b"value"}
-
-
-def test_a_file_cut_off_is_made_anew(file: Path) -> None:
-    written(file, **{f"key{n}": bytes([n]) * 2000 for n in range(9)})
-    os.truncate(file, 9000)
-    cache = DiskCache(file)
-    assert cache.get("a", b"key8") in {None, bytes([8]) * 2000}
-    cache.put("a", b"new", b"value")
-    cache.flush()
-    assert DiskCache(file).get("a", b"new") == b"value"
 
 
 def test_where_nothing_can_be_written_entries_stay_in_memory(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:

@@ -110,12 +110,6 @@ def test_yaml_that_grows_or_is_deep_is_refused(text: str, said: str) -> None:
         decode_yaml(text, 100)
 
 
-def test_yaml_without_stars_is_parsed_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("yaml.parse", lambda *_, **__: pytest.fail("it was parsed twice"))
-    assert decode_yaml(b"a: [1, 2.5, {b: c}]\n", 100) == {"a": [1, 2.5, {"b": "c"}]}
-    assert decode_yaml("[" * 99 + "{a: b}" + "]" * 99, 100)
-
-
 def test_a_zip_archive_is_the_same_whenever_it_is_made(monkeypatch: pytest.MonkeyPatch) -> None:
     files = {"b.txt": b"b" * 1000, "a/c.txt": b"c"}
     first = zip_bytes(files)

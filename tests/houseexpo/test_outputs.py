@@ -100,13 +100,6 @@ def test_a_link_is_not_followed_and_not_lost(homes: Path, tmp_path: Path) -> Non
     assert (tmp_path / "out" / "a.svg").read_bytes().startswith(b"<svg")
 
 
-def test_python_writes_into_no_data_set_either(homes: Path) -> None:
-    before = files_of(homes)
-    with pytest.raises(ConfigError, match="which is read"):
-        houseexpo.export(houseexpo.open_dataset(homes), "json", homes / "json", replace=True)
-    assert files_of(homes) == before
-
-
 def test_the_report_of_a_build_may_lie_in_its_build_folder(homes: Path) -> None:
     assert houseexpo_("stats", homes, "--out", homes / ".build" / "statistics.html").exit_code == 0
     assert houseexpo_("stats", homes, "--out", homes / ".build" / "statistics.html").exit_code == 0

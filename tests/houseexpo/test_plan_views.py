@@ -53,11 +53,6 @@ def test_grids_share_their_frame(two_rooms):
     assert doors[tuple(two_rooms.to_cell((4.15, 1.5), 20))] == 0
 
 
-def test_cells_and_points_are_inverse(two_rooms):
-    cells = np.array([[3, 4], [0, 0], [17, 9]])
-    assert (two_rooms.to_cell(two_rooms.to_world(cells)) == cells).all()
-
-
 def test_distance_field_is_metres_to_the_wall():
     square = FloorPlan("square", [(0, 0), (0, 2), (2, 2), (2, 0)], 1, {})
     field = square.distance_field(50)

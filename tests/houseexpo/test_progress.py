@@ -30,11 +30,6 @@ def test_a_log_has_a_line_now_and_then(
     assert capsys.readouterr().err == f"drawing: 1,280{of}\ndrawing: 2,560{of}\ndrawing: 3,840{of}\n"
 
 
-def test_what_is_soon_done_leaves_no_line(clock: list[float], capsys: pytest.CaptureFixture[str]) -> None:
-    assert list(progress.show_progress([1, 2], "drawing", 2)) == [1, 2]
-    assert capsys.readouterr().err == ""
-
-
 def test_quiet_commands_say_nothing(clock: list[float], capsys: pytest.CaptureFixture[str]) -> None:
     log = logging.getLogger("houseexpo")
     before = log.level

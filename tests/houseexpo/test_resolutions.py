@@ -16,7 +16,6 @@ from houseexpo.drawing import svg
 from houseexpo.errors import ConfigError, HouseExpoError, PlanError
 from houseexpo.exports import export
 from houseexpo.floorplan import FloorPlan
-from houseexpo.grids.frame import GridFrame
 from houseexpo.pseudoslam.worlds.maps import map_house
 from houseexpo.pseudoslam.worlds.world import make_world
 from houseexpo.service.api.analysis import clearance_picture
@@ -60,10 +59,6 @@ def test_of_several_plans_those_that_it_is_too_coarse_for_are_left_out(tmp_path:
     assert [error.plan for error in left] == ["hut"]
 
 
-def test_the_coarsest_resolution_still_shows_the_plan(tmp_path: Path) -> None:
-    assert len(export(SMALL, "ros", tmp_path, resolution=1.0)) == 2
-
-
 def test_grids_of_npz_that_take_many_gigabytes_are_refused(tmp_path: Path) -> None:
     large = FloorPlan("hall", [(0, 0), (0, 90), (90, 90), (90, 0)], 1, {})
     with pytest.raises(PlanError, match="npz: expected at most"):
@@ -104,14 +99,6 @@ def test_a_size_of_a_picture_is_some_pixels_and_not_billions() -> None:
             draw_plan(SMALL, size=size)
 
 
-@pytest.mark.parametrize(
-    "wrong", [{"size": (2.5, 3)}, {"size": "ab"}, {"size": (10**6, 10**6)}, {"pixels_per_metre": "many"}]
-)
-def test_tensors_of_no_size_are_refused(wrong: dict[str, object]) -> None:
-    with pytest.raises(ConfigError):
-        rasterise_plan(SMALL, RasterConfig(**wrong))  # type: ignore[arg-type]
-
-
 @pytest.mark.parametrize("scale", [1e-9, 0.3, 200.0])
 def test_worlds_refuse_a_grid_without_a_place_for_the_robot_or_with_too_many_cells(scale: float) -> None:
     plan = SMALL if scale < 1 else FloorPlan("hall", [(0, 0), (0, 90), (90, 90), (90, 0)], 1, {})
@@ -143,8 +130,3 @@ def test_prepare_refuses_it(tmp_path: Path) -> None:
 
 def test_the_page_of_a_tiny_plan_has_its_picture() -> None:
     assert clearance_picture(replace(SMALL, id="speck", verts=np.array([(0, 0), (0, 0.03), (0.04, 0.03), (0.04, 0)])))
-
-
-def test_a_frame_beyond_all_numbers_is_refused_in_words() -> None:
-    with pytest.raises(ConfigError, match="inf along one side"):
-        GridFrame.around((0, 0, 20_000, 20_000), 1e308)

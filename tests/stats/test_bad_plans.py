@@ -89,11 +89,6 @@ def test_the_list_is_lines_with_the_id_first_or_json(odd: Path, tmp_path: Path) 
     assert said["broken"] == []
 
 
-def test_a_sound_data_set_lists_nothing(tmp_path: Path) -> None:
-    save_plan(outline("a"), tmp_path / "a.json")
-    assert call("stats", tmp_path, "--list-bad", "--workers", "1") == ("", "")
-
-
 @pytest.mark.slow
 def test_a_broken_plan_is_counted_and_named_and_the_others_count(folder: Path, tmp_path: Path) -> None:
     (folder / "cut_off.json").write_text('{"verts": [[0.1')
@@ -133,7 +128,3 @@ def test_a_data_set_of_one_plan_is_spoken_of_plainly(tmp_path: Path) -> None:
         assert not re.search(r"\bNone\b|\bnan\b|np\.float|\b1 (plans|rooms|pieces|findings)\b", done.output), (
             done.output
         )
-
-
-def test_a_report_is_html_or_json(folder: Path, tmp_path: Path) -> None:
-    assert "ends in .html or .json, found 'r.pdf'" in call("stats", folder, "--out", tmp_path / "r.pdf", code=2)[1]

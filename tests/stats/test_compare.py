@@ -3,7 +3,7 @@ from __future__ import annotations
 import pytest
 
 from houseexpo.floorplan import FloorPlan
-from stats.report import TOTAL_VARIATION, WASSERSTEIN, distances_report, measure_distances, total_variation
+from stats.report import TOTAL_VARIATION, WASSERSTEIN, measure_distances, total_variation
 from stats.summary import PlanSummary
 from tests.stats.conftest import outline
 
@@ -42,9 +42,3 @@ def test_what_one_of_them_lacks_is_left_out(ring_of_rooms: FloorPlan) -> None:
 def test_total_variation() -> None:
     assert total_variation({"a": 3}, {"b": 1}) == 1.0
     assert total_variation({"a": 1, "b": 1}, {"a": 30, "b": 10}) == pytest.approx(0.25)
-
-
-def test_the_report_names_each_distance() -> None:
-    found = distances_report(measure_distances(summary(outline("a")), summary(outline("b", rooms=5))))
-    assert found["source_rooms"]["kind"] == WASSERSTEIN
-    assert found["source_rooms"]["value"] == 3.0

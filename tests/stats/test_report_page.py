@@ -136,13 +136,6 @@ def test_the_command_writes_page_and_numbers(folder: Path, tmp_path: Path, capsy
     assert "Wasserstein-1" in shown
 
 
-def test_what_is_no_data_set_is_said(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    with pytest.raises(SystemExit) as ended:
-        make_app()(args=["stats", str(tmp_path / "absent.jsonl")])
-    assert ended.value.code == 2
-    assert "found nothing there" in " ".join(capsys.readouterr().err.split())
-
-
 @pytest.mark.browser
 @pytest.mark.parametrize("width", [pytest.param(1280, marks=pytest.mark.slow), 390])
 def test_nothing_is_wider_than_the_screen(folder: Path, tmp_path: Path, width: int) -> None:

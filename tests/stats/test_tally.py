@@ -28,10 +28,6 @@ def test_report_of_whole_numbers() -> None:
     }
 
 
-def test_nothing_has_no_mean() -> None:
-    assert Tally().report() == {"count": 0}
-
-
 def test_bins_hold_what_starts_in_them() -> None:
     report = filled([0.0, 19.99, 20.0, 45.5], step=0.01, bin_width=20.0).report()
     assert report["histogram"] == {"0": 2, "20": 1, "40": 1}

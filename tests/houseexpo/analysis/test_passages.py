@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import shapely
 
-from houseexpo.analysis.navigability import ROBOT_SPECK_M2, _Pieces, erode, navigability, straighten_walls
+from houseexpo.analysis.navigability import erode, navigability, straighten_walls
 from houseexpo.analysis.passages import find_passages
 from houseexpo.floorplan import decode
 
@@ -99,24 +99,9 @@ def test_agrees_with_erosion_step_by_step(published_lines):
                 assert found.narrowest == pytest.approx(stepped(space, radius), rel=0.01, abs=0.011), plan.id
 
 
-def test_radii_share_what_they_find():
-    standing = _Pieces(two_rooms(0.8))
-    for radius in (0.1, 0.2, 0.35):
-        (piece,) = standing.at(radius)
-        assert standing.width(piece, radius) == pytest.approx(0.8, abs=1e-6)
-    parts = standing.at(0.45)
-    assert [piece.radius for piece in parts] == [0.45, 0.45]
-    assert standing.width(parts[0], 0.45) == pytest.approx(4.0, abs=0.01)
-
-
 @pytest.mark.parametrize("space", [shapely.Polygon(), shapely.MultiPolygon(), shapely.box(0, 0, 0.004, 9)])
 def test_nothing_stands_in_nothing(space):
     assert navigability(space, (0.0, 0.1))["0.10"].components == 0
-
-
-def test_a_space_too_small_to_stand_in_has_no_pieces():
-    assert _Pieces(shapely.box(0, 0, 0.3, 0.3)).at(0.05) == []  # 0.04 m2 is left: a speck
-    assert ROBOT_SPECK_M2 > 0.04
 
 
 def test_straightening_keeps_parts_and_holes():

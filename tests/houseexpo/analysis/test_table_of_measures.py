@@ -18,11 +18,6 @@ def test_names_and_columns_are_unique_and_described():
     assert all(measure.about.endswith(".") and measure.title for measure in MEASURES)
 
 
-def test_the_key_has_the_unit():
-    keys = {name: BY_NAME[name].key for name in ("rooms", "area", "long_side", "quality")}
-    assert keys == {"rooms": "rooms", "area": "area_m2", "long_side": "long_side_m", "quality": "quality"}
-
-
 def test_a_plan_without_rooms_has_no_numbers_of_rooms_and_doors():
     for name in (
         "rooms",

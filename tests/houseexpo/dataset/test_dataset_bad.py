@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import gzip
-import io
 import re
 import tarfile
 from pathlib import Path
@@ -307,15 +306,3 @@ def test_a_zip_that_is_locked_or_packed_in_an_unknown_way(tmp_path, place, value
         data[data.index(mark) + place + shift] = value
     path.write_bytes(data)
     assert "json/a.json: cannot be unpacked" in refused(path)
-
-
-def test_a_tar_with_one_member_twice(tmp_path):
-    stream = io.BytesIO()
-    with tarfile.open(fileobj=stream, mode="w:gz") as archive:
-        for _ in range(2):
-            info = tarfile.TarInfo("json/a.json")
-            info.size = len(good("a"))
-            archive.addfile(info, io.BytesIO(good("a")))
-    path = tmp_path / "plans.tar.gz"
-    path.write_bytes(stream.getvalue())
-    assert left_out_of(path) == (["a"], ["json/a.json: id: expected an id of its own, found 'a' in json/a.json, too"])

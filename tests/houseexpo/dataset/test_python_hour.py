@@ -57,11 +57,6 @@ def test_build_names_what_it_was_not_given(tmp_path: Path) -> None:
     assert not (tmp_path / "out").exists()
 
 
-def test_a_plan_comes_back_from_the_file_that_it_was_saved_to(plans: Dataset, tmp_path: Path) -> None:
-    plans[0].save(tmp_path / "plan.json")
-    assert houseexpo.load_plan(tmp_path / "plan.json") == plans[0]
-
-
 def test_index_is_that_of_every_sequence(plans: Dataset) -> None:
     assert [plans.index(plan) for plan in plans] == list(range(len(plans)))
     assert plans.index(plans.ids[2]) == 2

@@ -63,17 +63,6 @@ def test_what_was_measured_is_kept(folder):
     assert open_dataset(folder).measure_cached("area", forgets) == [4.0, 9.0, 16.0]
 
 
-@pytest.mark.parametrize("place", [0, 5000])
-def test_a_damaged_file_is_made_anew(folder, place):
-    open_dataset(folder).measure_cached("area", area)
-    with file_of(folder).open("r+b") as stream:
-        stream.seek(place)
-        stream.write(b"\xff" * 3000)
-    for _ in range(2):
-        assert open_dataset(folder).measure_cached("area", area) == [4.0, 9.0, 16.0]
-    assert open_dataset(folder).measure_cached("area", forgets) == [4.0, 9.0, 16.0]
-
-
 @pytest.mark.parametrize("write_s", [2.0, 0.0])
 def test_a_file_that_another_process_holds_is_left_alone(folder, monkeypatch, caplog, write_s):
     open_dataset(folder).measure_cached("area", area)

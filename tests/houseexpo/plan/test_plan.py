@@ -97,16 +97,6 @@ def test_objects_move_with_the_plan(furnished):
     assert moved.quality == furnished.quality
 
 
-def test_repr_says_something(two_rooms, furnished):
-    assert repr(two_rooms) == (
-        "FloorPlan('two_rooms', 20.9 m², 7.1 x 3.0 m, 12 vertices, 2 rooms in the source, 1 hole, 2 rooms, 2 doors)"
-    )
-    assert repr(furnished).endswith("2 rooms, 2 doors, 1 object, quality 0.93)")
-    assert repr(furnished.objects[0]) == "PlanObject(0, 'Kachelofen', 0.90 m high, room 0)"
-    assert repr(two_rooms.rooms[1]) == "Room(1, 'Unlabelled', 9.00 m²)"
-    assert repr(two_rooms.doors[1]) == "Door(1, 'entrance', 0.90 m, rooms 0 and None)"
-
-
 def test_centred_moves_everything_and_the_frame_leads_to_the_same_place(two_rooms):
     centred = two_rooms.centred()
     assert centred.free_space.centroid.coords[0] == pytest.approx((0.0, 0.0), abs=1e-12)

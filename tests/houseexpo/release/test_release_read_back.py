@@ -122,15 +122,6 @@ def test_geopandas_reads_metres_without_a_reference_system(made: Path, released:
     assert rooms.geometry[0].equals(plan.rooms[0].polygon)
 
 
-def test_geopandas_reads_all_parts_at_once(released: Path) -> None:
-    need(modules=["geopandas"], how="make readers")
-    import geopandas
-
-    plans = geopandas.read_parquet(released / "plans")
-    assert len(plans) == sum(pq.read_metadata(file).num_rows for file in _files(released, "plans"))
-    assert set(plans["split"]) == {file.stem for file in _files(released, "plans")}
-
-
 def test_duckdb_reads_and_counts(made: Path, released: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     need(modules=["duckdb"], how="make readers")
     import duckdb
