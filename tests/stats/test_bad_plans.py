@@ -128,3 +128,7 @@ def test_a_data_set_of_one_plan_is_spoken_of_plainly(tmp_path: Path) -> None:
         assert not re.search(r"\bNone\b|\bnan\b|np\.float|\b1 (plans|rooms|pieces|findings)\b", done.output), (
             done.output
         )
+
+
+def test_a_report_is_html_or_json(folder: Path, tmp_path: Path) -> None:
+    assert "ends in .html or .json, found 'r.pdf'" in call("stats", folder, "--out", tmp_path / "r.pdf", code=2)[1]

@@ -100,3 +100,12 @@ def test_finds_exact_moved_mirrored_and_jittered_copies(published_lines):
     assert {d.kept_id for d in found.values()} == {original.id}
     assert [found[f"zz_{k}"].difference for k in ("exact", "shifted", "mirrored", "turned")] == [0.0] * 4
     assert 0 < found["zz_jittered"].difference <= THRESHOLD
+
+
+def test_a_duplicate_of_a_dropped_plan_alone_is_kept():
+    a = np.ones((40, 40), dtype=bool)
+    b, c = a.copy(), a.copy()
+    b[0, :30] = False
+    c[0, :30] = c[39, :30] = False
+    found = find_duplicates({"a": a, "b": b, "c": c})
+    assert [(d.id, d.kept_id) for d in found] == [("b", "a")]

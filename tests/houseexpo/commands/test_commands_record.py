@@ -20,6 +20,7 @@ from houseexpo.pseudoslam.agents.policies import make_policy
 from houseexpo.pseudoslam.config import SimulatorConfig, StartConfig
 from houseexpo.pseudoslam.envs.single import ExplorationEnv
 from houseexpo.pseudoslam.io.movies import write_movie
+from houseexpo.pseudoslam.io.races import record_race
 from houseexpo.pseudoslam.io.record import record_episode
 from houseexpo.pseudoslam.render.picture import draw_episode
 from houseexpo.pseudoslam.tasks import ROOM
@@ -73,6 +74,20 @@ def test_a_film_is_an_mp4(tmp_path: Path) -> None:
     frame = film.read()[1][..., ::-1]
     assert frame.shape[0] % 2 == frame.shape[1] % 2 == 0
     assert (frame.reshape(-1, 3).max(axis=0) > 240).all()
+
+
+def test_where_opencv_cannot_write_films_it_says_so(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    class Closed:
+        fourcc = staticmethod(lambda *_: 0)
+
+        def __init__(self, *_: object) -> None: ...
+
+        def isOpened(self) -> bool:  # noqa: N802
+            return False
+
+    monkeypatch.setattr(cv2, "VideoWriter", Closed)
+    with pytest.raises(MissingDependencyError, match=r"this build of OpenCV cannot write MP4; write a \.gif"):
+        record_episode(made(), lambda _: 0, tmp_path / "run.mp4", steps=1)
 
 
 @pytest.mark.parametrize("name", ["run.gif", "run.mp4"])
@@ -150,6 +165,8 @@ def test_what_cannot_be_is_refused(tmp_path: Path) -> None:
         record_episode(made(), lambda _: 0, tmp_path / "run.gif", shows="all")  # type: ignore[arg-type]
     with pytest.raises(ConfigError, match="env: expected an environment of PseudoSLAM"):
         record_episode(gymnasium.make("CartPole-v1"), lambda _: 0, tmp_path / "run.gif")
+    with pytest.raises(ConfigError, match="found 0 policies"):
+        record_race([], tmp_path / "a.gif")
     with pytest.raises(ConfigError, match="policy: no 'forwards'"):
         make_policy("forwards", made())
     with pytest.raises(ConfigError, match="policy 'bounce': expected an environment with discrete actions"):

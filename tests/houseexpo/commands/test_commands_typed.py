@@ -109,6 +109,7 @@ def test_a_split_infers_the_rest(given, expected):
 def test_a_split_of_two_lists(data, tmp_path):
     call("split", data, "--train", "0.8", "--test", "0.2", "--out", tmp_path / "out", "--workers", "1")
     assert {file.name for file in (tmp_path / "out" / "splits").glob("*.txt")} == {"train.txt", "test.txt"}
+    assert "leave out --train" in call("split", data, "--paper", "--train", "0.5", "--out", tmp_path, code=2)
     assert "add up to 1" in call("split", data, "--train", "0.9", "--test", "0.2", "--out", tmp_path, code=2)
 
 

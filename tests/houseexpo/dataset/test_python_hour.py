@@ -89,6 +89,11 @@ def test_tables_have_a_row_for_each_plan_room_and_door(plans: Dataset) -> None:
     ]
 
 
+def test_layers_have_names(plans: Dataset) -> None:
+    with pytest.raises(ConfigError, match="plans, rooms, doors, walls, objects, found 'windows'"):
+        plans.to_geopandas("windows")  # type: ignore[arg-type]
+
+
 def test_walls_are_a_layer(plans: Dataset) -> None:
     need(modules=["geopandas"], how="make readers")
     table = plans[:2].to_geopandas("walls")

@@ -159,6 +159,11 @@ def test_a_technical_picture_is_black_and_white(two_rooms):
     assert at(image, two_rooms, (0.5, 0.5), 50) == [255, 255, 255]
 
 
+def test_an_unknown_style_is_refused(two_rooms):
+    with pytest.raises(ConfigError, match="style: expected one of architect, technical, semantic, found 'pretty'"):
+        draw_plan(two_rooms, style="pretty")
+
+
 def test_what_a_dark_page_shows_is_light_on_dark(two_rooms):
     text = svg(two_rooms)
     style = style_named("architect")

@@ -10,6 +10,7 @@ import pytest
 import shapely
 
 from houseexpo import FloorPlan
+from houseexpo.errors import ConfigError
 from houseexpo.exports import FORMATS, export, geojson, is_mirrored, orient_plan, world_from_plan
 from houseexpo.grids.frame import source_points_from_plan
 from houseexpo.plan import Frame
@@ -72,3 +73,8 @@ def test_orientation_can_be_chosen_for_every_format(mirrored, flat, name, tmp_pa
     assert any(differ)
     if name not in {"npz", "geojson"}:  # these two hold the matrix as well
         assert [a.read_bytes() for a in plan] == [a.read_bytes() for a in upright]
+
+
+def test_no_third_orientation(flat):
+    with pytest.raises(ConfigError, match="expected 'world' or 'plan', found 'up'"):
+        world_from_plan(flat, "up")

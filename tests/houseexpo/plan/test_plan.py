@@ -58,6 +58,11 @@ def test_quality_and_objects_are_values_too(furnished, two_rooms):
     assert hash(other.quality) == hash(furnished.quality)
     assert replace(furnished, quality=None) != furnished
     assert replace(furnished, objects=()) != furnished
+    assert [repr(part).partition("(")[0] for part in (*furnished.objects, *furnished.rooms)] == [
+        "PlanObject",
+        "Room",
+        "Room",
+    ]
     assert (two_rooms.quality, two_rooms.objects) == (None, ())
 
 
