@@ -227,6 +227,25 @@ def name_in_os_errors(file: Path) -> Iterator[None]:
 
 
 @contextmanager
+def hold_file_lock(lock: Path, file: Path) -> Iterator[None]:
+    """Hold a lock among processes while a file is changed; the system releases it when its owner ends.
+
+    Links are not followed. Raise ConfigError, which names the file, if the lock or the file cannot be written.
+    """
+    import fcntl  # not on Windows
+
+    try:
+        descriptor = os.open(lock, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW, 0o644)
+        try:
+            fcntl.flock(descriptor, fcntl.LOCK_EX)
+            yield
+        finally:
+            os.close(descriptor)
+    except OSError as error:
+        raise ConfigError(f"{file.name}: cannot be written ({error.strerror}); nothing was changed") from None
+
+
+@contextmanager
 def atomic_folder(target: Path) -> Iterator[Path]:
     """Yield a new folder beside the target; at the end it is renamed to the target, or removed after an error.
 

@@ -33,8 +33,7 @@ from scipy.sparse.csgraph import dijkstra
 
 from houseexpo.pseudoslam.benchmark.cases import Case
 from houseexpo.pseudoslam.benchmark.episodes import EpisodeOutcome, curve_sample_points
-from houseexpo.pseudoslam.benchmark.measures import MEAN_DIGITS, StepsToCoverage
-from houseexpo.pseudoslam.benchmark.trace import Trace
+from houseexpo.pseudoslam.benchmark.measures import MEAN_DIGITS, StepsToCoverage, Trace
 from houseexpo.pseudoslam.benchmark.tracks import Track
 from houseexpo.pseudoslam.config import SimulatorConfig
 from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE

@@ -18,10 +18,10 @@ import numpy.typing as npt
 
 from houseexpo.floorplan import FloorPlan
 from houseexpo.pseudoslam.agents.protocol import Knowledge
-from houseexpo.pseudoslam.io.carmen import Pose, Reading, Scanner, simulate_readings
 from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE, UNKNOWN
 from houseexpo.pseudoslam.simulator import ACTIONS, Simulator
 from houseexpo.pseudoslam.worlds.world import World
+from research.carmen_logs import Pose, Reading, Scanner, simulate_readings
 from research.transfer import CONFIG, RANGE_M, Exploration, Explorer, add_scan
 from tests.builders.real_slam import CELL_M, DRIFT, LASER_M, SETTINGS, call, convert
 

@@ -32,8 +32,7 @@ import numpy.typing as npt
 from houseexpo.pseudoslam.benchmark.cases import Case
 from houseexpo.pseudoslam.benchmark.comparison import BOUND
 from houseexpo.pseudoslam.benchmark.episodes import EpisodeOutcome, curve_sample_points
-from houseexpo.pseudoslam.benchmark.measures import MEAN_DIGITS, StepsToCoverage
-from houseexpo.pseudoslam.benchmark.trace import Trace
+from houseexpo.pseudoslam.benchmark.measures import MEAN_DIGITS, StepsToCoverage, Trace
 from houseexpo.pseudoslam.benchmark.tracks import Track
 from houseexpo.pseudoslam.config import SimulatorConfig
 from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE

@@ -18,8 +18,8 @@ from houseexpo.dataset import Dataset, open_dataset
 from houseexpo.dataset.store.folders import folder_stamp
 from houseexpo.errors import ConfigError, HouseExpoError, UnknownPlanError
 from houseexpo.floorplan import FloorPlan
+from houseexpo.lru_cache import LruCache
 from houseexpo.service.build_lists import BuildLists, read_build_lists
-from houseexpo.service.lru_cache import LruCache
 from houseexpo.service.search import FoundPlans, PlanSearch, Query, measure_table
 from houseexpo.service.tags import TagStore
 from houseexpo.service.thumbnails import draw_thumbnail

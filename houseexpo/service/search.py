@@ -30,9 +30,9 @@ from houseexpo.dataset import Dataset
 from houseexpo.dataset.store.columns import parse_label
 from houseexpo.errors import ConfigError
 from houseexpo.floorplan import FloorPlan
+from houseexpo.lru_cache import LruCache
 from houseexpo.plan import RADII_M
 from houseexpo.plan.room_labels import LABELS
-from houseexpo.service.lru_cache import LruCache
 from houseexpo.tolerances import ROBOT_M
 from houseexpo.words import suggest_name
 

@@ -28,7 +28,7 @@ from starlette.responses import Response
 from starlette.routing import BaseRoute, Route
 
 from houseexpo.files import cache_folder, write_atomically
-from houseexpo.service.lru_cache import LruCache
+from houseexpo.lru_cache import LruCache
 from houseexpo.service.responses import json_response
 from houseexpo.service.search import MeasureTable, parse_query
 from houseexpo.service.service import Service

@@ -7,20 +7,17 @@ ends. Links are not followed, because a data set may come from strangers.
 
 from __future__ import annotations
 
-import fcntl
 import json
-import os
 import threading
 import tomllib
-from collections.abc import Callable, Iterable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final
 
 from houseexpo.dataset.store.folders import overrides_path
 from houseexpo.errors import ConfigError
-from houseexpo.files import without_mark, write_atomically
+from houseexpo.files import hold_file_lock, without_mark, write_atomically
 
 MOST_TAGS: Final = 500
 """The largest number of tags of a data set, and of views."""
@@ -96,28 +93,14 @@ class TagStore:
     def _update(self, change: Callable[[TagsAndViews], TagsAndViews]) -> TagsAndViews:
         if self.file is None:
             raise ConfigError("tags: this data set is on another machine; tag its plans on the server there")
-        with self._thread, self._lock(self.file):
+        lock = self.file.with_name(f".{self.file.name}.lock")
+        with self._thread, hold_file_lock(lock, self.file):
             made = change(self.now())
             if max(len(made.tags), len(made.views)) > MOST_TAGS:
                 raise ConfigError(f"tags: expected at most {MOST_TAGS} tags and views; remove some first")
             write_atomically(self.file, _text(made).encode(), durable=True)
             self._read = (self._stamp(), made)
         return made
-
-    @contextmanager
-    def _lock(self, file: Path) -> Iterator[None]:
-        try:
-            flags = os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW
-            descriptor = os.open(file.with_name(f".{file.name}.lock"), flags, 0o644)
-        except OSError as error:
-            raise _not_written(file, error) from None
-        try:
-            fcntl.flock(descriptor, fcntl.LOCK_EX)
-            yield
-        except OSError as error:
-            raise _not_written(file, error) from None
-        finally:
-            os.close(descriptor)
 
     def _stamp(self) -> object:
         if self.file is None:
@@ -163,7 +146,3 @@ def _text(found: TagsAndViews) -> str:
 
 def _string(text: str) -> str:
     return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
-
-
-def _not_written(file: Path, error: OSError) -> ConfigError:
-    return ConfigError(f"{file.name}: cannot be written ({error.strerror}); nothing was changed")

@@ -14,7 +14,7 @@ from houseexpo.errors import ConfigError, PolicyError
 from houseexpo.pseudoslam.agents.loading import NamedPolicy, describe_exception, describe_no_policy
 from houseexpo.pseudoslam.agents.protocol import Policy, make_knowledge, make_robot
 from houseexpo.pseudoslam.benchmark.cases import Case, policy_seed_at_start
-from houseexpo.pseudoslam.benchmark.measures import MEAN_DIGITS
+from houseexpo.pseudoslam.benchmark.measures import MEAN_DIGITS, Trace
 from houseexpo.pseudoslam.benchmark.policy_process import PolicyProcess, PolicyProcessError
 from houseexpo.pseudoslam.benchmark.prediction import (
     OF_POLICY,
@@ -24,7 +24,6 @@ from houseexpo.pseudoslam.benchmark.prediction import (
     check_predictor_name,
     find_predictor,
 )
-from houseexpo.pseudoslam.benchmark.trace import Trace
 from houseexpo.pseudoslam.benchmark.tracks import Houses, Track
 from houseexpo.pseudoslam.envs.single import PseudoSlamEnv
 from houseexpo.pseudoslam.kernels.collision import STATIC

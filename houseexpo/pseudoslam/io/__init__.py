@@ -1,1 +1,1 @@
-"""Files of simulated runs: CARMEN logs, ROS bags, movies, pairs of maps."""
+"""Files of simulated runs: ROS bags, movies, pairs of maps."""

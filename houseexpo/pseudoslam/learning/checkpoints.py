@@ -3,7 +3,7 @@
 R1  A file gets its name only when it is complete and on the disk.
 R2  It contains tensors and numbers, but no code: weights, optimiser, the variance of returns, the states of random
     generators and of the memory, the number of steps, and the actions since all episodes were started anew. When a run
-    resumes, these actions are played again (``action_log``).
+    resumes, these actions are played again (``replay_episodes``).
 R3  It identifies its run. A checkpoint of another run is refused; the error names the first difference.
 R4  The last two checkpoints are kept. If the last one is damaged, the one before it is used, with a warning.
 """
@@ -22,13 +22,14 @@ from typing import Any, Final
 
 import msgspec
 import numpy as np
+import numpy.typing as npt
 import torch
 from sb3_contrib.common.recurrent.type_aliases import RNNStates
+from stable_baselines3.common.vec_env import VecEnv, VecEnvWrapper, VecNormalize
 
 from houseexpo.errors import TrainingError
 from houseexpo.files import encode_json, write_atomically
-from houseexpo.pseudoslam.learning.action_log import find_action_log, replay_episodes, restart_episodes
-from houseexpo.pseudoslam.learning.model import Learner
+from houseexpo.pseudoslam.learning.model import ActionLog, Learner
 
 DAMAGED: Final = (
     ArithmeticError, AttributeError, EOFError, LookupError, RuntimeError, TypeError, ValueError,
@@ -113,17 +114,6 @@ def read_checkpoint(file: Path) -> Checkpoint:
     return Checkpoint(file, about, state)
 
 
-def check_same_run(found: dict[str, Any], wanted: dict[str, Any], where: Path) -> None:
-    """Raise TrainingError, which names the first difference outside ``FREE``, unless the runs are the same."""
-    there, here = _leaves(found), _leaves(wanted)
-    for key in {**here, **there}:
-        if key not in FREE and there.get(key) != here.get(key):
-            raise TrainingError(
-                f"{where}: belongs to another run: {key} is {there.get(key)!r} there, {here.get(key)!r} here; "
-                "continue with the settings of that run, or name another folder"
-            )
-
-
 def restore_learner(learner: Learner, state: dict[str, Any], seed: int) -> None:
     """Restore the saved state of a learner and of its environments; ``seed`` is the run's."""
     learner.policy.load_state_dict(state["policy"])
@@ -164,12 +154,46 @@ def _state_of(learner: Learner, updates: int) -> dict[str, Any]:
     }
 
 
-def _leaves(values: dict[str, Any], where: str = "") -> dict[str, Any]:
-    """Return nested values by their dotted keys."""
-    found: dict[str, Any] = {}
-    for key, value in values.items():
-        if isinstance(value, dict) and value:
-            found |= _leaves(value, f"{where}{key}.")
-        else:
-            found[f"{where}{key}"] = value
-    return found
+# A checkpoint cannot hold environments, since it has no code in it. The seeds and the actions are enough: an
+# environment's next state depends on nothing else. So a run can be saved at any update, and goes on with the same bits,
+# also in the middle of episodes.
+
+
+def find_action_log(learner: Learner) -> ActionLog:
+    """Return the log of a learner's environments (``model.wrap_for_learner``)."""
+    envs: VecEnv = learner.get_env()
+    while isinstance(envs, VecEnvWrapper):
+        if isinstance(envs, ActionLog):
+            return envs
+        envs = envs.venv
+    raise TrainingError("the environments of this learner were made without a log of actions")
+
+
+def restart_episodes(learner: Learner, seed: int) -> None:
+    """Start episodes in all environments, with seeds from the run's seed and the number of steps."""
+    envs: VecNormalize = learner.get_env()
+    log = find_action_log(learner)
+    log.begun_at, log.actions = learner.num_timesteps, []
+    envs.seed(_first_seed(seed, learner.num_timesteps))
+    learner.set_env(envs)  # it resets them before its next step
+
+
+def replay_episodes(learner: Learner, seed: int, begun_at: int, actions: npt.NDArray[Any]) -> None:
+    """Bring all environments to where they were after episodes began at a number of steps and took actions.
+
+    Parameters
+    ----------
+    actions
+        (T, N) or (T, N, 2): as ``ActionLog.actions``. The running statistics of returns are changed, and must be
+        restored afterwards.
+    """
+    envs: VecNormalize = learner.get_env()
+    find_action_log(learner).begun_at = begun_at
+    envs.seed(_first_seed(seed, begun_at))
+    learner._last_obs = envs.reset()  # noqa: SLF001  # what it does itself before its first step
+    for each in actions:
+        learner._last_obs, _, learner._last_episode_starts, _ = envs.step(each)  # noqa: SLF001
+
+
+def _first_seed(seed: int, steps: int) -> int:
+    return int(np.random.SeedSequence([seed, steps]).generate_state(1)[0])

@@ -270,7 +270,12 @@ def train_chooser(
     houses = _Houses(plans, ids, config, threads)
     begin_run(folder, run, resume=resume)
     learned = round_weights(_search_weights(search, houses, config, folder / _COSTS, say))
-    about = {**run, "commit": made_by, "versions": find_versions(), "tests": _compare_rules(houses, learned, say)}
+    about = {
+        **run,
+        "commit": made_by,
+        "versions": find_versions(),
+        "tests": _compare_rules(houses, learned, say),
+    }
     write_weights(folder / WEIGHTS, learned, about)
     return about
 

@@ -213,7 +213,7 @@ Policy: TypeAlias = ActorCriticPolicy | MemoryPolicy | MultiInputMemoryPolicy
 
 
 class ActionLog(VecEnvWrapper):  # type: ignore[misc]  # as above
-    """Environments that remember the actions since they were reset (``action_log``).
+    """Environments that remember the actions since they were reset (``checkpoints``).
 
     ``begun_at`` is the learner's number of steps at that time.
     """

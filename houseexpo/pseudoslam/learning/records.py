@@ -7,12 +7,13 @@ import io
 import math
 import platform
 import subprocess
-from collections.abc import Mapping
-from functools import cache
+from collections.abc import Mapping, Sequence
+from functools import cache, partial
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-import numpy as np
+import msgspec
 
 import houseexpo
 from houseexpo.errors import TrainingError
@@ -38,21 +39,63 @@ def find_commit() -> str | None:
     return said[0].stdout.strip() + ("+" if said[1].stdout.strip() else "")
 
 
-def find_versions() -> dict[str, str]:
-    """Return the versions of what a run computes with."""
-    return {"houseexpo": houseexpo.__version__, "python": platform.python_version(), "numpy": np.__version__}
+def find_versions(libraries: Sequence[str] = ("numpy",)) -> dict[str, str]:
+    """Return the versions of what a run computes with: HouseExpo, Python and some libraries."""
+    made_by = {"houseexpo": houseexpo.__version__, "python": platform.python_version()}
+    return {**made_by, **{name: version(name) for name in libraries}}
 
 
-def begin_run(folder: Path, run: Mapping[str, Any], *, resume: bool) -> None:
-    """Write the description of a run; raise TrainingError if the folder holds another run or one not to be resumed."""
+def begin_run(
+    folder: Path, run: Mapping[str, Any], *, resume: bool, holds: Sequence[str] = (), free: Sequence[str] = ()
+) -> None:
+    """Write the description of a run to ``run.json``.
+
+    Parameters
+    ----------
+    holds
+        The names of what a run writes first, by which a folder is known to hold one.
+    free
+        As for ``check_same_run``.
+
+    Raises
+    ------
+    TrainingError
+        The folder holds another run, or a run and ``resume`` is False.
+    """
     record = folder / "run.json"
-    if record.exists() and not resume:
+    if not resume and any((folder / name).exists() for name in (record.name, *holds)):
         raise TrainingError(f"{folder}: holds a run; continue it with --resume, or name another folder")
-    if record.exists() and record.read_bytes() != encode_json(run):
-        raise TrainingError(f"{folder}: holds a run with other settings, see {record}; name another folder")
-    check_run_folder(folder, [record.name])
+    check_run_folder(folder, [record.name, *holds])
+    if record.exists():
+        read = partial(msgspec.json.decode, type=dict[str, Any])
+        check_same_run(read(record.read_bytes()), read(encode_json(run)), record, free)
     make_folder(folder)
     write_atomically(record, encode_json(run))
+
+
+def check_same_run(found: Mapping[str, Any], wanted: Mapping[str, Any], where: Path, free: Sequence[str] = ()) -> None:
+    """Raise TrainingError, which names the first difference, unless the runs are the same.
+
+    ``free`` are dotted keys that may differ.
+    """
+    there, here = _leaves(found), _leaves(wanted)
+    for key in {**here, **there}:
+        if key not in free and there.get(key) != here.get(key):
+            raise TrainingError(
+                f"{where}: belongs to another run: {key} is {there.get(key)!r} there, {here.get(key)!r} here; "
+                "continue with the settings of that run, or name another folder"
+            )
+
+
+def _leaves(values: Mapping[str, Any], where: str = "") -> dict[str, Any]:
+    """Return nested values by their dotted keys."""
+    found: dict[str, Any] = {}
+    for key, value in values.items():
+        if isinstance(value, Mapping) and value:
+            found |= _leaves(value, f"{where}{key}.")
+        else:
+            found[f"{where}{key}"] = value
+    return found
 
 
 STEPS = "steps_done"

@@ -10,35 +10,28 @@
 
 from __future__ import annotations
 
-import platform
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any, Final, TypeAlias
 
-import msgspec
 import numpy as np
 import numpy.typing as npt
 import torch
 from stable_baselines3.common.callbacks import BaseCallback
 from stable_baselines3.common.logger import Logger, TensorBoardOutputFormat
 
-import houseexpo
 from houseexpo.cpu_cores import count_cores
 from houseexpo.errors import TrainingError
-from houseexpo.files import encode_json, make_folder, write_atomically
-from houseexpo.outputs import check_run_folder
 from houseexpo.progress import show_progress
 from houseexpo.pseudoslam.envs.vector import PseudoSlamVectorEnv
 from houseexpo.pseudoslam.learning import checkpoints
-from houseexpo.pseudoslam.learning.action_log import restart_episodes
 from houseexpo.pseudoslam.learning.config import Clock, PPOConfig, TrainConfig
 from houseexpo.pseudoslam.learning.environments import RunPlans, make_environments
 from houseexpo.pseudoslam.learning.model import Learner, Policy, new_learner, wrap_for_learner
 from houseexpo.pseudoslam.learning.policy_file import write_policy
-from houseexpo.pseudoslam.learning.records import CurveFile, find_commit
+from houseexpo.pseudoslam.learning.records import CurveFile, begin_run, check_same_run, find_commit, find_versions
 from houseexpo.words import count_noun
 
 POLICY: Final = "policy.pt"
@@ -96,7 +89,7 @@ def train(
         else:
             if resume:
                 say("begins anew, since the run has no checkpoint yet")
-            restart_episodes(learner, config.seed)
+            checkpoints.restart_episodes(learner, config.seed)
         return _Training(run, learner, tests, say).go_on(begun.updates if begun else 0)
     finally:
         envs.close()
@@ -139,7 +132,7 @@ class _Training:
             if is_test:
                 score = self._test()
             if is_restart:
-                restart_episodes(learner, config.seed)  # R2
+                checkpoints.restart_episodes(learner, config.seed)  # R2
             if is_test or is_restart or time.monotonic() - saved_at >= KEEP_S:
                 checkpoints.save_checkpoint(self._run.folder / CHECKPOINTS, learner, self._run.record(), update)
                 saved_at = time.monotonic()
@@ -195,32 +188,22 @@ def check_finite(learner: Learner, update: int, config: TrainConfig) -> None:
 
 def describe_policy(run: TrainingRun, learner: Learner) -> dict[str, Any]:
     """Return the description of a policy: its run, and the versions of the code."""
-    made_by = {"houseexpo": houseexpo.__version__, "python": platform.python_version()}
     return {
         **run.record(),
         "seed": run.config.seed,
         "steps": learner.num_timesteps,
         "commit": find_commit(),
-        "versions": {**made_by, **{name: version(name) for name in _LIBRARIES}},
+        "versions": find_versions(_LIBRARIES),
         "device": str(learner.device),
     }
 
 
 def _checkpoint_to_resume(run: TrainingRun, *, resume: bool) -> checkpoints.Checkpoint | None:
     """Return the checkpoint to resume from, if any; for a new run, write its description to the folder."""
-    folder = run.folder
-    kept = folder / CHECKPOINTS
-    record = folder / "run.json"
-    if not resume and (record.exists() or checkpoints.list_checkpoints(kept)):
-        raise TrainingError(f"{folder}: holds a run; continue it with --resume, or name another folder")
-    check_run_folder(folder, [record.name, CHECKPOINTS])
-    if record.exists():
-        checkpoints.check_same_run(msgspec.json.decode(record.read_bytes(), type=dict[str, Any]), run.record(), record)
-    found = checkpoints.read_last_checkpoint(kept) if resume else None
+    found = checkpoints.read_last_checkpoint(run.folder / CHECKPOINTS) if resume else None
     if found:
-        checkpoints.check_same_run(found.about["run"], run.record(), found.file)
-    make_folder(folder)
-    write_atomically(record, encode_json(run.record()))
+        check_same_run(found.about["run"], run.record(), found.file, checkpoints.FREE)
+    begin_run(run.folder, run.record(), resume=resume, holds=[CHECKPOINTS], free=checkpoints.FREE)
     return found
 
 

@@ -1,4 +1,4 @@
-"""Provide the environment of a team of robots in one house, a PettingZoo ``ParallelEnv``."""
+"""Provide the environment of a team of robots in one house, a PettingZoo ``ParallelEnv``: one team of ``vector``."""
 
 from __future__ import annotations
 
@@ -6,19 +6,15 @@ from typing import Any, Unpack
 
 import numpy as np
 from gymnasium import spaces
-from gymnasium.error import ResetNeeded
-from gymnasium.utils import seeding
 from pettingzoo import ParallelEnv
 
 from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.config import SimulatorConfig
-from houseexpo.pseudoslam.envs.spec import MAPS, Actions, EnvOptions, Kind, Observation
-from houseexpo.pseudoslam.kernels.step import STEP
-from houseexpo.pseudoslam.metrics import Metrics
+from houseexpo.pseudoslam.envs.spec import Actions, EnvOptions, Kind, Observation, check_options
 from houseexpo.pseudoslam.teams.radio import Radio
-from houseexpo.pseudoslam.teams.spec import check_starts, make_observation_space, make_team_spec
-from houseexpo.pseudoslam.teams.tasks import TeamEpisode, TeamTask
-from houseexpo.pseudoslam.teams.team import Team, make_team_kernels
+from houseexpo.pseudoslam.teams.tasks import TeamTask
+from houseexpo.pseudoslam.teams.team import Team
+from houseexpo.pseudoslam.teams.vector import TeamVectorEnv, make_robot_space
 from houseexpo.pseudoslam.worlds.maps import Plans
 
 
@@ -38,25 +34,18 @@ class TeamEnv(ParallelEnv):  # type: ignore[misc]  # an untyped library
         observation: Kind = "map",
         **more: Unpack[EnvOptions],
     ) -> None:
+        check_options(type(self), more, task.options())
+        given: dict[str, Any] = {"robots": robots, "radio": radio, "actions": actions, "observation": observation}
+        self._envs = TeamVectorEnv(task, dataset, config, threads=1, **given, **more)
         self.metadata = {
             "name": f"pseudoslam_{task.name}_v0", "render_modes": [], "is_parallelizable": True
         }  # fmt: skip
-        self.task, self.radio = task, radio
-        self._env_spec = make_team_spec(task, dataset, config, robots, radio, actions, observation, more, type(self))
-        self.config = self._env_spec.config
-        self.render_mode = None
+        self.task, self.radio, self.config, self.render_mode = task, radio, self._envs.config, None
         self.possible_agents = [f"robot_{k}" for k in range(robots)]
         self.agents: list[str] = []
-        self.action_spaces = {agent: self._env_spec.action_space() for agent in self.possible_agents}
-        self.observation_spaces = {
-            agent: make_observation_space(task, self._env_spec, robots) for agent in self.possible_agents
-        }
-        self._pictures = self._env_spec.pictures(robots)
-        self._around = make_team_kernels(self._env_spec, self._env_spec.params(), radio)
-        self._rng: np.random.Generator | None = None
-        self._team: Team | None = None
-        self._episode: TeamEpisode
-        self._before: Metrics
+        spec = self._envs.env_spec
+        self.action_spaces = {agent: spec.action_space() for agent in self.possible_agents}
+        self.observation_spaces = {agent: make_robot_space(task, spec, robots) for agent in self.possible_agents}
 
     def observation_space(self, agent: str) -> spaces.Space[Any]:
         """Return the space of a robot's observations."""
@@ -69,16 +58,7 @@ class TeamEnv(ParallelEnv):  # type: ignore[misc]  # an untyped library
     @property
     def team(self) -> Team:
         """The robots of this episode; raises ResetNeeded before the first reset."""
-        if self._team is None:
-            raise ResetNeeded("call reset() before anything else")
-        return self._team
-
-    @property
-    def episode(self) -> TeamEpisode:
-        """What the task keeps of this episode; raises ResetNeeded before the first reset."""
-        if self._team is None:
-            raise ResetNeeded("call reset() before anything else")
-        return self._episode
+        return self._envs.team(0)
 
     def reset(
         self, seed: int | None = None, options: dict[str, Any] | None = None
@@ -89,20 +69,12 @@ class TeamEnv(ParallelEnv):  # type: ignore[misc]  # an untyped library
         plan's metres and heading in radians, or None for a random one. PettingZoo asks environments to bear with
         options that they do not know.
         """
-        given = dict(options or {})
-        starts = check_starts(given.get("pose"), len(self.possible_agents))
-        if seed is not None or self._rng is None:
-            self._rng, _ = seeding.np_random(seed)
-        if seed is not None:
-            self._env_spec.choice.start_over()
-        self._team, self.agents = None, []
-        world = self._env_spec.choice.draw(self._rng, given.get("plan_id"))
-        self._team = Team(self._env_spec, world, len(self.possible_agents), self.radio, self._rng, starts, self._around)
-        house = self._env_spec.choice.house(world.plan_id) if self.task.house_matters else None
-        self._episode = self.task.begin(self._team, house)
+        given, self.agents = dict(options or {}), []
+        observed, infos = self._envs.reset(
+            seed=seed, options={"plan_id": given.get("plan_id"), "pose": [given.get("pose")]}
+        )
         self.agents = list(self.possible_agents)
-        now = self._before = self._team.metrics()
-        return self._observations(now), self._infos(now, success=self._episode.success(now))
+        return self._by_agent(observed), self._infos(infos)
 
     def step(
         self, actions: dict[str, Any]
@@ -111,55 +83,34 @@ class TeamEnv(ParallelEnv):  # type: ignore[misc]  # an untyped library
 
         An episode ends for all robots at the same time.
         """
-        team = self.team
-        if not self.agents:
-            return {}, {}, {}, {}, {}
-        missing = [agent for agent in self.agents if agent not in actions]
-        if missing or len(actions) != len(self.agents):
-            raise ConfigError(f"actions: expected one for each of {', '.join(self.agents)}; found {sorted(actions)}")
-        found = [self._env_spec.motions(actions[agent]) for agent in self.agents]
-        moves = np.concatenate([motion for motion, _ in found])
-        ahead = np.concatenate([forward for _, forward in found])
-        seen = team.step(moves)
-        rewards = self._episode.step(self._before, seen, ahead)
-        now = self._before = team.metrics()
-        terminated, truncated = self._episode.success(now), bool(now.truncated()[0])
         agents = self.agents
-        answer = (
-            self._observations(now),
-            dict(zip(agents, rewards.tolist(), strict=True)),
-            dict.fromkeys(agents, terminated),
-            dict.fromkeys(agents, truncated),
-            self._infos(now, success=terminated),
-        )
-        if terminated or truncated:
+        if not agents and self.team:
+            return {}, {}, {}, {}, {}
+        missing = [agent for agent in agents if agent not in actions]
+        if missing or len(actions) != len(agents):
+            raise ConfigError(f"actions: expected one for each of {', '.join(agents)}; found {sorted(actions)}")
+        observed, rewards, terminated, truncated, infos = self._envs.step([[actions[agent] for agent in agents]])
+        if terminated[0] or truncated[0]:
             self.agents = []
-        return answer
+        return (
+            self._by_agent(observed),
+            dict(zip(agents, rewards[0].tolist(), strict=True)),
+            dict.fromkeys(agents, bool(terminated[0])),
+            dict.fromkeys(agents, bool(truncated[0])),
+            self._infos(infos),
+        )
 
-    def _observations(self, now: Metrics) -> dict[str, Observation]:
-        team, robots = self.team, len(self.team)
-        if self._pictures:
-            wanted = np.full(robots, STEP, np.uint8)
-            self._pictures.draw(team.pool, team.sizes, wanted, team.constants, lambda draw: draw(0, robots))
-        found = self._env_spec.observe(team.pool, now, self._pictures, team.sizes)
-        more = self._episode.observe()
-        if more or isinstance(found, dict):
-            parts = found if isinstance(found, dict) else {"map": found}
-            parts = {key: part.copy() if key in MAPS else part for key, part in parts.items()} | more
-            return {a: {key: part[k] for key, part in parts.items()} for k, a in enumerate(self.possible_agents)}
-        copied = found.copy()
-        return {self.possible_agents[k]: copied[k] for k in range(robots)}
+    def _by_agent(self, observed: Observation) -> dict[str, Observation]:
+        if isinstance(observed, dict):
+            return {a: {key: part[0, k] for key, part in observed.items()} for k, a in enumerate(self.possible_agents)}
+        return {agent: observed[0, k] for k, agent in enumerate(self.possible_agents)}
 
-    def _infos(self, now: Metrics, *, success: bool) -> dict[str, dict[str, Any]]:
-        team = self.team
-        report = self._env_spec.report(team.pool, now, np.full(len(team), success))
-        named = {"plan_id": team.world.plan_id} if self._env_spec.text_info else {}
-        shared = {**named, "team": team.report() | self._episode.report()}
+    def _infos(self, found: dict[str, Any]) -> dict[str, dict[str, Any]]:
+        shared = {"team": self.team.report() | self._envs.episode(0).report()}
+        if "plan_id" in found:
+            shared["plan_id"] = found["plan_id"][0]
+        own = {key: part[0] for key, part in found.items() if not key.startswith("_") and key not in shared}
         return {
-            agent: {
-                **{key: value[k] if value.ndim > 1 else value[k].item() for key, value in report.items()},
-                "hears": team.heard[k].copy(),
-                **shared,
-            }
+            agent: {key: np.array(part[k]) if part.ndim > 1 else part[k].item() for key, part in own.items()} | shared
             for k, agent in enumerate(self.possible_agents)
         }

@@ -37,7 +37,8 @@ class TeamPools:
     """The episodes of N teams with R robots each: a ``EpisodeBatch`` of N * R robots, team after team.
 
     ``put`` moves a team's arrays into the pools. From then on, its arrays are views of them, and ``step`` takes the
-    steps of all teams: the kernels and the order of ``Team.step``, with the same bits.
+    steps of all teams. The robots of a team move one after the other; after all have, those that hear each other
+    exchange their maps.
 
     Parameters
     ----------

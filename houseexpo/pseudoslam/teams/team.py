@@ -1,4 +1,4 @@
-"""Step the robots of one team in one house one after the other, exchange their maps by radio, and measure the team."""
+"""Start the robots of one team in one house, exchange their maps by radio, and measure the team; ``pools`` steps it."""
 
 from __future__ import annotations
 
@@ -36,7 +36,6 @@ from houseexpo.pseudoslam.kernels.team_step import (
 )
 from houseexpo.pseudoslam.kernels.types import Rows, Scratch
 from houseexpo.pseudoslam.kernels.walls import length_in_walls
-from houseexpo.pseudoslam.metrics import Metrics
 from houseexpo.pseudoslam.state import RASTERS, State, flatten_episode, unflatten_episode, view_episode
 from houseexpo.pseudoslam.step_kernels import choose_kernel
 from houseexpo.pseudoslam.teams.discs import mark_discs
@@ -48,7 +47,6 @@ Bools = npt.NDArray[np.bool_]
 Grid = npt.NDArray[np.uint8]
 
 _ALL: Final = np.ones(1, np.uint8)
-_ACTIVE: Final = np.ones(1, bool)
 _LEVELS: Final = "90", "99"
 """The names of ``kernels.team_step.LEVELS``, in percent."""
 
@@ -265,7 +263,7 @@ def shares_map_changes(radio: Radio) -> bool:
 
 
 class Team:
-    """The episode of a team in one house.
+    """The episode of a team in one house, up to the first scans; ``pools.TeamPools.step`` goes on.
 
     Robots move one after the other, in the order of their numbers, and are in each other's way and in each other's
     sight. Each has its own map. After all have moved, those that hear each other exchange their maps. The first robot's
@@ -302,7 +300,6 @@ class Team:
     ) -> None:
         self.spec, self.world, self.radio = spec, world, radio
         self.params, self.scratch = spec.params(), spec.scratch()
-        self._drives = spec.config.robot.drive is not None
         self.ppm, self.radius_px = spec.config.pixels_per_metre, self.params.robot.radius_px
         self.states: list[State] = []
         self._place(robots, rng, list(starts))
@@ -324,11 +321,11 @@ class Team:
             np.full((robots, robots + bodies.people.shape[1], 2), np.nan), np.zeros(1, np.uint8), np.zeros(1, np.int64),
             *disc_sizes_px(self.params),
         )  # fmt: skip
-        self._motions = np.zeros((robots, 3 if self._drives else 2))
+        still = np.zeros((robots, 3 if spec.config.robot.drive else 2))
         self._sent = np.full((robots, robots), -1)
         self._from: dict[tuple[int, int], Floats] = {}
         for k in range(robots):
-            self._act(k)
+            self._look(k, still)
         self.exchange()
 
     @property
@@ -433,32 +430,12 @@ class Team:
         """Return the robots' places (n, 2), pixels, as a new array."""
         return np.array([state.pose_px[:2] for state in self.states]).reshape(-1, 2)
 
-    def metrics(self) -> Metrics:
-        """Return the metrics of all robots."""
-        return Metrics.of(self.constants, self.pool, self.spec.config)
-
-    def step(self, motions: Floats) -> Metrics:
-        """Let each robot turn and go forward (n, 2), radians and pixels, or follow a command (n, 3); exchange maps.
-
-        Return the metrics after the motions and before the exchange, so that rewards are for what a robot saw itself.
-        """
-        self._motions[:] = motions
-        for k in range(len(self)):
-            self._act(k)
-        after = self.metrics()
-        if len(self) > 1:
-            note_exchange(self.pool, self.sizes)
-        self.exchange()
-        ways_px = after.readings["path_length"].reshape(1, -1)
-        self._around.update_measures(self.together, _ACTIVE, self.contact.joined, ways_px, self.observable)
-        return after
-
-    def _act(self, robot: int) -> None:
-        """Take one robot's step, and add what it saw to what the team knows."""
+    def _look(self, robot: int, still: Floats) -> None:
+        """Take one robot's first scan, and add what it saw to what the team knows."""
         part = robot, 0, 1
-        self._around.prepare(self.pool, self.sizes, self._motions, self.others, part)
+        self._around.prepare(self.pool, self.sizes, still, self.others, part)
         moves = moves_people(self.spec.config, robot)
-        self._around.step(self.pool, self.sizes, self._motions, self.scratch, robot, moves=moves)
+        self._around.step(self.pool, self.sizes, still, self.scratch, robot, moves=moves)
         self._around.gather(self.pool, self.sizes, self.others, self.shared, part)
 
     def exchange(self) -> None:

@@ -20,6 +20,7 @@ from houseexpo.pseudoslam.kernels.walls import length_in_walls
 from houseexpo.pseudoslam.simulator import ACTIONS, action_motions
 from houseexpo.pseudoslam.tasks import Exploration
 from houseexpo.pseudoslam.teams.policies import TeamPolicy, find_policy_class
+from houseexpo.pseudoslam.teams.pools import TeamPools
 from houseexpo.pseudoslam.teams.radio import Radio
 from houseexpo.pseudoslam.teams.team import Team
 from houseexpo.pseudoslam.worlds.maps import Plans
@@ -91,6 +92,7 @@ def run_team(
     """
     kind = find_policy_class(policy)
     spec = make_env_spec(Exploration(SEEN_ENOUGH), dataset, track.config, "discrete", "map")
+    pools = TeamPools(spec, track.radio, 1, track.robots, threads=1)
     rows: list[dict[str, Any]] = []
     without: list[str] = []
     for plan_id in plan_ids:
@@ -100,23 +102,24 @@ def run_team(
         if starts is None:
             without.append(plan_id)
             continue
-        team = Team(spec, world, track.robots, track.radio, rng, starts)
-        run_episode(team, TeamPolicy(kind, track.config, track.robots))
+        pools.put(0, Team(spec, world, track.robots, track.radio, rng, starts, pools.around))
+        team = run_episode(pools, TeamPolicy(kind, track.config, track.robots))
         rows.append({"plan_id": plan_id, **team.report()})
         told(plan_id)
     record = {"id": track.id, "robots": track.robots, "radio": asdict(track.radio)}
     return {"track": record, "policy": policy, "plans": rows, "without_room": without}
 
 
-def run_episode(team: Team, policy: TeamPolicy) -> None:
-    """Let a policy act until an episode of a track ends, see ``TeamTrack``."""
-    config, still = team.spec.config, np.zeros(2)
+def run_episode(pools: TeamPools, policy: TeamPolicy) -> Team:
+    """Let a policy act until the episode of the one team ends, see ``TeamTrack``; return the team."""
+    team, config, still = pools.team(0), pools.spec.config, np.zeros(2)
     table = np.array([action_motions(config)[action] for action in ACTIONS]) * (1.0, config.pixels_per_metre)
     while team.measures.steps < config.max_steps and team.coverage < SEEN_ENOUGH:
         actions = policy(team)
         if all(action is None for action in actions):
             break
-        team.step(np.array([still if action is None else table[action] for action in actions]))
+        pools.step(np.array([still if action is None else table[action] for action in actions]), np.ones(1, bool))
+    return team
 
 
 def choose_starts(world: World, config: SimulatorConfig, robots: int, rng: np.random.Generator) -> list[Pose] | None:

@@ -2,31 +2,44 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any, Unpack
 
 import gymnasium
 import numpy as np
 import numpy.typing as npt
+from gymnasium import spaces
 from gymnasium.utils import seeding
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
 from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.config import SimulatorConfig
-from houseexpo.pseudoslam.envs.reset_options import Pose, Seeds, parse_plan_ids, parse_reset_mask, parse_seeds
+from houseexpo.pseudoslam.config.checks import check_whole_number
+from houseexpo.pseudoslam.envs.reset_options import (
+    Pose,
+    Seeds,
+    parse_plan_ids,
+    parse_pose,
+    parse_reset_mask,
+    parse_seeds,
+)
 from houseexpo.pseudoslam.envs.spec import (
     Actions,
     EnvOptions,
+    EnvSpec,
     Kind,
     Observation,
+    check_options,
     check_vector_arguments,
+    make_env_spec,
 )
 from houseexpo.pseudoslam.envs.vector import with_masks
 from houseexpo.pseudoslam.kernels.step import STEP
 from houseexpo.pseudoslam.metrics import Metrics
+from houseexpo.pseudoslam.teams.discs import ROBOTS_MOST
 from houseexpo.pseudoslam.teams.pools import TeamPools
 from houseexpo.pseudoslam.teams.radio import Radio
-from houseexpo.pseudoslam.teams.spec import check_starts, make_observation_space, make_team_spec
 from houseexpo.pseudoslam.teams.tasks import TeamEpisode, TeamTask
 from houseexpo.pseudoslam.teams.team import Team, compute_report
 from houseexpo.pseudoslam.worlds.maps import Plans
@@ -55,16 +68,16 @@ class TeamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[Any]]):
     ) -> None:
         self.metadata = {"autoreset_mode": check_vector_arguments(num_envs, threads, AutoresetMode.NEXT_STEP, None)}
         self.render_mode = None
-        self._env_spec = make_team_spec(task, dataset, config, robots, radio, actions, observation, more, type(self))
-        self.task, self.radio, self.config = task, radio, self._env_spec.config
+        self.env_spec = _make_spec(task, dataset, config, robots, radio, actions, observation, more, type(self))
+        self.task, self.radio, self.config = task, radio, self.env_spec.config
         self.num_envs, self.robots = num_envs, robots
-        self.single_action_space = batch_space(self._env_spec.action_space(), robots)
-        self.single_observation_space = batch_space(make_observation_space(task, self._env_spec, robots), robots)
-        self._adds_parts = bool(task.spaces(self._env_spec, robots))
+        self.single_action_space = batch_space(self.env_spec.action_space(), robots)
+        self.single_observation_space = batch_space(make_robot_space(task, self.env_spec, robots), robots)
+        self._adds_parts = bool(task.spaces(self.env_spec, robots))
         self.action_space = batch_space(self.single_action_space, num_envs)
         self.observation_space = batch_space(self.single_observation_space, num_envs)
-        self._pools = TeamPools(self._env_spec, radio, num_envs, robots, threads)
-        self._pictures = self._env_spec.pictures(num_envs * robots)
+        self._pools = TeamPools(self.env_spec, radio, num_envs, robots, threads)
+        self._pictures = self.env_spec.pictures(num_envs * robots)
         self._rngs: dict[int, np.random.Generator] = {}
         self._episodes: list[TeamEpisode | None] = [None] * num_envs
         self._plan_ids = np.full(num_envs, None, object)
@@ -93,14 +106,14 @@ class TeamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[Any]]):
         if len(poses) != self.num_envs:
             raise ConfigError(f"options['pose']: expected {self.num_envs} lists of starts, found {len(poses)}")
         if which.all() and any(one is not None for one in seeds):
-            self._env_spec.choice.start_over()
+            self.env_spec.choice.start_over()
         self._begun = self._begun & ~which
         if self._begun.any():  # earlier observations belong to the caller
             self._pools.batch.renew_views(copy=True)
         for i in np.flatnonzero(which).tolist():
             if seeds[i] is not None or i not in self._rngs:
                 self._rngs[i] = seeding.np_random(seeds[i])[0]
-            self._start(i, plan_ids[i], check_starts(poses[i], self.robots))
+            self._start(i, plan_ids[i], _check_starts(poses[i], self.robots))
         self._begun |= which
         if not self._begun.all():
             missing = np.flatnonzero(~self._begun).tolist()
@@ -111,14 +124,14 @@ class TeamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[Any]]):
 
     def _start(self, i: int, plan_id: str | None = None, starts: list[Pose | None] | None = None) -> None:
         """Put the start of an episode at place ``i``."""
-        rng, choice = self._rngs[i], self._env_spec.choice
+        rng, choice = self._rngs[i], self.env_spec.choice
         world = choice.draw(rng, plan_id)
-        team = Team(self._env_spec, world, self.robots, self.radio, rng, starts or (), self._pools.around)
+        team = Team(self.env_spec, world, self.robots, self.radio, rng, starts or (), self._pools.around)
         self._pools.put(i, team)
         house = choice.house(world.plan_id) if self.task.house_matters else None
         self._episodes[i], self._plan_ids[i] = self.task.begin(team, house), world.plan_id
 
-    def step(self, actions: npt.NDArray[Any]) -> tuple[Observation, Floats, Bools, Bools, dict[str, Any]]:
+    def step(self, actions: npt.ArrayLike) -> tuple[Observation, Floats, Bools, Bools, dict[str, Any]]:
         """Take an action of each robot, (N, R) or (N, R, 2).
 
         Return the observations, rewards (N, R), terminated (N,), truncated (N,) and infos. A team whose episode has
@@ -129,10 +142,13 @@ class TeamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[Any]]):
                 f"environments {np.flatnonzero(~self._begun).tolist()}: call reset() first"
             )
         teams, robots = self.num_envs, self.robots
-        given = np.asarray(actions)
+        try:
+            given = np.asarray(actions)
+        except ValueError:  # lists of different lengths
+            given = np.empty(0)
         if given.shape[:2] != (teams, robots):
-            raise ConfigError(f"actions: expected an array of shape ({teams}, {robots}, ...), found {given.shape}")
-        motions, ahead = self._env_spec.motions(given.reshape(teams * robots, *given.shape[2:]), teams * robots)
+            raise ConfigError(f"actions: expected an array of shape ({teams}, {robots}, ...), found {actions!r}")
+        motions, ahead = self.env_spec.motions(given.reshape(teams * robots, *given.shape[2:]), teams * robots)
         active, starting = ~self._ended, self._ended.nonzero()[0].tolist()
         motions.reshape(teams, -1)[starting] = 0.0
         seen, now = self._pools.step(motions, active)
@@ -152,7 +168,7 @@ class TeamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[Any]]):
             rewards = np.zeros((self.num_envs, self.robots))
             for i in np.flatnonzero(active).tolist():
                 part = slice(i * self.robots, (i + 1) * self.robots)
-                rewards[i] = self._episode(i).step(self._before.part(part), seen.part(part), ahead[i])
+                rewards[i] = self.episode(i).step(self._before.part(part), seen.part(part), ahead[i])
         rewards[~active] = 0.0
         return rewards
 
@@ -161,10 +177,11 @@ class TeamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[Any]]):
         found = self.task.successes(pools.together["covered"] / pools.observable, now)
         if found is None:
             parts = [now.part(slice(i * robots, (i + 1) * robots)) for i in range(self.num_envs)]
-            found = np.array([self._episode(i).success(part) for i, part in enumerate(parts)])
+            found = np.array([self.episode(i).success(part) for i, part in enumerate(parts)])
         return found
 
-    def _episode(self, i: int) -> TeamEpisode:
+    def episode(self, i: int) -> TeamEpisode:
+        """Return what the task keeps of the episode of environment ``i``."""
         episode = self._episodes[i]
         assert episode is not None  # noqa: S101  # only begun episodes are asked for
         return episode
@@ -175,8 +192,8 @@ class TeamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[Any]]):
         if pictures:
             wanted = np.full(self.num_envs * self.robots, STEP, np.uint8)
             pictures.draw(batch.arrays, batch.sizes, wanted, self._pools.constants, batch.share, fresh=True)
-        found = self._env_spec.observe(batch.arrays, now, pictures, batch.sizes)
-        more = [self._episode(i).observe() for i in range(self.num_envs)] if self._adds_parts else []
+        found = self.env_spec.observe(batch.arrays, now, pictures, batch.sizes)
+        more = [self.episode(i).observe() for i in range(self.num_envs)] if self._adds_parts else []
         if not more and not isinstance(found, dict):
             return self._by_team(found)
         parts = found if isinstance(found, dict) else {"map": found}
@@ -190,15 +207,15 @@ class TeamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[Any]]):
     def _infos(self, now: Metrics, success: Bools, which: Bools) -> dict[str, Any]:
         """Return the entries of the robots' ``info`` (N, R, ...), and "team", whose entries are (N,)."""
         pools, ppm = self._pools, self.config.pixels_per_metre
-        report = self._env_spec.report(pools.batch.arrays, now, success.repeat(self.robots))
+        report = self.env_spec.report(pools.batch.arrays, now, success.repeat(self.robots))
         infos: dict[str, Any] = {key: self._by_team(part) for key, part in report.items()}
         ways_m = self._by_team(now.readings["path_length"]) / ppm
         team: dict[str, Any] = compute_report(pools.together, ways_m, infos["collisions"], pools.observable, ppm)
-        own = [self._episode(i).report() for i in range(self.num_envs)] if self.task.measures else []
+        own = [self.episode(i).report() for i in range(self.num_envs)] if self.task.measures else []
         for key in own[0] if own else ():
             team[key] = np.array([np.nan if report[key] is None else report[key] for report in own], np.float64)
         infos["hears"] = pools.contact.heard.copy()
-        if self._env_spec.text_info:
+        if self.env_spec.text_info:
             infos["plan_id"] = self._plan_ids.copy()
         infos["team"] = team
         return with_masks(infos, which)
@@ -206,3 +223,55 @@ class TeamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[Any]]):
     def close_extras(self, **kwargs: Any) -> None:  # noqa: ARG002  # gymnasium's signature
         """End the threads."""
         self._pools.close()
+
+
+def _make_spec(  # noqa: PLR0917  # the arguments of an environment
+    task: TeamTask,
+    dataset: Plans,
+    config: SimulatorConfig | str | None,
+    robots: int,
+    radio: Radio,
+    actions: Actions | None,
+    observation: Kind,
+    more: EnvOptions,
+    kind: type,
+) -> EnvSpec:
+    """Return the specification of one robot's environment; raise ConfigError if an argument is invalid for a team.
+
+    ``kind`` is the class that takes the arguments.
+    """
+    check_whole_number(robots, "robots", at_least=1, at_most=ROBOTS_MOST)
+    if not isinstance(radio, Radio):
+        raise ConfigError(f"radio: expected a Radio or the name of its model, found {radio!r}")
+    if actions not in {None, "discrete", "continuous"}:
+        raise ConfigError(f"actions: expected discrete or continuous for a team, found {actions!r}")
+    if observation == "graph":
+        raise ConfigError("observation: expected map, dict or scales for a team, found 'graph'")
+    check_options(kind, more, task.options())
+    spec = make_env_spec(task.single, dataset, config, actions, observation, **more)
+    if robots > 1 and spec.config.trajectories:
+        raise ConfigError("trajectories: a team meets robots, people and obstacles; leave trajectories out")
+    if robots > 1 and spec.config.known_map and not task.knows_map:
+        raise ConfigError(f"known_map: a team cannot know the map in the task {task.name!r}; leave it out")
+    return spec
+
+
+def make_robot_space(task: TeamTask, spec: EnvSpec, robots: int) -> spaces.Space[Any]:
+    """Return the space of a robot's observations: those of one robot, and the task's parts."""
+    found, more = spec.observation_space(), task.spaces(spec, robots)
+    if not more:
+        return found
+    parts = dict(found.spaces) if isinstance(found, spaces.Dict) else {"map": found}
+    return spaces.Dict(parts | more)
+
+
+def _check_starts(poses: object, robots: int) -> list[Pose | None]:
+    """Return the starts of the first robots; raise ConfigError if they are not a list of poses."""
+    if poses is None:
+        return []
+    given = list(poses) if isinstance(poses, Iterable) else [poses]
+    if len(given) == 3 and all(isinstance(part, (int, float, np.number)) for part in given):
+        given = [given]
+    if len(given) > robots:
+        raise ConfigError(f"options['pose']: expected at most one for each of {robots} robots, found {len(given)}")
+    return [parse_pose(pose) for pose in given]

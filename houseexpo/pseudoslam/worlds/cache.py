@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-from collections import OrderedDict
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import cached_property
 from threading import Lock
-from typing import Generic, TypeVar
 
 import numpy as np
 
 from houseexpo.dataset import Dataset
 from houseexpo.errors import ConfigError
+from houseexpo.lru_cache import LruCache
 from houseexpo.pseudoslam.config import SimulatorConfig
 from houseexpo.pseudoslam.worlds.maps import House, MapHouse, Plans, open_houses
 from houseexpo.pseudoslam.worlds.margin import add_margin
@@ -20,8 +19,6 @@ from houseexpo.pseudoslam.worlds.moving_obstacles import make_flow_field, make_t
 from houseexpo.pseudoslam.worlds.store import WorldStore, unpack_raster
 from houseexpo.pseudoslam.worlds.world import World, make_world, make_world_from_raster
 from houseexpo.words import unknown_name_message
-
-Thing = TypeVar("Thing")
 
 MAX_KEPT = 1_000_000_000
 """Bytes of packed worlds in memory. A house of 120 m2 takes 20 kB at 16 px/m, so that 10,000 of them fit easily."""
@@ -78,8 +75,8 @@ class WorldCache:
         self._config = config
         self._stored = (self._plans, WorldStore(config)) if isinstance(self._plans, Dataset) else None
         self._moves = bool(config.trajectories or config.people.number)
-        self._kept: _Recent[_Packed] = _Recent(MAX_KEPT)
-        self._open: _Recent[World] = _Recent(MAX_OPEN)
+        self._kept: LruCache[_Packed] = LruCache(MAX_KEPT, lambda packed: packed.size)
+        self._open: LruCache[World] = LruCache(MAX_OPEN, lambda world: OF_A_CELL * world.occupied.nbytes)
         self._lock = Lock()
 
     def __reduce__(self) -> tuple[type[WorldCache], tuple[Sequence[House], SimulatorConfig]]:
@@ -96,23 +93,18 @@ class WorldCache:
     def __getitem__(self, number: int) -> World:
         """Return the world of a plan; raise ConfigError or PlanError like ``world_for``."""
         with self._lock:
-            world = self._open.get(number)
-            if world is None:
-                world = self._world_for_unpacking(number)
-                self._open.keep(number, world, OF_A_CELL * world.occupied.nbytes)
-            else:
-                self._kept.get(number)
-            return world
+            self._kept.get(number)  # it is used, also where it is unpacked
+            return self._open.get_or_make(number, lambda: self._world_for_unpacking(number))
 
     def _world_for_unpacking(self, number: int) -> World:
         """Return the world of a plan that is not unpacked: from memory, from disk, or newly made."""
         if self._stored is not None and not self._moves:
             return add_margin(self._static_world(number), self._config)
-        packed = self._kept.get(number)
-        if packed is None:
-            packed = _Packed(finish_world(self._static_world(number), self._plans[number], self._config))
-            self._kept.keep(number, packed, packed.size)
-        return packed.unpack()
+
+        def pack() -> _Packed:
+            return _Packed(finish_world(self._static_world(number), self._plans[number], self._config))
+
+        return self._kept.get_or_make(number, pack).unpack()
 
     def _static_world(self, number: int) -> World:
         """Return a world without moving obstacles; for a plan of a data set, load it from disk or store it there."""
@@ -144,35 +136,6 @@ class WorldCache:
         """The plans' numbers by their ids; for equal ids, the first."""
         ids: Sequence[str] = getattr(self._plans, "ids", None) or [plan.id for plan in self._plans]
         return {plan_id: number for number, plan_id in reversed(list(enumerate(ids)))}
-
-
-class _Recent(Generic[Thing]):
-    """A cache of values by number, with those used most recently up to a number of bytes, and always the last one."""
-
-    def __init__(self, most: int) -> None:
-        self._things: OrderedDict[int, tuple[Thing, int]] = OrderedDict()
-        self._most, self.bytes = most, 0
-
-    def __len__(self) -> int:
-        return len(self._things)
-
-    def __iter__(self) -> Iterator[int]:
-        """Iterate over the numbers, starting with the least recently used one."""
-        return iter(self._things)
-
-    def get(self, number: int) -> Thing | None:
-        """Return a value and mark it as used; None if it is not in the cache."""
-        if number not in self._things:
-            return None
-        self._things.move_to_end(number)
-        return self._things[number][0]
-
-    def keep(self, number: int, thing: Thing, size: int) -> None:
-        """Add a value, and drop the least recently used ones if there are too many bytes."""
-        self._things[number] = thing, size
-        self.bytes += size
-        while self.bytes > self._most and len(self._things) > 1:
-            self.bytes -= self._things.popitem(last=False)[1][1]
 
 
 class _Packed:

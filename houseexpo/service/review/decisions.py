@@ -15,7 +15,6 @@ R6  Links are not followed: a data set may come from strangers, and its links ma
 
 from __future__ import annotations
 
-import fcntl
 import hashlib
 import os
 import tempfile
@@ -31,7 +30,7 @@ from typing import Any
 from houseexpo.corrections.decision_log import Action, DecisionLog, LogLine
 from houseexpo.corrections.vocabulary import FILE_WORDS, Word
 from houseexpo.errors import ConfigError
-from houseexpo.files import PARTIAL, sync_folder, without_mark
+from houseexpo.files import PARTIAL, hold_file_lock, sync_folder, without_mark
 from houseexpo.service.review.changes import (
     DecidedOtherwiseError,
     changed_value,
@@ -296,27 +295,13 @@ class DecisionStore:
 
     @contextmanager
     def _hold_lock(self) -> Iterator[None]:
-        with self._thread, self._lock_file():
+        self._check_links()
+        with self._thread, hold_file_lock(self._lock, self.file):  # R1
             self._catch_up()
             for left in self.file.parent.glob(f"{PARTIAL}{self.file.name}-*"):
                 left.unlink(missing_ok=True)
             self._complete_last_change()
             yield
-
-    @contextmanager
-    def _lock_file(self) -> Iterator[None]:
-        self._check_links()
-        try:
-            descriptor = os.open(self._lock, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW, 0o644)
-        except OSError as error:
-            raise _not_written(self.file, error) from None
-        try:
-            fcntl.flock(descriptor, fcntl.LOCK_EX)  # R1
-            yield
-        except OSError as error:
-            raise _not_written(self.file, error) from None
-        finally:
-            os.close(descriptor)
 
     def _complete_last_change(self) -> None:
         """Complete the change of the last line if it was interrupted (R3)."""
@@ -414,7 +399,3 @@ def _hash(text: str) -> str:
 
 def _may_write(path: Path) -> bool:
     return os.access(path, os.W_OK)
-
-
-def _not_written(file: Path, error: OSError) -> ConfigError:
-    return ConfigError(f"{file}: cannot be written ({error.strerror}); nothing was changed")

@@ -18,11 +18,11 @@ from houseexpo.dataset.store.folders import overrides_path
 from houseexpo.errors import ConfigError
 from houseexpo.floorplan import FloorPlan
 from houseexpo.grids.frame import plan_points_from_source, source_points_from_plan
+from houseexpo.lru_cache import LruCache
 from houseexpo.plan import Frame
 from houseexpo.plan.explanations import GROUNDS
 from houseexpo.service.api.analysis import shape_values
 from houseexpo.service.collection import Collection
-from houseexpo.service.lru_cache import LruCache
 from houseexpo.service.plan_page import room_names_beside
 from houseexpo.service.review.changes import list_items, replacement
 from houseexpo.service.review.decisions import DecisionStore, NothingHereError, PlanDecisions

@@ -39,7 +39,7 @@ from houseexpo.dataset.source_records import LevelSource, PlanSource, Rings, Sou
 from houseexpo.errors import ConfigError
 from houseexpo.floorplan import FloorPlan, decode
 from houseexpo.grids.frame import plan_points_from_source, source_points_from_plan
-from houseexpo.service.lru_cache import LruCache
+from houseexpo.lru_cache import LruCache
 from houseexpo.tolerances import MIN_DOOR_M
 
 READ_S: Final = 300.0

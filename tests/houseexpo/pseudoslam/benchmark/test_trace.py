@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from houseexpo.pseudoslam.benchmark import measures
-from houseexpo.pseudoslam.benchmark.trace import Trace
+from houseexpo.pseudoslam.benchmark.measures import Trace
 
 
 def trace_of(rows: list[tuple[int, float, float]], **info: float) -> Trace:

@@ -142,17 +142,6 @@ def test_a_collision_is_told_and_counted() -> None:
 
 
 def test_what_cannot_be_is_refused() -> None:
-    env = make().unwrapped
-    with pytest.raises(gymnasium.error.ResetNeeded):
-        env.step(0)
-    env.reset(seed=0)
-    for action in (3, -1, 0.5):
-        with pytest.raises(ConfigError, match=r"action: expected 0 \(forward\), 1 \(left\) or 2 \(right\)"):
-            env.step(action)
-    with pytest.raises(ConfigError, match="options: unknown key 'plan'; known: 'plan_id'"):
-        env.reset(options={"plan": "small"})
-    with pytest.raises(ConfigError, match="plan_id: none of the 3 plans has the id 'tiny'"):
-        env.reset(options={"plan_id": "tiny"})
     with pytest.raises(ConfigError, match="success_coverage: expected at most 1, found 95"):
         make(success_coverage=95)
     with pytest.raises(ConfigError, match="dataset: expected at least one plan"):

@@ -122,17 +122,6 @@ def test_without_automatic_resets_the_caller_says_which() -> None:
             assert (one[1]["plan_id"][mask] == "large").all()
 
 
-@pytest.mark.parametrize("seeds", [7, [9, 2, 9]])
-def test_each_is_the_single_environment_of_its_seed(seeds: Any) -> None:
-    task, given = CASES["navigation"]
-    together, info = native(task, 3, **given).reset(seed=seeds)
-    for i, seed in enumerate([7, 8, 9] if seeds == 7 else seeds):
-        alone, its = native(task, 1, **given).reset(seed=seed)
-        assert_same(alone["map"][0], together["map"][i])
-        assert its["plan_id"][0] == info["plan_id"][i]
-        assert_same(its["pose"][0], info["pose"][i])
-
-
 def test_the_number_of_threads_does_not_matter() -> None:
     task, given = CASES["navigation, all at once"]
     envs = [native(task, 5, threads=threads, **given) for threads in (1, 2, 3, None)]

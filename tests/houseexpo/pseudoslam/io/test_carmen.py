@@ -10,7 +10,8 @@ import pytest
 
 from houseexpo.errors import ConfigError
 from houseexpo.grids.frame import GridFrame
-from houseexpo.pseudoslam.io.carmen import (
+from houseexpo.pseudoslam.worlds.world import World, make_world_from_raster
+from research.carmen_logs import (
     OdometryDrift,
     Pose,
     Reading,
@@ -19,7 +20,6 @@ from houseexpo.pseudoslam.io.carmen import (
     simulate_readings,
     write_log,
 )
-from houseexpo.pseudoslam.worlds.world import World, make_world_from_raster
 
 ROOM = GridFrame((-1.0, -2.0), 10.0, (42, 62), y_up=True)  # 6 x 4 m inside, a wall of one cell round it
 

@@ -111,7 +111,7 @@ def test_a_run_that_was_stopped_ends_with_the_same_weights(tmp_path: Path) -> No
     costs.write_text(json.dumps(json.loads(costs.read_bytes())[:1]))
     with pytest.raises(TrainingError, match="holds a run; continue it with --resume"):
         learn("stopped")
-    with pytest.raises(TrainingError, match="holds a run with other settings"):
+    with pytest.raises(TrainingError, match="belongs to another run"):
         learn("stopped", replace(TINY, seed=1), resume=True)
     said.clear()
     assert learn("stopped", resume=True) == weights

@@ -170,7 +170,7 @@ def test_a_run_goes_on_with_the_same_bits_and_learns(tmp_path: Path, monkeypatch
     assert (parts / "predictor.npz").read_bytes() == (whole / "predictor.npz").read_bytes()
 
     other = training.PredictorConfig(houses=2, thick=1, floors=2, steps=7)
-    with pytest.raises(TrainingError, match="holds a run with other settings"):
+    with pytest.raises(TrainingError, match="belongs to another run"):
         training.train_predictor(plans, ids, other, parts, resume=True, say=lambda _: None)
     for name in ("state.npz", "houses-000000.msgpack"):
         broken = tmp_path / f"broken-{name}"

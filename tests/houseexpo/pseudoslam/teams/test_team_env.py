@@ -187,15 +187,16 @@ def test_maps_merge_when_robots_hear_each_other() -> None:
 
 
 def test_a_narrow_band_sends_a_number_of_cells_in_a_step() -> None:
-    env = parallel_env(robots=2, dataset=TWO_ROOMS, radio=Radio("always", cells_per_step=100), success_coverage=None)
+    radio, still = Radio("always", cells_per_step=100), {"robot_0": np.zeros(2), "robot_1": np.zeros(2)}
+    env = parallel_env(robots=2, dataset=TWO_ROOMS, radio=radio, success_coverage=None, actions="continuous")
     env.reset(seed=0, options={"pose": [(1.0, 1.0, 0.0), (7.0, 1.0, math.pi)]})
     one, other = env.team.states
     had = int(one.counts.known)
     for k in range(5):
-        env.team.step(np.zeros((2, 2)))
+        env.step(still)
         assert int(one.counts.known) == had + 100 * (k + 1)
     for _ in range(400):
-        env.team.step(np.zeros((2, 2)))
+        env.step(still)
     assert int(one.counts.known) == int(other.counts.known) == env.team.explored
 
 
@@ -277,7 +278,8 @@ def test_a_robot_that_a_person_blocks_collides_but_does_not_meet_a_robot() -> No
     pose, ppm = env.team.states[1].pose_px, env.config.pixels_per_metre
     touch = (config.robot.radius_m + config.people.radius_m) * ppm
     pose[:3] = person.x - touch - 1.0, person.y, 0.0  # one pixel from the person
-    env.team.others.places[0, 1] = pose[:2]
+    for state in env.team.states:
+        state.episode.bodies.robots[1] = pose[:2]
     *_, infos = env.step({"robot_0": 1, "robot_1": 0})
     assert infos["robot_1"]["collided"]
     assert infos["robot_1"]["team"]["meetings"] == 0

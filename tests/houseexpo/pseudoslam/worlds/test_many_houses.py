@@ -49,7 +49,7 @@ def test_beyond_the_limit_houses_are_paged_and_stay_the_same(monkeypatch: pytest
         for one, other in zip(rasters(paged[i]), rasters(world_for(HUTS[i], COARSE)), strict=True):
             np.testing.assert_array_equal(one, other)
         assert len(paged._kept) <= 2
-        assert paged._kept.bytes == sum(_Packed(world_for(HUTS[j], COARSE)).size for j in paged._kept)
+        assert paged._kept.size == sum(_Packed(world_for(HUTS[j], COARSE)).size for j in paged._kept)
         assert list(paged._open) == [i]
     few = native("Exploration", 4, dataset=HUTS, config=COARSE)
     for _ in range(5):
@@ -63,7 +63,7 @@ def test_what_was_used_last_stays(monkeypatch: pytest.MonkeyPatch) -> None:
     for i in range(3):
         one = WorldCache(HUTS, COARSE)
         one[i]
-        sizes.append(one._kept.bytes)
+        sizes.append(one._kept.size)
     monkeypatch.setattr(worlds, "MAX_KEPT", sum(sizes) - 1)
     kept = WorldCache(HUTS, COARSE)
     for i in (0, 1, 0, 2):
@@ -77,14 +77,14 @@ def test_a_house_used_again_is_not_unpacked_again() -> None:
     assert kept[0] is first
     assert kept[1] is other
     held = [(*rasters(world)[:3], world.unknown, world.nearest) for world in (first, other)]
-    assert kept._open.bytes == sum(array.nbytes for arrays in held for array in arrays)
+    assert kept._open.size == sum(array.nbytes for arrays in held for array in arrays)
 
 
 def test_a_house_that_cannot_be_used_leaves_nothing_behind() -> None:
     kept = WorldCache(HUTS, SimulatorConfig(pixels_per_metre=16.0, people=PeopleConfig(2, radius_m=2.5)))
     with pytest.raises(ConfigError, match=r"people\.radius_m"):
         kept[0]
-    assert (len(kept._kept), kept._kept.bytes, len(kept._open)) == (0, 0, 0)
+    assert (len(kept._kept), kept._kept.size, len(kept._open)) == (0, 0, 0)
     assert kept[2].plan_id == "large"
 
 
@@ -100,11 +100,11 @@ def test_ten_thousand_houses_fit_in_memory(record_property) -> None:
     for i in range(len(plans)):
         kept[i]
     seconds, grown = time.process_time() - began, resident_bytes() - before
-    record_property("bytes a house", kept._kept.bytes / NUMBER)
+    record_property("bytes a house", kept._kept.size / NUMBER)
     record_property("resident bytes a house", grown / NUMBER)
     record_property("milliseconds a house", seconds / NUMBER * 1e3)
     assert len(kept._kept) == NUMBER  # none was dropped
-    assert kept._kept.bytes < worlds.MAX_KEPT / 2
+    assert kept._kept.size < worlds.MAX_KEPT / 2
     assert grown < worlds.MAX_KEPT
 
 
