@@ -15,7 +15,7 @@ import sys
 import unicodedata
 import zipfile
 import zlib
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path, PurePosixPath
 from typing import Any, Final, TypeVar
@@ -185,6 +185,9 @@ KEY: Final = "left_out"
 _LACKS: Final = {"missing": "missing", KEY: "left out as damaged"}
 _NAMED_ONE_BY_ONE: Final = 5
 _LETTERS: Final = 300
+PART_FAULTS: Final = (ArithmeticError, AttributeError, LookupError, TypeError, ValueError)
+"""What a part of a file that is not as its format says leads its reader to."""
+Part = TypeVar("Part")
 
 
 class LeftOutParts:
@@ -212,6 +215,17 @@ class LeftOutParts:
     def add(self, why: str) -> None:
         """Leave a part out; ``why`` names it and says what is wrong with it."""
         self._why[why] = None
+
+    def each(self, parts: Any, what: str, make: Callable[[Any], Part | None]) -> Iterator[Part]:
+        """Yield what is made of each part of a list; one that makes none of it is left out, and None is passed over."""
+        for number, part in enumerate(parts if isinstance(parts, list) else ()):
+            try:
+                made = make(part)
+            except PART_FAULTS as error:
+                self.add(f"{what}[{number}]: {type(error).__name__}: {str(error)[:60]}")
+            else:
+                if made is not None:
+                    yield made
 
     @property
     def note(self) -> str:
@@ -367,6 +381,15 @@ def decode_document(decoder: msgspec.json.Decoder[Document], data: bytes, name: 
         raise Rejection("source", Reason.UNREADABLE, f"{name}: {error}", advice) from None
 
 
+def read_bytes(path: Path, advice: str, most_bytes: int = LARGEST_BYTES) -> bytes:
+    """Read a file; raise Rejection (TOO_LARGE) with ``advice`` where it has more bytes."""
+    size = path.stat().st_size
+    if size > most_bytes:
+        detail = f"{path.name} has {size >> 20} MB, expected {most_bytes >> 20} MB at most"
+        raise Rejection("source", Reason.TOO_LARGE, detail, advice)
+    return path.read_bytes()
+
+
 def read_json_object(path: Path, advice: str) -> dict[str, Any]:
     """Read a file with one JSON object, whose values are checked where they are used.
 
@@ -375,11 +398,9 @@ def read_json_object(path: Path, advice: str) -> dict[str, Any]:
     Rejection
         TOO_LARGE above LARGEST_BYTES, UNREADABLE if it is no JSON or no object; ``advice`` says what to do.
     """
-    size = path.stat().st_size
-    if size > LARGEST_BYTES:
-        raise Rejection("source", Reason.TOO_LARGE, f"{path.name} has {size >> 20} MB", advice)
+    data = read_bytes(path, advice)
     try:
-        found = json.loads(path.read_bytes())
+        found = json.loads(data)
     except (ValueError, RecursionError) as error:
         raise Rejection("source", Reason.UNREADABLE, f"{path.name} is no JSON: {str(error)[:120]}", advice) from None
     if not isinstance(found, dict):

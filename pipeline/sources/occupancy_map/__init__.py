@@ -76,9 +76,9 @@ from pipeline.sources.occupancy_map.seen_walls import SeenSides, cut_walls, entr
 from pipeline.sources.occupancy_map.signs import measure_signs
 from pipeline.sources.storeys.scale import said_size
 from pipeline.sources.tolerances import DOOR_HEIGHT_M, FILE_GRID_M, LINE_WALL_M, WALL_HEIGHT_M
-from pipeline.sources.vector_plans.drawing import Drawing, DrawnStorey, levels_from_drawing, named_room
+from pipeline.sources.vector_plans.drawing import Drawing, DrawnStorey, levels_from_drawing
 from pipeline.tolerances import CRACK_M, HAND_M, MOST, PARTITION_M, RUN_M, SHOULDERS_M, TWICE
-from pipeline.values import EDGE, Input, Level, SourceObject
+from pipeline.values import EDGE, Input, Level, SourceObject, SourceRoom
 
 Bools = npt.NDArray[np.bool_]
 Floats = npt.NDArray[np.float64]
@@ -200,7 +200,7 @@ def _storey(found: RobotMap, name: str) -> DrawnStorey:
     return DrawnStorey(
         walls=tuple(walls_around(outlines, WALL_HEIGHT_M)),
         holes=tuple(holes),
-        rooms=tuple(named_room("", outline) for outline in outlines),
+        rooms=tuple(SourceRoom((), (), outline) for outline in outlines),
         about=about,
         furniture=() if found.walls_only else tuple(_things(outlines, free, occupied, found.resolution_m)),
         signs={} if found.walls_only else measure_signs(free, occupied, found.resolution_m, outlines, doorways),

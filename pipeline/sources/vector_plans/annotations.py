@@ -16,6 +16,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, Final
 
@@ -25,19 +26,10 @@ from shapely import LineString, Polygon
 
 from pipeline.geometry.areas import polygons_of
 from pipeline.rejection import Reason, Rejection
-from pipeline.sources.drawn_storeys import Hole, polygon_from_ring
-from pipeline.sources.files import LeftOutParts, read_json_object
-from pipeline.sources.tolerances import (
-    DOOR_HEIGHT_M,
-    DOOR_WIDTH_M,
-    DRAWN_SHEET_M,
-    FILE_GRID_M,
-    LOOP_M2,
-    NARROWEST_DOOR_M,
-    STOREY_HEIGHT_M,
-)
-from pipeline.sources.vector_plans.drawing import Drawing, DrawnStorey, Point, named_room, passage_rectangles
-from pipeline.values import SourceRoom
+from pipeline.sources.files import PART_FAULTS, LeftOutParts, read_json_object
+from pipeline.sources.tolerances import DOOR_WIDTH_M, FILE_GRID_M, LOOP_M2, NARROWEST_DOOR_M, STOREY_HEIGHT_M
+from pipeline.sources.vector_plans.drawing import Drawing, DrawnStorey, Feature, Point, area_from_ring
+from pipeline.sources.vector_plans.named_features import storey_from_features
 
 _MM = 0.001
 _NO_ROOMS: Final = frozenset({"door", "window", "outwall", "outdoor"})
@@ -81,24 +73,23 @@ def _structured3d(found: Mapping[str, Any], path: Path, left_out: LeftOutParts) 
     def edges(plane: int) -> Iterator[np.ndarray]:
         yield from (points[ends[line][:2]] for line in lines[plane] if len(ends[line]) >= 2)
 
-    rooms, holes, heights = [], [], []
-    for number, each in enumerate(semantics):
-        try:
-            kind, members = str(each["type"]), [int(plane) for plane in each["planeID"]]
-            if kind == "door":
-                area = np.concatenate([edge for plane in members for edge in edges(plane)])
-                holes.append((shapely.convex_hull(shapely.MultiPoint(area[:, :2])), area[:, 2].min(), area[:, 2].max()))
-            elif kind not in _NO_ROOMS:
-                floor = next(plane for plane in members if planes[plane]["type"] == "floor")
-                sides = list(edges(floor))
-                shape = _close_sides(sides)
-                rooms.append(named_room(kind if kind != "undefined" else "", shape))
-                heights.append(float(np.median([side[:, 2] for side in sides])))
-        except (KeyError, TypeError, ValueError, OverflowError, IndexError, StopIteration, AttributeError):
-            left_out.add(f"semantics {number} cannot be read")
-    height = float(np.median(heights)) if heights else 0.0
-    made = [hole for shape, low, top in holes if (hole := _across(shape, low - height, top - height)) is not None]
-    return DrawnStorey(rooms=tuple(rooms), holes=tuple(made), height_m=height)
+    def feature(said: Any) -> tuple[float, Feature] | None:
+        kind, members = str(said["type"]), [int(plane) for plane in said["planeID"]]
+        if kind == "door":
+            area = np.concatenate([edge for plane in members for edge in edges(plane)])
+            shape = shapely.convex_hull(shapely.MultiPoint(area[:, :2]))
+            return math.nan, Feature("door", shape, low_m=area[:, 2].min(), top_m=area[:, 2].max())
+        if kind in _NO_ROOMS:
+            return None
+        sides = list(edges(next(plane for plane in members if planes[plane]["type"] == "floor")))
+        room = Feature("room", _close_sides(sides), (kind,) if kind != "undefined" else ())
+        return float(np.median([side[:, 2] for side in sides])), room
+
+    drawn = list(left_out.each(semantics, "semantics", feature))
+    floors = [height for height, each in drawn if each.kind == "room"]
+    floor = float(np.median(floors)) if floors else 0.0
+    doors = [replace(each, low_m=each.low_m - floor, top_m=each.top_m - floor) for _, each in drawn if each.top_m]
+    return storey_from_features([*doors, *(each for _, each in drawn if each.kind == "room")], floor)
 
 
 def _close_sides(sides: Sequence[np.ndarray]) -> Polygon:
@@ -108,13 +99,6 @@ def _close_sides(sides: Sequence[np.ndarray]) -> Polygon:
     if not areas:
         raise ValueError("no area")
     return polygons_of(shapely.union_all(areas))[0]
-
-
-def _across(shape: Any, low: float, top: float) -> Hole | None:
-    if isinstance(shape, LineString):
-        shape = shape.buffer(DRAWN_SHEET_M / 2, cap_style="flat")
-    (found,) = passage_rectangles([shape])
-    return None if found is None else Hole(found[0], low, top, has_door=True, across=found[1])
 
 
 def _zind(found: Mapping[str, Any], path: Path, left_out: LeftOutParts) -> Drawing:
@@ -142,34 +126,24 @@ def _zind(found: Mapping[str, Any], path: Path, left_out: LeftOutParts) -> Drawi
                 left_out.add(f"floor {str(name)[:40]} has no scale, and no door to guess it from")
                 continue
             scale, guessed = DOOR_WIDTH_M / float(np.median(wide)), True
-        drawn = [made for key, each in rooms.items() if (made := _room(key, each, scale, left_out)) is not None]
-        holes = []
-        for (a, b), leaf in doors:
-            line = LineString([np.array(a) * scale, np.array(b) * scale])
-            hole = _across(line, 0.0, DOOR_HEIGHT_M) if line.length > NARROWEST_DOOR_M else None
-            holes += [Hole(hole.shape, 0.0, DOOR_HEIGHT_M, leaf, hole.across)] if hole else []
-        storeys.append(
-            DrawnStorey(
-                rooms=tuple(drawn),
-                holes=tuple(holes),
-                height_m=STOREY_HEIGHT_M * number,
-                about={"floor_name": str(name)},
-            )
-        )
+        features = [made for key, each in rooms.items() if (made := _room(key, each, left_out)) is not None]
+        for ends, leaf in doors:
+            if math.dist(*ends) * scale > NARROWEST_DOOR_M:
+                features.append(Feature("door" if leaf else "opening", LineString(ends)))
+        storey = storey_from_features(features, STOREY_HEIGHT_M * number, float(scale))
+        storeys.append(replace(storey, about={"floor_name": str(name)}))
     return Drawing("zind", tuple(storeys), left_out, ("scale",) if guessed else ())
 
 
-def _room(key: str, found: Any, scale: float, left_out: LeftOutParts) -> SourceRoom | None:
+def _room(key: str, found: Any, left_out: LeftOutParts) -> Feature | None:
     try:
-        shape = polygon_from_ring(np.array(found["vertices"], np.float64)[:, :2] * scale)
-    except (KeyError, TypeError, ValueError, OverflowError, IndexError):
-        shape = None
-    if shape is None:
+        shape = area_from_ring(np.array(found["vertices"], np.float64)[:, :2])
+    except PART_FAULTS:
         left_out.add(f"{key[:40]} has no polygon that can be read")
         return None
     pins = found.get("pins")
     words = [str(pin.get("label") or "") for pin in pins if isinstance(pin, dict)] if isinstance(pins, list) else []
-    return named_room(next((word for word in words if word), ""), shape)
+    return Feature("room", shape, tuple(filter(None, words))[:1])
 
 
 def _segments(found: Any) -> Iterator[tuple[Point, Point]]:

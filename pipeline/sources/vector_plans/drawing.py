@@ -1,6 +1,7 @@
-"""Hold a plan as its file draws it (walls, holes, rooms of each storey), and make levels of it for ``vector_plans``.
+"""Hold a plan as its file draws it, and make levels of it for ``vector_plans``.
 
-The frame: metres, x right and y up in the plan. A file whose y runs down is turned up by its reader.
+A reader says what it finds as ``Feature`` values; ``named_features.storey_from_features`` makes a ``DrawnStorey`` of
+them, with walls as bodies and holes through them. The frame: metres, x right and y up in the plan.
 
 R1  Two lines closer than THICKEST_WALL_M that enclose something are the faces of one wall: between them is wall.
 R2  A door stands in a wall. Where its file leaves a gap in the wall, the gap is filled up to the wall's faces first, so
@@ -11,7 +12,7 @@ R4  What lies far from the origin is moved near; the way back is in the level's 
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -20,7 +21,6 @@ import numpy as np
 import numpy.typing as npt
 import shapely
 from shapely import LineString, MultiPolygon, Polygon
-from shapely.affinity import scale, translate
 from shapely.geometry.base import BaseGeometry
 
 from houseexpo.files import sha256_of
@@ -33,11 +33,11 @@ from pipeline.sources.drawn_storeys import (
     deepen_to_wall_faces,
     merge_parallel_holes,
     passage_openings,
+    polygon_from_ring,
     wall_prisms,
     walls_around,
 )
 from pipeline.sources.files import LeftOutParts, level_id
-from pipeline.sources.roles import labels_for
 from pipeline.sources.tolerances import (
     CRACK_M,
     DEEPEST_WALL_M,
@@ -47,9 +47,9 @@ from pipeline.sources.tolerances import (
     FILE_GRID_M,
     LINE_WALL_M,
     LONGEST_SITE_M,
-    NAME_BOX_M,
     OFF_LINE_M,
     SHORTEST_M,
+    THICKEST_LINE_M,
     THICKEST_WALL_M,
     THROUGH_WALL,
     TINY,
@@ -62,8 +62,58 @@ Floats = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
+class Feature:
+    """One thing that a file draws, and what the file says of it: the value that all readers of drawings yield.
+
+    =======  ===========================================  ====================================================
+    kind     as an area                                   as a line
+    =======  ===========================================  ====================================================
+    wall     a closed line: a wall or the outline of a    a face; with ``thick_m`` the middle of a wall
+             house; with ``filled`` a wall as it stands
+    door     the area of the passage                      from jamb to jamb
+    opening  the same, without a leaf                     the same
+    swing                                                 hinge and the two ends of the arc that a leaf draws
+    window                                                a line of it, or several
+    room     its floor                                    a side of it
+    space    the floor of a cell that shares its sides
+             with others
+    name                                                  a point in the room; ``words`` has the text
+    object   a piece of furniture
+    floor    what is floor, of a room or of none
+    =======  ===========================================  ====================================================
+
+    Attributes
+    ----------
+    kind
+        One of the words above. What a file calls otherwise, a reader passes over.
+    shape
+        In the file's unit, x right and y up. An area may cross itself, and both may be of many parts.
+    words, labels
+        What the source calls it, and our labels of it, where the file says more than its words.
+    thick_m
+        Thickness of a wall that is drawn by its middle, or of the wall of a passage where the file draws none there.
+    low_m, top_m
+        Heights over the floor; None is the usual one.
+    filled
+        Whether the area is a wall as it stands.
+    walled
+        Whether a space has a wall where it touches others; None: as it has a passage there, or none.
+    """
+
+    kind: str
+    shape: BaseGeometry
+    words: tuple[str, ...] = ()
+    labels: tuple[str, ...] = ()
+    thick_m: float | None = None
+    low_m: float = 0.0
+    top_m: float | None = None
+    filled: bool = False
+    walled: bool | None = None
+
+
+@dataclass(frozen=True, eq=False)
 class DrawnStorey:
-    """What is drawn of a storey: ``height_m`` is that of its floor.
+    """A storey of a drawing, metres: ``height_m`` is that of its floor.
 
     ``all_named``: the drawing names each passage, so that a gap without a name is none.
     ``unnamed_gaps``: a wide gap is a passage, although the drawing names doors.
@@ -98,19 +148,34 @@ class Drawing:
     unit_m: float = 1.0
     names: tuple[str, ...] = ()
     idle: tuple[str, ...] = ()
+    wanted: str = "walls or rooms"
+    advice: str = "draw the walls, or leave the file out"
 
 
-def named_room(
-    word: str, polygon: Polygon | None = None, at: Point | None = None, labels: tuple[str, ...] = ()
-) -> SourceRoom:
-    """Return a room by its name (or "") and its polygon, or by a point in it."""
-    words = (word,) if word else ()
-    found = labels or labels_for(words)
-    if polygon is not None or at is None:
-        return SourceRoom(words, found, polygon)
-    return SourceRoom(
-        words, found, box=(at[0] - NAME_BOX_M, at[1] - NAME_BOX_M, at[0] + NAME_BOX_M, at[1] + NAME_BOX_M)
-    )
+def points_from(said: Any, least: int = 2, columns: int = 0, unit_m: float = 1.0) -> Floats:
+    """Return points (n, 2 or 3), metres, of what a file gives; ValueError if they are none, or beyond any building.
+
+    ``columns`` is how many numbers a point has; 0 takes two or three.
+    """
+    found = np.array(said, np.float64) * unit_m
+    if found.ndim != 2 or found.shape[1] not in ({columns} if columns else {2, 3}) or len(found) < least:
+        raise ValueError(f"expected {least} points or more of {columns or '2 or 3'} numbers")
+    if not np.isfinite(found).all() or np.abs(found).max() > 10 * LONGEST_SITE_M:
+        raise ValueError("it lies beyond any building")
+    return found
+
+
+def area_from_ring(ring: Iterable[Sequence[float]]) -> Polygon:
+    """Return the polygon of a ring (n, 2), its largest part where it crosses itself; ValueError if it has no area."""
+    found = polygon_from_ring(ring)
+    if found is None:
+        raise ValueError("it has no area")
+    return found
+
+
+def wall_thickness(said_m: float) -> float:
+    """Return the thickness of a wall that is drawn as a line: what a file says, if that may be one."""
+    return said_m if SHORTEST_M < said_m < THICKEST_LINE_M else LINE_WALL_M
 
 
 def walls_along_lines(lines: Iterable[tuple[Point, Point]], thick_m: float) -> list[Polygon]:
@@ -119,12 +184,6 @@ def walls_along_lines(lines: Iterable[tuple[Point, Point]], thick_m: float) -> l
     merged = shapely.line_merge(shapely.union_all(segments, grid_size=FILE_GRID_M)) if segments else LineString()
     body = shapely.buffer(merged, thick_m / 2, cap_style="square", join_style="mitre", mitre_limit=2.0)
     return polygons_of(body)
-
-
-def wall_along_line(start: Sequence[float], end: Sequence[float], thick_m: float) -> Polygon | None:
-    """Return one wall that ends where its line does, or None if it has no length."""
-    line = LineString([start[:2], end[:2]])
-    return shapely.buffer(line, thick_m / 2, cap_style="flat") if line.length > FILE_GRID_M else None
 
 
 def walls_between_faces(shapes: Iterable[Polygon]) -> list[Polygon]:
@@ -136,12 +195,12 @@ def walls_between_faces(shapes: Iterable[Polygon]) -> list[Polygon]:
     return polygons_of(shapely.union_all([body, *slits], grid_size=FILE_GRID_M))
 
 
-def walls_between_rooms(rooms: Sequence[Polygon], walled: Sequence[bool] | None = None) -> list[Polygon]:
-    """Return walls along the edges at which rooms touch others, of those rooms that are ``walled`` (all by default)."""
+def walls_between_rooms(rooms: Sequence[Polygon], walled: Sequence[bool]) -> list[Polygon]:
+    """Return walls along the edges at which rooms touch others, of those rooms that are ``walled``."""
     areas = shapely.STRtree(rooms)
     edges = []
     for number, room in enumerate(rooms):
-        if walled is None or walled[number]:
+        if walled[number]:
             edge = shapely.boundary(room)
             beside = [rooms[k] for k in areas.query(edge, "dwithin", distance=CRACK_M) if k != number]
             edges.append(shapely.intersection(edge, shapely.buffer(shapely.union_all(beside), CRACK_M)))
@@ -258,9 +317,9 @@ def levels_from_drawing(item: Input, drawing: Drawing, path: Path, name: str) ->
     """
     drawn = [storey for storey in drawing.storeys if storey.walls or any(each.polygon for each in storey.rooms)]
     if not drawn:
-        detail = f"{name}: expected walls or rooms, found none"
+        detail = f"{name}: expected {drawing.wanted}, found none"
         detail += f"; left out: {drawing.left_out.note}" if drawing.left_out else ""
-        raise Rejection("source", Reason.NO_LEVEL, detail, "draw the walls, or leave the file out")
+        raise Rejection("source", Reason.NO_LEVEL, detail, drawing.advice)
     provenance: dict[str, Any] = {
         "source": drawing.source,
         "file": name,
@@ -340,56 +399,34 @@ def _moved_near(storey: DrawnStorey, name: str) -> tuple[DrawnStorey, Point]:
     if max(abs(x1), abs(y1), abs(x2), abs(y2)) < FAR_FROM_ORIGIN_M:
         return storey, (0.0, 0.0)
     dx, dy = float(np.floor(x1)), float(np.floor(y1))
-
-    def near(shape: Any) -> Any:
-        return translate(shape, -dx, -dy)
-
-    rooms = [
-        replace(
-            each,
-            polygon=None if each.polygon is None else near(each.polygon),
-            box=None if each.box is None else (each.box[0] - dx, each.box[1] - dy, each.box[2] - dx, each.box[3] - dy),
-        )
-        for each in storey.rooms
-    ]
-    moved = replace(
-        storey,
-        walls=tuple(replace(wall, shape=near(wall.shape)) for wall in storey.walls),
-        holes=tuple(replace(hole, shape=near(hole.shape)) for hole in storey.holes),
-        rooms=tuple(rooms),
-        floor=None if storey.floor is None else near(storey.floor),
-        furniture=tuple(SourceObject(each.words, _shift(each.mesh, dx, dy)) for each in storey.furniture),
-    )
-    return moved, (dx, dy)
+    return _placed(storey, lambda points: points - (dx, dy)), (dx, dy)
 
 
 def scale_drawing(drawing: Drawing, factor: float) -> Drawing:
     """Return a drawing with its lengths in plan multiplied; heights are those that readers give to drawings."""
-
-    def scaled(shape: Any) -> Any:
-        return scale(shape, factor, factor, origin=(0.0, 0.0))
-
-    def room(each: SourceRoom) -> SourceRoom:
-        x1, y1, x2, y2 = each.box or (0.0, 0.0, 0.0, 0.0)
-        box = (x1 * factor, y1 * factor, x2 * factor, y2 * factor)
-        return replace(each, polygon=each.polygon and scaled(each.polygon), box=each.box and box)
-
-    def thing(each: SourceObject) -> SourceObject:
-        return SourceObject(each.words, Mesh(each.mesh.vertices * (factor, factor, 1.0), each.mesh.faces))
-
-    storeys = tuple(
-        replace(
-            storey,
-            walls=tuple(replace(wall, shape=scaled(wall.shape)) for wall in storey.walls),
-            holes=tuple(replace(hole, shape=scaled(hole.shape)) for hole in storey.holes),
-            rooms=tuple(map(room, storey.rooms)),
-            floor=storey.floor and scaled(storey.floor),
-            furniture=tuple(map(thing, storey.furniture)),
-        )
-        for storey in drawing.storeys
-    )
+    storeys = tuple(_placed(storey, lambda points: points * factor) for storey in drawing.storeys)
     return replace(drawing, storeys=storeys, unit_m=drawing.unit_m * factor)
 
 
-def _shift(mesh: Mesh, dx: float, dy: float) -> Mesh:
-    return Mesh(mesh.vertices - (dx, dy, 0.0), mesh.faces)
+def _placed(storey: DrawnStorey, to: Callable[[Floats], Floats]) -> DrawnStorey:
+    """Return a storey whose points in plan (n, 2) are moved."""
+
+    def moved(shape: Any) -> Any:
+        return None if shape is None else shapely.transform(shape, to)
+
+    def room(each: SourceRoom) -> SourceRoom:
+        x1, y1, x2, y2 = (0.0,) * 4 if each.box is None else to(np.reshape(each.box, (2, 2))).ravel().tolist()
+        return replace(each, polygon=moved(each.polygon), box=each.box and (x1, y1, x2, y2))
+
+    def thing(each: SourceObject) -> SourceObject:
+        points = np.column_stack([to(each.mesh.vertices[:, :2]), each.mesh.vertices[:, 2]])
+        return SourceObject(each.words, Mesh(points, each.mesh.faces))
+
+    return replace(
+        storey,
+        walls=tuple(replace(wall, shape=moved(wall.shape)) for wall in storey.walls),
+        holes=tuple(replace(hole, shape=moved(hole.shape)) for hole in storey.holes),
+        rooms=tuple(map(room, storey.rooms)),
+        floor=moved(storey.floor),
+        furniture=tuple(map(thing, storey.furniture)),
+    )

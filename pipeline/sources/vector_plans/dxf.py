@@ -33,8 +33,8 @@ from shapely import LineString, Polygon
 
 from houseexpo.errors import MissingDependencyError, install_command
 from houseexpo.file_kinds import format_suffix
-from pipeline.geometry.areas import polygons_of
 from pipeline.rejection import Reason, Rejection
+from pipeline.sources.drawn_storeys import polygon_from_ring
 from pipeline.sources.files import LARGEST_BYTES, LeftOutParts, archive_members, read_member
 from pipeline.sources.tolerances import (
     DRAWING_M,
@@ -46,13 +46,11 @@ from pipeline.sources.tolerances import (
     SWING_M,
     WALL_THICKNESS_M,
 )
-from pipeline.sources.vector_plans.drawing import Drawing, DrawnStorey, Point
+from pipeline.sources.vector_plans.drawing import Drawing, DrawnStorey, Feature, Point
 from pipeline.sources.vector_plans.named_features import (
-    DrawnFeatures,
     kind_from_name,
     names_doors_and_windows,
     nest_rings,
-    polygon_from_points,
     storey_from_features,
 )
 
@@ -164,18 +162,21 @@ def read_drawing(path: Path, key: str = "", *, unit_m: float | None = None, with
     except (DXFError, *_FAULTS) as error:
         detail = f"{path.name} cannot be read as DXF: {type(error).__name__}: {str(error)[:120]}"
         raise Rejection("source", Reason.UNREADABLE, detail, _ADVICE) from None
-    drawn = DrawnFeatures()
+    features: list[Feature] = []
     del every
     for kind, entity in found:
         try:
-            _add(drawn, kind, entity, scale)
+            features += _features(kind, entity, scale)
         except (DXFError, ValueError, TypeError, AttributeError, ArithmeticError) as error:
             left_out.add(f"{entity.dxftype()} on {str(entity.dxf.layer)[:40]}: {type(error).__name__}")
-    if len(drawn.wall_lines) > MOST_WALL_LINES:
-        detail = f"{path.name}: its layers of walls hold {len(drawn.wall_lines):,} lines, "
+    lines = sum(
+        len(each.shape.coords) - 1 for each in features if each.kind == "wall" and isinstance(each.shape, LineString)
+    )
+    if lines > MOST_WALL_LINES:
+        detail = f"{path.name}: its layers of walls hold {lines:,} lines, "
         detail += f"expected {MOST_WALL_LINES:,} at most"
         raise Rejection("source", Reason.TOO_LARGE, detail, "leave texts, patterns and furniture out of them")
-    storey = storey_from_features(drawn)
+    storey = storey_from_features(features, to_metres=scale)
     layers = sorted(str(layer.dxf.name) for layer in document.layers)
     _check_storey(storey, path.name, layers, is_whole=data.rstrip().endswith((b"EOF", b"EOF\0")), is_guessed=is_guessed)
     guesses = (*(() if is_stated else ("units",)), *(("layers",) if is_guessed else ()))
@@ -412,27 +413,27 @@ def _points(entity: Any) -> list[tuple[float, float]]:
     return []
 
 
-def _add(drawn: DrawnFeatures, kind: str, entity: Any, scale: float) -> None:
+def _features(kind: str, entity: Any, scale: float) -> Iterator[Feature]:
+    """Yield what an entity draws, in units; ``scale`` is their metres."""
     shape = entity.dxftype()
     if shape in _TEXTS:
-        drawn.texts += _lines_of_text(entity, scale)
+        yield from _lines_of_text(entity)
     elif kind in {"door", "opening"} and (swings := list(_swings(entity))):  # R6
-        for swing in swings:
-            hinge, start, end = (_scaled(at, scale) for at in swing)
-            if SWING_M[0] < math.dist(hinge, start) < SWING_M[1]:
-                drawn.arcs.append((hinge, start, end))
+        for hinge, *ends in swings:
+            if SWING_M[0] < math.dist(hinge, ends[0]) * scale < SWING_M[1]:
+                yield Feature("swing", LineString([hinge, *ends]))
     elif shape in {"HATCH", "MPOLYGON"}:
-        drawn.wall_bodies += _filled(entity, scale) if kind == "wall" else []
+        yield from (Feature("wall", area, filled=True) for area in (_filled(entity) if kind == "wall" else ()))
     elif shape not in _CURVES or kind == "wall":
-        _add_line(drawn, kind, entity, scale)
+        yield from _line(kind, entity, scale)
 
 
-def _lines_of_text(entity: Any, scale: float) -> Iterator[tuple[str, Point]]:
+def _lines_of_text(entity: Any) -> Iterator[Feature]:
     text = entity.plain_text() if entity.dxftype() == "MTEXT" else entity.dxf.text
     at = entity.dxf.insert
     for line, word in enumerate(str(text).splitlines()):
         if word.strip():
-            yield re.sub(r"\s+", " ", word.strip())[:100], (at.x * scale, (at.y - line * SAME) * scale)
+            yield Feature("name", shapely.Point(at.x, at.y - line * SAME), (re.sub(r"\s+", " ", word.strip())[:100],))
 
 
 def _letters(entities: Iterable[Any]) -> list[float]:
@@ -458,10 +459,6 @@ def _swings(entity: Any) -> Iterator[tuple[Point, Point, Point]]:
         yield (centre.x, centre.y), (start.x, start.y), (end.x, end.y)
 
 
-def _scaled(at: Point, scale: float) -> Point:
-    return at[0] * scale, at[1] * scale
-
-
 def _width(entity: Any) -> float:
     """Return the width of a polyline, in units; 0 where it has none, or several."""
     if entity.dxftype() == "LWPOLYLINE":
@@ -474,50 +471,34 @@ def _width(entity: Any) -> float:
     return 0.0
 
 
-def _add_line(drawn: DrawnFeatures, kind: str, entity: Any, scale: float) -> None:
-    shape = entity.dxftype()
-    points: list[Point] = [(x * scale, y * scale) for x, y in _points(entity)]
+def _line(kind: str, entity: Any, scale: float) -> Iterator[Feature]:
+    """Yield the area that a line closes or the line itself."""
+    points = _points(entity)
     if not np.isfinite(np.asarray(points, np.float64)).all():
         raise ValueError("a coordinate is not finite")
     closed = len(points) > 2 and (
-        shape in {"SOLID", "TRACE", "3DFACE"} or bool(getattr(entity, "is_closed", False)) or points[0] == points[-1]
+        entity.dxftype() in {"SOLID", "TRACE", "3DFACE"}
+        or bool(getattr(entity, "is_closed", False))
+        or points[0] == points[-1]
     )
-    wide = _width(entity) * scale if kind == "wall" else 0.0
-    if WALL_THICKNESS_M[0] <= wide <= WALL_THICKNESS_M[1] and len(points) > 1:  # R5
-        line = LineString([*points, points[0]] if closed else points)
-        drawn.wall_bodies += polygons_of(shapely.buffer(line, wide / 2, cap_style="flat", join_style="mitre"))
-        return
-    area = polygon_from_points(points) if closed else None
-    if kind == "wall" and area is not None:
-        drawn.wall_areas.append(area)
-    elif kind == "wall":
-        drawn.wall_lines += pairwise(points)
-    elif kind == "window":
-        drawn.window_lines += pairwise([*points, points[0]] if closed else points)
-    elif kind == "room" and area is not None:
-        drawn.rooms.append((area, (), ""))
-    elif kind == "room":
-        drawn.room_lines += pairwise(points)
-    elif kind in {"door", "opening"} and area is not None:
-        drawn.door_areas.append((area, kind == "door"))
-    elif kind == "opening" and len(points) == 2:
-        drawn.door_lines.append((points[0], points[1], False))
-    elif kind == "object" and area is not None:
-        drawn.objects.append(("object", area, 1.0))
+    ring = [*points, points[0]] if closed else points
+    area = polygon_from_ring(points) if closed else None
+    wide = _width(entity) if kind == "wall" else 0.0
+    if WALL_THICKNESS_M[0] <= wide * scale <= WALL_THICKNESS_M[1] and len(points) > 1:  # R5
+        line = shapely.buffer(LineString(ring), wide / 2, cap_style="flat", join_style="mitre")
+        yield Feature("wall", line, filled=True)
+    elif area is not None and kind != "window":
+        yield Feature(kind, area, ("object",) if kind == "object" else ())
+    elif len(points) > 1 and (kind in {"wall", "room", "window"} or (kind == "opening" and len(points) == 2)):
+        yield Feature(kind, LineString(ring if kind == "window" else points))
 
 
-def _filled(entity: Any, scale: float) -> list[Polygon]:
+def _filled(entity: Any) -> list[Polygon]:
     """R5: return the areas of a hatch; rings inside an odd number of others are holes."""
     from ezdxf.path import from_hatch
 
-    rings = []
-    for path in from_hatch(entity):
-        area = polygon_from_points(
-            [(point.x * scale, point.y * scale) for point in path.flattening(1e9, segments=_PIECES)]
-        )
-        if area is not None:
-            rings.append(area)
-    return nest_rings(rings)
+    paths = ([(point.x, point.y) for point in path.flattening(1e9, segments=_PIECES)] for path in from_hatch(entity))
+    return nest_rings([area for path in paths if (area := polygon_from_ring(path)) is not None])
 
 
 # Find the unit of a DXF drawing: what it states, and what its walls and doors say.

@@ -13,7 +13,7 @@ R4  In a file without walls, areas that are called by the function of a room (cl
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Final
 
@@ -22,23 +22,22 @@ import numpy as np
 import shapely
 from shapely import Polygon
 
-from pipeline.geometry.areas import polygons_of
 from pipeline.rejection import Reason, Rejection
-from pipeline.sources.files import LARGEST_BYTES, LeftOutParts, decode_document
+from pipeline.sources.files import LeftOutParts, decode_document, read_bytes
 from pipeline.sources.roles import labels_for
 from pipeline.sources.tolerances import (
     DRAWING_M,
     EARTH_M,
     HIGHEST_OBJECT_M,
-    LEFTOVER_M2,
     LONGEST_SITE_M,
     STOREY_HEIGHT_M,
 )
-from pipeline.sources.vector_plans.drawing import Drawing
+from pipeline.sources.vector_plans.drawing import Drawing, Feature, Floats
 from pipeline.sources.vector_plans.named_features import (
-    DrawnFeatures,
+    ToMetres,
     function_of_room,
     kind_from_name,
+    simple_parts,
     storey_from_features,
 )
 
@@ -81,28 +80,22 @@ def read_drawing(path: Path) -> Drawing:
     """Read a collection; raise Rejection if it cannot be read or no feature is called wall or room."""
     found = read_collection(path)
     left_out = LeftOutParts()
-    levels: dict[str, list[tuple[str, Any, Mapping[str, Any]]]] = {}
-    known = [(number, feature, _kind(feature)) for number, feature in enumerate(found.features)]
-    known = _with_rooms_by_function(known)
+    levels: dict[str, list[Feature]] = {}
+    known = _with_rooms_by_function([(number, each, _kind(each)) for number, each in enumerate(found.features)])
     named = [each for each in known if each[2] or not isinstance(each[1], dict)]
     for (number, feature, kind), shape in zip(named, _shapes_of([feature for _, feature, _ in named]), strict=True):
         if shape is None:
             left_out.add(f"feature {number} has no geometry that can be read")
         else:
             about = _properties(feature)
-            levels.setdefault(_level(about), []).append((kind, shape, about))
-    shapes = [shape for level in levels.values() for _, shape, _ in level]
+            levels.setdefault(_level(about), []).append(_feature(kind, shape, about))
+    shapes = [each.shape for level in levels.values() for each in level]
     if not shapes:
         detail = f"{path.name}: expected features that are called wall or room, found none of {len(found.features)}"
         raise Rejection("source", Reason.NO_LEVEL, detail, f"name them by one of {', '.join(_KEYS)}")
     to_metres, guesses = _to_metres(shapes, found.crs)
-    if to_metres is not None:
-        levels = {
-            name: [(kind, shapely.transform(shape, to_metres), about) for kind, shape, about in level]
-            for name, level in levels.items()
-        }
     storeys = [
-        storey_from_features(_features_of(level), STOREY_HEIGHT_M * n)
+        storey_from_features(level, STOREY_HEIGHT_M * n, to_metres)
         for n, (_, level) in enumerate(sorted(levels.items()))
     ]
     return Drawing("geojson", tuple(storeys), left_out, guesses)
@@ -193,10 +186,7 @@ def shape_of(feature: Mapping[str, Any]) -> Any:
 
 def read_collection(path: Path) -> _Collection:
     """Return the collection of a file; raise Rejection if it is too large or is none."""
-    size = path.stat().st_size
-    if size > LARGEST_BYTES:
-        raise Rejection("source", Reason.TOO_LARGE, f"{path.name} has {size >> 20} MB", "expected a plan")
-    return decode_collection(path.read_bytes(), path.name)
+    return decode_collection(read_bytes(path, "expected a plan"), path.name)
 
 
 def decode_collection(data: bytes, name: str) -> _Collection:
@@ -209,14 +199,14 @@ def _level(about: Mapping[str, Any]) -> str:
     return next((str(about[key]) for key in _LEVELS if about.get(key) is not None), "")
 
 
-def _to_metres(shapes: list[Any], crs: Any) -> tuple[Any, tuple[str, ...]]:
-    """R2: return the function that turns points into metres, or None where they are, and what was guessed."""
+def _to_metres(shapes: list[Any], crs: Any) -> tuple[float | ToMetres, tuple[str, ...]]:
+    """R2: return the unit, or the function that turns points into metres, and what was guessed."""
     x1, y1, x2, y2 = shapely.total_bounds(shapes).tolist()
     said = str(crs)
     in_metres = "metre" in said or "LOCAL_CS" in said
     long = max(x2 - x1, y2 - y1)
     if in_metres or long <= 0:
-        return None, ()
+        return 1.0, ()
     if max(abs(x1), abs(x2)) <= 180 and max(abs(y1), abs(y2)) <= 90 and long < 0.5:
         return degrees_to_metres(shapes), ()
     areas = [part.area for shape in shapes for part in simple_parts(shape) if part.area > 0]
@@ -224,66 +214,39 @@ def _to_metres(shapes: list[Any], crs: Any) -> tuple[Any, tuple[str, ...]]:
     if long > LONGEST_SITE_M and areas and fits:
         usual = math.sqrt(float(np.median(areas)) / USUAL_ROOM_M2)
         unit = min(fits, key=lambda each: abs(math.log(each * usual)))
-        return lambda points: points * unit, ("units",)
-    return None, ()
+        return unit, ("units",)
+    return 1.0, ()
 
 
-def degrees_to_metres(shapes: list[Any]) -> Any:
+def degrees_to_metres(shapes: list[Any]) -> ToMetres:
     """Return the function that turns points in degrees into metres about the middle of some shapes."""
     x1, y1, x2, y2 = shapely.total_bounds(shapes).tolist()
     at = np.radians([(x1 + x2) / 2, (y1 + y2) / 2])
     factor = np.array([EARTH_M * math.cos(float(at[1])), EARTH_M])
-    return lambda points: (np.radians(points) - at) * factor
+
+    def to_metres(points: Floats) -> Floats:
+        return np.asarray((np.radians(points) - at) * factor)
+
+    return to_metres
 
 
-def _features_of(level: list[tuple[str, Any, Mapping[str, Any]]]) -> DrawnFeatures:
-    drawn = DrawnFeatures()
-    drawn_parts = [part for _, shape, _ in level for part in simple_parts(shape) if isinstance(part, Polygon)]
-    valid = iter(shapely.make_valid(np.array(drawn_parts, np.object_)))
-    for kind, shape, about in level:
-        parts = list(simple_parts(shape))
-        drawn_areas = [next(valid) for part in parts if isinstance(part, Polygon)]
-        areas = [area for part in drawn_areas for area in polygons_of(part) if area.area > LEFTOVER_M2]
-        lines = [part for part in parts if part.geom_type in {"LineString", "LinearRing"}]
-        edges = [(a, b) for line in lines for a, b in zip(line.coords, line.coords[1:], strict=False)]
-        if kind == "wall":
-            drawn.wall_areas += areas
-            drawn.wall_lines += edges
-        elif kind == "room":
-            label = str(about.get("label") or "")
-            said = about.get("source_labels") or [about.get("name") or about.get("room_type") or label]
-            words = tuple(_word(each) for each in (said if isinstance(said, list) else [said]) if each)
-            function = next((function_of_room(each) or "" for key in _keys_of(about) if (each := about.get(key))), "")
-            exact = next(iter(labels_for(words)), "") if function == "Room" else ""
-            label = label or exact or function
-            drawn.rooms += [(area, words, label) for area in areas]
-        elif kind in {"door", "opening"}:
-            leaf = kind == "door" and about.get("door_kind") not in {"opening", "cut"}
-            drawn.door_areas += [(area, leaf) for area in areas]
-            drawn.door_lines += [(a, b, leaf) for a, b in edges]
-        elif kind == "object":
-            high = about.get("height")
-            drawn.objects += [
-                (
-                    str(about.get("label") or "object"),
-                    area,
-                    float(high) if isinstance(high, int | float) and 0 < high < HIGHEST_OBJECT_M else 1.0,
-                )
-                for area in areas
-            ]
-    return drawn
+def _feature(kind: str, shape: Any, about: Mapping[str, Any]) -> Feature:
+    if kind == "room":
+        label = str(about.get("label") or "")
+        said = about.get("source_labels") or [about.get("name") or about.get("room_type") or label]
+        words = tuple(_word(each) for each in (said if isinstance(said, list) else [said]) if each)
+        function = next((function_of_room(each) or "" for key in _keys_of(about) if (each := about.get(key))), "")
+        exact = next(iter(labels_for(words)), "") if function == "Room" else ""
+        return Feature("room", shape, words, (label or exact or function,))
+    if kind == "object":
+        high = about.get("height")
+        top = float(high) if isinstance(high, int | float) and 0 < high < HIGHEST_OBJECT_M else None
+        return Feature("object", shape, (str(about.get("label") or "object"),), top_m=top)
+    if kind == "door" and about.get("door_kind") in {"opening", "cut"}:
+        return Feature("opening", shape)
+    return Feature(kind, shape)
 
 
 def _word(value: Any) -> str:
     """IMDF's names are mappings of languages."""
     return str(next(iter(value.values()), "")) if isinstance(value, dict) else str(value)
-
-
-def simple_parts(shape: Any) -> Iterator[Any]:
-    """Yield the points, lines and polygons of a geometry, however deep they are in collections."""
-    parts = [shape] if isinstance(shape, Polygon) else shapely.get_parts(shape)
-    for part in parts:
-        if part.geom_type.startswith("Multi") or part.geom_type == "GeometryCollection":
-            yield from simple_parts(part)
-        else:
-            yield part

@@ -17,7 +17,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Final
 
@@ -30,28 +30,12 @@ from shapely.geometry.base import BaseGeometry
 from houseexpo.file_kinds import format_suffix
 from pipeline.geometry.areas import polygons_of
 from pipeline.rejection import Reason, Rejection
-from pipeline.sources.drawn_storeys import Hole, Wall, unite_rooms, walls_around
 from pipeline.sources.files import Element, LeftOutParts, parse_xml
 from pipeline.sources.roles import Role, role_from_name
-from pipeline.sources.tolerances import (
-    CLEAR_M,
-    CRACK_M,
-    DOOR_HEIGHT_M,
-    FILE_GRID_M,
-    IFC_DOOR_M,
-    LEFTOVER_M2,
-    WALL_HEIGHT_M,
-)
-from pipeline.sources.vector_plans.drawing import (
-    Drawing,
-    DrawnStorey,
-    deepen_to_walls,
-    door_hole,
-    named_room,
-    passage_rectangles,
-    walls_between_rooms,
-)
+from pipeline.sources.tolerances import CLEAR_M, CRACK_M, FILE_GRID_M, IFC_DOOR_M
+from pipeline.sources.vector_plans.drawing import Drawing, DrawnStorey, Feature
 from pipeline.sources.vector_plans.geojson import degrees_to_metres
+from pipeline.sources.vector_plans.named_features import storey_from_features
 
 Floats = npt.NDArray[np.float64]
 _ROOT = re.compile(rb"<(\w+:)?IndoorFeatures[\s>]")
@@ -65,10 +49,10 @@ _ADVICE = "export the map again"
 
 @dataclass
 class _Map:
-    """What a file holds: rooms and doors with the heights of their floors, and the lines of its transitions."""
+    """What a file holds: spaces and doors with the heights of their floors, and the lines of its transitions."""
 
-    rooms: list[tuple[Polygon, float, str]] = field(default_factory=list)
-    doors: list[tuple[BaseGeometry, float]] = field(default_factory=list)
+    spaces: list[tuple[float, Feature]] = field(default_factory=list)
+    doors: list[tuple[float, BaseGeometry]] = field(default_factory=list)
     ways: list[LineString] = field(default_factory=list)
 
 
@@ -93,15 +77,14 @@ def read_drawing(path: Path) -> Drawing:
         if name in _CELLS:
             _add_cell(element, name, found, left_out)
         elif name in _DOOR_BOUNDARIES:
-            found.doors += [(line, height) for line, height in _lines(element) if line.length > 0.0]
+            found.doors += [(height, line) for line, height in _lines(element) if line.length > 0.0]
         elif name == "Transition":
             found.ways += [line for line, _ in _lines(element)]
-    if not found.rooms:
-        raise Rejection("source", Reason.NO_LEVEL, f"{path.name}: expected cells with a floor, found none", _ADVICE)
-    if b"4326" in data:
+    if found.spaces and b"4326" in data:
         found = _in_metres(found)
-    storeys = [_storey(found, low, high) for low, high in _heights([height for _, height, _ in found.rooms])]
-    return Drawing("indoorgml", tuple(storeys), left_out, () if found.doors or not found.ways else ("doors",))
+    storeys = [_storey(found, low, high) for low, high in _heights([height for height, _ in found.spaces])]
+    guesses = () if found.doors or not found.ways else ("doors",)
+    return Drawing("indoorgml", tuple(storeys), left_out, guesses, wanted="cells with a floor", advice=_ADVICE)
 
 
 def _name_of(element: Element) -> str:
@@ -127,9 +110,9 @@ def _add_cell(cell: Element, kind: str, found: _Map, left_out: LeftOutParts) -> 
     area = shapely.union_all([shapely.make_valid(Polygon(face[:, :2])) for face in level])
     role = role_from_name(word)
     if kind in _DOOR_SPACES or (role is not None and role.role is Role.DOOR):
-        found.doors.append((area, floor))
+        found.doors.append((floor, area))
     else:
-        found.rooms += [(part, floor, word) for part in polygons_of(area)]
+        found.spaces.append((floor, Feature("space", area, (word,) if word else (), walled=True)))
 
 
 def _faces(element: Element) -> Iterator[Floats]:
@@ -192,18 +175,15 @@ def _numbers(text: str) -> Floats:
 
 def _in_metres(found: _Map) -> _Map:
     """Turn latitude and longitude into metres."""
-
-    def turned(shape: BaseGeometry) -> BaseGeometry:
-        return shapely.transform(shape, lambda points: points[:, ::-1])
-
-    to_metres = degrees_to_metres([turned(area) for area, _, _ in found.rooms])
+    turned = [shapely.transform(each.shape, lambda points: points[:, ::-1]) for _, each in found.spaces]
+    to_metres = degrees_to_metres(turned)
 
     def placed(shape: BaseGeometry) -> BaseGeometry:
-        return shapely.transform(turned(shape), to_metres)
+        return shapely.transform(shape, lambda points: to_metres(points[:, ::-1]))
 
     return _Map(
-        [(placed(area), height, word) for area, height, word in found.rooms],
-        [(placed(shape), height) for shape, height in found.doors],
+        [(height, replace(each, shape=placed(each.shape))) for height, each in found.spaces],
+        [(height, placed(shape)) for height, shape in found.doors],
         [placed(line) for line in found.ways],
     )
 
@@ -222,36 +202,11 @@ def _heights(floors: Sequence[float]) -> Iterator[tuple[float, float]]:
 
 
 def _storey(found: _Map, low: float, high: float) -> DrawnStorey:
-    here = [(area, word) for area, height, word in found.rooms if low <= height < high]
-    doors = [shape for shape, height in found.doors if low - CLEAR_M / 2 <= height < high - CLEAR_M / 2]
-    between = walls_between_rooms([area for area, _ in here])  # R3
-    rest = shapely.union_all(between)
-    rooms = [
-        (part, word) for area, word in here for part in polygons_of(area.difference(rest)) if part.area > LEFTOVER_M2
-    ]
-    shapes = [area for area, _ in rooms]
-    walls = [wall.shape for wall in walls_around(shapes, WALL_HEIGHT_M)] + between
-    lines = [shape for shape in doors if isinstance(shape, LineString)]
+    here = [each for height, each in found.spaces if low <= height < high]
+    doors = [shape for height, shape in found.doors if low - CLEAR_M / 2 <= height < high - CLEAR_M / 2]
     if not found.doors:  # R4
-        lines = list(_crossings([area for area, _ in here], found.ways))
-    holes = [hole for line in lines if (hole := _hole(line, walls)) is not None]
-    areas = [shape for shape in doors if not isinstance(shape, LineString)]
-    holes += deepen_to_walls(
-        [Hole(box[0], 0.0, DOOR_HEIGHT_M, True, box[1]) for box in passage_rectangles(areas) if box], walls
-    )
-    return DrawnStorey(
-        walls=tuple(Wall(wall, 0.0, WALL_HEIGHT_M) for wall in walls),
-        holes=tuple(holes),
-        rooms=tuple(named_room(word, area) for area, word in rooms),
-        floor=unite_rooms([*shapes, *(hole.shape for hole in holes)]),
-        height_m=low,
-        all_named=False,
-    )
-
-
-def _hole(line: LineString, walls: Sequence[Polygon]) -> Hole | None:
-    ends = shapely.get_coordinates(line)
-    return door_hole(ends[0], ends[-1], walls, has_door=True)
+        doors = list(_crossings([part for each in here for part in polygons_of(each.shape)], found.ways))
+    return replace(storey_from_features([*here, *(Feature("door", shape) for shape in doors)], low), all_named=False)
 
 
 def _crossings(rooms: Sequence[Polygon], ways: Sequence[LineString]) -> Iterator[LineString]:

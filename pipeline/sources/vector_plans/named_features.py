@@ -14,16 +14,18 @@ R6  A closed line called room without a name, inside one with a name, is a hole 
 R7  Two lines called wall that run beside each other, longer than they are apart, are the two faces of a wall, also
     where its ends are open. A line much farther off than another beside it (a measure beside a wall) is no face of it.
 R8  Lines called window that hang together stand for the wall that they fill, if they are as thin as a wall.
+R9  Spaces, the cells of a map, share their faces: a smaller one is a hole in a larger. Walls are around all of them,
+    and where a walled one touches others; one with a passage in its edge is walled, if its file does not say.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
 from itertools import pairwise
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 import numpy.typing as npt
@@ -34,7 +36,7 @@ from shapely.geometry.base import BaseGeometry
 from houseexpo.plan.room_labels import canonical
 from pipeline.geometry.areas import dot_product, drop_thin_parts, polygons_of
 from pipeline.geometry.prisms import extrude_polygon
-from pipeline.sources.drawn_storeys import Hole, Wall, polygon_from_ring
+from pipeline.sources.drawn_storeys import Hole, Wall, unite_rooms, walls_around
 from pipeline.sources.roles import labels_for, names_furniture_with_doors
 from pipeline.sources.tolerances import (
     CRACK_M,
@@ -42,6 +44,8 @@ from pipeline.sources.tolerances import (
     DOOR_HEIGHT_M,
     DRAWN_SHEET_M,
     FILE_GRID_M,
+    LEFTOVER_M2,
+    LINE_WALL_M,
     MASSIVE_WALL_M,
     NAME_BOX_M,
     OFF_LINE_M,
@@ -52,13 +56,16 @@ from pipeline.sources.tolerances import (
 )
 from pipeline.sources.vector_plans.drawing import (
     DrawnStorey,
+    Feature,
     Point,
     deepen_to_walls,
     door_hole,
     passage_rectangles,
     walls_along_lines,
     walls_between_faces,
+    walls_between_rooms,
 )
+from pipeline.tolerances import BESIDE_M
 from pipeline.values import SourceObject, SourceRoom
 
 _WORDS: Final = {
@@ -89,6 +96,9 @@ ROOM_FUNCTIONS: Final = {
     **dict.fromkeys(("stairs", "stair", "staircase", "stairwell", "escalator", "ramp"), ""),
 }
 """Words that indoor maps have for spaces, and our labels of those which are the names of no rooms in other files."""
+PASSAGES: Final = ("door", "opening")
+OBJECT_HEIGHT_M: Final = 1.0  # of furniture of which the file says nothing
+ToMetres = Callable[[npt.NDArray[np.float64]], npt.NDArray[np.float64]]
 _NO_WALLS: Final = frozenset({"stem", "footing", "foundation", "virtual", "shear"})
 """Words of walls that are under a floor, or nowhere."""
 
@@ -96,27 +106,77 @@ _FRENCH_WINDOW: Final = re.compile(
     r"portes?.?fen[eê]tre|puertas?.?ventana|porta.?(finestra|janela)|window.?door", re.IGNORECASE
 )
 
-NamedArea = tuple[Polygon, tuple[str, ...], str]
-"""Area, the source's words, and our label where the file says it."""
+Area = tuple[Polygon, Feature]
+"""An area in metres, and what it was read as."""
 
 
 @dataclass
-class DrawnFeatures:
-    """What is drawn, in metres, y up."""
+class _Drawn:
+    """The features of a storey by what they are, in metres."""
 
     wall_bodies: list[Polygon] = field(default_factory=list)
     """Filled areas, which are walls as they stand."""
-    room_lines: list[tuple[Point, Point]] = field(default_factory=list)
     wall_areas: list[Polygon] = field(default_factory=list)
     wall_lines: list[tuple[Point, Point]] = field(default_factory=list)
-    rooms: list[NamedArea] = field(default_factory=list)
+    wall_middles: dict[float, list[tuple[Point, Point]]] = field(default_factory=dict)
+    """Lines of walls by their thickness."""
+    tops: list[float] = field(default_factory=list)
+    """Heights of walls, where they are said."""
     window_lines: list[tuple[Point, Point]] = field(default_factory=list)
+    rooms: list[Area] = field(default_factory=list)
+    room_lines: list[tuple[Point, Point]] = field(default_factory=list)
+    spaces: list[Area] = field(default_factory=list)
+    floors: list[Polygon] = field(default_factory=list)
     texts: list[tuple[str, Point]] = field(default_factory=list)
-    door_areas: list[tuple[Polygon, bool]] = field(default_factory=list)
-    door_lines: list[tuple[Point, Point, bool]] = field(default_factory=list)
+    door_areas: list[Area] = field(default_factory=list)
+    door_lines: list[tuple[Point, Point, Feature]] = field(default_factory=list)
     arcs: list[tuple[Point, Point, Point]] = field(default_factory=list)
     """Hinge, and the two ends."""
-    objects: list[tuple[str, Polygon, float]] = field(default_factory=list)
+    objects: list[Area] = field(default_factory=list)
+
+    @classmethod
+    def sorted(cls, features: Iterable[Feature], to_metres: float | ToMetres) -> _Drawn:
+        """Sort features into their lists; ``to_metres`` is the unit, or what turns points (n, 2) into metres."""
+        drawn, given = cls(), list(features)
+        to = to_metres if callable(to_metres) else lambda points: points * to_metres
+        shapes = shapely.transform(np.array([each.shape for each in given], np.object_), to)
+        for each, shape in zip(given, shapes, strict=True):
+            drawn._add(each, shape)
+        return drawn
+
+    def _add(self, each: Feature, shape: BaseGeometry) -> None:
+        if each.kind == "wall" and each.top_m is not None:
+            self.tops.append(each.top_m)
+        for part in simple_parts(shape):
+            if isinstance(part, Polygon):
+                for area in polygons_of(shapely.make_valid(part)):
+                    if area.area > LEFTOVER_M2:
+                        self._add_area(each, area)
+            else:
+                self._add_line(each, [(float(x), float(y)) for x, y in shapely.get_coordinates(part)])
+
+    def _add_area(self, each: Feature, area: Polygon) -> None:
+        if each.kind == "wall":
+            (self.wall_bodies if each.filled else self.wall_areas).append(area)
+        elif each.kind == "floor":
+            self.floors.append(area)
+        else:
+            lists = {"room": self.rooms, "space": self.spaces, "object": self.objects}
+            lists |= dict.fromkeys(PASSAGES, self.door_areas)
+            lists.get(each.kind, []).append((area, each))
+
+    def _add_line(self, each: Feature, points: list[Point]) -> None:
+        if each.kind == "name":
+            self.texts += [(word, points[0]) for word in each.words]
+        elif each.kind == "swing":
+            self.arcs.append((points[0], points[1], points[2]))
+        elif each.kind in PASSAGES:
+            self.door_lines.append((points[0], points[-1], each))
+        elif each.kind == "wall" and each.thick_m is not None:
+            self.wall_middles.setdefault(each.thick_m, []).extend(pairwise(points))
+        else:
+            lists = {"wall": self.wall_lines, "window": self.window_lines, "room": self.room_lines}
+            lists.get(each.kind, []).extend(pairwise(points))
 
 
 @lru_cache(maxsize=4096)  # a drawing says the same few names again and again
@@ -144,30 +204,76 @@ def names_doors_and_windows(name: str) -> bool:
     return both and not _FRENCH_WINDOW.search(name)
 
 
-def storey_from_features(drawn: DrawnFeatures, height_m: float = 0.0) -> DrawnStorey:
-    """Return the storey of a drawing; it may be empty."""
-    drawn_rooms = _with_holes(drawn)
-    areas, sides = _outlines(drawn, drawn_rooms)
-    panes, frames = windows_from_lines(drawn.window_lines)  # R8
-    lines = [*drawn.wall_lines, *sides, *frames]
-    bodies = bodies_between_faces(lines)
-    shapes = [*areas, *drawn.wall_bodies, *panes, *walls_along_lines(lines, DRAWN_SHEET_M), *bodies]
-    walls = walls_between_faces(shapes) if lines or panes else shapes
-    walls = [shapely.simplify(wall, ROUGH_M) for wall in walls] if bodies else walls  # faces are nearly parallel
+def storey_from_features(
+    features: Iterable[Feature], height_m: float = 0.0, to_metres: float | ToMetres = 1.0
+) -> DrawnStorey:
+    """Return the storey of a drawing; it may be empty.
+
+    Parameters
+    ----------
+    features
+        What is drawn, in the file's unit.
+    height_m
+        Height of the floor.
+    to_metres
+        The metres in a unit, or a function of points (n, 2) that turns them into metres.
+    """
+    drawn = _Drawn.sorted(features, to_metres)
+    top = float(np.median(drawn.tops)) if drawn.tops else WALL_HEIGHT_M
+    rooms = _with_holes(drawn)
+    if drawn.spaces:
+        rooms, walls = _of_spaces(drawn, top)
+    else:
+        walls = _walls(drawn, rooms)
     holes = deepen_to_walls(_of_areas(drawn.door_areas), walls)
-    holes += [hole for a, b, leaf in drawn.door_lines if (hole := door_hole(a, b, walls, has_door=leaf)) is not None]
+    holes += [hole for line in drawn.door_lines if (hole := _of_line(line, walls)) is not None]
     solid = shapely.union_all(walls) if drawn.arcs else Polygon()
     holes += [hole for arc in drawn.arcs if (hole := _of_arc(arc, walls, solid)) is not None]
     return DrawnStorey(
-        walls=tuple(Wall(wall, 0.0, WALL_HEIGHT_M) for wall in walls),
+        walls=tuple(Wall(wall, 0.0, top) for wall in walls),
         holes=tuple(holes),
-        rooms=_rooms(drawn, drawn_rooms or _ring_rooms(drawn)),
+        rooms=_rooms(drawn, rooms or _ring_rooms(drawn)),
+        floor=unite_rooms([*drawn.floors, *(hole.shape for hole in holes)]) if drawn.floors else None,
         furniture=tuple(
-            SourceObject((word,), extrude_polygon(shape, 0.0, high)) for word, shape, high in drawn.objects
+            SourceObject(
+                each.words, extrude_polygon(shape, each.low_m, OBJECT_HEIGHT_M if each.top_m is None else each.top_m)
+            )
+            for shape, each in drawn.objects
         ),
         height_m=height_m,
-        all_named=bool(holes),
     )
+
+
+def _walls(drawn: _Drawn, rooms: Sequence[Area]) -> list[Polygon]:
+    """R1, R5, R7, R8."""
+    areas, sides = _outlines(drawn, rooms)
+    panes, frames = windows_from_lines(drawn.window_lines)
+    lines = [*drawn.wall_lines, *sides, *frames]
+    bodies = bodies_between_faces(lines)
+    middles = [part for thick, each in sorted(drawn.wall_middles.items()) for part in walls_along_lines(each, thick)]
+    shapes = [*areas, *drawn.wall_bodies, *panes, *walls_along_lines(lines, DRAWN_SHEET_M), *bodies, *middles]
+    walls = walls_between_faces(shapes) if lines or panes or middles else shapes
+    return [shapely.simplify(wall, ROUGH_M) for wall in walls] if bodies else walls  # faces are nearly parallel
+
+
+def _of_spaces(drawn: _Drawn, top_m: float) -> tuple[list[Area], list[Polygon]]:
+    """R9: return the rooms and the walls of a map of spaces."""
+    areas = [area for area, _ in drawn.spaces]
+    ways = shapely.STRtree([LineString((start, end)).centroid for start, end, _ in drawn.door_lines])
+    walled = [
+        bool(len(ways.query(shapely.boundary(area), "dwithin", distance=BESIDE_M)))
+        if each.walled is None
+        else each.walled
+        for area, each in drawn.spaces
+    ]
+    walls = [*drawn.wall_areas, *walls_between_rooms(areas, walled)]
+    rooms: list[Area] = []
+    taken = shapely.union_all(walls)
+    for area, each in sorted(drawn.spaces, key=lambda space: space[0].area):
+        rest = polygons_of(shapely.difference(area, taken))
+        rooms += [(part, each) for part in rest if part.area > LEFTOVER_M2]
+        taken = shapely.union(taken, area)
+    return rooms, [wall.shape for wall in walls_around([area for area, _ in rooms], top_m)] + walls
 
 
 def nest_rings(areas: Sequence[Polygon]) -> list[Polygon]:
@@ -189,9 +295,9 @@ def nest_rings(areas: Sequence[Polygon]) -> list[Polygon]:
     return polygons_of(solid)
 
 
-def _outlines(drawn: DrawnFeatures, rooms: Sequence[NamedArea]) -> tuple[list[Polygon], list[tuple[Point, Point]]]:
+def _outlines(drawn: _Drawn, rooms: Sequence[Area]) -> tuple[list[Polygon], list[tuple[Point, Point]]]:
     """R5: return the walls that are bodies, and the sides of the rings of which the others are made."""
-    inside = [LineString(line) for line in drawn.wall_lines] + [area for area, _, _ in rooms]
+    inside = [LineString(line) for line in drawn.wall_lines] + [area for area, _ in rooms]
     names = [shapely.Point(at) for text, at in drawn.texts if labels_for((text,))]
     inside += names
     inside += [shapely.Point(arc[0]) for arc in drawn.arcs] + [area.centroid for area, _ in drawn.door_areas]
@@ -223,11 +329,11 @@ def _is_alone(rings: Sequence[Polygon]) -> bool:
     return all(rings[-1].contains(ring) and not _is_wide(ring, MASSIVE_WALL_M) for ring in rings[:-1])
 
 
-def _ring_rooms(drawn: DrawnFeatures) -> list[NamedArea]:
+def _ring_rooms(drawn: _Drawn) -> list[Area]:
     """R5: return the closed lines called wall that are rooms, since they lie side by side."""
     side_by_side = _side_by_side(drawn.wall_areas)
     return [
-        (ring, (), "")
+        (ring, Feature("room", ring))
         for ring in drawn.wall_areas
         if _is_beside(ring, side_by_side) and not any(ring is not each and ring.contains(each) for each in side_by_side)
     ]
@@ -266,7 +372,7 @@ def _wide_part(shape: Polygon, than_m: float) -> BaseGeometry:
     return drop_thin_parts(shape, than_m)
 
 
-def _enclosed_rooms(drawn: DrawnFeatures) -> list[NamedArea]:
+def _enclosed_rooms(drawn: _Drawn) -> list[Area]:
     """R4."""
     if not drawn.room_lines:
         return []
@@ -274,54 +380,65 @@ def _enclosed_rooms(drawn: DrawnFeatures) -> list[NamedArea]:
         [LineString(line) for line in drawn.room_lines if line[0] != line[1]], grid_size=FILE_GRID_M
     )
     found = shapely.get_parts(shapely.polygonize(shapely.get_parts(lines)))
-    return [(area, (), "") for area in found if not drop_thin_parts(area, THICKEST_WALL_M).is_empty]
+    return [(area, Feature("room", area)) for area in found if not drop_thin_parts(area, THICKEST_WALL_M).is_empty]
 
 
-def _with_holes(drawn: DrawnFeatures) -> list[NamedArea]:
+def _with_holes(drawn: _Drawn) -> list[Area]:
     """Return the areas called room, less their holes (R6)."""
     rooms = drawn.rooms
     if len(rooms) < 2 or not drawn.texts:
         return rooms
     texts = shapely.STRtree([shapely.Point(at) for _, at in drawn.texts])
-    named = [bool(words or label or len(texts.query(area, "intersects"))) for area, words, label in rooms]
-    tree = shapely.STRtree([area for area, _, _ in rooms])
+    named = [bool(each.words or each.labels or len(texts.query(area, "intersects"))) for area, each in rooms]
+    tree = shapely.STRtree([area for area, _ in rooms])
     found = []
-    for i, (area, words, label) in enumerate(rooms):
+    for i, (area, each) in enumerate(rooms):
         if not named[i] and any(named[k] and k != i for k in tree.query(area, "within")):
             continue
         inside = [int(k) for k in tree.query(area, "contains") if k != i and not named[k]] if named[i] else []
         rest = shapely.difference(area, shapely.union_all([rooms[k][0] for k in inside])) if inside else area
-        found.append((rest if isinstance(rest, Polygon) else area, words, label))
+        found.append((rest if isinstance(rest, Polygon) else area, each))
     return found
 
 
-def _rooms(drawn: DrawnFeatures, areas: Sequence[NamedArea]) -> tuple[SourceRoom, ...]:
+def _rooms(drawn: _Drawn, areas: Sequence[Area]) -> tuple[SourceRoom, ...]:
     """R2."""
     rooms, used = [], set()
-    for area, words, label in [*areas, *_enclosed_rooms(drawn)]:
+    for area, each in [*areas, *_enclosed_rooms(drawn)]:
         inside = [i for i, (_, at) in enumerate(drawn.texts) if shapely.intersects_xy(area, *at)]
         used.update(inside)
-        said = [*words, *(drawn.texts[i][0] for i in inside)]
-        found = next((each for word in [label, *said] if (each := canonical(word))), None)
+        said = [*each.words, *(drawn.texts[i][0] for i in inside)]
+        found = next((label for word in [*each.labels, *said] if (label := canonical(word))), None)
         kept = tuple(dict.fromkeys(word for word in said if word and word not in {found, "Unlabelled"}))
         rooms.append(SourceRoom(kept or ((found,) if found else ()), (found,) if found else labels_for(said), area))
     for i, (text, (x, y)) in enumerate(drawn.texts):
         labels = labels_for((text,))
         if i not in used and labels:
-            rooms.append(
-                SourceRoom((text,), labels, box=(x - NAME_BOX_M, y - NAME_BOX_M, x + NAME_BOX_M, y + NAME_BOX_M))
-            )
+            box = (x - NAME_BOX_M, y - NAME_BOX_M, x + NAME_BOX_M, y + NAME_BOX_M)
+            rooms.append(SourceRoom((text,), labels, box=box))
     return tuple(rooms)
 
 
-def _of_areas(areas: Sequence[tuple[Polygon, bool]]) -> list[Hole]:
+def _of_areas(areas: Sequence[Area]) -> list[Hole]:
     """R3: one walks through the shorter way."""
     ways = passage_rectangles([area for area, _ in areas])
     return [
-        Hole(area, 0.0, DOOR_HEIGHT_M, has_leaf, way[1])
-        for (area, has_leaf), way in zip(areas, ways, strict=True)
+        Hole(area, each.low_m, _head(each), each.kind == "door", way[1])
+        for (area, each), way in zip(areas, ways, strict=True)
         if way is not None
     ]
+
+
+def _of_line(line: tuple[Point, Point, Feature], walls: Sequence[Polygon]) -> Hole | None:
+    """R3."""
+    start, end, each = line
+    thick = LINE_WALL_M if each.thick_m is None else each.thick_m
+    leaf = each.kind == "door"
+    return door_hole(start, end, walls, has_door=leaf, bottom_m=each.low_m, top_m=_head(each), thick_m=thick)
+
+
+def _head(each: Feature) -> float:
+    return DOOR_HEIGHT_M if each.top_m is None else each.top_m
 
 
 def _of_arc(arc: tuple[Point, Point, Point], walls: Sequence[Polygon], solid: BaseGeometry) -> Hole | None:
@@ -338,12 +455,14 @@ def _of_arc(arc: tuple[Point, Point, Point], walls: Sequence[Polygon], solid: Ba
     return door_hole(hinge, end, walls, has_door=True)
 
 
-def polygon_from_points(points: Iterable[Sequence[float]]) -> Polygon | None:
-    """Return the area of a closed line, or None if it has none."""
-    corners = np.asarray([tuple(point[:2]) for point in points], np.float64)
-    if len(corners) < 3 or not np.isfinite(corners).all():
-        return None
-    return polygon_from_ring(corners)
+def simple_parts(shape: Any) -> Iterator[Any]:
+    """Yield the points, lines and polygons of a geometry, however deep they are in collections."""
+    parts = [shape] if isinstance(shape, Polygon) else shapely.get_parts(shape)
+    for part in parts:
+        if part.geom_type.startswith("Multi") or part.geom_type == "GeometryCollection":
+            yield from simple_parts(part)
+        else:
+            yield part
 
 
 # Make bodies of walls and windows that are drawn by their faces: two lines beside each other, open at their ends.

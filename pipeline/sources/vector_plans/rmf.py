@@ -20,29 +20,23 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
 import shapely
-from shapely import Polygon
+from shapely import LineString, Polygon
 
 from houseexpo.files import decode_yaml
 from pipeline.geometry.areas import polygons_of
 from pipeline.rejection import Reason, Rejection
-from pipeline.sources.drawn_storeys import Wall, polygon_from_ring, unite_rooms
-from pipeline.sources.files import DEEPEST, LeftOutParts
+from pipeline.sources.drawn_storeys import Wall, polygon_from_ring
+from pipeline.sources.files import DEEPEST, LeftOutParts, read_bytes
 from pipeline.sources.roles import labels_for
 from pipeline.sources.tolerances import FILE_GRID_M, LINE_WALL_M, SHAFT_M, WALL_HEIGHT_M
-from pipeline.sources.vector_plans.drawing import (
-    Drawing,
-    DrawnStorey,
-    Point,
-    door_hole,
-    named_room,
-    walls_along_lines,
-    walls_between_faces,
-)
+from pipeline.sources.vector_plans.drawing import Drawing, DrawnStorey, Feature, Point
+from pipeline.sources.vector_plans.named_features import storey_from_features
 from pipeline.values import SourceRoom
 
 LARGEST_BUILDING_BYTES = 1 << 26
@@ -113,40 +107,37 @@ class _Sheet:
 
     def storey(self, lifts: list[SourceRoom], lift_doors: list[tuple[Point, Point]]) -> DrawnStorey:
         """Draw the level."""
-        by_thickness: dict[float, list[tuple[Point, Point]]] = {}
-        for a, b, parameters in self.edges("walls"):
-            by_thickness.setdefault(_parameter(parameters, "thickness", LINE_WALL_M), []).append((a, b))
-        bodies = [part for thick, lines in sorted(by_thickness.items()) for part in walls_along_lines(lines, thick)]
-        walls = walls_between_faces([*bodies, *self._polygons("holes")])
-        found = [door_hole(a, b, walls, has_door=_has_leaf(p)) for a, b, p in self.edges("doors")]
-        found += [door_hole(a, b, walls, has_door=True) for a, b in lift_doors]
-        floors = self._floors()
-        walls += self._blocks(walls, [hole.shape for hole in found if hole is not None], floors)
-        return DrawnStorey(
-            walls=tuple(Wall(wall, 0.0, WALL_HEIGHT_M) for wall in walls),
-            holes=tuple(hole for hole in found if hole is not None),
-            rooms=(*self._rooms(floors), *lifts),
-            floor=unite_rooms([*floors, *(hole.shape for hole in found if hole is not None)]) if floors else None,
-            height_m=_number(self.level.get("elevation"), 0.0),
+        holes, floors = list(self._polygons("holes")), self._floors()
+        features = [
+            Feature("wall", LineString([a, b]), thick_m=_parameter(said, "thickness", LINE_WALL_M))
+            for a, b, said in self.edges("walls")
+        ]
+        features += [Feature("wall", hole, filled=True) for hole in holes]
+        doors = [(a, b, "door" if _has_leaf(said) else "opening") for a, b, said in self.edges("doors")]
+        doors += [(a, b, "door") for a, b in lift_doors]
+        features += [Feature(kind, LineString([a, b])) for a, b, kind in doors]
+        features += [*(Feature("floor", floor) for floor in floors), *self._rooms(floors)]
+        drawn = storey_from_features(features, _number(self.level.get("elevation"), 0.0))
+        blocks = self._blocks([wall.shape for wall in drawn.walls], [hole.shape for hole in drawn.holes], floors)
+        return replace(
+            drawn,
+            walls=(*drawn.walls, *(Wall(block, 0.0, WALL_HEIGHT_M) for block in blocks)),
+            rooms=(*drawn.rooms, *lifts),
             all_named=False,
             about={"level_name": self.name},
         )
 
-    def _rooms(self, floors: list[Polygon]) -> list[SourceRoom]:
+    def _rooms(self, floors: list[Polygon]) -> list[Feature]:
         """R3."""
-        named = [(name, at) for name, at in self.names if labels_for((name,))]
-        inside = [[k for k, (_, at) in enumerate(named) if shapely.contains_xy(floor, *at)] for floor in floors]
-        if max(map(len, inside), default=0) > 1 or sum(map(len, inside)) < 2:
-            return [named_room(name, at=at) for name, at in named]
-        of_floors = [
-            named_room(named[found[0]][0], floor) for floor, found in zip(floors, inside, strict=True) if found
-        ]
-        taken = {k for found in inside for k in found}
-        return of_floors + [named_room(name, at=at) for k, (name, at) in enumerate(named) if k not in taken]
+        named = [Feature("name", shapely.Point(at), (name,)) for name, at in self.names if labels_for((name,))]
+        inside = [sum(floor.contains(each.shape) for each in named) for floor in floors]
+        are_rooms = max(inside, default=0) == 1 and sum(inside) > 1
+        rooms = [Feature("room", floor) for floor, count in zip(floors, inside, strict=True) if count and are_rooms]
+        return rooms + named
 
     def _floors(self) -> list[Polygon]:
         """R6."""
-        holes = shapely.union_all(self._polygons("holes"))
+        holes = shapely.union_all(list(self._polygons("holes")))
         floors = [shapely.difference(floor, holes) for floor in self._polygons("floors")]
         return [part for floor in floors for part in polygons_of(floor)]
 
@@ -166,14 +157,12 @@ class _Sheet:
             and not any(shapely.dwithin(place, door, FILE_GRID_M) for door in doors)
         ]
 
-    def _polygons(self, kind: str) -> list[Polygon]:
-        shapes = []
+    def _polygons(self, kind: str) -> Iterator[Polygon]:
         for each in _as_list(self.level.get(kind)):
             corners = each.get("vertices") if isinstance(each, Mapping) else None
-            ring = [self._at(index) for index in _as_list(corners)]
-            shape = polygon_from_ring([point for point in ring if point is not None])
-            shapes += [shape] if shape is not None else []
-        return shapes
+            ring = [point for index in _as_list(corners) if (point := self._at(index)) is not None]
+            if (shape := polygon_from_ring(ring)) is not None:
+                yield shape
 
     def edges(self, kind: str) -> Iterator[tuple[Point, Point, Mapping[str, Any]]]:
         """Yield the edges of a kind; R5."""
@@ -190,11 +179,9 @@ class _Sheet:
 
 
 def _document(path: Path) -> Mapping[str, Any]:
-    if path.stat().st_size > LARGEST_BUILDING_BYTES:
-        detail = f"{path.name} has {path.stat().st_size >> 20} MB, expected {LARGEST_BUILDING_BYTES >> 20} MB at most"
-        raise Rejection("source", Reason.TOO_LARGE, detail, "expected one building")
+    data = read_bytes(path, "expected one building", LARGEST_BUILDING_BYTES)
     try:
-        document = decode_yaml(path.read_bytes(), DEEPEST)
+        document = decode_yaml(data, DEEPEST)
     except ValueError as error:
         raise _unreadable(path, str(error)) from None
     if not isinstance(document, Mapping):

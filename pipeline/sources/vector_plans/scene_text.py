@@ -23,15 +23,14 @@ from pathlib import Path
 from typing import Final
 
 import numpy as np
-from shapely import Polygon
+import shapely
+from shapely import LineString
+from shapely.affinity import rotate, translate
 
-from pipeline.geometry.prisms import extrude_polygon
-from pipeline.rejection import Reason, Rejection
-from pipeline.sources.drawn_storeys import Hole, Wall
-from pipeline.sources.files import LeftOutParts
-from pipeline.sources.tolerances import LINE_WALL_M, LONGEST_SITE_M, SHORTEST_M, THICKEST_LINE_M, TINY
-from pipeline.sources.vector_plans.drawing import Drawing, DrawnStorey, Point, door_hole, walls_along_lines
-from pipeline.values import SourceObject
+from pipeline.sources.files import LeftOutParts, read_bytes
+from pipeline.sources.tolerances import LONGEST_SITE_M, TINY
+from pipeline.sources.vector_plans.drawing import Drawing, Feature, wall_thickness
+from pipeline.sources.vector_plans.named_features import storey_from_features
 
 LARGEST_SCRIPT_BYTES = 1 << 24
 BINS, PLACES_M = 1280, 32.0
@@ -56,43 +55,25 @@ def can_read(path: Path, head: bytes) -> bool:
 
 
 def read_drawing(path: Path) -> Drawing:
-    """Read a layout; raise Rejection if it has no wall."""
-    if path.stat().st_size > LARGEST_SCRIPT_BYTES:
-        raise Rejection(
-            "source", Reason.TOO_LARGE, f"{path.name} has {path.stat().st_size >> 20} MB", "expected a layout"
-        )
+    """Read a layout; raise Rejection if it is too large."""
+    text = read_bytes(path, "expected a layout", LARGEST_SCRIPT_BYTES).decode("utf-8", "replace")
     left_out = LeftOutParts()
-    lines: dict[str, tuple[Point, Point]] = {}
-    thick: dict[float, list[tuple[Point, Point]]] = {}
-    feet, tops = [], []
-    things = _from_bins(list(_things(path.read_text("utf-8", "replace"), left_out)))
-    for name, kind, said in things:
-        if kind == "wall":
-            found = [_number(said, field) for field in _FIELDS["wall"][:7]]
-            if not all(map(math.isfinite, found)) or max(map(abs, found)) > LONGEST_SITE_M:
-                left_out.add(f"wall {name[:40]} has a number that cannot be read")
-                continue
-            line = ((found[0], found[1]), (found[3], found[4]))
-            lines[name] = line
-            wide = _number(said, "thickness")
-            thick.setdefault(round(wide, 3) if SHORTEST_M < wide < THICKEST_LINE_M else LINE_WALL_M, []).append(line)
-            feet.append(min(found[2], found[5]))
-            tops.append(found[6])
-    if not lines:
-        detail = f"{path.name}: expected walls, found none"
-        raise Rejection("source", Reason.NO_LEVEL, detail, "leave the file out")
-    foot, top = float(np.median(feet)), float(np.median(tops))
-    walls = [part for wide, found_ in sorted(thick.items()) for part in walls_along_lines(found_, wide)]
-    holes = [hole for each in things if (hole := _door(each, lines, walls, foot, left_out)) is not None]
-    objects = [thing for each in things if (thing := _thing(each, foot)) is not None]
-    storey = DrawnStorey(
-        walls=tuple(Wall(wall, 0.0, top) for wall in walls),
-        holes=tuple(holes),
-        furniture=tuple(objects),
-        height_m=foot,
-        all_named=bool(holes),
-    )
-    return Drawing("layout text", (storey,), left_out)
+    things = _from_bins(list(_things(text, left_out)))
+    walls: dict[str, Feature] = {}
+    feet = []
+    for name, _, said in (each for each in things if each[1] == "wall"):
+        ax, ay, az, bx, by, bz, height = found = [_number(said, field) for field in _FIELDS["wall"][:7]]
+        if not all(map(math.isfinite, found)) or max(map(abs, found)) > LONGEST_SITE_M:
+            left_out.add(f"wall {name[:40]} has a number that cannot be read")
+            continue
+        thick = round(wall_thickness(_number(said, "thickness")), 3)  # R1
+        walls[name] = Feature("wall", LineString([(ax, ay), (bx, by)]), thick_m=thick, top_m=height)
+        feet.append(min(az, bz))
+    foot = float(np.median(feet)) if feet else 0.0
+    doors = (_door(name, said, walls, foot, left_out) for name, kind, said in things if kind == "door")
+    boxes = (_thing(name, said, foot) for name, kind, said in things if kind == "bbox")
+    features = [*walls.values(), *filter(None, doors), *filter(None, boxes)]
+    return Drawing("layout text", (storey_from_features(features, foot),), left_out, wanted="walls")
 
 
 def _things(text: str, left_out: LeftOutParts) -> Iterator[tuple[str, str, dict[str, str]]]:
@@ -133,45 +114,30 @@ def _in_metres(field: str, value: str) -> str:
 
 
 def _door(
-    each: tuple[str, str, dict[str, str]],
-    lines: dict[str, tuple[Point, Point]],
-    walls: list[Polygon],
-    foot: float,
-    left_out: LeftOutParts,
-) -> Hole | None:
+    name: str, said: dict[str, str], walls: dict[str, Feature], foot: float, left_out: LeftOutParts
+) -> Feature | None:
     """R2."""
-    name, kind, said = each
-    if kind != "door":
-        return None
-    line = lines.get(said.get("wall0_id", ""))
+    wall = walls.get(said.get("wall0_id", ""))
     at = np.array([_number(said, "position_x"), _number(said, "position_y")])
     width, height, middle = (_number(said, field) for field in ("width", "height", "position_z"))
-    if line is None or not np.isfinite([*at, width, height, middle]).all():
+    if wall is None or not np.isfinite([*at, width, height, middle]).all():
         left_out.add(f"door {name[:40]} names no wall that is there, or has a number that cannot be read")
         return None
-    a, b = np.array(line[0]), np.array(line[1])
+    a, b = shapely.get_coordinates(wall.shape)
     along = (b - a) / max(float(np.hypot(*(b - a))), TINY)
     on = a + along * float((at - a) @ along)
-    step = along * width / 2
-    bottom = max(0.0, middle - height / 2 - foot)
-    return door_hole(
-        tuple(on - step), tuple(on + step), walls, has_door=True, bottom_m=bottom, top_m=middle + height / 2 - foot
-    )
+    ends = LineString([on - along * width / 2, on + along * width / 2])
+    return Feature("door", ends, low_m=max(0.0, middle - height / 2 - foot), top_m=middle + height / 2 - foot)
 
 
-def _thing(each: tuple[str, str, dict[str, str]], foot: float) -> SourceObject | None:
-    name, kind, said = each
-    if kind != "bbox":
-        return None
+def _thing(name: str, said: dict[str, str], foot: float) -> Feature | None:
     x, y, z, turn, *size = (_number(said, field) for field in _FIELDS["bbox"][1:])
     if not np.isfinite([x, y, z, turn, *size]).all() or min(size) <= 0:
         return None
-    cos, sin = math.cos(turn), math.sin(turn)
-    corners = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)]) * np.array(size[:2]) / 2
-    shape = Polygon(corners @ np.array([[cos, sin], [-sin, cos]]) + (x, y))
-    return SourceObject(
-        (said.get("class", name),), extrude_polygon(shape, z - size[2] / 2 - foot, z + size[2] / 2 - foot)
-    )
+    box = shapely.box(-size[0] / 2, -size[1] / 2, size[0] / 2, size[1] / 2)
+    shape = translate(rotate(box, turn, origin=(0, 0), use_radians=True), x, y)
+    middle = z - foot
+    return Feature("object", shape, (said.get("class", name),), low_m=middle - size[2] / 2, top_m=middle + size[2] / 2)
 
 
 def _number(said: dict[str, str], field: str) -> float:

@@ -15,6 +15,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Final
 
@@ -24,15 +25,11 @@ from shapely import Polygon
 
 from houseexpo.file_kinds import format_suffix
 from pipeline.rejection import Reason, Rejection
+from pipeline.sources.drawn_storeys import polygon_from_ring
 from pipeline.sources.files import Element, LeftOutParts, parse_xml
 from pipeline.sources.tolerances import DOOR_WIDTH_M, STOREY_HEIGHT_M
-from pipeline.sources.vector_plans.drawing import Drawing
-from pipeline.sources.vector_plans.named_features import (
-    DrawnFeatures,
-    kind_from_name,
-    polygon_from_points,
-    storey_from_features,
-)
+from pipeline.sources.vector_plans.drawing import Drawing, Feature
+from pipeline.sources.vector_plans.named_features import kind_from_name, storey_from_features
 
 _OWN: Final = b'<g id="free-space">'
 _KINDS: Final = {
@@ -83,57 +80,50 @@ def read_drawing(path: Path, *, unit_m: float | None = None) -> Drawing:
     root = parse_xml(data, path.name)
     own = _OWN in data
     left_out = LeftOutParts()
-    floors: dict[int, list[tuple[str, str, npt.NDArray[np.float64]]]] = {}
+    floors: dict[int, list[Feature]] = {}
+    doors = []
     for floor, kind, word, points in _shapes(root, own):
-        floors.setdefault(floor, []).append((kind, word, points))
+        area = polygon_from_ring(points * (1.0, -1.0))
+        if kind == "door":
+            doors.append(float(np.ptp(points, axis=0).max()))
+        if area is not None:
+            floors.setdefault(floor, []).append(_feature(kind, word, area))
     scale = unit_m or 1.0
     if not own and unit_m is None:
-        doors = [
-            float(np.ptp(points, axis=0).max()) for floor in floors.values() for k, _, points in floor if k == "door"
-        ]
         if not doors or not np.median(doors) > 0:
             detail = f"{path.name}: expected a door, which gives the scale, found none"
             raise Rejection("source", Reason.BAD_UNITS, detail, "leave the plan out")
         scale = DOOR_WIDTH_M / float(np.median(doors))
     storeys = [
-        storey_from_features(_features(found, scale), STOREY_HEIGHT_M * n)
+        storey_from_features(_cut_holes(found), STOREY_HEIGHT_M * n, scale)
         for n, (_, found) in enumerate(sorted(floors.items()))
     ]
-    if not any(storey.walls or storey.rooms for storey in storeys):
-        raise Rejection("source", Reason.NO_LEVEL, f"{path.name}: expected groups of walls, found none", "leave it out")
-    return Drawing(
-        "svg" if own else "cubicasa5k", tuple(storeys), left_out, () if own or unit_m else ("scale",), unit_m=scale
-    )
+    guesses = () if own or unit_m else ("scale",)
+    source = "svg" if own else "cubicasa5k"
+    return Drawing(source, tuple(storeys), left_out, guesses, unit_m=scale, wanted="groups of walls")
 
 
-def _features(found: list[tuple[str, str, npt.NDArray[np.float64]]], scale: float) -> DrawnFeatures:
-    drawn = DrawnFeatures()
-    for kind, word, points in found:
-        area = polygon_from_points(points * (scale, -scale))
-        if area is None:
-            continue
-        if kind == "wall":
-            drawn.wall_areas.append(area)
-        elif kind == "door":
-            drawn.door_areas.append((area, word not in {"None", "opening", "cut"}))
-        elif kind == "room":
-            label = _NAMES.get(word, word)
-            drawn.rooms.append((area, (label,) if label else (), label))
-    return _cut_holes(drawn)
+def _feature(kind: str, word: str, area: Polygon) -> Feature:
+    if kind == "room":
+        label = _NAMES.get(word, word)
+        return Feature("room", area, (label,) if label else (), (label,))
+    return Feature("opening" if kind == "door" and word in {"None", "opening", "cut"} else kind, area)
 
 
-def _cut_holes(drawn: DrawnFeatures) -> DrawnFeatures:
+def _cut_holes(found: list[Feature]) -> list[Feature]:
     """Rooms of our export have their holes as further rings: a ring inside a room of the same name is one of these."""
-    kept: list[tuple[Polygon, tuple[str, ...], str]] = []
-    for area, words, label in sorted(drawn.rooms, key=lambda each: -each[0].area):
-        outer = next((i for i, (other, _, name) in enumerate(kept) if name == label and other.contains(area)), None)
+    rooms: list[Feature] = []
+    for each in sorted((each for each in found if each.kind == "room"), key=lambda each: -each.shape.area):
+        outer = next(
+            (i for i, other in enumerate(rooms) if other.words == each.words and other.shape.contains(each.shape)), None
+        )
         if outer is None:
-            kept.append((area, words, label))
-        else:
-            rest = kept[outer][0].difference(area)
-            kept[outer] = (rest if isinstance(rest, Polygon) else kept[outer][0], *kept[outer][1:])
-    drawn.rooms = kept
-    return drawn
+            rooms.append(each)
+            continue
+        rest = rooms[outer].shape.difference(each.shape)
+        if isinstance(rest, Polygon):
+            rooms[outer] = replace(rooms[outer], shape=rest)
+    return [each for each in found if each.kind != "room"] + rooms
 
 
 def _shapes(root: Element, own: bool) -> Iterator[tuple[int, str, str, npt.NDArray[np.float64]]]:
@@ -175,8 +165,12 @@ def _shapes(root: Element, own: bool) -> Iterator[tuple[int, str, str, npt.NDArr
         waiting += [(child, at, floor, kind, word) for child in reversed(children)]
 
 
+def _numbers(text: str) -> list[float]:
+    return [float(each) for each in re.findall(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?", text)]
+
+
 def _points(text: str) -> list[npt.NDArray[np.float64]]:
-    numbers = [float(each) for each in re.findall(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?", text)]
+    numbers = _numbers(text)
     points = np.array(numbers[: len(numbers) // 2 * 2]).reshape(-1, 2)
     return [points] if len(points) >= 3 and np.isfinite(points).all() else []
 
@@ -185,7 +179,7 @@ def _path(text: str) -> list[npt.NDArray[np.float64]]:
     """Return the rings of a path of absolute lines (M, L, H, V, Z), as our export writes it."""
     rings: list[list[tuple[float, float]]] = []
     for command, rest in re.findall(r"([MLHVZmlhvz])([^MLHVZmlhvz]*)", text):
-        numbers = [float(each) for each in re.findall(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?", rest)]
+        numbers = _numbers(rest)
         here = rings[-1][-1] if rings and rings[-1] else (0.0, 0.0)
         if command == "M" or not rings:
             rings.append([])
@@ -202,7 +196,7 @@ def _transform(text: str) -> npt.NDArray[np.float64]:
     """Return the matrix of matrix(...), translate(...), scale(...) and rotate(...)."""
     found = np.eye(3)
     for name, rest in re.findall(r"(matrix|translate|scale|rotate)\(([^)]*)\)", text):
-        v = [float(each) for each in re.findall(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?", rest)]
+        v = _numbers(rest)
         step = np.eye(3)
         if name == "matrix" and len(v) == 6:
             step[:2] = [[v[0], v[2], v[4]], [v[1], v[3], v[5]]]

@@ -27,14 +27,12 @@ from typing import Any, ClassVar, Final
 
 import numpy as np
 import shapely
-from shapely import Polygon
 
-from pipeline.geometry.areas import polygons_of
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.files import LeftOutParts
 from pipeline.sources.tolerances import FILE_GRID_M, LARGEST_FLOOR_M2, LEFTOVER_M2
-from pipeline.sources.vector_plans.drawing import Drawing
-from pipeline.sources.vector_plans.named_features import DrawnFeatures, storey_from_features
+from pipeline.sources.vector_plans.drawing import Drawing, Feature
+from pipeline.sources.vector_plans.named_features import storey_from_features
 
 LARGEST_TABLE_BYTES = 1 << 31
 MOST_ROWS = 10_000_000
@@ -126,51 +124,50 @@ def _table(path: Path) -> dict[str, list[tuple[str, str, str]]]:
 
 
 def _floor(rows: list[tuple[str, str, str]]) -> Drawing:
-    left_out, drawn = LeftOutParts(), DrawnFeatures()
+    left_out = LeftOutParts()
+    features, walls = [], []
     texts = [text if text.upper().count("COLLECTION") < 2 else "" for _, _, text in rows]  # nested ones end GEOS
     shapes = shapely.from_wkt(texts, on_invalid="ignore")
-    for number, ((kind, subtype, _), shape) in enumerate(zip(rows, shapes, strict=True)):
-        areas = _areas(shape)
-        if not areas:
+    for number, ((kind, subtype, _), given) in enumerate(zip(rows, shapes, strict=True)):
+        shape, word = _area(given), subtype.replace("_", " ").lower()
+        if shape is None:
             left_out.add(f"row {number} of the floor, {subtype[:30]}, has no area that can be read")
         elif subtype in _WALLS:
-            drawn.wall_areas += areas
+            walls.append(shape)
         elif subtype in _DOORS:
-            drawn.door_areas += [(area, True) for area in areas]
+            features.append(Feature("door", shape))
         elif kind == "area":
-            label = _ROOMS.get(subtype, subtype.replace("_", " ").lower())
-            drawn.rooms += [(area, (subtype.replace("_", " ").lower(),), label) for area in areas]
+            features.append(Feature("room", shape, (word,), (_ROOMS.get(subtype, word),)))
         elif kind == "feature":
-            drawn.objects += [(subtype.lower(), area, 1.0) for area in areas]
-    drawn.wall_areas = polygons_of(shapely.union_all(drawn.wall_areas, grid_size=FILE_GRID_M))
-    return Drawing("swiss-dwellings", (storey_from_features(drawn),), left_out)
+            features.append(Feature("object", shape, (subtype.lower(),)))
+    features.append(Feature("wall", shapely.union_all(walls, grid_size=FILE_GRID_M)))
+    return Drawing("swiss-dwellings", (storey_from_features(features),), left_out)
 
 
 def _resplan(found: Any, path: Path, key: str) -> Drawing:
     """R2."""
     plan = {str(name).lower(): value for name, value in found.items()} if isinstance(found, dict) else {}
-    inner = shapely.union_all(_areas(plan.get("inner"))).area
+    parts = {name: shape for name, value in plan.items() if (shape := _area(value)) is not None}
+    inner = parts["inner"].area if "inner" in parts else 0.0
     area = plan.get("area")
     if not isinstance(area, int | float) or not 1 < area < LARGEST_FLOOR_M2 or not inner > 0:
         detail = f"{path.name}: plan {key[:40]} has no area and inner, which give its scale"
         raise Rejection("source", Reason.BAD_UNITS, detail, "leave the plan out")
-    scale = math.sqrt(float(area) / inner)
-
-    def areas(name: str) -> list[Polygon]:
-        return [shapely.transform(part, lambda points: points * scale) for part in _areas(plan.get(name))]
-
-    drawn = DrawnFeatures(wall_areas=polygons_of(shapely.union_all(areas("wall"), grid_size=FILE_GRID_M)))
-    drawn.door_areas = [(part, True) for name in ("door", "front_door") for part in areas(name)]
-    drawn.rooms = [(part, (name,), _ROOMS[name]) for name in _RESPLAN_ROOMS for part in areas(name)]
-    return Drawing("resplan", (storey_from_features(drawn),), LeftOutParts())
+    features = [Feature("wall", parts["wall"])] if "wall" in parts else []
+    features += [Feature("door", parts[name]) for name in ("door", "front_door") if name in parts]
+    features += [Feature("room", parts[name], (name,), (_ROOMS[name],)) for name in _RESPLAN_ROOMS if name in parts]
+    storey = storey_from_features(features, to_metres=math.sqrt(float(area) / inner))
+    return Drawing("resplan", (storey,), LeftOutParts())
 
 
-def _areas(shape: Any) -> list[Polygon]:
+def _area(shape: Any) -> Any:
+    """Return the area of a geometry in two dimensions; None if it has none."""
     if isinstance(shape, _Shape):
         shape = shape.geometry
     if not isinstance(shape, shapely.Geometry) or shape.is_empty or not np.isfinite(shapely.bounds(shape)).all():
-        return []
-    return [part for part in polygons_of(shapely.make_valid(shapely.force_2d(shape))) if part.area > LEFTOVER_M2]
+        return None
+    found = shapely.make_valid(shapely.force_2d(shape))
+    return found if found.area > LEFTOVER_M2 else None
 
 
 class _Shape:
