@@ -25,7 +25,7 @@ PAGES = sorted(
     page for page in (ROOT / "docs" / "contributing").glob("*.md") if page.stem not in {"corpus", "index", "thresholds"}
 )
 BLOCK = re.compile(r"^```(\w*)\n(.*?)^```$", re.DOTALL | re.MULTILINE)
-NAMED = re.compile(r"`([\w./]+\.(?:py|walls))`")
+NAMED = re.compile(r"`([\w./]+\.(?:py|walls|lines))`")
 
 
 @pytest.fixture
