@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import multiprocessing
 import os
 import signal
@@ -11,9 +12,12 @@ import time
 from collections.abc import Iterator
 from itertools import islice
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
+from houseexpo import progress
+from houseexpo.cpu_cores import count_cores
 from houseexpo.errors import WorkerError
 from houseexpo.processes import map_in_processes
 
@@ -66,3 +70,76 @@ def test_a_script_without_its_guard_ends_with_an_error(tmp_path: Path) -> None:
     done = subprocess.run([sys.executable, script], capture_output=True, text=True, check=False, timeout=60)
     assert done.returncode == 1
     assert 'under `if __name__ == "__main__":`' in done.stderr
+
+
+# How many cores there are.
+
+
+OWN = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def grouped(root: Path, line: str, files: dict[str, str]) -> int:
+    (root / "cgroup").write_text(f"{line}\n")
+    for name, text in files.items():
+        (root / name).parent.mkdir(parents=True, exist_ok=True)
+        (root / name).write_text(text)
+    return count_cores(root / "cgroup", root / "fs")
+
+
+@pytest.mark.parametrize(
+    ("line", "files", "expected"),
+    [
+        ("0::/box", {"fs/box/cpu.max": "100000 100000\n"}, 1),
+        ("0::/box/inner", {"fs/box/cpu.max": "50000 100000\n", "fs/box/inner/cpu.max": "max 100000\n"}, 1),
+        ("0::/elsewhere", {"fs/cpu.max": "100000 100000\n"}, 1),
+        ("0::/", {"fs/cpu.max": "max 100000\n"}, OWN),
+        ("0::/", {"fs/cpu.max": "6400000 100000\n"}, OWN),
+        ("0::/", {"fs/cpu.max": "nonsense\n"}, OWN),
+        ("4:cpu,cpuacct:/box", {"fs/cpu/box/cpu.cfs_quota_us": "90000", "fs/cpu/box/cpu.cfs_period_us": "100000"}, 1),
+        ("4:cpu,cpuacct:/box", {"fs/cpu/box/cpu.cfs_quota_us": "-1", "fs/cpu/box/cpu.cfs_period_us": "100000"}, OWN),
+        ("5:memory:/box", {"fs/cpu/box/cpu.cfs_quota_us": "1", "fs/cpu/box/cpu.cfs_period_us": "1"}, OWN),
+    ],
+)
+def test_cores_are_those_that_the_control_group_allows(
+    line: str, files: dict[str, str], expected: int, tmp_path: Path
+) -> None:
+    assert grouped(tmp_path, line, files) == expected
+
+
+def test_without_control_groups_the_affinity_counts(tmp_path: Path) -> None:
+    assert count_cores(tmp_path / "none", tmp_path) == OWN
+
+
+# How far something long is, where no terminal shows it.
+
+
+@pytest.fixture
+def clock(monkeypatch: pytest.MonkeyPatch) -> list[float]:
+    """The time, to be set; standard error is no terminal in a test."""
+    now = [0.0]
+    monkeypatch.setattr(progress, "time", SimpleNamespace(monotonic=lambda: now[0]))
+    return now
+
+
+@pytest.mark.parametrize(("total", "of"), [(4000, " of 4,000"), (None, "")])
+def test_a_log_has_a_line_now_and_then(
+    clock: list[float], capsys: pytest.CaptureFixture[str], total: int | None, of: str
+) -> None:
+    seen = []
+    for item in progress.show_progress(range(4000), "drawing", total):
+        clock[0] += progress.EVERY_S / 1280  # a power of two in the fraction: no rounding
+        seen.append(item)
+    assert seen == list(range(4000))
+    assert capsys.readouterr().err == f"drawing: 1,280{of}\ndrawing: 2,560{of}\ndrawing: 3,840{of}\n"
+
+
+def test_quiet_commands_say_nothing(clock: list[float], capsys: pytest.CaptureFixture[str]) -> None:
+    log = logging.getLogger("houseexpo")
+    before = log.level
+    log.setLevel(logging.ERROR)
+    try:
+        for _ in progress.show_progress(range(3), "drawing", 3):
+            clock[0] += 2 * progress.EVERY_S
+    finally:
+        log.setLevel(before)
+    assert capsys.readouterr().err == ""

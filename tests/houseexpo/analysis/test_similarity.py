@@ -1,18 +1,22 @@
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import asdict, dataclass, replace
+from itertools import combinations
 
 import numpy as np
 import pytest
 
-from houseexpo.analysis.copies import find_duplicates
+from houseexpo.analysis.copies import choose_duplicates, find_duplicates
 from houseexpo.analysis.similarity import (
     SYMMETRIES,
     THRESHOLD,
+    PairSearchResult,
+    SimilarPair,
     apply_symmetry,
     compare_masks,
     comparison_mask,
     crop_mask,
+    find_similar_pairs,
 )
 from houseexpo.floorplan import decode
 
@@ -109,3 +113,147 @@ def test_a_duplicate_of_a_dropped_plan_alone_is_kept():
     c[0, :30] = c[39, :30] = False
     found = find_duplicates({"a": a, "b": b, "c": c})
     assert [(d.id, d.kept_id) for d in found] == [("b", "a")]
+
+
+# ``find_similar_pairs`` against the obvious: every pair, under every symmetry, at every position.
+
+
+@dataclass(frozen=True)
+class Rules:
+    threshold: float = 0.02
+    symmetries: bool = True
+    shift_px: int = 2
+
+
+def mask(rows: int, cols: int, *bays: tuple[int, int]) -> np.ndarray:
+    """A room with bays knocked off its corner, so that it is chiral."""
+    found = np.ones((rows, cols), bool)
+    found[:4, :9] = False
+    for row, col in bays:
+        found[row, col] = False
+    return found
+
+
+ROOM = mask(40, 60)
+MASKS = {"a": np.rot90(ROOM), "b": ROOM, "c": mask(40, 60, (20, 20)), "d": mask(60, 60), "e": ROOM[::-1]}
+
+
+def street(count: int, seed: int = 0) -> list[np.ndarray]:
+    """Rooms of which some are nearly others, moved, turned and mirrored."""
+    rng = np.random.default_rng(seed)
+    found: list[np.ndarray] = []
+    for _ in range(count):
+        room = np.ones(rng.integers(18, 26, 2), bool)
+        if found and rng.random() < 0.6:
+            room = apply_symmetry(found[rng.integers(len(found))], list(SYMMETRIES)[rng.integers(8)]).copy()
+        row, col = rng.integers(0, len(room)), rng.integers(0, room.shape[1])
+        room[row : row + rng.integers(1, 4), col : col + rng.integers(1, 6)] ^= True
+        found.append(crop_mask(np.pad(room, 1)))
+    return found
+
+
+def slow(one: np.ndarray, other: np.ndarray, config: Rules) -> float:
+    """Paint both on a large canvas, at every position that counts."""
+    best = 10**9
+    for symmetry in SYMMETRIES if config.symmetries else ("identity",):
+        moved = apply_symmetry(other, symmetry)
+        shifts = range(-config.shift_px, config.shift_px + 1)
+        for down in {end + by for end in (0, len(one) - len(moved)) for by in shifts}:
+            for right in {end + by for end in (0, one.shape[1] - moved.shape[1]) for by in shifts}:
+                canvas = np.zeros((2, 120, 120), bool)
+                canvas[0, 40 : 40 + one.shape[0], 40 : 40 + one.shape[1]] = one
+                canvas[1, 40 + down :, 40 + right :][: moved.shape[0], : moved.shape[1]] = moved
+                best = min(best, int((canvas[0] ^ canvas[1]).sum()))
+    return best / max(int(one.sum()), int(other.sum()))
+
+
+def pairs(masks: list[np.ndarray], config: Rules, **options: object) -> tuple[SimilarPair, ...]:
+    return find_similar_pairs(lambda i: masks[i], len(masks), **asdict(config), **options).pairs  # type: ignore[arg-type]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("config", [Rules(), Rules(symmetries=False), Rules(threshold=0.1, shift_px=1)])
+def test_every_pair_within_the_threshold_is_found_and_no_other(config: Rules) -> None:
+    masks = street(24)
+    differences = {(i, j): slow(masks[i], masks[j], config) for i, j in combinations(range(len(masks)), 2)}
+    expected = {pair: d for pair, d in differences.items() if d <= config.threshold}
+    assert {pair[:2]: pair.difference for pair in pairs(masks, config)} == pytest.approx(expected)
+    assert expected
+
+
+def test_the_symmetry_takes_the_second_onto_the_first() -> None:
+    masks = [ROOM, np.rot90(ROOM)]
+    [pair] = pairs(masks, Rules())
+    assert pair.difference == 0.0
+    np.testing.assert_array_equal(apply_symmetry(masks[1], pair.symmetry), masks[0])
+
+
+@pytest.mark.parametrize(("shift", "same"), [(2, True), (3, False)])
+def test_crops_may_lie_two_cells_apart_and_no_more(shift: int, same: bool) -> None:
+    one = mask(80, 60)
+    other = np.zeros((80 + shift, 60), bool)
+    other[shift:] = one
+    other[0, 30] = other[-1, 30] = True  # a single cell moves the crop at this end
+    other = np.pad(other, ((0, shift), (0, 0)))
+    other[-1, 30] = True  # and at the other
+    config = Rules(threshold=5 / one.sum(), symmetries=False)
+    assert bool(pairs([one, other], config)) is same
+
+
+def test_threads_change_nothing() -> None:
+    masks = street(40, seed=1)
+    assert pairs(masks, Rules(), threads=3) == pairs(masks, Rules())
+
+
+def test_plans_that_are_known_are_not_looked_at_again() -> None:
+    masks = street(40, seed=2)
+    config = Rules(threshold=0.05)
+    whole = find_similar_pairs(lambda i: masks[i], len(masks), **asdict(config))
+    old = [i for i in range(len(masks)) if i % 5]
+    place = {i: k for k, i in enumerate(old)}
+    first = find_similar_pairs(lambda k: masks[old[k]], len(old), **asdict(config))
+    known = PairSearchResult(
+        {i: first.fingerprints[place[i]] for i in old},
+        tuple(pair._replace(first=old[pair.first], second=old[pair.second]) for pair in first.pairs),
+    )
+    asked: list[int] = []
+
+    def load(i: int) -> np.ndarray:
+        asked.append(i)
+        return masks[i]
+
+    again = find_similar_pairs(load, len(masks), **asdict(config), known=known)
+    assert again.pairs == whole.pairs
+    assert {i for i in range(len(masks)) if not i % 5} <= set(asked)
+    assert len(set(asked)) < len(masks)
+
+
+def found(masks: dict[str, np.ndarray], config: Rules, keep: set[str] = frozenset()) -> list[tuple[str, str]]:  # type: ignore[assignment]
+    ids = sorted(masks)
+    return [(d.id, d.kept_id) for d in choose_duplicates(ids, pairs([masks[i] for i in ids], config), keep)]
+
+
+def test_the_first_of_each_group_is_kept_whatever_the_symmetry() -> None:
+    assert found(MASKS, Rules()) == [("b", "a"), ("c", "a"), ("e", "a")]
+
+
+def test_a_threshold_of_nothing_asks_for_equal_plans() -> None:
+    assert found(MASKS, Rules(threshold=0.0)) == [("b", "a"), ("e", "a")]
+
+
+def test_without_symmetries_a_mirrored_house_is_another() -> None:
+    assert found(MASKS, Rules(symmetries=False)) == [("c", "b")]
+
+
+def test_a_person_keeps_what_they_want() -> None:
+    assert found(MASKS, Rules(), {"c"}) == [("b", "a"), ("e", "a")]
+
+
+def test_a_plan_stays_whose_only_likeness_is_dropped() -> None:
+    chain = [SimilarPair(0, 1, 0.01, "identity"), SimilarPair(1, 2, 0.01, "identity")]
+    assert [d.id for d in choose_duplicates(["a", "b", "c"], chain)] == ["b"]
+
+
+@pytest.mark.parametrize("masks", [[], [ROOM], [ROOM[:0, :0], ROOM[:0, :0]]])
+def test_nothing_to_compare(masks: list[np.ndarray]) -> None:
+    assert pairs(masks, Rules()) == ()

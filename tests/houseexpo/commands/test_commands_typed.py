@@ -10,17 +10,24 @@ import subprocess
 import sys
 from importlib.metadata import EntryPoint
 from pathlib import Path
+from typing import Any
 
 import pytest
+import typer
 from typer.testing import CliRunner
 
 import houseexpo
 from houseexpo import encode
 from houseexpo.commands import app
+from houseexpo.commands.app import EXAMPLES, make_app
 from houseexpo.commands.arguments import parse_ids
 from houseexpo.commands.split import _shares
 from houseexpo.dataset import open_dataset
+from tests.builders.batch import one_room
 from tests.builders.plan_files import hexed, house, houses, pack
+
+# Commands whose output nobody reads to its end: they go on, and end with their own exit code.
+
 
 ROOT = Path(__file__).parents[3]
 
@@ -221,3 +228,51 @@ def test_an_empty_word_is_no_path(data, tmp_path, monkeypatch, words, named):
 def test_a_list_of_ids_may_begin_with_a_byte_order_mark(tmp_path):
     (tmp_path / "ids.txt").write_bytes(codecs.BOM_UTF8 + b"first\nsecond\n")
     assert parse_ids([f"@{tmp_path / 'ids.txt'}"]) == ["first", "second"]
+
+
+# The examples in the commands' help name commands and options that there are.
+
+
+GROUP: Any = typer.main.get_command(make_app())
+
+
+def test_every_command_has_an_example() -> None:
+    groups = {name for name in GROUP.list_commands(None) if hasattr(GROUP.get_command(None, name), "commands")}
+    assert set(GROUP.list_commands(None)) - groups == set(EXAMPLES)
+
+
+@pytest.mark.parametrize("name", sorted(EXAMPLES))
+def test_examples_name_options_that_there_are(name: str) -> None:
+    command = GROUP.get_command(None, name)
+    known = {option for parameter in command.params for option in parameter.opts}
+    for example in EXAMPLES[name]:
+        first, *words = example.split()
+        assert first == name
+        assert {word for word in words if word.startswith("--")} <= known
+
+
+def unread(*words: str | Path) -> tuple[int, str]:
+    """Run a command whose standard output is closed at its other end; return its exit code and its errors."""
+    reading, writing = os.pipe()
+    os.close(reading)
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    command = [sys.executable, "-m", "houseexpo", *map(str, words)]
+    done = subprocess.run(
+        command, stdout=writing, stderr=subprocess.PIPE, text=True, env=environment, cwd=ROOT, check=False
+    )
+    os.close(writing)
+    return done.returncode, done.stderr
+
+
+def test_findings_are_told_by_the_exit_code(tmp_path: Path) -> None:
+    assert unread("validate", pack(tmp_path, "zip", houses(6)), "--workers", "1") == (0, "")
+    other_name = pack(tmp_path, "folder", {"b": encode(house("a"))})
+    assert unread("validate", other_name, "--list", "--workers", "1") == (1, "")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("command", "last"), [("build", "manifest.json"), ("inspect", "stages.png")])
+def test_a_house_is_read_to_its_end(command: str, last: str, tmp_path: Path) -> None:
+    code, errors = unread(command, one_room(tmp_path / "in" / "villa.ply"), "--out", tmp_path / "out")
+    assert code == 0, errors
+    assert (tmp_path / "out" / last).is_file()

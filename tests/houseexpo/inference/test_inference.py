@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import doctest
+from dataclasses import replace
 from itertools import combinations
 
 import numpy as np
@@ -13,7 +14,10 @@ from houseexpo import inference
 from houseexpo.errors import PlanError
 from houseexpo.floorplan import FloorPlan, decode
 from houseexpo.inference import with_rooms
+from houseexpo.inference.snapping import snap_polygon, snap_polygons, snap_ring
+from tests.builders.batch import made_plans
 from tests.builders.matching import bare, matches, total
+from tests.builders.shared import CASES, DATA, NOT_YET, as_json, case, needs_shared, plan_nearest, scorer
 
 
 def plan_of(*free, boxes=None) -> FloorPlan:
@@ -190,3 +194,77 @@ def test_a_plan_with_rooms_gets_them_back(two_rooms):
 
 def test_examples():
     assert doctest.testmod(inference).failed == 0
+
+
+# Rings on the grid of a plan.
+
+
+ROOM = shapely.box(0.004, 0, 4, 3).union(shapely.box(4, 1, 4.002, 2))
+"""A rectangle with a nib of 2 mm, which is none on the grid."""
+COURT = shapely.box(0, 0, 9, 9).difference(shapely.box(4, 4, 5, 5)).difference(shapely.box(2, 2, 2.001, 3))
+"""With a hole, and one that has no area on the grid."""
+
+
+def test_rings_have_no_vertices_that_they_do_not_need() -> None:
+    ring, holes = snap_polygon(ROOM)
+    assert sorted(ring.tolist()) == [[0.0, 0.0], [0.0, 3.0], [4.0, 0.0], [4.0, 3.0]]
+    assert holes == ()
+
+
+def test_several_polygons_are_snapped_as_each_by_itself() -> None:
+    shift = np.array([0.1, -0.2])
+    found = snap_polygons([COURT, ROOM], shift)
+    assert [len(holes) for _, holes in found] == [1, 0]
+    for (ring, holes), shape in zip(found, (COURT, ROOM), strict=True):
+        moved = shapely.transform(shape, lambda points: points + shift)
+        assert np.array_equal(ring, snap_ring(moved.exterior, clockwise=True))
+        assert shapely.LinearRing(ring).is_ccw is False
+        assert all(shapely.LinearRing(hole).is_ccw for hole in holes)
+
+
+HOUSES, SEED = 12, 5
+# Plans whose rooms and doors are known, with all of that hidden.
+
+
+LEAST = 0.85
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
+    """Plans that the pipeline makes of a few houses."""
+    return made_plans(tmp_path_factory.mktemp("houses"), HOUSES, SEED)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("holes", [True, False])
+def test_rooms_and_doors_of_the_pipelines_plans_are_found_again(made, holes):
+    counts = total([matches(plan, with_rooms(bare(plan, holes=holes))) for plan in made])
+    assert counts.rooms_known > 50
+    assert min(counts.rates()) >= LEAST
+
+
+def test_labels_of_the_pipelines_plans_come_back(made):
+    known = found = 0
+    for plan in made:
+        ours = with_rooms(bare(plan))
+        for room in plan.rooms:
+            twin = max(ours.rooms, key=lambda other: other.polygon.intersection(room.polygon).area)
+            if room.label != "Unlabelled":
+                known += 1
+                found += room.label in twin.source_labels
+    assert found >= 0.95 * known
+
+
+@needs_shared
+@pytest.mark.slow
+def test_real_houses_are_divided_again_from_their_rings():
+    rates: dict[str, list[float]] = {}
+    for name in sorted(set(CASES) - set(NOT_YET)):
+        truth = case(name)
+        plan = plan_nearest(DATA / truth["mesh"], truth["floor_z"])
+        score = scorer()(as_json(with_rooms(replace(plan, rooms=(), doors=()))), truth)
+        assert score["valid"], name
+        for key in ("room_recall", "room_precision", "door_recall", "door_precision"):
+            rates.setdefault(key, []).append(score[key])
+    for key, values in rates.items():
+        assert sum(values) / len(values) >= LEAST, key
