@@ -27,7 +27,7 @@ Workers = Annotated[int | None, typer.Option(min=1, help="Number of processes.",
 
 TRACK_NAMES = (
     *("budget", "quality", "avoidance", "navigation", "pointgoal", "large", "noisy", "people", "slam"),
-    *("kth", "dare", "ariadne"),
+    *("kth", "dare", "ariadne", "pipe-small", "pipe-medium", "pipe-large"),
 )
 
 
@@ -46,7 +46,7 @@ def run(
         str,
         typer.Option(
             help="budget, quality, avoidance, navigation, pointgoal, large, noisy, people, slam; "
-            "on --maps also kth, dare or ariadne.",
+            "on --maps also kth, dare, ariadne, pipe-small, pipe-medium or pipe-large.",
             autocompletion=make_completion(*TRACK_NAMES),
         ),
     ] = "budget",

@@ -156,7 +156,7 @@ class EpisodeRunner:
         if not self.track.budgets_m:
             raise ConfigError(
                 f"--prediction: track {self.track.id} has no budget of metres, after which a prediction is scored; "
-                "choose budget, large, noisy, people or kth"
+                "choose budget, large, noisy, people, kth or a pipe track"
             )
         name = PREDICTORS[0] if self.prediction == OF_POLICY else self.prediction
         of_map = find_predictor(name, self.env.config.pixels_per_metre)

@@ -1,8 +1,9 @@
 """Read other projects' maps as houses for the benchmark, by the rules of those projects, with their start poses.
 
-R1  ``kth`` (castacks/MapEx, its ``kth_test_maps`` as pictures): black is occupied, a pixel is 0.05 m. MapEx joins 2 x 2
-    pixels to a cell of 0.1 m, which is occupied if any of them is. ``starts.txt`` has a line for each run,
-    ``FLOOR --start_pose ROW COLUMN``, in cells of MapEx's grid, which has 500 free cells on each side.
+R1  ``kth`` and PIPE's classes of its floors (castacks/MapEx, its ``kth_test_maps`` as pictures): black is occupied, a
+    pixel is 0.05 m. MapEx joins 2 x 2 pixels to a cell of 0.1 m, which is occupied if any of them is. ``starts.txt``
+    has a line for each run, ``FLOOR --start_pose ROW COLUMN``, in cells of MapEx's grid, which has 500 free cells on
+    each side.
 R2  ``dare`` (marmotlab/DARE, ``maps_test``): 2 x 2 pixels are joined to a cell of 0.4 m with the least of their values.
     Values above 150 and from 50 to 80 are free. The start is the eleventh cell of value 208, in the order of rows. The
     simulator divides each cell into 2 x 2, since the steps of explorers must be longer than a cell.
@@ -60,8 +61,8 @@ def read_maps(track: Track, folder: Path, resolution: float | None = None) -> li
     files = sorted(folder.glob("*.png"))
     if not files:
         raise ConfigError(f"--maps {folder}: expected the pictures of track {track.id}, found no .png")
-    if track.name == "kth":
-        return _kth(folder, files, track.config.pixels_per_metre)
+    if track.name not in {"dare", "ariadne"}:
+        return _kth(folder, files, track)
     joined, side_m = (2, 0.4) if track.name == "dare" else (1, 0.25)
     return [_dungeon(file, joined, side_m, track.config.pixels_per_metre) for file in files]
 
@@ -87,8 +88,8 @@ def _with_starts(house: MapHouse, starts: list[Pose]) -> StartedHouse:
     return StartedHouse(house.id, house.occupied, house.frame, tuple(starts))
 
 
-def _kth(folder: Path, files: list[Path], pixels_per_metre: float) -> list[MapHouse]:
-    """R1: the floors that have starts."""
+def _kth(folder: Path, files: list[Path], track: Track) -> list[MapHouse]:
+    """R1: the floors of a track that have starts."""
     listed = folder / STARTS
     if not listed.is_file():
         raise ConfigError(f"--maps {folder}: expected {STARTS} with the starts of the floors, found none")
@@ -102,13 +103,16 @@ def _kth(folder: Path, files: list[Path], pixels_per_metre: float) -> list[MapHo
             starts.setdefault(name, []).append((int(row) - _MARGIN_CELLS, int(col) - _MARGIN_CELLS))
         except ValueError:
             raise ConfigError(f"{listed}: expected FLOOR --start_pose ROW COLUMN, found {line!r}") from None
+    starts = {name: found for name, found in starts.items() if name in (track.floors or starts)}
+    if not starts:
+        raise ConfigError(f"{listed}: expected a start on {' or '.join(track.floors) or 'a floor'}, found none")
     missing = sorted(set(starts) - {file.stem for file in files})
     if missing:
         raise ConfigError(f"--maps {folder}: expected a picture of floor {missing[0]}, found none")
     found: list[MapHouse] = []
     for file in files:
         if file.stem in starts:
-            house = map_house(_pixels(file) < 128, _KTH_M, name=file.stem).resample(pixels_per_metre)
+            house = map_house(_pixels(file) < 128, _KTH_M, name=file.stem).resample(track.config.pixels_per_metre)
             found.append(_with_starts(house, [_pose(house, *cell) for cell in starts[file.stem]]))
     return found
 

@@ -13,6 +13,11 @@ R3  Only free cells and the obstacles beside them (8 neighbours) are judged, whi
 R4  Over the unseen part, the judged cells that the robot's map does not know, the IoU is also taken of free cells.
     There is none where all cells are known.
 
+PIPE forgives small shifts (Baek, Moon, Kim et al., 2025; castacks/pipe-planner, the same file):
+
+R5  In the tolerant IoU a true obstacle is hit if a predicted one lies within the square of 5 x 5 cells around it, and a
+    predicted one is false if no true one does. It is hits / (true obstacles + false ones), over all judged cells.
+
 No map is aligned: with errors of odometry the drift counts.
 """
 
@@ -43,14 +48,21 @@ LONGEST_GAP_M: Final = 1.5
 """The longest gap in a wall that the predictor ``lines`` closes."""
 TABLE: Final = "prediction"
 _NEIGHBOURS: Final = np.ones((3, 3), np.uint8)
-_PARTS: Final = {"iou": "IoU", "iou_unseen_walls": "unseen walls, IoU", "iou_unseen_free": "unseen free, IoU"}
+_TOLERANCE: Final = np.ones((5, 5), np.uint8)
+_PARTS: Final = {
+    "iou": "IoU",
+    "iou_tolerant": "tolerant IoU",
+    "iou_unseen_walls": "unseen walls, IoU",
+    "iou_unseen_free": "unseen free, IoU",
+}
 
 
 @dataclass(frozen=True)
 class PredictionScores:
-    """The IoU of obstacles over all judged cells (R1), and of obstacles and of free cells over the unseen ones (R4)."""
+    """The IoU of obstacles over all judged cells (R1, R5), and of obstacles and of free cells over unseen ones (R4)."""
 
     iou: float
+    iou_tolerant: float
     iou_unseen_walls: float | None
     iou_unseen_free: float | None
 
@@ -76,7 +88,12 @@ def score_prediction(predicted: Grid, known: Grid, occupied: Grid, judged: Bools
     judged = find_judged_cells(occupied) if judged is None else judged
     walls, truth = predicted == OBSTACLE, occupied != 0  # R2
     unseen = judged & (known == UNKNOWN)
-    return PredictionScores(_iou(walls, truth, judged) or 0.0, _iou(walls, truth, unseen), _iou(~walls, ~truth, unseen))
+    return PredictionScores(
+        _iou(walls, truth, judged) or 0.0,
+        _tolerant_iou(walls, truth, judged),
+        _iou(walls, truth, unseen),
+        _iou(~walls, ~truth, unseen),
+    )
 
 
 def _iou(one: Bools, other: Bools, part: Bools) -> float | None:
@@ -85,6 +102,13 @@ def _iou(one: Bools, other: Bools, part: Bools) -> float | None:
         return None
     union = int(np.count_nonzero((one | other) & part))
     return int(np.count_nonzero(one & other & part)) / union if union else 0.0
+
+
+def _tolerant_iou(predicted: Bools, truth: Bools, part: Bools) -> float:
+    """Return the tolerant IoU (R5) over a part of the cells; 0 if that part holds neither."""
+    near_predicted, near_truth = (cv2.dilate(walls.astype(np.uint8), _TOLERANCE) != 0 for walls in (predicted, truth))
+    union = int(np.count_nonzero((truth | (predicted & ~near_truth)) & part))
+    return int(np.count_nonzero(truth & near_predicted & part)) / union if union else 0.0
 
 
 # ---------------------------------------------------------------------------------------------------------------------

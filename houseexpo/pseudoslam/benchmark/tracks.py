@@ -70,6 +70,8 @@ class Track:
     """Whether a SLAM draws the robot's map, and not the simulator."""
     largest: int = 0
     """How many of the largest plans of a list the track draws from; 0 for all plans."""
+    floors: tuple[str, ...] = ()
+    """The names of the floors of ``kth`` that the track runs on; none for all that have starts."""
 
     @property
     def needs_plans(self) -> bool:
@@ -174,6 +176,26 @@ TRACKS: Final = (
 _MAPEX_WAY_M: Final = 300
 """MapEx's 1,000 steps of three cells of 0.1 m."""
 _ROUND_20M: Final = LaserConfig(20.0, 360.0, 0.144)
+_PIPE: Final = {
+    "small": (150, ("50052749", "50052750")),
+    "medium": (300, ("50010535_PLAN1", "50010535_PLAN2", "50010536_PLAN3")),
+    "large": (600, ("50015847", "50015848")),
+}
+"""PIPE's classes of floors (castacks/pipe-planner, ``scripts/explore.py``): metres of 500, 1,000 and 2,000 steps."""
+
+
+def _pipe(size: str, way_m: int, floors: tuple[str, ...]) -> Track:
+    """Return PIPE's task on a class of floors, with MapEx's starts, sensor and robot."""
+    budgets = (way_m // 2, way_m)
+    return Track(
+        f"pipe-{size}", f"pipe-{size}-v1",
+        f"Know as much of PIPE's {size} floors as a way of {way_m} m allows, seen and predicted, from MapEx's starts.",
+        SimulatorConfig(10.0, RobotConfig(0.1), _ROUND_20M, max_steps=20 * way_m),
+        "exploration", {"success_coverage": 1.0},
+        measures.metre_budget_metrics(budgets), measures.CoverageAtBudgets(budgets), (("metres", way_m),),
+        floors=floors,
+    )  # fmt: skip
+
 
 MAP_TRACKS: Final = (
     Track(
@@ -198,6 +220,7 @@ MAP_TRACKS: Final = (
         "exploration", {"success_coverage": 0.99},
         measures.steps_to_coverage_metrics(SHARES), measures.StepsToCoverage(SHARES), (("metres", 800),),
     ),
+    *(_pipe(size, *of_size) for size, of_size in _PIPE.items()),
 )  # fmt: skip
 """The tracks on maps of other people, which ``--maps`` names (``benchmark.maps`` reads them)."""
 

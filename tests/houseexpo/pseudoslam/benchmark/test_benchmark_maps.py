@@ -55,6 +55,15 @@ def test_a_floor_of_mapex_has_cells_of_a_tenth_of_a_metre_and_its_starts(tmp_pat
     assert first.seed != second.seed
 
 
+def test_pipe_runs_on_the_floors_of_a_class(tmp_path: Path) -> None:
+    floor(tmp_path, "hall --start_pose 510 512\n50052749 --start_pose 510 512\n")
+    (tmp_path / "50052749.png").write_bytes((tmp_path / "hall.png").read_bytes())
+    assert [house.id for house in read_maps(find_track("pipe-small"), tmp_path)] == ["50052749"]
+    assert find_track("pipe-large").budgets_m == (300, 600)
+    with pytest.raises(ConfigError, match="expected a start on 50015847 or 50015848, found none"):
+        read_maps(find_track("pipe-large"), tmp_path)
+
+
 def test_a_map_of_dare_joins_pixels_and_starts_at_the_eleventh_mark(tmp_path: Path) -> None:
     pixels = dungeon(tmp_path)
     (house,) = read_maps(find_track("dare"), tmp_path)
@@ -126,9 +135,9 @@ def test_a_track_of_maps_asks_for_maps(tmp_path: Path) -> None:
 
 @needs_shared
 def test_all_published_maps_can_be_read() -> None:
-    counts = {"kth": 24, "dare": 100, "ariadne": 100}
+    counts = {"kth": 24, "dare": 100, "ariadne": 100, "pipe-small": 8, "pipe-medium": 8, "pipe-large": 8}
     for track in MAP_TRACKS:
-        folder = DATA / "maps" / {"ariadne": "ariadne_complex"}.get(track.name, track.name)
+        folder = DATA / "maps" / {"ariadne": "ariadne_complex", "dare": "dare"}.get(track.name, "kth")
         cases = map_cases(track, read_maps(track, folder))
         assert len(cases) == counts[track.name]
         assert all(case.pose is not None for case in cases)

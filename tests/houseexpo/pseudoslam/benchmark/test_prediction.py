@@ -88,6 +88,31 @@ def test_the_truth_itself_has_1_and_one_wrong_cell_is_one_of_the_union() -> None
     assert scores.iou_unseen_free == pytest.approx(3 / 4)
 
 
+def test_the_tolerant_iou_is_that_of_a_loop_over_cells() -> None:
+    """PIPE's definition, cell by cell: walls in both maps may lie two rows and columns apart."""
+    rng = np.random.default_rng(0)
+    for _ in range(20):
+        truth, predicted = (rng.random((2, 30, 40)) < 0.02).astype(np.uint8)
+        judged = find_judged_cells(truth)
+        hits = false = missed = 0
+        for row, col in np.argwhere(judged):
+            near = np.s_[max(row - 2, 0) : row + 3, max(col - 2, 0) : col + 3]
+            hits += bool(truth[row, col] and predicted[near].any())
+            missed += bool(truth[row, col] and not predicted[near].any())
+            false += bool(predicted[row, col] and not truth[near].any())
+        scores = score_prediction(np.where(predicted, 255, 127).astype(np.uint8), np.zeros_like(truth), truth, judged)
+        assert scores.iou_tolerant == hits / (hits + false + missed)
+        assert scores.iou < scores.iou_tolerant
+
+
+def test_two_cells_beside_a_wall_are_near_enough_and_three_are_not() -> None:
+    truth = np.zeros((20, 20), bool)
+    truth[10] = True
+    for shift, score in ((0, 1.0), (2, 1.0), (3, 0.0)):
+        predicted = np.where(np.roll(truth, shift, axis=0), 255, 127).astype(np.uint8)
+        assert score_prediction(predicted, predicted, truth).iou_tolerant == score
+
+
 def test_nothing_unseen_has_no_score_there() -> None:
     scores = score_prediction(TRUTH, TRUTH, TRUTH == 255)
     assert (scores.iou, scores.iou_unseen_walls, scores.iou_unseen_free) == (1.0, None, None)
@@ -144,7 +169,9 @@ def test_the_map_within_a_budget_counts_and_the_last_one_after_the_end() -> None
     assert seen == [2, 2, 3]  # at 1.0 m, which is within 1 and 2 metres; then the last one
     assert values["iou_1_metres"] == pytest.approx(0.5)
     assert list(values) == [
-        f"{part}_{b}_metres" for b in (1, 2, 5) for part in ("iou", "iou_unseen_walls", "iou_unseen_free")
+        f"{part}_{b}_metres"
+        for b in (1, 2, 5)
+        for part in ("iou", "iou_tolerant", "iou_unseen_walls", "iou_unseen_free")
     ]
 
 
