@@ -18,7 +18,10 @@ R3  What is known stays as it is known.
 R4  ``PredictedMap.to_map`` marks those unknown cells as walls with which the expected intersection over union of all
     walls is greatest, if cells were independent. So no threshold is tuned. A cell that is neither a wall that borders
     free space nor free, such as the inside of a solid wall, does not count.
-R5  Maps of another resolution are predicted on cells of 0.1 m: each of these is a wall where one of the map's cells is,
+R5  Drawings differ in how thick their lines are. Where more of the lines that a map shows from both sides are two cells
+    thick than one, an unknown cell behind a surface, a wall cell that borders a free one on the other side, is a wall
+    with the probability that a line has two cells, if the network gives it less.
+R6  Maps of another resolution are predicted on cells of 0.1 m: each of these is a wall where one of the map's cells is,
     else free where one is, and each cell of the map gets the probabilities of the cell that it lies in.
 """
 
@@ -65,6 +68,7 @@ _THICKEST: Final = 10
 """Cells: the greatest thickness of walls that is counted."""
 _FEW_WALLS: Final = 5
 """Seen thicknesses with which a map's own ones count half."""
+_BESIDE: Final = ((0, 1), (0, -1), (1, 0), (-1, 0))
 _GAP: Final = 16
 """Cells from wall to wall over a short gap."""
 _FOVEA: Final = ((1, 9), (3, 7), (9, 5))
@@ -188,7 +192,7 @@ def _check_map(known: npt.ArrayLike) -> Grid:
 
 
 def _coarsen(cells: Grid, scale: float) -> Grid:
-    """Return the map on the network's cells (R5)."""
+    """Return the map on the network's cells (R6)."""
     shape = tuple(max(math.ceil(n * scale - 1e-9), 1) for n in cells.shape)
     rows, cols = (
         np.minimum((np.arange(n) * scale).astype(int), m - 1) for n, m in zip(cells.shape, shape, strict=True)
@@ -450,4 +454,27 @@ def _predict_cells(network: Network, known: Grid) -> Floats:
         logits = [network(part, exchanged=exchanged) for exchanged in (False, True)]
         both = [1.0 / (1.0 + np.exp(-np.clip(each, -30.0, 30.0))) for each in logits]
         found[:, cells[start : start + _CELLS_AT_ONCE]] = (0.5 * (both[0] + both[1])).T
-    return found.reshape(2, *known.shape)
+    found = found.reshape(2, *known.shape)
+    if (two_cells := find_share_of_thick_lines(known)) > 0.5:
+        behind = find_cells_behind_surfaces(known)
+        found[0, behind] = np.maximum(found[0, behind], two_cells)
+        found[1, behind] = np.minimum(found[1, behind], 1.0 - found[0, behind])
+    return found
+
+
+def find_share_of_thick_lines(known: Grid) -> float:
+    """Return the share of lines of two cells among those of one or two that a map shows from both sides (R5)."""
+    walls, free = known == OBSTACLE, known == FREE
+    one, two, *_ = _count_thicknesses(walls, free) + _count_thicknesses(walls.T, free.T)
+    return float(two / (one + two + _FEW_WALLS))
+
+
+def find_cells_behind_surfaces(known: Grid) -> Bools:
+    """Return which unknown cells (rows, cols) lie behind a wall cell that borders a free one (R5)."""
+    padded = np.pad(known, 2)
+    found = np.zeros(padded.shape, bool)
+    for row, col in _BESIDE:
+        surface = np.roll(padded, (row, col), (0, 1)) == OBSTACLE
+        found |= surface & (np.roll(padded, (2 * row, 2 * col), (0, 1)) == FREE)
+    behind: Bools = found[2:-2, 2:-2] & (known == UNKNOWN)
+    return behind

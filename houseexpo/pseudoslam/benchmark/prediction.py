@@ -16,7 +16,8 @@ R4  Over the unseen part, the judged cells that the robot's map does not know, t
 PIPE forgives small shifts (Baek, Moon, Kim et al., 2025; castacks/pipe-planner, the same file):
 
 R5  In the tolerant IoU a true obstacle is hit if a predicted one lies within the square of 5 x 5 cells around it, and a
-    predicted one is false if no true one does. It is hits / (true obstacles + false ones), over all judged cells.
+    predicted one is false if no true one does. It is hits / (true obstacles + false ones), over judged cells and those
+    within such a square around them: 99.4 to 100% of the walls of MapEx's floors.
 
 No map is aligned: with errors of odometry the drift counts.
 """
@@ -105,10 +106,12 @@ def _iou(one: Bools, other: Bools, part: Bools) -> float | None:
 
 
 def _tolerant_iou(predicted: Bools, truth: Bools, part: Bools) -> float:
-    """Return the tolerant IoU (R5) over a part of the cells; 0 if that part holds neither."""
-    near_predicted, near_truth = (cv2.dilate(walls.astype(np.uint8), _TOLERANCE) != 0 for walls in (predicted, truth))
-    union = int(np.count_nonzero((truth | (predicted & ~near_truth)) & part))
-    return int(np.count_nonzero(truth & near_predicted & part)) / union if union else 0.0
+    """Return the tolerant IoU (R5) over a part of the cells and those near it; 0 if they hold neither."""
+    near_predicted, near_truth, near_part = (
+        cv2.dilate(cells.astype(np.uint8), _TOLERANCE) != 0 for cells in (predicted, truth, part)
+    )
+    union = int(np.count_nonzero((truth | (predicted & ~near_truth)) & near_part))
+    return int(np.count_nonzero(truth & near_predicted & near_part)) / union if union else 0.0
 
 
 # ---------------------------------------------------------------------------------------------------------------------

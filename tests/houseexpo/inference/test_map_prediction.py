@@ -22,6 +22,8 @@ from houseexpo.inference.map_prediction import (
     Network,
     PredictedMap,
     describe_cells,
+    find_cells_behind_surfaces,
+    find_share_of_thick_lines,
     predict_map,
     read_network,
     shipped_network,
@@ -63,6 +65,29 @@ def test_walls_are_expected_to_go_on() -> None:
     marked = found.to_map()
     assert (marked[11, 50:53] == OBSTACLE).all() and (marked[52, 50:53] == OBSTACLE).all()  # noqa: PT018
     assert set(np.unique(marked)) == {FREE, OBSTACLE}
+
+
+def test_the_cells_behind_surfaces_are_those_that_are_looked_up_slowly() -> None:
+    known = np.random.default_rng(0).choice(np.array([UNKNOWN, FREE, OBSTACLE], np.uint8), (30, 40))
+    slow = np.zeros(known.shape, bool)
+    for row, col in np.argwhere(known == UNKNOWN):
+        for down, right in ((0, 1), (0, -1), (1, 0), (-1, 0)):
+            far = row + 2 * down, col + 2 * right
+            if 0 <= far[0] < known.shape[0] and 0 <= far[1] < known.shape[1]:
+                slow[row, col] |= known[row + down, col + right] == OBSTACLE and known[far] == FREE
+    np.testing.assert_array_equal(find_cells_behind_surfaces(known), slow)
+
+
+@pytest.mark.parametrize(("cells", "share"), [(1, 0.0), (2, 30 / 35), (3, 0.0)])
+def test_what_lies_behind_a_surface_follows_the_lines_of_the_drawing(cells: int, share: float) -> None:
+    """A line that stands in the seen half of the room shows how thick lines are."""
+    known = half_seen_room()
+    known[17:47, 30 : 30 + cells] = OBSTACLE
+    assert find_share_of_thick_lines(known) == pytest.approx(share)
+    behind = predict_map(known).walls[10, 22:48]
+    plain = predict_map(half_seen_room()).walls[10, 22:48]
+    assert (behind >= share - 1e-6).all()
+    assert bool((behind > plain + 0.2).all()) == (cells == 2)
 
 
 def test_a_turned_map_has_a_turned_prediction() -> None:

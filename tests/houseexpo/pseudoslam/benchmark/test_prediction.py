@@ -93,16 +93,17 @@ def test_the_tolerant_iou_is_that_of_a_loop_over_cells() -> None:
     rng = np.random.default_rng(0)
     for _ in range(20):
         truth, predicted = (rng.random((2, 30, 40)) < 0.02).astype(np.uint8)
-        judged = find_judged_cells(truth)
+        judged = rng.random(truth.shape) < 0.03
         hits = false = missed = 0
-        for row, col in np.argwhere(judged):
+        for row, col in np.ndindex(truth.shape):
             near = np.s_[max(row - 2, 0) : row + 3, max(col - 2, 0) : col + 3]
+            if not judged[near].any():
+                continue
             hits += bool(truth[row, col] and predicted[near].any())
             missed += bool(truth[row, col] and not predicted[near].any())
             false += bool(predicted[row, col] and not truth[near].any())
         scores = score_prediction(np.where(predicted, 255, 127).astype(np.uint8), np.zeros_like(truth), truth, judged)
         assert scores.iou_tolerant == hits / (hits + false + missed)
-        assert scores.iou < scores.iou_tolerant
 
 
 def test_two_cells_beside_a_wall_are_near_enough_and_three_are_not() -> None:
