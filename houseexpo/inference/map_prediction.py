@@ -18,9 +18,9 @@ R3  What is known stays as it is known.
 R4  ``PredictedMap.to_map`` marks those unknown cells as walls with which the expected intersection over union of all
     walls is greatest, if cells were independent. So no threshold is tuned. A cell that is neither a wall that borders
     free space nor free, such as the inside of a solid wall, does not count.
-R5  Drawings differ in how thick their lines are. Where more of the lines that a map shows from both sides are two cells
-    thick than one, an unknown cell behind a surface, a wall cell that borders a free one on the other side, is a wall
-    with the probability that a line has two cells, if the network gives it less.
+R5  Drawings differ in how thick their lines are. Where ``_NEARLY_ALL`` of the lines that a map shows from both sides
+    are two cells thick, not one, an unknown cell behind a surface, a wall cell that borders a free one on the other
+    side, is a wall with the probability that a line has two cells, if the network gives it less.
 R6  Maps of another resolution are predicted on cells of 0.1 m: each of these is a wall where one of the map's cells is,
     else free where one is, and each cell of the map gets the probabilities of the cell that it lies in.
 """
@@ -68,6 +68,8 @@ _THICKEST: Final = 10
 """Cells: the greatest thickness of walls that is counted."""
 _FEW_WALLS: Final = 5
 """Seen thicknesses with which a map's own ones count half."""
+_NEARLY_ALL: Final = 0.9
+"""The share of lines of two cells that shows that a drawing has no others: plans, whose walls differ, seldom have it."""
 _BESIDE: Final = ((0, 1), (0, -1), (1, 0), (-1, 0))
 _GAP: Final = 16
 """Cells from wall to wall over a short gap."""
@@ -455,7 +457,7 @@ def _predict_cells(network: Network, known: Grid) -> Floats:
         both = [1.0 / (1.0 + np.exp(-np.clip(each, -30.0, 30.0))) for each in logits]
         found[:, cells[start : start + _CELLS_AT_ONCE]] = (0.5 * (both[0] + both[1])).T
     found = found.reshape(2, *known.shape)
-    if (two_cells := find_share_of_thick_lines(known)) > 0.5:
+    if (two_cells := find_share_of_thick_lines(known)) > _NEARLY_ALL:
         behind = find_cells_behind_surfaces(known)
         found[0, behind] = np.maximum(found[0, behind], two_cells)
         found[1, behind] = np.minimum(found[1, behind], 1.0 - found[0, behind])
