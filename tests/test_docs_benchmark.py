@@ -14,7 +14,7 @@ from houseexpo.dataset.fetch import subset_folder
 from houseexpo.pseudoslam.agents.loading import NAMES
 from houseexpo.pseudoslam.benchmark.cases import ids_sha256, read_test_ids
 from houseexpo.pseudoslam.benchmark.comparison import BOUND, read_results
-from houseexpo.pseudoslam.benchmark.page import draw_map_panels
+from houseexpo.pseudoslam.benchmark.page import assign_colours, colour_keys, draw_map_panels
 from houseexpo.pseudoslam.benchmark.tables import format_markdown
 from houseexpo.pseudoslam.benchmark.tracks import BUDGETS, MAP_TRACKS, TRACKS
 from tests.builders.simulations import hut
@@ -78,6 +78,10 @@ def test_the_leaderboard_is_made_from_the_results() -> None:
     assert page == format_markdown(found, "Leaderboard", pictures, of_maps)
     linked = {*pictures.values(), *(link for links in of_maps.values() for _, link in links)}
     assert linked == {f"leaderboard/{file.name}" for file in RESULTS.glob("*.svg")}
+    colours = assign_colours(found)
+    for each in found:
+        drawn = [colours[key] for key in colour_keys(each) if key in colours]
+        assert len(set(drawn)) == len(drawn), f"{each.track.id}: two rows have one colour"
 
 
 def test_the_results_are_of_the_plans_that_are_written_down() -> None:
