@@ -69,7 +69,7 @@ _THICKEST: Final = 10
 _FEW_WALLS: Final = 5
 """Seen thicknesses with which a map's own ones count half."""
 _NEARLY_ALL: Final = 0.9
-"""The share of lines of two cells that shows that a drawing has no others: plans, whose walls differ, seldom have it."""
+"""The share of lines of two cells with which a drawing has no others; plans, whose walls differ, seldom have it."""
 _BESIDE: Final = ((0, 1), (0, -1), (1, 0), (-1, 0))
 _GAP: Final = 16
 """Cells from wall to wall over a short gap."""
