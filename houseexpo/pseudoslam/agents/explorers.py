@@ -158,20 +158,25 @@ class InformationGain(Explorer):
     It maximises A exp(-0.2 L) with A the unknown area that is visible from the goal, and L the length of the path.
     """
 
-    def __init__(self, robot: Robot, seed: int) -> None:
-        super().__init__(robot, seed)
-        angles = np.arange(_BEAMS) * (2 * math.pi / _BEAMS)
-        self._cos, self._sin = np.cos(angles), np.sin(angles)
-
     def choose(self, known: Grid, frontiers: Rows, info: Knowledge) -> int:  # noqa: ARG002  # others use it
         """Return the frontier with the greatest value, the first of equal ones."""
         first = frontiers[:_GAINS]
-        gains = [
-            unknown_area_in_sight(known, x + 0.5, y + 0.5, self.range_px, self._cos, self._sin)
-            for y, x in zip(*np.divmod(first["goal"], known.shape[1]), strict=True)
-        ]
         ways_m = first["way"] / (STRAIGHT * self.metre)
-        return int(np.argmax(np.array(gains) * np.exp(-GAIN_PER_M * ways_m)))
+        return int(np.argmax(unknown_areas(known, first, self.range_px) * np.exp(-GAIN_PER_M * ways_m)))
+
+
+def unknown_areas(known: Grid, frontiers: Rows, range_px: float) -> Floats:
+    """Return the unknown area in sight of the goal of each frontier (n,), cells."""
+    angles = np.arange(_BEAMS) * (2 * math.pi / _BEAMS)
+    rows, cols = np.divmod(frontiers["goal"], known.shape[1])
+    seen = np.cos(angles), np.sin(angles)
+    return np.array(
+        [
+            unknown_area_in_sight(known, x + 0.5, y + 0.5, range_px, *seen)
+            for y, x in zip(rows.tolist(), cols.tolist(), strict=True)
+        ],
+        np.float64,
+    )
 
 
 class Tour(Explorer):

@@ -123,20 +123,42 @@ def check_task(policy: NamedPolicy, track: Track) -> None:
 def _cases(
     track: Track, plans: Dataset | list[MapHouse] | None, settings: RunSettings
 ) -> tuple[Houses, list[Case], results.PlansRecord]:
+    ids = [ROOM.id] * settings.number
+    if track.needs_plans and not isinstance(plans, list):
+        if track in MAP_TRACKS:
+            raise ConfigError(f"track {track.id}: expected a folder of maps; name one with --maps")
+        if plans is None:
+            raise ConfigError(f"track {track.id}: expected a data set; name one with --dataset")
+        ids = choose_plan_ids(
+            plans, settings.split, settings.number, settings.workers, track.largest, fewer=settings.fewer
+        )
+    return find_cases(track, plans, ids, settings.split)
+
+
+def find_cases(
+    track: Track, plans: Dataset | list[MapHouse] | None, ids: Sequence[str], split: str
+) -> tuple[Houses, list[Case], results.PlansRecord]:
+    """Return the houses of a run, its episodes, and what a result says of them.
+
+    Parameters
+    ----------
+    plans
+        A data set, or maps, which are all used; None if the track has its own room.
+    ids
+        The plan of each episode; only their number matters in the track's own room, and not even that in maps.
+    split
+        The list of the data set that the plans were chosen from.
+    """
     if not track.needs_plans:
-        cases = make_room_cases(track.id, ROOM.id, settings.number)
+        cases = make_room_cases(track.id, ROOM.id, len(ids))
         return [ROOM], cases, results.PlansRecord(ROOM.id, len(cases), ids_sha256([ROOM.id]), "")
     if isinstance(plans, list):
         cases = map_cases(track, plans)
         names = [case.plan_id for case in cases]
         return plans, cases, results.PlansRecord("maps", len(cases), ids_sha256(names), maps_sha256(plans))
-    if track in MAP_TRACKS:
-        raise ConfigError(f"track {track.id}: expected a folder of maps; name one with --maps")
-    if plans is None:
-        raise ConfigError(f"track {track.id}: expected a data set; name one with --dataset")
-    ids = choose_plan_ids(plans, settings.split, settings.number, settings.workers, track.largest, fewer=settings.fewer)
+    assert plans is not None  # noqa: S101  # callers say which
     chosen = plans.only(ids)
-    record = results.PlansRecord(settings.split, len(ids), ids_sha256(ids), content_sha256(chosen))
+    record = results.PlansRecord(split, len(ids), ids_sha256(ids), content_sha256(chosen))
     return chosen, make_cases(track.id, ids), record
 
 

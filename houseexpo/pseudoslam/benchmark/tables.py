@@ -103,17 +103,16 @@ def _section(compared: TrackComparison, pictures: Mapping[tuple[str, str], str])
         if (compared.track.id, over) in pictures:
             lines += [f"![Coverage over {over}]({pictures[compared.track.id, over]})", ""]
     for metrics in compared.tables():
-        names = table_heads(metrics)
-        lines += [_line(names), _line(["---", *["---:"] * (len(names) - 1)])]
-        lines += [_line(table_row(compared, entry, metrics)) for entry in compared.rows(metrics)]
-        lines.append("")
+        rows = [table_row(compared, entry, metrics) for entry in compared.rows(metrics)]
+        lines += [*markdown_table(table_heads(metrics), rows), ""]
     if rows := format_interval_rows(compared):
-        lines += [_line(INTERVAL_HEADS), _line(["---", *["---:"] * (len(INTERVAL_HEADS) - 1)]), *map(_line, rows), ""]
+        lines += [*markdown_table(INTERVAL_HEADS, rows), ""]
     return lines
 
 
-def _line(cells: Sequence[str]) -> str:
-    return f"| {' | '.join(cells)} |"
+def markdown_table(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
+    """Return the lines of a table in Markdown, whose columns but the first are aligned to the right."""
+    return [f"| {' | '.join(cells)} |" for cells in (heads, ["---", *["---:"] * (len(heads) - 1)], *rows)]
 
 
 def _unit(metric: Metric) -> str:

@@ -28,14 +28,13 @@ from houseexpo.progress import show_progress
 from houseexpo.pseudoslam.agents.loading import NamedPolicy
 from houseexpo.pseudoslam.agents.protocol import Interface, Knowledge, Robot
 from houseexpo.pseudoslam.benchmark import result as results
-from houseexpo.pseudoslam.benchmark.cases import Case, content_sha256, ids_sha256, make_cases, make_room_cases
+from houseexpo.pseudoslam.benchmark.cases import Case
 from houseexpo.pseudoslam.benchmark.episodes import EpisodeOutcome, EpisodeRunner, Note
-from houseexpo.pseudoslam.benchmark.maps import map_cases, maps_sha256
 from houseexpo.pseudoslam.benchmark.prediction import OF_POLICY, prediction_metrics
+from houseexpo.pseudoslam.benchmark.run import find_cases
 from houseexpo.pseudoslam.benchmark.supervise import run_cases
 from houseexpo.pseudoslam.benchmark.tracks import MAP_TRACKS, Houses, Track, find_track
 from houseexpo.pseudoslam.config import SimulatorConfig
-from houseexpo.pseudoslam.tasks import ROOM
 from houseexpo.pseudoslam.worlds.maps import MapHouse
 
 SUFFIX: Final = ".verified"
@@ -139,28 +138,19 @@ def _cases_of(
     track: Track, result: results.Result, plans: Dataset | list[MapHouse] | None, name: str
 ) -> tuple[Houses, list[Case]]:
     """Return the houses and cases of a result; raise ConfigError if what it says of them is not so."""
-    listed = [str(plan) for plan in result.episodes["plan"]]
-    houses: Houses
-    if not track.needs_plans:
-        houses, cases = [ROOM], make_room_cases(track.id, ROOM.id, len(listed))
-    elif isinstance(plans, list):
-        houses, cases = plans, map_cases(track, plans)
-        found = maps_sha256(plans)
-    elif plans is None:
-        which = "--maps" if track in MAP_TRACKS or result.plans.split == "maps" else "--dataset"
+    listed, split = [str(plan) for plan in result.episodes["plan"]], result.plans.split
+    if plans is None and track.needs_plans:
+        which = "--maps" if track in MAP_TRACKS or split == "maps" else "--dataset"
         raise ConfigError(f"{name}: expected the plans of the result; name them with {which}")
-    else:
-        try:
-            houses = plans.only(listed)
-        except DatasetError as error:
-            raise ConfigError(f"{name}: {error}; name the data set of the result with --dataset") from None
-        if not set(listed) <= set(plans.splits.get(result.plans.split, listed)):
-            raise ConfigError(f"{name}: its plans are not those of the list {result.plans.split!r}, so it is refused")
-        cases, found = make_cases(track.id, listed), content_sha256(houses)
+    try:
+        houses, cases, record = find_cases(track, plans, listed, split)
+    except DatasetError as error:
+        raise ConfigError(f"{name}: {error}; name the data set of the result with --dataset") from None
+    if isinstance(plans, Dataset) and track.needs_plans and not set(listed) <= set(plans.splits.get(split, listed)):
+        raise ConfigError(f"{name}: its plans are not those of the list {split!r}, so it is refused")
     if [case.plan_id for case in cases] != listed or [case.seed for case in cases] != result.episodes["seed"]:
         raise ConfigError(f"{name}: its starts are not those of track {track.id} in these plans, so it is refused")
-    ids = [ROOM.id] if not track.needs_plans else listed
-    if ids_sha256(ids) != result.plans.ids_sha256 or (track.needs_plans and found != result.plans.content_sha256):
+    if (record.ids_sha256, record.content_sha256) != (result.plans.ids_sha256, result.plans.content_sha256):
         raise ConfigError(f"{name}: is for other plans than these: their hashes differ; name those of the result")
     return houses, cases
 

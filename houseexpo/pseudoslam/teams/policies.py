@@ -15,10 +15,9 @@ import numpy.typing as npt
 from scipy.optimize import linear_sum_assignment
 
 from houseexpo.errors import ConfigError
-from houseexpo.pseudoslam.agents.explorers import Explorer, distances_to_cells
+from houseexpo.pseudoslam.agents.explorers import Explorer, distances_to_cells, unknown_areas
 from houseexpo.pseudoslam.agents.protocol import Knowledge, Robot
 from houseexpo.pseudoslam.config import SimulatorConfig
-from houseexpo.pseudoslam.kernels.planning.frontiers import unknown_area_in_sight
 from houseexpo.pseudoslam.kernels.planning.paths import find_distances
 from houseexpo.pseudoslam.kernels.planning.planner_types import STRAIGHT
 from houseexpo.pseudoslam.kernels.tolerances import GAIN_PER_M
@@ -30,7 +29,6 @@ Floats = npt.NDArray[np.float64]
 
 _MOST_SHARED: Final = 24
 """The number of frontiers that are shared out: those that ``find_frontiers`` ranks first."""
-_BEAMS: Final = 90
 
 
 class TeamExplorer(Explorer):
@@ -113,18 +111,10 @@ class Auction(TeamExplorer):
     areas of others within the laser's range fall in proportion to their nearness, since they see much of the same.
     """
 
-    def __init__(self, robot: Robot, seed: int) -> None:
-        super().__init__(robot, seed)
-        angles = np.arange(_BEAMS) * (2 * math.pi / _BEAMS)
-        self._cos, self._sin = np.cos(angles), np.sin(angles)
-
     def share(self, known: Grid, frontiers: Rows, places: Floats, info: Knowledge) -> int:
         """Return the frontier that this robot wins; its own best one if there are too few for all."""
         del info
-        gains = np.array(
-            [unknown_area_in_sight(known, x, y, self.range_px, self._cos, self._sin) for x, y in places.tolist()],
-            np.float64,
-        )
+        gains = unknown_areas(known, frontiers, self.range_px)
         near = np.exp(-GAIN_PER_M * self.ways_m(known, frontiers, places))
         bidding, free = set(range(len(near))), np.ones(len(places), bool)
         best = int(np.argmax(gains * near[0]))

@@ -12,6 +12,7 @@ import numpy as np
 from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.benchmark.cases import seed_from_words
 from houseexpo.pseudoslam.benchmark.statistics import Estimate, estimate_mean
+from houseexpo.pseudoslam.benchmark.tables import markdown_table
 from houseexpo.pseudoslam.config import SimulatorConfig
 from houseexpo.pseudoslam.envs.reset_options import Pose
 from houseexpo.pseudoslam.envs.spec import make_env_spec
@@ -191,8 +192,6 @@ def format_markdown(track: TeamTrack, results: Sequence[dict[str, Any]]) -> str:
         + (f" ({without} more had no room for the team)" if without else "")
         + ". Means over houses, 95% intervals by bootstrap. After a slash: the houses in which a share was reached.",
         "",
-        "| " + " | ".join(heads) + " |",
-        "|" + "---|" * len(heads),
-        *("| " + " | ".join(row) + " |" for row in rows),
+        *markdown_table(heads, rows),
     ]
     return "\n".join(lines) + "\n"

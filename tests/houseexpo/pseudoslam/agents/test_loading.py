@@ -55,6 +55,11 @@ def test_a_file_is_known_by_its_hash(file: Path) -> None:
     assert load_policy(f"{file}:Mine").source == f"{file}:Mine"
 
 
+def test_a_module_is_found_in_the_working_directory(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(file.parent)
+    assert load_policy("my_policy:Mine").source == "my_policy:Mine"
+
+
 @pytest.mark.parametrize(
     ("name", "said"),
     [
