@@ -10,11 +10,11 @@ from __future__ import annotations
 
 import hashlib
 import os
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from pathlib import Path
 from types import TracebackType
-from typing import Final
+from typing import Any, Final
 
 import msgspec
 
@@ -33,6 +33,21 @@ def check_not_in_inputs(out: Path, sources: Iterable[str | Path | None]) -> None
             raise ConfigError(
                 f"--out: {out} lies in {source}, which is read and never written into; expected a place outside of it"
             )
+
+
+def first_difference(found: Mapping[str, Any], wanted: Mapping[str, Any]) -> tuple[str, Any, Any] | None:
+    """Return the first dotted key at which nested values differ, and both values; None if they are equal.
+
+    A value that is missing is None.
+    """
+    for key in {**wanted, **found}:
+        there, here = found.get(key), wanted.get(key)
+        if isinstance(there, Mapping) and isinstance(here, Mapping):
+            if (inner := first_difference(there, here)) is not None:
+                return f"{key}.{inner[0]}", *inner[1:]
+        elif there != here:
+            return key, there, here
+    return None
 
 
 def check_run_folder(folder: Path, own: Iterable[str]) -> None:

@@ -13,7 +13,7 @@ import io
 import json
 import math
 import zipfile
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass
 from functools import lru_cache, partial
 from itertools import islice
@@ -27,7 +27,7 @@ from houseexpo.dataset import Dataset
 from houseexpo.errors import ConfigError, HouseExpoError
 from houseexpo.files import encode_json, make_folder, write_atomically
 from houseexpo.floorplan import FloorPlan, decode
-from houseexpo.outputs import check_run_folder
+from houseexpo.outputs import check_run_folder, first_difference
 from houseexpo.processes import map_in_processes
 from houseexpo.progress import show_progress
 from houseexpo.pseudoslam.config import SimulatorConfig
@@ -138,26 +138,13 @@ def _claim(out: Path, recipe: dict[str, Any]) -> None:
         there = json.loads(file.read_bytes())
     except ValueError as error:
         raise ConfigError(f"{file}: expected JSON, found: {error}; name another folder") from None
-    other = _first_difference(there if isinstance(there, dict) else {}, json.loads(encode_json(recipe)))
+    other = first_difference(there if isinstance(there, dict) else {}, json.loads(encode_json(recipe)))
     if other is not None:
         key, found, asked = other
         raise ConfigError(
             f"{out}: expected pairs of the same recipe, found a different {'limit' if key == 'wanted' else key!r} in "
             f"{RECIPE}: {found!r} there, {asked!r} asked for; name another folder"
         )
-
-
-def _first_difference(
-    there: Mapping[str, Any], asked: Mapping[str, Any], within: str = ""
-) -> tuple[str, Any, Any] | None:
-    """Return the first key that differs, as ``outer.inner``, and both values; None if all are equal."""
-    for key, value in asked.items():
-        found = there.get(key)
-        if found != value and isinstance(found, dict) and isinstance(value, dict):
-            return _first_difference(found, value, f"{within}{key}.")
-        if found != value:
-            return f"{within}{key}", found, value
-    return None
 
 
 def _episodes(plans: Dataset, shard: int, config: PairConfig, wanted: int, seed: int) -> list[HouseVisit]:

@@ -18,7 +18,7 @@ import msgspec
 import houseexpo
 from houseexpo.errors import TrainingError
 from houseexpo.files import encode_json, make_folder, write_atomically
-from houseexpo.outputs import check_run_folder
+from houseexpo.outputs import check_run_folder, first_difference
 
 
 @cache
@@ -78,24 +78,22 @@ def check_same_run(found: Mapping[str, Any], wanted: Mapping[str, Any], where: P
 
     ``free`` are dotted keys that may differ.
     """
-    there, here = _leaves(found), _leaves(wanted)
-    for key in {**here, **there}:
-        if key not in free and there.get(key) != here.get(key):
-            raise TrainingError(
-                f"{where}: belongs to another run: {key} is {there.get(key)!r} there, {here.get(key)!r} here; "
-                "continue with the settings of that run, or name another folder"
-            )
+    other = first_difference(_without(found, free), _without(wanted, free))
+    if other is not None:
+        key, there, here = other
+        raise TrainingError(
+            f"{where}: belongs to another run: {key} is {there!r} there, {here!r} here; "
+            "continue with the settings of that run, or name another folder"
+        )
 
 
-def _leaves(values: Mapping[str, Any], where: str = "") -> dict[str, Any]:
-    """Return nested values by their dotted keys."""
-    found: dict[str, Any] = {}
-    for key, value in values.items():
-        if isinstance(value, Mapping) and value:
-            found |= _leaves(value, f"{where}{key}.")
-        else:
-            found[f"{where}{key}"] = value
-    return found
+def _without(values: Mapping[str, Any], free: Sequence[str], within: str = "") -> dict[str, Any]:
+    """Return nested values without some dotted keys."""
+    return {
+        key: _without(value, free, f"{within}{key}.") if isinstance(value, Mapping) else value
+        for key, value in values.items()
+        if f"{within}{key}" not in free
+    }
 
 
 STEPS = "steps_done"

@@ -29,7 +29,13 @@ from houseexpo.pseudoslam.kernels.types import Rows
 from houseexpo.pseudoslam.simulator import OccupancyGrid, Simulator
 from houseexpo.pseudoslam.state import State
 from houseexpo.pseudoslam.step_kernels import make_noise_params, make_scratch, make_step_params, take_first_scan
-from houseexpo.pseudoslam.teams.discs import ROBOTS_MOST, distance_to_touch, mark_discs
+from houseexpo.pseudoslam.teams.discs import (
+    ROBOTS_MOST,
+    check_start_apart,
+    distance_to_touch,
+    mark_discs,
+    no_room_error,
+)
 from houseexpo.pseudoslam.worlds.cache import world_for
 from houseexpo.pseudoslam.worlds.maps import House, MapHouse
 from houseexpo.pseudoslam.worlds.reset import make_initial_state
@@ -144,16 +150,14 @@ class Fleet:
                 world = replace(world, occupied=occupied, flow=no_flow_field())
             params, scratch = make_step_params(config), make_scratch(config)
             start = self.starts[k] if k < len(self.starts) else None
-            self._check_start(start, k)
+            if start is not None:
+                check_start_apart(k, start, self._positions_m(), self.radius_m)
             try:
                 state = make_initial_state(world, config, params, scratch, rng, pose_m=start)
             except ConfigError as error:
                 if k == 0 or start is not None:
                     raise
-                raise ConfigError(
-                    f"robots: there is no room for robot {k + 1} of {robots} with a radius of {self.radius_m:g} m in "
-                    f"plan {self.plan.id!r}; take fewer or smaller robots, or a larger house"
-                ) from error
+                raise no_room_error(k, robots, self.radius_m, self.plan.id) from error
             if k == 0:
                 self._static = (state.occupied & STATIC).astype(np.uint8)
                 robots_px = np.tile(state.pose_px[:2], (robots, 1))  # for people, who keep off them; see _refresh
@@ -166,15 +170,6 @@ class Fleet:
             own = rng.spawn(1)[0]
             counts.key = int(own.integers(2**62))
             self._robots.append(_Robot(Simulator(world, config, params, scratch), state, own, counts))
-
-    def _check_start(self, start: Pose | None, number: int) -> None:
-        """Raise ConfigError if a start overlaps an earlier robot's."""
-        for other, (x, y) in enumerate(self._positions_m() if start is not None and self._robots else ()):
-            if start is not None and math.hypot(start[0] - x, start[1] - y) < 2 * self.radius_m:
-                raise ConfigError(
-                    f"starts: robot {number + 1} at ({start[0]:g}, {start[1]:g}) m overlaps robot {other + 1} at "
-                    f"({x:g}, {y:g}) m; leave at least {2 * self.radius_m:g} m between their centres"
-                )
 
     def pose(self, robot: int) -> Pose:
         """Return the true pose: x, y in the plan's metres, and the heading."""

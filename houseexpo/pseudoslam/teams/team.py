@@ -38,7 +38,7 @@ from houseexpo.pseudoslam.kernels.types import Rows, Scratch
 from houseexpo.pseudoslam.kernels.walls import length_in_walls
 from houseexpo.pseudoslam.state import RASTERS, State, flatten_episode, unflatten_episode, view_episode
 from houseexpo.pseudoslam.step_kernels import choose_kernel
-from houseexpo.pseudoslam.teams.discs import mark_discs
+from houseexpo.pseudoslam.teams.discs import check_start_apart, mark_discs, no_room_error
 from houseexpo.pseudoslam.teams.radio import MOST_CELLS, Radio
 from houseexpo.pseudoslam.worlds.world import World
 
@@ -368,7 +368,10 @@ class Team:
         starts += [None] * (robots - len(starts))
         alone = replace(self.spec, config=replace(config, people=PeopleConfig(), obstacles=ObstaclesConfig()))
         for k, start in enumerate(starts):
-            self._check_start(k, start)
+            if start is not None:
+                check_start_apart(
+                    k, start, self.world.frame.points_from_pixels(self.places_px()), config.robot.radius_m
+                )
             if k == 0:
                 self.states.append(self.spec.initial_state(self.world, self.params, self.scratch, rng, pose_m=start))
                 streams = rng.spawn(robots - 1)
@@ -386,11 +389,7 @@ class Team:
             except ConfigError as error:
                 if start is not None:
                     raise
-                raise ConfigError(
-                    f"robots: there is no room for robot {k + 1} of {robots} with a radius of "
-                    f"{config.robot.radius_m:g} m in plan {self.world.plan_id!r}; take fewer or smaller robots, or a "
-                    "larger house"
-                ) from error
+                raise no_room_error(k, robots, config.robot.radius_m, self.world.plan_id) from error
             state.observable_cells, state.obstacles = first.observable_cells, first.obstacles
             state.episode.observable[:] = first.episode.observable
             if config.known_map:  # without the robots before it
@@ -403,17 +402,6 @@ class Team:
                 bodies = bodies._replace(people=np.zeros_like(people))
             fresh = np.ones(count_chunks(state.occupied.size), np.uint8)  # also what a robot knows from the start
             state.episode = state.episode._replace(bodies=bodies, fresh=fresh)
-
-    def _check_start(self, number: int, start: Pose | None) -> None:
-        """Raise ConfigError if a start overlaps an earlier robot's."""
-        for other, place in enumerate(self.places_px() if start is not None else ()):
-            x, y = self.world.frame.points_from_pixels(place).tolist()
-            least = 2.0 * self.spec.config.robot.radius_m
-            if start is not None and math.hypot(start[0] - x, start[1] - y) < least:
-                raise ConfigError(
-                    f"starts: robot {number + 1} at ({start[0]:g}, {start[1]:g}) m overlaps robot {other + 1} at "
-                    f"({x:g}, {y:g}) m; leave at least {least:g} m between their centres"
-                )
 
     def _share(self) -> tuple[Episode, npt.NDArray[np.int64]]:
         """Put the robots' episodes into one pool; return it, and the sizes of the rasters of each."""
