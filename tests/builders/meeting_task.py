@@ -92,7 +92,7 @@ class _Episode(TeamEpisode):
             return False
         if not all(has_line_of_sight(team, places[i], places[j]) for i, j in combinations(range(len(team)), 2)):
             return False
-        self._met_at = team.measures.steps, float(team.ways_m().sum())
+        self._met_at = team.steps, float(team.ways_m().sum())
         return True
 
     def step(self, before: Metrics, seen: Metrics, ahead: Bools) -> Floats:

@@ -61,6 +61,13 @@ class TeamPools:
         self._drawn: Floats = np.zeros((teams * robots, 0, 2))
         self._meets, self._had = np.zeros(teams, np.uint8), np.zeros(teams, np.int64)
 
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        """Restore a pickle or a copy, in which the arrays of teams are no views of the pools yet."""
+        self.__dict__.update(state)
+        for i, team in enumerate(self.placed):
+            if team is not None:
+                self.bind(i)
+
     @property
     def together(self) -> Any:
         """What the teams have done so far (N,) ``kernels.team_step.TOGETHER``."""

@@ -51,18 +51,6 @@ _LEVELS: Final = "90", "99"
 """The names of ``kernels.team_step.LEVELS``, in percent."""
 
 
-@dataclass(frozen=True)
-class TeamMeasures:
-    """What a team has done so far; ``row`` is its row of ``kernels.team_step.TOGETHER``, as an array (1,)."""
-
-    row: Rows
-
-    @property
-    def steps(self) -> int:
-        """The number of steps."""
-        return int(self.row["steps"][0])
-
-
 def note_exchange(pool: Episode, sizes: npt.NDArray[np.int64]) -> None:
     """Have overviews and pictures drawn anew: robots tell each other of cells that their scans have not drawn."""
     pool.changed[..., 0], pool.changed[..., 1] = 0, sizes[:, :1]
@@ -345,9 +333,9 @@ class Team:
         return self.shared.together
 
     @property
-    def measures(self) -> TeamMeasures:
-        """What the team has done so far."""
-        return TeamMeasures(self.together)
+    def steps(self) -> int:
+        """The number of steps so far."""
+        return int(self.together["steps"][0])
 
     @property
     def explored(self) -> int:

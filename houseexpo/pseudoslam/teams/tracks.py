@@ -115,7 +115,7 @@ def run_episode(pools: TeamPools, policy: TeamPolicy) -> Team:
     """Let a policy act until the episode of the one team ends, see ``TeamTrack``; return the team."""
     team, config, still = pools.team(0), pools.spec.config, np.zeros(2)
     table = np.array([action_motions(config)[action] for action in ACTIONS]) * (1.0, config.pixels_per_metre)
-    while team.measures.steps < config.max_steps and team.coverage < SEEN_ENOUGH:
+    while team.steps < config.max_steps and team.coverage < SEEN_ENOUGH:
         actions = policy(team)
         if all(action is None for action in actions):
             break

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import math
 from dataclasses import replace
 from typing import Any
@@ -221,6 +222,22 @@ def test_robots_that_must_meet_first_correct_their_drift() -> None:
     wanted = one.believed_px[:2] + np.array([off[0] * cos + off[1] * sin, off[1] * cos - off[0] * sin])
     np.testing.assert_allclose(affine[:, :2] @ ahead + affine[:, 2], wanted, atol=1e-9)
     assert not np.allclose(affine, np.eye(2, 3))
+
+
+def test_a_copy_goes_on_from_the_same_step_and_leaves_the_first_alone() -> None:
+    radio, rng = Radio("always", relative_poses="met"), np.random.default_rng(0)
+    env = parallel_env(robots=2, dataset=HALL, radio=radio, success_coverage=None)
+    env.reset(seed=1)
+    for k in range(25):
+        if k == 10:
+            other = copy.deepcopy(env)
+        actions = {agent: int(rng.integers(3)) for agent in env.agents}
+        one = env.step(actions)
+        if k >= 10:
+            two = other.step(actions)
+            assert (one[1], one[4]["robot_0"]["team"]) == (two[1], two[4]["robot_0"]["team"])
+            for state, too in zip(env.team.states, other.team.states, strict=True):
+                np.testing.assert_array_equal(state.known, too.known)
 
 
 def test_a_team_that_reports_ends_at_the_base() -> None:
