@@ -18,6 +18,7 @@ from pipeline.terminal_report import (
     doubt_lines,
     duplicate_lines,
     next_commands,
+    notes_lines,
     read_index_rows,
     rejection_lines,
     slowest_inputs,
@@ -109,6 +110,13 @@ def test_the_time_of_each_stage_and_the_longest_inputs_are_told(tmp_path: Path) 
     assert name.endswith("_a")
     assert file == "a.ply"
     assert 0 < sum(stage_seconds(data_set).values()) <= seconds
+
+
+def test_what_was_ignored_is_said_with_what_to_do(street: Path, tmp_path: Path) -> None:
+    for name in ("notes.txt", "wall.PNG", "villa.FBX", "tower.skp"):
+        (street / name).touch()
+    (told,) = notes_lines(run_build([street], tmp_path / "out"))
+    assert told.startswith("ignored, no houses by themselves: 1 .fbx, 1 .png, 1 .skp, 1 .txt; export .skp as")
 
 
 def test_the_terminal_says_what_speaks_against_doubtful_plans(street: Path, tmp_path: Path) -> None:

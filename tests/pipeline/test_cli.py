@@ -10,6 +10,7 @@ import subprocess
 import sys
 import time
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import psutil
@@ -18,6 +19,7 @@ import trimesh
 from PIL import Image
 from typer.testing import CliRunner
 
+from houseexpo import progress
 from houseexpo.commands.app import make_app
 from houseexpo.dataset import open_dataset
 from houseexpo.plan import Frame
@@ -26,6 +28,7 @@ from pipeline.sources.files import id_from_file_name
 from pipeline.terminal_report import describe_oddity
 from pipeline.values import Input, Level, Mesh
 from tests.builders.batch import contents, lines, one_room
+from tests.builders.formats import published_plans as published
 from tests.builders.suncg_houses import write_house
 
 runner = CliRunner()
@@ -48,6 +51,18 @@ def test_help_loads_nothing_heavy() -> None:
     code = (
         "import sys; from houseexpo.commands.app import make_app; make_app(); "
         f"print(sorted({heavy} & set(sys.modules)))"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
+
+
+def test_to_list_and_read_a_drawing_loads_no_library_of_meshes(tmp_path):
+    file = tmp_path / "model.svg"
+    file.write_text(published.cubicasa(), encoding="utf-8")
+    code = (
+        "import sys; from pipeline.batch import build; from pipeline.sources import find, reader; "
+        f"(item,) = find({str(file)!r}); list(reader(item.reader).read(item)); "
+        "print(sorted({'trimesh', 'scipy', 'networkx', 'numba'} & set(sys.modules)))"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
@@ -153,6 +168,16 @@ def test_a_second_source_is_refused_added_or_put_in_the_place_of_the_first(house
     assert run(second) == (0, {"json/houses_c.json"})
 
 
+@pytest.mark.slow
+def test_of_many_plans_the_first_are_named(tmp_path: Path) -> None:
+    command = ["build", "procedural:13", "--out", str(tmp_path / "out"), "--workers", "1"]
+    said = runner.invoke(make_app(), command).output
+    ids = sorted(Path(name).stem for name in contents(tmp_path / "out") if name.startswith("json/"))
+    table = said.partition("\ndoubtful ")[0]  # the doubtful plans are named below it
+    assert [name for name in ids if name in table] == ids[:8]
+    assert f"and {len(ids) - 8} more in" in said
+
+
 # ``houseexpo demo``: what it writes can be built, and what is there already stays.
 
 
@@ -242,6 +267,12 @@ def test_a_person_s_word_counts_as_in_a_build(tmp_path: Path) -> None:
     assert inspect(path, tmp_path / "before", "--config", str(manifest))[0] == 0
     (tmp_path / "overrides.toml").write_text(f"[{id_from_file_name(f'{tmp_path.name}/villa.ply')}]\nscale = 20.0\n")
     assert inspect(path, tmp_path / "after", "--config", str(manifest))[0] == 1  # a hall of 100 m, 54 m high
+
+
+def test_a_level_that_is_not_there_is_a_usage_error(tmp_path: Path) -> None:
+    code, said, names = inspect(one_room(tmp_path / "villa.ply"), tmp_path / "out", "--level", "3")
+    assert (code, names) == (2, [])
+    assert "level 3 asked for, found 1" in " ".join(said.split())
 
 
 # Bad input through the command: each ends as one line that says why and what to do, and the batch goes on.
@@ -391,6 +422,25 @@ def test_inspect_takes_the_level_of_an_id(name: str | None, number: int) -> None
     assert _number(Input("inn", "mesh_file", "inn.glb"), levels, 1, name) == number
 
 
+@pytest.mark.slow
+def test_show_and_inspect_have_a_progress_bar(street: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    bars: list[str] = []
+
+    def track(items: object, description: str, **_: object) -> object:
+        bars.append(description)
+        return items
+
+    monkeypatch.setattr(progress, "sys", SimpleNamespace(stderr=SimpleNamespace(isatty=lambda: True)))
+    monkeypatch.setattr("rich.progress.track", track)
+    call("inspect", street, "--out", tmp_path / "out")
+    call("build", street, "--out", tmp_path / "plans", "--workers", "1")
+    call("show", tmp_path / "plans", "--out", tmp_path / "sheet.png", "--size", "100")
+    assert {"reading annexe", "planning annexe", "drawing"} <= set(bars)
+    bars.clear()
+    call("show", tmp_path / "plans", "--out", tmp_path / "sheet.png", "--size", "100", "-q")
+    assert bars == []
+
+
 def test_a_quiet_build_says_nothing_and_a_verbose_one_what_came_of_each_house(street: Path, tmp_path: Path) -> None:
     (street / "broken.obj").write_bytes(b"no mesh")
 
@@ -416,6 +466,14 @@ def test_a_quiet_build_says_nothing_and_a_verbose_one_what_came_of_each_house(st
 )
 def test_what_no_house_has_is_implausible(rooms: int, area_m2: float, said: str) -> None:
     assert describe_oddity(rooms, area_m2) == said
+
+
+@pytest.mark.slow
+def test_an_implausible_plan_is_warned_of(tmp_path: Path) -> None:
+    one_room(tmp_path / "hall.ply", 110.0, 109.0)
+    said = call("build", tmp_path / "hall.ply", "--out", tmp_path / "out", "--workers", "1")
+    assert ": 1 room of 11,990 m²; check --units" in said
+    assert "implausible 1 room of 11,990 m²" in call("inspect", tmp_path / "hall.ply", "--out", tmp_path / "pictures")
 
 
 def test_ctrl_c_says_the_command_for_every_command(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
