@@ -30,6 +30,7 @@ from dataclasses import dataclass
 from typing import Any, Final, Generic, Literal, TypeVar
 
 import numpy as np
+import shapely
 from shapely import Polygon
 
 from houseexpo.corrections.draft import Draft, Space, Vector
@@ -199,10 +200,11 @@ def _apply_waiting(draft: Draft, placed: Sequence[Placed], effects: list[Effect]
 
 
 def _parted_again(draft: Draft) -> str:
-    """Return a correction that has made rooms one which are several again, "" if there is none."""
-    for places, said in draft.joined:
-        if len({id(draft.room_at(place)) for place in places}) > 1:
-            return said
+    """Return a correction that has made rooms one where a passage that is said parts them again, "" if none has."""
+    for seam in draft.joined:
+        for door in draft.inner_doors:
+            if door.said and shapely.intersection(door.shape, seam.shape).area > door.shape.area / 2:
+                return seam.said
     return ""
 
 

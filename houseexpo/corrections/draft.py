@@ -84,7 +84,7 @@ class DraftDoor:
 class Place:
     """An area of which a correction has said something: ``said`` is its value."""
 
-    shape: Polygon
+    shape: BaseGeometry
     said: str
 
 
@@ -124,8 +124,8 @@ class Draft:
         """The walls that a person has said."""
         self.taken_out: list[Place] = []
         """The rooms that a person has taken out."""
-        self.joined: list[tuple[list[Vector], str]] = []
-        """A place in each of the rooms that a person has made one, and the correction."""
+        self.joined: list[Place] = []
+        """What lay between rooms that a person has made one."""
         self.denied: list[Polygon] = []
         """The places at which a person has taken a passage out."""
 

@@ -377,6 +377,9 @@ def _merge(draft: Draft, rooms: Sequence[DraftRoom], gaps: Sequence[Polygon], te
         reach = WALL_REACH_M / 4
         closed = whole.buffer(reach, join_style="mitre").buffer(-reach, join_style="mitre")
         filling = shapely.difference(shapely.difference(closed, whole), shapely.union_all(others))
+        standing = shapely.union_all(draft.standing)
+        if len(split_pieces(shapely.union_all([whole, less := shapely.difference(filling, standing)]))) == 1:
+            filling = less  # the source's walls stay where the rooms meet without them
         if wall := next((wall for wall in draft.walls if wall.shape.intersection(filling).area > ROUNDED_M2), None):
             raise contradiction(wall.said, "parts them, and")
         whole = shapely.union_all([whole, filling])
@@ -385,10 +388,13 @@ def _merge(draft: Draft, rooms: Sequence[DraftRoom], gaps: Sequence[Polygon], te
         raise NoEffectError(
             f"more than {WALL_REACH_M / 2:g} m of wall stand between them; draw a door or an opening there"
         )
-    draft.joined.append(([shapely.get_coordinates(room.shape.representative_point())[0] for room in rooms], text))
     first = max(rooms, key=lambda room: (room.label != UNLABELLED, room.shape.area))
     words = tuple(dict.fromkeys(word for room in rooms for word in room.words))
     made = DraftRoom(parts[0], first.label, words, None if first.confidence is None else 1.0, said=text)
+    seam = shapely.difference(
+        whole, shapely.union_all([room.shape.buffer(-SAID_WALL_M / 2 - GRID_M) for room in rooms])
+    )
+    draft.joined.append(Place(seam, text))
     place = draft.rooms.index(rooms[0])
     draft.rooms[place] = made
     draft.rooms = [room for room in draft.rooms if all(room is not each for each in rooms)]
