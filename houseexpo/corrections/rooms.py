@@ -63,6 +63,8 @@ from houseexpo.tolerances import GRID_M, MIN_DOOR_M, ROUNDED_M2
 
 FARTHEST_ROOM_M: Final = 5.0
 """A room that a person draws farther from the others is a mistake of a digit, metres: it belongs to no such house."""
+_REACHES_M: Final = (WALL_REACH_M / 16, WALL_REACH_M / 8, WALL_REACH_M / 4)
+"""Halves of the thickness of walls that are taken out between rooms that are one, the thinnest first, metres."""
 _SAME: Final = 0.2
 """A drawn room and one of the plan are the same where they share all but this of both; so much a hand is off."""
 
@@ -373,17 +375,15 @@ def _merge(draft: Draft, rooms: Sequence[DraftRoom], gaps: Sequence[Polygon], te
     others += [door.shape for door in draft.doors if all(door is not each for each in inner)]
     parts = split_pieces(whole)
     filled = len(parts) > 1
-    if filled:
-        reach = WALL_REACH_M / 4
+    for reach in _REACHES_M:  # where they meet across a thin wall, thicker ones stay
+        if len(parts) == 1:
+            break
         closed = whole.buffer(reach, join_style="mitre").buffer(-reach, join_style="mitre")
         filling = shapely.difference(shapely.difference(closed, whole), shapely.union_all(others))
-        standing = shapely.union_all(draft.standing)
-        if len(split_pieces(shapely.union_all([whole, less := shapely.difference(filling, standing)]))) == 1:
-            filling = less  # the source's walls stay where the rooms meet without them
         if wall := next((wall for wall in draft.walls if wall.shape.intersection(filling).area > ROUNDED_M2), None):
             raise contradiction(wall.said, "parts them, and")
-        whole = shapely.union_all([whole, filling])
-        parts = split_pieces(whole)
+        parts = split_pieces(shapely.union_all([whole, filling]))
+    whole = shapely.union_all(parts)
     if len(parts) > 1:
         raise NoEffectError(
             f"more than {WALL_REACH_M / 2:g} m of wall stand between them; draw a door or an opening there"

@@ -588,15 +588,21 @@ def test_walls_away_from_the_rooms_close_a_space_with_what_stands() -> None:
     assert [effect.outcome for effect in correct_plan(PLAN, said, (), standing).effects] == ["already", "done", "done"]
 
 
-def test_rooms_that_are_one_keep_the_walls_of_the_source_where_they_meet_without_them() -> None:
-    rooms = (Room(0, "Hall", box(0.0, 0.0, 4.0, 3.0)), Room(1, "Hall", box(4.2, 0.0, 7.0, 3.0)))
-    outline = [(0.0, 0.0), (7.0, 0.0), (7.0, 3.0), (4.2, 3.0), (4.2, 0.01), (4.0, 0.01), (4.0, 3.0), (0.0, 3.0)]
+def test_rooms_that_are_one_keep_the_thicker_walls_between_them() -> None:
+    bay = [(4.1, 0.0), (7.0, 0.0), (7.0, 3.0), (4.3, 3.0), (4.3, 1.5), (4.1, 1.5)]
+    rooms = (Room(0, "Hall", box(0.0, 0.0, 4.0, 3.0)), Room(1, "Hall", bay))
+    outline = [
+        (0.0, 0.0),
+        (7.0, 0.0),
+        (7.0, 3.0),
+        (4.3, 3.0),
+        (4.3, 1.5),
+        (4.1, 1.5),
+        (4.1, 0.01),
+        (4.0, 0.01),
+        (4.0, 3.0),
+        (0.0, 3.0),
+    ]
     plan = FloorPlan("hall", outline, 2, {}, rooms=rooms)
-    said = Override(one_room=[[1.0, 1.0], [6.0, 1.0]]).corrections
-    for standing, filled_m in (
-        ([], 3.0),
-        ([Polygon(box(4.0, 1.5, 4.2, 3.0))], 1.5),
-        ([Polygon(box(3.9, -1.0, 4.3, 4.0))], 3.0),
-    ):
-        found = correct_plan(plan, said, (), standing)
-        assert found.plan.rooms[0].area == pytest.approx(12.0 + 8.4 + 0.2 * filled_m, abs=0.02)
+    found = correct_plan(plan, Override(one_room=[[1.0, 1.0], [6.0, 1.0]]).corrections)
+    assert found.plan.rooms[0].area == pytest.approx(12.0 + Polygon(bay).area + 0.1 * 1.5, abs=0.02)
