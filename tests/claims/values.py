@@ -75,9 +75,10 @@ def figures_of_the_readme() -> list[str]:
 
 def maps_of_others() -> list[str]:
     """docs/benchmark-exploration.md: the tables of other people's maps are those of the results beside it."""
-    known = list(_recorded("kth-", "dare-", "ariadne-"))
+    known = list(_recorded("kth-", "dare-", "ariadne-", "pipe-"))
     blocks = [*_section("docs/benchmark-exploration.md", "Maps of other people")]
     blocks += _section("docs/benchmark-exploration.md", "Predicted maps")
+    blocks += _section("docs/benchmark-exploration.md", "PIPE's table")
     tables = [block for block in blocks if block.text.startswith(("| policy", "| prediction"))]
     return _not_among(tables, known)
 
