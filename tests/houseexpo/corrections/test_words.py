@@ -368,9 +368,11 @@ def test_a_label_is_one_of_the_data_sets() -> None:
 
 
 def test_a_label_takes_the_place_of_the_sources_words() -> None:
-    named = replace(PLAN, rooms=tuple(replace(room, source_labels=("Saal",)) for room in PLAN.rooms))
+    rooms = tuple(replace(room, source_labels=("Saal",)) for room in PLAN.rooms)
+    named = replace(PLAN, rooms=rooms, provenance={"source": "mesh"})
     found = correct_plan(named, Override(label=[1.0, 1.0, "Office"]).corrections)
     assert [room.source_labels for room in found.plan.rooms] == [(), ("Saal",)]
+    assert (found.plan.provenance or {})["source"] == "mesh"
 
 
 def test_a_space_between_walls_becomes_a_room() -> None:
