@@ -28,6 +28,7 @@ from pipeline.sources.files import id_from_file_name
 from pipeline.terminal_report import describe_oddity
 from pipeline.values import Input, Level, Mesh
 from tests.builders.batch import contents, lines, one_room
+from tests.builders.commands import call
 from tests.builders.formats import published_plans as published
 from tests.builders.suncg_houses import write_house
 
@@ -379,12 +380,6 @@ def test_a_data_set_inside_its_source_is_no_source(tmp_path: Path) -> None:
 
 
 FRAME = Frame(((1.0, 0.0, 0.0), (0.0, 1.0, 0.0)), "z", 0.0, 0)
-
-
-def call(*words: str | Path, code: int = 0) -> str:
-    done = CliRunner().invoke(make_app(), [str(word) for word in words], env={"COLUMNS": "200"})
-    assert done.exit_code == code, done.output
-    return done.output
 
 
 @pytest.fixture
