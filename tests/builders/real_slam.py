@@ -27,12 +27,12 @@ import pytest
 from scipy.ndimage import binary_fill_holes
 
 from houseexpo.floorplan import FloorPlan
-from houseexpo.pseudoslam.agents.explorers import yield_frontier_actions
 from houseexpo.pseudoslam.config import LaserConfig, SimulatorConfig
 from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE
 from houseexpo.pseudoslam.simulator import Action, Simulator
 from research.carmen_logs import OdometryDrift, Pose, Reading, Scanner, simulate_readings, write_log
 from tests.builders.needs import need
+from tests.builders.simulations import yield_frontier_actions
 
 CELL_M, RANGE_M, LASER_M = 0.05, 10.0, 0.01
 SCANNER = Scanner(180.0, 361, RANGE_M)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -15,13 +15,15 @@ from gymnasium.vector import VectorEnv
 from houseexpo import FloorPlan
 from houseexpo.grids.frame import GridFrame
 from houseexpo.plan.json_codec import encode
+from houseexpo.pseudoslam.agents.explorers import NearestFrontier
+from houseexpo.pseudoslam.agents.protocol import Robot, make_knowledge
 from houseexpo.pseudoslam.config import ObservationConfig, SimulatorConfig, StartConfig
 from houseexpo.pseudoslam.config.moving_obstacles import PeopleConfig, Trajectory
 from houseexpo.pseudoslam.kernels.body_tracks import Bodies, Tracks, distance_to_body
 from houseexpo.pseudoslam.kernels.collision import MOVING, STATIC, Disc, disc_is_free, placed_people
 from houseexpo.pseudoslam.kernels.people import WalkParams, mark_bodies, move_bodies
 from houseexpo.pseudoslam.kernels.planning.fields import FlowField, no_flow_field
-from houseexpo.pseudoslam.simulator import Simulator
+from houseexpo.pseudoslam.simulator import ACTIONS, Action, Simulator
 from houseexpo.pseudoslam.state import State
 from houseexpo.pseudoslam.worlds.moving_obstacles import (
     make_flow_field,
@@ -265,3 +267,10 @@ def write_huts(folder: Path) -> Path:
     file = folder / "huts.jsonl"
     file.write_bytes(b"\n".join(map(encode, HUTS)))
     return file
+
+
+def yield_frontier_actions(simulator: Simulator, state: State) -> Iterator[Action]:
+    """Yield the actions of ``NearestFrontier`` on the current map until nothing is left to see; take each at once."""
+    explorer = NearestFrontier(Robot(simulator.config), 0)
+    while (action := explorer(None, make_knowledge(simulator, state))) is not None:
+        yield ACTIONS[action]

@@ -7,13 +7,12 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Iterator
 from typing import Any, Final
 
 import numpy as np
 import numpy.typing as npt
 
-from houseexpo.pseudoslam.agents.protocol import Interface, Knowledge, Robot, make_knowledge
+from houseexpo.pseudoslam.agents.protocol import Interface, Knowledge, Robot
 from houseexpo.pseudoslam.kernels.explore import (
     EXPLORER,
     NO_ACTION,
@@ -31,8 +30,6 @@ from houseexpo.pseudoslam.kernels.planning.planner_types import STRAIGHT
 from houseexpo.pseudoslam.kernels.tolerances import GAIN_PER_M, MAX_BUMPS, MAX_FRONTIERS
 from houseexpo.pseudoslam.kernels.types import NO_WAY, PathScratch, Rows, new_path_scratch
 from houseexpo.pseudoslam.planning import count_first_looks, descent_rules, explorer_frontier_rules
-from houseexpo.pseudoslam.simulator import ACTIONS, Action, Simulator
-from houseexpo.pseudoslam.state import State
 from houseexpo.pseudoslam.step_kernels import enlarge_scratch, make_scratch
 
 Grid = npt.NDArray[np.uint8]
@@ -140,16 +137,6 @@ class RandomFrontier(Explorer):
         """Return one of all frontiers, equally likely."""
         del known, info
         return int(self._rng.integers(len(frontiers)))
-
-
-def yield_frontier_actions(simulator: Simulator, state: State) -> Iterator[Action]:
-    """Yield the actions of ``NearestFrontier`` for the current map; take each action before requesting the next one.
-
-    They end when there is nothing left to see.
-    """
-    explorer = NearestFrontier(Robot(simulator.config), 0)
-    while (action := explorer(None, make_knowledge(simulator, state))) is not None:
-        yield ACTIONS[action]
 
 
 class InformationGain(Explorer):

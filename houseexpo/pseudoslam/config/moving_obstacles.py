@@ -89,8 +89,8 @@ class Trajectory:
     Examples
     --------
     >>> from houseexpo.pseudoslam.config.obstacles import Circle
-    >>> Trajectory(Circle(0.2), times_s=(0, 4, 8), poses=((1, 1, 0), (3, 1, 0), (1, 1, 0)), loop=True).duration_s
-    8.0
+    >>> Trajectory(Circle(0.2), times_s=(0, 4, 8), poses=((1, 1, 0), (3, 1, 0), (1, 1, 0)), loop=True).times_s
+    (0, 4, 8)
     """
 
     shape: Shape
@@ -125,11 +125,6 @@ class Trajectory:
                     f"trajectory.poses[{i + 1}]: from {start:g} s to {end:g} s it turns at {turning:.4g} degrees/s, "
                     f"at most {FASTEST_DEG_S:g} can be simulated; give it more time"
                 )
-
-    @property
-    def duration_s(self) -> float:
-        """The last time, seconds."""
-        return self.times_s[-1]
 
 
 def _times(value: object) -> tuple[float, ...]:

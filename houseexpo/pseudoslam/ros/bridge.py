@@ -41,7 +41,6 @@ _OPTIONS: Final[dict[str, Any]] = {
 _WAITING_MOST: Final = 200
 """Messages that wait for a slow server; further ones are dropped."""
 _NO_FIELDS: Final = "structure_needs_at_least_one_member"
-_PLAIN: Final = {"string": str, "bool": bool}
 _OUTSIDE_TEXT: Final = re.compile(r'"(?:[^"\\]|\\.)*"|-?Infinity|NaN')
 _NUMBERS: Final = {"Infinity": "1e999", "-Infinity": "-1e999", "NaN": "0.0"}
 
@@ -369,16 +368,10 @@ def _plain(kind: str, value: Any, where: str) -> Any:
     ):
         return math.nan if value is None else float(value)
     expected = {"string": str, "bool": bool}.get(inner, int)
-    if type(value) is not expected or (expected is int and not _fits(inner, value)):
+    fits = type(value) is expected and not inner.startswith("float")
+    if not fits or (expected is int and not np.iinfo(inner).min <= value <= np.iinfo(inner).max):
         raise ValueError(f"{where}: expected {inner}, found {_short(value)}")
     return value
-
-
-def _fits(kind: str, value: Any) -> bool:
-    if kind.startswith("float"):
-        return False
-    limits = np.iinfo(kind)
-    return bool(limits.min <= value <= limits.max)
 
 
 def _short(value: Any) -> str:

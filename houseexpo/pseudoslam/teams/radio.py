@@ -6,10 +6,9 @@ from dataclasses import dataclass
 from typing import Final, Literal, get_args
 
 import numpy as np
-import numpy.typing as npt
 
 from houseexpo.pseudoslam.config.checks import check_number, check_one_of, check_whole_number
-from houseexpo.pseudoslam.kernels.radio import RadioParams, find_heard, received_dbm
+from houseexpo.pseudoslam.kernels.radio import RadioParams
 
 Model = Literal["none", "always", "range", "sight", "signal"]
 RelativePoses = Literal["known", "met"]
@@ -90,27 +89,3 @@ class Radio:
             float(self.threshold_dbm), float(self.loss_db), float(self.reference_m), float(self.air_exponent),
             float(self.wall_exponent), float(self.wall_unit_m), self.cells_per_step or MOST_CELLS,
         )  # fmt: skip
-
-    def received_dbm(self, air_m: float, wall_m: float, fading_db: tuple[float, float] = (0.0, 0.0)) -> float:
-        """Return the received power after lengths in air and in walls, and fading in both."""
-        return received_dbm(self.link(1.0), air_m, wall_m, *fading_db)
-
-    def hears(
-        self,
-        walls: npt.NDArray[np.uint8],
-        places_px: npt.NDArray[np.float64],
-        cell_m: float,
-        fading_db: tuple[float, float] = (0.0, 0.0),
-    ) -> npt.NDArray[np.bool_]:
-        """Return who hears whom (n, n), symmetric, False on the diagonal.
-
-        Parameters
-        ----------
-        walls
-            (rows, cols), not 0 for what does not move.
-        places_px
-            (n, 2), the robots' places, pixels.
-        """
-        found = np.zeros((len(places_px), len(places_px)), bool)
-        find_heard(self.link(cell_m), walls, places_px, np.array(fading_db), found.view(np.uint8))
-        return found

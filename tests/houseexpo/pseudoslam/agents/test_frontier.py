@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from houseexpo.floorplan import FloorPlan, decode
-from houseexpo.pseudoslam.agents.explorers import yield_frontier_actions
 from houseexpo.pseudoslam.config import SimulatorConfig, StartConfig
 from houseexpo.pseudoslam.config.moving_obstacles import Trajectory
 from houseexpo.pseudoslam.config.obstacles import Circle
 from houseexpo.pseudoslam.simulator import Simulator
+from tests.builders.simulations import yield_frontier_actions
 
 
 @pytest.mark.parametrize("seed", [0, 1, 2])

@@ -9,18 +9,18 @@ import numpy as np
 import pytest
 
 from houseexpo.errors import ConfigError
-from houseexpo.pseudoslam.kernels.radio import copy_known_box
+from houseexpo.pseudoslam.kernels.radio import copy_known_box, find_heard, received_dbm
 from houseexpo.pseudoslam.kernels.walls import length_in_walls
 from houseexpo.pseudoslam.teams.radio import Radio
 
 
 def test_received_power_by_hand() -> None:
-    radio = Radio("signal")
-    assert radio.received_dbm(1.0, 0.0) == -51.0  # the loss at the reference distance
-    assert radio.received_dbm(35.0, 0.0) == pytest.approx(-71.0)  # ten times as far: 20 dB
-    assert radio.received_dbm(1.0, 0.1) == -51.0  # one unit of wall
-    assert radio.received_dbm(1.0, 1.0) == pytest.approx(-91.0)  # ten units: 40 dB
-    assert radio.received_dbm(7.0, 0.2, (3.0, 5.0)) == pytest.approx(
+    radio = Radio("signal").link(1.0)
+    assert received_dbm(radio, 1.0, 0.0, 0.0, 0.0) == -51.0  # the loss at the reference distance
+    assert received_dbm(radio, 35.0, 0.0, 0.0, 0.0) == pytest.approx(-71.0)  # ten times as far: 20 dB
+    assert received_dbm(radio, 1.0, 0.1, 0.0, 0.0) == -51.0  # one unit of wall
+    assert received_dbm(radio, 1.0, 1.0, 0.0, 0.0) == pytest.approx(-91.0)  # ten units: 40 dB
+    assert received_dbm(radio, 7.0, 0.2, 3.0, 5.0) == pytest.approx(
         -51.0 - 20 * math.log10(2) - 3.0 - 40 * math.log10(2) - 5.0
     )
 
@@ -32,7 +32,8 @@ def test_who_hears_whom() -> None:
     # from 1 to 3 the line crosses 0.5 m of wall, 28 dB; from 0 to 3 it crosses a corner, 0.2 m, 12 dB
     pairs = {"none": "", "always": "01 02 03 12 13 23", "range": "01 12 23", "sight": "01 23", "signal": "01 03 23"}
     for model, wanted in pairs.items():
-        found = Radio(model, range_m=2.6).hears(walls, places, 0.1)  # type: ignore[arg-type]  # a name
+        found = np.zeros((4, 4), np.uint8)
+        find_heard(Radio(model, range_m=2.6).link(0.1), walls, places, np.zeros(2), found)  # type: ignore[arg-type]  # a name
         assert {f"{i}{j}" for i, j in np.argwhere(np.triu(found)).tolist()} == set(wanted.split()), model
         assert (found == found.T).all()
 
