@@ -13,7 +13,7 @@ from houseexpo.pseudoslam.config import SimulatorConfig
 from houseexpo.pseudoslam.envs.spec import Actions, EnvOptions, Kind, Observation, check_options
 from houseexpo.pseudoslam.teams.radio import Radio
 from houseexpo.pseudoslam.teams.tasks import TeamTask
-from houseexpo.pseudoslam.teams.team import Team
+from houseexpo.pseudoslam.teams.team import Team, plain_report
 from houseexpo.pseudoslam.teams.vector import TeamVectorEnv, make_robot_space
 from houseexpo.pseudoslam.worlds.maps import Plans
 
@@ -74,7 +74,7 @@ class TeamEnv(ParallelEnv):  # type: ignore[misc]  # an untyped library
             seed=seed, options={"plan_id": given.get("plan_id"), "pose": [given.get("pose")]}
         )
         self.agents = list(self.possible_agents)
-        return self._by_agent(observed), self._infos(infos)
+        return self._by_agent(observed), self._infos({k: part for k, part in infos.items() if not k.startswith("_")})
 
     def step(
         self, actions: dict[str, Any]
@@ -89,7 +89,8 @@ class TeamEnv(ParallelEnv):  # type: ignore[misc]  # an untyped library
         missing = [agent for agent in agents if agent not in actions]
         if missing or len(actions) != len(agents):
             raise ConfigError(f"actions: expected one for each of {', '.join(agents)}; found {sorted(actions)}")
-        observed, rewards, terminated, truncated, infos = self._envs.step([[actions[agent] for agent in agents]])
+        taken = [[actions[agent] for agent in agents]]
+        observed, rewards, terminated, truncated, infos = self._envs.advance(taken, fresh=False)
         if terminated[0] or truncated[0]:
             self.agents = []
         return (
@@ -102,14 +103,16 @@ class TeamEnv(ParallelEnv):  # type: ignore[misc]  # an untyped library
 
     def _by_agent(self, observed: Observation) -> dict[str, Observation]:
         if isinstance(observed, dict):
-            return {a: {key: part[0, k] for key, part in observed.items()} for k, a in enumerate(self.possible_agents)}
-        return {agent: observed[0, k] for k, agent in enumerate(self.possible_agents)}
+            own = {key: part[0].copy() for key, part in observed.items()}
+            return {a: {key: part[k] for key, part in own.items()} for k, a in enumerate(self.possible_agents)}
+        maps = observed[0].copy()
+        return {agent: maps[k] for k, agent in enumerate(self.possible_agents)}
 
     def _infos(self, found: dict[str, Any]) -> dict[str, dict[str, Any]]:
-        shared = {"team": self.team.report() | self._envs.episode(0).report()}
+        shared: dict[str, Any] = {"team": plain_report(found["team"]) | self._envs.episode(0).report()}
         if "plan_id" in found:
             shared["plan_id"] = found["plan_id"][0]
-        own = {key: part[0] for key, part in found.items() if not key.startswith("_") and key not in shared}
+        own = {key: part[0] for key, part in found.items() if key not in shared}
         return {
             agent: {key: np.array(part[k]) if part.ndim > 1 else part[k].item() for key, part in own.items()} | shared
             for k, agent in enumerate(self.possible_agents)

@@ -137,13 +137,15 @@ class TeamPools:
         assert team is not None  # noqa: S101  # only placed teams are asked for
         return team
 
-    def step(self, motions: Floats, active: Bools) -> tuple[Metrics, Metrics]:
+    def step(self, motions: Floats, active: Bools, *, fresh: bool = True) -> tuple[Metrics, Metrics]:
         """Step the ``active`` teams (N,) by motions (N * R, 2) or commands (N * R, 3), and let them exchange maps.
 
-        Return the metrics of N * R robots before the exchange and after it. Views are drawn into a new array.
+        Return the metrics of N * R robots before the exchange and after it. With ``fresh``, views are drawn into a new
+        array.
         """
         batch, robots, around = self.batch, self.robots, self.around
-        batch.renew_views()
+        if fresh:
+            batch.renew_views()
         pool, sizes, others, shared = batch.arrays, batch.sizes, self._others(), self._shared
         wanted = np.full((robots, self.teams, robots), SKIP, np.uint8)
         for robot in range(robots):

@@ -102,6 +102,13 @@ def compute_report(
     }
 
 
+def plain_report(found: dict[str, npt.NDArray[Any]]) -> dict[str, float | None]:
+    """Return the measures of one team, from arrays (1,), as plain numbers; None for what has not happened."""
+    values = {name: part.item() for name, part in found.items()}
+    values |= {name: None for name, value in values.items() if value != value}  # noqa: PLR0124  # NaN
+    return values | {n: int(value) for n, value in values.items() if n.startswith("steps") and value is not None}
+
+
 class TeamKernels:
     """The compiled parts of a step round the single robot's, for the robots with the same number of N teams."""
 
@@ -503,10 +510,7 @@ class Team:
         """
         collisions = np.array([[int(state.counts.collisions) for state in self.states]])
         found = compute_report(self.together, self.ways_m()[None], collisions, self.observable, self.ppm)
-        values = {name: part[0].item() for name, part in found.items()}
-        values |= {name: None for name, value in values.items() if math.isnan(value)}
-        steps = {name: int(value) for name, value in values.items() if name.startswith("steps") and value is not None}
-        return values | steps
+        return plain_report(found)
 
 
 def make_team_kernels(spec: EnvSpec, params: StepParams, radio: Radio) -> TeamKernels:

@@ -120,7 +120,7 @@ class TeamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[Any]]):
             raise gymnasium.error.ResetNeeded(f"environments {missing}: they have not begun; reset them too")
         self._ended = self._ended & ~which
         now = self._before = self._pools.metrics()
-        return self._observations(now), self._infos(now, self._successes(now), which)
+        return self._observations(now), with_masks(self._infos(now, self._successes(now)), which)
 
     def _start(self, i: int, plan_id: str | None = None, starts: list[Pose | None] | None = None) -> None:
         """Put the start of an episode at place ``i``."""
@@ -137,6 +137,13 @@ class TeamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[Any]]):
         Return the observations, rewards (N, R), terminated (N,), truncated (N,) and infos. A team whose episode has
         ended ignores its actions, starts the next episode, and has rewards of 0.
         """
+        observed, rewards, terminated, truncated, infos = self.advance(actions)
+        return observed, rewards, terminated, truncated, with_masks(infos, np.ones(self.num_envs, bool))
+
+    def advance(
+        self, actions: npt.ArrayLike, *, fresh: bool = True
+    ) -> tuple[Observation, Floats, Bools, Bools, dict[str, Any]]:
+        """Do what ``step`` does, without masks in the infos; unless ``fresh``, the next step overwrites the maps."""
         if not self._begun.all():
             raise gymnasium.error.ResetNeeded(
                 f"environments {np.flatnonzero(~self._begun).tolist()}: call reset() first"
@@ -151,7 +158,7 @@ class TeamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[Any]]):
         motions, ahead = self.env_spec.motions(given.reshape(teams * robots, *given.shape[2:]), teams * robots)
         active, starting = ~self._ended, self._ended.nonzero()[0].tolist()
         motions.reshape(teams, -1)[starting] = 0.0
-        seen, now = self._pools.step(motions, active)
+        seen, now = self._pools.step(motions, active, fresh=fresh)
         rewards = self._rewards(seen, ahead.reshape(teams, robots), active)
         for i in starting:
             self._start(i)
@@ -160,7 +167,7 @@ class TeamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[Any]]):
         success = self._successes(now)
         terminated, truncated = success & active, now.truncated()[::robots] & active
         self._ended, self._before = terminated | truncated, now
-        return self._observations(now), rewards, terminated, truncated, self._infos(now, success, np.ones(teams, bool))
+        return self._observations(now), rewards, terminated, truncated, self._infos(now, success)
 
     def _rewards(self, seen: Metrics, ahead: Bools, active: Bools) -> Floats:
         rewards = self.task.rewards_by_robot(self._before, seen, ahead)
@@ -204,7 +211,7 @@ class TeamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[Any]]):
         """Return an array (N * R, ...) as (N, R, ...)."""
         return array.reshape(self.num_envs, self.robots, *array.shape[1:])
 
-    def _infos(self, now: Metrics, success: Bools, which: Bools) -> dict[str, Any]:
+    def _infos(self, now: Metrics, success: Bools) -> dict[str, Any]:
         """Return the entries of the robots' ``info`` (N, R, ...), and "team", whose entries are (N,)."""
         pools, ppm = self._pools, self.config.pixels_per_metre
         report = self.env_spec.report(pools.batch.arrays, now, success.repeat(self.robots))
@@ -218,7 +225,7 @@ class TeamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[Any]]):
         if self.env_spec.text_info:
             infos["plan_id"] = self._plan_ids.copy()
         infos["team"] = team
-        return with_masks(infos, which)
+        return infos
 
     def close_extras(self, **kwargs: Any) -> None:  # noqa: ARG002  # gymnasium's signature
         """End the threads."""
