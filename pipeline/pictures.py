@@ -20,7 +20,7 @@ from houseexpo.floorplan import FloorPlan
 from houseexpo.plan import Box, Frame
 from pipeline.algorithm import StageResult
 from pipeline.geometry.areas import polygons_of
-from pipeline.geometry.walkable_floor import walkable_floor
+from pipeline.geometry.rooms_and_passages import walkable_floor
 from pipeline.png import Picture, encode_png
 from pipeline.values import Evidence, JoinedPoints, Layout, Planes, Spaces
 

@@ -51,7 +51,7 @@ from pipeline.geometry.areas import (
 )
 from pipeline.geometry.meshes import box_around_polygon
 from pipeline.geometry.openings import strips_before, strips_of
-from pipeline.geometry.walkable_floor import erode_floor, nearest_piece, sample_points, walkable_floor
+from pipeline.geometry.rooms_and_passages import erode_floor, nearest_piece, sample_points, walkable_floor
 from pipeline.geometry.wall_sections import close_cracks
 from pipeline.rejection import Reason, Rejection
 from pipeline.tolerances import (

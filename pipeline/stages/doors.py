@@ -15,10 +15,7 @@ R5  The windows of a storey hang from one height. An opening to the outside with
     reaches the floor, if its lintel hangs as high as those of ``GROUP`` windows and such openings, itself included, if
     doors inside hang from another height, and if there is another way out. The bays between a row of posts are ways,
     and so is what leads onto a floor (a terrace).
-R6  Known doors side by side, without a post between them, are the leaves of one door, if it is no wider than a door.
-R7  Where nothing leads into a single room, and what closes it lies between the ends of its walls at two opposite sides
-    (a corridor), these are its entrances.
-R8  Between two rooms, what closes a straight gap as the end of walls or of the floor is an ``opening``, however wide:
+R6  Between two rooms, what closes a straight gap as the end of walls or of the floor is an ``opening``, however wide:
     nothing stands there. In a house of several rooms the open end of a corridor, broad enough for a person and no
     wider than a door, is an ``entrance``. It is none where a scan ends, where the source names its openings, at a void
     within the house, and where it leads into the air (R4).
@@ -40,7 +37,6 @@ from pipeline.config import DoorsConfig
 from pipeline.geometry.areas import (
     OUTSIDE,
     Shapes,
-    dot_product,
     drop_thin_parts,
     fill_enclosed,
     intersect,
@@ -50,7 +46,7 @@ from pipeline.geometry.areas import (
 )
 from pipeline.geometry.groups import Groups
 from pipeline.geometry.mesh_slicing import MeshSlicer
-from pipeline.geometry.meshes import box_around_polygon, boxes_around_polygons
+from pipeline.geometry.meshes import boxes_around_polygons
 from pipeline.geometry.openings import (
     ENDS,
     GAPS,
@@ -58,7 +54,6 @@ from pipeline.geometry.openings import (
     Opening,
     assign_sides,
     distance_in_row,
-    hull_of_row,
     strips_before,
     strips_of,
 )
@@ -74,11 +69,8 @@ from pipeline.tolerances import (
     LARGELY,
     MOST,
     NEARLY_ALL,
-    PARALLEL,
     SHOULDERS_M,
     SLIVER_M,
-    SOME,
-    STAND_M,
     UNNAMED_WAY_M,
 )
 from pipeline.values import Layout, Level, Planes, Spaces
@@ -113,9 +105,7 @@ def find_doors(level: Level, planes: Planes, layout: Layout, config: DoorsConfig
         elif strip.width >= config.narrowest_m:  # R1
             passages.append(replace(strip, kind="entrance" if strip.leads_outside else kind or "opening"))
     tall = _windows_to_the_floor(passages, level, planes, leaves, config.post_m)  # R5
-    passages = _with_all_leaves([passage for k, passage in enumerate(passages) if k not in tall], config.widest_m)
-    if not (passages or level.sills) and len(rooms) == 1:
-        passages = _ends_of_corridor(layout)  # R7
+    passages = [passage for k, passage in enumerate(passages) if k not in tall]
     if not level.sills:  # all passages of SUNCG have sills
         passages += _openings_at_guessed_edges(level, layout, config)
     given = {c.closed_by for c in layout.candidates} & (ENDS | {"room_edge"})
@@ -155,38 +145,8 @@ def _is_beside_door(strip: Opening, strips: list[Opening]) -> bool:
     return any(distance_in_row(strip, door) is not None for door in doors)
 
 
-def _with_all_leaves(passages: list[Opening], widest_m: float) -> list[Opening]:
-    """Return the passages, one for all leaves of a door (R6)."""
-    found: list[Opening] = []
-    for passage in passages:
-        for k, other in enumerate(found):
-            if not (passage.has_door and other.has_door):
-                continue
-            apart = distance_in_row(other, passage)
-            if apart is not None and apart <= STAND_M:
-                whole = hull_of_row(other, passage)
-                if whole.width <= widest_m:
-                    found[k] = whole
-                    break
-        else:
-            found.append(passage)
-    return found
-
-
-def _ends_of_corridor(layout: Layout) -> list[Opening]:
-    """Return the entrances at the two open ends of a room, if it has just these, and they face each other (R7)."""
-    bands = [box_around_polygon(c.polygon) for c in layout.candidates if c.closed_by == "wall_ends"]
-    if len(bands) != 2:
-        return []
-    (one, other), away = bands, bands[1].centre - bands[0].centre
-    facing = [abs(float(dot_product(away, band.along))) < SOME * band.width for band in bands]
-    if not all(facing) or abs(float(dot_product(one.along, other.along))) < PARALLEL:
-        return []
-    return [Opening.in_box(band, (0, OUTSIDE), "entrance", "wall_ends") for band in bands]
-
-
 def _openings_at_guessed_edges(level: Level, layout: Layout, config: DoorsConfig) -> list[Opening]:
-    """Return the openings and entrances where only a guess closes a gap (R8)."""
+    """Return the openings and entrances where only a guess closes a gap (R6)."""
     bands = [c for c in layout.candidates if c.closed_by in ENDS and not c.is_strip and c.polygon.area > 0]
     boxes = boxes_around_polygons([c.polygon for c in bands]) if bands else []
     straight = [
@@ -212,7 +172,7 @@ def _openings_at_guessed_edges(level: Level, layout: Layout, config: DoorsConfig
 
 
 def _ends_corridor(opening: Opening, walls: BaseGeometry) -> bool:
-    """Return whether walls go on into the house from both ends of an opening, for as far as it is wide (R8)."""
+    """Return whether walls go on into the house from both ends of an opening, for as far as it is wide (R6)."""
     inward = opening.width * (opening.across if opening.sides[0] == OUTSIDE else -opening.across)
     sides = shapely.linestrings([[end, end + inward] for end in opening.segment])
     return bool((shapely.length(shapely.intersection(sides, walls)) > LARGELY * opening.width).all())

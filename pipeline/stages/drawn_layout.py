@@ -9,12 +9,9 @@ R1  Each body of the walls stands from the floor to the ceiling, or lies in an o
 R2  Each space that the walls and openings together enclose has one room: each is the larger part of the other. What of
     the rooms is left lies in walls and openings (the floor of a doorway). Where a room lies open, or a space has two
     rooms, something has to be searched for. Cracks between walls are closed where that is so without.
-R3  A space without a drawn room is a room if an opening leads into it, it has a floor, and no wall stands or juts into
-    it, behind which another room may begin. One without an opening in which nobody can stand is a shaft. Where there
-    are such spaces, all of the floor must lie in spaces and walls: elsewhere it may be a room that lies open.
-R4  An opening is a strip from jamb to jamb, each face of which looks into one space, or outside, all along. Openings
+R3  An opening is a strip from jamb to jamb, each face of which looks into one space, or outside, all along. Openings
     that meet are not drawn apart.
-R5  A space that has the outline of its drawn room is that room: it does not begin where openings lap over their walls.
+R4  A space that has the outline of its drawn room is that room: it does not begin where openings lap over their walls.
 """
 
 from __future__ import annotations
@@ -22,7 +19,6 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-import numpy.typing as npt
 import shapely
 from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
@@ -30,27 +26,21 @@ from shapely.geometry.base import BaseGeometry
 from pipeline.config import LayoutConfig
 from pipeline.geometry.areas import (
     EMPTY,
-    OUTSIDE,
     WALL,
     Floats,
     Shapes,
-    are_too_narrow,
     areas_inside,
     enclosed_pieces,
     intersect_pairs,
     locate_points,
-    shares_inside,
-    subtract,
     unite,
 )
 from pipeline.geometry.meshes import boxes_around_polygons, footprint
-from pipeline.geometry.openings import Opening, assign_sides, strips_of, turn_left
+from pipeline.geometry.openings import Opening, strips_of, turn_left
 from pipeline.geometry.prisms import Prisms, WallsWithOpenings
 from pipeline.geometry.wall_sections import close_cracks
-from pipeline.tolerances import CRACK_M, FOOT_M, HAND_M, LAP_M, MOST, SHOULDERS_M, SPECK_M2, TWICE
+from pipeline.tolerances import CRACK_M, FOOT_M, LAP_M, MOST, TWICE
 from pipeline.values import Evidence, Layout, Level, Planes
-
-Bools = npt.NDArray[np.bool_]
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,21 +80,14 @@ def _close(level: Level, walls: BaseGeometry, openings: Shapes, grown: Shapes) -
     """Return the layout of walls and openings, or None if they are not all that closes the rooms."""
     ground, spaces = enclosed_pieces(unite([walls, *grown]))
     strips = _strips(openings, spaces, ground) if spaces else None
-    if strips is None:
-        return None
-    entered = np.bincount([k for each in strips for k in each.sides if k != OUTSIDE], minlength=len(spaces)) > 0
-    is_room = _are_rooms(level, spaces, entered, ground)
-    if is_room is None:
+    if strips is None or not _are_rooms(level, spaces, ground):
         return None
     laps = strips_of(strips, deeper_m=LAP_M, wider_m=LAP_M)
     ways = tuple(
         replace(strip, polygon=lap, closed_by=each.closed_by, said_by=each.said_by)
         for each, lap, strip in zip(level.openings, laps, strips, strict=True)
     )
-    if is_room.all():
-        return Layout(walls, ground, ways, tuple(spaces), tuple(spaces), ways)
-    rooms = [space for space, kept in zip(spaces, is_room, strict=True) if kept]
-    return Layout(walls, ground, tuple(assign_sides(list(ways), rooms, ground)), tuple(rooms), tuple(spaces), ways)
+    return Layout(walls, ground, ways, tuple(spaces), tuple(spaces), ways)
 
 
 def _standing_bodies(level: Level, walls: Prisms, openings: Shapes) -> list[BaseGeometry]:
@@ -121,22 +104,19 @@ def _standing_bodies(level: Level, walls: Prisms, openings: Shapes) -> list[Base
 
 
 def _are_shut_or_meet(openings: Shapes, walls: BaseGeometry) -> bool:
-    """Return whether a wall stands in one of the openings (R1), or two of them meet (R4)."""
+    """Return whether a wall stands in one of the openings (R1), or two of them meet (R3)."""
     one, other = shapely.STRtree(openings).query(openings, predicate="intersects")
     shapely.prepare(walls)
     return bool((one != other).any() or shapely.intersects(walls, openings).any())
 
 
-def _are_rooms(level: Level, spaces: list[Polygon], entered: Bools, ground: BaseGeometry) -> Bools | None:
-    """Return which of the spaces (n,) are rooms, or None if that is not as it is drawn (R2, R3).
-
-    ``entered`` (n,) says into which of them an opening leads. Spaces give way to the rooms that they are (R5).
-    """
+def _are_rooms(level: Level, spaces: list[Polygon], ground: BaseGeometry) -> bool:
+    """Return whether each of the spaces is a drawn room (R2). Spaces give way to the rooms that they are (R4)."""
     places = np.array(spaces, np.object_)
     rooms = np.array([room.polygon for room in level.rooms if room.polygon is not None], np.object_)
     space, room = shapely.STRtree(rooms).query(places, predicate="intersects")
     edges, outlines = shapely.boundary(places)[space], shapely.boundary(rooms)[room]
-    most = shapely.hausdorff_distance(edges, outlines) < TWICE * LAP_M  # R5
+    most = shapely.hausdorff_distance(edges, outlines) < TWICE * LAP_M  # R4
     for k, j in zip(space[most].tolist(), room[most].tolist(), strict=True):
         spaces[k] = rooms[j]
     differ = np.flatnonzero(~most)
@@ -144,27 +124,14 @@ def _are_rooms(level: Level, spaces: list[Polygon], entered: Bools, ground: Base
     shared = shapely.area(intersect_pairs(one, other))
     most[differ] = (shared > MOST * shapely.area(one)) & (shared > MOST * shapely.area(other))
     is_drawn = np.bincount(space[most], minlength=len(spaces))
-    if (is_drawn > 1).any() or len(np.unique(room[most])) < most.sum():
-        return None
+    if (is_drawn != 1).any() or len(np.unique(room[most])) < most.sum():
+        return False
     rest = np.delete(rooms, room[most])
-    if len(rest) and not (areas_inside(rest, ground) > MOST * shapely.area(rest)).all():
-        return None
-    found = is_drawn > 0
-    if found.all():
-        return found
-    bare = places[~found]
-    edges, hulls = shapely.boundary(bare), shapely.boundary(shapely.convex_hull(bare))  # a wall inside is an edge, too
-    is_plain = shapely.hausdorff_distance(edges, hulls) < HAND_M
-    is_room = entered[~found] & is_plain & (shares_inside(bare, level.floor) > MOST)
-    is_shaft = ~entered[~found] & are_too_narrow(bare, SHOULDERS_M)
-    if not (is_room | is_shaft).all() or subtract(level.floor, unite([ground, *spaces])).area > SPECK_M2:
-        return None
-    found[~found] = is_room
-    return found
+    return bool((areas_inside(rest, ground) > MOST * shapely.area(rest)).all())
 
 
 def _strips(openings: Shapes, spaces: list[Polygon], ground: BaseGeometry) -> list[Opening] | None:
-    """Return the strip of each opening (R4), or None if one of them is none.
+    """Return the strip of each opening (R3), or None if one of them is none.
 
     One walks through an opening across its longer side, or along it through a wall that is deeper than the way is wide.
     """

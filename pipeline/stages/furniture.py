@@ -18,7 +18,7 @@ from shapely.geometry.base import BaseGeometry
 
 from pipeline.geometry.areas import drop_thin_parts, intersect, polygons_of, subtract, unite
 from pipeline.geometry.meshes import footprint
-from pipeline.geometry.walkable_floor import walkable_floor
+from pipeline.geometry.rooms_and_passages import walkable_floor
 from pipeline.tolerances import SLIVER_M, TINY_M2
 from pipeline.values import Evidence, Level, Obstacle, Spaces
 

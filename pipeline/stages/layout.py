@@ -14,7 +14,7 @@ R3  Walls that spell characters are no layout: strokes that stand apart from eac
     source itself calls walls is no character.
 R4  Where all that leaves no room, and walls surround one place nearly all round, what they leave open is its front.
     Else an open house (on posts, with two walls) is closed along the edge of its floor, or of its roof where it has no
-    floor (``open_boundaries.bands_around_open_house``). It is doubtful (``quality_grounds``, R17).
+    floor (``stages.closings.bands_around_open_house``). It is doubtful (``quality_grounds``, R17).
 R5  What encloses less than ``area_m2`` after all this is no layout.
 """
 
@@ -33,11 +33,10 @@ from pipeline.geometry.areas import (
     polygons_of,
     unite,
 )
-from pipeline.geometry.open_boundaries import bands_around_open_house, bands_at_open_fronts
-from pipeline.geometry.openings import EDGES, assign_sides, close_plane
+from pipeline.geometry.openings import assign_sides, close_plane
 from pipeline.geometry.prisms import Prisms
 from pipeline.rejection import Reason, Rejection
-from pipeline.stages.closings import boundaries, find_closing_candidates, hall_closings
+from pipeline.stages.closings import bands_around_open_house, bands_at_open_fronts, boundaries, find_closing_candidates
 from pipeline.stages.habitable import clip_rooms_to_floor, filled_spaces, keep_habitable_spaces, part_under_cover
 from pipeline.stages.separation import Division, part_spaces
 from pipeline.tolerances import (
@@ -106,9 +105,8 @@ def _close(
         """Return the layout in which all of ``fixed`` closes, whether or not it separates anything."""
         standing = close_plane(planes.door, fixed) if fixed else planes.door
         ground, spaces = enclosed_pieces(close_plane(standing, pieces)) if fixed else whole
-        found = part_spaces(
-            level, evidence, planes, Division(pieces, ground, spaces), config, standing=standing, storey=storey
-        )
+        whole_plane = Division(pieces, ground, spaces)
+        found = part_spaces(level, planes, whole_plane, config, standing=standing, storey=storey)
         rooms, ground = found.spaces, found.ground
         candidates = assign_sides(found.openings + fixed, rooms, ground)
         filled = filled_spaces(rooms, candidates, evidence, level)  # what hangs over their edges is no way outside
@@ -123,9 +121,6 @@ def _close(
         found = within(fronts)
     if not found.rooms and (open_edges := _edges_of_open_house(level, planes, config)):
         found = within(open_edges)
-    if not level.sills and (openings := hall_closings(found, config.area_m2)):
-        edges = [c for c in found.candidates if c.closed_by in EDGES and c not in ends]
-        found = within([*edges, *openings])
     area = _area(found)
     if area < config.area_m2:  # R5
         raise Rejection(

@@ -2,9 +2,9 @@
 
 R1  A piece that parts nothing (a shelf, a wall cabinet) is dropped, and so is a beam: one that spans more than
     ``beam_m`` between walls that cross its line, or between pillars that leave nearly the whole breadth of the room
-    open on both sides, or more than ``header_m`` and hangs down by a hand's breadth at most. Wide bays in a row with
-    nothing but pillars between them are one opening. So are ``GROUP`` gaps or more in a row between the same two
-    spaces, with posts between them (a colonnade). A wide gap (``gate``) closes to the outside only.
+    open on both sides. Bays wider than ``header_m`` in a row with nothing but pillars between them are one opening. So
+    are ``GROUP`` gaps or more in a row between the same two spaces, with posts between them (a colonnade). A wide gap
+    (``gate``) closes to the outside only.
 R2  A gap is dropped where it would part off less than a room, but for a closet that is wider than it. So are all strips
     around a space that has less than ``walled`` of its edge along walls (what hangs from a ceiling is no room), or that
     is too narrow to stand in.
@@ -18,8 +18,6 @@ R6  Where a room is narrow between two broad parts of it, these are rooms of the
     robots drive through, a gap is a way though doors have names (``Level.unnamed_gaps``). A door of such a world that
     parts nothing by itself, beside a mouth, closes with it, and so does a lintel where no openings have names. So does
     a gap in another wall: of two ways into a side room, one may be wide, and neither parts it alone.
-R7  A door that the source names parts two rooms. Where both of its faces look into one, because its wall goes on under
-    a beam or ends before another wall, what closes that line closes: lintels and gaps up to ``entrance_m``.
 """
 
 from __future__ import annotations
@@ -50,7 +48,7 @@ from pipeline.geometry.areas import (
     unite,
 )
 from pipeline.geometry.groups import Groups
-from pipeline.geometry.meshes import box_around_polygon, box_polygon
+from pipeline.geometry.meshes import box_around_polygon
 from pipeline.geometry.openings import (
     KNOWN,
     Opening,
@@ -79,7 +77,7 @@ from pipeline.tolerances import (
     SOME,
     THICK_WALL_M,
 )
-from pipeline.values import Evidence, Level, Planes
+from pipeline.values import Level, Planes
 
 CLOSET_M2 = 0.9
 SLIT_M = 0.25
@@ -112,7 +110,6 @@ class Division:
 
 def part_spaces(
     level: Level,
-    evidence: Evidence,
     planes: Planes,
     whole: Division,
     config: LayoutConfig,
@@ -134,7 +131,7 @@ def part_spaces(
     pieces = whole.openings
     strips, rest = split_into_strips(standing, pieces, whole.ground, whole.spaces)
     strips = [strip for strip in strips if not is_beam_in_room(strip, standing, level)]
-    found = keep_separating(standing, evidence.shallow_headers, strips, rest, config)
+    found = keep_separating(standing, strips, rest, config)
     if not level.sills and (
         slits := [slit for space in found.spaces for slit in _impassable_slits(space, config.area_m2)]
     ):  # R4
@@ -148,12 +145,11 @@ def part_spaces(
         found = _part_at_mouths(drawn, doorways, found)
         if gaps := _without_effect(pieces, {"gap"}, found):
             found = _part_at_mouths(drawn, gaps, found)
-    return _in_line_with_idle_doors(planes.doorways, pieces, found, config)  # R7
+    return found
 
 
 def keep_separating(
     door: BaseGeometry,
-    shallow_headers: BaseGeometry,
     strips: list[Opening],
     rest: list[Opening],
     config: LayoutConfig,
@@ -163,9 +159,7 @@ def keep_separating(
     while True:
         plane, rooms = enclosed_pieces(close_plane(door, strips + rest))
         strips = assign_sides(strips, rooms, plane)
-        useless = {
-            k for k, strip in enumerate(strips) if _parts_nothing(strip, strips, rooms, (door, shallow_headers), config)
-        }  # R1
+        useless = {k for k, strip in enumerate(strips) if _parts_nothing(strip, strips, rooms, door, config)}  # R1
         if not useless:
             useless = _around_no_room(strips, rooms, config.walled)  # R2
         if not useless:
@@ -184,11 +178,10 @@ def _parts_nothing(
     candidate: Opening,
     strips: Sequence[Opening],
     rooms: list[Polygon],
-    planes: tuple[BaseGeometry, BaseGeometry],
+    door: BaseGeometry,
     config: LayoutConfig,
 ) -> bool:
-    """R1: ``planes`` are the walls of the door plane and the shallow headers."""
-    door, shallow_headers = planes
+    """R1: ``door`` are the walls of the door plane."""
     if not candidate.is_strip or candidate.sides[0] == candidate.sides[1]:
         return candidate.is_strip
     if candidate.leads_outside or candidate.closed_by in KNOWN:
@@ -197,13 +190,8 @@ def _parts_nothing(
         return True
     if candidate.closed_by == "gap" and _is_in_colonnade(candidate, strips):
         return True
-    is_lintel = candidate.closed_by == "lintel"
-    if is_lintel and candidate.width > config.header_m:
-        shallow = intersect(candidate.polygon, shallow_headers)
-        if shallow.area > MOST * candidate.polygon.area:
-            return True
     is_beam = candidate.width > config.beam_m and not candidate.has_jamb(door)
-    return is_beam or (is_lintel and _stands_on_pillars(candidate, strips, rooms, config))
+    return is_beam or (candidate.closed_by == "lintel" and _stands_on_pillars(candidate, strips, rooms, config))
 
 
 def _stands_on_pillars(opening: Opening, strips: Sequence[Opening], rooms: list[Polygon], config: LayoutConfig) -> bool:
@@ -408,44 +396,8 @@ def _part_at_mouths(level: Level, beside: Sequence[Opening], found: Division) ->
     return found
 
 
-def _in_line_with_idle_doors(
-    doorways: Sequence[Opening], pieces: Sequence[Opening], found: Division, config: LayoutConfig
-) -> Division:
-    """Return the division with those named doors that parted nothing, and what closes in line with them (R7)."""
-    named = unite([each.polygon for each in doorways if each.said_by == "named" and each.has_door])
-    if named.is_empty:
-        return found
-    idle = found.idle(each for each in pieces if each.closed_by in {"door", "lintel", "gate"})
-    for door in [each for each in idle if each.has_door and each.polygon.intersects(named)]:
-        in_line = [
-            replace(each, polygon=box_polygon(box_around_polygon(each.polygon), width=width + 2 * BESIDE_M))
-            for each in idle
-            if not each.has_door and (width := _width_in_line(door.polygon, each.polygon))
-        ]
-        if not in_line or (closed := _parting(door, in_line, found, config)) is None:
-            continue
-        for each in list(in_line):
-            fewer = [other for other in in_line if other is not each]
-            if (less := _parting(door, fewer, found, config)) is not None:
-                in_line, closed = fewer, less
-        found = replace(closed, openings=found.openings + closed.strips_of([door, *in_line], found.ground))
-    return found
-
-
-def _parting(door: Opening, beside: Sequence[Opening], found: Division, config: LayoutConfig) -> Division | None:
-    """Return the division where a door, closed with others, parts two spaces that are rooms, else None (R7)."""
-    closed = found.closed_by([door, *beside])
-    sides = [way.sides for way in closed.strips_of([door], found.ground) if way.is_strip]
-    spaces = closed.spaces
-    are_rooms = (
-        one != other and OUTSIDE not in {one, other} and min(spaces[one].area, spaces[other].area) >= config.area_m2
-        for one, other in sides
-    )
-    return closed if any(are_rooms) else None
-
-
 def _width_in_line(door: Polygon, other: Polygon) -> float:
-    """Return the width of a piece that is as thin as a wall and in line with a door, else 0 (R7)."""
+    """Return the width of a piece that is as thin as a wall and in line with another, else 0 (R6)."""
     box, there = box_around_polygon(door), box_around_polygon(other)
     aside = abs(float(dot_product(there.centre - box.centre, box.across)))
     runs = abs(float(dot_product(box.along, there.along))) > PARALLEL

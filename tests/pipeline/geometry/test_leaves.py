@@ -179,22 +179,6 @@ def test_a_stretch_of_the_partition_without_a_frame_is_wall() -> None:
     assert kinds(plan_of([*partition(), *stretch])) == ["opening"]
 
 
-@pytest.mark.parametrize(
-    ("off_m", "hole", "found"),
-    [(-0.12, False, 0), (-0.03, False, 1), (0.0, False, 1), (0.13, False, 1), (-0.03, True, 0)],
-)
-def test_a_named_leaf_at_the_face_of_an_uncut_wall_is_a_door_in_it(off_m: float, hole: bool, found: int) -> None:  # R8
-    """The leaf is 6 cm thick, the wall 10 cm; a leaf beside a doorway as wide may be the open one of that."""
-    lintel = shapely.box(2.95, 0.1, 3.05, 1.0)
-    leaf_ = box((2.0, off_m - 0.03, 2.9, off_m + 0.03), 0.0, 2.0)
-    door = Mesh(np.asarray(leaf_.vertices), np.asarray(leaf_.faces))
-    nothing = JudgedLeaves((), (), (), EMPTY)
-    doorways, _ = find_known_doorways([], [door], shapely.box(0, 0, 5, 0.1), lintel if hole else EMPTY, nothing)
-    assert len(doorways) == found
-    if found:
-        assert doorways[0].polygon.bounds == pytest.approx((2.0, 0.0, 2.9, 0.1), abs=0.01)
-
-
 @pytest.mark.parametrize(("wall_m", "depth_m"), [(0.1, 0.1), (1.0, 0.9)])
 def test_a_leaf_at_the_front_of_a_closet_is_a_thin_doorway(wall_m: float, depth_m: float) -> None:  # R4
     """Two walls of 0.9 m run across the leaf's line, from its front to a wall behind it; or the wall is that thick."""

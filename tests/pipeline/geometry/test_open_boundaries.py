@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 import shapely
 
-from pipeline.geometry.open_boundaries import LONGEST_SIDE_M, _bands_between_ends
 from pipeline.geometry.wall_gaps import WallEnd, wall_ends
+from pipeline.stages.closings import LONGEST_SIDE_M, _bands_between_ends
 from pipeline.tolerances import HAND_M
 
 

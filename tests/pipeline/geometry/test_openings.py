@@ -15,8 +15,14 @@ from pipeline.geometry.openings import (
     strips_before,
     strips_of,
 )
-from pipeline.geometry.rooms_and_passages import fit_to_rooms, polygons_between_rooms
-from pipeline.geometry.walkable_floor import erode_floor, nearest_piece, sample_points, walkable_floor
+from pipeline.geometry.rooms_and_passages import (
+    erode_floor,
+    fit_to_rooms,
+    nearest_piece,
+    polygons_between_rooms,
+    sample_points,
+    walkable_floor,
+)
 from pipeline.stages.connectivity import CutRules, cut_walls_along_lines
 from pipeline.values import Spaces
 

@@ -6,15 +6,15 @@ import shapely
 
 from pipeline.geometry import wall_gaps
 from pipeline.geometry.areas import enclosed_area, enclosed_pieces, trace_outlines, unite
-from pipeline.geometry.open_boundaries import (
+from pipeline.geometry.openings import assign_sides, close_plane, split_into_strips
+from pipeline.geometry.wall_gaps import contact_fillings, crack_fillings, gap_beyond_wall_end, gap_fillings, wall_ends
+from pipeline.stages.closings import (
     are_rooms_half_of_house,
     bands_at_floor_edge,
     bands_at_open_fronts,
     closings_between_wall_ends,
     makes_a_ring,
 )
-from pipeline.geometry.openings import assign_sides, close_plane, split_into_strips
-from pipeline.geometry.wall_gaps import contact_fillings, crack_fillings, gap_beyond_wall_end, gap_fillings, wall_ends
 from pipeline.stages.separation import minimal_separators
 from pipeline.values import Opening
 

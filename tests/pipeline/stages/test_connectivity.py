@@ -11,7 +11,7 @@ import shapely
 from houseexpo.analysis.graph import shortest_path
 from pipeline.config import ConnectivityConfig
 from pipeline.geometry.areas import EMPTY, unite
-from pipeline.geometry.walkable_floor import erode_floor, walkable_floor
+from pipeline.geometry.rooms_and_passages import erode_floor, walkable_floor
 from pipeline.rejection import Reason, Rejection
 from pipeline.stages.connectivity import NO_EVIDENCE, UNKNOWN, connect_rooms
 from pipeline.values import Evidence, Opening, Spaces

@@ -8,7 +8,7 @@ import pytest
 
 from houseexpo.analysis.graph import shortest_path
 from pipeline.config import ConnectivityConfig
-from pipeline.geometry.walkable_floor import erode_floor, sample_points, walkable_floor
+from pipeline.geometry.rooms_and_passages import erode_floor, sample_points, walkable_floor
 from pipeline.stages.connectivity import CutRules, _joins_pieces, _with_cut, connect_rooms, cut_walls_along_lines
 from pipeline.values import Spaces
 from tests.builders.houses import Hole, Parts, level, shell, stage_values, three_rooms, two_rooms, wall

@@ -151,16 +151,6 @@ def test_an_open_front_is_no_entrance() -> None:
     assert found.notes == {"boundary": "floor_edge"}
 
 
-@pytest.mark.parametrize(("back", "entrances"), [(False, 2), (True, 0)])
-def test_the_open_ends_of_a_corridor_are_entrances_and_an_open_front_is_none(back: bool, entrances: int) -> None:
-    walls = [*wall((0.0, -0.2, 12.0, 0.0)), *wall((0.0, 2.0, 12.0, 2.2))]
-    found = doors([*walls, *(wall((-0.2, -0.2, 0.0, 2.2)) if back else [])])
-    assert found.notes == {"boundary": "wall_ends"}
-    assert kinds(found) == ["entrance"] * entrances
-    assert all(each.width == pytest.approx(2.0, abs=0.3) for each in found.passages)
-    assert kinds(doors([*walls, *(wall((-0.2, -0.2, 0.0, 2.2)) if back else [])], sills=True)) == []
-
-
 @pytest.mark.parametrize("width", [1.8, 3.0])
 def test_a_gap_between_two_rooms_that_only_a_guess_closes_is_an_opening(width: float) -> None:
     """A hall with an open front, and in its corner a room of 4 m with a gap beside the end of its wall."""
@@ -258,11 +248,3 @@ def test_what_is_wider_than_doors_is_an_opening_beside_a_known_door_of_the_same_
     door = Opening.named(shapely.box(4.0, 0.5, 4.2, 1.4), has_door=True)
     assert sorted(kinds(doors(house, openings=(door,)))) == ["door", "opening"]
     assert kinds(doors(house)) == ["door"]
-
-
-@pytest.mark.parametrize(("post", "widths"), [(0.0, [1.6]), (0.2, [0.8, 0.8])])
-def test_the_leaves_of_one_door_are_one_passage(post: float, widths: list[float]) -> None:
-    low, high = (1.0, 1.8), (1.8 + post, 2.6 + post)
-    leaves = tuple(Opening.named(shapely.box(4.0, a, 4.2, b), has_door=True) for a, b in (low, high))
-    found = doors(two_rooms(Hole(1.0, 1.8), Hole(1.8 + post, 2.6 + post)), openings=leaves).passages
-    assert [each.width for each in found] == pytest.approx(widths, abs=0.01)
