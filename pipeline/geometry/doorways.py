@@ -317,17 +317,14 @@ def _leaf(box: Box, sign: float, thickness: float, walls: BaseGeometry) -> list[
 # ---------------------------------------------------------------------------------------------------------------------
 # Doors that are known before any gap is looked at: named by the source, or by the leaf that stands in them.
 #
-# R1  A leaf that stands proud of the wall on both sides (a frame) is a door.
-# R2  A leaf with wall above it that is no thicker than itself is a piece of wall, but for one with a handle, or in a
-#     frame of its own as deep as that wall: a door in a thin partition.
-# R3  A leaf between two ends of one wall stands closed in a doorway, but not one that ends beside a lintel of its own
+# R1  A leaf between two ends of one wall stands closed in a doorway, but not one that ends beside a lintel of its own
 #     width: that hangs over the doorway, and the leaf stands ajar against another wall.
-# R4  Any other leaf stands open, or is furniture where it is too thick for a leaf. What ends as high as the walls that
-#     it touches, and has nothing above it, is a stretch of wall.
-# R5  A leaf that is one body with its wall shows by the recess under its lintel, as above.
-# R6  An opening that the source names is a doorway, whatever stands in it, and so is a door that it names in a wall.
+# R2  Any other leaf stands open, or is furniture where it is too thick for a leaf. What ends as high as the walls that
+#     it touches, and has nothing above it, is a stretch of wall, and so is what has wall above it.
+# R3  A leaf that is one body with its wall shows by the recess under its lintel, as above.
+# R4  An opening that the source names is a doorway, whatever stands in it, and so is a door that it names in a wall.
 #     Where the wall leans or bulges, what is left of it before a face of the doorway, thinner than a sheet, goes too.
-# R7  A leaf that hangs at the end of a lintel about as wide and stands at an angle to it, with no lintel of its own
+# R5  A leaf that hangs at the end of a lintel about as wide and stands at an angle to it, with no lintel of its own
 #     over it, stands ajar, named or not: its free end may come so near to a crossing wall that it seems to close a
 #     doorway.
 # ---------------------------------------------------------------------------------------------------------------------
@@ -352,41 +349,28 @@ def judge_leaves(leaves: Sequence[Leaf], walls: BaseGeometry, hanging: BaseGeome
     for leaf in leaves:
         way = doorway_around_leaf(leaf.box, walls)
         plan = box_polygon(leaf.box, depth=max(leaf.box.thickness, SHEET_M))
-        over = _thickness_above(leaf.box, hanging)
-        is_wall = leaf.ends_with_walls and not leaf.has_handle and over == 0  # R4
-        if leaf.box.thickness <= HAND_M and not is_wall and _stands_ajar(leaf.box, hanging):  # R7
+        over = _is_under_wall(leaf.box, hanging)
+        is_wall = leaf.ends_with_walls and not (leaf.has_handle or over)  # R2
+        if leaf.box.thickness <= HAND_M and not is_wall and _stands_ajar(leaf.box, hanging):  # R5
             found.append(plan)
             continue
-        if way is not None and leaf.box.thickness >= way.thickness + SLIVER_M and leaf.plate_m < way.thickness:  # R1
+        if way is not None and (over or not _ends_beside_lintel(leaf.box, hanging)):  # R1
             doorways.append(Opening.closing(box_polygon(way), "door", "leaf"))
             found.append(plan)
-        elif 0 < over <= 1.25 * max(leaf.plate_m, SHEET_M) and not (_is_framed(leaf, over) or leaf.has_handle):  # R2
+        elif over or is_wall:
             pieces += leaf.bodies
-        elif way is not None and (over > 0 or not _ends_beside_lintel(leaf.box, hanging)):  # R3
-            doorways.append(Opening.closing(box_polygon(way), "door", "leaf"))
-            found.append(plan)
-        elif over > 0 or is_wall:
-            pieces += leaf.bodies
-        elif leaf.box.thickness <= HAND_M:  # R4
+        elif leaf.box.thickness <= HAND_M:  # R2
             found.append(plan)
         else:
             things.append(plan)
     return JudgedLeaves(tuple(doorways), tuple(found), tuple(pieces), unite(things))
 
 
-def _is_framed(leaf: Leaf, wall_m: float) -> bool:
-    """R2: return whether a leaf stands in a frame that is deeper than itself and at least as deep as the wall above."""
-    return len(leaf.bodies) > 1 and leaf.box.thickness > max(leaf.plate_m + CM_M, wall_m - CM_M)
-
-
-def _thickness_above(box: Box, hanging: BaseGeometry) -> float:
-    """Return how thick the wall is over a leaf, metres, or 0 if none is over half of it."""
+def _is_under_wall(box: Box, hanging: BaseGeometry) -> bool:
+    """Return whether wall hangs over half of a leaf or more."""
     x, y = box.centre
     near = clip_to_box(hanging, x - box.width, y - box.width, x + box.width, y + box.width)
-    if intersect(box_polygon(box, depth=SHEET_M), near).area < MOST * box.width * SHEET_M:
-        return 0.0
-    wide = intersect(box_polygon(box, depth=2 * WALL_M), near)
-    return float(wide.area / box.width)
+    return bool(intersect(box_polygon(box, depth=SHEET_M), near).area >= MOST * box.width * SHEET_M)
 
 
 def _ends_beside_lintel(box: Box, hanging: BaseGeometry) -> bool:
@@ -402,7 +386,7 @@ def _ends_beside_lintel(box: Box, hanging: BaseGeometry) -> bool:
 
 
 def _stands_ajar(box: Box, hanging: BaseGeometry) -> bool:
-    """R7."""
+    """R5."""
     plan = box_polygon(box, depth=max(box.thickness, SHEET_M))
     ends = shapely.points([box.centre - box.width / 2 * box.along, box.centre + box.width / 2 * box.along])
     parts = [p for p in polygons_of(hanging) if shapely.distance(p, plan) < THIN_WALL_M]
@@ -424,7 +408,7 @@ def find_known_doorways(
     leaves = list(judged.leaves)
     for box in (box for mesh in doors for box in _boxes(mesh)):
         leaves.append(box_polygon(box, depth=max(box.thickness, SHEET_M)))
-        if _stands_ajar(box, lintels):  # R7
+        if _stands_ajar(box, lintels):  # R5
             continue
         way = doorway_around_leaf(box, walls)
         if way is not None:
@@ -447,7 +431,7 @@ def _may_be_shut(doorways: Sequence[Opening], walls: BaseGeometry) -> npt.NDArra
 
 
 def _through_wall(doorway: Polygon, walls: BaseGeometry) -> Polygon:
-    """Return a doorway, so much deeper that no wall thinner than ``SHEET_M``, nor a hair of it, shuts it (R6)."""
+    """Return a doorway, so much deeper that no wall thinner than ``SHEET_M``, nor a hair of it, shuts it (R4)."""
     box = box_around_polygon(doorway)
     x1, y1, x2, y2 = doorway.bounds
     rest = subtract(clip_to_box(walls, x1 - WALL_M, y1 - WALL_M, x2 + WALL_M, y2 + WALL_M), doorway)

@@ -7,8 +7,7 @@ R2  It is a ``door`` where a door is known, under a lintel, over a sill or with 
 R3  Under a beam, under a lintel wider than ``widest_m`` (posts within ``post_m`` do not divide it), and under one wider
     than ``jambless_m`` that ends in the air (the trim of a stairwell), two rooms meet without a door: each gets half of
     the strip. A door that the source names is one, however wide, in meshes too, and so is an opening that is drawn.
-    Where a known door beside it in the same wall parts the same two rooms, what is wider than ``widest_m`` is an
-    ``opening`` between them, and so is a single gap of full height between walls, however wide.
+    A single gap of full height between walls is an ``opening``, however wide.
 R4  A strip between a room and the outside is an ``entrance``; it stays closed. A railing or a boundary is none, and in
     an upper storey, what leads from a floor into the air without a door in it: a window that reaches the floor.
 R5  The windows of a storey hang from one height. An opening to the outside without a leaf is one of them, although it
@@ -93,11 +92,8 @@ def find_doors(level: Level, planes: Planes, layout: Layout, config: DoorsConfig
         kind = _kind(strip, level, planes, leaves)
         bare = strip.closed_by == "lintel" and strip.width > config.jambless_m and not strip.ends_at_walls(planes.door)
         wide = span > config.widest_m and not (strip.closed_by in KNOWN and is_at_named)
-        beside_door = wide and strip.width > config.widest_m and _is_beside_door(strip, strips)
         is_gap = strip.closed_by in GAPS and count == 1 and strip.width >= config.narrowest_m
-        if not strip.leads_outside and beside_door and not is_gap:
-            passages.append(replace(strip, kind="opening"))
-        elif not strip.leads_outside and not is_gap and (wide or kind is None or bare):  # R3
+        if not strip.leads_outside and not is_gap and (wide or kind is None or bare):  # R3
             rooms[strip.sides[0]], rooms[strip.sides[1]] = _share_strip(strip, rooms)
             joins.add((min(strip.sides), max(strip.sides)))
         elif strip.leads_outside and strip.closed_by not in KNOWN and _leads_into_the_air(strip, rooms, level):  # R4
@@ -137,12 +133,6 @@ def _places_before(openings: Sequence[Opening]) -> Shapes:
     """Return where one stands (n,) who has come out of each of some openings to the outside."""
     sides = [1 if opening.sides[1] == OUTSIDE else -1 for opening in openings]
     return strips_before(openings, sides, SHOULDERS_M, off_m=HAND_M)
-
-
-def _is_beside_door(strip: Opening, strips: list[Opening]) -> bool:
-    """Return whether a known door stands in the same wall, between the same two rooms (R3)."""
-    doors = (other for other in strips if other.has_door and other is not strip)
-    return any(distance_in_row(strip, door) is not None for door in doors)
 
 
 def _openings_at_guessed_edges(level: Level, layout: Layout, config: DoorsConfig) -> list[Opening]:

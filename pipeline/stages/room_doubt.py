@@ -107,9 +107,8 @@ def closed_cells(level: Level, evidence: Evidence, layout: Layout) -> BaseGeomet
     """Return the area of the spaces that are no rooms if the storey shows no door, as nothing leads into them.
 
     Whoever draws ways as gaps draws all that he wants. So a space without a way, a window and furniture is a block of
-    walls where others have ways between them, unless such spaces take ``SOME`` of the storey. It is one in any case if
-    it stands free inside another space (a core). Where the source names its walls or its rooms, or the evidence is a
-    scan, this says nothing.
+    walls where others have ways between them, unless such spaces take ``SOME`` of the storey. Where the source
+    names its walls or its rooms, or the evidence is a scan, this says nothing.
     """
     is_named = level.only_walls or _draws_rooms(level)
     if is_named or evidence.scanned or not is_doubted(level, layout):
@@ -134,19 +133,8 @@ def _without_ways(evidence: Evidence, layout: Layout) -> BaseGeometry:
     closed = np.array([k not in entered for k in range(len(spaces))]) & ~used
     area = shapely.area(spaces)
     if not any(OUTSIDE not in sides for sides in ways) or area[closed].sum() > SOME * area.sum():
-        closed &= _stand_free(layout.spaces)
+        return EMPTY
     return unite(spaces[closed])
-
-
-def _stand_free(spaces: Sequence[Polygon]) -> npt.NDArray[np.bool_]:
-    """Return which spaces (n,) are the only one in a hole of another."""
-    alone = np.zeros(len(spaces), np.bool_)
-    tree = shapely.STRtree(spaces)
-    for ring in (ring for space in spaces for ring in space.interiors):
-        within = tree.query(Polygon(ring), predicate="contains")
-        if len(within) == 1:
-            alone[within] = True
-    return alone
 
 
 def is_doubted(level: Level, layout: Layout) -> bool:

@@ -157,14 +157,6 @@ def test_a_source_that_names_its_walls_or_rooms_has_no_cells() -> None:
     assert closed_cells(named, evidence, layout).is_empty
 
 
-def test_a_core_that_stands_free_in_a_room_is_no_room() -> None:
-    core = (3.0, 3.0, 7.0, 7.0)
-    house = [*shell((0.0, 0.0, 10.0, 10.0)), *shell(core)]
-    assert closed_cells(*found(house)).bounds == pytest.approx(core, abs=1e-3)
-    two = [*house, *wall((4.9, 3.0, 5.1, 7.0))]  # a dwelling, whose doors nobody drew
-    assert closed_cells(*found(two)).is_empty
-
-
 @tries(30)
 @given(st.integers(0, 10_000), st.integers(1, 12))
 def test_what_lies_over_a_place_is_found_as_by_looking_at_each_triangle(seed: int, count: int) -> None:
