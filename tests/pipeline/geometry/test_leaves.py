@@ -174,11 +174,6 @@ def test_a_leaf_in_its_frame_is_a_door_in_the_thinnest_wall(proud: float) -> Non
     assert kinds(plan_of([*partition(), frame(proud), leaf])) == ["door", "opening"]
 
 
-def test_a_stretch_of_the_partition_without_a_frame_is_wall() -> None:
-    stretch = wall((X1, 1.8, X2, 2.7), top=2.1)
-    assert kinds(plan_of([*partition(), *stretch])) == ["opening"]
-
-
 @pytest.mark.parametrize(("wall_m", "depth_m"), [(0.1, 0.1), (1.0, 0.9)])
 def test_a_leaf_at_the_front_of_a_closet_is_a_thin_doorway(wall_m: float, depth_m: float) -> None:  # R4
     """Two walls of 0.9 m run across the leaf's line, from its front to a wall behind it; or the wall is that thick."""

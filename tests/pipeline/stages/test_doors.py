@@ -240,11 +240,3 @@ def test_a_way_out_whose_head_nobody_can_measure_is_no_reason_to_call_another_on
     sides = [*wall((-0.2, -0.2, 0.0, 4.0)), *wall((4.0, -0.2, 4.2, 4.0))]
     house = [*wall((-0.2, -0.2, 4.2, 0.0), *front), *sides, *sheet_wall((0.0, 4.0), (4.0, 4.0), Hole(1.0, 1.9))]
     assert kinds(doors(house)) == ["entrance", "entrance"]
-
-
-def test_what_is_wider_than_doors_is_an_opening_beside_a_known_door_of_the_same_rooms() -> None:
-    between = wall((4.0, 0.0, 4.2, 6.0), Hole(0.5, 1.4), Hole(2.0, 5.0))
-    house = [*shell((0.0, 0.0, 8.2, 6.0)), *between]
-    door = Opening.named(shapely.box(4.0, 0.5, 4.2, 1.4), has_door=True)
-    assert sorted(kinds(doors(house, openings=(door,)))) == ["door", "opening"]
-    assert kinds(doors(house)) == ["door"]
