@@ -5,7 +5,7 @@ rooms, and what of them is floor, says ``stages.habitable``.
 
 R1  Where the source names no walls, a room that is most of what it draws may be a whole storey under the name of one
     (an artist's mesh, whose floor is called "Room"): the layout is found without it, and stands if it takes
-    ``LARGELY`` of it. Otherwise that room closes at its edge, and parts at mouths (``stages.separation``, R6).
+    ``LARGELY`` of it. Otherwise that room closes at its edge, and parts at mouths (``stages.separation``, R5).
 R2  Where a scan ends and nothing stands (``Evidence.open_edge``), the house is closed as by its walls, and what closes
     it there is the edge of its floor.
 R3  Walls that spell characters are no layout: strokes that stand apart from each other without a door in any of them,

@@ -8,12 +8,10 @@ R1  A piece that parts nothing (a shelf, a wall cabinet) is dropped, and so is a
 R2  A gap is dropped where it would part off less than a room, but for a closet that is wider than it. So are all strips
     around a space that has less than ``walled`` of its edge along walls (what hangs from a ceiling is no room), or that
     is too narrow to stand in.
-R3  A lintel over one room of the source, which no wall but posts and nibs goes on from, is a beam and closes nothing. A
-    room that is most of what the source draws may be the floor of a storey, and says nothing.
-R4  A slit between two walls, too narrow for anybody, parts the rooms at its ends.
-R5  Where two rooms that the source draws meet between the ends of a wall (``geometry.wall_gaps``), and that
+R3  A slit between two walls, too narrow for anybody, parts the rooms at its ends.
+R4  Where two rooms that the source draws meet between the ends of a wall (``geometry.wall_gaps``), and that
     parts them, there is an opening.
-R6  Where a room is narrow between two broad parts of it, these are rooms of their own, unless the source says that
+R5  Where a room is narrow between two broad parts of it, these are rooms of their own, unless the source says that
     they are one room, or names openings, and none there (``geometry.wall_gaps``). In a world that
     robots drive through, a gap is a way though doors have names (``Level.unnamed_gaps``). A door of such a world that
     parts nothing by itself, beside a mouth, closes with it, and so does a lintel where no openings have names. So does
@@ -74,7 +72,6 @@ from pipeline.tolerances import (
     MOSTLY,
     PARALLEL,
     PASSABLE_M,
-    SOME,
     THICK_WALL_M,
 )
 from pipeline.values import Level, Planes
@@ -126,18 +123,17 @@ def part_spaces(
     standing
         What closes in any case: the walls, and the edges of an open house.
     storey
-        The one room of the level that may be a whole storey, through which mouths lead all the same (R6).
+        The one room of the level that may be a whole storey, through which mouths lead all the same (R5).
     """
     pieces = whole.openings
     strips, rest = split_into_strips(standing, pieces, whole.ground, whole.spaces)
-    strips = [strip for strip in strips if not is_beam_in_room(strip, standing, level)]
     found = keep_separating(standing, strips, rest, config)
     if not level.sills and (
         slits := [slit for space in found.spaces for slit in _impassable_slits(space, config.area_m2)]
-    ):  # R4
+    ):  # R3
         found = Division(found.openings, *enclosed_pieces(unite([found.ground, *slits])))
-    found = _at_doorless_openings(level, planes.door, found)  # R5
-    if not level.sills and (level.unnamed_gaps or not level.openings):  # R6
+    found = _at_doorless_openings(level, planes.door, found)  # R4
+    if not level.sills and (level.unnamed_gaps or not level.openings):  # R5
         doorways = _without_effect(pieces, KNOWN if level.unnamed_gaps else {"lintel"}, found)
         drawn = replace(
             level, rooms=tuple(room for room in level.rooms if storey is None or room.polygon is not storey)
@@ -296,22 +292,6 @@ def _is_closet(room: Polygon, opening: Opening) -> bool:
     return bool(room.area >= CLOSET_M2 and opening.width < MOSTLY * breadth)
 
 
-def is_beam_in_room(strip: Opening, walls: BaseGeometry, level: Level) -> bool:
-    """Return whether a lintel hangs in one room of the source, nearly from one side of it to the other (R3)."""
-    if strip.closed_by != "lintel" or not strip.is_strip or not lies_in_room(strip.polygon, level):
-        return False
-    rooms = [each.polygon for each in level.rooms if each.polygon is not None]
-    most = MOST * shapely.area(rooms).sum()
-    for room in rooms:
-        if room.area < most and room.contains(shapely.points(strip.centre)):
-            reach = strip.along * room.length
-            line = shapely.linestrings([strip.centre - reach, strip.centre + reach])
-            pieces = shapely.get_parts(shapely.intersection(line, room))
-            chord = min(pieces, key=shapely.points(strip.centre).distance)
-            return bool(shapely.intersection(chord, walls).length < SOME * chord.length)
-    return False
-
-
 def minimal_separators(
     door: BaseGeometry,
     kept: list[Opening],
@@ -358,7 +338,7 @@ def _touching(grown: Shapes, others: Sequence[BaseGeometry]) -> list[tuple[int, 
 
 
 def _without_effect(pieces: Sequence[Opening], kinds: Collection[str], division: Division) -> list[Opening]:
-    """Return what parted nothing of some kinds: doors and openings, lintels over doorways of others, gaps (R6).
+    """Return what parted nothing of some kinds: doors and openings, lintels over doorways of others, gaps (R5).
 
     A wide opening beside a doorway may leave nothing that the doorway parts by itself. A lintel or a gap that would
     part spaces was dropped for another reason, and is not returned.
@@ -372,7 +352,7 @@ def _without_effect(pieces: Sequence[Opening], kinds: Collection[str], division:
 
 
 def _part_at_mouths(level: Level, beside: Sequence[Opening], found: Division) -> Division:
-    """Return the division with the mouths, and with what parts only ``beside`` them (R6).
+    """Return the division with the mouths, and with what parts only ``beside`` them (R5).
 
     A gap in line with a mouth is one of its row (``find_mouths``), and does not close beside it.
     """
@@ -397,7 +377,7 @@ def _part_at_mouths(level: Level, beside: Sequence[Opening], found: Division) ->
 
 
 def _width_in_line(door: Polygon, other: Polygon) -> float:
-    """Return the width of a piece that is as thin as a wall and in line with another, else 0 (R6)."""
+    """Return the width of a piece that is as thin as a wall and in line with another, else 0 (R5)."""
     box, there = box_around_polygon(door), box_around_polygon(other)
     aside = abs(float(dot_product(there.centre - box.centre, box.across)))
     runs = abs(float(dot_product(box.along, there.along))) > PARALLEL
@@ -412,12 +392,12 @@ def _is_over_doorway(lintel: Polygon) -> bool:
 
 
 def _parts_spaces(piece: Opening, ground: BaseGeometry, closed: Division) -> bool:
-    """Return whether a piece leads from one space of a closed division to another (R6)."""
+    """Return whether a piece leads from one space of a closed division to another (R5)."""
     return any(way.is_strip and way.sides[0] != way.sides[1] for way in closed.strips_of([piece], ground))
 
 
 def _at_doorless_openings(level: Level, walls: BaseGeometry, found: Division) -> Division:
-    """Return the division with the openings without a door between named rooms (R5)."""
+    """Return the division with the openings without a door between named rooms (R4)."""
     named = [] if level.sills else [room.polygon for room in level.rooms if room.polygon is not None]
     if len(named) < 2:
         return found
@@ -441,14 +421,14 @@ def _at_doorless_openings(level: Level, walls: BaseGeometry, found: Division) ->
 
 
 def _parts_two(way: Opening, held: Sequence[bool]) -> bool:
-    """Return whether a way leads from one space to another, each of which holds a room (R5)."""
+    """Return whether a way leads from one space to another, each of which holds a room (R4)."""
     if not way.is_strip or way.leads_outside or way.sides[0] == way.sides[1]:
         return False
     return all(held[side] for side in way.sides)
 
 
 def _impassable_slits(room: Polygon, least_m2: float) -> list[Polygon]:
-    """Return the slits that join parts of a room of ``least_m2`` or more (R4)."""
+    """Return the slits that join parts of a room of ``least_m2`` or more (R3)."""
     pieces = polygons_of(buffer_mitred(room, -SLIT_M / 2))
     if len(pieces) < 2:
         return []
