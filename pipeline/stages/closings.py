@@ -14,6 +14,7 @@ R6  Floor that is closed neither at the ground nor above its doors may be closed
 R7  An open or half-open house gets its boundary from the floor slab where the source has one, ...
 R8  ... else from the ends of its walls. Either is marked in the plan.
 R9  A room that the source names, and that walls leave open (under a roof without knee walls), is closed at its edge.
+    Where such rooms take less than half of the floor, they say nothing of the rest of it (R7).
 """
 
 from __future__ import annotations
@@ -263,9 +264,10 @@ def _edges(level: Level, ground: BaseGeometry, rooms: list[Polygon], config: Lay
     """Return the edges of the source's rooms (R9) or of its floor (R7) where they lie open."""
     named = [room.polygon for room in level.rooms if room.polygon is not None]
     edges = bands_around_rooms(named, ground, rooms, config.area_m2)
-    if edges or level.floor is None:
+    if level.floor is None or (edges and unite(named).area > MOST * level.floor.area):
         return edges
-    return bands_at_floor_edge(level.floor, ground, config.area_m2, joined=not level.sills)
+    ground = close_plane(ground, edges) if edges else ground
+    return [*edges, *bands_at_floor_edge(level.floor, ground, config.area_m2, joined=not level.sills)]
 
 
 # ---------------------------------------------------------------------------------------------------------------------

@@ -33,8 +33,3 @@ def test_bands_lie_between_ends_that_see_each_other(seed):
     bands, same = _bands_between_ends(ends, ground), slow(ends, ground)
     assert len(bands) == len(same) > 10
     assert all(band.equals(other) for band, other in zip(bands, same, strict=True))
-
-
-def test_there_are_none_without_two_ends():
-    assert _bands_between_ends([], shapely.box(0, 0, 1, 1)) == []
-    assert _bands_between_ends(list(wall_ends(shapely.box(0, 0, 3, 0.2)))[:1], shapely.box(0, 0, 3, 0.2)) == []

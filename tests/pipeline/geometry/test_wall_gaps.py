@@ -319,11 +319,6 @@ def test_cracks_are_what_lies_between_walls_that_nearly_meet(walls, cracks, monk
     assert [each.wkb for each in crack_fillings(plane)] == [each.wkb for each in found]
 
 
-def test_no_crack_is_looked_for_where_grown_walls_join_nothing(monkeypatch):
-    monkeypatch.setattr(wall_gaps, "drop_thin_parts", None)
-    assert crack_fillings(RING) == []
-
-
 @pytest.mark.parametrize("apart", [0.0, 1e-9, 2e-4])
 def test_cells_that_touch_corner_to_corner_enclose_a_room(apart: float) -> None:
     side, count = 0.05, 40
