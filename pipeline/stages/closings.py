@@ -6,7 +6,8 @@ R2  Where the source names its openings, or its doors, what hangs or stands righ
     along the wall, a frame deeper than the wall) does not close it: the doorway does.
 R3  Cracks of a hand's breadth between walls that nearly meet are closed, and so are points in which walls touch.
 R4  A gap between two railings or low walls, or between one and a wall, closes where that encloses a place under a roof
-    that walls bound for the most part: a low front with an entrance in it.
+    that walls bound for the most part: a low front with an entrance in it. In a house without roofs, two doors or more
+    lead from rooms into such a place, and walls, windows and doors bound ``LARGELY`` of it.
 R5  A gap of up to ``HALL_M`` between the ends of walls in line closes to the outside where only such gaps open a place
     that walls bound for ``MOSTLY`` of its edge: under a roof, or in a house without roofs if ``GROUP`` ways lead into
     it from rooms, or two into one that is most of the house. It is no court then, but a hall with a wide entrance.
@@ -145,6 +146,7 @@ def _gates_of_railings(level: Level, planes: Planes, pieces: list[Opening], conf
     """Return the gaps of a low front under a roof (R4)."""
     if level.sills or planes.rails.is_empty:
         return []
+    ground = close_plane(planes.door, pieces)
     ends = unite([planes.tall, planes.rails])
     standing = [planes.door, planes.rails, *(p.polygon for p in pieces)]
     found = gap_fillings(ends, standing, config.entrance_m)
@@ -152,14 +154,22 @@ def _gates_of_railings(level: Level, planes: Planes, pieces: list[Opening], conf
     found = [gap for gap in found if gap.intersects(near)]
     if not found:
         return []
-    fenced = unite([close_plane(planes.door, pieces), planes.rails])
-    beside = shapely.buffer(planes.tall, BESIDE_M, quad_segs=2)
+    fenced = unite([ground, planes.rails])
+    closed = enclosed_pieces(fenced)[1]
+    known, roofless = unite(closed), not any(_is_covered(room, level) for room in closed)
+    beside, house = (shapely.buffer(walls, BESIDE_M, quad_segs=2) for walls in (planes.tall, ground))
 
     def is_of_house(place: Polygon) -> bool:
-        walled_m = shapely.intersection(place.exterior, beside).length
-        return walled_m > MOST * place.length and _is_covered(place, level)
+        return shapely.intersection(place.exterior, beside).length > MOST * place.length and (
+            _is_covered(place, level)
+            or (
+                roofless
+                and shapely.intersection(place.exterior, house).length > LARGELY * place.length
+                and sum(_leads_into(piece, place, known) for piece in pieces) > 1
+            )
+        )
 
-    return _gates_into_new_places(found, fenced, unite(enclosed_pieces(fenced)[1]), is_of_house, config)
+    return _gates_into_new_places(found, fenced, known, is_of_house, config)
 
 
 def _wide_gates(
@@ -218,6 +228,12 @@ def _has_ways(place: Polygon, pieces: list[Opening], rooms: BaseGeometry, main_m
 
 def _is_covered(room: Polygon, level: Level) -> bool:
     return bool(intersect(room, part_under_cover(room, level)).area > MOST * room.area)
+
+
+def _leads_into(piece: Opening, place: Polygon, rooms: BaseGeometry) -> bool:
+    """Return whether a door or a lintel stands between a place and a room."""
+    near = shapely.buffer(piece.polygon, BESIDE_M)
+    return piece.closed_by in {"door", "opening", "lintel"} and bool(near.intersects(place) and near.intersects(rooms))
 
 
 def boundaries(

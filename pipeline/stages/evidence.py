@@ -6,7 +6,8 @@ neither, so that each thing is judged by where it begins and where it ends.
 R1  A wall stands from the floor to head height: it is there at breast height and at head height.
 R2  Below and above a window stands wall too: what stands at sill height, or at any height above a threshold's, and
     goes on over the opening, and touches wall (a lamp over a table does not). Glazing from the floor up, too wide for
-    a door, or a row of three panes or more, is wall as deep as the lintel over it.
+    a door, or a row of three panes or more, is wall as deep as the lintel over it. Where the walls are cut off, what
+    stands lower between the ends of two walls in one line is wall: the window over it is cut off, too.
 R3  Under a sloped roof a wall may end at the roof before head height.
 R4  Two sheets are one wall (``geometry.wall_sections``), and so are two walls with an edge of the same wall over them:
     the slit between them is filled.
@@ -27,6 +28,7 @@ R9  Where all walls stand upright, nothing begins or ends between two heights wi
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import combinations
 
 import shapely
 from shapely import Polygon
@@ -50,6 +52,7 @@ from pipeline.geometry.meshes import Bodies, box_around_polygon, footprint
 from pipeline.geometry.prisms import Prisms
 from pipeline.geometry.scan_columns import columns_of_mesh, columns_of_points, is_scan
 from pipeline.geometry.scan_walls import find_wall_masks, mask_to_area, wall_top_height
+from pipeline.geometry.wall_gaps import WallEnd, wall_ends
 from pipeline.geometry.wall_sections import (
     WallSections,
     close_cracks,
@@ -77,7 +80,7 @@ from pipeline.tolerances import (
     TWICE,
     WALL_M,
 )
-from pipeline.values import Evidence, Level
+from pipeline.values import CUT_OFF, Evidence, Level
 
 MAX_HEIGHTS = 8
 LARGEST_CUPBOARD_M2 = 2.5
@@ -126,6 +129,9 @@ def gather_evidence(level: Level, config: EvidenceConfig) -> Evidence:
     doorways, found_leaves = find_known_doorways(level.openings, level.door_meshes, walls, lintels, judged)
     rails = EMPTY if as_high else unite([foot, *(sections.at(height) for height in heights.between)])
     standing = _beyond(rails, [walls, lintels, cupboards])
+    if CUT_OFF in level.guesses:  # R2
+        walls = unite([walls, *_between_wall_ends(standing, walls)])
+        standing = _beyond(standing, [walls])
     thick = drop_thin_parts(standing, RAIL_M)
     return Evidence(
         walls=walls,
@@ -246,6 +252,18 @@ def _goes_on(part: Polygon, walls: BaseGeometry) -> bool:
     if drop_thin_parts(part, STUB_M).area > part.area / 2 and not _is_pillar(part, ends):
         return False
     return len(ends) > 1 and sum(end.area for end in ends) / SHEET_M < STANDS * part.exterior.length
+
+
+def _between_wall_ends(low: BaseGeometry, walls: BaseGeometry) -> list[Polygon]:
+    """Return the low pieces that stand between two ends of walls, which look at each other (R2)."""
+    parts, ends = polygons_of(low), list(wall_ends(walls, nibs=True))
+    if not (parts and ends):
+        return []
+    touch = shapely.STRtree(parts).query([shapely.points(end.centre) for end in ends], "dwithin", distance=SLIVER_M).T
+    met: dict[int, list[WallEnd]] = {}
+    for end, part in touch.tolist():
+        met.setdefault(part, []).append(ends[end])
+    return [parts[k] for k, near in sorted(met.items()) if any(a.faces(b) for a, b in combinations(near, 2))]
 
 
 def _is_pillar(part: Polygon, ends: list[Polygon]) -> bool:

@@ -353,6 +353,18 @@ def test_a_low_front_with_an_entrance_closes_a_room_under_a_roof(roof: bool, gat
     assert [(round(gate.width, 1), OUTSIDE in gate.sides) for gate in gates] == [(1.0, True)] * (rooms - 1)
 
 
+@pytest.mark.parametrize(("ways", "rooms"), [(2, 3), (1, 2)])
+def test_a_low_front_closes_a_room_without_a_roof_into_which_two_doors_lead(ways: int, rooms: int) -> None:
+    """A hall of 4 x 4 m between two closed rooms; its front is a wall of 1 m with a gap of 1 m."""
+    doors = [Hole(1.0, 1.9)]
+    house = [*wall((-0.2, 4, 12.6, 4.2)), *wall((-0.2, -0.2, 4.2, 0.0)), *wall((8.2, -0.2, 12.6, 0.0))]
+    house += [*wall((-0.2, 0, 0, 4)), *wall((12.4, 0, 12.6, 4))]
+    house += [*wall((4.0, 0, 4.2, 4), *doors), *wall((8.2, 0, 8.4, 4), *doors[: ways - 1])]
+    front = [box((4.2, -0.2, 5.7, 0.0), 0.0, 1.0), box((6.7, -0.2, 8.2, 0.0), 0.0, 1.0)]
+    gates = [c for c in layout([*house, *front]).candidates if c.closed_by == "gate"]
+    assert len(gates) == (rooms == 3)
+
+
 @pytest.mark.parametrize("rail", [0.04, 0.1])
 def test_a_railing_closes_a_balcony_that_its_balusters_do_not(rail: float) -> None:
     across = [(x, -1.8, x + 0.03, -1.77) for x in np.arange(-0.2, 4.1, 0.12)]
