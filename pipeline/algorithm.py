@@ -32,11 +32,10 @@ from pipeline.stages.corrections import (
     spaces_of_plan,
 )
 from pipeline.stages.doors import find_doors
-from pipeline.stages.drawn_layout import read_drawn_layout
 from pipeline.stages.evidence import gather_evidence
 from pipeline.stages.furniture import subtract_furniture
 from pipeline.stages.isolated import erase_isolated
-from pipeline.stages.layout import close_openings
+from pipeline.stages.layout import close_openings, read_drawn_layout
 from pipeline.stages.planes import find_planes
 from pipeline.stages.quality_grounds import measure_quality_grounds, walls_far_from_rooms
 from pipeline.stages.refine import straighten_rooms

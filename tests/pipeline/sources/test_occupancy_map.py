@@ -22,7 +22,7 @@ from pipeline.sources.occupancy_map import _flatten_doorways, _opening_of
 from pipeline.sources.occupancy_map.gaps import find_gaps
 from pipeline.sources.occupancy_map.rays import fill_between_rays
 from pipeline.sources.occupancy_map.rooms import RoomConnection
-from pipeline.stages.drawn_layout import read_drawn_layout
+from pipeline.stages.layout import read_drawn_layout
 from tests.builders.batch import likeness, plans_of
 from tests.builders.damage import rejected
 from tests.builders.shared import DATA, needs_shared

@@ -11,7 +11,7 @@ from houseexpo.plan import Frame
 from pipeline.algorithm import plan_largest_building
 from pipeline.config import LayoutConfig, PipelineConfig
 from pipeline.sources.drawn_storeys import Hole, Wall, passage_openings, wall_prisms
-from pipeline.stages.drawn_layout import read_drawn_layout
+from pipeline.stages.layout import read_drawn_layout
 from pipeline.values import Level, Opening, SourceRoom
 
 LEFT, RIGHT = shapely.box(0.1, 0.1, 4.1, 3.1), shapely.box(4.3, 0.1, 7.3, 3.1)
