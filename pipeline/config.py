@@ -36,7 +36,7 @@ class LayoutConfig:
     gap_m: float = 1.5  # the widest gap of full height that two wall ends close between two rooms
     entrance_m: float = 3.0  # and the widest that they close between a room and the outside (gates, double doors)
     beam_m: float = 4.0  # a lintel that bridges more, from wall to crossing wall, is a beam in a room and no boundary
-    header_m: float = 1.5  # wider bays, with nothing but pillars between them, make such a beam together
+    header_m: float = 1.5  # nor is a wider one that hangs from the ceiling by a hand's breadth only a boundary
     characters: bool = True  # reject walls shaped as characters; overrides.toml says "keep" where they are a house
     walled: float = 0.25  # a space with less than this share of its edge walled is part of a room
 

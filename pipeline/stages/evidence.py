@@ -144,6 +144,7 @@ def gather_evidence(level: Level, config: EvidenceConfig) -> Evidence:
         floor=level.floor,
         low_headroom=find_low_headroom(level.walls),
         partial_height=_ending_below_ceiling(full, sections, heights, level.ceiling_m),
+        shallow_headers=_shallow_headers(sections, heights, level.ceiling_m),
         heights=heights.as_record,
     )
 
@@ -163,6 +164,14 @@ def _take_leaves_out(level: Level) -> tuple[list[Leaf], list[Leaf], MeshSlicer |
 def _beyond(what: BaseGeometry, known: list[BaseGeometry]) -> BaseGeometry:
     """Return what of an area is none of the known ones."""
     return EMPTY if what.is_empty else drop_thin_parts(subtract(what, unite(known)), SLIVER_M)
+
+
+def _shallow_headers(sections: WallSections, heights: _Heights, ceiling_m: float) -> BaseGeometry:
+    """Return what hangs from the ceiling by less than ``HAND_M``. It occurs only in the highest section."""
+    *lower, highest = heights.above or [0.0]
+    if not lower or 2 * (ceiling_m - highest) > HAND_M:  # a section stands in the middle of its layer
+        return EMPTY
+    return drop_thin_parts(subtract(sections.at(highest), unite(map(sections.at, lower))), SLIVER_M)
 
 
 def _ending_below_ceiling(

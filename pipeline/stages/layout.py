@@ -120,7 +120,7 @@ def _close(
         standing = close_plane(planes.door, fixed) if fixed else planes.door
         ground, spaces = enclosed_pieces(close_plane(standing, pieces)) if fixed else whole
         whole_plane = Division(pieces, ground, spaces)
-        found = part_spaces(level, planes, whole_plane, config, standing=standing, storey=storey)
+        found = part_spaces(level, evidence, planes, whole_plane, config, standing=standing, storey=storey)
         rooms, ground = found.spaces, found.ground
         candidates = assign_sides(found.openings + fixed, rooms, ground)
         filled = filled_spaces(rooms, candidates, evidence, level)  # what hangs over their edges is no way outside

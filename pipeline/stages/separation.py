@@ -2,9 +2,8 @@
 
 R1  A piece that parts nothing (a shelf, a wall cabinet) is dropped, and so is a beam: one that spans more than
     ``beam_m`` between walls that cross its line, or between pillars that leave nearly the whole breadth of the room
-    open on both sides. Bays wider than ``header_m`` in a row with nothing but pillars between them are one opening. So
-    are ``GROUP`` gaps or more in a row between the same two spaces, with posts between them (a colonnade). A wide gap
-    (``gate``) closes to the outside only.
+    open on both sides, or more than ``header_m`` and hangs down by a hand's breadth at most. Wide bays in a row with
+    nothing but pillars between them are one opening. A wide gap (``gate``) closes to the outside only.
 R2  A gap is dropped where it would part off less than a room, but for a closet that is wider than it. So are all strips
     around a space that has less than ``walled`` of its edge along walls (what hangs from a ceiling is no room), or that
     is too narrow to stand in.
@@ -62,7 +61,6 @@ from pipeline.tolerances import (
     AROUND_M,
     BESIDE_M,
     DOORWAY_M,
-    GROUP,
     HAIR_M,
     HAND_M,
     LAP_M,
@@ -74,7 +72,7 @@ from pipeline.tolerances import (
     PASSABLE_M,
     THICK_WALL_M,
 )
-from pipeline.values import Level, Planes
+from pipeline.values import Evidence, Level, Planes
 
 CLOSET_M2 = 0.9
 SLIT_M = 0.25
@@ -107,6 +105,7 @@ class Division:
 
 def part_spaces(
     level: Level,
+    evidence: Evidence,
     planes: Planes,
     whole: Division,
     config: LayoutConfig,
@@ -127,7 +126,7 @@ def part_spaces(
     """
     pieces = whole.openings
     strips, rest = split_into_strips(standing, pieces, whole.ground, whole.spaces)
-    found = keep_separating(standing, strips, rest, config)
+    found = keep_separating(standing, evidence.shallow_headers, strips, rest, config)
     if not level.sills and (
         slits := [slit for space in found.spaces for slit in _impassable_slits(space, config.area_m2)]
     ):  # R3
@@ -146,6 +145,7 @@ def part_spaces(
 
 def keep_separating(
     door: BaseGeometry,
+    shallow_headers: BaseGeometry,
     strips: list[Opening],
     rest: list[Opening],
     config: LayoutConfig,
@@ -155,7 +155,9 @@ def keep_separating(
     while True:
         plane, rooms = enclosed_pieces(close_plane(door, strips + rest))
         strips = assign_sides(strips, rooms, plane)
-        useless = {k for k, strip in enumerate(strips) if _parts_nothing(strip, strips, rooms, door, config)}  # R1
+        useless = {
+            k for k, strip in enumerate(strips) if _parts_nothing(strip, strips, rooms, (door, shallow_headers), config)
+        }  # R1
         if not useless:
             useless = _around_no_room(strips, rooms, config.walled)  # R2
         if not useless:
@@ -174,20 +176,24 @@ def _parts_nothing(
     candidate: Opening,
     strips: Sequence[Opening],
     rooms: list[Polygon],
-    door: BaseGeometry,
+    planes: tuple[BaseGeometry, BaseGeometry],
     config: LayoutConfig,
 ) -> bool:
-    """R1: ``door`` are the walls of the door plane."""
+    """R1: ``planes`` are the walls of the door plane and the shallow headers."""
+    door, shallow_headers = planes
     if not candidate.is_strip or candidate.sides[0] == candidate.sides[1]:
         return candidate.is_strip
     if candidate.leads_outside or candidate.closed_by in KNOWN:
         return False
     if candidate.closed_by == "gate":  # R1
         return True
-    if candidate.closed_by == "gap" and _is_in_colonnade(candidate, strips):
-        return True
+    is_lintel = candidate.closed_by == "lintel"
+    if is_lintel and candidate.width > config.header_m:
+        shallow = intersect(candidate.polygon, shallow_headers)
+        if shallow.area > MOST * candidate.polygon.area:
+            return True
     is_beam = candidate.width > config.beam_m and not candidate.has_jamb(door)
-    return is_beam or (candidate.closed_by == "lintel" and _stands_on_pillars(candidate, strips, rooms, config))
+    return is_beam or (is_lintel and _stands_on_pillars(candidate, strips, rooms, config))
 
 
 def _stands_on_pillars(opening: Opening, strips: Sequence[Opening], rooms: list[Polygon], config: LayoutConfig) -> bool:
@@ -198,15 +204,6 @@ def _stands_on_pillars(opening: Opening, strips: Sequence[Opening], rooms: list[
     ]
     sides = zip(rows, opening.sides, (-1.0, 1.0), strict=True)
     return all(row.width > config.beam_m and _is_as_broad(row, opening, way, rooms[side]) for row, side, way in sides)
-
-
-def _is_in_colonnade(opening: Opening, strips: Sequence[Opening]) -> bool:
-    """Return whether a gap stands in a row of ``GROUP`` gaps or more between the same two spaces (R1)."""
-    gaps = [c for c in strips if c.closed_by == "gap"]
-    gaps = [gap for gap in gaps if set(gap.sides) == set(opening.sides)]
-    row = _row_of_bays(opening, gaps, 0.0) if len(gaps) >= GROUP else opening
-    line = shapely.linestrings(row.segment)
-    return bool(sum(shapely.dwithin(line, shapely.points(gap.centre), opening.depth) for gap in gaps) >= GROUP)
 
 
 def _row_of_bays(opening: Opening, bays: Sequence[Opening], least_m: float) -> Opening:

@@ -75,12 +75,6 @@ def test_a_gap_parts_where_one_sheet_of_its_wall_ends_before_the_other(step: flo
     assert {candidate.closed_by for candidate in found.candidates} == {"gap"}
 
 
-@pytest.mark.parametrize(("post_m", "gaps", "rooms"), [(0.1, 3, 1), (0.1, 2, 2), (0.6, 3, 2)])
-def test_gaps_between_a_row_of_posts_part_nothing(post_m: float, gaps: int, rooms: int) -> None:
-    ways = [gap(0.3 + k * (0.5 + post_m), 0.8 + k * (0.5 + post_m)) for k in range(gaps)]
-    assert len(layout(two_rooms(*ways)).rooms) == rooms
-
-
 @pytest.mark.parametrize(("breadth", "rooms"), [(6.0, 2), (3.8, 2), (3.2, 1)])
 def test_a_wide_gap_parts_two_rooms_that_are_much_broader(breadth: float, rooms: int) -> None:
     """2.2 m wide, between two ends of a wall."""
