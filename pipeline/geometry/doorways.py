@@ -318,7 +318,8 @@ def _leaf(box: Box, sign: float, thickness: float, walls: BaseGeometry) -> list[
 # Doors that are known before any gap is looked at: named by the source, or by the leaf that stands in them.
 #
 # R1  A leaf between two ends of one wall stands closed in a doorway, but not one that ends beside a lintel of its own
-#     width: that hangs over the doorway, and the leaf stands ajar against another wall.
+#     width: that hangs over the doorway, and the leaf stands ajar against another wall. One that stands proud of the
+#     wall on both sides (a frame) is a door in any case.
 # R2  Any other leaf stands open, or is furniture where it is too thick for a leaf. What ends as high as the walls that
 #     it touches, and has nothing above it, is a stretch of wall, and so is what has wall above it.
 # R3  A leaf that is one body with its wall shows by the recess under its lintel, as above.
@@ -354,7 +355,8 @@ def judge_leaves(leaves: Sequence[Leaf], walls: BaseGeometry, hanging: BaseGeome
         if leaf.box.thickness <= HAND_M and not is_wall and _stands_ajar(leaf.box, hanging):  # R5
             found.append(plan)
             continue
-        if way is not None and (over or not _ends_beside_lintel(leaf.box, hanging)):  # R1
+        is_proud = way is not None and leaf.box.thickness >= way.thickness + SLIVER_M and leaf.plate_m < way.thickness
+        if way is not None and (is_proud or over or not _ends_beside_lintel(leaf.box, hanging)):  # R1
             doorways.append(Opening.closing(box_polygon(way), "door", "leaf"))
             found.append(plan)
         elif over or is_wall:

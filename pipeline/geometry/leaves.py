@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from itertools import combinations
 
@@ -45,8 +45,8 @@ from pipeline.tolerances import (
 # ---------------------------------------------------------------------------------------------------------------------
 # Doors among the bodies of a mesh that nobody named: leaves, and leaves with their frames.
 #
-# R1  What a door is made of is thin or hollow (a plate, a frame), begins at the floor, ends below the ceiling, and is
-#     no wider than a door.
+# R1  What a door is made of is thin or hollow (a plate, a frame) or holds such a thing, begins at the floor, ends below
+#     the ceiling, and is no wider than a door.
 # R2  Parts that touch and stand parallel belong to one door; together they are as large as one, and no deeper than a
 #     thick wall. A leaf that stands ajar in its frame, or against another leaf, is one of its own, and so are two
 #     parallel ones that only a third joins. What is hollow, and ends with the walls that it touches above a leaf in it,
@@ -67,12 +67,14 @@ SQUARE_LEAVES = np.sin(np.deg2rad(10.0))
 class Leaf:
     """What may be a door: the box around it, the bodies that it is made of, and their boxes.
 
+    ``plate_m`` is how thick it is without frames: the metres across the box from the first to the last of its plates.
     ``ends_with_walls`` is True if a wall that it touches, wider than a door, ends at the same height.
     """
 
     box: Box
     bodies: tuple[int, ...]
     parts: tuple[Box, ...]
+    plate_m: float
     has_handle: bool = False
     ends_with_walls: bool = False
 
@@ -88,6 +90,8 @@ def find_plates(bodies: Bodies, ceiling_m: float = HIGHEST_M) -> list[Leaf]:
     parts = {k: box for k, box in boxes.items() if _is_part(box, bodies, k)}
     handled = _with_handles(bodies)  # R4
     parts |= handled
+    casings = {k: box for k, box in boxes.items() if k not in parts and _is_casing(box, parts.values())}
+    parts |= casings
     keys = list(parts)
     found = []
     parallel = [each for members in _touching(keys, parts) for each in _parallel(members, parts)]
@@ -97,9 +101,12 @@ def find_plates(bodies: Bodies, ceiling_m: float = HIGHEST_M) -> list[Leaf]:
         points = [bodies.mesh.vertices[np.unique(bodies.mesh.faces[bodies.faces(k)])] for k in group]
         box = box_around(np.concatenate(points))
         if LEAF_WIDTH_M[0] <= box.width <= 2 * LEAF_WIDTH_M[1] and box.thickness <= WALL_M:
+            plates = [parts[k] for k in group if k not in casings and _is_plate(parts[k], bodies, k)]
             has_handle = any(k in handled for k in group)
             boxes_ = tuple(parts[k] for k in group)
-            found.append(Leaf(box, tuple(group), boxes_, has_handle, _ends_with_walls(box, bodies)))
+            found.append(
+                Leaf(box, tuple(group), boxes_, _depth(box, plates), has_handle, _ends_with_walls(box, bodies))
+            )
     return found
 
 
@@ -223,6 +230,12 @@ def _is_plate(box: Box, bodies: Bodies, body: int) -> bool:
     )
 
 
+def _depth(box: Box, plates: list[Box]) -> float:
+    """From the near face of the first plate to the far face of the last, metres across the box."""
+    at = [(float(dot_product(plate.centre - box.centre, box.across)), plate.thickness / 2) for plate in plates]
+    return max(c + t for c, t in at) - min(c - t for c, t in at) if at else 0.0
+
+
 def _likely(bodies: Bodies, highest_m: float) -> list[int]:
     low, high = bodies.low, bodies.high
     extent = np.hypot(*(high - low)[:, :2].T)
@@ -237,6 +250,19 @@ def _is_part(box: Box, bodies: Bodies, body: int) -> bool:
     if box.thickness <= HAND_M and box.width >= LEAF_WIDTH_M[0]:
         return True
     return box.thickness <= TOUCH_M or _volume(bodies, body) < MOST * box.width * box.thickness * box.height
+
+
+def _is_casing(box: Box, parts: Iterable[Box]) -> bool:
+    """R1: return whether a box holds a leaf: a frame and its filling drawn as one block."""
+    if not (LEAF_WIDTH_M[0] <= box.width <= LEAF_WIDTH_M[1] and box.thickness <= WALL_M):
+        return False
+    return any(_holds(box, part) for part in parts if part.width > 0.7 * box.width)
+
+
+def _holds(box: Box, part: Box) -> bool:
+    to = part.centre - box.centre
+    aside = abs(dot_product(to, box.across)) < box.thickness / 2 and abs(dot_product(to, box.along)) < 0.15 * box.width
+    return bool(aside and abs(dot_product(box.along, part.along)) > PARALLEL)
 
 
 def _volume(bodies: Bodies, body: int) -> float:
@@ -285,7 +311,11 @@ MIN_M = 1.2
 
 def cubicle_leaves(bodies: Bodies, ceiling_m: float) -> list[Leaf]:
     """Return all that is shaped and held as the door of a cubicle; heights count from the level's floor."""
-    return [Leaf(box, (k,), (box,)) for k, box in _cubicle_doors(bodies) if _is_held(k, box, bodies, ceiling_m)]
+    return [
+        Leaf(box, (k,), (box,), box.thickness)
+        for k, box in _cubicle_doors(bodies)
+        if _is_held(k, box, bodies, ceiling_m)
+    ]
 
 
 def _cubicle_doors(bodies: Bodies) -> Iterator[tuple[int, Box]]:
