@@ -305,19 +305,23 @@ def _is_deep(part: BaseGeometry, hole: Hole) -> bool:
 
 def merge_parallel_holes(holes: Sequence[Hole]) -> list[Hole]:
     """R4: holes that lie beside each other, along most of their length, as one; a hole is wider than deep."""
-    groups: list[list[Hole]] = []
-    for hole in holes:
-        near = next((group for group in groups if any(_is_one(other.shape, hole.shape) for other in group)), None)
-        if near is None:
-            groups.append([hole])
+    if not holes:
+        return []
+    shapes = [hole.shape for hole in holes]
+    near = shapely.STRtree(shapes).query(shapes, predicate="dwithin", distance=SAME_DOOR_M).T.tolist()
+    same = {(i, k) for i, k in near if k < i and _is_one(shapes[k], shapes[i])}
+    groups: list[list[int]] = []
+    for i in range(len(shapes)):
+        group = next((group for group in groups if any((i, k) in same for k in group)), None)
+        if group is None:
+            groups.append([i])
         else:
-            near.append(hole)
-    return [_unite_holes(group) for group in groups]
+            group.append(i)
+    found = [[holes[i] for i in group] for group in groups]
+    return [one if not others and any(one.across) else _unite_holes([one, *others]) for one, *others in found]
 
 
 def _is_one(one: Polygon, other: Polygon) -> bool:
-    if not shapely.dwithin(one, other, SAME_DOOR_M):
-        return False
     shared = shapely.intersection(shapely.buffer(one, SAME_DOOR_M), other).area
     back = shapely.intersection(shapely.buffer(other, SAME_DOOR_M), one).area
     # two doors are one of which most lies near the other

@@ -91,7 +91,8 @@ class Feature:
     words, labels
         What the source calls it, and our labels of it, where the file says more than its words.
     thick_m
-        Thickness of a wall that is drawn by its middle, or of the wall of a passage where the file draws none there.
+        Thickness of a wall that is drawn by its middle, or of the wall of a passage where the file draws none. An area
+        of a passage that has one is a leaf, which may be thinner than the wall.
     low_m, top_m
         Heights over the floor; None is the usual one.
     filled
@@ -275,6 +276,20 @@ def deepen_to_wall(hole: Hole, walls: Sequence[Polygon]) -> Hole:
     if reached is None or reached.shape.area < THROUGH_WALL * hole.shape.area:
         return hole
     return reached
+
+
+def deepen_to_jambs(hole: Hole, thick_m: float, walls: Sequence[Polygon]) -> Hole:
+    """Return the hole of a leaf in a gap, as deep as the walls at its jambs, or ``thick_m`` where none is (R2)."""
+    across = np.array(hole.across)
+    along = np.array([-across[1], across[0]])
+    corners = shapely.get_coordinates(hole.shape)
+    beside, deep = corners @ along, corners @ across
+    middle = across * (deep.min() + deep.max()) / 2
+    start, end = along * beside.min() + middle, along * beside.max() + middle
+    thick = max(thick_m, float(np.ptp(deep)))
+    made = door_hole(start.tolist(), end.tolist(), walls, has_door=hole.has_door, thick_m=thick)
+    wide = shapely.convex_hull(shapely.union_all([hole.shape, made.shape])) if made is not None else hole.shape
+    return replace(hole, shape=wide) if isinstance(wide, Polygon) else hole
 
 
 def _near(walls: Sequence[Polygon], line: LineString) -> BaseGeometry:

@@ -35,7 +35,7 @@ from houseexpo.errors import MissingDependencyError, install_command
 from houseexpo.file_kinds import format_suffix
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.drawn_storeys import polygon_from_ring
-from pipeline.sources.files import LARGEST_BYTES, LeftOutParts, archive_members, read_member
+from pipeline.sources.files import LARGEST_BYTES, LeftOutParts, archive_members, read_bytes, read_member
 from pipeline.sources.tolerances import (
     DRAWING_M,
     DRAWN_UNITS_M,
@@ -286,11 +286,7 @@ def _sound_document(data: bytes) -> Any:
 
 def _content(path: Path, key: str) -> bytes:
     """Return the bytes of a drawing, or of the one of this name in a zip."""
-    if path.stat().st_size > LARGEST_BYTES:
-        raise Rejection(
-            "source", Reason.TOO_LARGE, f"{path.name} has {path.stat().st_size >> 20} MB", "expected a plan"
-        )
-    return (read_member(path, [key], LARGEST_BYTES) if key else path.read_bytes()) or b""
+    return (read_member(path, [key], LARGEST_BYTES) if key else read_bytes(path, "expected a plan")) or b""
 
 
 def _entities(

@@ -48,12 +48,8 @@ def read_drawing(path: Path) -> Drawing:
     left_out = LeftOutParts()
     scene = _Scene(path, left_out)
     bodies = list(scene.bodies())
-    storeys = storeys_from_bodies(bodies)
-    if not any(storey.walls or storey.rooms for storey in storeys):
-        detail = f"{path.name}: expected geoms named wall or room|, found {len(bodies)} of other names"
-        detail += f"; left out: {left_out.note}" if left_out else ""
-        raise Rejection("source", Reason.NO_LEVEL, detail, "name the walls, or leave the file out")
-    return Drawing("mjcf", tuple(storeys), left_out)
+    wanted, advice = f"geoms named wall or room| among {len(bodies)}", "name the walls, or leave the file out"
+    return Drawing("mjcf", tuple(storeys_from_bodies(bodies)), left_out, wanted=wanted, advice=advice)
 
 
 class _Scene:

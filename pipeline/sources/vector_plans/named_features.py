@@ -22,7 +22,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from itertools import pairwise
 from typing import Any, Final
@@ -36,7 +36,7 @@ from shapely.geometry.base import BaseGeometry
 from houseexpo.plan.room_labels import canonical
 from pipeline.geometry.areas import dot_product, drop_thin_parts, polygons_of
 from pipeline.geometry.prisms import extrude_polygon
-from pipeline.sources.drawn_storeys import Hole, Wall, unite_rooms, walls_around
+from pipeline.sources.drawn_storeys import Hole, Wall, merge_parallel_holes, unite_rooms, walls_around
 from pipeline.sources.roles import labels_for, names_furniture_with_doors
 from pipeline.sources.tolerances import (
     CRACK_M,
@@ -58,6 +58,7 @@ from pipeline.sources.vector_plans.drawing import (
     DrawnStorey,
     Feature,
     Point,
+    deepen_to_jambs,
     deepen_to_walls,
     door_hole,
     passage_rectangles,
@@ -116,6 +117,8 @@ class _Drawn:
 
     wall_bodies: list[Polygon] = field(default_factory=list)
     """Filled areas, which are walls as they stand."""
+    bodies: list[Wall] = field(default_factory=list)
+    """The same, with heights."""
     wall_areas: list[Polygon] = field(default_factory=list)
     wall_lines: list[tuple[Point, Point]] = field(default_factory=list)
     wall_middles: dict[float, list[tuple[Point, Point]]] = field(default_factory=dict)
@@ -145,7 +148,7 @@ class _Drawn:
         return drawn
 
     def _add(self, each: Feature, shape: BaseGeometry) -> None:
-        if each.kind == "wall" and each.top_m is not None:
+        if each.kind == "wall" and each.top_m is not None and each.low_m == 0.0:
             self.tops.append(each.top_m)
         for part in simple_parts(shape):
             if isinstance(part, Polygon):
@@ -156,7 +159,9 @@ class _Drawn:
                 self._add_line(each, [(float(x), float(y)) for x, y in shapely.get_coordinates(part)])
 
     def _add_area(self, each: Feature, area: Polygon) -> None:
-        if each.kind == "wall":
+        if each.kind == "wall" and each.filled and each.top_m is not None:
+            self.bodies.append(Wall(area, each.low_m, each.top_m))
+        elif each.kind == "wall":
             (self.wall_bodies if each.filled else self.wall_areas).append(area)
         elif each.kind == "floor":
             self.floors.append(area)
@@ -225,15 +230,18 @@ def storey_from_features(
         rooms, walls = _of_spaces(drawn, top)
     else:
         walls = _walls(drawn, rooms)
-    holes = deepen_to_walls(_of_areas(drawn.door_areas), walls)
+    bodies = [replace(each, top_m=min(each.top_m, top)) if each.bottom_m == 0.0 else each for each in drawn.bodies]
+    bodies = [*(Wall(wall, 0.0, top) for wall in walls), *bodies]
+    walls = [each.shape for each in bodies]
+    holes = _of_areas(drawn.door_areas, walls)
     holes += [hole for line in drawn.door_lines if (hole := _of_line(line, walls)) is not None]
     solid = shapely.union_all(walls) if drawn.arcs else Polygon()
     holes += [hole for arc in drawn.arcs if (hole := _of_arc(arc, walls, solid)) is not None]
     return DrawnStorey(
-        walls=tuple(Wall(wall, 0.0, top) for wall in walls),
-        holes=tuple(holes),
+        walls=tuple(bodies),
+        holes=tuple(merge_parallel_holes(holes)),
         rooms=_rooms(drawn, rooms or _ring_rooms(drawn)),
-        floor=unite_rooms([*drawn.floors, *(hole.shape for hole in holes)]) if drawn.floors else None,
+        floor=unite_rooms(drawn.floors),
         furniture=tuple(
             SourceObject(
                 each.words, extrude_polygon(shape, each.low_m, OBJECT_HEIGHT_M if each.top_m is None else each.top_m)
@@ -419,14 +427,18 @@ def _rooms(drawn: _Drawn, areas: Sequence[Area]) -> tuple[SourceRoom, ...]:
     return tuple(rooms)
 
 
-def _of_areas(areas: Sequence[Area]) -> list[Hole]:
+def _of_areas(areas: Sequence[Area], walls: Sequence[Polygon]) -> list[Hole]:
     """R3: one walks through the shorter way."""
     ways = passage_rectangles([area for area, _ in areas])
-    return [
-        Hole(area, each.low_m, _head(each), each.kind == "door", way[1])
+    plain = [
+        Hole(area, each.low_m, _head(each), each.kind == "door", way[1] if way else (0.0, 0.0))
         for (area, each), way in zip(areas, ways, strict=True)
-        if way is not None
     ]
+    holes = deepen_to_walls(plain, walls)
+    for k, (_, each) in enumerate(areas):
+        if holes[k] is plain[k] and each.thick_m is not None:
+            holes[k] = deepen_to_jambs(plain[k], each.thick_m, walls)
+    return holes
 
 
 def _of_line(line: tuple[Point, Point, Feature], walls: Sequence[Polygon]) -> Hole | None:

@@ -31,7 +31,7 @@ from shapely import LineString, Polygon
 from houseexpo.files import decode_yaml
 from pipeline.geometry.areas import polygons_of
 from pipeline.rejection import Reason, Rejection
-from pipeline.sources.drawn_storeys import Wall, polygon_from_ring
+from pipeline.sources.drawn_storeys import Wall, polygon_from_ring, unite_rooms
 from pipeline.sources.files import DEEPEST, LeftOutParts, read_bytes
 from pipeline.sources.roles import labels_for
 from pipeline.sources.tolerances import FILE_GRID_M, LINE_WALL_M, SHAFT_M, WALL_HEIGHT_M
@@ -118,11 +118,13 @@ class _Sheet:
         features += [Feature(kind, LineString([a, b])) for a, b, kind in doors]
         features += [*(Feature("floor", floor) for floor in floors), *self._rooms(floors)]
         drawn = storey_from_features(features, _number(self.level.get("elevation"), 0.0))
-        blocks = self._blocks([wall.shape for wall in drawn.walls], [hole.shape for hole in drawn.holes], floors)
+        passages = [hole.shape for hole in drawn.holes]
+        blocks = self._blocks([wall.shape for wall in drawn.walls], passages, floors)
         return replace(
             drawn,
             walls=(*drawn.walls, *(Wall(block, 0.0, WALL_HEIGHT_M) for block in blocks)),
             rooms=(*drawn.rooms, *lifts),
+            floor=unite_rooms([*floors, *passages]) if floors else None,
             all_named=False,
             about={"level_name": self.name},
         )

@@ -30,8 +30,7 @@ from shapely.geometry.base import BaseGeometry
 from houseexpo.file_kinds import format_suffix
 from houseexpo.plan.room_labels import canonical
 from pipeline.geometry.areas import buffer_mitred, polygons_of, round_to_grid
-from pipeline.geometry.prisms import extrude_polygon
-from pipeline.sources.drawn_storeys import Hole, Wall, group_storey_heights, merge_parallel_holes, unite_rooms
+from pipeline.sources.drawn_storeys import group_storey_heights
 from pipeline.sources.files import LeftOutParts, file_inside
 from pipeline.sources.meshes.formats import frame_convention, load_scene
 from pipeline.sources.roles import labels_for, names_furniture_with_doors
@@ -40,14 +39,12 @@ from pipeline.sources.tolerances import (
     FILE_GRID_M,
     KNEE_M,
     NARROWEST_DOOR_M,
-    TINY,
     UPRIGHT_M2,
-    WALL_HEIGHT_M,
     WIDEST_DOOR_BODY_M,
 )
-from pipeline.sources.vector_plans.drawing import DrawnStorey, deepen_to_wall, door_hole
+from pipeline.sources.vector_plans.drawing import DrawnStorey, Feature
+from pipeline.sources.vector_plans.named_features import storey_from_features
 from pipeline.tolerances import HAND_M
-from pipeline.values import SourceObject, SourceRoom
 
 MANY_BODY_FACES: Final = 20_000
 """A piece of furniture with more is read by ``body_from_many_triangles``: to unite their triangles takes minutes."""
@@ -256,7 +253,7 @@ def storeys_from_bodies(bodies: Sequence[SceneBody]) -> list[DrawnStorey]:
     for number, height in enumerate(heights):
         above = heights[number + 1] if number + 1 < len(heights) else np.inf
         here = [(kind, b) for kind, b in sorted_ if height - KNEE_M <= _foot(kind, b) < above - KNEE_M]
-        found.append(_storey(here, height, above))
+        found.append(storey_from_features(_features(here, height, above), height))
     return found
 
 
@@ -264,49 +261,30 @@ def _foot(kind: str, each: SceneBody) -> float:
     return each.high_m if kind == "floor" else each.low_m
 
 
-def _storey(here: Sequence[tuple[str, SceneBody]], height: float, above: float) -> DrawnStorey:
-    walls = [
-        Wall(
-            part,
-            max(0.0, each.low_m - height) if each.low_m - height > KNEE_M else 0.0,
-            min(each.high_m, above) - height,
-        )
-        for kind, each in here
-        if kind == "wall" and each.high_m - height > KNEE_M
-        for part in polygons_of(each.shape)
-    ]
-    whole = [wall for wall in walls if wall.bottom_m == 0.0]
-    top = float(np.median([wall.top_m for wall in whole])) if whole else WALL_HEIGHT_M
-    doors = [
-        _hole(each, height, kind == "door", [wall.shape for wall in walls])
-        for kind, each in here
-        if kind in {"door", "opening"}
-    ]
-    holes = merge_parallel_holes([hole for hole in doors if hole is not None])
+def _features(here: Sequence[tuple[str, SceneBody]], height: float, above: float) -> list[Feature]:
+    """Return the features of the bodies of a storey, whose floor is at ``height`` and its ceiling below ``above``."""
+    walls, others = [], []
+    for kind, each in here:
+        low, top = each.low_m - height, each.high_m - height
+        if kind == "wall" and top > KNEE_M:
+            foot = low if low > KNEE_M else 0.0  # R2
+            walls.append(Feature("wall", each.shape, low_m=foot, top_m=min(top, above - height), filled=True))
+        elif kind in {"door", "opening"}:  # R4
+            box = shapely.minimum_rotated_rectangle(each.shape)
+            longest = np.hypot(*np.diff(shapely.get_coordinates(box)[:3], axis=0).T).max(initial=0.0)
+            if NARROWEST_DOOR_M < longest < WIDEST_DOOR_BODY_M:
+                # an opening is at least as deep as a hand, however thin its wall is
+                others.append(Feature(kind, box, thick_m=HAND_M, low_m=low, top_m=top))
+        elif kind == "floor":
+            others.append(Feature("floor", each.shape))
+        elif kind == "furniture":
+            others.append(Feature("object", each.shape, (each.words or each.names)[:1], low_m=low, top_m=top))
     floors = [each for kind, each in here if kind == "floor"]
-    solid = [wall.shape for wall in walls]
-    standing = cache(lambda: shapely.buffer(shapely.union_all(solid), CRACK_M))  # of most scenes nobody asks
-    rooms = _join_open_pieces(_rooms(_without_pieces(floors, standing)), standing)
-    things = tuple(
-        SourceObject(
-            (each.words or each.names)[:1], extrude_polygon(each.shape, each.low_m - height, each.high_m - height)
-        )
-        for kind, each in here
-        if kind == "furniture" and each.high_m - height < top + KNEE_M
-    )
-    covered = unite_rooms([part for each in floors for part in polygons_of(each.shape)])
-    return DrawnStorey(
-        walls=tuple(replace(wall, top_m=min(wall.top_m, top)) if wall.bottom_m == 0.0 else wall for wall in walls),
-        holes=tuple(holes),
-        rooms=rooms,
-        floor=covered,
-        furniture=things,
-        height_m=height,
-        all_named=bool(holes),
-    )
+    standing = cache(lambda: shapely.buffer(shapely.union_all([each.shape for each in walls]), CRACK_M))  # seldom asked
+    return [*walls, *others, *_join_open_pieces(_rooms(_without_pieces(floors, standing)), standing)]
 
 
-def _rooms(floors: Sequence[SceneBody]) -> tuple[SourceRoom, ...]:
+def _rooms(floors: Sequence[SceneBody]) -> list[Feature]:
     """R3: pieces of one room, which differ in nothing but a number at their end, are one."""
     groups: dict[tuple[str, ...], list[SceneBody]] = {}
     for each in floors:
@@ -329,13 +307,9 @@ def _rooms(floors: Sequence[SceneBody]) -> tuple[SourceRoom, ...]:
         whole = polygons_of(shapely.union_all([piece.shape for piece in pieces], grid_size=FILE_GRID_M))
         shape = max(whole, key=lambda part: part.area)
         said = key[-1]
-        label = canonical(said)
-        words = next((piece.words for piece in pieces if piece.words), ()) or (
-            (said,) if said and said != "Unlabelled" else ()
-        )
-        labels = (label,) if label else labels_for(words)
-        rooms.append(SourceRoom(words, tuple(each for each in labels if each), shape))
-    return tuple(rooms)
+        words = next((piece.words for piece in pieces if piece.words), (said,) if said and said != "Unlabelled" else ())
+        rooms.append(Feature("room", shape, words, (said,)))
+    return rooms
 
 
 def _without_pieces(floors: Sequence[SceneBody], standing: Callable[[], BaseGeometry]) -> list[SceneBody]:
@@ -358,61 +332,28 @@ def _is_numbered(each: SceneBody) -> bool:
     return re.match(r"(?i)floor[_|-]?\d+$", name) is not None and not labels_for((each.label,))
 
 
-def _join_open_pieces(rooms: Sequence[SourceRoom], standing: Callable[[], BaseGeometry]) -> tuple[SourceRoom, ...]:
+def _join_open_pieces(rooms: Sequence[Feature], standing: Callable[[], BaseGeometry]) -> list[Feature]:
     """R7; ``standing`` gives the walls."""
-    kept: list[SourceRoom] = []
+    kept: list[Feature] = []
     for room in rooms:
         whole = room
         for other in list(kept):
-            if room.words and other.words == room.words and (shape := _across_open_edge(whole, other, standing)):
-                kept = [each for each in kept if each is not other]
-                whole = replace(room, polygon=shape)
+            if room.words and other.words == room.words:
+                shape = _across_open_edge(whole.shape, other.shape, standing)
+                if shape is not None:
+                    kept = [each for each in kept if each is not other]
+                    whole = replace(room, shape=shape)
         kept.append(whole)
-    return tuple(kept)
+    return kept
 
 
-def _across_open_edge(one: SourceRoom, other: SourceRoom, standing: Callable[[], BaseGeometry]) -> Polygon | None:
+def _across_open_edge(one: Polygon, other: Polygon, standing: Callable[[], BaseGeometry]) -> Polygon | None:
     """Return two rooms as one where they meet along more than a door's width and no wall stands at most of it."""
-    if one.polygon is None or other.polygon is None:
-        return None
-    edge = shapely.intersection(buffer_mitred(one.polygon, CRACK_M), other.polygon.exterior)
+    edge = shapely.intersection(buffer_mitred(one, CRACK_M), other.exterior)
     if edge.length < NARROWEST_DOOR_M or shapely.difference(edge, standing()).length < edge.length / 2:
         return None
-    whole = buffer_mitred(buffer_mitred(shapely.union(one.polygon, other.polygon), CRACK_M), -CRACK_M)
+    whole = buffer_mitred(buffer_mitred(shapely.union(one, other), CRACK_M), -CRACK_M)
     return whole if isinstance(whole, Polygon) else None
-
-
-def _hole(each: SceneBody, height: float, has_door: bool, walls: Sequence[Polygon]) -> Hole | None:
-    """R4."""
-    box = shapely.minimum_rotated_rectangle(each.shape)
-    if not isinstance(box, Polygon):
-        return None
-    corners = shapely.get_coordinates(box)[:4]
-    sides = np.roll(corners, -1, axis=0) - corners
-    lengths = np.hypot(*sides.T)
-    k = int(np.argmin(lengths))
-    x, y = sides[k] / max(float(lengths[k]), TINY)
-    low, top = each.low_m - height, each.high_m - height
-    if not NARROWEST_DOOR_M < float(lengths.max()) < WIDEST_DOOR_BODY_M:
-        return None
-    plain = Hole(box, low, top, has_door, (float(x), float(y)))
-    deeper = deepen_to_wall(plain, walls)
-    if deeper is not plain:
-        return deeper
-    a, b = (corners[k] + corners[(k + 1) % 4]) / 2, (corners[(k + 2) % 4] + corners[(k + 3) % 4]) / 2
-    deep = float(lengths[k])
-    made = door_hole(
-        # an opening is at least this deep, however thin its wall is
-        tuple(a),
-        tuple(b),
-        walls,
-        has_door=has_door,
-        bottom_m=low,
-        top_m=top,
-        thick_m=max(deep, HAND_M),
-    )
-    wide = shapely.convex_hull(shapely.union_all([box, made.shape])) if made is not None else box
-    return replace(plain, shape=wide if isinstance(wide, Polygon) else box)
 
 
 def box_mesh(

@@ -79,11 +79,8 @@ def read_drawing(path: Path) -> Drawing:
     except (Tf.ErrorException, RuntimeError, ValueError, TypeError) as error:
         detail = f"{path.name} cannot be read as USD{usd_fault(error)}"
         raise Rejection("source", Reason.UNREADABLE, detail, _ADVICE) from None
-    storeys = storeys_from_bodies(bodies)
-    if not any(storey.walls or storey.rooms for storey in storeys):
-        detail = f"{path.name}: expected prims that are named or labelled as walls, found {len(bodies)} others"
-        raise Rejection("source", Reason.NO_LEVEL, detail, "label the walls, or save the scene as .usdz or .glb")
-    return Drawing("usd", tuple(storeys), left_out)
+    wanted, advice = "prims that are named or labelled as walls", "label the walls, or save the scene as .usdz or .glb"
+    return Drawing("usd", tuple(storeys_from_bodies(bodies)), left_out, wanted=wanted, advice=advice)
 
 
 def _check_layers(sdf: Any, path: Path) -> None:

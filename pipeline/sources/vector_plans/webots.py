@@ -7,7 +7,7 @@ R1  ``Wall``, ``Door`` and ``Window`` stand on their translation; ``size`` is (t
     and (width, height, thickness) where y is up. A door has wall over its frame; a window is wall.
 R2  z is up from R2021c on, y before that, but where ``WorldInfo.coordinateSystem`` says otherwise. In a world whose
     walls are mostly turned from the one to the other, the other is up: people drew so before R2021c for ROS.
-R3  Boxes, planes, cylinders, face sets and grids count by the names of the nodes around them, as bodies of MJCF do. A
+R3  Boxes, planes, cylinders and face sets count by the names of the nodes around them, as bodies of MJCF do. A
     mesh beside the world is read where it is an .obj, an .stl or a .dae; nothing is fetched. One whose nodes have no
     name of a part of a house is called after its file.
 R4  The shapes of other PROTO nodes lie in files of their own: such nodes are left out, with a note that counts them.
@@ -32,7 +32,7 @@ import shapely
 
 from houseexpo.files import real_path
 from pipeline.rejection import Reason, Rejection
-from pipeline.sources.files import DEEPEST, LeftOutParts
+from pipeline.sources.files import DEEPEST, LeftOutParts, read_bytes
 from pipeline.sources.roles import labels_for
 from pipeline.sources.vector_plans.drawing import Drawing
 from pipeline.sources.vector_plans.scene_bodies import (
@@ -114,23 +114,22 @@ def can_read(path: Path, head: bytes) -> bool:
 
 def read_drawing(path: Path) -> Drawing:
     """Read a world; raise Rejection if it cannot be read or nothing of it is named as a wall."""
-    if path.stat().st_size > LARGEST_WORLD:
-        detail = f"{path.name} has {path.stat().st_size >> 20} MB, expected {LARGEST_WORLD >> 20} MB at most"
-        raise Rejection("source", Reason.TOO_LARGE, detail, "leave what is no wall out of the world")
-    text = path.read_bytes().decode("utf-8", errors="replace")
+    text = read_bytes(path, "leave what is no wall out of the world", LARGEST_WORLD).decode("utf-8", "replace")
     left_out = LeftOutParts()
     nodes = _Parser(text, path.name).world()
     world = _World(path, text, nodes, left_out)
     storeys = [
         replace(storey, all_named=False, unnamed_gaps=True) for storey in storeys_from_bodies(list(world.bodies()))
     ]  # R5
-    if not any(storey.walls or storey.rooms for storey in storeys):
-        detail = f"{path.name}: expected Wall nodes or solids named wall, found {len(nodes)} nodes of other names"
-        raise Rejection("source", Reason.NO_LEVEL, detail, "name the walls, or leave the file out")
     if world.unread:
         kinds = ", ".join(f"{count} {kind}" for kind, count in sorted(world.unread.items())[:8])
         left_out.add(f"{world.unread.total()} PROTO nodes whose shapes are not in the file: {kinds}"[:200])
-    return Drawing("webots", tuple(storeys), left_out, y_up=world.z_up == world.is_turned)
+    wanted, advice = (
+        f"Wall nodes or solids named wall among {len(nodes)} nodes",
+        "name the walls, or leave the file out",
+    )
+    y_up = world.z_up == world.is_turned
+    return Drawing("webots", tuple(storeys), left_out, y_up=y_up, wanted=wanted, advice=advice)
 
 
 class _Parser:
@@ -346,8 +345,6 @@ class _World:
                 yield from self._body(names, *self._cylinder(at, radius, height))
             elif shape.kind == "IndexedFaceSet":
                 yield from self._body(names, *_faces_of(shape, at))
-            elif shape.kind == "ElevationGrid":
-                yield from self._body(names, *self._grid(shape, at))
             elif shape.kind == "Mesh":
                 yield from self._mesh(" ".join(map(str, shape.fields.get("url", [])[:1])), at, names)
         except (ValueError, OverflowError, shapely.errors.ShapelyError) as error:
@@ -371,18 +368,6 @@ class _World:
         mesh: Any = trimesh.creation.cylinder(radius, height, sections=SIDES)
         points = np.asarray(mesh.vertices) if self.z_up else np.asarray(mesh.vertices)[:, [0, 2, 1]]
         return _move(at, points), np.asarray(mesh.faces, np.int64)
-
-    def _grid(self, shape: _Node, at: Floats) -> tuple[Floats, Ints]:
-        """A field of heights; its area is what counts."""
-        other = "y" if self.z_up else "z"
-        nx, ny = (float(shape.numbers(f"{axis}Dimension", (0.0,))[0]) for axis in ("x", other))
-        dx, dy = (float(shape.numbers(f"{axis}Spacing", (1.0,))[0]) for axis in ("x", other))
-        wide, deep = (nx - 1) * dx, (ny - 1) * dy
-        if not (wide > 0 and deep > 0):
-            raise ValueError("its grid has no size")
-        middle = np.eye(4)
-        middle[0, 3], middle[1 if self.z_up else 2, 3] = wide / 2, deep / 2
-        return self._plane(at @ middle, wide, deep)
 
     def _body(self, names: tuple[str, ...], points: Floats, faces: Ints) -> Iterator[SceneBody]:
         if not np.isfinite(points).all():

@@ -737,14 +737,14 @@ def test_an_arena_has_the_walls_that_it_says(tmp_path: Path) -> None:
     arena = f"{Z_UP}\nRectangleArena {{ floorSize 5 4 wallThickness 0.1 wallHeight 2 }}\n"
     assert plan_of_world(tmp_path, arena).area == pytest.approx(20, abs=0.1)
     low = f"{Z_UP}\nRectangleArena {{ floorSize 5 4 }}\n"  # walls of 0.1 m: nothing stands there
-    assert "found 1 nodes" in refused(tmp_path, low).detail
+    assert "among 1 nodes" in refused(tmp_path, low).detail
 
 
 @pytest.mark.parametrize(
     ("text", "said"),
     [
         (Z_UP, "expected Wall nodes"),
-        (f"{Z_UP}\nSofa {{ }}\n", "found 1 nodes of other names"),
+        (f"{Z_UP}\nSofa {{ }}\n", "among 1 nodes"),
         (f"{Z_UP}\nWall {{\n  size 1 2\n", "line 4: expected a node or a field, found the end of the file"),
         (f"{Z_UP}\nWall {{ ] }}\n", "found ]"),
         (f"{Z_UP}\n{{ }}\n", "found {"),
