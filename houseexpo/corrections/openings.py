@@ -1,6 +1,7 @@
 """Find where a line that a person draws meets the rooms of a plan: in a wall between two, in an outer one, on a floor.
 
-R1  A line within ``SNAP_M`` of a wall that runs along it lies in that wall, and turns to run as the wall does.
+R1  A line within ``SNAP_M`` of a wall that runs along it lies in that wall, and turns to run as the wall does. A wall
+    with different things at its sides comes before a nearer one that stands in a room, such as a leaf.
 R2  In a wall, the opening takes what of the line is clear: both faces go on, as far apart as in the middle.
 R3  On a floor, the line goes on from both ends to the walls, if they are at most ``ONWARD_M`` away, and parts the room.
 """
@@ -8,7 +9,7 @@ R3  On a floor, the line goes on from both ends to the walls, if they are at mos
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -155,10 +156,10 @@ def edges_of(shapes: Iterable[Polygon]) -> tuple[Vector, Vector]:
     return np.concatenate(starts), np.concatenate(ends)
 
 
-def wall_beside(strip: Strip, rooms: Sequence[DraftRoom]) -> tuple[Vector, Vector, float] | None:
-    """Return the start and the direction of the nearest edge of a room that runs along a line, and its distance (R1).
+def walls_beside(strip: Strip, rooms: Sequence[DraftRoom], reach_m: float) -> Iterator[tuple[Vector, Vector, float]]:
+    """Yield the start, the direction and the distance of the edges of rooms that run along a line, the nearest first.
 
-    The middle of the line must lie beside the edge.
+    The middle of the line lies beside the edge (R1).
     """
     starts, ends = edges_of(room.shape for room in rooms)
     lengths = np.hypot(*(ends - starts).T)
@@ -167,11 +168,10 @@ def wall_beside(strip: Strip, rooms: Sequence[DraftRoom]) -> tuple[Vector, Vecto
     at = ((strip.centre - starts) * ways).sum(axis=1)
     off = np.abs((strip.centre[0] - starts[:, 0]) * ways[:, 1] - (strip.centre[1] - starts[:, 1]) * ways[:, 0])
     fits = (np.abs((ways * strip.along).sum(axis=1)) > ALONG) & (at > -SNAP_M) & (at < lengths + SNAP_M)
-    if not fits.any():
-        return None
-    k = int(np.where(fits, off, np.inf).argmin())
-    way = ways[k] if dot(ways[k], strip.along) > 0 else -ways[k]
-    return starts[k], way, float(off[k])
+    for k in np.argsort(np.where(fits, off, np.inf), kind="stable").tolist():
+        if not fits[k] or off[k] > reach_m:
+            break
+        yield starts[k], ways[k] if dot(ways[k], strip.along) > 0 else -ways[k], float(off[k])
 
 
 def drawn_walls(lines: Sequence[LineString], standing: BaseGeometry) -> list[Polygon]:

@@ -29,7 +29,7 @@ from houseexpo.corrections.openings import (
     faces_beside,
     squared,
     strip_of,
-    wall_beside,
+    walls_beside,
 )
 from houseexpo.corrections.saying import AlreadySoError, NoEffectError, PartsNothingError, Placed, Said, contradiction
 from houseexpo.corrections.vocabulary import Word
@@ -184,10 +184,19 @@ def far_from_rooms(draft: Draft, strip: Strip) -> str:
 
 def in_its_wall(draft: Draft, strip: Strip) -> Strip:
     """Return a line in the wall beside which it was drawn (openings R1), else the line itself."""
-    beside = wall_beside(strip, draft.rooms)
     room = draft.room_at(strip.centre)
-    if beside is None or beside[2] > (SNAP_M if room is not None else WALL_REACH_M / 2):
-        return strip
+    reach = WALL_REACH_M / 2 if room is None else SNAP_M
+    found = (_moved_into(draft, strip, room, each) for each in walls_beside(strip, draft.rooms, reach))
+    lines = [line for line in found if line is not None]
+    shapes = [each.shape for each in draft.rooms]
+    parting = (line for line in lines if len({*faces_beside(line, shapes).shapes}) > 1)
+    return next(parting, lines[0] if lines else strip)
+
+
+def _moved_into(
+    draft: Draft, strip: Strip, room: DraftRoom | None, beside: tuple[Vector, Vector, float]
+) -> Strip | None:
+    """Return a line turned to run as the wall behind an edge does, and moved into it from the room in which it lies."""
     start, way, off = beside
     turned = Strip(strip.centre, way, strip.length, 0.0)
     if room is None:
@@ -197,7 +206,7 @@ def in_its_wall(draft: Draft, strip: Strip) -> Strip:
         (1.0, -1.0) if off < MEETS_M else (math.copysign(1.0, into),)
     )  # on the face itself, the wall is at either side
     moved = (Strip(strip.centre + turned.across * (into + way_in * _INTO_M), way, strip.length, 0.0) for way_in in ways)
-    return next((line for line in moved if draft.room_at(line.centre) is not room), strip)
+    return next((line for line in moved if draft.room_at(line.centre) is not room), None)
 
 
 def space_behind(draft: Draft, strip: Strip, side: int, faces: Faces) -> DraftRoom | None:

@@ -608,3 +608,13 @@ def test_rooms_that_are_one_keep_the_thicker_walls_between_them() -> None:
     plan = FloorPlan("hall", outline, 2, {}, rooms=rooms)
     found = correct_plan(plan, Override(one_room=[[1.0, 1.0], [6.0, 1.0]]).corrections)
     assert found.plan.rooms[0].area == pytest.approx(12.0 + Polygon(bay).area + 0.1 * 1.5, abs=0.02)
+
+
+@pytest.mark.parametrize("x", [3.9, 3.95, 4.0, 4.1])
+def test_a_door_beside_a_leaf_that_stands_before_its_wall_opens_the_wall(x: float) -> None:
+    leaf = box(3.92, 2.1, 3.96, 2.9)
+    kitchen = replace(PLAN.rooms[0], holes=(leaf,))
+    plan = replace(PLAN, rooms=(kitchen, PLAN.rooms[1]), holes=(leaf,))
+    found = corrected(plan, door=[[x, 2.1], [x, 2.9]])
+    assert "joins the bedroom of 9.0 m2 and the kitchen" in found.effects[0].said
+    assert kinds(found.plan) == ["door", "door"]
