@@ -40,8 +40,10 @@ WIDEST_DOOR_M: Final = 2.5
 """What is wider is an opening: ``pipeline.config.DoorsConfig.widest_m``."""
 _ONWARD_FAR_M: Final = 5.0
 """How far the line of a passage with free ends goes on to walls that it parts a room with, metres: across a hall."""
-_INTO_M: Final = 0.03
-"""How far into the wall a line is moved that was drawn on its face, metres."""
+_INTO_M: Final = 0.01
+"""How far into the wall a line is moved that was drawn on its face, metres: the thinnest walls are 2 cm thick."""
+_BESIDE_M: Final = 0.03
+"""A line on a common edge of two rooms is as near to it, metres."""
 
 
 def place_passage(draft: Draft, placed: Placed) -> Said:
@@ -143,11 +145,11 @@ def _new_passage(draft: Draft, strip: Strip, placed: Placed) -> Said:
 
 def _meeting_at(draft: Draft, strip: Strip) -> tuple[DraftRoom, DraftRoom] | None:
     """Return the two rooms that meet along a line without a wall, or None."""
-    one, other = (draft.room_at(strip.before(side, 2 * _INTO_M)) for side in (-1, 1))
+    one, other = (draft.room_at(strip.before(side, 2 * _BESIDE_M)) for side in (-1, 1))
     if one is None or other is None or one is other:
         return None
     middle = shapely.Point(strip.centre)
-    is_edge = all(room.shape.distance(middle) < _INTO_M for room in (one, other))
+    is_edge = all(room.shape.distance(middle) < _BESIDE_M for room in (one, other))
     return (one, other) if is_edge and one.shape.distance(other.shape) < MEETS_M else None
 
 
@@ -186,27 +188,23 @@ def in_its_wall(draft: Draft, strip: Strip) -> Strip:
     """Return a line in the wall beside which it was drawn (openings R1), else the line itself."""
     room = draft.room_at(strip.centre)
     reach = WALL_REACH_M / 2 if room is None else SNAP_M
-    found = (_moved_into(draft, strip, room, each) for each in walls_beside(strip, draft.rooms, reach))
-    lines = [line for line in found if line is not None]
+    edges = list(walls_beside(strip, draft.rooms, reach))
+    lines = [] if room is not None else [replace(strip, along=way) for _, way, _ in edges]
+    lines += [line for edge in edges if edge[2] <= SNAP_M for line in _into_wall(draft, strip, edge)]
     shapes = [each.shape for each in draft.rooms]
     parting = (line for line in lines if len({*faces_beside(line, shapes).shapes}) > 1)
     return next(parting, lines[0] if lines else strip)
 
 
-def _moved_into(
-    draft: Draft, strip: Strip, room: DraftRoom | None, beside: tuple[Vector, Vector, float]
-) -> Strip | None:
-    """Return a line turned to run as the wall behind an edge does, and moved into it from the room in which it lies."""
-    start, way, off = beside
-    turned = Strip(strip.centre, way, strip.length, 0.0)
-    if room is None:
-        return turned
-    into = dot(start - strip.centre, turned.across)
-    ways = (
-        (1.0, -1.0) if off < MEETS_M else (math.copysign(1.0, into),)
-    )  # on the face itself, the wall is at either side
-    moved = (Strip(strip.centre + turned.across * (into + way_in * _INTO_M), way, strip.length, 0.0) for way_in in ways)
-    return next((line for line in moved if draft.room_at(line.centre) is not room), None)
+def _into_wall(draft: Draft, strip: Strip, edge: tuple[Vector, Vector, float]) -> Iterator[Strip]:
+    """Yield a line turned to run as the wall behind an edge of a room does, and moved into that."""
+    start, way, _ = edge
+    turned = replace(strip, along=way)
+    off = dot(start - strip.centre, turned.across)
+    for side in (math.copysign(1.0, off), -math.copysign(1.0, off)):  # the wall is at the farther side, if at any
+        line = replace(turned, centre=strip.centre + turned.across * (off + side * _INTO_M))
+        if draft.room_at(line.centre) is None:
+            yield line
 
 
 def space_behind(draft: Draft, strip: Strip, side: int, faces: Faces) -> DraftRoom | None:
