@@ -56,13 +56,6 @@ _UNIT: Final = 0.01
 _SIM: Final = "simulation_interfaces/srv"
 
 
-class ServiceGraph(Protocol):
-    """What the services need of a network."""
-
-    def offer(self, name: str, kind: str) -> RequestQueue:
-        """Offer a service of a type."""
-
-
 class ControlledNode(Protocol):
     """What the services need of a node, see ``node.Node``."""
 
@@ -104,9 +97,12 @@ class _NoSuchRobotError(ConfigError):
 
 
 class ControlServices:
-    """The services of a node; ``serve`` answers what was asked since the last time."""
+    """The services of a node; ``serve`` answers what was asked since the last time.
 
-    def __init__(self, graph: ServiceGraph, node: ControlledNode) -> None:
+    ``offer`` offers a service of a type by its name (``node.RosGraph``).
+    """
+
+    def __init__(self, offer: Callable[[str, str], RequestQueue], node: ControlledNode) -> None:
         self._node = node
         handlers: dict[str, tuple[str, Callable[[Fields], Fields]]] = {
             "reset": ("std_srvs/srv/Empty", self._reset),
@@ -119,10 +115,8 @@ class ControlServices:
             "get_simulation_state": (f"{_SIM}/GetSimulationState", self._get_state),
             "get_simulator_features": (f"{_SIM}/GetSimulatorFeatures", self._features),
         }
-        self._served = [
-            (graph.offer(f"/houseexpo/{name}", kind), handler) for name, (kind, handler) in handlers.items()
-        ]
-        self._steps = graph.offer("/houseexpo/step_simulation", f"{_SIM}/StepSimulation")
+        self._served = [(offer(f"/houseexpo/{name}", kind), handler) for name, (kind, handler) in handlers.items()]
+        self._steps = offer("/houseexpo/step_simulation", f"{_SIM}/StepSimulation")
 
     def serve(self) -> None:
         """Answer the requests that arrived."""

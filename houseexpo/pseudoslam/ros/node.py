@@ -212,7 +212,7 @@ class Node:
         if not config.wall_time:
             self._advertise("", "clock")
         self._published_map: list[bytes] = [b""] * len(self._ends)
-        self._control = ControlServices(graph, self)
+        self._control = ControlServices(graph.offer, self)
         self.drivers = self._start_drivers()
         self._report()
 
