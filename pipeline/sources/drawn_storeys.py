@@ -11,7 +11,7 @@ R5  Where rooms are drawn as areas, what is left between these and the walls is 
     THICKEST_WALL_M; what is wider is a room that nobody drew.
     But where a wall ends between two rooms and leaves a way, with no door or window in it, this is a passage
     (``geometry.wall_gaps``).
-R6  Where rooms are drawn between the walls, and not over them, a wall that lies in a room, deeper than INTO_ROOM_M,
+R6  Where rooms are drawn between the walls, and not over them, a wall that lies in a room, deeper than HAND_M,
     ends at the room's edge. One with a hole stands: how far a room goes into a door, people draw as they like.
 """
 
@@ -35,7 +35,6 @@ from pipeline.sources.tolerances import (
     CRACK_M,
     DEEPEST_WALL_M,
     FILE_GRID_M,
-    INTO_ROOM_M,
     KNEE_M,
     LEFTOVER_M2,
     LINE_WALL_M,
@@ -173,7 +172,8 @@ def subtract_rooms_from_walls(rooms: Sequence[SourceRoom], walls: Sequence[Wall]
     area, standing_ = shapely.union_all(shapes), shapely.union_all([wall.shape for wall in walls])
     if shapely.intersection(area, standing_).area > WALLS_COVERED * standing_.area:
         return list(walls)
-    deep = shapely.union_all([shapely.buffer(shape, -INTO_ROOM_M, join_style="mitre") for shape in shapes])
+    # a wall that reaches deeper into a room ends at the room's edge
+    deep = shapely.union_all([shapely.buffer(shape, -HAND_M, join_style="mitre") for shape in shapes])
     found = []
     for wall in walls:
         has_hole = any(hole.shape.intersects(wall.shape) for hole in holes)

@@ -37,8 +37,8 @@ from pipeline.sources.named_scene import NamedBody, NamedScene, divide_among_lev
 from pipeline.sources.roles import Role, names_furniture_with_doors, part_room_words, role_from_name, split_words
 from pipeline.sources.storeys.levels import FoundLevel, Shift, find_levels, shift_to_origin
 from pipeline.sources.storeys.surfaces import Surfaces
-from pipeline.sources.tolerances import BUILDING_SHARE, CLEAR_M, WALL_HEIGHT_M
-from pipeline.tolerances import BESIDE_M, HAND_M
+from pipeline.sources.tolerances import CLEAR_M, WALL_HEIGHT_M
+from pipeline.tolerances import BESIDE_M, HAND_M, MOST
 from pipeline.values import Input, Level, Mesh, SourceObject
 
 _GROUND = (Role.FLOOR, Role.THRESHOLD)
@@ -215,7 +215,8 @@ def _building(fixed: list[ModelBody]) -> ModelBody | None:
     low, high = _box(merge_meshes([body.mesh for body in fixed]))
     areas = [float(np.prod(np.diff(_box(body.mesh), axis=0)[0, :2])) for body in fixed]
     best = int(np.argmax(areas))
-    return fixed[best] if areas[best] >= BUILDING_SHARE * np.prod((high - low)[:2]) else None
+    # the building covers most of the plan box of all that is fixed
+    return fixed[best] if areas[best] >= MOST * np.prod((high - low)[:2]) else None
 
 
 def _stands_in(body: ModelBody, main: ModelBody) -> bool:

@@ -39,23 +39,20 @@ from pipeline.sources.roles import (
 from pipeline.sources.storeys.surfaces import Surfaces, cut_at_height
 from pipeline.sources.tolerances import (
     AJAR_M,
+    CLEAR_M,
     DEEPEST_WALL_M,
     DOOR_SHAPE,
     FILE_GRID_M,
-    FILLS_M,
-    HOLE_AT,
+    HORIZONTAL,
     HOUSE_M2,
+    KNEE_M,
     LEAF_HEIGHT_M,
     LEFT_FACES,
+    LOWEST_HEAD_M,
     MIN_DOORS,
-    NAMED_FLAT,
+    NAMED_DOOR_M,
     NAMED_HOLE_M,
     NARROWEST_DOOR_M,
-    OPENING_FOOT_M,
-    OPENING_HEIGHT_M,
-    PIECE_DOOR_DEPTH_M,
-    PIECE_DOOR_HEIGHT_M,
-    PIECE_DOOR_WIDTH_M,
     ROUGH_M,
     SAME,
     SPACE_HEIGHT_M,
@@ -133,16 +130,17 @@ def may_be_door(mesh: Mesh, faces: Indices, sure: bool) -> bool:
     low, high = bounding_box(mesh, faces)
     width, depth = plan_sides(mesh, faces)
     height = float(high[2] - low[2])
-    if width > PIECE_DOOR_WIDTH_M or height > PIECE_DOOR_HEIGHT_M or (depth > PIECE_DOOR_DEPTH_M and width > AJAR_M):
+    # a frame is as deep as its wall; what is deeper is a leaf that stands open, or no door
+    if max(width, height) > NAMED_DOOR_M[1] or (depth > STUB_M and width > AJAR_M):
         return False
     if not sure and not (LEAF_HEIGHT_M[0] <= height <= LEAF_HEIGHT_M[1] and width >= NAMED_HOLE_M):
         return False
-    return depth > PIECE_DOOR_DEPTH_M or not _is_wall_with_hole(mesh, faces, low, height)
+    return depth > STUB_M or not _is_wall_with_hole(mesh, faces, low, height)
 
 
 def is_floor(surfaces: Surfaces, faces: Indices) -> bool:
     """Tell whether most of a part lies level: what is called floor may be a storey."""
-    flat = float(surfaces.area[faces][np.abs(surfaces.normal[faces, 2]) > NAMED_FLAT].sum())
+    flat = float(surfaces.area[faces][np.abs(surfaces.normal[faces, 2]) > HORIZONTAL].sum())
     # most of a floor lies level: what is called floor may be a storey
     return flat >= MOST * float(surfaces.area[faces].sum())
 
@@ -158,7 +156,8 @@ def is_whole_house(mesh: Mesh, faces: Indices, low: npt.NDArray[np.float64], hig
     lowest, highest = bounding_box(mesh, faces)
     area = float(np.prod((highest - lowest)[:2]))
     # it covers most of the plan box
-    return bool(highest[2] - lowest[2] > FILLS_M and area > MOST * float(np.prod((high - low)[:2])))
+    # what is as high as a room and fills the plan is the house
+    return bool(highest[2] - lowest[2] > CLEAR_M and area > MOST * float(np.prod((high - low)[:2])))
 
 
 def plan_sides(mesh: Mesh, faces: Indices) -> tuple[float, float]:
@@ -176,7 +175,8 @@ def plan_sides(mesh: Mesh, faces: Indices) -> tuple[float, float]:
 def _is_wall_with_hole(mesh: Mesh, faces: Indices, low: npt.NDArray[np.float64], height: float) -> bool:
     """Tell whether a piece is a wall around a hole, looking at it at 0.45 of its height."""
     surfaces = Surfaces.of(Mesh(mesh.vertices, mesh.faces[faces]))
-    segments = cut_at_height(surfaces, np.ones(len(faces), np.bool_), float(low[2]) + HOLE_AT * height + FILE_GRID_M)
+    # a piece is cut at half of its height to look for that hole
+    segments = cut_at_height(surfaces, np.ones(len(faces), np.bool_), float(low[2]) + MOST * height + FILE_GRID_M)
     if not len(segments):
         return False
     points = segments.reshape(-1, 2)
@@ -506,7 +506,8 @@ def _share_of_both(one: Polygon | None, other: Polygon | None) -> float:
 
 def _is_walked(mesh: Mesh, z: float) -> bool:
     low, high = mesh.vertices[:, 2].min(), mesh.vertices[:, 2].max()
-    return bool(low - z <= OPENING_FOOT_M and high - low >= OPENING_HEIGHT_M)
+    # people walk through an opening that starts at the floor and is as high as a passage
+    return bool(low - z <= FOOT_M and high - low >= LOWEST_HEAD_M)
 
 
 def _opening(mesh: Mesh, leaves: Sequence[SourceObject]) -> Opening:
@@ -527,7 +528,7 @@ def _over_thresholds(bodies: Sequence[NamedBody], solid: Mesh, z: float) -> Iter
     cut = cut_at_height(surfaces, np.ones(len(solid.faces), np.bool_), z + WAIST_M)
     standing = shapely.STRtree(shapely.linestrings(cut))
     for body in bodies:
-        on_floor = abs(float(body.mesh.vertices[:, 2].max()) - z) <= OPENING_FOOT_M
+        on_floor = abs(float(body.mesh.vertices[:, 2].max()) - z) <= KNEE_M
         wide, deep = plan_sides(body.mesh, np.arange(len(body.mesh.faces)))
         if on_floor and NARROWEST_DOOR_M <= wide <= WIDEST_DOOR_BODY_M and deep <= min(DEEPEST_WALL_M, wide):
             box_ = shapely.minimum_rotated_rectangle(shapely.multipoints(body.mesh.vertices[:, :2]))

@@ -52,7 +52,6 @@ from pipeline.sources.tolerances import (
     NAME_BOX_M,
     NARROWEST_DOOR_M,
     ROOMPLAN_WALL_M,
-    SCAN_INSIDE_M,
     STOREYS_APART_M,
     TINY,
 )
@@ -160,8 +159,9 @@ def _walls(scan: Scan, floors: Sequence[Polygon], top: float) -> list[Wall]:
     strips = shapely.union_all([_strip(wall.shape, ROOMPLAN_WALL_M, 0.0) for wall in scan.walls], grid_size=FILE_GRID_M)
     if not floors:
         return [Wall(part, 0.0, top) for part in polygons_of(strips)]
-    inner = shapely.intersection(strips, buffer_mitred(close_cracks(shapely.union_all(floors)), -SCAN_INSIDE_M))
-    reached = shapely.union_all([buffer_mitred(part, SCAN_INSIDE_M) for part in polygons_of(inner)])
+    # walls that reach farther into a scan's floor stand inside it
+    inner = shapely.intersection(strips, buffer_mitred(close_cracks(shapely.union_all(floors)), -HAND_M))
+    reached = shapely.union_all([buffer_mitred(part, HAND_M) for part in polygons_of(inner)])
     free_standing = polygons_of(shapely.intersection(reached, strips))
     return [*walls_around(floors, top), *(Wall(part, 0.0, top) for part in free_standing)]
 

@@ -28,7 +28,7 @@ from houseexpo.plan.room_labels import canonical
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.files import displayable_name, record_file
 from pipeline.sources.meshes import obj
-from pipeline.sources.tolerances import FAR_FROM_ORIGIN_M, LONGEST_ROOM_M, SUNCG_GRID_M, TINY
+from pipeline.sources.tolerances import FAR_FROM_ORIGIN_M, LONGEST_LENGTH_M, SUNCG_GRID_M, TINY
 from pipeline.values import Input, Level, Mesh, RejectedLevel, SourceObject, SourceRoom
 
 _ADVICE = "copy it again from the data set"
@@ -255,8 +255,8 @@ def _datum(walls: Mesh, floors: Mesh, name: str) -> tuple[float, npt.NDArray[np.
     if not len(vertices):
         return 0.0, np.zeros(2)
     low, high = vertices.min(axis=0), vertices.max(axis=0)
-    if (high - low).max() > LONGEST_ROOM_M:
-        detail = f"{name} is {(high - low).max():.0f} m long, expected {LONGEST_ROOM_M:.0f} m at most"
+    if (high - low).max() > LONGEST_LENGTH_M:
+        detail = f"{name} is {(high - low).max():.0f} m long, expected {LONGEST_LENGTH_M:.0f} m at most"
         raise Rejection("source", Reason.BAD_UNITS, detail, "check scaleToMeters in house.json")
     foot = float((walls.vertices if len(walls.vertices) else floors.vertices)[:, 1].min())
     centre = ((low + high) / 2)[[0, 2]]

@@ -27,8 +27,6 @@ UPRIGHT_M2: Final = 1e-8  # a triangle with a smaller area stands upright
 LEFTOVER_M2: Final = 1e-6  # a smaller area is a leftover of a Boolean operation on polygons
 LOOP_M2: Final = 1e-4  # a smaller face between the lines of a drawing is a gap between their ends
 TURN_RAD: Final = 1e-3  # a smaller turn is none: a wall is no arc, and two walls are in line
-BODY_CRACK_M: Final = 5e-4  # the parts of one IFC body that are closer than twice this are one part
-SPACE_CRACK_M: Final = 0.01  # IFC spaces that are closer touch
 CRACK_M: Final = 0.02  # drawn floors that are closer touch, and so do a hole and the wall beside it
 # coordinates beyond this lose tenths of a millimetre in single precision: the level is moved to the origin
 FAR_FROM_ORIGIN_M: Final = 500.0
@@ -41,7 +39,6 @@ LONGEST_PLACEMENT_M: Final = 1e6  # an offset or a size in a robot's scene
 LONGEST_SOLID_M: Final = 10_000.0  # a solid in a robot's scene: the ground of a landscape
 LONGEST_SITE_M: Final = 2000.0  # a plan of lines and areas: an airport, a campus
 LONGEST_LENGTH_M: Final = 1000.0  # a single length in a file
-LONGEST_ROOM_M: Final = 500.0  # a room of SUNCG
 LONGEST_CLOUD_M: Final = 200.0  # from the middle of a cloud of points to its farthest point
 LARGEST_FLOOR_M2: Final = 1e7  # the floor of one plan
 HIGHEST_OBJECT_M: Final = 100.0  # an object in a GeoJSON file; one that is said to be higher has no stated height
@@ -53,10 +50,6 @@ CLEAR_M: Final = 1.8  # clear height of a room, and height of a wall, at least
 KNEE_M: Final = 0.5  # an opening that starts higher is a window; a part that starts higher does not stand on the floor
 # passages end higher: doors of old houses and cellars are low, and no window that starts at the knee ends lower
 LOWEST_HEAD_M: Final = 1.6
-WALKED_M: Final = 1.75  # passages of an IFC file end higher
-OPENING_FOOT_M: Final = 0.4  # an object that the source calls opening starts lower if people walk through it
-OPENING_HEIGHT_M: Final = 1.7  # and is at least this high
-HATCH_M: Final = 1.2  # lower IFC doors are hatches
 IFC_DOOR_M: Final = (0.9, 2.0, 0.1)  # width, height and depth of an IFC door with neither a body nor a size
 DOOR_HEIGHT_M: Final = 2.1  # height of a door of which the file says nothing
 # the median width of doors in a plan without a scale: ISO and national series of leaves lie around it
@@ -64,10 +57,7 @@ DOOR_WIDTH_M: Final = 0.8
 NARROWEST_DOOR_M: Final = 0.3  # a narrower line or body is no door
 WIDEST_DOOR_BODY_M: Final = 4.0  # a wider body is no door: gates of garages are narrower
 SWING_M: Final = (0.4, 2.0)  # radius of the arc that a door's leaf draws
-WAIST_M: Final = 1.1  # height at which nothing may stand over a threshold
-PIECE_DOOR_WIDTH_M: Final = 3.2  # a wider piece of a mesh is no door
-PIECE_DOOR_HEIGHT_M: Final = 3.1  # a higher piece of a mesh is no door
-PIECE_DOOR_DEPTH_M: Final = 0.5  # a frame is as deep as its wall; what is deeper is a leaf that stands open, or no door
+WAIST_M: Final = 1.1  # height at which nothing may stand over a threshold; lower doors of IFC files are hatches
 AJAR_M: Final = 1.5  # a leaf that stands open in its frame is as deep as it is wide, and this wide at most
 LEAF_HEIGHT_M: Final = (1.7, 2.7)  # height of a piece whose name may mean a door
 DOOR_SHAPE: Final = (1.5, 4.5)  # height over width of doors that stand upright on an axis
@@ -86,81 +76,64 @@ COMMON_STOREY_M: Final = (2.2, 3.3)  # a storey of a dwelling, where a scale is 
 HIGHEST_STOREY_M: Final = 4.5  # the highest storey of a dwelling
 MODEL_STOREY_M: Final = (2.1, HIGHEST_STOREY_M)  # a storey of a model to a scale
 USUAL_STOREY_M: Final = 2.7  # the usual storey: 2.4 to 2.6 m of room and a slab
-MEAN_STOREY_M: Final = 2.65  # the geometric mean of the common storeys, among which one scale is chosen
 HIGHEST_BUILDING_M: Final = 60.0  # a building whose storeys nothing divides
 WIDTH_M: Final = (1.5, 200.0)  # the narrower and the longer side of a house
 LONGEST_AT_LEAST_M: Final = 2.0  # the longer side of a house, and all its walls, at least
 # the length of a house in a drawing without a unit; a stated unit is believed up to ``LONGEST_SITE_M``
 DRAWING_M: Final = (2.0, 200.0)
 NAMED_DOOR_M: Final = (1.5, 3.2)  # height of the doors that a file names
-USUAL_DOOR_M: Final = 2.05  # usual height of such doors
-USUAL_HEAD_M: Final = 2.06  # usual height at which openings end: doors of 2.0 to 2.1 m
+USUAL_DOOR_M: Final = 2.05  # usual height of such doors, and at which openings end: doors of 2.0 to 2.1 m
 HEADS_M: Final = (1.8, 2.75)  # heights at which openings end in a file in metres
 HIGHEST_LINTEL_M: Final = 3.0  # a beam that starts lower closes an opening
 WALL_THICKNESS_M: Final = (0.06, 0.6)  # from a panel to old masonry: walls that are drawn by their two faces
 THICKEST_WALL_M: Final = 0.6  # what is narrower between floors, or between lines of a drawing, is wall
 MASSIVE_WALL_M: Final = 1.5  # a drawn wall that is wider, with something in it, is the outline of a house
 DEEPEST_WALL_M: Final = 0.7  # an opening goes through no thicker wall; the two faces of a wall are no farther apart
-IFC_WALL_M: Final = 0.5  # an unspecified IFC part that is upright and thinner is a wall
 LINE_WALL_M: Final = 0.1  # thickness of a wall that is drawn as a line without one, or not at all: around rooms
 DRAWN_SHEET_M: Final = 0.02  # thickness of a wall that is drawn as a sheet, or as a line in a plan with other walls
 SWEETHOME_WALL_CM: Final = 7.5  # thickness that Sweet Home 3D gives to a wall without one
 ROOMPLAN_WALL_M: Final = 0.06  # thickness of the walls of a RoomPlan scan, which are sheets
-CAVITY_M: Final = 0.08  # leaves of a wall that are farther apart are two walls
 ROOMY_M2: Final = 4.0  # a smaller level surface is a landing, a table or a bed
 SHED_M2: Final = 10.0  # a smaller block that stands apart is a shed
 HOUSE_M2: Final = 40.0  # this much upright area is a house, however much else was left out
 HALF_ROOM_M: Final = 0.4  # half the width of a room: narrower level surfaces are wall tops, sills, shelves and steps
 SPACE_HEIGHT_M: Final = (1.8, 12.0)  # height of a body that the source calls a space
-DUCT_M: Final = 0.4  # a narrower IFC hole without a door lets pipes through
 CABIN_M: Final = 7.0  # the cabin of a vehicle is shorter
-ROOF_SLAB_M: Final = 0.25  # a lowest floor that lies this far over the foot of the walls may be the tops of furniture
 
 # Decisions about any mesh: what stands, what lies level (``storeys``).
 
 VERTICAL: Final = 0.2  # vertical part of a wall's unit normal, at most: within 11.5 degrees, as scans lean
 HORIZONTAL: Final = 0.985  # vertical part of a floor's unit normal, at least: within 10 degrees
-NAMED_FLAT: Final = 0.98  # the same for parts that are named as floors
 STEEPLY_LEANING: Final = 0.7  # the same, at most, for walls that lean: of scans, of vehicles
 BIN_M: Final = 0.01  # step of profiles over the height
 GRID_CELL_M: Final = 0.1  # side of the cells of a grid over a plan
 COVER_MARGIN_M: Final = 0.05  # what is measured over a floor or under a cover stays this far from it
 BARELY_STANDING: Final = 0.1  # share of the greatest wall length from which walls stand at a height
-LAYER_EDGE: Final = 0.02  # share of a layer's area left out on each side: a stair or a sill beside it
-SAME_PLACE: Final = 0.6  # share of what two layers cover together from which they are floor and ceiling of one place
-ELSEWHERE: Final = 0.2  # share of the smaller layer up to which two layers lie in different places
 
 # Decisions about floors and levels (``storeys.levels``).
 
 # share of the house's plan; a smaller upper floor is the head of a stair, or a row of shelves
-SMALL_STOREY: Final = 0.1
-NEXT_FLOOR: Final = 0.25  # share of the smaller of two floors from which the higher one lies over the other
 # walls are also cut at this height, since lintels over wide windows stand for the wall there
 LINTEL_CUT_M: Final = 2.15
 LAYER_HALF_M: Final = 0.06  # half the range of heights in which faces make one level surface: coverings, scans
 FLOOR_FACES: Final = (0.1, 0.9)  # shares of a level surface's area that tell its underside and its top
 OUTSIDE_SHARE: Final = 0.005  # share of the wall area that may stand outside of the house on each side
 TURNED: Final = 0.3  # share of area that may be wound the other way in a mesh that is wound with care
-COVER_OVER_M: Final = 0.07  # and lies at most this far over their top
 WALLS_ENDED: Final = 0.05  # where no larger share goes on through a layer, the walls end there
-FURNITURE_SHARE: Final = 0.4  # share of the plan; the tops of furniture cover less
 
 # Decisions about the up axis and the unit (``storeys.axis_and_unit``, ``storeys.scale``). Evidence adds up; its unit
 # is that of flatness, the logarithm of width over height.
 
 FLATNESS_WEIGHT: Final = 1.5  # for flatness: a house is flatter than it is wide; and for walls without any flat face
 SQUARE_WEIGHT: Final = 3.0  # for the share of faces that stand upright or lie level
-SQUARE: Final = 0.85  # that share counts up to this: roofs, stairs and furniture may be the rest
 BARE_SHARE: Final = 0.06  # share of level faces in a mesh of walls alone, at most
 # for a format's usual axis: a house outweighs it that is 1.5 times as deep as high when stood on the other axis
 CUSTOM_WEIGHT: Final = 0.9
-# for an axis that a format lays down: here twice as deep as high, since exporters forget to turn their models
-BINDING_WEIGHT: Final = 1.6
 DECLARED_WEIGHT: Final = 6.0  # for an axis that the file declares
-IMPOSSIBLE_WEIGHT: Final = 10.0  # against an axis on which no unit makes a house
 # where a format has no unit: for each e-fold by which the nearest unit's storey differs from the usual one, ...
 ODD_STOREY_WEIGHT: Final = 2.0
 NO_UNIT_WEIGHT: Final = 3.0  # ... and at most this: one in twenty such models is in no known unit
+PLINTH: Final = 0.04  # share of the upright area that the side of the base adds on which a model stands
 PROFILE_BINS: Final = 400  # steps of the profile over the whole height
 STOREY_STANDS: Final = 0.2  # share of the greatest, or the usual, wall length from which a storey's walls stand
 DIVIDES: Final = 0.35  # share of what the walls span from which level faces divide storeys
@@ -169,9 +142,6 @@ HEADS_AT: Final = (0.5, 0.96)  # shares of a storey's height between which openi
 LOW_HEADS_AT: Final = (0.15, 0.5)  # the same in its lower half: a storey that is two
 HEAD_LEVEL: Final = 0.002  # share of the plan: the undersides of a lintel or two
 MAX_HEADS: Final = 2  # heights of heads that are looked at, in each half of a storey
-# a head in the lower half adds at least this share of what the strongest one in the upper half does
-AS_STRONG: Final = 0.75
-PLINTH: Final = 0.04  # share of the upright area that the side of the base adds on which a model stands
 SCALES: Final = (10.0, 15.0, 20.0, 25.0, 50.0, 100.0)  # scales of models
 NEAR_HEAD: Final = 0.09  # difference in the logarithm up to which an opening ends at the usual height
 SCALED: Final = 0.03  # how much nearer a scaled unit must come than a bare one, in the same measure
@@ -203,11 +173,10 @@ SAME_SIZE: Final = 0.06  # share by which sizes differ at least if they count ap
 OPENING_CUT: Final = 0.3  # share of a storey's height at which openings are looked at: over seats, under tables
 OPENING: Final = (0.15, 0.9)  # width of an opening as a share of the storey's height
 JAMB: Final = (0.012, 0.25)  # thickness of a wall as a share of the storey's height
-JAMB_TURN: Final = 0.05  # sine of the angle between two jambs of one opening, at most
 JAMB_ASIDE: Final = 0.2  # share of a jamb's length by which the other stands aside at most
 JAMB_UNLIKE: Final = 0.3  # share by which the lengths of two jambs differ at most
 MAX_JAMBS: Final = 3_000  # a scan has more
-LINE_TURN: Final = 0.02  # radians: faces of one line differ by less
+LINE_TURN: Final = 0.05  # radians: faces of one line, and the two jambs of one opening, differ by less
 LINE_WIDE: Final = 0.002  # share of a storey's height: faces of one line lie apart by less
 
 # Decisions on whether there is an inside (``storeys.interior``).
@@ -216,8 +185,7 @@ CHEST_AND_HEAD_M: Final = (1.1, 1.7)  # heights at which walls are cut: nearer t
 SAMPLE_M: Final = 0.2  # distance of sample points along walls
 LEAN_M: Final = 0.2  # walls of scans lean and wave by this between the two heights
 STANDING: Final = 0.25  # share of the outline along which walls stand
-PATCH_M: Final = 0.5  # side of the patches whose mean normal says whether a scanned wall leans
-CABIN_FLOOR: Final = 0.4  # share of floor in what leaning walls surround; a vehicle has less
+MANY_BLOCKS: Final = 5  # blocks that stand apart and make a city
 MAX_SAMPLES: Final = 2_000  # sample points of the outline that are looked at
 FACES_FACING: Final = 0.7  # cosine of the angle between two faces of one wall
 ENCLOSED: Final = 0.5  # share of the outline's hull that a facade encloses
@@ -229,20 +197,16 @@ INNER_M: Final = 1.5  # length of inner walls in a house, at least
 TABLE_M2: Final = 1.0  # area of furniture, at least, that speaks for a room
 INNER_SHARE: Final = 0.05  # the same, as a share of the outline's length
 INNER_PER_M2: Final = 0.08  # the same, for each square metre; dwellings have 0.2 m and more
-MANY_BLOCKS: Final = 5  # blocks that stand apart and make a city
 
 # Decisions about names in meshes (``named_scene``).
 
-FILLS_M: Final = 2.0  # a piece that is higher and fills the plan is the house
 NAMED_HOLE_M: Final = 0.5  # width of the hole in a wall that is named after its door, and of a door at least
-HOLE_AT: Final = 0.45  # share of its height at which a piece is cut to look for that hole
 MIN_DOORS: Final = 2  # named doors that are sure of their height
 LEFT_FACES: Final = 0.1  # the same as a share of the faces, while nobody knows which way is up
 TERRAIN_BEYOND: Final = 1.15  # a ground this many times as long as the rest is terrain
 
 # Decisions about drawn storeys (``drawn_storeys``).
 
-INTO_ROOM_M: Final = 0.12  # a wall that reaches deeper into a room ends at the room's edge
 # share of the walls' area that rooms cover; rooms drawn to the middles of walls cover nearly all of it
 WALLS_COVERED: Final = 0.35
 SAME_DOOR_M: Final = 0.4  # doors that are closer may be one, drawn for both of its rooms
@@ -263,29 +227,18 @@ SHAFT_M: Final = 0.05  # the shaft of a lift is wider than its cabin by this on 
 # Decisions about IFC files (``ifc``, ``rooms_and_openings``).
 
 SLABS_M: Final = (1.0, 0.3)  # slabs this far under and over a floor are steps of it, or its structure
-AGREE_M: Final = 0.08  # votes for a floor's height that are closer agree
 SLAB_M2: Final = 20.0  # this much area of a slab votes as one door
 SLAB_VOTES: Final = 3.0  # votes of a slab, at most
 STOREY_WALLS_M: Final = 4.0  # a storey without spaces has walls of this length at least
-SPACES_TOUCH: Final = 0.4  # share of the spaces' edges along other spaces, from which no wall is drawn between them
-AXIS_TILT: Final = 0.1  # vertical part of a door's unit axis up to which the axis lies along its width
-CUT_OUT: Final = 0.95  # share of a space that lies in another one, from which it is cut out of it
-OVERLAP_M2: Final = 0.01  # spaces that overlap by less do not overlap
-SAME_WIDTH_M: Final = 0.06  # a side this near to a door's width is its width
-LOOK_ALONG_M: Final = 3.0  # how far wall is looked for along each way that a door may lie
-MORE_WALL: Final = 1.3  # this many times more wall one way than the other says which way it lies
-STRIP_M: Final = 0.12  # width of the strips beside a hole in which its wall is measured
 
 # Decisions about scenes of robots, Sweet Home 3D and RoomPlan.
 
-BUILDING_SHARE: Final = 0.6  # share of the plan box of all that is fixed, from which one model is the building
 ROUND_SIDES: Final = 24  # sides of a round body
 SLOPE_STEPS: Final = 40  # or in this many steps, if they would be more
 ARC_STEP_RAD: Final = math.radians(7.5)  # angle of each chord of a round wall
 SHARPEST: Final = 3.0  # a corner is filled up to this many times the walls' thickness
 ALONG: Final = math.cos(math.radians(20))  # a door lies along a wall if their directions differ by less
 IN_WALL: Final = 0.2  # share of a door's frame, or of its part of the wall, that lies in a wall that it cuts
-SCAN_INSIDE_M: Final = 0.12  # walls that reach this far into a scan's floor stand inside it
 
 # Decisions about clouds of points (``points``).
 

@@ -75,17 +75,15 @@ from pipeline.sources.tolerances import (
     COVER_MARGIN_M,
     HIGHEST_BUILDING_M,
     HIGHEST_LINTEL_M,
-    IFC_WALL_M,
     KNEE_M,
     NAMED_DOOR_M,
     OFF_FLOOR_M,
     ROUGH_M,
     SLABS_M,
-    SPACE_CRACK_M,
-    SPACES_TOUCH,
     STOREY_M,
+    THICKEST_WALL_M,
 )
-from pipeline.tolerances import BESIDE_M, FOOT_M, GROUP, HAND_M, MOST, PATCH_M2, SHEET_M
+from pipeline.tolerances import BESIDE_M, CRACK_M, FOOT_M, GROUP, HAND_M, MOST, PATCH_M2, SHEET_M, SOME
 from pipeline.values import Input, Level, Mesh, Opening, SourceObject, SourceRoom
 
 
@@ -196,9 +194,11 @@ def _walls_of_spaces(building: Building) -> Iterator[ElementBody]:
 def _spaces_touch(floors: Sequence[Polygon]) -> bool:
     """L7: whether most of the spaces' edges lie against other spaces."""
     lengths = shapely.length(floors)
-    whole = shapely.union_all(buffer_mitred(np.array(floors, dtype=np.object_), SPACE_CRACK_M / 2))
+    # IFC spaces that are closer touch
+    whole = shapely.union_all(buffer_mitred(np.array(floors, dtype=np.object_), CRACK_M / 2))
     hidden = lengths.sum() - shapely.length(whole)
-    return bool(hidden > SPACES_TOUCH * lengths.sum())
+    # spaces touch that have so much of their edges along others: no wall is drawn between them
+    return bool(hidden > SOME * lengths.sum())
 
 
 def _level(
@@ -289,7 +289,8 @@ def _is_wall(part: ElementBody, floor: float) -> bool:
     corners = np.asarray(shapely.oriented_envelope(largest_footprint(part.mesh)).boundary.coords)
     sides = np.hypot(*np.diff(corners[:3], axis=0).T)
     # the head of an upright part stands over its foot
-    return bool(leans < BESIDE_M and len(sides) > 1 and sides.min() < IFC_WALL_M)
+    # an unspecified part that is upright and as thin is a wall
+    return bool(leans < BESIDE_M and len(sides) > 1 and sides.min() < THICKEST_WALL_M)
 
 
 def _screens(parts: Sequence[ElementBody], spaces: Sequence[ElementBody]) -> list[ElementBody]:

@@ -32,15 +32,14 @@ from pipeline.sources.ifc.elements import (
 from pipeline.sources.ifc.mending import DAMAGED, SoundnessChecker, mend_model
 from pipeline.sources.ifc.step_file import open_model
 from pipeline.sources.tolerances import (
-    AXIS_TILT,
-    CAVITY_M,
     IFC_DOOR_M,
     NAMED_DOOR_M,
     NARROWEST_DOOR_M,
     THICKEST_WALL_M,
+    VERTICAL,
     WIDEST_DOOR_BODY_M,
 )
-from pipeline.tolerances import MOST
+from pipeline.tolerances import HAND_M, MOST
 from pipeline.values import Mesh
 
 FRENCH_WINDOW = re.compile(
@@ -305,7 +304,7 @@ def _stands_before(corners: npt.NDArray[np.float64], hole: Mesh) -> bool:
     shared = np.minimum(high, end) - np.maximum(low, start)
     in_wall = np.array([1 - across, 2])
     both = np.maximum(high - low, end - start)
-    return bool((shared[in_wall] >= MOST * both[in_wall]).all() and shared[across] >= -CAVITY_M)
+    return bool((shared[in_wall] >= MOST * both[in_wall]).all() and shared[across] >= -HAND_M)
 
 
 def _is_door(element: Any) -> bool:
@@ -385,7 +384,7 @@ def _door_frame(door: Any, metres: float) -> tuple[tuple[float, float] | None, f
         return None, None
     matrix = _placement(door, metres)
     width = _length(door.OverallWidth, metres) or None
-    if matrix is None or abs(matrix[2, 0]) > AXIS_TILT:  # an x axis that is not level is no width in plan
+    if matrix is None or abs(matrix[2, 0]) > VERTICAL:  # an x axis that is not level is no width in plan
         return None, width
     return (float(matrix[0, 0]), float(matrix[1, 0])), width
 

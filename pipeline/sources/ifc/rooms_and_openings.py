@@ -12,10 +12,8 @@ R5  Spaces that stand together, apart from every wall of a level whose other spa
 
 **Direction of the wall** at a hole.
 
-D1  Where the door's width is known and one side of the hole has it, the wall runs along that side.
-D2  Else it runs along the side at both ends of which something stands, where nothing stands at an end of the other: a
-    body may be deeper than it is wide. Where that does not tell, it runs where more of the wall lies before and behind
-    the hole, else along the longer side.
+D1  It runs along the side at both ends of which something stands, where nothing stands at an end of the other: a body
+    may be deeper than it is wide. Where that does not tell, it runs along the longer side.
 
 **Openings**: each is a rectangle along its wall, through the whole wall.
 
@@ -42,30 +40,34 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 import shapely
-from shapely import LineString, Polygon
+from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
 from pipeline.sources.ifc.model import ElementBody, WallHole
 from pipeline.sources.roles import is_attic_space, labels_for
 from pipeline.sources.tolerances import (
-    BODY_CRACK_M,
-    CAVITY_M,
     CLEAR_M,
-    CUT_OUT,
-    DUCT_M,
-    HATCH_M,
     KNEE_M,
-    LOOK_ALONG_M,
-    MORE_WALL,
-    OVERLAP_M2,
-    SAME_WIDTH_M,
+    LOWEST_HEAD_M,
     STOREYS_APART_M,
-    STRIP_M,
     THICKEST_WALL_M,
     TINY,
-    WALKED_M,
+    WAIST_M,
 )
-from pipeline.tolerances import FOOT_M, HAND_M, LAP_M, MOST, MOSTLY, NEARLY_ALL, SOME, STAND_M
+from pipeline.tolerances import (
+    ALMOST_ALL,
+    FOOT_M,
+    HAND_M,
+    LAP_M,
+    MM_M,
+    MOST,
+    MOSTLY,
+    NEARLY_ALL,
+    PASSABLE_M,
+    SOME,
+    SPECK_M2,
+    STAND_M,
+)
 from pipeline.values import Mesh, Opening, SourceRoom
 
 
@@ -120,7 +122,8 @@ def _union(triangles: npt.NDArray[np.float64]) -> BaseGeometry:
     whole = shapely.union_all(shapes[shapely.area(shapes) > TINY])
     if isinstance(whole, Polygon):
         return whole
-    return whole.buffer(BODY_CRACK_M, join_style="mitre").buffer(-BODY_CRACK_M, join_style="mitre")
+    # the parts of one body that are closer than twice this are one
+    return whole.buffer(MM_M, join_style="mitre").buffer(-MM_M, join_style="mitre")
 
 
 def _largest(shape: BaseGeometry) -> Polygon:
@@ -201,7 +204,7 @@ def _is_within(small: Polygon, large: Polygon) -> bool:
     if small.area >= large.area:
         return False
     shared = small.intersection(large).area
-    return bool(shared > OVERLAP_M2 and shared > CUT_OUT * small.area)
+    return bool(shared > SPECK_M2 and shared > ALMOST_ALL * small.area)
 
 
 @dataclass(frozen=True)
@@ -232,25 +235,16 @@ def wall_direction(hole: WallHole, standing: BaseGeometry) -> PlanDirection:
     one = _side(hole)
     sides = (one, one.quarter_turn())
     lengths = [float(np.ptp(side.span(points))) for side in sides]
-    if hole.width_m:  # D1
-        fits = [abs(length - hole.width_m) <= SAME_WIDTH_M for length in lengths]
-        if fits[0] != fits[1]:
-            return sides[fits.index(True)]
-    held = [_is_held(side, points, standing) for side in sides]  # D2
+    held = [_is_held(side, points, standing) for side in sides]  # D1
     if held[0] != held[1]:
         return sides[held.index(True)]
-    middle = points.min(axis=0) / 2 + points.max(axis=0) / 2
-    wall = standing.union(largest_footprint(hole.mesh))
-    runs = [_run(wall, (float(middle[0]), float(middle[1])), side) for side in sides]
-    if max(runs) > MORE_WALL * min(runs):
-        return sides[runs.index(max(runs))]
     return sides[lengths.index(max(lengths))]
 
 
 def _is_held(side: PlanDirection, points: npt.NDArray[np.float64], standing: BaseGeometry) -> bool:
-    """D2: whether something stands right before and right behind a body along a direction."""
+    """D1: whether something stands right before and right behind a body along a direction."""
     (low, high), across = side.span(points), side.quarter_turn().span(points)
-    strips = ((low - STRIP_M, low), (high, high + STRIP_M))
+    strips = ((low - HAND_M, low), (high, high + HAND_M))
     return all(standing.intersection(side.box(strip, across)).area > TINY for strip in strips)
 
 
@@ -265,16 +259,6 @@ def _side(hole: WallHole) -> PlanDirection:
     corners = np.asarray(shape.exterior.coords)
     side = (corners[1] - corners[0]) / max(float(np.hypot(*(corners[1] - corners[0]))), TINY)
     return PlanDirection(float(side[0]), float(side[1]))
-
-
-def _run(wall: BaseGeometry, middle: tuple[float, float], side: PlanDirection) -> float:
-    """Length of the wall through the hole's middle along a direction."""
-    x, y = middle
-    line = LineString(
-        [(x - LOOK_ALONG_M * side.x, y - LOOK_ALONG_M * side.y), (x + LOOK_ALONG_M * side.x, y + LOOK_ALONG_M * side.y)]
-    )
-    pieces = shapely.get_parts(line.intersection(wall))
-    return float(sum(piece.length for piece in pieces if piece.distance(shapely.Point(middle)) < SAME_WIDTH_M))
 
 
 Span = tuple[float, float]
@@ -322,7 +306,8 @@ def find_openings(
 ) -> tuple[Opening, ...]:
     """Return the openings of the level at ``floor`` (one of ``floors``), in project axes."""
     here = [hole for hole in holes if _is_of(hole, floor, floors)]
-    return tuple(_merge_openings([found for hole in here if (found := _opening(hole, walls, DUCT_M)) is not None]))
+    # through a narrower hole without a door go pipes
+    return tuple(_merge_openings([found for hole in here if (found := _opening(hole, walls, PASSABLE_M)) is not None]))
 
 
 def window_hole_fillings(
@@ -381,8 +366,9 @@ def door_level_height(sill: float, floors: Sequence[float]) -> float | None:
 def _is_of(hole: WallHole, floor: float, floors: Sequence[float]) -> bool:
     """H2, H3."""
     if hole.has_door:
-        return hole.top - hole.bottom >= HATCH_M and door_level_height(hole.bottom, floors) == floor
-    return hole.bottom < floor + KNEE_M and hole.top > floor + WALKED_M
+        # lower doors are hatches
+        return hole.top - hole.bottom >= WAIST_M and door_level_height(hole.bottom, floors) == floor
+    return hole.bottom < floor + KNEE_M and hole.top > floor + LOWEST_HEAD_M
 
 
 # walls of IFC are bodies: a cut must leave no film
@@ -421,7 +407,7 @@ def _stands_behind(place: _Place, wall: BaseGeometry) -> bool:
     """Tell whether the wall goes on right behind a hole, on one of its two sides."""
     (low, high), (near, far) = place.along, place.across
     tenth = (high - low) / 10
-    sides = ((near - STRIP_M, near), (far, far + STRIP_M))
+    sides = ((near - HAND_M, near), (far, far + HAND_M))
     return any(wall.intersection(place.axis.box((low + tenth, high - tenth), side)).area > TINY for side in sides)
 
 
@@ -434,7 +420,7 @@ def _over(place: _Place, standing: BaseGeometry) -> Span | None:
 def _beside(place: _Place, standing: BaseGeometry) -> Span | None:
     """From where to where the wall stands on both sides of a hole: what meets it there on one side is another wall."""
     low, high = place.along
-    strips = ((low - STRIP_M, low - STRIP_M / 4), (high + STRIP_M / 4, high + STRIP_M))
+    strips = ((low - HAND_M, low - HAND_M / 4), (high + HAND_M / 4, high + HAND_M))
     found = [span for strip in strips if (span := _standing_at(place, strip, standing))]
     common = max((span[0] for span in found), default=0.0), min((span[1] for span in found), default=0.0)
     if common[0] < common[1]:
@@ -462,10 +448,10 @@ def _standing_at(place: _Place, strip: Span, standing: BaseGeometry) -> Span | N
         return None
     low, high = min(span[0] for span in touching), max(span[1] for span in touching)
     for span in spans:
-        if span[0] <= high + CAVITY_M:
+        if span[0] <= high + HAND_M:
             high = max(high, span[1]) if span[1] > low else high
     for span in reversed(spans):
-        if span[1] >= low - CAVITY_M and span[0] < high:
+        if span[1] >= low - HAND_M and span[0] < high:
             low = min(low, span[0])
     return low, high
 
@@ -474,7 +460,7 @@ def _are_one_way(one: Opening, other: Opening) -> bool:
     """H4."""
     if are_same_area(one.polygon, other.polygon, MOST):  # two holes that share most are one
         return True
-    if not (one.has_door and other.has_door) or one.polygon.distance(other.polygon) > BODY_CRACK_M:
+    if not (one.has_door and other.has_door) or one.polygon.distance(other.polygon) > MM_M:
         return False
     both = shapely.oriented_envelope(one.polygon.union(other.polygon))
     return bool(one.polygon.area + other.polygon.area > NEARLY_ALL * both.area)

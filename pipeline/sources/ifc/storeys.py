@@ -48,7 +48,6 @@ from pipeline.sources.ifc.model import Building, ElementBody, Storey
 from pipeline.sources.ifc.rooms_and_openings import is_room, largest_footprint, merge_parts
 from pipeline.sources.storeys.surfaces import Surfaces, cut_at_height
 from pipeline.sources.tolerances import (
-    AGREE_M,
     CLEAR_M,
     COMMON_STOREY_M,
     COVER_MARGIN_M,
@@ -59,7 +58,7 @@ from pipeline.sources.tolerances import (
     SPLIT_LEVEL_M,
     STOREY_WALLS_M,
 )
-from pipeline.tolerances import MOST, MOSTLY
+from pipeline.tolerances import HAND_M, MOST, MOSTLY
 from pipeline.values import Mesh
 
 
@@ -185,7 +184,8 @@ def floor_height(building: Building, storey: Storey) -> float:
     best = max(near, key=lambda vote: (_support(near, vote.height), -abs(vote.height - given)))
     if _support(near, best.height) <= _support(near, given):
         return given
-    agreeing = [vote.height for vote in near if abs(vote.height - best.height) <= AGREE_M]
+    # votes for a floor's height that are closer agree
+    agreeing = [vote.height for vote in near if abs(vote.height - best.height) <= HAND_M]
     return float(np.median(agreeing))  # H2
 
 
@@ -210,7 +210,7 @@ def _slab(slab: ElementBody) -> _Vote:
 
 
 def _support(votes: Sequence[_Vote], height: float) -> float:
-    return sum(vote.weight for vote in votes if abs(vote.height - height) <= AGREE_M)
+    return sum(vote.weight for vote in votes if abs(vote.height - height) <= HAND_M)
 
 
 @dataclass(frozen=True)

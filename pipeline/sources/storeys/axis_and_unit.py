@@ -55,9 +55,7 @@ from pipeline.sources.storeys.scale import (
 from pipeline.sources.storeys.size_evidence import NamedThing, SizesFound, find_openings, weigh_scale
 from pipeline.sources.storeys.surfaces import Bools, Floats, Surfaces, WallProfile, find_storey_pairs, weighted_quantile
 from pipeline.sources.tolerances import (
-    AS_STRONG,
     BARE_SHARE,
-    BINDING_WEIGHT,
     COMMON_STOREY_M,
     CUSTOM_WEIGHT,
     DECLARED_WEIGHT,
@@ -68,7 +66,6 @@ from pipeline.sources.tolerances import (
     HEADS_AT,
     HIGHEST_BUILDING_M,
     HIGHEST_STOREY_M,
-    IMPOSSIBLE_WEIGHT,
     LIKE,
     LIKELY_STOREY_M,
     LONGEST_AT_LEAST_M,
@@ -82,7 +79,6 @@ from pipeline.sources.tolerances import (
     PLINTH,
     PROFILE_BINS,
     SAME,
-    SQUARE,
     SQUARE_WEIGHT,
     STOREY_M,
     STOREY_STANDS,
@@ -91,6 +87,7 @@ from pipeline.sources.tolerances import (
     USUAL_STOREY_M,
     WIDTH_M,
 )
+from pipeline.tolerances import LARGELY, MOSTLY
 from pipeline.values import CUT_OFF, Mesh
 
 UPS = {"y": 1, "z": 2}
@@ -222,21 +219,22 @@ def _upright_evidence(shape: UprightShape, axis: str, convention: FrameConventio
     """R1, as a sum of evidence: where the format lays down a unit, an axis on which none makes a house comes last."""
     weight = CUSTOM_WEIGHT
     if convention.binding:
-        weight = DECLARED_WEIGHT if convention.declared else BINDING_WEIGHT
+        # an axis that a format lays down counts as flatness does, since exporters forget to turn their models
+        weight = DECLARED_WEIGHT if convention.declared else FLATNESS_WEIGHT
     evidence = (
         FLATNESS_WEIGHT * shape.flatness
         + (FLATNESS_WEIGHT if shape.bare else 0.0)  # hardly any face of a mesh of walls looks along it
         + (weight if axis == convention.up else 0.0)
     )
-    evidence += SQUARE_WEIGHT * min(shape.square, SQUARE)
+    # roofs, stairs and furniture may be the rest
+    evidence += SQUARE_WEIGHT * min(shape.square, MOSTLY)
     if convention.metres is None:
         odd = [abs(math.log(shape.storey * metres / USUAL_STOREY_M)) for metres in UNITS.values() if shape.fits(metres)]
         return evidence - min([ODD_STOREY_WEIGHT * min(odd, default=math.inf), NO_UNIT_WEIGHT])
     possible = any(shape.fits(metres) for metres in UNITS.values()) or shape.stands(convention.metres)
     if possible or shape.is_cut(convention.metres):
         return evidence
-    is_model = not convention.declared and shape.fits_width(USUAL_STOREY_M / shape.storey)  # R7
-    return evidence - (NO_UNIT_WEIGHT if is_model else IMPOSSIBLE_WEIGHT)
+    return evidence - NO_UNIT_WEIGHT
 
 
 def _is_likely(shape: UprightShape) -> bool:
@@ -375,10 +373,9 @@ def measure_upright_shape(surfaces: Surfaces, axis: int) -> UprightShape | None:
     square = (flat_area + wall_area) / all_area
     flatness = math.log(max(math.sqrt(widths[0] * widths[1]), TINY) / height)
     tall = [np.subtract(*_span(surfaces, walls, i, PLINTH)[::-1]) for i in range(3) if i != axis]
-    foot, storey, heads, lower, may_be_cut = _storey(
-        surfaces, walls, _area_over_plan(surfaces, flats, spans, axis), axis, float(np.prod(tall))
-    )
-    bare = flat_area < BARE_SHARE * all_area and square > SQUARE
+    level = _area_over_plan(surfaces, flats, spans, axis)
+    foot, storey, heads, lower, may_be_cut = _storey(surfaces, walls, level, axis, math.prod(tall))
+    bare = flat_area < BARE_SHARE * all_area and square > MOSTLY
     return UprightShape((widths[0], widths[1]), storey, flatness, bare, square, heads, height, lower, foot, may_be_cut)
 
 
@@ -431,7 +428,8 @@ def _storey(
     level_at = np.histogram(middle[flats], profile.edges, weights=level[flats])[0]
     undersides = _heads(heights, level_at, HEADS_AT, HEAD_LEVEL * footprint)
     strongest = max((float(growth[heights == head].max()) for head in grown), default=0.0)
-    lower = _heads(heights, growth, LOW_HEADS_AT, max(AS_STRONG * strongest, HEAD_GROWTH * usual))
+    # a head in the lower half adds nearly as much as the strongest one in the upper half does
+    lower = _heads(heights, growth, LOW_HEADS_AT, max(LARGELY * strongest, HEAD_GROWTH * usual))
     upper = sorted({head * storey for head in (*grown, *undersides)})
     may_be_cut = _is_open_above(profile, covered, foot, storey, footprint)
     return foot, storey, tuple(upper), tuple(sorted(head * storey for head in lower)), may_be_cut
@@ -494,9 +492,7 @@ def reject_exterior(upright: Mesh, name: str) -> Rejection | None:
     if np.ptp(usual.vertices[:, :2], axis=0).max() > WIDTH_M[1]:  # R2
         return None
     try:
-        levels = find_levels(usual)
-        inside = ((level.walls, level.floor and float(level.floor.area)) for level in levels)
-        check_interior(inside, name, is_sized=False)
+        check_interior((level.walls for level in find_levels(usual)), name, is_sized=False)
     except Rejection as rejection:
         if rejection.reason is not Reason.NO_INTERIOR:
             return None

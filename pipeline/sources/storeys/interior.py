@@ -1,8 +1,8 @@
 """Decide whether a mesh has an interior: reject facades, city blocks, cars and terrain before planning.
 
 R1  Walls stand: along enough of the outline the same wall is met at chest and head height; nearer to the floor other
-    things stand too. On terrain it is not. In a car it may be, but there the walls lean and the floor is a small part
-    of what they surround. A fence, which stands nowhere, around walls that do is no outline of theirs.
+    things stand too. On terrain and in a car it is not. A fence, which stands nowhere, around walls that do is no
+    outline of theirs.
 R2  A facade is one sheet, wound to be seen from outside, closed all round, with no wall inside it: nobody modelled an
     inside. A wall with two faces, a sheet that looks inwards (a room's scan), a gap to enter by or an inner wall
     speaks for rooms.
@@ -24,7 +24,6 @@ from pipeline.geometry.areas import dot_product
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.storeys.surfaces import Bools, Cells, Floats, PlanGrid, Surfaces, cut_faces_at_height
 from pipeline.sources.tolerances import (
-    CABIN_FLOOR,
     CABIN_M,
     CHEST_AND_HEAD_M,
     DEEPEST_WALL_M,
@@ -38,16 +37,14 @@ from pipeline.sources.tolerances import (
     LEAN_M,
     MANY_BLOCKS,
     MAX_SAMPLES,
-    PATCH_M,
     SAMPLE_M,
     SHED_M2,
     STANDING,
     STEEPLY_LEANING,
     TABLE_M2,
     TINY,
-    VERTICAL,
 )
-from pipeline.tolerances import CRACK_M, LARGELY, MOST, MOSTLY
+from pipeline.tolerances import CRACK_M, LARGELY, MOST
 from pipeline.values import Mesh
 
 ADVICE = "take a model with rooms inside, or cut the part that has them out"
@@ -66,7 +63,6 @@ class InteriorMeasures:
     outward: float
     inner_m: float
     blocks: int
-    is_cabin: bool = False
     furnished_m2: float = 0.0
 
     @property
@@ -77,8 +73,6 @@ class InteriorMeasures:
                 f"walls stand from chest to head height along {self.standing_m:.0f} m of an outline of "
                 f"{self.outline_m:.0f} m: a car, a sculpture or terrain"
             )
-        if self.is_cabin:
-            return f"leaning walls around {self.area_m2:.0f} m², of which a small part is floor: a car or the like"
         is_city = self.blocks >= MANY_BLOCKS
         # walls have an inside where most of the outline has a second face behind it
         # the outline of a facade is wound to be seen from outside
@@ -95,15 +89,15 @@ class InteriorMeasures:
         )
 
 
-def check_interior(levels: Iterable[tuple[Mesh, float | None]], name: str, *, is_sized: bool = True) -> None:
+def check_interior(levels: Iterable[Mesh], name: str, *, is_sized: bool = True) -> None:
     """Raise Rejection NO_INTERIOR where no level of a house has an inside.
 
-    Each level is its walls, with the floor at z = 0, and the floor's area in m2 where it has one. Unless ``is_sized``,
-    nobody knows the scale, and what lies at the height of furniture may be anything.
+    Each level is its walls, with the floor at z = 0. Unless ``is_sized``, nobody knows the scale, and what lies at the
+    height of furniture may be anything.
     """
     faults = []
-    for walls, floor_m2 in levels:
-        measures = measure_interior(walls, floor_m2)
+    for walls in levels:
+        measures = measure_interior(walls)
         fault = (measures if is_sized else replace(measures, furnished_m2=0.0)).fault
         if not fault:
             return
@@ -112,7 +106,7 @@ def check_interior(levels: Iterable[tuple[Mesh, float | None]], name: str, *, is
         raise Rejection("source", Reason.NO_INTERIOR, f"{name}: {faults[0]}", ADVICE)
 
 
-def measure_interior(walls: Mesh, floor_m2: float | None = None) -> InteriorMeasures:
+def measure_interior(walls: Mesh) -> InteriorMeasures:
     """Look at one level's walls in plan."""
     surfaces = Surfaces.of(walls)
     upright = np.abs(surfaces.normal[:, 2]) < STEEPLY_LEANING
@@ -146,7 +140,6 @@ def measure_interior(walls: Mesh, floor_m2: float | None = None) -> InteriorMeas
         _share(looks_out[outer]),
         float(np.count_nonzero(stands & ~outer & ~grid.at(far, points))) * SAMPLE_M,
         _large_parts(grid, wall),
-        floor_m2 is not None and _is_cabin(surfaces, high - low, floor_m2 / max(float(np.prod(high - low)), TINY)),
         _furnished_area(surfaces, grid, far) if (high - low).max() >= CABIN_M else 0.0,
     )
 
@@ -155,26 +148,6 @@ def _furnished_area(surfaces: Surfaces, grid: PlanGrid, edge: Cells) -> float:
     """R2: area in plan of what lies level between knee and head, without what lies over the cells of ``edge``."""
     level = surfaces.flats() & (surfaces.low[:, 2] > KNEE_M) & (surfaces.high[:, 2] < CHEST_AND_HEAD_M[1])
     return grid.area(grid.cover(surfaces.triangles(level)[:, :, :2]) & (edge == 0)) if level.any() else 0.0
-
-
-def _is_cabin(surfaces: Surfaces, size: Floats, floor_share: float) -> bool:
-    """R1: tell whether the place is as small as a car, its walls lean, and its floor is a small part of it."""
-    # in a room, most of what is steep stands upright
-    return bool(size.max() < CABIN_M and floor_share < CABIN_FLOOR and _upright_share(surfaces) < MOSTLY)
-
-
-def _upright_share(surfaces: Surfaces) -> float:
-    """Share of the steep area in patches that stand upright on the whole."""
-    steep = np.abs(surfaces.normal[:, 2]) < STEEPLY_LEANING
-    normal, area = surfaces.normal[steep], surfaces.area[steep]
-    along_x = np.abs(normal[:, 0]) > np.abs(normal[:, 1])
-    turned = normal * np.where(np.where(along_x, normal[:, 0], normal[:, 1]) < 0, -1.0, 1.0)[:, None]  # one side each
-    at = np.floor(surfaces.triangles(steep).mean(axis=1) / PATCH_M)
-    patch = np.unique(np.column_stack([at, along_x]), axis=0, return_inverse=True)[1].ravel()
-    sums = np.stack([np.bincount(patch, turned[:, axis] * area) for axis in range(3)], axis=1)
-    leans = np.abs(sums[:, 2]) > VERTICAL * np.linalg.norm(sums, axis=1)
-    by_patch = np.bincount(patch, area)
-    return float(by_patch[~leans].sum() / max(by_patch.sum(), TINY))
 
 
 def _samples(segments: Floats, faces: np.ndarray, surfaces: Surfaces) -> tuple[Floats, Floats]:

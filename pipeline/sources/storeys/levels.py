@@ -60,21 +60,16 @@ from pipeline.sources.tolerances import (
     CHEST_AND_HEAD_M,
     CLEAR_M,
     COVER_MARGIN_M,
-    COVER_OVER_M,
     FAR_FROM_ORIGIN_M,
     FLOOR_FACES,
-    FURNITURE_SHARE,
     HALF_ROOM_M,
     LAYER_HALF_M,
     LINTEL_CUT_M,
     LONGEST_AT_LEAST_M,
-    NEXT_FLOOR,
     OUTSIDE_SHARE,
-    ROOF_SLAB_M,
     ROOMY_M2,
     ROUGH_M,
     SAME,
-    SMALL_STOREY,
     SPLIT_LEVEL_M,
     THICKEST_SLAB_M,
     TINY,
@@ -83,7 +78,20 @@ from pipeline.sources.tolerances import (
     VERTICAL,
     WALLS_ENDED,
 )
-from pipeline.tolerances import AROUND_M, CRACK_M, FOOT_M, HAND_M, HARDLY, MOST, NEARLY_ALL, PLACE_M, THIN_WALL_M, TWICE
+from pipeline.tolerances import (
+    AROUND_M,
+    CRACK_M,
+    FOOT_M,
+    HAND_M,
+    HARDLY,
+    MOST,
+    NEARLY_ALL,
+    PLACE_M,
+    SOME,
+    STANDS,
+    THIN_WALL_M,
+    TWICE,
+)
 from pipeline.values import Mesh
 
 EXACT_TRIANGLES = 20_000
@@ -330,8 +338,9 @@ def find_levels(
     floors: list[FloorSurface | None] = list(find_floors(surfaces, walls, candidates, grid))
     enclosed = enclosed_cells(surfaces, walls, foot, grid)
     lowest = floors[0] if floors else None
-    small = lowest is not None and grid.area(lowest.steps) < FURNITURE_SHARE * grid.area(enclosed)
-    if small and lowest and foot < lowest.layer.top - ROOF_SLAB_M:
+    # the tops of furniture cover less of the plan
+    small = lowest is not None and grid.area(lowest.steps) < STANDS * grid.area(enclosed)
+    if small and lowest and foot < lowest.layer.top - FOOT_M:
         floors = floors[1:]  # R2: tops of beds and tables
         lowest = floors[0] if floors else None
     if lowest is None or foot < lowest.layer.top - CLEAR_M:
@@ -409,7 +418,8 @@ def _storeys(floors: list[FloorSurface | None], foot: float, enclosed_m2: float)
             # lower than a door over the floor below, and smaller than half of it: a landing, a row of shelves
             if over and floor.layer.top - height < LINTEL_CUT_M and floor.area_m2 < MOST * size:
                 continue
-            if floor.area_m2 < SMALL_STOREY * enclosed_m2:
+            # a smaller upper floor is the head of a stair, or a row of shelves
+            if floor.area_m2 < HARDLY * enclosed_m2:
                 continue
         kept.append(floor)
     return kept
@@ -469,9 +479,8 @@ def _next_floor(floor: FloorSurface | None, height: float, floors: list[FloorSur
     for other in floors:
         if other and other.layer.top >= height + CLEAR_M:
             shared = np.count_nonzero(other.region & floor.region) if floor else 0
-            if floor is None or shared >= NEXT_FLOOR * min(
-                np.count_nonzero(floor.region), np.count_nonzero(other.region)
-            ):
+            # the higher of two floors lies over the other from such a share of the smaller one on
+            if floor is None or shared >= SOME * min(np.count_nonzero(floor.region), np.count_nonzero(other.region)):
                 return other.layer.top
     return None
 
@@ -492,7 +501,7 @@ def _ceiling(
     covers = [
         layer
         for layer in layers
-        if height + CLEAR_M < layer.top <= end + COVER_OVER_M and np.count_nonzero(layer.cells & region) >= size / 2
+        if height + CLEAR_M < layer.top <= end + HAND_M and np.count_nonzero(layer.cells & region) >= size / 2
     ]
     # a level surface so near to the top of the walls closes the level
     closing = [cover for cover in covers if end - cover.top < HAND_M]

@@ -36,7 +36,6 @@ from pipeline.sources.tolerances import (
     HEARD,
     JAMB,
     JAMB_ASIDE,
-    JAMB_TURN,
     JAMB_UNLIKE,
     LAID_DOWN,
     LIKE,
@@ -221,7 +220,7 @@ def find_openings(surfaces: Surfaces, axis: int, foot: float, storey: float) -> 
     for i in range(len(jambs)):
         way = middle - middle[i]
         apart = way @ across[i]
-        faces = (np.abs(along @ across[i]) < JAMB_TURN) & (np.abs(way @ along[i]) < JAMB_ASIDE * long[i])
+        faces = (np.abs(along @ across[i]) < LINE_TURN) & (np.abs(way @ along[i]) < JAMB_ASIDE * long[i])
         faces &= np.abs(long - long[i]) < JAMB_UNLIKE * long[i]
         faces &= (apart > OPENING[0] * storey) & (apart < OPENING[1] * storey)
         if not faces.any():

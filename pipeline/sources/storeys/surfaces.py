@@ -11,18 +11,15 @@ import numpy.typing as npt
 from pipeline.sources.tolerances import (
     BARELY_STANDING,
     BIN_M,
-    ELSEWHERE,
     FILE_GRID_M,
     GRID_CELL_M,
     HORIZONTAL,
-    LAYER_EDGE,
     SAME,
-    SAME_PLACE,
     STOREY_STANDS,
     TINY,
     VERTICAL,
 )
-from pipeline.tolerances import AROUND_M, HAND_M
+from pipeline.tolerances import AROUND_M, HAND_M, HARDLY, MOST, SPECK
 from pipeline.values import Mesh
 
 Floats = npt.NDArray[np.float64]
@@ -259,18 +256,18 @@ def find_storey_pairs(
     found = []
     for low, box in enumerate(boxes):
         for high in range(low + 1, len(boxes)):
-            if _shared_area(box, boxes[high]) > ELSEWHERE:
-                if high > low + 1 and _shared_area(box, boxes[high], together=True) > SAME_PLACE:
+            if _shared_area(box, boxes[high]) > HARDLY:
+                if high > low + 1 and _shared_area(box, boxes[high], together=True) > MOST:
                     found.append((float(layers[low]), float(layers[high])))
                 break
     return found
 
 
 def _box(surfaces: Surfaces, faces: np.ndarray, plan: list[int]) -> Floats:
-    """Plan bounds (2, 2), low and high, of all but the edges of a layer."""
+    """Plan bounds (2, 2), low and high, of all but the edges of a layer: a stair or a sill beside it."""
     area = surfaces.area[faces]
-    low = [weighted_quantile(surfaces.low[faces, i], area, LAYER_EDGE) for i in plan]
-    return np.array([low, [weighted_quantile(surfaces.high[faces, i], area, 1 - LAYER_EDGE) for i in plan]])
+    low = [weighted_quantile(surfaces.low[faces, i], area, SPECK) for i in plan]
+    return np.array([low, [weighted_quantile(surfaces.high[faces, i], area, 1 - SPECK) for i in plan]])
 
 
 def _shared_area(one: Floats, other: Floats, *, together: bool = False) -> float:
