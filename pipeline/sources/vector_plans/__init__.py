@@ -1,10 +1,11 @@
 """Read plans drawn as lines, areas and names, by one module per family of formats, and yield their levels.
 
 Each module of the table has two functions: ``can_read(path, head)``, which tells by a file's name and its first bytes
-whether it is of that family, and ``read_drawing(path)``, which reads it as a ``Drawing``. That of a family whose files
-may hold many plans also has ``list_plan_names(path)``, and reads one of them by ``read_drawing(path, key)``. One whose
-unit may be a guess, or which has names for its parts, says so by ``TAKES``: ``unit_m``, the metres in a unit, and
-``without``, patterns of names; they are keywords of ``read_drawing``.
+whether it is of that family, and ``read_drawing(path)``, which reads it as a ``Drawing``: it says what the file draws
+as ``Feature`` values, of which ``storey_from_features`` makes storeys. That of a family whose files may hold many plans
+also has ``list_plan_names(path)``, and reads one of them by ``read_drawing(path, key)``. One whose unit may be a
+guess, or which has names for its parts, says so by ``TAKES``: ``unit_m``, the metres in a unit, and ``without``,
+patterns of names; they are keywords of ``read_drawing``.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Make a drawn storey of lines, areas and texts by their names: DXF layers, GeoJSON properties, groups of SVG.
+"""Make a drawn storey of the features that a reader yields (``drawing.Feature``), and tell kinds of features by words.
 
 R1  Areas that are called wall are walls; an area inside another is a hole of it. Lines called wall are thin walls, and
     two of them close to each other the faces of one (``drawing.walls_between_faces``).

@@ -75,19 +75,6 @@ def test_a_box_covers_what_its_faces_cover(turns):
     assert body_from_box(("wall",), np.eye(4), np.array([2.0, 0.0, 1.0])) is None
 
 
-def test_what_a_body_covers_twice_is_united_once(monkeypatch):
-    united, plain = [], shapely.union_all
-    monkeypatch.setattr(shapely, "union_all", lambda shapes, **how: united.append(len(shapes)) or plain(shapes, **how))
-    points, faces = box_mesh(np.eye(4), np.array([2.0, 0.05, 1.25]))
-    twice = np.concatenate([faces, faces[::-1, ::-1]])
-    assert body_from_triangles(("wall",), points, twice).shape.area == pytest.approx(0.4)
-    assert united == []  # a box is what its corners enclose
-    apart = np.concatenate([points, points + np.array([5.0, 0.0, 0.0])])
-    both = body_from_triangles(("wall",), apart, np.concatenate([twice, twice + len(points)]))
-    assert both.shape.area == pytest.approx(0.8)
-    assert united == [4]
-
-
 def test_triangles_of_four_corners_that_leave_a_part_of_them_open_are_no_box():
     square = np.array([(0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (1.0, 1.0, 0.0), (0.0, 1.0, 0.0)])
     for faces, area in (([(0, 1, 2), (0, 2, 3)], 1.0), ([(0, 1, 2), (0, 1, 3)], 0.75), ([(0, 1, 2)], 0.5)):
@@ -468,6 +455,13 @@ def test_rooms_share_a_wall_that_each_of_them_brings(tmp_path: Path) -> None:
     assert (door.kind, door.width) == ("door", pytest.approx(0.9, abs=0.02))
     assert plan.provenance is not None
     assert plan.provenance["source"] == "scene_state"
+
+
+def test_a_door_that_each_of_its_rooms_brings_is_one(tmp_path: Path) -> None:
+    left = around("0_0", 0.0)
+    left[2]["holes"] = [{**DOOR, "box": {"min": [1.1, 0.0], "max": [2.0, 2.1]}}]  # this wall runs the other way
+    (door,) = plan_of(scene(tmp_path, arch([*left, *around("0_1", 4.0, DOOR)]))).doors
+    assert door.width == pytest.approx(0.9, abs=0.02)
 
 
 def test_the_arch_alone_with_y_up_and_in_centimetres(tmp_path: Path) -> None:
