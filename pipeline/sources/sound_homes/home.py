@@ -208,12 +208,7 @@ def _best_of(
 
 def _sound(layout: Layout, programme: Programme, rng: np.random.Generator) -> _Try | None:
     """Return a layout on the grid with its openings, or None if it is not sound."""
-    cells = tuple(Cell(_on_grid(cell.rect, programme.inner_m), cell.room) for cell in layout.cells)
-    stairs = [
-        None if stair is None else replace(stair, rect=_on_grid(stair.rect, programme.inner_m))
-        for stair in (layout.stair_up, layout.stair_down)
-    ]
-    layout = replace(layout, cells=cells, stair_up=stairs[0], stair_down=stairs[1])
+    layout = _on_grid(layout, programme.inner_m)
     distance = _distance(layout, programme)
     openings = None if distance is None else _open_up(layout, programme, rng)
     if distance is None or openings is None:
@@ -300,14 +295,18 @@ def _is_one_way(hall: shapely.Geometry) -> bool:
     )
 
 
-def _on_grid(rect: Rect, wall_m: float) -> Rect:
-    x1, y1, x2, y2 = rect
-    return (
-        snap_wall_line(x1, wall_m),
-        snap_wall_line(y1, wall_m),
-        snap_wall_line(x2, wall_m),
-        snap_wall_line(y2, wall_m),
-    )
+def _on_grid(layout: Layout, wall_m: float) -> Layout:
+    stairs = [stair for stair in (layout.stair_up, layout.stair_down) if stair is not None]
+    lines = {line for part in (*layout.cells, *stairs) for line in part.rect}
+    snapped = {line: snap_wall_line(line, wall_m) for line in lines}
+
+    def on_grid(rect: Rect) -> Rect:
+        x1, y1, x2, y2 = rect
+        return snapped[x1], snapped[y1], snapped[x2], snapped[y2]
+
+    cells = tuple(Cell(on_grid(rect), room) for rect, room in layout.cells)
+    up, down = (stair and replace(stair, rect=on_grid(stair.rect)) for stair in (layout.stair_up, layout.stair_down))
+    return replace(layout, cells=cells, stair_up=up, stair_down=down)
 
 
 def _distance(layout: Layout, programme: Programme) -> float | None:

@@ -113,6 +113,8 @@ class Rooms:
 
     def of(self, label: str) -> list[int]:
         """Return the rooms of a label that no other room alone leads to."""
+        if label not in self.labels:
+            return []
         return [k for k, each in enumerate(self.labels) if each == label and k not in self.behind]
 
     def add(self, label: str, area_m2: float) -> int:
@@ -286,18 +288,19 @@ def _share_out(rooms: Rooms, form: _Form, rng: np.random.Generator) -> _Rows:
     east = [column(kitchen, form.south_m)] if form.kitchen == "south" else []
 
     def length(columns: Iterable[Column]) -> float:
-        return sum([each.width_m for each in columns])
+        return sum(each.width_m for each in columns)
 
     one = length([*rows.north, *last]) + (rows.living.width_m if form.day == "beside" else 0.0)
     other = length([*own, *groups[0], *east]) + (length(rows.day) if form.day == "beside" else 0.0)
     sleep = [room for label in sorted(_SLEEP) for room in rooms.of(label) if room not in masters]
     sleep = rng.permutation(sleep).tolist()
     places = [(column(room, form.north_m), column(room, form.south_m)) for room in sleep]
+    widths = [(up.width_m, down.width_m) for up, down in places]
     ways = [[bool(code >> k & 1) for k in range(len(sleep))] for code in range(1 if form.service else 2 ** len(sleep))]
 
     def unlike(in_south: list[bool]) -> float:
-        north = one + length([up for (up, _), low in zip(places, in_south, strict=True) if not low])
-        south = other + length([down for (_, down), low in zip(places, in_south, strict=True) if low])
+        north = one + sum([up for (up, _), low in zip(widths, in_south, strict=True) if not low])
+        south = other + sum([down for (_, down), low in zip(widths, in_south, strict=True) if low])
         return abs(math.log(max(north, 1.0) / max(south, 1.0)))
 
     unlikes = [unlike(way) for way in ways]
