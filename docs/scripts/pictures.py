@@ -38,7 +38,7 @@ STAGES = {
 }
 """Stages of the sheet, and their titles."""
 HOMES, N_HOMES = IMAGES / "homes.png", 24
-SHOWN = "02e6f576bc6267912cff75dbb691589f"
+SHOWN = "256c93cfa6434e7e25d07419ec01bea2"
 """The made home that the pages for readers show."""
 FOLDER = IMAGES / "stages"
 SEED = 2019
@@ -113,7 +113,7 @@ def _caption(plan: houseexpo.FloorPlan) -> str:
 
 def draw_readers(folder: Path = IMAGES) -> None:
     """Write a home beside its ROS map, its grids, and the rooms that are found in its published form."""
-    (item,) = (item for item in find("procedural:300?style=published", seed="2019") if item.id == SHOWN)
+    (item,) = (item for item in find("procedural:300", seed="2019") if item.id == SHOWN)
     (level,) = reader(item.reader).read(item)
     plan = plan_largest_building(level, PipelineConfig(), np.random.default_rng(0))
     with tempfile.TemporaryDirectory() as made:
