@@ -297,8 +297,8 @@ def _is_one_way(hall: shapely.Geometry) -> bool:
 
 def _on_grid(layout: Layout, wall_m: float) -> Layout:
     stairs = [stair for stair in (layout.stair_up, layout.stair_down) if stair is not None]
-    lines = {line for part in (*layout.cells, *stairs) for line in part.rect}
-    snapped = {line: snap_wall_line(line, wall_m) for line in lines}
+    rects = [*(cell.rect for cell in layout.cells), *(stair.rect for stair in stairs)]
+    snapped = {line: snap_wall_line(line, wall_m) for line in {line for rect in rects for line in rect}}
 
     def on_grid(rect: Rect) -> Rect:
         x1, y1, x2, y2 = rect
