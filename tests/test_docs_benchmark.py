@@ -19,15 +19,12 @@ from houseexpo.pseudoslam.benchmark.tables import format_markdown
 from houseexpo.pseudoslam.benchmark.tracks import BUDGETS, MAP_TRACKS, TRACKS
 from tests.builders.simulations import hut
 from tests.houseexpo.pseudoslam.benchmark.test_benchmark_cases import data_set
+from tests.journeys.pages import blocks
 
 ROOT = Path(__file__).resolve().parents[1]
-PAGE = (ROOT / "docs" / "benchmark-exploration.md").read_text()
+FILE = ROOT / "docs" / "benchmark-exploration.md"
+PAGE = FILE.read_text()
 RESULTS = ROOT / "docs" / "leaderboard"
-
-
-def blocks(language: str) -> list[str]:
-    found = re.findall(r"^```(\w*)\n(.*?)^```$", PAGE, re.DOTALL | re.MULTILINE)
-    return [text for name, text in found if name == language]
 
 
 @pytest.mark.slow
@@ -36,10 +33,10 @@ def test_the_recipes_run_as_they_are_printed(tmp_path: Path, monkeypatch: pytest
     monkeypatch.chdir(tmp_path)
     subset_folder("all").parent.mkdir(parents=True, exist_ok=True)
     data_set(subset_folder("all"), {"test": [hut(f"hut_{i}", 2.0 + 0.1 * i) for i in range(20)]})
-    policy, interface = blocks("python")
+    policy, interface = blocks(FILE, "python")
     (tmp_path / "my_policy.py").write_text(policy)
     exec(compile(interface, "interface", "exec"), {})  # noqa: S102  # it is the page's
-    commands = [line for block in blocks("") for line in block.splitlines()]
+    commands = [line for block in blocks(FILE, "") for line in block.splitlines()]
     assert len(commands) == 5
     for command in commands:
         done = CliRunner().invoke(make_app(), shlex.split(command)[1:])

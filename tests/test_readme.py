@@ -23,6 +23,7 @@ from pipeline.algorithm import plan_level
 from tests.builders.batch import run_build
 from tests.builders.needs import need
 from tests.builders.services import running, service_of
+from tests.journeys.pages import blocks
 
 ROOT = Path(__file__).resolve().parents[1]
 README = ROOT / "README.md"
@@ -40,8 +41,8 @@ CONTINUED = {ROOT / "docs" / "readers" / "analysis.md"}
 
 def python_of(page: Path) -> list[str]:
     """The blocks of Python of a page; one where they continue each other."""
-    blocks = re.findall(r"^```python\n(.*?)^```", page.read_text(), re.DOTALL | re.MULTILINE)
-    return ["\n".join(blocks)] if page in CONTINUED else blocks
+    found = blocks(page, "python")
+    return ["\n".join(found)] if page in CONTINUED else found
 
 
 PYTHON = {  # by the lines, so that what two pages show runs once

@@ -17,6 +17,7 @@ from houseexpo.exports import export
 from pipeline.algorithm import plan_level
 from tests.builders.batch import run_build
 from tests.builders.examples import FOLDER
+from tests.journeys.pages import blocks
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGES = [
@@ -58,9 +59,7 @@ def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 def recipes(page: Path) -> list[str]:
     """The commands of a page, comments left out."""
-    blocks = re.findall(r"^```(\w*)\n(.*?)^```$", page.read_text(), re.DOTALL | re.MULTILINE)
-    shell = [block for language, block in blocks if not language]
-    lines = [line for block in shell for line in block.splitlines() if line.startswith("houseexpo ")]
+    lines = [line for block in blocks(page, "") for line in block.splitlines() if line.startswith("houseexpo ")]
     return [part.strip() for line in lines for part in re.sub(r"\s+#.*", "", line).split("&&")]
 
 

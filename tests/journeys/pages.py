@@ -24,7 +24,7 @@ def commands(page: str, word: str, language: str = "") -> list[str]:
     return [command.strip() for line in lines for command in line.split("&&")]
 
 
-def blocks(page: str, language: str) -> list[str]:
+def blocks(page: str | Path, language: str) -> list[str]:
     """The blocks of code in a language, "" for commands."""
     found = re.findall(r"^```(\w*)\n(.*?)^```$", (ROOT / page).read_text(), re.DOTALL | re.MULTILINE)
     return [lines for name, lines in found if name == language]
