@@ -51,7 +51,6 @@ from pipeline.sources.tolerances import (
     LOWEST_HEAD_M,
     MIN_DOORS,
     NAMED_DOOR_M,
-    NAMED_HOLE_M,
     NARROWEST_DOOR_M,
     ROUGH_M,
     SAME,
@@ -62,7 +61,7 @@ from pipeline.sources.tolerances import (
     WAIST_M,
     WIDEST_DOOR_BODY_M,
 )
-from pipeline.tolerances import FOOT_M, HAND_M, HARDLY, MOST, NEARLY_ALL, PATCH_M2, STAND_M, STUB_M
+from pipeline.tolerances import FOOT_M, HAND_M, HARDLY, MOST, NEARLY_ALL, PATCH_M2, SINGLE_DOOR_M, STAND_M, STUB_M
 from pipeline.values import Mesh, Opening, SourceObject, SourceRoom
 
 Floats = npt.NDArray[np.float64]
@@ -133,7 +132,7 @@ def may_be_door(mesh: Mesh, faces: Indices, sure: bool) -> bool:
     # a frame is as deep as its wall; what is deeper is a leaf that stands open, or no door
     if max(width, height) > NAMED_DOOR_M[1] or (depth > STUB_M and width > AJAR_M):
         return False
-    if not sure and not (LEAF_HEIGHT_M[0] <= height <= LEAF_HEIGHT_M[1] and width >= NAMED_HOLE_M):
+    if not sure and not (LEAF_HEIGHT_M[0] <= height <= LEAF_HEIGHT_M[1] and width >= SINGLE_DOOR_M[0]):
         return False
     return depth > STUB_M or not _is_wall_with_hole(mesh, faces, low, height)
 
@@ -188,7 +187,7 @@ def _is_wall_with_hole(mesh: Mesh, faces: Indices, low: npt.NDArray[np.float64],
     gaps = np.maximum(spans[1:, 0] - reached[:-1], 0.0)
     solid = float(reached[-1] - spans[0, 0] - gaps.sum())
     # a door's frame has less wall on both sides of its hole
-    return bool(len(gaps) and gaps.max() >= NAMED_HOLE_M and solid >= STUB_M)
+    return bool(len(gaps) and gaps.max() >= SINGLE_DOOR_M[0] and solid >= STUB_M)
 
 
 Bools = npt.NDArray[np.bool_]

@@ -104,7 +104,6 @@ CABIN_M: Final = 7.0  # the cabin of a vehicle is shorter
 
 VERTICAL: Final = 0.2  # vertical part of a wall's unit normal, at most: within 11.5 degrees, as scans lean
 HORIZONTAL: Final = 0.985  # vertical part of a floor's unit normal, at least: within 10 degrees
-STEEPLY_LEANING: Final = 0.7  # the same, at most, for walls that lean: of scans, of vehicles
 BIN_M: Final = 0.01  # step of profiles over the height
 GRID_CELL_M: Final = 0.1  # side of the cells of a grid over a plan
 COVER_MARGIN_M: Final = 0.05  # what is measured over a floor or under a cover stays this far from it
@@ -118,7 +117,6 @@ LINTEL_CUT_M: Final = 2.15
 LAYER_HALF_M: Final = 0.06  # half the range of heights in which faces make one level surface: coverings, scans
 FLOOR_FACES: Final = (0.1, 0.9)  # shares of a level surface's area that tell its underside and its top
 OUTSIDE_SHARE: Final = 0.005  # share of the wall area that may stand outside of the house on each side
-TURNED: Final = 0.3  # share of area that may be wound the other way in a mesh that is wound with care
 WALLS_ENDED: Final = 0.05  # where no larger share goes on through a layer, the walls end there
 
 # Decisions about the up axis and the unit (``storeys.axis_and_unit``, ``storeys.scale``). Evidence adds up; its unit
@@ -174,7 +172,6 @@ OPENING_CUT: Final = 0.3  # share of a storey's height at which openings are loo
 OPENING: Final = (0.15, 0.9)  # width of an opening as a share of the storey's height
 JAMB: Final = (0.012, 0.25)  # thickness of a wall as a share of the storey's height
 JAMB_ASIDE: Final = 0.2  # share of a jamb's length by which the other stands aside at most
-JAMB_UNLIKE: Final = 0.3  # share by which the lengths of two jambs differ at most
 MAX_JAMBS: Final = 3_000  # a scan has more
 LINE_TURN: Final = 0.05  # radians: faces of one line, and the two jambs of one opening, differ by less
 LINE_WIDE: Final = 0.002  # share of a storey's height: faces of one line lie apart by less
@@ -183,12 +180,10 @@ LINE_WIDE: Final = 0.002  # share of a storey's height: faces of one line lie ap
 
 CHEST_AND_HEAD_M: Final = (1.1, 1.7)  # heights at which walls are cut: nearer to the floor other things stand too
 SAMPLE_M: Final = 0.2  # distance of sample points along walls
-LEAN_M: Final = 0.2  # walls of scans lean and wave by this between the two heights
 STANDING: Final = 0.25  # share of the outline along which walls stand
 MANY_BLOCKS: Final = 5  # blocks that stand apart and make a city
 MAX_SAMPLES: Final = 2_000  # sample points of the outline that are looked at
-FACES_FACING: Final = 0.7  # cosine of the angle between two faces of one wall
-ENCLOSED: Final = 0.5  # share of the outline's hull that a facade encloses
+FACES_FACING: Final = 0.7  # cosine of the angle between two faces of one wall; the most that the walls of a scan lean
 BALL_FACES: Final = 48  # the coarsest ball that is drawn as one has so many triangles
 OUT_OF_ROUND: Final = 0.1  # of its radius: corners and faces of a ball lie no farther off it
 SKY_HEIGHTS: Final = 3.0  # so many times as high as all in it is the radius of a sky; a dome is lower
@@ -200,7 +195,6 @@ INNER_PER_M2: Final = 0.08  # the same, for each square metre; dwellings have 0.
 
 # Decisions about names in meshes (``named_scene``).
 
-NAMED_HOLE_M: Final = 0.5  # width of the hole in a wall that is named after its door, and of a door at least
 MIN_DOORS: Final = 2  # named doors that are sure of their height
 LEFT_FACES: Final = 0.1  # the same as a share of the faces, while nobody knows which way is up
 TERRAIN_BEYOND: Final = 1.15  # a ground this many times as long as the rest is terrain

@@ -45,15 +45,7 @@ from shapely.geometry.base import BaseGeometry
 
 from pipeline.sources.ifc.model import ElementBody, WallHole
 from pipeline.sources.roles import is_attic_space, labels_for
-from pipeline.sources.tolerances import (
-    CLEAR_M,
-    KNEE_M,
-    LOWEST_HEAD_M,
-    STOREYS_APART_M,
-    THICKEST_WALL_M,
-    TINY,
-    WAIST_M,
-)
+from pipeline.sources.tolerances import CLEAR_M, KNEE_M, LOWEST_HEAD_M, STOREYS_APART_M, THICKEST_WALL_M, TINY, WAIST_M
 from pipeline.tolerances import (
     ALMOST_ALL,
     FOOT_M,

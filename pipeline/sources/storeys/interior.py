@@ -27,24 +27,21 @@ from pipeline.sources.tolerances import (
     CABIN_M,
     CHEST_AND_HEAD_M,
     DEEPEST_WALL_M,
-    ENCLOSED,
     FACES_FACING,
     GRID_CELL_M,
     INNER_M,
     INNER_PER_M2,
     INNER_SHARE,
     KNEE_M,
-    LEAN_M,
     MANY_BLOCKS,
     MAX_SAMPLES,
     SAMPLE_M,
     SHED_M2,
     STANDING,
-    STEEPLY_LEANING,
     TABLE_M2,
     TINY,
 )
-from pipeline.tolerances import CRACK_M, LARGELY, MOST
+from pipeline.tolerances import CRACK_M, EDGE_BAND_M, LARGELY, MOST
 from pipeline.values import Mesh
 
 ADVICE = "take a model with rooms inside, or cut the part that has them out"
@@ -76,7 +73,8 @@ class InteriorMeasures:
         is_city = self.blocks >= MANY_BLOCKS
         # walls have an inside where most of the outline has a second face behind it
         # the outline of a facade is wound to be seen from outside
-        closed = self.enclosed >= ENCLOSED and self.outward >= LARGELY and (is_city or self.two_faced < MOST)
+        # a facade encloses most of its outline's hull
+        closed = self.enclosed >= MOST and self.outward >= LARGELY and (is_city or self.two_faced < MOST)
         if not closed or self.inner_m >= max(INNER_M, INNER_SHARE * self.outline_m, INNER_PER_M2 * self.area_m2):
             return ""
         if self.furnished_m2 >= TABLE_M2:
@@ -109,7 +107,8 @@ def check_interior(levels: Iterable[Mesh], name: str, *, is_sized: bool = True) 
 def measure_interior(walls: Mesh) -> InteriorMeasures:
     """Look at one level's walls in plan."""
     surfaces = Surfaces.of(walls)
-    upright = np.abs(surfaces.normal[:, 2]) < STEEPLY_LEANING
+    # walls of scans lean, by less than half a right angle
+    upright = np.abs(surfaces.normal[:, 2]) < FACES_FACING
     sections = [cut_faces_at_height(surfaces, upright, height) for height in CHEST_AND_HEAD_M]
     ends = np.concatenate([segments.reshape(-1, 2) for segments, _ in sections])
     if not len(sections[0][0]):
@@ -118,7 +117,8 @@ def measure_interior(walls: Mesh) -> InteriorMeasures:
     size = max(GRID_CELL_M, float(np.sqrt(np.prod(high - low + 2.0) / MAX_INTERIOR_CELLS)))
     grid = PlanGrid.over(low, high, size_m=size)
     traces = [grid.trace(segments) for segments, _ in sections]
-    standing = traces[0] & grid.grow(traces[1], LEAN_M)
+    # and wave between the two heights
+    standing = traces[0] & grid.grow(traces[1], EDGE_BAND_M)
     wall = _without_fences(grid.grow(traces[0], grid.size_m), standing)
     outside = _outside(wall)
     covered = _hull(wall)

@@ -73,7 +73,6 @@ from pipeline.sources.tolerances import (
     SPLIT_LEVEL_M,
     THICKEST_SLAB_M,
     TINY,
-    TURNED,
     UPRIGHT_M2,
     VERTICAL,
     WALLS_ENDED,
@@ -202,7 +201,7 @@ def find_floors(surfaces: Surfaces, walls: Bools, layers: list[LevelLayer], grid
             shared = np.count_nonzero(floor.region & other.region)
             # a floor more than half of which lies over another is of the same place
             both_sides = shared >= MOST * np.count_nonzero(other.region)
-            if both_sides and min(ups) < TURNED and max(ups) > 1 - TURNED:  # one is the underside of the other's slab
+            if both_sides and min(ups) < SOME and max(ups) > 1 - SOME:  # one is the underside of the other's slab
                 kept[near[0]] = other if ups[0] > ups[1] else floor
                 continue
             kept[near[0]] = replace(other, faces=other.faces | floor.faces, steps=other.steps | floor.steps)

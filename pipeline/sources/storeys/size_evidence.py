@@ -36,7 +36,6 @@ from pipeline.sources.tolerances import (
     HEARD,
     JAMB,
     JAMB_ASIDE,
-    JAMB_UNLIKE,
     LAID_DOWN,
     LIKE,
     LINE_TURN,
@@ -50,6 +49,7 @@ from pipeline.sources.tolerances import (
     SCALES_RANGE,
     UNIT_ODDS,
 )
+from pipeline.tolerances import SOME
 from pipeline.values import Mesh
 
 Floats = npt.NDArray[np.float64]
@@ -221,7 +221,7 @@ def find_openings(surfaces: Surfaces, axis: int, foot: float, storey: float) -> 
         way = middle - middle[i]
         apart = way @ across[i]
         faces = (np.abs(along @ across[i]) < LINE_TURN) & (np.abs(way @ along[i]) < JAMB_ASIDE * long[i])
-        faces &= np.abs(long - long[i]) < JAMB_UNLIKE * long[i]
+        faces &= np.abs(long - long[i]) < SOME * long[i]  # two jambs are about equally long
         faces &= (apart > OPENING[0] * storey) & (apart < OPENING[1] * storey)
         if not faces.any():
             continue
