@@ -14,7 +14,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
 from typing import Any, Final
 
 import numpy as np
@@ -344,29 +343,23 @@ def _largest(shape: shapely.Geometry) -> Polygon:
 def _in_one(floor: BaseGeometry) -> Polygon:
     """Return a floor in one piece (R4)."""
     while len(parts := split_pieces(floor)) > 1:
-        near, far = shapely.get_coordinates(shapely.shortest_line(parts[0], shapely.union_all(parts[1:])))
-        tries = (shapely.union_all([*parts, *_slit(near, far, side)], grid_size=GRID_M) for side in _SIDES)
-        floor = next(joined for joined in tries if len(split_pieces(joined)) < len(parts))
+        one, rest = (_core(shape) for shape in (parts[0], shapely.union_all(parts[1:])))
+        way = shapely.shortest_line(one, rest)
+        slits = (way.buffer(cells * GRID_M, cap_style="flat") for cells in _SLIT)
+        tries = (shapely.union_all([*parts, slit], grid_size=GRID_M) for slit in slits)
+        floor = next((joined for joined in tries if len(split_pieces(joined)) < len(parts)), parts[0])
     return parts[0]
 
 
-_SIDES: Final = tuple(np.array(side) for side in ((0, 0), (-1, 0), (0, -1), (-1, -1)))
-"""The cells that meet at a point of the grid: at the tip of a corner, one of them lies in the floor."""
-_ONTO: Final = 3
-"""Cells by which a slit goes on into the floor at both ends, whose edges may be oblique."""
+def _core(shape: BaseGeometry) -> BaseGeometry:
+    """Return what of a shape is no thin tip, so that a slit that ends there lies in it."""
+    core = shape.buffer(-_INTO_M, join_style="mitre")
+    return shape if core.is_empty else core
 
 
-def _slit(a: Vector, b: Vector, side: Vector) -> list[Polygon]:
-    """Return areas along the axes, a cell of the grid wide, that lead from one point to another."""
-    cells_a, cells_b = (np.round(point / GRID_M) + side for point in (a, b))
-    along = int(np.argmax(np.abs(cells_b - cells_a)))
-    onto = _ONTO * np.eye(2)[along] * (1 if cells_b[along] >= cells_a[along] else -1)
-    middle = np.floor((cells_a + cells_b) / 2)
-    bends = (np.where(np.arange(2) == along, middle, end) for end in (cells_a, cells_b))
-    return [
-        shapely.box(*(np.minimum(one, other) * GRID_M), *((np.maximum(one, other) + 1) * GRID_M))
-        for one, other in pairwise([cells_a - onto, *bends, cells_b + onto])
-    ]
+_INTO_M: Final = 0.05
+_SLIT: Final = tuple(0.5 * 2**k for k in range(6))
+"""Halves of the width of a slit, cells of the grid: wider ones only where rounding closes it."""
 
 
 def _share_edge(one: Polygon, other: Polygon) -> bool:

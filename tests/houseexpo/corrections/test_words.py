@@ -6,11 +6,13 @@ from dataclasses import replace
 from typing import Any
 
 import pytest
+import shapely
 from shapely import Polygon
+from shapely.affinity import translate
 
 from houseexpo.corrections import Correction, Override
 from houseexpo.corrections.apply import Corrected, correct_plan
-from houseexpo.corrections.draft import Space
+from houseexpo.corrections.draft import Space, _in_one
 from houseexpo.corrections.joining import CUT_M
 from houseexpo.corrections.passages import WIDEST_DOOR_M
 from houseexpo.corrections.vocabulary import UNITS, WORDS
@@ -504,6 +506,19 @@ def test_what_is_no_room_with_rooms_all_around_takes_its_doors_with_it() -> None
     plan = FloorPlan("house", box(0.1, 0.1, 8.1, 8.1), 2, {}, rooms=rooms, doors=(door,))
     assert kinds(corrected(plan, no_room=[4.0, 4.0]).plan) == []
     assert kinds(corrected(plan, outside=[4.0, 4.0]).plan) == ["entrance"]
+
+
+TIPS = ([(1.01, 5.68), (1.01, 0.1), (0.1, 0.29)], [(1.02, 5.72), (0.35, 5.94), (0.74, 8.03), (3.3, 7.52), (2.9, 5.42)])
+
+
+@pytest.mark.parametrize("shift", [0.0, 0.01, 0.03, 0.07, 0.2, 1.5])
+def test_parts_whose_acute_tips_are_nearest_keep_one_outline(shift: float) -> None:
+    shapes = [Polygon(TIPS[0]), translate(Polygon(TIPS[1]), shift, shift)]
+    whole = shapely.union_all(shapes)
+    joined = _in_one(whole)
+    assert joined.is_valid
+    assert joined.area == pytest.approx(whole.area, abs=0.1)
+    assert all(shapely.intersection(joined, shape).area > 0.98 * shape.area for shape in shapes)
 
 
 @pytest.mark.parametrize("word", ["door", "opening"])
