@@ -114,6 +114,7 @@ BARELY_STANDING: Final = 0.1  # share of the greatest wall length from which wal
 # share of the house's plan; a smaller upper floor is the head of a stair, or a row of shelves
 # walls are also cut at this height, since lintels over wide windows stand for the wall there
 LINTEL_CUT_M: Final = 2.15
+SMALL_STOREY: Final = 0.1  # share of the house's plan; a smaller upper floor is the head of a stair, or shelves
 LAYER_HALF_M: Final = 0.06  # half the range of heights in which faces make one level surface: coverings, scans
 FLOOR_FACES: Final = (0.1, 0.9)  # shares of a level surface's area that tell its underside and its top
 OUTSIDE_SHARE: Final = 0.005  # share of the wall area that may stand outside of the house on each side

@@ -70,6 +70,7 @@ from pipeline.sources.tolerances import (
     ROOMY_M2,
     ROUGH_M,
     SAME,
+    SMALL_STOREY,
     SPLIT_LEVEL_M,
     THICKEST_SLAB_M,
     TINY,
@@ -418,7 +419,7 @@ def _storeys(floors: list[FloorSurface | None], foot: float, enclosed_m2: float)
             if over and floor.layer.top - height < LINTEL_CUT_M and floor.area_m2 < MOST * size:
                 continue
             # a smaller upper floor is the head of a stair, or a row of shelves
-            if floor.area_m2 < HARDLY * enclosed_m2:
+            if floor.area_m2 < SMALL_STOREY * enclosed_m2:
                 continue
         kept.append(floor)
     return kept
