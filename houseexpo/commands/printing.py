@@ -21,7 +21,7 @@ _PROBLEMS_PRINTED = 10
 """The number of problems that are printed one by one."""
 _PIPED_WIDTH = 160
 """The columns of output to a file or a pipe: ids, files and rules stay whole, so that programs can find them."""
-_AROUND = 3
+_PADDING = 3
 """The width around a column of a table: a space on both sides, and a line."""
 
 
@@ -75,7 +75,7 @@ def print_table(out: Console, heads: Sequence[str], rows: Sequence[Sequence[str]
     names, *columns = ((head, cells) for head, *cells in zip(heads, *rows, strict=True))
     first = min(max(map(len, (names[0], *names[1]))), out.width // 2)
     widths = [max(map(len, (*head.split(), *cells))) for head, cells in columns]
-    for part in _side_by_side(widths, out.width - first - _AROUND - 1):
+    for part in _side_by_side(widths, out.width - first - _PADDING - 1):
         table = new_table()
         table.add_column(names[0], width=first, overflow="fold")
         for i in part:
@@ -90,11 +90,11 @@ def _side_by_side(widths: Sequence[int], room: int) -> list[list[int]]:
     parts: list[list[int]] = [[]]
     left = room
     for i, width in enumerate(widths):
-        if width + _AROUND > left and parts[-1]:
+        if width + _PADDING > left and parts[-1]:
             parts.append([])
             left = room
         parts[-1].append(i)
-        left -= width + _AROUND
+        left -= width + _PADDING
     return parts
 
 

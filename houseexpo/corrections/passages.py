@@ -40,7 +40,7 @@ WIDEST_DOOR_M: Final = 2.5
 """What is wider is an opening: ``pipeline.config.DoorsConfig.widest_m``."""
 _ONWARD_FAR_M: Final = 5.0
 """How far the line of a passage with free ends goes on to walls that it parts a room with, metres: across a hall."""
-_INTO_M: Final = 0.01
+_BEFORE_M: Final = 0.01
 """How far into the wall a line is moved that was drawn on its face, metres: the thinnest walls are 2 cm thick."""
 _BESIDE_M: Final = 0.03
 """A line on a common edge of two rooms is as near to it, metres."""
@@ -202,7 +202,7 @@ def _into_wall(draft: Draft, strip: Strip, edge: tuple[Vector, Vector, float]) -
     turned = replace(strip, along=way)
     off = dot(start - strip.centre, turned.across)
     for side in (math.copysign(1.0, off), -math.copysign(1.0, off)):  # the wall is at the farther side, if at any
-        line = replace(turned, centre=strip.centre + turned.across * (off + side * _INTO_M))
+        line = replace(turned, centre=strip.centre + turned.across * (off + side * _BEFORE_M))
         if draft.room_at(line.centre) is None:
             yield line
 

@@ -33,7 +33,7 @@ from pipeline.geometry.openings import ClosedBy, Opening
 from pipeline.tolerances import MOST, SHEET_M, STAND_M
 from pipeline.values import Evidence, Layout, Level, Spaces
 
-_FINE_M: Final = 0.005
+_SCAN_CORNER_M: Final = 0.005
 """Walls of scans have many corners; half of a plan's grid tells them apart, metres."""
 
 
@@ -80,7 +80,7 @@ def standing_walls(evidence: Evidence, layout: Layout) -> list[Polygon]:
     """Return the walls of a level and what may close their gaps, to which a wall that a person says may add (R3)."""
     gaps = (*evidence.doorways, *layout.candidates, *layout.ways)
     closed = unite([layout.door, *(each.polygon for each in gaps)])
-    return [part for part in polygons_of(shapely.simplify(closed, _FINE_M)) if part.is_valid]
+    return [part for part in polygons_of(shapely.simplify(closed, _SCAN_CORNER_M)) if part.is_valid]
 
 
 def spaces_of_plan(level: Level, plan: FloorPlan, spaces: Spaces) -> Spaces:

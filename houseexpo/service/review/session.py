@@ -33,7 +33,7 @@ from houseexpo.service.review.sources import Sources, SourceView
 from houseexpo.service.review.tools import tools
 from houseexpo.service.search import plan_title
 
-_BESIDE_M: Final = 2.0
+_OUTSIDE_M: Final = 2.0
 """Points further than this from the plan are refused, metres."""
 _DIGITS: Final = 3
 """Decimals of stored points: millimetres."""
@@ -210,7 +210,7 @@ def _changed_key(source: str) -> str:
 def _check_inside(points: Sequence[Point], plan: Ground) -> None:
     x1, y1, x2, y2 = plan.bbox
     for x, y in points:
-        if not (x1 - _BESIDE_M <= x <= x2 + _BESIDE_M and y1 - _BESIDE_M <= y <= y2 + _BESIDE_M):
+        if not (x1 - _OUTSIDE_M <= x <= x2 + _OUTSIDE_M and y1 - _OUTSIDE_M <= y <= y2 + _OUTSIDE_M):
             raise ConfigError(f"point: expected metres inside the plan, found ({x:g}, {y:g})")
 
 

@@ -70,7 +70,7 @@ _TINY: Final = (1.5, 0.86)
 """Smaller (m2) or narrower (m) than that, a room is a cupboard or the smallest of toilets."""
 _MAY_BE_TINY: Final = frozenset({"flat", "shared flat", "studio"})
 """Where a storey may have one such room (H3)."""
-_MOST: Final = 1.7
+_MOST_RATIO: Final = 1.7
 _HALL_M2: Final = 1.1
 """What a hall has for each room without being too large: 7.5 m2 for 6.8 rooms (Swiss Dwellings)."""
 _HALL_WEIGHT: Final = 9.0
@@ -108,7 +108,7 @@ _FORMS: Final = 12
 _GOOD: Final = 6
 """Of so many sound layouts the best is kept."""
 _DRAWS: Final = 40
-SPREAD: Final = 8
+_OWN_STREAM: Final = 8
 """Beside the seed and the index, so that other kinds of made houses draw other numbers."""
 
 
@@ -119,7 +119,7 @@ def sound_home_id(index: int, seed: int) -> str:
 
 def make_sound_home(index: int, seed: int) -> SoundHome:
     """Make home ``index`` of a seed; a programme that no layout holds is drawn again."""
-    rng = np.random.default_rng([seed, index, SPREAD])
+    rng = np.random.default_rng([seed, index, _OWN_STREAM])
     kind = draw_kind(rng)
     for _ in range(_DRAWS):
         programme = draw_programme(kind, rng)
@@ -325,7 +325,7 @@ def _distance(layout: Layout, programme: Programme) -> float | None:
         wished = layout.areas_m2[cell.room]
         if wished:
             ratio = short * long / wished
-            if ratio > _MOST and label != "Storage":
+            if ratio > _MOST_RATIO and label != "Storage":
                 return None
             total += abs(float(np.log(ratio)))
     if tiny > (programme.kind in _MAY_BE_TINY):

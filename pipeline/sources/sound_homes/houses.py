@@ -29,7 +29,7 @@ from pipeline.sources.homes.values import Rect
 from pipeline.sources.sound_homes.layout import CONTACT_M, PORCH_WIDTH_M, Column, Rooms, put_column
 from pipeline.sources.sound_homes.openings import shared_stretches
 from pipeline.sources.sound_homes.programme import draw_area
-from pipeline.sources.sound_homes.stairs import FOOT_M, Stair, StairKind, draw_stair_size
+from pipeline.sources.sound_homes.stairs import LANDING_M, Stair, StairKind, draw_stair_size
 from pipeline.sources.sound_homes.values import ENTRYWAY, HALL, STAIRS, Cell, Join, Layout, Programme, Side
 
 WET: Final = frozenset({"Bathroom", "Toilet", "Kitchen"})
@@ -116,7 +116,7 @@ class _Ground:
         self.from_west = self.kind != "row house" and self.turn == "half" and rng.random() < _FROM_WEST
         self.stair = Column([self.rooms.add(STAIRS, 0.0)], [1.0], wide + self.wall_m)
         if self.turn == "straight":
-            foot = (FOOT_M + self.wall_m) / self.south_m
+            foot = (LANDING_M + self.wall_m) / self.south_m
             self.stair = Column([*self.stair.rooms, HALL], [1 - foot, foot], wide + self.wall_m)
         is_apart = self.turn == "half" and not self.from_west and programme.vestibule
         self.hall = self.rooms.add(ENTRYWAY, 0.0) if is_apart else HALL

@@ -27,7 +27,7 @@ STOREY_M: Final = WALL_TOP_M + SLAB_M
 """From floor to floor."""
 RISERS: Final = 16
 RISE_M: Final = STOREY_M / RISERS
-FOOT_M: Final = 0.9
+LANDING_M: Final = 0.9
 """The free place before the foot of a straight stair (S2), and the least depth of a landing in a stair."""
 _WINDERS: Final = 3
 _THICK_M: Final = 0.18
@@ -72,7 +72,7 @@ def steps_of(stair: Stair, wall_m: float) -> tuple[Step, ...]:
     if stair.kind == "half":
         return tuple(_half_turn(x1, y1, x2, y2))
     if stair.kind == "straight":
-        ys = np.linspace(y1 + FOOT_M, y2, RISERS)
+        ys = np.linspace(y1 + LANDING_M, y2, RISERS)
         areas = [shapely.box(x1, a, x2, b) for a, b in pairwise(ys.tolist())]
     else:
         areas = _winders(x1, y1, x2, stair.foot == "west")
@@ -85,7 +85,7 @@ def _half_turn(x1: float, y1: float, x2: float, y2: float) -> list[Step]:
     """Two flights side by side; what the treads do not need of the depth is the landing between them."""
     flight = RISERS // 2 - 1
     middle, gap = (x1 + x2) / 2, 0.05
-    going = min((y2 - y1 - FOOT_M) / flight, 0.28)
+    going = min((y2 - y1 - LANDING_M) / flight, 0.28)
     ys = y2 - going * np.arange(flight + 1)
     up = [shapely.box(x1, b, middle - gap, a) for a, b in pairwise(ys.tolist())]
     on = [shapely.box(middle + gap, b, x2, a) for a, b in pairwise(ys.tolist())][::-1]
