@@ -9,11 +9,13 @@ R2  Two walls of their own, one beside the other: the thinner one decides how de
 R3  A leaf may lie at a face of the wall, before the hole that it shuts, with no wall in its own line.
 R4  Between two walls that cross its line, as at the front of a closet, a door is as deep as a partition: those walls
     are deeper than any wall between two rooms, and do not go on in line with it.
+R5  A leaf that is named may lie in a wall in which nobody cut a hole, or at a face of it: it is cut out of all that
+    wall. Whether it does not just stand open there, its caller knows.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from statistics import median
 
@@ -52,8 +54,10 @@ from pipeline.tolerances import (
     CM_M,
     CRACK_M,
     DOORWAY_M,
+    FOOT_M,
     HALF_CM_M,
     HAND_M,
+    HEAD_M,
     IN_ONE_LINE,
     LAP_M,
     LARGELY,
@@ -146,6 +150,21 @@ def _doorway_across(box: Box, ends: list[float], faces: list[tuple[float, float]
     along = (box.along + slope * box.across) / longer
     depth = float(np.ptp(faces, axis=1).mean()) / longer + 2 * LAP_M  # or a hair of the wall would be left
     return Box(centre, along, sum(ends) * longer, depth, box.low, box.high)
+
+
+def doorway_in_uncut_wall(box: Box, walls: BaseGeometry) -> Box | None:
+    """R5: return the doorway, as deep as the wall that runs on behind all of a leaf or through it, or None."""
+    reach = box.width / 2 + AROUND_M
+    x, y = box.centre
+    near = clip_to_box(walls, x - reach, y - reach, x + reach, y + reach)
+    half = box.width / 2 - SLIVER_M
+    faces = [face for face in _faces(box, np.linspace(-half, half, LOOKS), near) if face is not None]
+    if len(faces) < LOOKS or (np.ptp(faces, axis=0) > SHEET_M).any():
+        return None
+    low, high = np.median(faces, axis=0).tolist()
+    if low > box.thickness / 2 + STAND_M or high < -box.thickness / 2 - STAND_M:
+        return None
+    return replace(box, centre=box.centre + (low + high) / 2 * box.across, thickness=high - low)
 
 
 def _jambs(box: Box, walls: BaseGeometry) -> list[float] | None:
@@ -328,6 +347,8 @@ def _leaf(box: Box, sign: float, thickness: float, walls: BaseGeometry) -> list[
 # R5  A leaf that hangs at the end of a lintel about as wide and stands at an angle to it, with no lintel of its own
 #     over it, stands ajar, named or not: its free end may come so near to a crossing wall that it seems to close a
 #     doorway.
+# R6  A named leaf in a wall without a hole for it, or at the face of one, is a door in that wall all the same, but one
+#     beside a doorway or a lintel as wide: it may be the leaf of that, and stand open.
 # ---------------------------------------------------------------------------------------------------------------------
 
 
@@ -408,6 +429,7 @@ def find_known_doorways(
     """All doorways in ``walls`` as they stand, and the leaves, closed or open; ``doors`` are those the source names."""
     found = [replace(each, polygon=fit_into_wall(each.polygon, walls)) for each in named]
     leaves = list(judged.leaves)
+    wayless: list[Box] = []
     for box in (box for mesh in doors for box in _boxes(mesh)):
         leaves.append(box_polygon(box, depth=max(box.thickness, SHEET_M)))
         if _stands_ajar(box, lintels):  # R5
@@ -415,6 +437,10 @@ def find_known_doorways(
         way = doorway_around_leaf(box, walls)
         if way is not None:
             found.append(Opening.named(box_polygon(way), has_door=True))
+        else:
+            wayless.append(box)
+    uncut = list(_in_uncut_walls(wayless, walls, lintels, found))
+    found += [Opening.named(box_polygon(way), has_door=True) for way in uncut]
     found += judged.doorways
     found = [
         replace(each, polygon=_through_wall(each.polygon, walls)) if is_shut else each
@@ -422,6 +448,18 @@ def find_known_doorways(
     ]
     found += [Opening.closing(strip, "door", "recess") for strip in leaves_in_recesses(lintels, walls)]
     return _each_once(found), leaves
+
+
+def _in_uncut_walls(
+    boxes: Sequence[Box], walls: BaseGeometry, lintels: BaseGeometry, known: Sequence[Opening]
+) -> Iterator[Box]:
+    """R6: yield the doorways of named leaves in walls without a hole for them."""
+    others = unite([each.polygon for each in known])
+    for box in boxes:
+        as_large = DOORWAY_M[0] <= box.width <= DOORWAY_M[1] and box.low <= FOOT_M and box.high >= HEAD_M
+        beside = shapely.dwithin(box_polygon(box), others, BESIDE_M) or _ends_beside_lintel(box, lintels)
+        if as_large and not beside and (way := doorway_in_uncut_wall(box, walls)) is not None:
+            yield way
 
 
 def _may_be_shut(doorways: Sequence[Opening], walls: BaseGeometry) -> npt.NDArray[np.bool_]:

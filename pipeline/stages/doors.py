@@ -18,6 +18,7 @@ R6  Between two rooms, what closes a straight gap as the end of walls or of the 
     nothing stands there. In a house of several rooms the open end of a corridor, broad enough for a person and no
     wider than a door, is an ``entrance``. It is none where a scan ends, where the source names its openings, at a void
     within the house, and where it leads into the air (R4).
+R7  Known doors side by side, without a post between them, are the leaves of one door, if it is no wider than a door.
 """
 
 from __future__ import annotations
@@ -53,6 +54,7 @@ from pipeline.geometry.openings import (
     Opening,
     assign_sides,
     distance_in_row,
+    hull_of_row,
     strips_before,
     strips_of,
 )
@@ -70,6 +72,7 @@ from pipeline.tolerances import (
     NEARLY_ALL,
     SHOULDERS_M,
     SLIVER_M,
+    STAND_M,
     UNNAMED_WAY_M,
 )
 from pipeline.values import Layout, Level, Planes, Spaces
@@ -101,7 +104,7 @@ def find_doors(level: Level, planes: Planes, layout: Layout, config: DoorsConfig
         elif strip.width >= config.narrowest_m:  # R1
             passages.append(replace(strip, kind="entrance" if strip.leads_outside else kind or "opening"))
     tall = _windows_to_the_floor(passages, level, planes, leaves, config.post_m)  # R5
-    passages = [passage for k, passage in enumerate(passages) if k not in tall]
+    passages = _with_all_leaves([passage for k, passage in enumerate(passages) if k not in tall], config.widest_m)
     if not level.sills:  # all passages of SUNCG have sills
         passages += _openings_at_guessed_edges(level, layout, config)
     given = {c.closed_by for c in layout.candidates} & (ENDS | {"room_edge"})
@@ -133,6 +136,24 @@ def _places_before(openings: Sequence[Opening]) -> Shapes:
     """Return where one stands (n,) who has come out of each of some openings to the outside."""
     sides = [1 if opening.sides[1] == OUTSIDE else -1 for opening in openings]
     return strips_before(openings, sides, SHOULDERS_M, off_m=HAND_M)
+
+
+def _with_all_leaves(passages: list[Opening], widest_m: float) -> list[Opening]:
+    """Return the passages, one for all leaves of a door (R7)."""
+    found: list[Opening] = []
+    for passage in passages:
+        for k, other in enumerate(found):
+            if not (passage.has_door and other.has_door):
+                continue
+            apart = distance_in_row(other, passage)
+            if apart is not None and apart <= STAND_M:
+                whole = hull_of_row(other, passage)
+                if whole.width <= widest_m:
+                    found[k] = whole
+                    break
+        else:
+            found.append(passage)
+    return found
 
 
 def _openings_at_guessed_edges(level: Level, layout: Layout, config: DoorsConfig) -> list[Opening]:

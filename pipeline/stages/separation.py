@@ -3,7 +3,8 @@
 R1  A piece that parts nothing (a shelf, a wall cabinet) is dropped, and so is a beam: one that spans more than
     ``beam_m`` between walls that cross its line, or between pillars that leave nearly the whole breadth of the room
     open on both sides, or more than ``header_m`` and hangs down by a hand's breadth at most. Wide bays in a row with
-    nothing but pillars between them are one opening. A wide gap (``gate``) closes to the outside only.
+    nothing but pillars between them are one opening. So are ``GROUP`` gaps or more in a row between the same two
+    spaces, with posts between them (a colonnade). A wide gap (``gate``) closes to the outside only.
 R2  A gap is dropped where it would part off less than a room, but for a closet that is wider than it. So are all strips
     around a space that has less than ``walled`` of its edge along walls (what hangs from a ceiling is no room), or that
     is too narrow to stand in.
@@ -61,6 +62,7 @@ from pipeline.tolerances import (
     AROUND_M,
     BESIDE_M,
     DOORWAY_M,
+    GROUP,
     HAIR_M,
     HAND_M,
     LAP_M,
@@ -187,6 +189,8 @@ def _parts_nothing(
         return False
     if candidate.closed_by == "gate":  # R1
         return True
+    if candidate.closed_by == "gap" and _is_in_colonnade(candidate, strips):
+        return True
     is_lintel = candidate.closed_by == "lintel"
     if is_lintel and candidate.width > config.header_m:
         shallow = intersect(candidate.polygon, shallow_headers)
@@ -204,6 +208,15 @@ def _stands_on_pillars(opening: Opening, strips: Sequence[Opening], rooms: list[
     ]
     sides = zip(rows, opening.sides, (-1.0, 1.0), strict=True)
     return all(row.width > config.beam_m and _is_as_broad(row, opening, way, rooms[side]) for row, side, way in sides)
+
+
+def _is_in_colonnade(opening: Opening, strips: Sequence[Opening]) -> bool:
+    """Return whether a gap stands in a row of ``GROUP`` gaps or more between the same two spaces (R1)."""
+    gaps = [c for c in strips if c.closed_by == "gap"]
+    gaps = [gap for gap in gaps if set(gap.sides) == set(opening.sides)]
+    row = _row_of_bays(opening, gaps, 0.0) if len(gaps) >= GROUP else opening
+    line = shapely.linestrings(row.segment)
+    return bool(sum(shapely.dwithin(line, shapely.points(gap.centre), opening.depth) for gap in gaps) >= GROUP)
 
 
 def _row_of_bays(opening: Opening, bays: Sequence[Opening], least_m: float) -> Opening:

@@ -254,3 +254,19 @@ def test_a_short_wall_with_a_hole_is_no_frame_of_the_leaf_in_it() -> None:
     found = plan_of(level([*shell((0.0, -2.0, 7.0, 3.0)), *sides, short, shut], ceiling_m=CEILING + 0.12))
     assert kinds(found) == ["door"]
     assert len(found.rooms) == 2
+
+
+@pytest.mark.parametrize(
+    ("off_m", "hole", "found"),
+    [(-0.12, False, 0), (-0.03, False, 1), (0.0, False, 1), (0.13, False, 1), (-0.03, True, 0)],
+)
+def test_a_named_leaf_at_the_face_of_an_uncut_wall_is_a_door_in_it(off_m: float, hole: bool, found: int) -> None:  # R6
+    """The leaf is 6 cm thick, the wall 10 cm; a leaf beside a doorway as wide may be the open one of that."""
+    lintel = shapely.box(2.95, 0.1, 3.05, 1.0)
+    leaf_ = box((2.0, off_m - 0.03, 2.9, off_m + 0.03), 0.0, 2.0)
+    door = Mesh(np.asarray(leaf_.vertices), np.asarray(leaf_.faces))
+    nothing = JudgedLeaves((), (), (), EMPTY)
+    doorways, _ = find_known_doorways([], [door], shapely.box(0, 0, 5, 0.1), lintel if hole else EMPTY, nothing)
+    assert len(doorways) == found
+    if found:
+        assert doorways[0].polygon.bounds == pytest.approx((2.0, 0.0, 2.9, 0.1), abs=0.01)

@@ -240,3 +240,11 @@ def test_a_way_out_whose_head_nobody_can_measure_is_no_reason_to_call_another_on
     sides = [*wall((-0.2, -0.2, 0.0, 4.0)), *wall((4.0, -0.2, 4.2, 4.0))]
     house = [*wall((-0.2, -0.2, 4.2, 0.0), *front), *sides, *sheet_wall((0.0, 4.0), (4.0, 4.0), Hole(1.0, 1.9))]
     assert kinds(doors(house)) == ["entrance", "entrance"]
+
+
+@pytest.mark.parametrize(("post", "widths"), [(0.0, [1.6]), (0.2, [0.8, 0.8])])
+def test_the_leaves_of_one_door_are_one_passage(post: float, widths: list[float]) -> None:
+    low, high = (1.0, 1.8), (1.8 + post, 2.6 + post)
+    leaves = tuple(Opening.named(shapely.box(4.0, a, 4.2, b), has_door=True) for a, b in (low, high))
+    found = doors(two_rooms(Hole(1.0, 1.8), Hole(1.8 + post, 2.6 + post)), openings=leaves).passages
+    assert [each.width for each in found] == pytest.approx(widths, abs=0.01)

@@ -884,3 +884,9 @@ def test_a_room_of_the_source_that_walls_enclose_keeps_their_edge() -> None:
     found = layout(shell((0, 0, 5, 4)), rooms=drawn)
     assert areas(found) == [20.0]
     assert not found.candidates
+
+
+@pytest.mark.parametrize(("post_m", "gaps", "rooms"), [(0.1, 3, 1), (0.1, 2, 2), (0.6, 3, 2)])
+def test_gaps_between_a_row_of_posts_part_nothing(post_m: float, gaps: int, rooms: int) -> None:
+    ways = [gap(0.3 + k * (0.5 + post_m), 0.8 + k * (0.5 + post_m)) for k in range(gaps)]
+    assert len(layout(two_rooms(*ways)).rooms) == rooms
