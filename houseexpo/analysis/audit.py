@@ -175,7 +175,7 @@ class PlanAudit(Struct, array_like=True, frozen=True):
 
 
 def audit_plan(plan: PlanData) -> PlanAudit | None:
-    """PlanAudit a plan; return None if it has no rooms."""
+    """Audit a plan; return None if it has no rooms."""
     import shapely
 
     rooms = [room for room in plan.rooms if room.area > 0]

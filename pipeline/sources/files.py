@@ -218,7 +218,11 @@ class LeftOutParts:
 
     def each(self, parts: Any, what: str, make: Callable[[Any], Part | None]) -> Iterator[Part]:
         """Yield what is made of each part of a list; one that makes none of it is left out, and None is passed over."""
-        for number, part in enumerate(parts if isinstance(parts, list) else ()):
+        if not isinstance(parts, list):
+            if parts is not None:
+                self.add(f"{what}: expected a list, found {type(parts).__name__}")
+            return
+        for number, part in enumerate(parts):
             try:
                 made = make(part)
             except PART_FAULTS as error:
@@ -404,7 +408,9 @@ def read_json_object(path: Path, advice: str) -> dict[str, Any]:
     except (ValueError, RecursionError) as error:
         raise Rejection("source", Reason.UNREADABLE, f"{path.name} is no JSON: {str(error)[:120]}", advice) from None
     if not isinstance(found, dict):
-        raise Rejection("source", Reason.UNREADABLE, f"{path.name}: expected an object", advice)
+        raise Rejection(
+            "source", Reason.UNREADABLE, f"{path.name}: expected an object, found {type(found).__name__}", advice
+        )
     return found
 
 

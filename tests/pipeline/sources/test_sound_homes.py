@@ -17,7 +17,7 @@ from pipeline.algorithm import plan_level
 from pipeline.config import PipelineConfig
 from pipeline.furnish import furnish_plan
 from pipeline.sources import find, reader
-from pipeline.sources.sound_homes.home import LIMITS, LIT, SLEEPING, SPREAD, make_sound_home, sound_home_id
+from pipeline.sources.sound_homes.home import _OWN_STREAM, LIMITS, LIT, SLEEPING, make_sound_home, sound_home_id
 from pipeline.sources.sound_homes.houses import WET
 from pipeline.sources.sound_homes.level import levels_of_sound_home, sound_home_digest
 from pipeline.sources.sound_homes.programme import STOREYS, draw_kind
@@ -140,7 +140,7 @@ def test_a_balcony_and_the_edge_of_a_floor_have_parapets_that_one_sees_over(home
 @pytest.fixture(scope="module")
 def houses() -> list[SoundHome]:
     """The first eight houses of several storeys, and the first of three."""
-    of_kind = (k for k in count() if draw_kind(np.random.default_rng([SEED, k, SPREAD])) in STOREYS)
+    of_kind = (k for k in count() if draw_kind(np.random.default_rng([SEED, k, _OWN_STREAM])) in STOREYS)
     made = (make_sound_home(index, SEED) for index in of_kind)
     found = list(islice(made, 8))
     return [*found, next(home for home in chain(found, made) if len(home.storeys) > 2)]

@@ -84,11 +84,12 @@ def test_a_table_and_a_pickle_hold_many_plans(tmp_path):
 def test_a_floor_plan_of_interiorgs_names_its_furniture_and_what_it_leaves_out(tmp_path):
     document = json.loads(published.interior_gs())
     document["walls"] += [{"location": [[0, 0]], "thickness": 0.1, "height": 2.8}, "nonsense"]
+    document["holes"] = 3
     document["ins"] += [{"label": "Lamp", "position": [1, 1, 2.5], "size": [0.3, 0.3, 0.3]}, {"label": "Sofa"}]
     path = written(tmp_path / "scene.json", json.dumps(document))
     (level,) = reader("vector_plans").read(next(find(str(path))))
     assert [thing.words for thing in level.furniture] == [("Sofa",)]
-    for part in ("walls[5]", "walls[6]", "ins[3]"):
+    for part in ("walls[5]", "walls[6]", "ins[3]", "holes: expected a list, found int"):
         assert part in level.provenance["left_out"]
 
 
