@@ -45,10 +45,9 @@ def polygons_of(shape: BaseGeometry) -> list[Polygon]:
 
 
 def dot_product(one: npt.NDArray[np.float64], other: npt.NDArray[np.float64]) -> Any:
-    """Return the scalar products of plane vectors (..., 2) and (2,), or of as many, written out.
+    """Return the scalar products of plane vectors (..., 2) with (2,), or pairwise with (..., 2).
 
-    Of two single vectors, ``@`` rounds as the processor's own kernel of the linear algebra library does: one machine's
-    plan would not be another's.
+    ``@`` rounds as the processor's own linear algebra kernel does, so that plans would differ between machines.
     """
     return one[..., 0] * other[..., 0] + one[..., 1] * other[..., 1]
 
@@ -62,26 +61,26 @@ def drop_lines_and_points(shape: BaseGeometry) -> BaseGeometry:
 
 
 def ignore_division_warnings() -> np.errstate:
-    """Keep still NumPy's warnings that GEOS divides by the length of edges, which may be none."""
+    """Silence NumPy's warnings from GEOS, which divides by the length of edges, also where it is 0."""
     return np.errstate(divide="ignore", invalid="ignore")
 
 
 def buffer_mitred(shape: Any, distance_m: float, limit: float = 2.0) -> Any:
-    """Grow (or, negative, draw in) an area, or each of an array of them, the corners kept square."""
+    """Grow an area, or each of an array of areas, by metres, with square corners; a negative distance shrinks it."""
     with ignore_division_warnings():
         return shapely.buffer(shape, distance_m, cap_style=_ROUND, join_style=_MITRE, mitre_limit=limit)
 
 
 def clip_to_box(shape: BaseGeometry, x1: float, y1: float, x2: float, y2: float) -> BaseGeometry:
-    """Return what of an area lies in a rectangle; lines may be left on its edge."""
+    """Return the part of an area in a rectangle; lines may be left on its edge."""
     try:
         return shapely.clip_by_rect(shape, x1, y1, x2, y2)
-    except shapely.errors.GEOSException:  # quick, and defeated by rings that touch the edge in a point
+    except shapely.errors.GEOSException:  # clip_by_rect is quick, but fails on rings that touch the edge in a point
         return intersect(shape, shapely.box(x1, y1, x2, y2))
 
 
 def subtract(a: BaseGeometry, b: BaseGeometry) -> BaseGeometry:
-    """Return what of ``a`` is not in ``b``."""
+    """Return the part of ``a`` outside ``b``."""
     return drop_lines_and_points(_robust(shapely.difference, a, b))
 
 
@@ -93,12 +92,12 @@ def intersect(a: BaseGeometry, b: BaseGeometry) -> BaseGeometry:
 
 
 def intersect_pairs(a: Shapes, b: Shapes) -> Shapes:
-    """Return what each of ``a`` (n,) shares with its partner in ``b`` (n,); lines and points may be among it."""
+    """Return the intersection of each of ``a`` (n,) with its partner in ``b`` (n,), lines and points included."""
     return _overlay_pairs(shapely.intersection, a, b)
 
 
 def shares_inside(shapes: Sequence[Polygon] | Shapes, area: BaseGeometry | None) -> npt.NDArray[np.float64]:
-    """Return the share of each of the shapes (n,) that lies in an area; 0 where there is none."""
+    """Return the share of each of the shapes (n,) that lies in an area; 0 if the area is None or empty."""
     if area is None or area.is_empty:
         return np.zeros(len(shapes))
     return np.asarray(areas_inside(shapes, area) / shapely.area(shapes))
@@ -114,7 +113,7 @@ def areas_inside(shapes: Sequence[Polygon] | Shapes, area: BaseGeometry) -> npt.
 
 
 def shares_of_places(places: Shapes, area: BaseGeometry) -> npt.NDArray[np.float64]:
-    """Return the share of each of some places (n,) that lies in an area, of which most is far from each of them."""
+    """Return the share of each place (n,) that lies in an area; quick where each place is small beside the area."""
     found = np.zeros(len(places))
     if area.is_empty or not len(places):
         return found
@@ -147,19 +146,19 @@ def overlaps(shapes: tuple[Polygon, ...], others: tuple[Polygon, ...]) -> npt.ND
 
 
 def subtract_pairs(a: Shapes, b: Shapes) -> Shapes:
-    """Return what of each of ``a`` (n,) is not in its partner in ``b`` (n,)."""
+    """Return the part of each of ``a`` (n,) outside its partner in ``b`` (n,)."""
     return _overlay_pairs(shapely.difference, a, b)
 
 
 def unite(shapes: Iterable[BaseGeometry]) -> BaseGeometry:
-    """Return all of them in one."""
+    """Return the union of the shapes."""
     return drop_lines_and_points(_robust(shapely.union_all, list(shapes)))
 
 
 def _robust(operation: Callable[..., BaseGeometry], *shapes: Any) -> BaseGeometry:
-    """Overlay as exactly as it goes; where rounding defeats that, the shapes mended and on a grid of a micrometre.
+    """Overlay exactly; if GEOS fails by rounding, overlay the mended shapes on a grid of ``OVERLAY_GRID_M``.
 
-    Buffers with square corners come out invalid now and then, which no grid can put right.
+    A grid alone is not enough: buffers with square corners are sometimes invalid.
     """
     try:
         return operation(*shapes)
@@ -168,7 +167,7 @@ def _robust(operation: Callable[..., BaseGeometry], *shapes: Any) -> BaseGeometr
 
 
 def _overlay_pairs(operation: Callable[..., Any], a: Shapes, b: Shapes) -> Shapes:
-    """Overlay pair by pair; where one of them defeats that, each by itself."""
+    """Overlay all pairs at once; if GEOS fails on one, overlay each pair by itself with ``_robust``."""
     try:
         return np.asarray(operation(a, b))
     except shapely.errors.GEOSException:
@@ -178,7 +177,7 @@ def _overlay_pairs(operation: Callable[..., Any], a: Shapes, b: Shapes) -> Shape
 
 
 def _mend(shape: Any) -> Any:
-    """A shape, or each of a list of them, valid and without the lines that mending leaves."""
+    """Return a shape, or each of a list of shapes, made valid and without the lines that this leaves."""
     if isinstance(shape, BaseGeometry):
         return drop_lines_and_points(shapely.make_valid(shape))
     return [_mend(each) for each in shape]
@@ -207,7 +206,7 @@ def enclosed_area(walls: BaseGeometry) -> float:
 
 
 def _rooms_and_specks(walls: BaseGeometry) -> tuple[list[Polygon], list[Polygon]]:
-    """Return what walls close all round, largest first: the rooms, and what is too small to be one."""
+    """Return the areas that walls close all round, largest first: the rooms, and the specks too small for a room."""
     parts = polygons_of(walls)
     holes = [hole for part in parts for hole in shapely.polygons(shapely.get_rings(part)[1:])]
     if not holes:
@@ -223,7 +222,7 @@ def _rooms_and_specks(walls: BaseGeometry) -> tuple[list[Polygon], list[Polygon]
 
 
 def fill_enclosed(walls: BaseGeometry) -> BaseGeometry:
-    """Return the walls and all that they close."""
+    """Return the walls and the areas that they enclose, as one area."""
     return unite(Polygon(part.exterior) for part in polygons_of(walls))
 
 
@@ -264,7 +263,7 @@ def smooth_edges(shape: BaseGeometry, width_m: float) -> BaseGeometry:
 
 
 def are_too_narrow(shapes: Sequence[Polygon] | Shapes, width_m: float) -> npt.NDArray[np.bool_]:
-    """For each of the shapes whether nothing of it is as wide as ``width_m``: opened, it would be empty."""
+    """Return for each of the shapes whether it is narrower than ``width_m`` everywhere (its opening is empty)."""
     return np.asarray(shapely.is_empty(buffer_mitred(np.array(shapes, dtype=np.object_), -width_m / 2)), np.bool_)
 
 
@@ -331,8 +330,8 @@ class OutlineCorners:
 def trace_outlines(areas: Sequence[Polygon], detail_m: float) -> OutlineCorners:
     """Return the rings of some areas, without details smaller than ``detail_m``.
 
-    Simplifying (Douglas-Peucker) keeps the point that lies farthest from the line between two others. Of the points of
-    one edge parallel to that line any may be it, also one in the middle of the edge: such points are dropped here.
+    Simplifying (Douglas-Peucker) keeps the point farthest from the line between two others. On an edge parallel to that
+    line, this may be a point in the middle of the edge; such points are dropped here.
     """
     shapes = shapely.orient_polygons(shapely.simplify(np.array(areas, dtype=np.object_), detail_m))
     rings, of_area = shapely.get_rings(shapes, return_index=True)
@@ -342,7 +341,7 @@ def trace_outlines(areas: Sequence[Polygon], detail_m: float) -> OutlineCorners:
 
 
 def _corners(found: OutlineCorners, detail_m: float) -> OutlineCorners:
-    """Return the points that lie off the line between their neighbours; of two in a row that do not, the first goes."""
+    """Drop points on the line between their neighbours; of two such points in a row, drop only the first."""
     before = found.points[found.before]
     along, to = found.points[found.after] - before, found.points - before
     length = np.hypot(*along.T)
@@ -362,8 +361,8 @@ def _corners(found: OutlineCorners, detail_m: float) -> OutlineCorners:
 def triangulate(polygon: shapely.Polygon) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.int64]]:
     """Return a polygon's corners (n, 2), ring by ring, the outer one counterclockwise, and its triangles (m, 3).
 
-    GEOS makes the better triangles, but fails on some valid polygons, such as those with a hole that touches the outer
-    ring in a corner; these Manifold does.
+    GEOS makes the better triangles, but fails on some valid polygons, such as one with a hole that touches the outer
+    ring in a corner. Manifold triangulates these.
     """
     outline = shapely.orient_polygons(polygon)
     rings = [shapely.get_coordinates(ring)[:-1] for ring in (outline.exterior, *outline.interiors)]
@@ -383,9 +382,9 @@ def triangulate(polygon: shapely.Polygon) -> tuple[npt.NDArray[np.float64], npt.
 def node_on_grid(lines: Shapes, grid_m: float) -> Shapes:
     """Return lines cut where they meet, with all ends on a grid of ``grid_m`` metres, as ``shapely.union_all`` does.
 
-    With a grid, that takes GEOS seven times as long as without. Most walls meet only in corners that they already
-    have. So the ends are put on the grid first. The grid changes nothing more if lines then cut each other only on the
-    grid, and no end lies beside another line. Only where lines meet within half a cell of 0 may the sign of 0 differ.
+    GEOS takes seven times as long with a grid as without, and most walls meet only in their corners. So the ends are
+    rounded to the grid first, and the grid is left out if lines then cut each other only on it, with no end beside
+    another line. The results are the same but for the sign of 0.
     """
     ends = shapely.get_coordinates(lines)
     if len(ends) == 2 * len(lines):
@@ -435,5 +434,5 @@ def _as_numbers(points: Floats) -> npt.NDArray[np.complex128]:
 
 
 def _edge_numbers(start: Indices, end: Indices, count: int) -> Indices:
-    """Return a number for each edge between two of ``count`` points, whichever of them comes first."""
+    """Return a number for each edge between two of ``count`` points, the same for both directions of the edge."""
     return np.asarray(np.minimum(start, end) * count + np.maximum(start, end), np.int64)

@@ -1,16 +1,16 @@
 """Compute the polygon of a doorway, from jamb to jamb and face to face of the wall, from a leaf or an opening.
 
-A leaf, or an opening as a source draws it, tells where a door is, but not its exact depth and width: leaves are thinner
-than the wall, frames and play leave a few centimetres at the sides, openings stick out of the wall.
+A leaf, or an opening as a source draws it, gives the place of a door, but not its exact depth and width: leaves are
+thinner than the wall, frames leave a few centimetres at the sides, openings stick out of the wall.
 
-R1  A wall that is a little skewed to what stands in it is cut through; where it is so much askew that its two ends lie
-    in different lines, the doorway is turned to lie along the wall.
-R2  Two walls of their own, one beside the other: the thinner one decides how deep the doorway is.
+R1  A doorway cuts through a wall that is slightly skewed to the leaf. If the wall's parts at the two ends are so far
+    out of line that one box would be too deep, the doorway is turned to lie along the wall.
+R2  If the ends meet two separate walls, one beside the other, the thinner wall gives the depth of the doorway.
 R3  A leaf may lie at a face of the wall, before the hole that it shuts, with no wall in its own line.
-R4  Between two walls that cross its line, as at the front of a closet, a door is as deep as a partition: those walls
-    are deeper than any wall between two rooms, and do not go on in line with it.
-R5  A leaf that is named may lie in a wall in which nobody cut a hole, or at a face of it: it is cut out of all that
-    wall. Whether it does not just stand open there, its caller knows.
+R4  Between two walls that cross its line, as at the front of a closet, a door is as deep as a partition: such walls
+    measure deeper than any wall between two rooms, and do not go on in line with the door.
+R5  A named leaf may lie in a wall without a hole, or at a face of it: the doorway goes through the whole wall. The
+    caller has to know that the leaf does not merely stand open there.
 """
 
 from __future__ import annotations
@@ -83,19 +83,19 @@ Floats = npt.NDArray[np.float64]
 
 
 def fit_into_wall(polygon: Polygon, walls: BaseGeometry) -> Polygon:
-    """A doorway as its source draws it, drawn in to the faces of the wall that it lies in, where that is known."""
+    """Return a doorway as drawn by its source, fitted to the faces of its wall; unchanged if no wall is found."""
     found = doorway_around_leaf(box_around_polygon(polygon), walls)
     if found is None:
         return polygon
     drawn = box_polygon(found)
     kept = intersect(drawn, polygon).area > 0.5 * min(drawn.area, polygon.area)
-    return drawn if kept else polygon  # between two walls the one beside it may look nearer
+    return drawn if kept else polygon  # the nearer of two walls may be the wrong one
 
 
 def doorway_around_leaf(box: Box, walls: BaseGeometry) -> Box | None:
-    """Return the doorway in which a leaf stands closed, as a box as deep as the wall, or None if it stands in none.
+    """Return the doorway in which a leaf stands closed, as a box as deep as the wall, or None if there is no doorway.
 
-    Either walls meet both of its ends within ``BESIDE_M``, or it stands in a wall that runs on through it.
+    Walls meet both ends of the leaf within ``BESIDE_M``, or a wall runs on through the leaf.
     """
     reach = box.width / 2 + BESIDE_M + AROUND_M
     (x, y) = box.centre
@@ -131,7 +131,7 @@ def _are_crossing(box: Box, ends: list[float], walls: BaseGeometry) -> bool:
 
 
 def _doorway_across(box: Box, ends: list[float], faces: list[tuple[float, float]], walls: BaseGeometry) -> Box | None:
-    """R1: the doorway in the wall of which ``faces`` lie at both ``ends`` of a leaf, or None if these are two walls."""
+    """R1: return the doorway along the wall with these ``faces`` at the ``ends`` of a leaf; None if it is two walls."""
     if len(faces) < 2 or abs(np.ptp(faces[0]) - np.ptp(faces[1])) > STAND_M:
         return None
     at = [-ends[0] - SLIVER_M, ends[1] + SLIVER_M]
@@ -148,12 +148,12 @@ def _doorway_across(box: Box, ends: list[float], faces: list[tuple[float, float]
     longer = float(np.hypot(1.0, slope))
     centre = box.centre + middle * box.along + aside * box.across
     along = (box.along + slope * box.across) / longer
-    depth = float(np.ptp(faces, axis=1).mean()) / longer + 2 * LAP_M  # or a hair of the wall would be left
+    depth = float(np.ptp(faces, axis=1).mean()) / longer + 2 * LAP_M  # without the lap, a hair of wall would be left
     return Box(centre, along, sum(ends) * longer, depth, box.low, box.high)
 
 
 def doorway_in_uncut_wall(box: Box, walls: BaseGeometry) -> Box | None:
-    """R5: return the doorway, as deep as the wall that runs on behind all of a leaf or through it, or None."""
+    """R5: return the doorway through the wall that runs on behind a leaf or through it, or None without such a wall."""
     reach = box.width / 2 + AROUND_M
     x, y = box.centre
     near = clip_to_box(walls, x - reach, y - reach, x + reach, y + reach)
@@ -168,16 +168,16 @@ def doorway_in_uncut_wall(box: Box, walls: BaseGeometry) -> Box | None:
 
 
 def _jambs(box: Box, walls: BaseGeometry) -> list[float] | None:
-    """Return how far from the box's centre the wall begins at its two ends, or None if none does within reach.
+    """Return the distances, metres, from the box's centre to the wall at its two ends, or None if an end meets none.
 
-    At each end, the middle and two places aside of it are looked at.
+    At each end, three lines are measured: the middle and one to each side.
     """
     half = box.width / 2
     aside_m = 0.3 * min(box.thickness, HAND_M)
     starts = np.tile(box.centre + np.array([[0.0], [-aside_m], [aside_m]]) * box.across, (2, 1))
     on = np.repeat([-box.along, box.along], 3, axis=0)
     along = np.stack([starts + (half - SLIVER_M) * on, starts + (half / 2) * on])
-    goes_on = shapely.intersects_xy(walls, along[..., 0], along[..., 1]).all(axis=0)  # it stands in a wall that runs on
+    goes_on = shapely.intersects_xy(walls, along[..., 0], along[..., 1]).all(axis=0)  # a wall runs on through the box
     rays = shapely.linestrings(np.stack([starts + half / 2 * on, starts + (half + BESIDE_M) * on], axis=1))
     hits, ray = shapely.get_coordinates(shapely.intersection(rays, walls), return_index=True)
     away = np.full(6, np.inf)
@@ -190,7 +190,7 @@ def _jambs(box: Box, walls: BaseGeometry) -> list[float] | None:
 
 
 def _jambs_behind(box: Box, walls: BaseGeometry) -> list[float] | None:
-    """R3: return how far the two ends of the wall are from the centre of a leaf that lies before a hole, or None."""
+    """R3: return ``_jambs`` for a leaf that lies before the hole at a face of its wall, or None."""
     if box.thickness > HAND_M:
         return None
     for sign in (-1.0, 1.0):
@@ -203,9 +203,9 @@ def _jambs_behind(box: Box, walls: BaseGeometry) -> list[float] | None:
 
 
 def _faces(box: Box, at: Floats, walls: BaseGeometry) -> list[tuple[float, float] | None]:
-    """Return where the wall's two faces lie across the box, at each of some distances (n,) along it.
+    """Return the offsets, metres, of the wall's two faces across the box, at distances (n,) along it from its centre.
 
-    None where no wall stands, or where it is too thick.
+    An entry is None where no wall stands or the wall is thicker than ``STONE_WALL_M``.
     """
     points = box.centre + at[:, None] * box.along
     reach = STONE_WALL_M * box.across
@@ -225,18 +225,18 @@ def _faces(box: Box, at: Floats, walls: BaseGeometry) -> list[tuple[float, float
 
 
 # ---------------------------------------------------------------------------------------------------------------------
-# Leaves and panes that are one body with their wall: what is shut leaves a recess under its lintel.
+# Leaves and panes that are one body with their wall: a closed one leaves a recess under its lintel.
 # ---------------------------------------------------------------------------------------------------------------------
 
 LOOK_SHARES = np.linspace(-0.4, 0.4, LOOKS)
 
 
 def leaves_in_recesses(lintels: BaseGeometry, walls: BaseGeometry) -> list[Polygon]:
-    """Doorways in which a thin piece of ``walls`` stands beside a slim lintel; each is the piece and the lintels by it.
+    """Return doorways made of a thin piece of ``walls``, the leaf, and the slim lintels beside it.
 
-    ``lintels`` is what hangs over free floor. A lintel over an open door is as deep as the wall; one over a recess is
-    slimmer, and what stands beside it, as long as it, is the leaf. The recess ends at a jamb on both sides; what hangs
-    before a wall that goes on (a shelf, a pile of boards) makes none.
+    ``lintels`` hang over free floor. A lintel over an open door is as deep as the wall. A lintel over a recess is
+    slimmer, and a leaf as long as the lintel stands beside it. A recess ends at a jamb on both sides; a shelf before a
+    wall that goes on makes no recess.
     """
     found = [pair for pair in _door_recesses(lintels, walls, DOORWAY_M) if _has_jambs(pair[0], walls)]
     return polygons_of(unite(_with_lintel(leaf, lintel) for lintel, leaf in found))
@@ -253,12 +253,12 @@ def _has_jambs(lintel: Polygon, walls: BaseGeometry) -> bool:
 def glazed_recesses(
     lintels: BaseGeometry, walls: BaseGeometry, panes: Sequence[Leaf] = (), *, any_width: bool = False
 ) -> list[Polygon]:
-    """Lintels beside a pane too wide for a door: full-height glazing stands there, and the wall is as deep as they.
+    """Return the lintels beside full-height glazing (a pane too wide for a door), which count as wall there.
 
-    ``panes`` are plates of rows, whatever their width. ``any_width``: so is a pane as wide as a door, since all doors
-    are known.
+    ``panes`` are the plates of rows, which count whatever their width. With ``any_width`` all doors are known, so a
+    pane as wide as a door counts too.
     """
-    bare = lintels if any_width else drop_thin_parts(lintels, HAND_M)  # without the seams of a ceiling that end at them
+    bare = lintels if any_width else drop_thin_parts(lintels, HAND_M)  # without seams of a ceiling
     least = DOORWAY_M[0] if any_width else DOORWAY_M[1]
     beside = unite([box_polygon(pane.box, depth=2 * WALL_M) for pane in panes])
     return [
@@ -282,7 +282,7 @@ def _door_recesses(
     shapely.prepare(walls)
     closed = shapely.intersects(walls, _places_beside([box for _, box in slim]))
     found = []
-    for k, side in np.argwhere(closed).tolist():  # beside an open doorway nothing stands, and no ray need look
+    for k, side in np.argwhere(closed).tolist():  # nothing stands beside an open doorway: it needs no ray
         (lintel, box), sign = slim[k], (-1.0, 1.0)[side]
         x1, y1, x2, y2 = lintel.bounds
         near = clip_to_box(walls, x1 - 0.5, y1 - 0.5, x2 + 0.5, y2 + 0.5)
@@ -293,7 +293,7 @@ def _door_recesses(
 
 
 def _places_beside(boxes: Sequence[Box]) -> Shapes:
-    """Return the strips (n, 2) in which all looks beside the long sides of lintels lie (``_thickness_beside``)."""
+    """Return the strips (n, 2) that hold all rays of ``_thickness_beside`` on the two long sides of each lintel."""
     widths = [2 * LOOK_SHARES[-1] * box.width + CM_M for box in boxes]
     return strips_beside(boxes, widths, off_m=-CM_M - HALF_CM_M, depth_m=THIN_WALL_M + CM_M)
 
@@ -304,7 +304,7 @@ def _with_lintel(leaf: Polygon, lintel: Polygon) -> BaseGeometry:
 
 
 def _thickness_beside(box: Box, sign: float, walls: BaseGeometry) -> float | None:
-    """Return how thick the wall is that touches one long side, or None if it is none, or too thick for a leaf."""
+    """Return the thickness, metres, of the wall at one long side; None without a wall or if too thick for a leaf."""
     across = sign * box.across
     found: list[float] = []
     for looks, share in enumerate(LOOK_SHARES, start=1):
@@ -318,7 +318,7 @@ def _thickness_beside(box: Box, sign: float, walls: BaseGeometry) -> float | Non
 
 
 def _thickness_along(foot: Floats, across: Floats, walls: BaseGeometry) -> float | None:
-    """Return how thick the wall is that begins at a place, or None if none does, or one too thick for a leaf."""
+    """Return the thickness, metres, of the wall that begins at a place; None without a wall or if too thick."""
     ray = shapely.linestrings([foot, foot + THIN_WALL_M * across])
     parts = [p for p in shapely.get_parts(shapely.intersection(ray, walls)) if p.length > 0]
     if not parts:
@@ -336,25 +336,24 @@ def _leaf(box: Box, sign: float, thickness: float, walls: BaseGeometry) -> list[
 # ---------------------------------------------------------------------------------------------------------------------
 # Doors that are known before any gap is looked at: named by the source, or by the leaf that stands in them.
 #
-# R1  A leaf between two ends of one wall stands closed in a doorway, but not one that ends beside a lintel of its own
-#     width: that hangs over the doorway, and the leaf stands ajar against another wall. One that stands proud of the
-#     wall on both sides (a frame) is a door in any case.
-# R2  Any other leaf stands open, or is furniture where it is too thick for a leaf. What ends as high as the walls that
-#     it touches, and has nothing above it, is a stretch of wall, and so is what has wall above it.
-# R3  A leaf that is one body with its wall shows by the recess under its lintel, as above.
-# R4  An opening that the source names is a doorway, whatever stands in it, and so is a door that it names in a wall.
-#     Where the wall leans or bulges, what is left of it before a face of the doorway, thinner than a sheet, goes too.
-# R5  A leaf that hangs at the end of a lintel about as wide and stands at an angle to it, with no lintel of its own
-#     over it, stands ajar, named or not: its free end may come so near to a crossing wall that it seems to close a
-#     doorway.
-# R6  A named leaf in a wall without a hole for it, or at the face of one, is a door in that wall all the same, but one
-#     beside a doorway or a lintel as wide: it may be the leaf of that, and stand open.
+# R1  A leaf between two ends of one wall stands closed in a doorway. Exception: beside one of its ends a lintel as wide
+#     as the leaf begins. Then the doorway is under that lintel, and the leaf stands ajar against another wall. A body
+#     that stands proud of the wall on both sides (a frame), or has wall above it, is a door in any case.
+# R2  Any other leaf is part of a wall if wall hangs over it, or if it ends as high as the walls that it touches and has
+#     no handle. Otherwise it stands open, or is furniture if it is too thick for a leaf.
+# R3  A leaf that is one body with its wall is found by the recess under its lintel, as above.
+# R4  An opening that the source names is a doorway, whatever stands in it. So is a door that it names in a wall. Where
+#     the wall leans or bulges, a rest of it thinner than a sheet at a face of the doorway is cut away too.
+# R5  A leaf stands ajar, named or not, if one of its ends lies at a lintel about as wide, at an angle to it, and no
+#     lintel of its own hangs over it. Its free end may come near a crossing wall and so seem to close a doorway.
+# R6  A named leaf in a wall without a hole for it, or at a face of that wall, is a door in the wall. Exception: a leaf
+#     beside a doorway or a lintel as wide, which may be the open leaf of that doorway.
 # ---------------------------------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, eq=False)
 class JudgedLeaves:
-    """What the leaves are: doorways, leaves closed or open, bodies that are wall after all, furniture (plan areas)."""
+    """The judged leaves: doorways, leaves closed or open, numbers of bodies that are wall, furniture (plan areas)."""
 
     doorways: tuple[Opening, ...]
     leaves: tuple[Polygon, ...]
@@ -363,7 +362,7 @@ class JudgedLeaves:
 
 
 def judge_leaves(leaves: Sequence[Leaf], walls: BaseGeometry, hanging: BaseGeometry) -> JudgedLeaves:
-    """Judge what is shaped as a door; ``walls`` and ``hanging`` are without it."""
+    """Judge the bodies shaped like doors (R1, R2, R5); ``walls`` and ``hanging`` do not contain them."""
     doorways: list[Opening] = []
     found: list[Polygon] = []
     pieces: list[int] = []
@@ -409,7 +408,7 @@ def _ends_beside_lintel(box: Box, hanging: BaseGeometry) -> bool:
 
 
 def _stands_ajar(box: Box, hanging: BaseGeometry) -> bool:
-    """R5."""
+    """R5: return whether a leaf stands ajar at a lintel in ``hanging``."""
     plan = box_polygon(box, depth=max(box.thickness, SHEET_M))
     ends = shapely.points([box.centre - box.width / 2 * box.along, box.centre + box.width / 2 * box.along])
     parts = [p for p in polygons_of(hanging) if shapely.distance(p, plan) < THIN_WALL_M]
@@ -426,7 +425,7 @@ def _stands_ajar(box: Box, hanging: BaseGeometry) -> bool:
 def find_known_doorways(
     named: Iterable[Opening], doors: Iterable[Mesh], walls: BaseGeometry, lintels: BaseGeometry, judged: JudgedLeaves
 ) -> tuple[list[Opening], list[Polygon]]:
-    """All doorways in ``walls`` as they stand, and the leaves, closed or open; ``doors`` are those the source names."""
+    """Return all doorways in ``walls`` (R3 to R6), and all leaves; ``named`` and ``doors`` are named by the source."""
     found = [replace(each, polygon=fit_into_wall(each.polygon, walls)) for each in named]
     leaves = list(judged.leaves)
     wayless: list[Box] = []
@@ -463,7 +462,7 @@ def _in_uncut_walls(
 
 
 def _may_be_shut(doorways: Sequence[Opening], walls: BaseGeometry) -> npt.NDArray[np.bool_]:
-    """Return before which of the doorways (n,) some wall stands, right at one of the two faces."""
+    """Return for which of the doorways (n,) some wall stands right before one of the two faces."""
     boxes = boxes_around_polygons([each.polygon for each in doorways])
     shapely.prepare(walls)
     before = strips_beside(boxes, [box.width - 2 * CRACK_M for box in boxes], off_m=-LAP_M, depth_m=LAP_M + SHEET_M)
@@ -471,13 +470,13 @@ def _may_be_shut(doorways: Sequence[Opening], walls: BaseGeometry) -> npt.NDArra
 
 
 def _through_wall(doorway: Polygon, walls: BaseGeometry) -> Polygon:
-    """Return a doorway, so much deeper that no wall thinner than ``SHEET_M``, nor a hair of it, shuts it (R4)."""
+    """Return a doorway, deepened if a layer of wall thinner than ``SHEET_M`` shuts one of its faces (R4)."""
     box = box_around_polygon(doorway)
     x1, y1, x2, y2 = doorway.bounds
     rest = subtract(clip_to_box(walls, x1 - WALL_M, y1 - WALL_M, x2 + WALL_M, y2 + WALL_M), doorway)
 
     def left(sign: float, start_m: float) -> tuple[float, float]:
-        """Return the share of the width that wall shuts in a layer of ``SHEET_M``, and how far it reaches, metres."""
+        """Return the share of the width that wall shuts in a layer of ``SHEET_M``, and its reach outwards, metres."""
         middle = box.centre + sign * box.across * (box.thickness / 2 + start_m + SHEET_M / 2)
         strip = box_polygon(replace(box, centre=middle), width=box.width - 2 * CRACK_M, depth=SHEET_M)
         shut, far = 0.0, 0.0
@@ -500,7 +499,7 @@ def _through_wall(doorway: Polygon, walls: BaseGeometry) -> Polygon:
 
 
 def _each_once(doorways: list[Opening]) -> list[Opening]:
-    """Return one doorway for the opening of a door, its leaf and its recess: the first stands for the others."""
+    """Return the first of overlapping doorways: a door may be found as an opening, as a leaf and as a recess."""
     kept: list[int] = []
     shapes = np.array([each.polygon for each in doorways], dtype=np.object_)
     meeting = set(map(tuple, shapely.STRtree(shapes).query(shapes, predicate="intersects").T.tolist()))
@@ -512,7 +511,7 @@ def _each_once(doorways: list[Opening]) -> list[Opening]:
 
 
 def _boxes(mesh: Mesh) -> list[Box]:
-    """Return the box of a leaf, or those of its parts where it is no plate as a whole (a leaf open in its frame)."""
+    """Return the box of a leaf, or the boxes of its parts if the whole is not a plate (a leaf open in its frame)."""
     whole = box_around(mesh.vertices[mesh.faces].reshape(-1, 3))
     if LEAF_WIDTH_M[0] <= whole.width <= 2 * LEAF_WIDTH_M[1] and whole.thickness <= WALL_M:
         return [whole]

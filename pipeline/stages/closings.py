@@ -1,21 +1,21 @@
-"""Everything that may close the door plane, and what closes a house that its walls leave open.
+"""Find everything that may close the door plane, and close a house that its walls leave open.
 
-R1  Lintels and sills close doors; gaps of full height up to ``gap_m``, to the outside ``entrance_m``, close where no
-    door or lintel runs along them, and they do not lie within one room of the source (the bend of an L-shaped hall).
-R2  Where the source names its openings, or its doors, what hangs or stands right before a doorway of theirs (a beam
-    along the wall, a frame deeper than the wall) does not close it: the doorway does.
+R1  Lintels and sills close doors. A gap of full height up to ``gap_m`` wide (``entrance_m`` to the outside) closes if
+    no door or lintel runs along it and it does not lie within one room of the source (the bend of an L-shaped hall).
+R2  Where the source names its openings or its doors, what stands or hangs right before a named doorway (a beam along
+    the wall, a frame deeper than the wall) does not close it: the doorway itself does.
 R3  Cracks of a hand's breadth between walls that nearly meet are closed, and so are points in which walls touch.
-R4  A gap between two railings or low walls, or between one and a wall, closes where that encloses a place under a roof
-    that walls bound for the most part: a low front with an entrance in it. In a house without roofs, two doors or more
-    lead from rooms into such a place, and walls, windows and doors bound ``LARGELY`` of it.
-R5  A gap of up to ``HALL_M`` between the ends of walls in line closes to the outside where only such gaps open a place
-    that walls bound for ``MOSTLY`` of its edge: under a roof, or in a house without roofs if ``GROUP`` ways lead into
-    it from rooms, or two into one that is most of the house. It is no court then, but a hall with a wide entrance.
-R6  Floor that is closed neither at the ground nor above its doors may be closed in between (railings).
-R7  An open or half-open house gets its boundary from the floor slab where the source has one, ...
-R8  ... else from the ends of its walls. Either is marked in the plan.
+R4  A gap between two railings or low walls, or between one of these and a wall, closes if it then encloses a place
+    under a roof that walls bound for the most part (a low front with an entrance). In a house without roofs, the place
+    needs two doors or more to rooms, and walls, windows and doors along ``LARGELY`` of its edge.
+R5  A gap of up to ``HALL_M`` between the ends of walls in line closes to the outside if only such gaps open a place
+    with walls along ``MOSTLY`` of its edge (a hall with a wide entrance). The place has a roof; in a house without
+    roofs, ``GROUP`` ways lead into it from rooms, or two if it is most of the house, else it is a court.
+R6  Floor that is enclosed neither at the ground nor above the doors may be enclosed at a height between (railings).
+R7  An open or half-open house gets its boundary from the floor slab if the source has one, ...
+R8  ... else from the ends of its walls. The plan is marked in both cases.
 R9  A room that the source names, and that walls leave open (under a roof without knee walls), is closed at its edge.
-    Where such rooms take less than half of the floor, they say nothing of the rest of it (R7).
+    If such rooms take less than half of the floor, R7 still applies to the rest.
 """
 
 from __future__ import annotations
@@ -78,7 +78,7 @@ from pipeline.values import Level, Planes
 
 
 def find_closing_candidates(level: Level, planes: Planes, config: LayoutConfig) -> list[Opening]:
-    """Return everything that may close the door plane, before it is known what it separates (R1)."""
+    """Return everything that may close the door plane; ``sides`` are not known yet (R1)."""
     named = [d for d in planes.doorways if level.names_doors or (level.leaves and d.said_by == "named")]
     before = _before_doorways(named) if named else EMPTY
     lintels = subtract(planes.lintels, before)
@@ -179,7 +179,7 @@ def _wide_gates(
     ends: list[WallEnd],
     config: LayoutConfig,
 ) -> list[Opening]:
-    """Return the wide openings of walls that alone leave a place of the house open (R5)."""
+    """Return the wide gaps that are all that leaves a place of the house open (R5)."""
     if level.sills:
         return []
     standing = [planes.door, *(piece.polygon for piece in pieces)]
@@ -209,7 +209,7 @@ def _gates_into_new_places(
     is_of_house: Callable[[Polygon], bool],
     config: LayoutConfig,
 ) -> list[Opening]:
-    """Return, as gates, the gaps that enclose a place of the house outside what is ``known`` to be enclosed."""
+    """Return, as gates, the gaps that enclose a place of the house that is not ``known`` to be enclosed."""
     new = [
         place
         for place in enclosed_pieces(unite([ground, *grow_to_overlap(gaps)]))[1]
@@ -220,7 +220,7 @@ def _gates_into_new_places(
 
 
 def _has_ways(place: Polygon, pieces: list[Opening], rooms: BaseGeometry, main_m2: float) -> bool:
-    """Return whether ``GROUP`` ways lead from rooms into a place, or two into one of more than ``main_m2`` (R5)."""
+    """Return whether ``GROUP`` ways lead from rooms into a place, or two if it is larger than ``main_m2`` (R5)."""
     near = [shapely.buffer(piece.polygon, BESIDE_M) for piece in pieces if not is_crack(piece)]
     ways = sum(bool(each.intersects(place) and each.intersects(rooms)) for each in near)
     return ways >= GROUP or (ways > 1 and place.area > main_m2)
@@ -243,9 +243,9 @@ def boundaries(
     whole: tuple[BaseGeometry, list[Polygon]],
     config: LayoutConfig,
 ) -> Iterator[list[Opening]]:
-    """Yield what may close the house where its walls leave it open (R6, R7, R8, R9); the largest house counts.
+    """Yield alternative sets of closings for a house that its walls leave open (R6 to R9); the largest result counts.
 
-    A closing between the ends of walls may also end at a wide gap, or only at what surely closes.
+    In the first set, closings between wall ends may end at a wide gap; in the second, only at what surely closes.
     """
     rails = _railings(level, planes, *whole, config)
     ground, rooms = enclosed_pieces(close_plane(whole[0], rails)) if rails else whole
@@ -299,12 +299,12 @@ def bands_at_floor_edge(
     """Bands along the edges of the floor slab where it is open.
 
     ``ground`` is the closed plane so far. A part of the floor that it does not enclose is a room that lacks a wall if
-    it has ``least_m2`` and walls along half of its edge. Where a wall ends at the opening and goes on behind it, the
-    band goes on from its end; elsewhere it lies outside the slab, so that all of the slab stays free. A slab may jut
-    out from under its walls by a finger's breadth, so that a band lies a crack away from them: where such cracks leave
-    a part open that has walls along ``LARGELY`` of its edge, they are filled; a terrace has fewer. Where an inner wall
-    ends before the edge of the slab, the bands on its two sides are ``joined`` if that closes a part. Where walls end
-    before it by the thickness of a wall, as around an outer wall that is missing, they go on to the bands.
+    it has ``least_m2`` and walls along half of its edge. A band continues a wall that ends at the opening and goes on
+    behind it; elsewhere the band lies outside the slab, so that all of the slab stays free. A slab may jut out from
+    under its walls by a finger's breadth, which leaves a crack between band and wall. Such cracks are filled if they
+    leave open a part with walls along ``LARGELY`` of its edge (a terrace has fewer). If an inner wall ends before the
+    edge of the slab, the bands on its two sides are ``joined`` if that closes a part. Walls that end before the edge by
+    the thickness of a wall, as where an outer wall is missing, are continued to the bands.
     """
     open_floor = polygons_of(drop_thin_parts(subtract(floor, fill_enclosed(ground)), 0.5))
     large = [part for part in open_floor if part.area >= least_m2]
@@ -344,7 +344,7 @@ def bands_at_floor_edge(
 
 
 def _between_bands(bands: list[Polygon], standing: BaseGeometry) -> list[Polygon]:
-    """Return what joins bands that lie in line, a wall's thickness apart at most, over nothing that stands there."""
+    """Return fillings between bands in line, at most a wall's thickness apart, with nothing standing between them."""
     whole = buffer_mitred(buffer_mitred(unite(bands), WALL_M / 2), -WALL_M / 2)
     return grow_to_overlap(polygons_of(subtract(whole, unite([standing, *bands]))))
 
@@ -360,10 +360,10 @@ def _in_cracks(bands: list[Polygon], ground: BaseGeometry) -> list[Polygon]:
 def bands_around_rooms(
     named: list[Polygon], ground: BaseGeometry, rooms: list[Polygon], least_m2: float
 ) -> list[Opening]:
-    """Bands around those of the source's own rooms that lie open; they lie outside all of these rooms.
+    """Return bands around the source's own rooms that lie open; the bands lie outside all of these rooms.
 
-    Rooms that lie open and meet count together: around less than ``least_m2`` there is no band. ``ground`` is the
-    closed plane so far and ``rooms`` what it encloses.
+    Open rooms that meet count together; below ``least_m2`` in all they get no band. ``ground`` is the closed plane so
+    far, ``rooms`` are the spaces that it encloses.
     """
     if not named:
         return []
@@ -413,7 +413,8 @@ def closings_between_wall_ends(tall: BaseGeometry, ground: BaseGeometry, least_m
 def makes_a_ring(closing: Polygon, parts: Shapes, *, touching: bool | None = None) -> bool:
     """Return whether walls, polygons (n,), may enclose more with a closing.
 
-    It meets one of them, or what touches it, in two places. ``touching``: whether any of them touch, if that is known.
+    That is so if the closing meets one wall, or walls that touch each other, in two places. ``touching``: whether any
+    of the walls touch, if that is known.
     """
     met = parts[shapely.intersects(parts, closing)]
     shared = intersect_pairs(met, np.full(len(met), closing, np.object_))
@@ -430,9 +431,9 @@ def _do_any_touch(parts: Shapes) -> bool:
 
 
 def bands_at_open_fronts(tall: BaseGeometry, least_m2: float) -> list[Opening]:
-    """Bands along the fronts of a single room that is open to one side or two: where no wall stands along its hull.
+    """Return bands along the open fronts of a single room: the parts of the walls' hull where no wall stands.
 
-    There are none where walls stand along less than ``MOSTLY`` of it (a corner piece, a stage), or where a front is
+    The list is empty if walls stand along less than ``MOSTLY`` of the hull (a corner piece, a stage), or if a front is
     wider than ``HALL_M``.
     """
     hull = shapely.convex_hull(tall)
@@ -451,10 +452,10 @@ def bands_at_open_fronts(tall: BaseGeometry, least_m2: float) -> list[Opening]:
 def bands_around_open_house(
     floor: BaseGeometry, roof: BaseGeometry, tall: BaseGeometry, least_m2: float
 ) -> list[Opening]:
-    """Bands outside the edges of a floor of which walls leave most open, but where walls stand.
+    """Return bands outside the edges of a floor that walls leave mostly open, except where walls stand.
 
-    Each piece of the floor of ``least_m2`` or more counts that has walls along ``STANDS`` of its edge, or that lies
-    under a ``roof`` for the most part, on ``GROUP`` posts or walls at its edge.
+    A piece of the floor counts if it has ``least_m2`` or more, and walls along ``STANDS`` of its edge, or ``GROUP``
+    posts or walls at its edge that carry a ``roof`` over most of it.
     """
     standing = np.array(polygons_of(tall), np.object_)
     near_walls = shapely.buffer(tall, BESIDE_M, quad_segs=2)
@@ -472,7 +473,7 @@ def bands_around_open_house(
 
 
 def _bands_between_ends(ends: Sequence[WallEnd], ground: BaseGeometry) -> list[Polygon]:
-    """Return the bands between two wall ends each, where nothing but the ends themselves stands between them."""
+    """Return the bands that each join two wall ends with nothing standing between the two."""
     middles = np.array([(end.a + end.b) / 2 for end in ends]).reshape(-1, 2)
     widths = np.array([np.hypot(*(end.b - end.a)) for end in ends])
     one, other = np.triu_indices(len(ends), 1)

@@ -1,24 +1,25 @@
-"""Decide for each strip between rooms if it is a door, an opening, an entrance or none; return rooms and passages.
+"""Decide whether each strip between rooms is a door, an opening, an entrance or no passage; return rooms and passages.
 
-R1  A strip of L between two rooms is a passage if a robot may fit (``narrowest_m``); a narrower one stays wall.
-R2  It is a ``door`` where a door is known, under a lintel, over a sill or with a leaf beside it, an ``opening`` in a
-    gap of full height. Where the source names its openings (IFC), a lintel over none of them is a beam, or, where its
-    wall goes on in line at both ends and it is no wider than a door (a wall that is drawn with a hole), an ``opening``.
-R3  Under a beam, under a lintel wider than ``widest_m`` (posts within ``post_m`` do not divide it), and under one wider
-    than ``jambless_m`` that ends in the air (the trim of a stairwell), two rooms meet without a door: each gets half of
-    the strip. A door that the source names is one, however wide, in meshes too, and so is an opening that is drawn.
-    A single gap of full height between walls is an ``opening``, however wide.
-R4  A strip between a room and the outside is an ``entrance``; it stays closed. A railing or a boundary is none, and in
-    an upper storey, what leads from a floor into the air without a door in it: a window that reaches the floor.
-R5  The windows of a storey hang from one height. An opening to the outside without a leaf is one of them, although it
-    reaches the floor, if its lintel hangs as high as those of ``GROUP`` windows and such openings, itself included, if
-    doors inside hang from another height, and if there is another way out. The bays between a row of posts are ways,
-    and so is what leads onto a floor (a terrace).
-R6  Between two rooms, what closes a straight gap as the end of walls or of the floor is an ``opening``, however wide:
-    nothing stands there. In a house of several rooms the open end of a corridor, broad enough for a person and no
-    wider than a door, is an ``entrance``. It is none where a scan ends, where the source names its openings, at a void
+R1  A strip of L between two rooms is a passage if a robot may fit (``narrowest_m``); a narrower strip stays wall.
+R2  A passage is a ``door`` where a door is known, under a lintel, over a sill or with a leaf beside it, and an
+    ``opening`` in a gap of full height. Where the source names its openings (IFC), a lintel over none of these is a
+    beam. But if it is no wider than a door and its wall goes on in line at both ends (a hole), it is an ``opening``.
+R3  Under a beam, under a lintel wider than ``widest_m`` (posts within ``post_m`` do not divide it), and under a lintel
+    wider than ``jambless_m`` that ends in the air (the trim of a stairwell), two rooms meet without a door: each gets
+    half of the strip. A door that the source names stays a door, and a drawn opening an ``opening``, however wide. A
+    single gap of full height between walls is an ``opening``, however wide.
+R4  A strip between a room and the outside is an ``entrance``; it stays closed. A railing or a boundary is not an
+    entrance. In an upper storey, a strip without a known door that leads from a floor into the air is not an entrance
+    but a window that reaches the floor.
+R5  The windows of a storey hang from one height. A lintel to the outside without a leaf is a window that reaches the
+    floor if ``GROUP`` windows and such lintels, itself included, hang at its height, if doors inside hang from another
+    height, and if there is another way out. A bay between a row of posts, and an opening onto a floor (a terrace), is
+    not a window.
+R6  Between two rooms, a straight gap closed only by a guess (ends of walls, edge of floor) is an ``opening``, however
+    wide: nothing stands there. In a house of several rooms, the open end of a corridor, broad enough for a person and
+    no wider than a door, is an ``entrance``, except where a scan ends, where the source names its openings, at a void
     within the house, and where it leads into the air (R4).
-R7  Known doors side by side, without a post between them, are the leaves of one door, if it is no wider than a door.
+R7  Known doors side by side without a post between them are the leaves of one door, if that is no wider than a door.
 """
 
 from __future__ import annotations
@@ -90,7 +91,7 @@ def find_doors(level: Level, planes: Planes, layout: Layout, config: DoorsConfig
     spans, bays = _rows(strips, config.post_m)
     at_named = _lie_at_named_ways(strips, planes, drawn=isinstance(level.walls, Prisms))
     for strip, span, count, is_at_named in zip(strips, spans, bays, at_named, strict=True):
-        if strip.sides[0] == strip.sides[1]:  # what they parted was no room
+        if strip.sides[0] == strip.sides[1]:  # a space that it parted off was not a room
             continue
         kind = _kind(strip, level, planes, leaves)
         bare = strip.closed_by == "lintel" and strip.width > config.jambless_m and not strip.ends_at_walls(planes.door)
@@ -133,13 +134,13 @@ def _leads_into_the_air(opening: Opening, rooms: list[Polygon], level: Level) ->
 
 
 def _places_before(openings: Sequence[Opening]) -> Shapes:
-    """Return where one stands (n,) who has come out of each of some openings to the outside."""
+    """Return the floor (n,) right outside each of some openings to the outside."""
     sides = [1 if opening.sides[1] == OUTSIDE else -1 for opening in openings]
     return strips_before(openings, sides, SHOULDERS_M, off_m=HAND_M)
 
 
 def _with_all_leaves(passages: list[Opening], widest_m: float) -> list[Opening]:
-    """Return the passages, one for all leaves of a door (R7)."""
+    """Return the passages, with the leaves of a door joined to one passage (R7)."""
     found: list[Opening] = []
     for passage in passages:
         for k, other in enumerate(found):
@@ -196,7 +197,7 @@ def _is_scanned(level: Level) -> bool:
 def _windows_to_the_floor(
     passages: list[Opening], level: Level, planes: Planes, leaves: shapely.STRtree, post_m: float
 ) -> set[int]:
-    """Return which of the passages are windows (R5)."""
+    """Return the indices of the passages that are windows (R5)."""
     outer = [k for k, each in enumerate(passages) if each.leads_outside and each.width >= SHOULDERS_M]
     lintels = [k for k, each in enumerate(passages) if each.leads_outside and each.closed_by == "lintel"]
     inside = [k for k, each in enumerate(passages) if not each.leads_outside]

@@ -1,28 +1,28 @@
 """Decide which parts of a level's mesh are walls, lintels, door leaves, rails and furniture; return their plan areas.
 
-The paper cuts at one height, which serves SUNCG: its furniture is known, and every door has a sill. Other houses have
-neither, so that each thing is judged by where it begins and where it ends.
+The paper cuts at one height. That serves SUNCG, where furniture is known and every door has a sill. In other houses,
+each thing is judged by the heights at which it begins and ends.
 
 R1  A wall stands from the floor to head height: it is there at breast height and at head height.
-R2  Below and above a window stands wall too: what stands at sill height, or at any height above a threshold's, and
-    goes on over the opening, and touches wall (a lamp over a table does not). Glazing from the floor up, too wide for
-    a door, or a row of three panes or more, is wall as deep as the lintel over it. Where the walls are cut off, what
-    stands lower between the ends of two walls in one line is wall: the window over it is cut off, too.
+R2  A window is wall: what stands at sill height, or at any height above a threshold's, touches wall, and has wall over
+    the opening above it (a lamp over a table touches none). Glazing from the floor up, too wide for a door or a row of
+    three panes or more, is wall as deep as the lintel over it. Where the walls of a mesh are cut off, what stands lower
+    between the ends of two walls in one line is wall: the window over it is cut off, too.
 R3  Under a sloped roof a wall may end at the roof before head height.
 R4  Two sheets are one wall (``geometry.wall_sections``), and so are two walls with an edge of the same wall over them:
     the slit between them is filled.
-R5  What is mostly thick and ends below the walls beside it is furniture (a cupboard), unless the source says that it is
-    wall, or it goes on from one wall or lintel to another, as a pillar does between two thinner walls; so is all that
-    ends below head height, except what is thin: that may be a railing or a parapet.
-R6  A lintel hangs over free floor from head height up to where the walls beside it end; what ends below is none, and
-    so is a closet, which the walls close all round over its door (``geometry.wall_sections``).
-R7  A leaf, found by its shape or named by the source, is no wall; where it stands closed there is a doorway
-    (``stages.doorways``). Where the source names its openings, and doors among them, what else is shaped like a leaf
+R5  A body that is mostly thick and ends below the walls beside it is furniture (a cupboard), unless the source calls it
+    wall, or it goes on from one wall or lintel to another, as a pillar does between two thinner walls. What ends below
+    head height is furniture too, unless it is thin: then it may be a railing or a parapet.
+R6  A lintel hangs over free floor from head height up to where the walls beside it end; what ends lower is not a
+    lintel. Nor is a closet, which the walls close all round over its door (``geometry.wall_sections``).
+R7  A leaf, found by its shape or named by the source, is not wall; where it stands closed there is a doorway
+    (``geometry.doorways``). Where the source names its openings, and doors among them, anything else shaped like a leaf
     is glazing: the frame of a window, a pane beside a door.
 R8  No cut runs through coplanar faces; the heights used are recorded.
-R9  Where all walls stand upright, nothing begins or ends between two heights without a corner between them. If that is
-    so from the floor to head height, there is no sill, no window and no railing, and no cut is made to look for them. A
-    cut above head height that would show the same walls again is left out as well.
+R9  Upright walls do not begin or end between two heights unless a corner lies between. If no corner lies between floor
+    and head height, there is no sill, window or railing, and no cut is made to look for them. A cut above head height
+    that would show the same walls again is left out as well.
 """
 
 from __future__ import annotations
@@ -104,13 +104,13 @@ def gather_evidence(level: Level, config: EvidenceConfig) -> Evidence:
     full = intersect(sections.at(heights.breast), sections.at(heights.head))  # R1
     full = _fill_between_sheets(full, sections, heights)  # R4
     closets = sections.closets_at(heights.breast, heights.head)
-    if not closets.is_empty:  # closed all round, and space all the same
+    if not closets.is_empty:  # space, though walls close it all round
         full = subtract(full, closets)
     ends = [] if level.only_walls else find_pieces_below_wall_tops(full, above, [heights.head, *heights.above])
     beside = unite([full, unite(above)]) if ends else EMPTY
     lower = [each for each in ends if _is_cupboard(each.part, beside)]
     cupboards = unite(each.part for each in lower if not ends_at_sloped_roof(each.part, cutter, each.stood_m))  # R5
-    if not cupboards.is_empty:  # what is left along their edges would part the floor, thin as it is
+    if not cupboards.is_empty:  # even a thin rest along their edges would part the floor
         full = drop_thin_parts(subtract(full, cupboards), CM_M)
     hanging = find_overhangs(above, full if cupboards.is_empty else unite([full, cupboards]))  # R6
     hanging = subtract(hanging, sections.closets)
@@ -162,7 +162,7 @@ def _take_leaves_out(level: Level) -> tuple[list[Leaf], list[Leaf], MeshSlicer |
 
 
 def _beyond(what: BaseGeometry, known: list[BaseGeometry]) -> BaseGeometry:
-    """Return what of an area is none of the known ones."""
+    """Return the part of an area outside all of the known areas."""
     return EMPTY if what.is_empty else drop_thin_parts(subtract(what, unite(known)), SLIVER_M)
 
 
@@ -234,9 +234,9 @@ def _in_walls(windows: BaseGeometry, full: BaseGeometry) -> BaseGeometry:
 
 
 def _is_cupboard(part: Polygon, walls: BaseGeometry) -> bool:
-    """R5: mostly thick, once it is filled (cupboards are often boards around nothing), and no stretch of a wall.
+    """R5: return whether a part, once filled (cupboards are often hollow), is mostly thick and not part of a wall.
 
-    A stretch of a wall, lower than the rest of it, stands between ends of the rest or of lintels over its doors.
+    A low part of a wall stands between ends of the rest of the wall, or of lintels over its doors.
     """
     whole = Polygon(part.exterior)
     if whole.area > LARGEST_CUPBOARD_M2 or drop_thin_parts(whole, RAIL_M).area < whole.area / 2:
@@ -255,7 +255,7 @@ def _goes_on(part: Polygon, walls: BaseGeometry) -> bool:
     """Return whether a part ends at walls at two places or more, and most of its edge is free (R5).
 
     A cupboard has its back at one wall, also in a corner or a niche, and is deeper than most walls. A sheet that goes
-    on above, such as that of a facade, is none of these walls.
+    on above, such as a facade, does not count as one of these walls.
     """
     ends = polygons_of(intersect(subtract(buffer_mitred(part, SHEET_M), part), drop_thin_parts(walls, SHEET_M)))
     if drop_thin_parts(part, STUB_M).area > part.area / 2 and not _is_pillar(part, ends):
@@ -264,7 +264,7 @@ def _goes_on(part: Polygon, walls: BaseGeometry) -> bool:
 
 
 def _between_wall_ends(low: BaseGeometry, walls: BaseGeometry) -> list[Polygon]:
-    """Return the low pieces that stand between two ends of walls, which look at each other (R2)."""
+    """Return the low pieces that stand between two ends of walls that face each other (R2)."""
     parts, ends = polygons_of(low), list(wall_ends(walls, nibs=True))
     if not (parts and ends):
         return []
@@ -291,9 +291,9 @@ def _is_pillar(part: Polygon, ends: list[Polygon]) -> bool:
 
 # Find walls, lintels and doorways of a scanned level, a mesh or a point cloud.
 #
-# S1  Of a scan, no single section is worth much: walls and doorways are judged by columns (``geometry.scan_walls``).
+# S1  A single section of a scan says little: walls and doorways are judged by columns (``geometry.scan_walls``).
 # S2  A doorway without a lintel in the scan is found as a gap by the stage ``layout``, as in every house.
-# S3  The floor of a scan is as incomplete as the rest of it, so that it deletes no room.
+# S3  The floor of a scan is incomplete, so a room without floor is kept.
 # S4  Where the scan ends and nothing stands, there is no wall but an open edge (``geometry.scan_walls``, R4). It closes
 #     the room, as the edge of a floor does, and the plan says so.
 

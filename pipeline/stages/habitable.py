@@ -1,33 +1,40 @@
 """Decide which spaces between walls are rooms, and which part of them is floor.
 
-R1  Where the house has floors, a space without one is no room, unless walls and known doors close it nearly all
-    round (a stairwell, a room whose floor nobody drew), or walls, lintels and gaps do and several known doors lead
-    into it, or one and nothing else joins what it joins (a corridor). Where no door is known, gaps and lintels no wider
-    than a door are the doors of a corridor. What has neither a floor nor anything above it, nor
-    a way in, is no stairwell where the others have all three, and the source names no walls: it is the inside of a
-    thick wall that only its faces show. Nor is
-    one without a door that a railing bounds for the most part (a roof terrace), or at the outside of the house for
-    0.4 (a balcony), or that the edge of the floor bounds where others are closed (a slab that goes on past the
-    walls). Nor, where the other rooms lie under a ceiling or a roof, is one under the sky that a railing or a
-    parapet bounds at the outside of the house for 0.4, with a door or without (a balcony, a terrace); nor, where
-    the source keeps slabs and roofs apart, one under the sky twice as large as most, which they surround (a
-    court). Where
-    railings bound all spaces, those along walls (boards under windows) count for nothing. Nor is one a room that
-    lies open for 0.35 of its edge, under lintels too wide for a door with one leaf or at the edge of the floor, to
-    the outside or to another such space (a porch, a terrace, what lies under eaves), unless all do; the edge of the
-    floor counts for nothing where rooms with 0.15 of their edge at it are most of the house, which then is cut open,
-    or where the source marks each door (``Level.sills``), because it draws the floors of rooms only (an open front);
-    and a space to which two rooms or more, which nothing else joins, open by more than the width of a door with one
-    leaf, is their hall. Nor is one under the sky that a fence or a lower wall bounds and that is larger than all the
-    others together (a garden), nor one too low to stand in (a void under a roof), nor, without a way to another
-    space, one that lies over the floor of a lower level for the most part (the upper part of a hall, a lantern over
-    it); but not where the source names the walls of a storey and shows no way inside it: nobody drew its slab and
-    its doors. Nor is one without a known door that furniture fills (a block under a ceiling), nor one without any
-    way in into which no face looks, where faces look into the others (a plinth, a pillar of sheets). A room that the
-    source names is one, and one that lies for the most part where the source says that one is outside is none.
-R2  What of a room lies over a void in the floor is no free space (``geometry.room_shapes``), if the source draws the
-     floor of most of what lies over none. Where that leaves nothing
-     of the room, and the stairs that lead up through the void take half of it or more, the room is a stairwell.
+R1  A room that the source names is a room. Any other space is a room unless one of these holds:
+
+    - The house has floors and the space has none, unless walls and known doors close it nearly all round (a stairwell,
+      a room whose floor nobody drew). Around a corridor, lintels and gaps count like walls. A corridor has several
+      known doors, or one known door and is all that joins its neighbours. Where no door is known, gaps and lintels no
+      wider than a door are its doors.
+    - A roof leaves it too low to stand in (a void under a roof).
+    - The source says that most of it is outdoors.
+    - It has no way to another space, and a railing bounds most of its edge (a roof terrace), or ``STANDS`` of it at
+      the outside of the house (a balcony). Where this holds for all spaces, railings along walls (boards under
+      windows) do not count.
+    - It has no way to another space, and the edge of the floor bounds most of its edge, unless this holds for all
+      spaces (a slab that goes on past the walls). Where the source marks each door (``Level.sills``), it draws the
+      floors of rooms only: the edge of the floor does not count, here and below.
+    - It has no way to another space, and most of it lies over the floor of a lower level (the upper part of a hall, a
+      lantern). This does not count where the source names its walls and shows no way between any two spaces: nobody
+      drew slab and doors.
+    - It is under the sky, a railing or a parapet bounds ``STANDS`` of its edge at the outside of the house, and the
+      other spaces lie under a ceiling or a roof (a balcony or a terrace, with a door or without).
+    - It is under the sky, the source keeps slabs and roofs apart, the other spaces surround it, and it is twice as
+      large as most of them (a court).
+    - It is under the sky, a fence or a lower wall bounds it, and it is larger than all others together (a garden).
+    - ``OPEN_EDGE`` of its edge is open to the outside or to another such space, at the edge of the floor or under
+      lintels too wide for a door with one leaf (a porch, a terrace, a strip under eaves), unless this holds for all
+      spaces. The edge of the floor does not count if the rooms with ``HARDLY`` of their edge at it are most of the
+      house: then the house is cut open. A space is a hall, and stays, if two rooms or more that nothing else joins
+      open to it by more than the width of a door with one leaf.
+    - It has no floor, nothing above it and no way in, where the others have all three and the source names no walls
+      (the inside of a thick wall of which only the faces are drawn).
+    - It has no known door, and furniture fills it (a block under a ceiling).
+    - It has no way in and hardly a face looks into it, where faces look into the others (a plinth, a pillar of sheets).
+
+R2  A room's part over a void in the floor is not free space (``geometry.room_shapes``), if the source draws floor under
+    most of the rest. A room of which this leaves nothing stays as a stairwell if the stairs that lead up through the
+    void take half of it or more.
 """
 
 from __future__ import annotations
@@ -92,9 +99,9 @@ def keep_habitable_spaces(
     filled: set[int],
     all_closed: bool = False,
 ) -> list[Polygon]:
-    """Return the spaces that are rooms (R1); those of the numbers ``filled`` are none (``filled_spaces``).
+    """Return the spaces that are rooms (R1). ``filled`` holds the indices of ``filled_spaces``, which are not rooms.
 
-    With ``all_closed`` each space without a way that walls close all round is one, as in the paper.
+    With ``all_closed``, each space without a way that walls close nearly all round is a room, as in the paper.
     """
     inner = [c.sides for c in candidates if c.is_strip and OUTSIDE not in c.sides]
     entered = {side for sides in inner for side in sides}
@@ -168,9 +175,9 @@ def _solids(
 
 
 def filled_spaces(rooms: list[Polygon], candidates: list[Opening], evidence: Evidence, level: Level) -> set[int]:
-    """Return the spaces without a known door that what stands in them fills: pillars and blocks under a ceiling.
+    """Return the spaces without a known door that are full of what stands in them: pillars, blocks under a ceiling.
 
-    Furniture that the source names makes no room full: a shower is one.
+    If the source names furniture, no space counts as full: a shower cabin is furniture that fills a room.
     """
     if level.furniture:
         return set()
@@ -184,8 +191,8 @@ def _boxes_seen_from_outside(
 ) -> set[int]:
     """Return the spaces without a way in into which hardly any face looks, where faces look into the others.
 
-    A plinth or a pillar of sheets is seen from the room around it, and nobody sees the back of its faces. Where the
-    source does not wind its faces with care, they say nothing.
+    The faces of a plinth or a pillar of sheets look into the room around it. Where the source does not wind its faces
+    consistently, the result is empty.
     """
     ways = {side for c in candidates if c.is_strip for side in c.sides}
     shut = [k for k in range(len(rooms)) if k not in ways]
@@ -199,7 +206,7 @@ def _boxes_seen_from_outside(
 
 
 def _without_boards(planes: Planes) -> BaseGeometry:
-    """Return the railings but those that stand along a wall for their whole length."""
+    """Return the railings without those that stand along a wall for their whole length."""
     rails = polygons_of(planes.rails)
     beside = intersect_pairs(np.array(rails, dtype=np.object_), buffer_mitred(planes.door, BESIDE_M))
     return unite([rail for rail, part in zip(rails, beside, strict=True) if part.area < NEARLY_ALL * rail.area])
@@ -208,9 +215,9 @@ def _without_boards(planes: Planes) -> BaseGeometry:
 def _porches(rooms: list[Polygon], candidates: list[Opening], edge: BaseGeometry) -> set[int]:
     """Return which spaces lie open for ``OPEN_EDGE`` of their edge to the outside or each other.
 
-    A wide lintel is open below, and the ``edge`` of a floor is open. A single opening of a space that is no wider than
-    a door with two leaves is its doorway; two with a post between them are none. Where that would be all spaces, none
-    is: a house of glass fronts that nobody drew.
+    The edge is open under a wide lintel and at the ``edge`` of the floor. If a space has a single opening, no wider
+    than a door with two leaves, that is its doorway and does not count. If the result would be all spaces, it is empty:
+    the house has glass fronts that nobody drew.
     """
     wide = [c for c in candidates if c.closed_by == "lintel" and c.width > SINGLE_DOOR_M[1]]
     area, length = shapely.area(rooms), shapely.length(rooms)
@@ -258,7 +265,7 @@ def _alone_joins_rooms(place: int, candidates: list[Opening]) -> bool:
 
 
 def _under_the_sky(rooms: list[Polygon], railed: set[int], level: Level) -> set[int]:
-    """Return which of the spaces that a railing bounds have nothing above them, where most of the others have."""
+    """Return those of the ``railed`` spaces without a cover above them, if most of the other spaces have a cover."""
     others = [room for k, room in enumerate(rooms) if k not in railed]
     if not (railed and others):
         return set()
@@ -269,7 +276,7 @@ def _under_the_sky(rooms: list[Polygon], railed: set[int], level: Level) -> set[
 
 
 def _courts(rooms: list[Polygon], area: npt.NDArray[np.float64], level: Level) -> set[int]:
-    """Return which spaces lie under the open sky within the house, where most do not."""
+    """Return the large spaces under the open sky and away from the outer wall, if most of the house has a cover."""
     under = shares_inside(rooms, level.cover)
     sheltered = under > MOST
     if area[sheltered].sum() <= area.sum() / 2:
@@ -282,7 +289,7 @@ def _courts(rooms: list[Polygon], area: npt.NDArray[np.float64], level: Level) -
 def _gardens(
     rooms: list[Polygon], area: npt.NDArray[np.float64], planes: Planes, evidence: Evidence, level: Level
 ) -> set[int]:
-    """Return which space is larger than all others together, is fenced, and has nothing above it."""
+    """Return the space, if any, that is larger than all others together, fenced, and without a cover."""
     large = [k for k in range(len(rooms)) if len(rooms) > 1 and area[k] > area.sum() / 2]
     if not large:
         return set()
@@ -329,9 +336,9 @@ def clip_rooms_to_floor(rooms: list[Polygon], level: Level) -> list[Polygon]:
 
 
 def _floorable_m2(rooms: list[Polygon], level: Level) -> float:
-    """Return how much of the rooms would have a floor if the source draws floors: all but what lies over voids.
+    """Return the area, m2, of the rooms that is not over a void: it has a floor if the source draws floors.
 
-    Where the source names its walls, a void may be a slab that nobody drew.
+    If the source names its walls, voids count as floor: a void may be a slab that nobody drew.
     """
     void = EMPTY if level.below is None or level.only_walls else level.below
     return float(sum(subtract(room, void).area for room in rooms))

@@ -1,21 +1,21 @@
 """Close the openings of the door plane so that walls enclose spaces, as Algorithm 1 assumes, or reject the level.
 
-What may close says ``stages.closings``, and which of it parts spaces ``stages.separation``; which of the spaces are
-rooms, and what of them is floor, says ``stages.habitable``.
+``stages.closings`` finds what may close, ``stages.separation`` chooses what parts spaces, and ``stages.habitable``
+decides which spaces are rooms, and which part of them is floor.
 
-R1  Where the source names no walls, a room that is most of what it draws may be a whole storey under the name of one
-    (an artist's mesh, whose floor is called "Room"): the layout is found without it, and stands if it takes
-    ``LARGELY`` of it. Otherwise that room closes at its edge, and parts at mouths (``stages.separation``, R5).
+R1  Where the source names no walls, a single room that is most of what it draws may be a whole storey (an artist's
+    mesh, whose floor is called "Room"). The layout is first found without that room, and stands if its rooms fill
+    ``LARGELY`` of it. Otherwise the room closes at its edge, and mouths part it (``stages.separation``, R5).
 R2  Where a scan ends and nothing stands (``Evidence.open_edge``), the house is closed as by its walls, and what closes
     it there is the edge of its floor.
-R3  Walls that spell characters are no layout: strokes that stand apart from each other without a door in any of them,
-    and that enclose little of what they span. Characters have no floor of their own and no furniture; each takes a
-    small part of what all of them span, has its place to itself, and encloses no more than ``GROUP`` spaces. What the
-    source itself calls walls is no character.
-R4  Where all that leaves no room, and walls surround one place nearly all round, what they leave open is its front.
-    Else an open house (on posts, with two walls) is closed along the edge of its floor, or of its roof where it has no
-    floor (``stages.closings.bands_around_open_house``). It is doubtful (``quality_grounds``, R17).
-R5  What encloses less than ``area_m2`` after all this is no layout.
+R3  Walls that spell characters are rejected: their strokes stand apart from each other, have no door, and enclose
+    little of what they span. Characters have no floor of their own and no furniture. Each takes a small part of what
+    all of them span, has its place to itself, and encloses no more than ``GROUP`` spaces. What the source itself calls
+    walls is never taken for characters.
+R4  If R1 to R3 leave no room, and walls surround one place nearly all round, its open front is closed. Otherwise an
+    open house (on posts, with two walls) is closed along the edge of its floor, or of its roof if it has no floor
+    (``stages.closings.bands_around_open_house``). Such a plan is doubtful (``quality_grounds``, R17).
+R5  A level whose rooms have less than ``area_m2`` in all after these steps is rejected.
 """
 
 from __future__ import annotations
@@ -123,7 +123,7 @@ def _close(
         found = part_spaces(level, evidence, planes, whole_plane, config, standing=standing, storey=storey)
         rooms, ground = found.spaces, found.ground
         candidates = assign_sides(found.openings + fixed, rooms, ground)
-        filled = filled_spaces(rooms, candidates, evidence, level)  # what hangs over their edges is no way outside
+        filled = filled_spaces(rooms, candidates, evidence, level)  # a lintel at the edge of one is no way outside
         candidates = [c for c in candidates if not c.is_strip or not filled.intersection(c.sides)] + ends
         kept = keep_habitable_spaces(rooms, candidates, planes, evidence, level, filled=filled, all_closed=all_closed)
         of_rooms = clip_rooms_to_floor(kept, level)
@@ -157,7 +157,7 @@ def _edges_of_open_house(level: Level, planes: Planes, config: LayoutConfig) -> 
 
 
 def _guesses(level: Level) -> str:
-    """Say what of the size was guessed, for the advice on a mesh without rooms: another size may give some."""
+    """Say which parts of the size were guessed, for the message on a mesh without rooms: another size may give some."""
     if level.provenance.get("source") != "mesh" or not level.guesses:
         return ""
     size = f"a unit of {level.provenance['units']}, {level.provenance['up']} up"
@@ -182,7 +182,7 @@ def _area(layout: Layout) -> float:
 
 
 def _is_floored(level: Level, planes: Planes, rooms: list[Polygon]) -> bool:
-    """Return whether the source draws a floor under most of what the walls span, or of what they enclose (a wing)."""
+    """Return whether the source draws a floor under most of the area that the walls span, or that they enclose."""
     if level.floor is None or planes.door.is_empty:
         return False
     if level.floor.area > MOST * shapely.convex_hull(planes.door).area:
@@ -196,7 +196,7 @@ def _reject_characters(planes: Planes, rooms: list[Polygon]) -> None:
     strokes = [p for p in polygons_of(planes.door) if p.length > 2 * AROUND_M]
     if len(strokes) < GROUP or planes.doorways or not (planes.lintels.is_empty and planes.sills.is_empty):
         return
-    if len(rooms) > GROUP * len(strokes):  # no character has so many counters: these are the wings of a building
+    if len(rooms) > GROUP * len(strokes):  # no character encloses so many spaces: these are wings of a building
         return
     spanned = shapely.convex_hull(unite(strokes)).area
     inside = sum(room.area for room in rooms)
@@ -219,19 +219,19 @@ def _are_side_by_side(strokes: list[Polygon], spanned: float) -> bool:
 # ---------------------------------------------------------------------------------------------------------------------
 # The layout as it is drawn, where the walls and openings of a drawing close each of its rooms by themselves.
 #
-# Such a storey leaves nothing to weigh: what stands and what hangs is said, the rooms have outlines, and the openings
-# are holes in the walls. Then the stages ``evidence``, ``planes`` and ``layout`` would find what is drawn, after a
-# search for everything else. Any other storey goes through them.
+# Such a storey needs no search: the source says what stands and what hangs, the rooms have outlines, and the openings
+# are holes in the walls. The stages ``evidence``, ``planes`` and ``layout`` would find just what is drawn. If one of
+# D1 to D3 does not hold, the storey goes through these stages.
 #
-# D1  Each body of the walls stands from the floor to the ceiling, or lies in an opening, under or over its hole; no
-#     wall stands in an opening. So it is in a storey of ``sources.drawn_storeys``.
-# D2  Each space that the walls and openings together enclose has one room: each is the larger part of the other. What
-#     of the rooms is left lies in walls and openings (the floor of a doorway). Where a room lies open, or a space has
-#     no room or two, something has to be searched for. Cracks between walls are closed where that is so without.
-# D3  An opening is a strip from jamb to jamb, each face of which looks into one space, or outside, all along. Openings
-#     that meet are not drawn apart.
-# D4  A space that has the outline of its drawn room is that room: it does not begin where openings lap over their
-#     walls.
+# D1  Each body of the walls stands from the floor to the ceiling, or lies in an opening, under or over its hole. No
+#     wall stands in an opening. Storeys of ``sources.drawn_storeys`` are like this.
+# D2  Each space that the walls and openings together enclose matches one drawn room: each is the larger part of the
+#     other. The rest of the rooms lies in walls and openings (the floor of a doorway). If this fails, it is tried once
+#     more with the cracks between walls closed.
+# D3  An opening is a strip from jamb to jamb; each of its faces looks into one space, or outside, all along. Openings
+#     do not meet.
+# D4  A space with the outline of its drawn room gets the drawn outline: openings that lap over their walls would shift
+#     its edge.
 # ---------------------------------------------------------------------------------------------------------------------
 
 
@@ -285,7 +285,7 @@ def _close_as_drawn(level: Level, walls: BaseGeometry, openings: Shapes, grown: 
 
 
 def _standing_bodies(level: Level, walls: Prisms, openings: Shapes) -> list[BaseGeometry]:
-    """Return the bodies that stand from floor to ceiling, or none if others lie outside the openings (D1)."""
+    """Return the bodies that stand from floor to ceiling; nothing if other bodies lie outside the openings (D1)."""
     enough_m = level.ceiling_m - CRACK_M
     if isinstance(walls, WallsWithOpenings) and walls.openings == tuple(each.polygon for each in level.openings):
         return [walls.standing] if walls.top_m > enough_m and not walls.standing.is_empty else []
@@ -305,7 +305,7 @@ def _are_shut_or_meet(openings: Shapes, walls: BaseGeometry) -> bool:
 
 
 def _are_rooms(level: Level, spaces: list[Polygon], ground: BaseGeometry) -> bool:
-    """Return whether each of the spaces is a drawn room (D2). Spaces give way to the rooms that they are (D4)."""
+    """Return whether each of the spaces is a drawn room (D2). In ``spaces``, drawn rooms replace their spaces (D4)."""
     places = np.array(spaces, np.object_)
     rooms = np.array([room.polygon for room in level.rooms if room.polygon is not None], np.object_)
     space, room = shapely.STRtree(rooms).query(places, predicate="intersects")
@@ -325,14 +325,14 @@ def _are_rooms(level: Level, spaces: list[Polygon], ground: BaseGeometry) -> boo
 
 
 def _strips(openings: Shapes, spaces: list[Polygon], ground: BaseGeometry) -> list[Opening] | None:
-    """Return the strip of each opening (D3), or None if one of them is none.
+    """Return the strip of each opening (D3), or None if an opening is not a strip.
 
-    One walks through an opening across its longer side, or along it through a wall that is deeper than the way is wide.
+    The way leads across an opening's longer side, or along it where the wall is deeper than the way is wide.
     """
     boxes = boxes_around_polygons(list(openings))
     centre, along = np.array([box.centre for box in boxes]), np.array([box.along for box in boxes])
     sizes = np.array([(box.width, box.thickness) for box in boxes])
-    ways = np.stack([along, turn_left(along)], axis=1)  # along the wall, if it is drawn along the longer side, or not
+    ways = np.stack([along, turn_left(along)], axis=1)  # the wall runs along the longer side, or along the shorter one
     widths, depths = sizes, sizes[:, ::-1]
     looks = _before_faces(centre, ways, widths, depths)
     seen = locate_points(looks.reshape(-1, 2), spaces, ground).reshape(looks.shape[:-1])

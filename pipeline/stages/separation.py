@@ -1,21 +1,21 @@
-"""Keep of the strips that may close the door plane those that part two spaces.
+"""Choose, from the strips that may close the door plane, those that part two spaces.
 
-R1  A piece that parts nothing (a shelf, a wall cabinet) is dropped, and so is a beam: one that spans more than
-    ``beam_m`` between walls that cross its line, or between pillars that leave nearly the whole breadth of the room
-    open on both sides, or more than ``header_m`` and hangs down by a hand's breadth at most. Wide bays in a row with
-    nothing but pillars between them are one opening. So are ``GROUP`` gaps or more in a row between the same two
-    spaces, with posts between them (a colonnade). A wide gap (``gate``) closes to the outside only.
-R2  A gap is dropped where it would part off less than a room, but for a closet that is wider than it. So are all strips
-    around a space that has less than ``walled`` of its edge along walls (what hangs from a ceiling is no room), or that
-    is too narrow to stand in.
-R3  A slit between two walls, too narrow for anybody, parts the rooms at its ends.
-R4  Where two rooms that the source draws meet between the ends of a wall (``geometry.wall_gaps``), and that
-    parts them, there is an opening.
-R5  Where a room is narrow between two broad parts of it, these are rooms of their own, unless the source says that
-    they are one room, or names openings, and none there (``geometry.wall_gaps``). In a world that
-    robots drive through, a gap is a way though doors have names (``Level.unnamed_gaps``). A door of such a world that
-    parts nothing by itself, beside a mouth, closes with it, and so does a lintel where no openings have names. So does
-    a gap in another wall: of two ways into a side room, one may be wide, and neither parts it alone.
+R1  A strip that parts nothing (a shelf, a wall cabinet) is dropped. Between two rooms, where no door is known, these
+    are dropped too: a beam, which spans more than ``beam_m`` between walls that cross its line; a lintel of more than
+    ``header_m`` that hangs down by a hand's breadth at most; a lintel of more than ``beam_m`` between pillars that
+    leave nearly the whole breadth of both rooms open, where bays in a row count as one; the gaps of a colonnade
+    (``GROUP`` or more in a row between the same two spaces); a wide gap (``gate``), which closes to the outside only.
+R2  A gap that would part off less than a room is dropped, unless it leads into a closet wider than the gap. All strips
+    around a space are dropped if less than ``walled`` of its edge lies along walls (what hangs from a ceiling is no
+    room), or if it is too narrow to stand in.
+R3  A slit between two walls that is too narrow to pass parts the rooms at its ends.
+R4  Where two rooms that the source draws meet between the ends of a wall (``geometry.wall_gaps``), there is an opening
+    if that parts them.
+R5  A narrow place between two broad parts of a room is a mouth and makes two rooms of them (``geometry.wall_gaps``),
+    unless the source draws them as one room, or names its openings and none there. In a world that robots drive
+    through, a gap is a way although doors have names (``Level.unnamed_gaps``). Beside a mouth, such a world's door that
+    parts nothing by itself closes together with the mouth. So does a lintel where no openings have names, and so does
+    a gap in another wall: a side room may have two ways, neither of which parts it alone.
 """
 
 from __future__ import annotations
@@ -85,23 +85,23 @@ WAYS = KNOWN | {"lintel", "gap", "mouth"}
 
 @dataclass(frozen=True, eq=False)
 class Division:
-    """The openings of a closed plane, all that stands in it, openings too, and the spaces that it encloses."""
+    """The openings of a closed plane, all that closes it (``ground``, openings included), and the spaces enclosed."""
 
     openings: list[Opening]
     ground: BaseGeometry
     spaces: list[Polygon]
 
     def closed_by(self, pieces: Sequence[Opening]) -> Division:
-        """Return the division in which more pieces close, whose strips are not yet among its openings."""
+        """Return the division with more pieces closed. Their strips are not added to its openings."""
         return Division(self.openings, *enclosed_pieces(close_plane(self.ground, pieces))) if pieces else self
 
     def idle(self, pieces: Iterable[Opening]) -> list[Opening]:
-        """Return those pieces of which most lies in none of the openings."""
+        """Return the pieces that lie mostly outside the openings."""
         taken = unite([opening.polygon for opening in self.openings])
         return [piece for piece in pieces if intersect(piece.polygon, taken).area < MOST * piece.polygon.area]
 
     def strips_of(self, pieces: Sequence[Opening], standing: BaseGeometry) -> list[Opening]:
-        """Return the strips of pieces that close this division and lie in what is ``standing`` without them."""
+        """Return the strips of pieces that close this division; ``standing`` is what stands without the pieces."""
         return split_into_strips(standing, list(pieces), self.ground, self.spaces)[0]
 
 
@@ -115,7 +115,7 @@ def part_spaces(
     standing: BaseGeometry,
     storey: Polygon | None,
 ) -> Division:
-    """Return the division by those openings that part two spaces, and by what parts only beside them.
+    """Return the division by the openings that part two spaces, and by pieces that part spaces only beside these.
 
     Parameters
     ----------
@@ -124,7 +124,7 @@ def part_spaces(
     standing
         What closes in any case: the walls, and the edges of an open house.
     storey
-        The one room of the level that may be a whole storey, through which mouths lead all the same (R5).
+        The one room of the level that may be a whole storey; mouths may part it although it is drawn as one room (R5).
     """
     pieces = whole.openings
     strips, rest = split_into_strips(standing, pieces, whole.ground, whole.spaces)
@@ -170,7 +170,7 @@ def keep_separating(
             strips, pruned = [strip for k, strip in enumerate(strips) if k not in useless], not rest
         elif pruned:
             return Division(strips + rest, plane, rooms)
-        else:  # strips that stood against what is dropped here may part nothing now
+        else:  # strips that ended at a strip dropped here may part nothing now
             rest, pruned = minimal_separators(door, strips, rest, plane, rooms), True
 
 
@@ -255,7 +255,7 @@ def _is_as_broad(row: Opening, bay: Opening, way: float, room: Polygon) -> bool:
 
 
 def _around_no_room(candidates: list[Opening], rooms: list[Polygon], walled: float) -> set[int]:
-    """Return the strips around the first space that hardly touches a wall (R2)."""
+    """Return the strips around the first space with too little wall along its edge (R2)."""
     for index, room in enumerate(rooms):
         around = {k for k, c in enumerate(candidates) if c.is_strip and index in c.sides and not c.leads_outside}
         open_width = sum(candidates[k].width for k in around)
@@ -267,7 +267,8 @@ def _around_no_room(candidates: list[Opening], rooms: list[Polygon], walled: flo
 def _around_a_slot(candidates: list[Opening], rooms: list[Polygon]) -> set[int]:
     """Return the strips between the first space too narrow to stand in and the room to which it opens most (R2).
 
-    What opens to rooms along less than ``LARGELY`` of its length lies under the eaves, and is opened to the outside.
+    A space that opens to rooms along less than ``LARGELY`` of its length lies under the eaves; it is opened to the
+    outside instead.
     """
     for index in np.flatnonzero(are_too_narrow(rooms, PASSABLE_M)).tolist():
         ways: dict[int, set[int]] = {}
@@ -309,11 +310,11 @@ def minimal_separators(
     plane: BaseGeometry,
     rooms: list[Polygon],
 ) -> list[Opening]:
-    """Return those of ``pieces`` without which, beside ``kept``, spaces would run into each other.
+    """Return a minimal set of ``pieces`` that, together with ``kept``, holds all spaces apart.
 
-    ``plane`` is the door plane with all of these in it, and ``rooms`` are what it encloses. The last piece is taken
-    away first. Without it, all spaces and all pieces already taken away that it touches become one: it may go as long
-    as that holds no two spaces, the outside being one of them.
+    ``plane`` is the door plane with all of these in it, and ``rooms`` are the spaces that it encloses. Pieces are tried
+    from the last to the first. Taking a piece away joins all spaces, and all pieces already taken away, that it
+    touches. The piece goes if the result holds at most one space; the outside counts as a space.
     """
     spaces = [*rooms, area_outside(plane)]
     others = unite(candidate.polygon for candidate in kept)
@@ -340,7 +341,7 @@ def minimal_separators(
 
 
 def _touching(grown: Shapes, others: Sequence[BaseGeometry]) -> list[tuple[int, int]]:
-    """Return which of the grown pieces lie over which of the others for more than a point: pairs of indices."""
+    """Return pairs of indices: which grown piece overlaps which of the others in more than a point."""
     tree = shapely.STRtree(others)
     pairs = tree.query(grown, predicate="intersects")
     shared = shapely.area(intersect_pairs(grown[pairs[0]], tree.geometries[pairs[1]]))
@@ -348,10 +349,10 @@ def _touching(grown: Shapes, others: Sequence[BaseGeometry]) -> list[tuple[int, 
 
 
 def _without_effect(pieces: Sequence[Opening], kinds: Collection[str], division: Division) -> list[Opening]:
-    """Return what parted nothing of some kinds: doors and openings, lintels over doorways of others, gaps (R5).
+    """Return the pieces of some kinds that parted nothing: doors and openings, lintels over doorways, gaps (R5).
 
-    A wide opening beside a doorway may leave nothing that the doorway parts by itself. A lintel or a gap that would
-    part spaces was dropped for another reason, and is not returned.
+    A doorway may part nothing by itself because of a wide opening beside it. A lintel or a gap that would part spaces
+    was dropped for another reason, and is not returned.
     """
     found = division.idle(piece for piece in pieces if piece.closed_by in kinds)
     found = [piece for piece in found if piece.closed_by != "lintel" or _is_over_doorway(piece.polygon)]
@@ -362,9 +363,9 @@ def _without_effect(pieces: Sequence[Opening], kinds: Collection[str], division:
 
 
 def _part_at_mouths(level: Level, beside: Sequence[Opening], found: Division) -> Division:
-    """Return the division with the mouths, and with what parts only ``beside`` them (R5).
+    """Return the division with the mouths, and with the pieces of ``beside`` that part spaces only beside a mouth (R5).
 
-    A gap in line with a mouth is one of its row (``find_mouths``), and does not close beside it.
+    A gap in line with a mouth belongs to the mouth's row (``find_mouths``), so it does not count as beside it.
     """
     all_closed = found.closed_by(beside)
     ways = [way for way in found.openings if way.closed_by in WAYS]
@@ -387,7 +388,7 @@ def _part_at_mouths(level: Level, beside: Sequence[Opening], found: Division) ->
 
 
 def _width_in_line(door: Polygon, other: Polygon) -> float:
-    """Return the width of a piece that is as thin as a wall and in line with another, else 0 (R5)."""
+    """Return the width, metres, of a piece that is as thin as a wall and in line with another, else 0 (R5)."""
     box, there = box_around_polygon(door), box_around_polygon(other)
     aside = abs(float(dot_product(there.centre - box.centre, box.across)))
     runs = abs(float(dot_product(box.along, there.along))) > PARALLEL
