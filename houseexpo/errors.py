@@ -57,7 +57,7 @@ class ConfigError(HouseExpoError):
 
 
 class DatasetError(HouseExpoError):
-    """A data set cannot be opened, fetched or split, or does not contain what was asked for."""
+    """A data set cannot be opened, fetched or split, or lacks a requested item."""
 
 
 class UnknownPlanError(DatasetError, KeyError):
@@ -82,7 +82,7 @@ class WorkerError(HouseExpoError):
     """A worker process ended before it returned a result."""
 
 
-# Transient faults, such as a full disk: what kept something from being done says nothing about the thing.
+# Transient faults, such as a full disk: they say nothing about the input that was being processed.
 
 _TRANSIENT = frozenset(
     {
@@ -99,11 +99,11 @@ _TRANSIENT = frozenset(
         errno.ETIMEDOUT,
     }
 )
-_NO_SCRATCH = "No usable temporary directory"  # how Python says that none of them can be written
+_NO_SCRATCH = "No usable temporary directory"  # Python's message if it can write to no temporary folder
 
 
 def find_transient_fault(error: BaseException) -> OSError | None:
-    """Return the transient fault that an error comes from, or None if it comes from none."""
+    """Return the transient fault that caused an error, or None if its cause is not transient."""
     for cause in _causes(error):
         if isinstance(cause, OSError) and (cause.errno in _TRANSIENT or _NO_SCRATCH in str(cause)):
             return cause

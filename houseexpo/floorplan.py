@@ -64,7 +64,7 @@ def load_plan(path: str | os.PathLike[str]) -> FloorPlan:
     Parameters
     ----------
     path
-        A file of one plan, published or of a build.
+        A JSON file with one plan: a published one or one that a build wrote.
 
     Raises
     ------
@@ -92,12 +92,12 @@ def save_plan(plan: FloorPlan, path: str | os.PathLike[str]) -> None:
     plan
         The plan.
     path
-        The file; the end of its name says what is written (``FloorPlan.save``).
+        The file; its suffix selects what is written: the plan or a drawing (``FloorPlan.save``).
 
     Raises
     ------
     ConfigError
-        The name has another end.
+        The suffix is not supported.
     """
     plan.save(path)
 
@@ -122,8 +122,8 @@ class FloorPlan(PlanData):
     """One floor plan of the data set (docs/format.md), from a published file or built by this project.
 
     Coordinates are in metres, x right and y up. The constructor raises PlanError if an array has the wrong shape or is
-    not finite. It keeps ``verts`` as given and accepts rings that touch or cross themselves, as 1,285 published ones
-    do. ``outline`` and ``free_space`` are always valid polygons; ``repair`` says what had to be repaired.
+    not finite. It keeps ``verts`` as given and accepts rings that touch or cross themselves, as 1,285 published rings
+    do. ``outline`` and ``free_space`` are always valid polygons; ``repair`` describes what was repaired.
 
     Examples
     --------
@@ -163,20 +163,26 @@ class FloorPlan(PlanData):
             raise unknown_attribute("a FloorPlan", name, self)
 
     def corrected(self, said: Override) -> Corrected[FloorPlan]:
-        """Return the plan with what a person says of it, and what each correction did or why it did nothing.
+        """Apply a person's corrections; return the corrected plan and the effect of each correction.
 
-        Points are in metres along the axes of the plan's source (``frame``), or the plan's own if it has no frame.
-        ``keep``, ``drop`` and what concerns a whole file are for builds and have no effect here. A space that the plan
-        does not have (``room``) is known to builds only.
+        Points are in metres along the axes of the plan's source (``frame``), or the plan's own axes if it has no frame.
+        ``keep``, ``drop`` and the keys of a whole file are for builds and have no effect here. ``room`` can add a space
+        that the plan lacks only in a build, because only a build knows such spaces.
 
         Parameters
         ----------
         said
-            What a person says of the plan: walls, openings, rooms, labels.
+            The corrections: walls, openings, rooms, labels.
 
         Returns
         -------
-        The corrected ``plan``, and ``effects``, one for each correction.
+        The corrected ``plan``, and ``effects``, one for each correction; an effect says what changed or why nothing
+        did.
+
+        Raises
+        ------
+        PlanError
+            The plan has no rooms, and its outline cannot be repaired.
 
         Examples
         --------
@@ -207,7 +213,7 @@ class FloorPlan(PlanData):
 
     @cached_property
     def divided(self) -> FloorPlan:
-        """The plan with rooms and doors: the plan itself or, if it records none, the result of ``with_rooms``."""
+        """The plan with rooms and doors: the plan itself or, if it records no rooms, the result of ``with_rooms``."""
         if self.rooms:
             return self
         from houseexpo.inference import with_rooms
@@ -245,8 +251,8 @@ class FloorPlan(PlanData):
         Raises
         ------
         ConfigError
-            The scale is no positive number, the grid would have too many cells, or the plan would be smaller than
-            4 cells.
+            ``pixels_per_metre`` is not a positive number, the grid would have too many cells, or the plan would be
+            smaller than 4 cells.
         """
         from houseexpo.grids.frame import GridFrame, check_not_too_coarse
 
@@ -278,7 +284,7 @@ class FloorPlan(PlanData):
         return (~mask).view(np.uint8)
 
     def room_grid(self, pixels_per_metre: float = 25.0) -> npt.NDArray[np.int32]:
-        """Return the id of the room of ``divided`` in each cell (rows, cols), -1 for none; same cells as ``grid``.
+        """Return the id of the room of ``divided`` in each cell (rows, cols), -1 without a room; cells as in ``grid``.
 
         Parameters
         ----------
@@ -295,7 +301,7 @@ class FloorPlan(PlanData):
         return room_ids(self.divided, self.grid_frame(pixels_per_metre))
 
     def door_grid(self, pixels_per_metre: float = 25.0) -> npt.NDArray[np.int32]:
-        """Return the id of the door of ``divided`` in each cell (rows, cols), -1 for none; same cells as ``grid``.
+        """Return the id of the door of ``divided`` in each cell (rows, cols), -1 without a door; cells as in ``grid``.
 
         Parameters
         ----------
@@ -397,10 +403,10 @@ class FloorPlan(PlanData):
         Parameters
         ----------
         ax
-            The axis to draw on; by default that of a new figure.
+            The axis to draw on; by default, the axis of a new figure.
         rooms, labels, doors, objects, walls
-            What to draw: rooms, their labels where they fit, doors, furniture, walls. A published plan has no rooms and
-            doors; those of ``divided`` are drawn.
+            Whether to draw rooms, labels where they fit, doors, furniture and walls. For a published plan, which has no
+            rooms and doors, the rooms and doors of ``divided`` are drawn.
         wall_thickness
             Thickness of the walls around the outline, metres.
         title
@@ -417,7 +423,7 @@ class FloorPlan(PlanData):
         Raises
         ------
         ConfigError
-            Both ``ax`` and ``figsize`` are given, or there is no such style.
+            Both ``ax`` and ``figsize`` are given, or the style is unknown.
         MissingDependencyError
             matplotlib is not installed.
 
@@ -450,13 +456,13 @@ class FloorPlan(PlanData):
         Parameters
         ----------
         layer
-            "rooms", "doors", "walls" (0.1 m thick), "objects" (furniture), or "plans" (one row: the free space). A
-            published plan has no rooms and doors; those of ``divided`` are returned.
+            "rooms", "doors", "walls" (0.1 m thick), "objects" (furniture), or "plans" (one row: the free space). The
+            rooms and doors of a published plan are those of ``divided``.
 
         Raises
         ------
         ConfigError
-            ``layer`` is none of these.
+            ``layer`` has another value.
         MissingDependencyError
             GeoPandas is not installed.
         """
@@ -465,15 +471,15 @@ class FloorPlan(PlanData):
         return make_geodataframe([self.divided], layer)
 
     def to_geojson(self, **options: Any) -> str:
-        """Return the text that ``houseexpo export --to geojson`` writes; rooms and doors are those of ``divided``.
+        """Return ``divided`` as the GeoJSON text that ``houseexpo export --to geojson`` writes.
 
-        It shows the house as seen from above, in the frame of its source if it has one; ``orientation="plan"`` and
-        ``frame="plan"`` keep the plan's own coordinates. ``options`` are those of ``houseexpo.exports.geojson``.
+        Coordinates are in metres, with the house as seen from above, in the frame of its source if the plan has one.
+        ``orientation="plan"`` and ``frame="plan"`` keep the plan's own coordinates.
 
         Parameters
         ----------
         **options
-            ``orientation``, ``frame`` and others of ``houseexpo.exports.geojson``.
+            The options of ``houseexpo.exports.geojson``, for example ``orientation`` and ``frame``.
         """
         from houseexpo.exports.geojson import geojson
 
@@ -482,7 +488,7 @@ class FloorPlan(PlanData):
 
     @property
     def __geo_interface__(self) -> dict[str, Any]:
-        """The GeoJSON as values, in the plan's own axes, as ``walls`` and ``shortest_path`` have them.
+        """The GeoJSON as a dict, in metres along the plan's own axes, like ``walls`` and ``shortest_path``.
 
         ``geopandas.GeoDataFrame.from_features(plan)`` and ``folium.GeoJson(plan)`` read it.
         """
@@ -492,18 +498,18 @@ class FloorPlan(PlanData):
         return values
 
     def shortest_path(self, start: npt.ArrayLike, goal: npt.ArrayLike, radius: float = 0.0) -> WalkingPath | None:
-        """Return the shortest path between two points (2,), (x, y) in metres, None if there is none.
+        """Return the shortest path between two points, or None if they are not connected.
 
         Parameters
         ----------
         start, goal
-            The ends of the path.
+            The ends of the path (2,), (x, y) along the plan's own axes, metres.
         radius
-            Radius of the robot, a disc, in metres: the path is that of its centre. 0 for a point.
+            Radius of a disc-shaped robot, metres; the path is the path of its centre. 0 for a point.
 
         Returns
         -------
-        Its corners ``points`` (n, 2) and its ``length``, metres.
+        The path: its corners ``points`` (n, 2) and its ``length``, metres.
 
         Examples
         --------
@@ -525,15 +531,15 @@ class FloorPlan(PlanData):
         Parameters
         ----------
         path
-            The end of its name says what is written: ``.json`` the plan, which ``load_plan`` reads; ``.png``, ``.svg``
-            or ``.pdf`` a drawing of ``divided``.
+            The file. Its suffix selects what is written: ``.json`` the plan, which ``load_plan`` reads; ``.png``,
+            ``.svg`` or ``.pdf`` a drawing of ``divided``.
         style
             The style of a drawing, as in ``draw_plan``.
 
         Raises
         ------
         ConfigError
-            The name has another end, or there is no such style.
+            The suffix is not one of these, or the style is unknown.
         """
         from houseexpo.files import write_atomically
 

@@ -1,4 +1,4 @@
-"""Make a networkx graph of a plan, of rooms as nodes and doors as edges, and find shortest walking paths (metres).
+"""Make a networkx graph of a plan, with rooms as nodes and doors as edges, and find shortest walking paths (metres).
 
 Rooms have a label and an area (m2), doors a kind and a width (m). Rooms that meet in the open, without a wall, are
 neighbours too: the graph has as many pieces as the free space.
@@ -36,7 +36,7 @@ OPEN: Final = "open"
 
 @dataclass(frozen=True)
 class OpenBorder:
-    """Where two rooms meet without a wall: their ids, and the longest straight piece of it, from end to end, metres."""
+    """A border without a wall: the ids of its two rooms, and the ends (x, y) of its longest straight piece, metres."""
 
     rooms: tuple[int, int]
     segment: tuple[tuple[float, float], tuple[float, float]]
@@ -48,9 +48,9 @@ class OpenBorder:
 
 
 def open_borders(plan: PlanData) -> list[OpenBorder]:
-    """Return where rooms of a plan meet in the open, as under a beam or where a source divides a space.
+    """Return the borders without a wall between rooms, as under a beam or where a source divides a space.
 
-    Rooms between which a wall stands are at least a cell of the plan's grid apart (1 cm).
+    A wall keeps two rooms at least one cell of the plan's grid (1 cm) apart.
     """
     if len(plan.rooms) < 2:
         return []
@@ -62,7 +62,7 @@ def open_borders(plan: PlanData) -> list[OpenBorder]:
     for one, other in sorted((i, j) for i, j in pairs if i < j):
         shared = shapely.intersection(shapes[one].boundary, shapes[other].boundary)
         lines = [part for part in shapely.get_parts(shared) if part.length > 0]
-        if not lines:  # a corner that both have
+        if not lines:  # the rooms share only a corner
             continue
         merged = shapely.simplify(shapely.line_merge(shapely.multilinestrings(lines)), GRID_M)
         straight = (ends for line in shapely.get_parts(merged) for ends in pairwise(line.coords))
@@ -76,9 +76,9 @@ def rooms_graph(plan: PlanData, *, outside: bool = False) -> nx.MultiGraph[int |
 
     A node is the id of a room and has ``label`` and ``area`` (m2). An edge connects the two rooms of a door; its key is
     the door's id, and it has ``kind`` and ``width`` (m). Two doors between the same rooms are two edges, hence a
-    MultiGraph. Two rooms that meet in the open have an edge of kind "open", whose width is that of the longest straight
-    piece of their border; such edges have the keys -1, -2, ... A published plan has no rooms; use ``FloorPlan.graph``
-    or ``with_rooms``.
+    MultiGraph. Two rooms that meet without a wall have an edge of kind "open"; its width is the length of the longest
+    straight piece of their border. These edges have the keys -1, -2, ... A published plan has no rooms; use
+    ``FloorPlan.graph`` or ``with_rooms``.
 
     With ``outside=True``, entrances lead to a node "outside". By default they are left out, because a path through the
     garden would count as a path between rooms.
@@ -112,12 +112,12 @@ class WalkingPath(NamedTuple):
 
 
 def shortest_path(space: Polygon | MultiPolygon, start: npt.ArrayLike, goal: npt.ArrayLike) -> WalkingPath | None:
-    """Return the shortest path inside ``space`` between two points (2,), metres; None if there is none.
+    """Return the shortest path inside ``space`` between two points (2,), metres, or None if they are not connected.
 
     1. Walls are straightened by at most 0.02 m. A space with more than 800 reflex corners is simplified further, by at
        most 0.4 m, until no more than 800 are left.
-    2. The path turns only at reflex corners. They are expanded by A*, in the order of the distance so far plus the
-       straight line to the goal; what a corner sees is computed when it is expanded.
+    2. The path turns only at reflex corners. A* expands them in the order of the distance so far plus the straight
+       line to the goal. The corners that a corner sees are computed when it is expanded.
 
     For a disc, pass the area in which its centre can be (``analysis.navigability.disc_centre_areas``).
 
@@ -140,9 +140,9 @@ def shortest_path(space: Polygon | MultiPolygon, start: npt.ArrayLike, goal: npt
 
 
 def path_among_corners(space: Polygon | MultiPolygon, nodes: Points) -> WalkingPath | None:
-    """Return the shortest path inside ``space`` from the first to the second of the nodes (n, 2), metres, by A*.
+    """Return the shortest path inside ``space`` from the first to the second of ``nodes`` (n, 2), metres, by A*.
 
-    It turns only at the others, and ``space`` covers its segments; None if there is none.
+    The path turns only at other nodes, and ``space`` covers its segments. Without such a path, the result is None.
     """
     import shapely
 
@@ -197,9 +197,10 @@ def rooms_graph_with_distances(plan: PlanData, *, outside: bool = False) -> nx.M
 
     In addition, a node has ``position``, a point (x, y) well inside the room, and an edge has ``distance``: the length
     of the shortest path inside the two rooms from one position to the other, through the middle of the door or of the
-    open border. The distance of an entrance ends at the door. For each room with two or more of these,
-    ``graph.graph["doors"]`` has the walking distance between each pair, ``{(key, key): metres}`` by the keys of their
-    edges, so that longer paths need not pass through the middle of a room.
+    open border. The distance of an entrance ends at the door. For each room with two or more edges,
+    ``graph.graph["doors"]`` has the walking distance between each pair of doors or borders,
+    ``{(key, key): metres}`` by the keys of their edges, so that longer paths need not pass through the middle of a
+    room.
 
     Weighted shortest paths (``networkx.shortest_path_length(graph, a, b, "distance")``) are therefore distances between
     rooms.
@@ -268,7 +269,7 @@ def _inner_point(room: Room) -> tuple[float, float]:
 
 
 def _rings(shape: Polygon | MultiPolygon) -> list[Polygon]:
-    """Return all rings with the free space on their left: outer ones counter-clockwise, holes clockwise."""
+    """Return all rings with the free space on their left: outer rings counter-clockwise, holes clockwise."""
     import shapely
 
     parts = shapely.get_parts(shapely.orient_polygons(shape))

@@ -1,4 +1,4 @@
-"""What people say of single houses: the words (``vocabulary``), and what they do to a plan (``apply``)."""
+"""Corrections of single houses by people: their vocabulary (``vocabulary``) and their application (``apply``)."""
 
 from houseexpo.corrections.vocabulary import Correction, Override
 

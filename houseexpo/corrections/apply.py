@@ -1,26 +1,26 @@
-"""Apply what a person says of a storey to its plan, word by word, and say at once what each word did.
+"""Apply a person's corrections of a storey to its plan, one word at a time, and report the effect of each.
 
 R1  A correction changes the rooms and passages that it touches. Everything else stays as it is.
-R2  Words are applied in the order of ``WORDS``, so that a table says the same whatever the order of its keys. A
-    person's word wins over what was found. Of two words that contradict each other both are named, and the later one
-    does nothing.
-R3  ``door``, ``opening``: in a wall between two rooms it joins them; in an outer wall it leads outside; on a floor it
-    parts the room (``openings``), if the rest of its line is at most a metre. A wider door than any is an opening.
-    What stands there gives way. Behind it, a space into which nothing led becomes a room. Lines of which none parts a
-    room alone part it together; as long as they do not, they wait.
+R2  Words are applied in the order of ``WORDS``, so the order of a table's keys does not matter. A person's word wins
+    over what the build found. If two words contradict each other, the later one does nothing and its message names
+    the other.
+R3  ``door``, ``opening``: in a wall between two rooms, it joins them. In an outer wall, it leads outside. On a floor,
+    it parts the room (``openings``) if walls lie at most 1 m beyond its ends. A door wider than ``WIDEST_DOOR_M``
+    becomes an opening. A passage that was found in its place is removed. A space behind it that nothing led into
+    becomes a room. A line that parts no room by itself waits: several waiting lines may part a room together.
 R4  ``entrance``: a door to the outside, whatever lies there. ``wall``: parts the rooms that it crosses. Spaces that it
-    closes, with what stands in the source, with rooms and with other walls, are rooms; as long as it closes none, it
+    encloses together with the source's walls, rooms and other drawn walls become rooms. A wall that encloses no space
     waits.
-R5  ``one_room``: rooms and the passages and walls between them become one. ``no_wall``: so do the rooms at both sides
-    of a line in a wall, joined by what of the wall is drawn. ``no_door``: the passage there is wall; ``window``: it is
-    a window, which plans do not have.
-R6  ``room``: a space between walls that the plan does not have is one; ``room_outline``: an area is one, as far as it
-    is free. Entrances that lead to its place lead into it. ``no_room``: the room there is none, and its doors to others
-    lead outside. ``outside``: so do they, and where rooms meet it without a wall, they are open. ``label``: names a
-    room.
-R7  At last, what words have parted is joined by a cut, or stays apart where a person says so (``joining``). That is
-    said.
-R8  A part that a person has said has confidence 1.
+R5  ``one_room``: the rooms become one, together with the passages and walls between them. ``no_wall``: the rooms on
+    both sides of a line in a wall become one, joined by the drawn part of the wall. ``no_door``: the passage becomes
+    wall. ``window``: the same, since plans have no windows.
+R6  ``room``: a space between walls that the plan lacks becomes a room. ``room_outline``: the free part of an area
+    becomes a room. Entrances that lead to the place of a new room lead into it. ``no_room``: the room is removed, and
+    its doors to other rooms lead outside. ``outside``: the same, and rooms that meet the area without a wall are open
+    to it. ``label``: names a room.
+R7  Finally, a cut joins parts that words have separated, unless a person says that there is no way (``joining``). A
+    message reports it.
+R8  A part that a person has stated has confidence 1.
 """
 
 from __future__ import annotations
@@ -66,9 +66,10 @@ _Plan = TypeVar("_Plan", bound=PlanData)
 
 @dataclass(frozen=True)
 class Effect:
-    """What became of one correction: ``done``, ``already`` so, or ``none`` and why.
+    """The effect of one correction.
 
-    ``also`` is what changed beside it. ``waits``: it does nothing alone, but may with others of its kind (R3).
+    ``outcome`` is "done", "already" if the plan was so before, or "none". ``said`` describes it, for "none" with the
+    reason. ``also`` lists further changes. ``waits``: it does nothing alone, but may with others of its kind (R3).
     """
 
     correction: Correction
@@ -79,11 +80,11 @@ class Effect:
 
     @property
     def sentence(self) -> str:
-        """The effect in words."""
+        """The effect as a sentence: ``said`` and ``also``."""
         return "; ".join((self.said, *self.also))
 
     def as_record(self) -> dict[str, Any]:
-        """Return it as a plan's provenance has it."""
+        """Return the effect as plain values, as stored in a plan's provenance."""
         value = self.correction.value
         plain = [list(part) if isinstance(part, tuple) else part for part in value]
         return {
@@ -98,7 +99,7 @@ class Effect:
 
 @dataclass(frozen=True, eq=False)
 class Corrected(Generic[_Plan]):
-    """A corrected plan, what each correction did, and what followed from all of them together."""
+    """A corrected plan, the effect of each correction, and the changes that all of them caused together (R7)."""
 
     plan: _Plan
     effects: tuple[Effect, ...]
@@ -123,13 +124,16 @@ def correct_plan(
     Parameters
     ----------
     plan
-        A plan; one without rooms is divided first. Without a ``frame``, points are in the plan's own axes.
+        A plan; a plan without rooms is divided first (``with_rooms``).
+    corrections
+        The corrections; points are in metres along the axes of the source (``plan.frame``), or the plan's own axes if
+        it has no frame.
     spaces
-        Spaces between walls that the plan does not have, in its coordinates; ``room`` and ``door`` may need them.
+        Spaces between walls that the plan lacks, in the plan's coordinates; ``room`` and ``door`` may need them.
     standing
-        The walls of the source and what may close their gaps, in its coordinates; ``wall`` may need them.
+        The source's walls and whatever may close their gaps, in the plan's coordinates; ``wall`` may need them.
     measure
-        Whether the navigability is measured again, if the plan records it.
+        Whether to measure the navigability again, if the plan records it.
 
     Raises
     ------
@@ -152,7 +156,7 @@ def _in_plan(plan: PlanData, correction: Correction) -> Vector:
 
 
 def _apply_all(draft: Draft, placed: Sequence[Placed]) -> list[Effect]:
-    """Apply words in turn; what does nothing is tried again after the others, lines that wait then together (R3)."""
+    """Apply words in turn. Try lines that wait together (R3), and words without an effect again after the others."""
     effects: list[Effect] = []
     last_wall = max((k for k, each in enumerate(placed) if each.correction.word == "wall"), default=-1)
     last = max((k for k, each in enumerate(placed) if each.correction.word in _PARTING), default=-1)
@@ -163,7 +167,7 @@ def _apply_all(draft: Draft, placed: Sequence[Placed]) -> list[Effect]:
         if k == last:
             _apply_waiting(draft, placed, effects)
     has_more = True
-    while has_more:  # a room in which a word acts may be the work of a later one
+    while has_more:  # a later word may make the room that an earlier word needs
         idle = [k for k, effect in enumerate(effects) if effect.outcome == "none" and not effect.waits]
         for k in idle:
             effects[k] = _apply(draft, placed[k], _WORDS[placed[k].correction.word])
@@ -175,14 +179,14 @@ _PARTING: Final = frozenset({"door", "opening"})
 
 
 def _close_with_walls(draft: Draft, placed: Sequence[Placed], effects: list[Effect]) -> None:
-    """Make rooms of the spaces that walls close which lie in no room (R4)."""
+    """Make rooms of the spaces that walls enclose outside all rooms (R4)."""
     loose = [k for k, effect in enumerate(effects) if effect.correction.word == "wall" and effect.outcome != "done"]
     for number, said in close_spaces(draft, [placed[k] for k in loose]).items():
         effects[loose[number]] = Effect(placed[loose[number]].correction, "done", said.text, tuple(said.also))
 
 
 def _apply_waiting(draft: Draft, placed: Sequence[Placed], effects: list[Effect]) -> None:
-    """Part rooms along lines that part none alone: together, or else as far as each goes on straight (R3)."""
+    """Part rooms along waiting lines (R3): along several together, else along each one extended straight."""
     waiting = [k for k, effect in enumerate(effects) if effect.waits and effect.correction.word in _PARTING]
     before = draft.state()
     together = part_together(draft, [placed[at] for at in waiting])
@@ -200,7 +204,7 @@ def _apply_waiting(draft: Draft, placed: Sequence[Placed], effects: list[Effect]
 
 
 def _parted_again(draft: Draft) -> str:
-    """Return a correction that has made rooms one where a passage that is said parts them again, "" if none has."""
+    """Return a correction that merged two rooms although a stated passage parts them there, or "" if there is none."""
     for seam in draft.joined:
         for door in draft.inner_doors:
             if door.said and shapely.intersection(door.shape, seam.shape).area > door.shape.area / 2:

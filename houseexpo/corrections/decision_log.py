@@ -1,4 +1,4 @@
-"""Keep the log of review decisions: read its lines of JSON, and add one for each decision; none is removed.
+"""Keep the log of review decisions: read its lines of JSON, and append one line for each decision.
 
 R1  A line is on the disk before its request is answered.
 R2  A truncated line was never answered: it is skipped, and the next entry starts on a new line.
@@ -47,7 +47,7 @@ class LogLine(msgspec.Struct, frozen=True, omit_defaults=True):
     file
         SHA-256 of ``overrides.toml`` before and after.
     source
-        SHA-256 of the plan's file when this was said, "" where nobody knows it.
+        SHA-256 of the plan's file at the time of the decision, "" if unknown.
     """
 
     number: int
@@ -65,7 +65,7 @@ class LogLine(msgspec.Struct, frozen=True, omit_defaults=True):
 
     @property
     def new_keys(self) -> set[str]:
-        """What the line says that was not said before, by ``author_key``."""
+        """Return the statements that the line adds, by ``author_key``."""
         found: set[str] = set()
         for key, (before, after) in self.changes.items():
             if after is not None:
@@ -77,13 +77,13 @@ def _author_keys(key: str, value: Any) -> list[str]:
     word = next((word for word in WORDS if word == key), None)
     try:
         return [author_key(key, each) for each in (word_values(word, value) if word and value else [value])]
-    except ConfigError:  # a log is no input: what another version wrote there says nothing
+    except ConfigError:  # another version may have written the line; skip it
         return []
 
 
 @dataclass
 class DecisionLog:
-    """The file, and its lines that were read so far; to add a line, hold the lock of ``Decisions``."""
+    """The log file and the lines read so far; to add a line, hold the lock of ``DecisionStore``."""
 
     path: Path
     lines: list[LogLine] = field(default_factory=list)
@@ -148,9 +148,9 @@ class DecisionLog:
         return (line for line in self.lines if line.action not in {"undo", "build"} and line.number not in self.undone)
 
     def undone_by(self, reviewer: str) -> list[tuple[LogLine, LogLine]]:
-        """Return what a reviewer can make again: undos and the lines that they undid, the latest last.
+        """Return the undos that a reviewer can redo, each with the line that it undid, the latest last.
 
-        A new decision of the reviewer ends it.
+        After a new decision, the reviewer can redo nothing.
         """
         by_number = {line.number: line for line in self.lines}
         found: list[tuple[LogLine, LogLine]] = []

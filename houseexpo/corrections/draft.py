@@ -1,12 +1,12 @@
-"""Hold a plan as rooms and doors that can be changed, find what lies at a place, and make a plan of them again.
+"""Hold a plan as mutable rooms and doors, find the room or door at a place, and make a plan of them again.
 
-Coordinates are those of the plan that was taken apart, metres.
+Coordinates are those of the original plan, metres.
 
-R1  A room or a door that nothing changed keeps its ring, to the last digit; only its id may be another.
-R2  What was changed is rounded to the grid together with what touches it, so that neighbours share their edges.
+R1  A room or door that was not changed keeps its ring, to the last digit; only its id may change.
+R2  Changed rooms and doors are rounded to the grid together with their neighbours, so that neighbours share edges.
 R3  The plan starts at the same margin as before; its frame maps to the same place in the source.
-R4  A plan has one outline. Rooms that no passage joins to the others are joined to it by a slit of the grid's width
-    through the thinnest wall between them: it is no passage, and no robot fits through.
+R4  A plan has one outline. If no passage joins some rooms to the others, a slit of the grid's width through the
+    thinnest wall joins their outlines. It does not count as a passage, and no robot fits through.
 """
 
 from __future__ import annotations
@@ -35,9 +35,9 @@ Vector = npt.NDArray[np.float64]
 
 @dataclass(eq=False)
 class DraftRoom:
-    """A room; ``before`` is the plan's own, None if it is new or its shape has changed.
+    """A room; ``before`` is the plan's room, None if the room is new or its shape has changed.
 
-    ``said`` is the correction that says that it is a room, and ``named`` the one that names it.
+    ``said`` is the correction that makes it a room, ``named`` the correction that names it; "" without a correction.
     """
 
     shape: Polygon
@@ -55,9 +55,9 @@ class DraftRoom:
 
 @dataclass(eq=False)
 class DraftDoor:
-    """A passage; ``ends`` (2, 2) are its jambs, ``rooms`` those at its sides, the second None outside.
+    """A passage; ``ends`` (2, 2) are its jambs, metres, ``rooms`` the rooms on its sides, the second None for outside.
 
-    ``before`` is the plan's own, None if it is new; ``said`` is the value of the correction that made it.
+    ``before`` is the plan's door, None if the passage is new. ``said`` is the correction that states it, or "".
     """
 
     kind: DoorKind
@@ -70,7 +70,7 @@ class DraftDoor:
 
     @property
     def width(self) -> float:
-        """From jamb to jamb, metres."""
+        """The distance from jamb to jamb, metres."""
         return math.dist(*self.ends)
 
     @property
@@ -81,7 +81,7 @@ class DraftDoor:
 
 @dataclass(frozen=True, eq=False)
 class Place:
-    """An area of which a correction has said something: ``said`` is its value."""
+    """An area that a correction concerns; ``said`` is the correction."""
 
     shape: BaseGeometry
     said: str
@@ -89,7 +89,7 @@ class Place:
 
 @dataclass(frozen=True, eq=False)
 class Space:
-    """A space between walls that the plan does not have. ``reachable`` is False if nothing led into it, only."""
+    """A space between walls that the plan lacks; ``reachable`` is False if only the lack of a way left it out."""
 
     shape: Polygon
     reachable: bool = True
@@ -118,24 +118,24 @@ class Draft:
         ]
         self.spaces = list(spaces)
         self.standing = list(standing)
-        """What closes spaces in the source: its walls, and what may close their gaps."""
+        """The shapes that enclose spaces in the source: its walls, and whatever may close their gaps."""
         self.walls: list[Place] = []
-        """The walls that a person has said."""
+        """The walls that a person has drawn."""
         self.taken_out: list[Place] = []
-        """The rooms that a person has taken out."""
+        """The rooms that a person has removed."""
         self.joined: list[Place] = []
-        """What lay between rooms that a person has made one."""
+        """The areas between rooms that a person has merged."""
         self.denied: list[Polygon] = []
-        """The places at which a person has taken a passage out."""
+        """The areas of passages that a person has removed."""
 
     def state(self) -> list[tuple[Any, dict[str, Any]]]:
-        """Return what ``restore`` brings back."""
+        """Return a snapshot of the draft, for ``restore``."""
         own = {name: list(value) if isinstance(value, list) else value for name, value in vars(self).items()}
         return [(self, own), *((part, dict(vars(part))) for part in (*self.rooms, *self.doors))]
 
     @staticmethod
     def restore(state: Iterable[tuple[Any, dict[str, Any]]]) -> None:
-        """Bring back what was before a word that is refused."""
+        """Set a draft back to a snapshot of ``state``, after a word is refused."""
         for part, values in state:
             vars(part).update(values)
 
@@ -145,7 +145,7 @@ class Draft:
         return [door for door in self.doors if door.rooms[1] is not None]
 
     def room_at(self, place: Sequence[float] | Vector) -> DraftRoom | None:
-        """Return the room that holds a point, furniture in it included, or None."""
+        """Return the room that contains a point (x, y), also where furniture stands, or None."""
         point = shapely.Point(*place)
         found = next((room for room in self.rooms if room.shape.covers(point)), None)
         if found is None and any(thing.polygon.covers(point) for thing in self.plan.objects):
@@ -164,12 +164,12 @@ class Draft:
         return min((float(room.shape.distance(shapely.Point(*place))) for room in self.rooms), default=math.inf)
 
     def name(self, room: DraftRoom) -> str:
-        """Return what a room is called in messages."""
+        """Return the name of a room in messages."""
         what = "room" if room.label == UNLABELLED else room.label.lower().replace("_", " ")
         return f"the {what} of {room.shape.area:.1f} m2"
 
     def names(self, rooms: Sequence[DraftRoom]) -> str:
-        """Return what several rooms are called, the first three of them."""
+        """Return the names of up to three rooms in messages."""
         return " and ".join(self.name(room) for room in rooms[:3])
 
     def remove_room(self, room: DraftRoom, *, open_outside: bool = False) -> None:
@@ -186,7 +186,7 @@ class Draft:
         self.doors = kept
 
     def replace_room(self, room: DraftRoom, parts: Sequence[Polygon]) -> list[DraftRoom]:
-        """Put parts in the place of a room, the largest first, which keeps its name; passages go to the nearest."""
+        """Replace a room by parts, sorted by area. The largest keeps the name; a passage goes to the nearest part."""
         ordered = sorted(parts, key=lambda part: -part.area)
         made = [DraftRoom(part, confidence=room.confidence) for part in ordered]
         made[0].label, made[0].words = room.label, room.words
@@ -203,7 +203,7 @@ class Draft:
 
     @property
     def is_surer(self) -> bool:
-        """Whether a person's words have changed no shape, but how sure a room or a passage is."""
+        """Whether a person's words have changed the confidence of a room or passage that keeps its shape."""
         parts: list[DraftRoom | DraftDoor] = [*self.rooms, *self.doors]
         return any(part.before is not None and part.confidence != part.before.confidence for part in parts)
 
@@ -279,7 +279,7 @@ class Draft:
         self.doors = [door for door in self.doors if door.shape.area > 0]
 
     def _boxes(self, rooms: Sequence[Room]) -> Mapping[str, tuple[Box, ...]]:
-        """Return the boxes by label. Those that are a room's own follow the rooms; those of the source stay."""
+        """Return the boxes by label. Boxes of the plan's rooms follow the rooms; boxes of the source stay."""
         before = {(room.label, _box(room)) for room in self.plan.rooms}
         own = {(label, box) for label, boxes in self.plan.room_category.items() for box in boxes} & before
         if not own:
@@ -293,7 +293,7 @@ class Draft:
         return {label: tuple(sorted(boxes)) for label, boxes in sorted(found.items()) if boxes}
 
     def _objects(self, rooms: Sequence[Room]) -> list[PlanObject]:
-        """Return the furniture of rooms that are left, each piece with the room in which it stands now."""
+        """Return the furniture of the remaining rooms, each piece with the room in which it stands now."""
         found: list[PlanObject] = []
         filled = [Polygon(room.ring) for room in rooms]
         lost = [room.polygon for room in self.plan.rooms]
@@ -307,7 +307,7 @@ class Draft:
         return found
 
     def _provenance(self, doors: Sequence[Door]) -> Mapping[str, Any] | None:
-        """Return the provenance, with the cuts that are left under the numbers that their doors have now."""
+        """Return the provenance with the remaining cuts, under the new ids of their doors."""
         told = dict(self.plan.provenance or {})
         if "cuts" in told:
             now = {id(draft.before): door.id for draft, door in zip(self.doors, doors, strict=True) if draft.before}
@@ -320,18 +320,18 @@ class Draft:
 
 
 def split_pieces(shape: shapely.Geometry) -> list[Polygon]:
-    """Return the polygons of a shape that are more than rounding, the largest first."""
+    """Return the polygons of a shape that are larger than rounding leaves, the largest first."""
     parts = [part for part in shapely.get_parts(shape) if isinstance(part, Polygon) and part.area > ROUNDED_M2]
     return sorted(parts, key=lambda part: (-part.area, part.bounds))
 
 
 def is_room_sized(shape: Polygon) -> bool:
-    """Return whether a shape is large enough for a room that nobody names."""
+    """Return whether a shape is large enough for a room that no person has stated."""
     return bool(shape.area >= SMALLEST_ROOM_M2)
 
 
 def may_be_room(shape: Polygon) -> bool:
-    """Return whether a shape is large enough for a room, if a person says that it is one."""
+    """Return whether a shape is large enough for a room that a person states."""
     return bool(shape.area >= SMALLEST_SAID_ROOM_M2)
 
 
@@ -352,14 +352,14 @@ def _in_one(floor: BaseGeometry) -> Polygon:
 
 
 def _core(shape: BaseGeometry) -> BaseGeometry:
-    """Return what of a shape is no thin tip, so that a slit that ends there lies in it."""
+    """Return a shape without its thin tips, so that a slit that ends there lies inside the shape."""
     core = shape.buffer(-_INTO_M, join_style="mitre")
     return shape if core.is_empty else core
 
 
 _INTO_M: Final = 0.05
 _SLIT: Final = tuple(0.5 * 2**k for k in range(6))
-"""Halves of the width of a slit, cells of the grid: wider ones only where rounding closes it."""
+"""Half widths of a slit, in cells of the grid; a wider slit is tried only if rounding closes a narrower one."""
 
 
 def _share_edge(one: Polygon, other: Polygon) -> bool:
@@ -419,6 +419,6 @@ def _on_grid(plan: PlanData) -> PlanData:
 
 def _rounded_frame(plan: PlanData) -> Any:
     frame = plan.frame
-    assert frame is not None  # noqa: S101  # the caller asks only where there is one
+    assert frame is not None  # noqa: S101  # the caller checks it
     (a, b, tx), (c, d, ty) = frame.matrix
     return replace(frame, matrix=((a, b, round(tx, 6)), (c, d, round(ty, 6))))

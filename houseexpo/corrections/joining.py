@@ -1,11 +1,12 @@
-"""Join the parts of a corrected draft that no passage joins, and take out the cuts that words make needless.
+"""Cut passages into parts that corrections have separated, and remove cuts that corrections make needless.
 
-J1  What words have parted, and nothing leads into, is joined to the rest by a cut through the thinnest wall between
-    them: a robot gets there, and a person sees where the program guesses.
-J2  Nobody needs a cut into a part that has an entrance of its own. Nor is one made where a person has taken a passage
-    out, or where the plan as given has none: who says that no way is there is not contradicted at another wall.
-J3  A cut that joined two parts goes if a passage joins them now, or if a person says an entrance of the smaller one.
-J4  A part without a passage inside keeps its rooms; ``Draft.made`` joins its outline to that of the others.
+J1  If words have separated a part and nothing leads into it, a cut through the thinnest wall joins it to the rest. A
+    robot can then reach it, and a person sees where the program guesses.
+J2  A part with an entrance needs no cut. Neither is a cut made into a part from which a person has removed a passage,
+    nor into a part without a passage in the given plan: a cut in another wall would contradict the person.
+J3  A cut between two parts is removed if another passage joins them now, or if a person states an entrance of the
+    smaller part.
+J4  A part that no inner passage joins to the others keeps its rooms; ``Draft.made`` joins its outline to theirs.
 """
 
 from __future__ import annotations
@@ -30,7 +31,7 @@ _SAME_M: Final = 1e-6
 
 
 def settle(draft: Draft) -> Iterator[str]:
-    """Join what words have parted (J1, J2), and take out needless cuts (J3); yield what was done."""
+    """Join separated parts (J1, J2) and remove needless cuts (J3); yield a sentence about each change."""
     before = [shapely.union_all([room.shape for room in part]) for part in Draft(draft.plan).pieces()]
     closed: set[int] = set()
     while True:
@@ -57,14 +58,14 @@ def settle(draft: Draft) -> Iterator[str]:
 
 
 def _unreached(draft: Draft, parts: Sequence[list[DraftRoom]]) -> list[list[DraftRoom]]:
-    """Return the parts without an entrance of their own; if none has one, the largest counts as entered."""
+    """Return the parts without an entrance, but not the largest part if no part has an entrance."""
     entered = {id(door.rooms[0]) for door in draft.doors if door.rooms[1] is None}
     lone = [part for part in parts if not any(id(room) in entered for room in part)]
     return lone[1:] if len(lone) == len(parts) else lone
 
 
 def _is_denied(draft: Draft, part: Sequence[DraftRoom], before: Sequence[shapely.Geometry]) -> bool:
-    """Return whether a person has taken a passage of a part out, or the plan as given has none into it (J2)."""
+    """Return whether a person removed a passage of a part, or no passage led into it in the given plan (J2)."""
     shape = shapely.union_all([room.shape for room in part])
     if any(gone.distance(shape) < STEP_M for gone in draft.denied):
         return True
@@ -73,7 +74,7 @@ def _is_denied(draft: Draft, part: Sequence[DraftRoom], before: Sequence[shapely
 
 
 def _apart(draft: Draft, before: Sequence[shapely.Geometry]) -> Iterator[str]:
-    """Yield which parts nothing inside leads into, of those into which something did."""
+    """Yield a sentence about each part that has lost its last passage from inside."""
     parts = draft.pieces()
     lone = {id(part[0]) for part in _unreached(draft, parts)}
     for part in parts[1:]:
@@ -100,7 +101,7 @@ def _without_needless_cuts(draft: Draft) -> Iterator[str]:
 
 
 def _is_entered_instead(draft: Draft, cut: DraftDoor, parts: Sequence[list[DraftRoom]]) -> bool:
-    """Return whether a person has said an entrance of the smaller of the parts that a cut joined."""
+    """Return whether a person has stated an entrance of the smaller of the two parts that a cut joined."""
     smaller = next(part for part in reversed(parts) if any(room is side for room in part for side in cut.rooms))
     return any(
         door.said and door.rooms[1] is None and any(door.rooms[0] is room for room in smaller) for door in draft.doors
@@ -108,7 +109,7 @@ def _is_entered_instead(draft: Draft, cut: DraftDoor, parts: Sequence[list[Draft
 
 
 def _was_needed(draft: Draft, cut: DraftDoor) -> bool:
-    """Return whether nothing but a cut joined two parts of the plan as it was."""
+    """Return whether a cut was the only passage between two parts of the original plan."""
     before = Draft(draft.plan)
     count = len(before.pieces())
     before.doors = [door for door in before.doors if door.before is not cut.before]
@@ -118,10 +119,10 @@ def _was_needed(draft: Draft, cut: DraftDoor) -> bool:
 def _thinnest_wall(
     draft: Draft, part: Sequence[DraftRoom], rest: Sequence[DraftRoom]
 ) -> tuple[Strip, tuple[DraftRoom, DraftRoom]] | None:
-    """Return where the thinnest wall between some rooms and the others takes a cut, clear of other passages.
+    """Return the cut through the thinnest wall between ``part`` and ``rest`` that is clear of other passages, or None.
 
-    A wall is no thinner than the way from its line to the nearest other room. So lines are tried from the nearest on,
-    until none can be thinner; of equally thin walls, the first along the rooms' edges is taken.
+    A wall is at least as thick as its line's distance to the nearest other room. So lines are tried by this distance,
+    until no wall can be thinner. Of equally thin walls, the first along the rooms' edges is taken.
     """
     shapes = [room.shape for room in rest]
     taken = shapely.union_all([door.shape for door in draft.doors]) if draft.doors else Polygon()
@@ -147,7 +148,7 @@ def _thinnest_wall(
 
 
 def _lines_along(shape: Polygon) -> Iterator[tuple[Strip, int]]:
-    """Yield the lines as wide as a cut, just outside a room along its edges, in steps, and the side away from it."""
+    """Yield lines of a cut's width just outside a room, in steps along its edges, and the index of the outer side."""
     for start, end in zip(*edges_of([shape]), strict=True):
         length = math.dist(start, end)
         if length < CUT_M:

@@ -1,9 +1,10 @@
-"""Find where a line that a person draws meets the rooms of a plan: in a wall between two, in an outer one, on a floor.
+"""Find where a drawn line meets the rooms of a plan: in a wall between two rooms, in an outer wall, or on a floor.
 
-R1  A line within ``SNAP_M`` of a wall that runs along it lies in that wall, and turns to run as the wall does. A wall
-    with different things at its sides comes before a nearer one that stands in a room, such as a leaf.
-R2  In a wall, the opening takes what of the line is clear: both faces go on, as far apart as in the middle.
-R3  On a floor, the line goes on from both ends to the walls, if they are at most ``ONWARD_M`` away, and parts the room.
+R1  A line within ``SNAP_M`` of a wall, and roughly parallel to it, is moved into the wall and turned parallel to it. A
+    wall between two different spaces takes precedence over a nearer wall inside one room, such as a door leaf.
+R2  In a wall, the opening is the clear part of the line: there, both faces are as far apart as in the middle.
+R3  On a floor, both ends of the line are extended to the walls, if these are at most ``ONWARD_M`` away, and the line
+    parts the room.
 """
 
 from __future__ import annotations
@@ -22,24 +23,24 @@ from shapely.geometry.base import BaseGeometry
 from houseexpo.corrections.draft import Draft, DraftRoom, Vector
 
 SNAP_M: Final = 0.25
-"""A line that a person draws so near a wall is meant to lie in it: a hand's breadth, and the wall's own half."""
+"""A line drawn within this distance of a wall is meant to lie in it, metres: a hand's breadth plus half the wall."""
 ONWARD_M: Final = 1.0
-"""The longest wall that a door on a floor brings with it at each end: what stands beside a doorway in a corner."""
+"""The longest wall that a door on a floor adds at each end, metres: the wall beside a doorway in a corner."""
 WALL_REACH_M: Final = 1.2
-"""The thickest wall that a door goes through, in old houses."""
+"""The thickest wall that a door goes through, metres: in old houses."""
 MEETS_M: Final = 1e-4
-"""What is nearer than this touches: a hundredth of the grid."""
+"""Shapes nearer than this touch, metres: a hundredth of the grid."""
 STEP_M: Final = 0.1
-"""A face of a wall that jumps by more is another wall: a hand's breadth."""
+"""Where a wall's face jumps by more than this, another wall begins, metres: a hand's breadth."""
 SAID_WALL_M: Final = 0.1
-"""The thickness of a wall that a person draws as a line, between rooms that nothing parts."""
+"""The thickness of a wall that a person draws as a line, metres."""
 SQUARE: Final = math.cos(math.radians(5.0))
-"""Cosine of the angle within which a line drawn by hand is meant to be parallel to a wall, or square to it."""
+"""Cosine of the angle within which a line drawn by hand is meant to be parallel or square to a wall."""
 ALONG: Final = math.cos(math.radians(15.0))
 """Cosine of the angle within which a line drawn near a wall runs along it."""
 _SAMPLE_M: Final = 0.01
 _AT_WALL_M: Final = 0.05
-"""An end that lies so near a wall meets it: half of ``SAID_WALL_M``, so that the wall in the line reaches it."""
+"""An end within this distance of a wall meets it, metres: half of ``SAID_WALL_M``, so the drawn wall reaches it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,7 +64,7 @@ class Strip:
         return np.stack([self.centre - half, self.centre + half])
 
     def polygon(self, *, deeper_m: float = 0.0, longer_m: float = 0.0) -> Polygon:
-        """Return it as an area, so many metres deeper and longer at each side."""
+        """Return the strip as a polygon, deeper and longer by some metres at each side."""
         half = self.across * (self.depth / 2 + deeper_m)
         a, b = self.ends + np.array([-self.along * longer_m, self.along * longer_m])
         return Polygon([a - half, b - half, b + half, a + half])
@@ -86,9 +87,9 @@ def dot(one: Vector, other: Vector) -> float:
 
 @dataclass(frozen=True, eq=False)
 class Faces:
-    """What lies beyond the two faces of a wall: the index of a shape, -1 for none, and how far from the line, metres.
+    """The shapes beyond the two faces of a wall: their indices, -1 without a shape, and their distances, metres.
 
-    ``clear`` are the ends, from the middle of the line, between which both faces go on (R2).
+    ``clear`` is the clear part of the line (R2): its two ends, in metres from the middle of the line.
     """
 
     shapes: tuple[int, int]
@@ -97,7 +98,7 @@ class Faces:
 
 
 def faces_beside(strip: Strip, shapes: Sequence[Polygon], reach_m: float = WALL_REACH_M) -> Faces:
-    """Return what of some shapes lies on both sides of a line in a wall; the right side is the first."""
+    """Return which shapes lie on both sides of a line in a wall, the right side first."""
     count = max(int(strip.length / _SAMPLE_M), 3)
     steps = (np.arange(count) + 0.5) / count * strip.length - strip.length / 2
     starts = strip.centre + steps[:, None] * strip.along
@@ -120,7 +121,7 @@ def faces_beside(strip: Strip, shapes: Sequence[Polygon], reach_m: float = WALL_
 
 
 def _distances(starts: Vector, way: Vector, shapes: Sequence[Polygon], reach_m: float) -> npt.NDArray[np.float64]:
-    """Return how far (n, k) it is from points (n, 2) to shapes (k) one way; inf where a shape is out of reach."""
+    """Return the distances (n, k) from points (n, 2) to k shapes in a direction, metres; inf beyond ``reach_m``."""
     rays = shapely.linestrings(np.stack([starts, starts + reach_m * way], axis=1))
     if not shapes:
         return np.full((len(starts), 1), np.inf)
@@ -130,7 +131,7 @@ def _distances(starts: Vector, way: Vector, shapes: Sequence[Polygon], reach_m: 
 
 
 def _in_front(far: npt.NDArray[np.float64]) -> int | None:
-    """Return the shape that most rays meet first, that of the middle ray if it meets one."""
+    """Return the index of the shape that the middle ray meets first, else of the shape that most rays meet first."""
     first = np.where(np.isfinite(far.min(axis=1)), far.argmin(axis=1), -1)
     if (middle := int(first[len(first) // 2])) >= 0:
         return middle
@@ -139,7 +140,7 @@ def _in_front(far: npt.NDArray[np.float64]) -> int | None:
 
 
 def _longest_run(clear: npt.NDArray[np.bool_]) -> tuple[int, int]:
-    """Return the start and the end of the run of true values that holds the middle, else of the longest."""
+    """Return the start and the end of the run of True values that contains the middle, else of the longest run."""
     ends = np.flatnonzero(np.diff(np.concatenate([[False], clear, [False]]).astype(np.int8)))
     runs = list(zip(ends[::2].tolist(), ends[1::2].tolist(), strict=True))
     middle = len(clear) // 2
@@ -157,9 +158,9 @@ def edges_of(shapes: Iterable[Polygon]) -> tuple[Vector, Vector]:
 
 
 def walls_beside(strip: Strip, rooms: Sequence[DraftRoom], reach_m: float) -> Iterator[tuple[Vector, Vector, float]]:
-    """Yield the start, the direction and the distance of the edges of rooms that run along a line, the nearest first.
+    """Yield the start, the direction and the distance of rooms' edges that run along a line, the nearest first.
 
-    The middle of the line lies beside the edge (R1).
+    Only edges that lie beside the middle of the line count (R1).
     """
     starts, ends = edges_of(room.shape for room in rooms)
     lengths = np.hypot(*(ends - starts).T)
@@ -175,7 +176,7 @@ def walls_beside(strip: Strip, rooms: Sequence[DraftRoom], reach_m: float) -> It
 
 
 def drawn_walls(lines: Sequence[LineString], standing: BaseGeometry) -> list[Polygon]:
-    """Return walls that a person draws, as areas; an end goes on to what stands, or to another, if that is near."""
+    """Return drawn walls as areas; an end within ``SNAP_M`` of a standing or another drawn wall is extended to it."""
     grown = [line.buffer(SAID_WALL_M / 2, cap_style="square", join_style="mitre") for line in lines]
     for k, line in enumerate(lines):
         others = shapely.union_all([standing, *(other for j, other in enumerate(grown) if j != k)])
@@ -189,7 +190,7 @@ def drawn_walls(lines: Sequence[LineString], standing: BaseGeometry) -> list[Pol
 
 
 def squared(strip: Strip, shape: Polygon) -> Strip:
-    """Return a line turned about its middle to be parallel or square to the nearest edge of a room, if it nearly is."""
+    """Return a line turned about its middle until parallel or square to a room's nearest edge, if it nearly is."""
     starts, ends = edges_of([shape])
     lines = shapely.linestrings(np.stack([starts, ends], axis=1))
     far = shapely.distance(shapely.LineString(strip.ends), lines)
@@ -207,9 +208,9 @@ def squared(strip: Strip, shape: Polygon) -> Strip:
 
 
 def drawn_on(strip: Strip, shape: Polygon) -> tuple[Strip, tuple[float, float]] | None:
-    """Return the line from wall to wall of a room, and how far it goes on beyond both ends (R3).
+    """Return the line extended to the walls of a room, and by how much at both ends, metres (R3).
 
-    It is as deep as the ends of walls that it meets, if it meets such, else ``SAID_WALL_M``. None if a wall is too far.
+    Its depth is that of the wall ends that it meets, else ``SAID_WALL_M``. The result is None if a wall is too far.
     """
     onward, depths, asides = [], [], []
     for side in (-1, 1):
@@ -219,7 +220,7 @@ def drawn_on(strip: Strip, shape: Polygon) -> tuple[Strip, tuple[float, float]] 
         hit = shapely.intersection(ray, shape.boundary)
         places = [np.array(p) for p in shapely.get_coordinates(hit)]
         if hit.is_empty and shape.boundary.distance(shapely.Point(end)) <= _AT_WALL_M:
-            places = [end]  # at a corner, along its edge: the ray passes it by a hair
+            places = [end]  # at a corner, along its edge: the ray just misses it
         if not places:
             return None
         first = min(places, key=lambda place: math.dist(inner, place))
@@ -235,7 +236,7 @@ def drawn_on(strip: Strip, shape: Polygon) -> tuple[Strip, tuple[float, float]] 
 
 
 def _end_face(place: Vector, strip: Strip, shape: Polygon) -> tuple[float, float] | None:
-    """Return the thickness of the wall that ends at a place, and how far its middle is beside the line; or None."""
+    """Return the thickness of the wall that ends at a place and its middle's offset from the line, metres, or None."""
     starts, ends = edges_of([shape])
     lines = shapely.linestrings(np.stack([starts, ends], axis=1))
     k = int(shapely.distance(shapely.Point(place), lines).argmin())
@@ -248,6 +249,6 @@ def _end_face(place: Vector, strip: Strip, shape: Polygon) -> tuple[float, float
 
 
 def depth_of_entrances(draft: Draft) -> float:
-    """Return the depth of the plan's entrances in the middle, else of a wall, metres."""
+    """Return the median depth of the plan's entrances, metres, or twice ``SAID_WALL_M`` if it has none."""
     depths = [door.shape.area / door.width for door in draft.doors if door.rooms[1] is None and door.width > 0]
     return float(np.median(depths)) if depths else 2 * SAID_WALL_M

@@ -37,13 +37,13 @@ from houseexpo.plan.parts import DoorKind
 from houseexpo.tolerances import MIN_DOOR_M, ROUNDED_M2, SMALLEST_SAID_ROOM_M2
 
 WIDEST_DOOR_M: Final = 2.5
-"""What is wider is an opening: ``pipeline.config.DoorsConfig.widest_m``."""
+"""A wider passage is an opening, metres: ``pipeline.config.DoorsConfig.widest_m``."""
 _ONWARD_FAR_M: Final = 5.0
-"""How far the line of a passage with free ends goes on to walls that it parts a room with, metres: across a hall."""
+"""How far a line with free ends is extended to reach walls, metres: across a hall."""
 _BEFORE_M: Final = 0.01
-"""How far into the wall a line is moved that was drawn on its face, metres: the thinnest walls are 2 cm thick."""
+"""How far a line that was drawn on a wall's face is moved into the wall, metres: the thinnest walls are 2 cm thick."""
 _BESIDE_M: Final = 0.03
-"""A line on a common edge of two rooms is as near to it, metres."""
+"""A line at most this far from the common edge of two rooms lies on that edge, metres."""
 
 
 def place_passage(draft: Draft, placed: Placed) -> Said:
@@ -70,7 +70,7 @@ def _ends_match(door: DraftDoor, strip: Strip) -> bool:
 
 
 def _passage_there(draft: Draft, strip: Strip) -> DraftDoor | None:
-    """Return the passage that takes most of the place of a line, or lies in it."""
+    """Return the passage that covers most of a line, or most of which the line covers, or None."""
     best, most = None, 0.0
     for door in draft.doors:
         way, centre = door.along, door.ends.mean(axis=0)
@@ -86,7 +86,7 @@ def _passage_there(draft: Draft, strip: Strip) -> DraftDoor | None:
 
 
 def _confirm(door: DraftDoor, placed: Placed) -> Said:
-    """Say of a passage that stands where a person says one: it is certain, and has the kind that is said."""
+    """Give an existing passage the kind that a person states; if it is rated, it gets confidence 1."""
     word = placed.correction.word
     inner = door.rooms[1] is not None
     if word == "entrance" and inner:
@@ -169,7 +169,7 @@ def _on_common_edge(draft: Draft, strip: Strip, rooms: tuple[DraftRoom, DraftRoo
 
 
 def _over_post(draft: Draft, strip: Strip, room: DraftRoom, placed: Placed) -> Said:
-    """Part a room along a line in which a post stands: most of the line is floor."""
+    """Part a room along a line that crosses a post; most of the line is floor."""
     floor = shapely.intersection(shapely.LineString(strip.ends), room.shape).length
     if floor < strip.length / 2:
         raise NoEffectError("it lies in a wall")
@@ -177,7 +177,7 @@ def _over_post(draft: Draft, strip: Strip, room: DraftRoom, placed: Placed) -> S
 
 
 def far_from_rooms(draft: Draft, strip: Strip) -> str:
-    """Say of a line beside which no room lies how far it is from one."""
+    """Return a sentence about the distance of a line from the nearest room, for a line with no room beside it."""
     far = draft.distance_to_rooms(strip.centre)
     if far > WALL_REACH_M:
         return f"it lies {far:,.1f} m from the nearest room; draw it in a wall of the house"
@@ -185,7 +185,7 @@ def far_from_rooms(draft: Draft, strip: Strip) -> str:
 
 
 def in_its_wall(draft: Draft, strip: Strip) -> Strip:
-    """Return a line in the wall beside which it was drawn (openings R1), else the line itself."""
+    """Return a line moved into the wall beside it (openings R1), or unchanged if there is no such wall."""
     room = draft.room_at(strip.centre)
     reach = WALL_REACH_M / 2 if room is None else SNAP_M
     edges = list(walls_beside(strip, draft.rooms, reach))
@@ -197,18 +197,18 @@ def in_its_wall(draft: Draft, strip: Strip) -> Strip:
 
 
 def _into_wall(draft: Draft, strip: Strip, edge: tuple[Vector, Vector, float]) -> Iterator[Strip]:
-    """Yield a line turned to run as the wall behind an edge of a room does, and moved into that."""
+    """Yield a line turned parallel to the wall behind an edge of a room and moved into that wall."""
     start, way, _ = edge
     turned = replace(strip, along=way)
     off = dot(start - strip.centre, turned.across)
-    for side in (math.copysign(1.0, off), -math.copysign(1.0, off)):  # the wall is at the farther side, if at any
+    for side in (math.copysign(1.0, off), -math.copysign(1.0, off)):  # the wall is more likely on the farther side
         line = replace(turned, centre=strip.centre + turned.across * (off + side * _BEFORE_M))
         if draft.room_at(line.centre) is None:
             yield line
 
 
 def space_behind(draft: Draft, strip: Strip, side: int, faces: Faces) -> DraftRoom | None:
-    """Return the space into which nothing led, on one side of a line (R3)."""
+    """Return a room made of the space on one side of a line that nothing led into (R3), or None."""
     lost = [space for space in draft.spaces if not space.reachable]
     free = [free_part(draft, space.shape) for space in lost]
     shapes = [shape for shape in free if shape is not None and may_be_room(shape)]
@@ -217,7 +217,7 @@ def space_behind(draft: Draft, strip: Strip, side: int, faces: Faces) -> DraftRo
 
 
 def free_part(draft: Draft, shape: Polygon) -> Polygon | None:
-    """Return the largest part of a space that no room and no passage takes."""
+    """Return the largest part of a space that no room and no passage covers."""
     taken = shapely.union_all([room.shape for room in draft.rooms] + [door.shape for door in draft.inner_doors])
     parts = split_pieces(shapely.difference(shape, taken))
     return parts[0] if parts else None
@@ -250,7 +250,7 @@ def _between(
 
 
 def fit_to_wall(strip: Strip, faces: Faces) -> Strip:
-    """Return the part of a line that is clear, as deep as its wall (openings R2)."""
+    """Return the clear part of a line, with the depth of its wall (openings R2)."""
     low, high = faces.clear
     if high - low < MIN_DOOR_M - 1e-9:
         raise NoEffectError(
@@ -262,20 +262,20 @@ def fit_to_wall(strip: Strip, faces: Faces) -> Strip:
 
 
 def narrowed(strip: Strip, fitted: Strip) -> Iterator[str]:
-    """Say how much of a line is clear, if that is not all of it."""
+    """Yield a sentence about the clear length of a line if it is shorter than the line."""
     if strip.length - fitted.length > STEP_M:
         yield f"of the {strip.length:.2f} m that were drawn, {fitted.length:.2f} m are clear"
 
 
 def clear_part(shape: Polygon, taken: Iterable[Polygon], centre: Vector) -> Polygon:
-    """Return the part of a shape around its centre that nothing else takes."""
+    """Return the part of a shape outside the ``taken`` areas that is nearest to a point."""
     parts = split_pieces(shapely.difference(shape, shapely.union_all(list(taken))))
     point = shapely.Point(centre)
     return min(parts, key=lambda part: part.distance(point), default=shape)
 
 
 def _give_way(draft: Draft, area: Polygon) -> list[str]:
-    """Take out the passages that a new one overlaps; refuse where a person has said one of them."""
+    """Remove the passages that a new passage overlaps; raise NoEffectError if a person has stated one of them."""
     over = [door for door in draft.doors if shapely.intersection(door.shape, area).area > ROUNDED_M2]
     if said := next((door.said for door in over if door.said), ""):
         raise NoEffectError(f"it overlaps {said}, which is said too; take one of the two out")
@@ -295,7 +295,7 @@ def _to_outside(
     """Make an entrance in an outer wall (R4)."""
     side = 0 if rooms[0] is not None else 1
     room = rooms[side]
-    assert room is not None  # noqa: S101  # the caller has seen that there is one
+    assert room is not None  # noqa: S101  # the caller checks it
     depth = max(depth_of_entrances(draft), faces.far[side])
     low, high = faces.clear
     if high - low < MIN_DOOR_M - 1e-9:
@@ -340,7 +340,7 @@ def _on_floor(draft: Draft, strip: Strip, room: DraftRoom, placed: Placed) -> Sa
 
 
 def _parted(draft: Draft, room: DraftRoom, parts: Sequence[Polygon], passages: Sequence[Strip], placed: Placed) -> Said:
-    """Put the parts of a room in its place, and passages between them, of which the first is the one that is said."""
+    """Replace a room by its parts, with passages between them; the first passage is the one that a person stated."""
     sides = [_sides_of(passage, parts) for passage in passages]
     if small := next((part for part in sides[0] if not may_be_room(part)), None):
         least = f"a room has {SMALLEST_SAID_ROOM_M2} m2 or more"
@@ -361,14 +361,15 @@ def _parted(draft: Draft, room: DraftRoom, parts: Sequence[Polygon], passages: S
 
 
 def part_onward(draft: Draft, placed: Placed) -> Said:
-    """Part a room along a line whose ends are free, or meet posts: it goes on straight, past posts, to where it parts.
+    """Part a room along a line with free ends: extend it straight, past posts, until it parts the room.
 
-    What of it is floor beyond a post, or longer than a wall beside a door may be, is an opening as well.
+    A stretch of floor on the extension that lies beyond a post, or is longer than a wall beside a door may be, becomes
+    an opening too.
 
     Raises
     ------
     NoEffectError
-        It parts nothing within ``_ONWARD_FAR_M`` of its ends.
+        The line lies in a wall, or parts nothing within ``_ONWARD_FAR_M`` of its ends.
     """
     strip = in_its_wall(draft, strip_of(*placed.points))
     room = draft.room_at(strip.centre)
@@ -398,9 +399,9 @@ def part_onward(draft: Draft, placed: Placed) -> Said:
 
 
 def _floor_on_line(strip: Strip, floor: Polygon) -> list[tuple[float, float]]:
-    """Return where the straight line through a strip is floor, in order, as far as posts interrupt it; metres.
+    """Return the stretches of floor on the extended line of a strip, in order, interrupted by posts at most.
 
-    Positions are measured from its middle.
+    A stretch is (low, high), in metres along the line from the strip's middle.
     """
     reach = strip.along * (strip.length / 2 + _ONWARD_FAR_M)
     line = shapely.LineString([strip.centre - reach, strip.centre + reach])
@@ -424,7 +425,7 @@ def _floor_on_line(strip: Strip, floor: Polygon) -> list[tuple[float, float]]:
 def _spans(
     floors: Sequence[tuple[float, float]], ends: tuple[float, float], half_m: float
 ) -> tuple[list[tuple[float, float]], float]:
-    """Return the passages in a line, that which is said first, and how much of its floor is wall, metres."""
+    """Return the passages in a line, the stated one first, and the length of its floor that becomes wall, metres."""
     spans, walls = [(-half_m, half_m)], 0.0
     for low, high in floors:
         for a, b in ((low, min(high, -half_m)), (max(low, half_m), high)):
@@ -439,7 +440,7 @@ def _spans(
 
 
 def _line_on_floor(draft: Draft, strip: Strip, room: DraftRoom, word: Word) -> tuple[Strip, Strip, tuple[float, float]]:
-    """Return a line from wall to wall, the passage in it, and how far the line goes on beyond both ends of that."""
+    """Return the line from wall to wall, the passage in it, and how far the line goes beyond both ends, metres."""
     if word == "entrance":
         raise NoEffectError(f"it lies in {draft.name(room)}, away from its walls; draw it in an outer wall")
     strip = squared(strip, room.shape)
@@ -455,7 +456,7 @@ def _line_on_floor(draft: Draft, strip: Strip, room: DraftRoom, word: Word) -> t
 
 
 def _sides_of(passage: Strip, parts: Sequence[Polygon]) -> tuple[Polygon, Polygon]:
-    """Return the parts of a room before both faces of a passage."""
+    """Return the parts of a room in front of both faces of a passage."""
     looks = [shapely.Point(passage.before(side, 0.02)) for side in (-1, 1)]
     one, other = (parts[int(np.argmin(shapely.distance(parts, look)))] for look in looks)
     return one, other
@@ -469,9 +470,9 @@ def _passage_on(passage: Strip, floor: Polygon, rooms: tuple[DraftRoom, DraftRoo
 
 
 def part_together(draft: Draft, waiting: Sequence[Placed]) -> dict[int, Said]:
-    """Part rooms along lines of which none parts one alone, but all together do; return what those did, by number.
+    """Part rooms along several lines that only part them together; return the effects by the number of the line.
 
-    A line that parts nothing even so is left out, and the others are tried without it.
+    A line that still parts nothing is left out, and the others are tried without it.
     """
     done: dict[int, Said] = {}
     for room in list(draft.rooms):
@@ -505,7 +506,7 @@ def part_together(draft: Draft, waiting: Sequence[Placed]) -> dict[int, Said]:
 
 
 def remove_passage(draft: Draft, placed: Placed) -> Said:
-    """Take out the passage at a point (R5)."""
+    """Remove the passage at a point (R5)."""
     place = placed.points[0]
     door = draft.door_at(place, SNAP_M)
     if door is None:

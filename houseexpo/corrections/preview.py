@@ -1,4 +1,4 @@
-"""Say of a plan that is built what corrections will do to it, before it is built again, and what those in it did."""
+"""Preview the effects of corrections on a plan that is built already, before it is built again."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ _Plan = TypeVar("_Plan", bound=PlanData)
 
 @dataclass(frozen=True, eq=False)
 class Preview(Generic[_Plan]):
-    """A plan as it will be, in the coordinates of the one that is built, and a record of each correction.
+    """The corrected plan, in the coordinates of the built plan, and a record of each correction.
 
-    A record has the keys of ``Effect.as_record``, and ``built``: whether the plan was built with it.
+    A record has the keys of ``Effect.as_record``, and ``built``: whether the plan was built with this correction.
     """
 
     plan: _Plan
@@ -37,19 +37,19 @@ def preview(
     spaces: Iterable[Space] = (),
     standing: Iterable[Polygon] = (),
 ) -> Preview[_Plan]:
-    """Return what corrections do to a plan that may have been built with some of them.
+    """Return the effects of corrections on a plan that may have been built with some of them.
 
     Parameters
     ----------
     plan
         The plan as it was built.
     corrections
-        All that is said of it.
+        All corrections of the plan, with points along the axes of its source.
     base
-        The plan as it is without any correction, if that is known. Without it, what the plan was built with stays, and
-        the ``room`` of a space that the plan does not have is said to be looked for by the build.
+        The plan without any correction, if it is known. Otherwise, corrections that are built in stay, and the record
+        of a ``room`` outside the plan says that the build will look for it.
     spaces, standing
-        Spaces between walls that ``base`` does not have, and the walls of the source, in its coordinates.
+        Spaces between walls that ``base`` lacks, and the source's walls, in the coordinates of ``base``.
     """
     built = {_key(told["word"], told["value"]): told for told in (plan.provenance or {}).get("corrections", [])}
     if plan.frame is None or (not corrections and (base is None or not built)):
@@ -87,7 +87,7 @@ def _key(word: str, value: Any) -> bytes:
 
 
 def _in_place_of(plan: _Plan, base: _Plan) -> _Plan:
-    """Return a corrected plan shifted to the coordinates of the one from which it was made."""
+    """Return a corrected plan shifted to the coordinates of ``base``, from which it was made."""
     if plan is base or plan.frame is None or base.frame is None:
         return plan
     origin = source_points_from_plan(plan.frame, np.zeros((1, 2)))

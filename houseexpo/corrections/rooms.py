@@ -1,4 +1,4 @@
-"""Change the rooms of a draft: walls, rooms, their names, and what is none (rules in ``apply``)."""
+"""Change the rooms of a draft: draw and remove walls and rooms, name rooms (rules in ``apply``)."""
 
 from __future__ import annotations
 
@@ -62,11 +62,11 @@ from houseexpo.plan.room_labels import UNLABELLED
 from houseexpo.tolerances import GRID_M, MIN_DOOR_M, ROUNDED_M2
 
 FARTHEST_ROOM_M: Final = 5.0
-"""A room that a person draws farther from the others is a mistake of a digit, metres: it belongs to no such house."""
+"""A room drawn farther than this from the others is refused, metres: probably a digit is wrong."""
 _REACHES_M: Final = (WALL_REACH_M / 16, WALL_REACH_M / 8, WALL_REACH_M / 4)
-"""Halves of the thickness of walls that are taken out between rooms that are one, the thinnest first, metres."""
+"""Half thicknesses of the walls to remove between rooms that become one, the thinnest first, metres."""
 _SAME: Final = 0.2
-"""A drawn room and one of the plan are the same where they share all but this of both; so much a hand is off."""
+"""A drawn room is a room of the plan if they share all but this part of both: drawing by hand is that inexact."""
 
 
 def place_wall(draft: Draft, placed: Placed) -> Said:
@@ -89,7 +89,7 @@ def place_wall(draft: Draft, placed: Placed) -> Said:
     starts, ends = strip.ends
     edge = shapely.union_all([room.shape.boundary for room in crossed])
     reach = []
-    for end, way in ((starts, -strip.along), (ends, strip.along)):  # a free end snaps to the wall before it
+    for end, way in ((starts, -strip.along), (ends, strip.along)):  # a free end snaps to the wall in front of it
         ray = shapely.LineString([end - way * MEETS_M, end + way * SNAP_M])
         hit = shapely.intersection(ray, edge)
         reach.append(0.0 if hit.is_empty else float(shapely.Point(end).distance(hit)) + SAID_WALL_M)
@@ -129,7 +129,7 @@ def place_wall(draft: Draft, placed: Placed) -> Said:
 
 
 def close_spaces(draft: Draft, walls: Sequence[Placed]) -> dict[int, Said]:
-    """Make rooms of the spaces that walls close which lie in no room; return what those did, by number (R4)."""
+    """Make rooms of the spaces outside rooms that walls enclose; return the effects by the number of the wall (R4)."""
     if not walls:
         return {}
     floor = [room.shape for room in draft.rooms] + [door.shape for door in draft.inner_doors]
@@ -153,7 +153,7 @@ def close_spaces(draft: Draft, walls: Sequence[Placed]) -> dict[int, Said]:
 
 
 def _enclosed(barrier: BaseGeometry) -> list[Polygon]:
-    """Return what lies between the parts of a barrier, closed all round."""
+    """Return the spaces that a barrier encloses on all sides."""
     if barrier.is_empty:
         return []
     x1, y1, x2, y2 = barrier.bounds
@@ -163,27 +163,27 @@ def _enclosed(barrier: BaseGeometry) -> list[Polygon]:
 
 
 def _parts_of(left: BaseGeometry) -> list[Polygon]:
-    """Return the parts of a room that are as large as one, or the largest part."""
+    """Return the parts of a room that are large enough to be rooms, or else the largest part."""
     parts = split_pieces(left)
     return [part for part in parts if is_room_sized(part)] or parts[:1]
 
 
 def _closets(left: BaseGeometry, kept: Sequence[Polygon]) -> Iterator[Space]:
-    """Yield what a wall has cut off that is a room only if a person says so, by a door or a point in it."""
+    """Yield spaces that a wall cut off and that become rooms only if a person says so, by a door or a point in them."""
     for part in split_pieces(left):
         if not is_room_sized(part) and may_be_room(part) and not any(part.intersects(other) for other in kept):
             yield Space(part, reachable=False)
 
 
 def _gaps_beside(left: BaseGeometry, walls: BaseGeometry) -> list[BaseGeometry]:
-    """Return what of a room is narrower than a hand's breadth and lies at drawn walls: they were meant to meet it."""
+    """Return the parts of a room narrower than ``SNAP_M`` beside drawn walls: the walls were meant to close them."""
     wide = left.buffer(-SNAP_M / 2, join_style="mitre").buffer(SNAP_M / 2 + MEETS_M, join_style="mitre")
     beside = walls.buffer(MEETS_M)
     return [part for part in shapely.get_parts(shapely.difference(left, wide)).tolist() if part.intersects(beside)]
 
 
 def _slits_behind(left: BaseGeometry, wall: Polygon, length_m: float) -> list[Polygon]:
-    """Return what of a room is thinner than a hand's breadth and lies along a drawn wall, meant as its edge."""
+    """Return the parts of a room thinner than ``SNAP_M`` along a drawn wall: the wall was meant as the room's edge."""
     wide = left.buffer(-SNAP_M / 2, join_style="mitre").buffer(SNAP_M / 2 + MEETS_M, join_style="mitre")
     beside = wall.buffer(MEETS_M)
     thin = split_pieces(shapely.difference(left, wide))
@@ -191,7 +191,7 @@ def _slits_behind(left: BaseGeometry, wall: Polygon, length_m: float) -> list[Po
 
 
 def remove_wall(draft: Draft, placed: Placed) -> Said:
-    """Take a wall out, from end to end: what lies at both sides is one room (R5)."""
+    """Remove a wall along a line, so that the rooms on both sides become one (R5)."""
     drawn = in_its_wall(draft, strip_of(*placed.points))
     if (there := draft.room_at(drawn.centre)) is not None:
         raise AlreadySoError(f"no wall is there: it lies in {draft.name(there)}")
@@ -246,7 +246,7 @@ def add_room(draft: Draft, placed: Placed) -> Said:
 
 
 def draw_room(draft: Draft, placed: Placed) -> Said:
-    """Make a room of the area between corners, as far as no other room, and no wall around one, takes it (R6)."""
+    """Make a room of the area between corners, without the parts that other rooms and their walls cover (R6)."""
     drawn = Polygon(placed.points)
     shares = [(shapely.intersection(room.shape, drawn).area / drawn.area, room) for room in draft.rooms]
     most, there = max(shares, key=itemgetter(0), default=(0.0, None))
@@ -276,7 +276,7 @@ def draw_room(draft: Draft, placed: Placed) -> Said:
 
 
 def _lead_in(draft: Draft, room: DraftRoom) -> list[str]:
-    """Let the entrances of other rooms that lead to the place of a new room lead into it; return what was done."""
+    """Connect a new room to entrances of other rooms that lead to its place; return a sentence about each."""
     said = []
     for k, door in enumerate(draft.doors):
         beside = door.rooms[0]
@@ -307,7 +307,7 @@ def _room_there(draft: Draft, place: Vector) -> DraftRoom:
 
 
 def remove_room(draft: Draft, placed: Placed) -> Said:
-    """Take a room out (R6)."""
+    """Remove a room (R6)."""
     room = _room_there(draft, placed.points[0])
     if room.said:
         raise contradiction(room.said)
@@ -333,14 +333,14 @@ def remove_room(draft: Draft, placed: Placed) -> Said:
 
 
 def _is_enclosed(draft: Draft, room: DraftRoom) -> bool:
-    """Return whether the other rooms, with the walls between them, lie all around a room."""
+    """Return whether the other rooms and the walls between them surround a room."""
     others = shapely.union_all([each.shape for each in draft.rooms if each is not room])
     closed = others.buffer(WALL_REACH_M / 4, join_style="mitre")
     return any(Polygon(part.exterior).covers(room.shape) for part in split_pieces(closed))
 
 
 def _open_sides(draft: Draft, outside: Polygon, text: str) -> Iterator[str]:
-    """Make entrances where rooms meet what lies outside without a wall; yield what was done."""
+    """Make entrances where rooms meet the outside without a wall; yield a sentence about each."""
     for room in draft.rooms:
         shared = shapely.intersection(room.shape.boundary, outside.buffer(MEETS_M))
         for side in shapely.get_parts(shapely.line_merge(shared)):
@@ -357,7 +357,7 @@ def _open_sides(draft: Draft, outside: Polygon, text: str) -> Iterator[str]:
 
 
 def join_rooms(draft: Draft, placed: Placed) -> Said:
-    """Make several rooms one (R5)."""
+    """Merge the rooms at several points (R5)."""
     rooms = list({id(room): room for room in (_room_there(draft, place) for place in placed.points)}.values())
     if len(rooms) == 1:
         raise AlreadySoError("the points lie in one room already")
@@ -366,7 +366,7 @@ def join_rooms(draft: Draft, placed: Placed) -> Said:
 
 
 def _merge(draft: Draft, rooms: Sequence[DraftRoom], gaps: Sequence[Polygon], text: str) -> list[str]:
-    """Make rooms one with the passages between them, and with some gaps or else the walls; return what else changed."""
+    """Merge rooms with the passages and the gaps, or else walls, between them; return sentences on other changes."""
     inner = [door for door in draft.inner_doors if all(any(side is room for room in rooms) for side in door.rooms)]
     if said := next((door.said for door in inner if door.said), ""):
         raise contradiction(said, "parts them, and")
@@ -375,7 +375,7 @@ def _merge(draft: Draft, rooms: Sequence[DraftRoom], gaps: Sequence[Polygon], te
     others += [door.shape for door in draft.doors if all(door is not each for each in inner)]
     parts = split_pieces(whole)
     filled = len(parts) > 1
-    for reach in _REACHES_M:  # where they meet across a thin wall, thicker ones stay
+    for reach in _REACHES_M:  # thicker walls stay if the rooms meet across a thin one
         if len(parts) == 1:
             break
         closed = whole.buffer(reach, join_style="mitre").buffer(-reach, join_style="mitre")
@@ -418,5 +418,5 @@ def name_room(draft: Draft, placed: Placed) -> Said:
     if room.label == label:
         raise AlreadySoError(f"{draft.name(room)} has this label already")
     text = f"{draft.name(room)} is called {label} now"
-    room.label, room.words = label, ()  # the source's words name it no more
+    room.label, room.words = label, ()  # the source's words no longer apply
     return Said(text)

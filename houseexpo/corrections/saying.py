@@ -1,4 +1,4 @@
-"""Say what a word does while it is applied to a draft: what it did, or the error by which it does nothing."""
+"""Define the result of applying a word to a draft: what it changed, or an error that says why it changed nothing."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ class NoEffectError(Exception):
 
 
 class PartsNothingError(NoEffectError):
-    """A line parts nothing by itself; together with others it may."""
+    """A line parts no room by itself; it may part one together with other lines."""
 
 
 class AlreadySoError(Exception):
-    """The plan says so already."""
+    """The plan agrees with the word already."""
 
 
 def contradiction(said: str, what: str = "") -> NoEffectError:
-    """Return the error of a word that contradicts an earlier one, which it names; ``what`` is what that one does."""
+    """Return the error for a word that contradicts the earlier word ``said``; ``what`` describes the earlier word."""
     return NoEffectError(f"{said}{f' {what}' if what else ''} is said too; take one of the two out")
 
 
@@ -35,7 +35,7 @@ class Placed:
 
 @dataclass
 class Said:
-    """What a word did, and what changed beside it."""
+    """The change that a word made, and further changes, as sentences."""
 
     text: str
     also: list[str] = field(default_factory=list)

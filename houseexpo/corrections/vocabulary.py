@@ -1,7 +1,7 @@
-"""Define what a person can say of a house: the keys of ``overrides.toml``, their values, and how these are checked.
+"""Define the corrections of a house: the keys of ``overrides.toml``, their values, and the checks of these values.
 
-All that builds, reviews and Python know of corrections is in this module. Words of a storey (``WORDS``) are facts about
-its plan; ``houseexpo.corrections.apply`` applies them. All other keys are of a file or of a whole plan.
+Builds, reviews and the Python API take their corrections from this module. Words of a storey (``WORDS``) are facts
+about its plan; ``houseexpo.corrections.apply`` applies them. The other keys concern a file or a whole plan.
 """
 
 from __future__ import annotations
@@ -19,16 +19,16 @@ from houseexpo.tolerances import MIN_DOOR_M, SMALLEST_SAID_ROOM_M2
 
 NAME: Final = "overrides.toml"
 LOG: Final = "overrides.log.jsonl"
-"""The log of a review, beside the file with its decisions."""
+"""The log of a review; it lies in the folder of ``overrides.toml``."""
 FARTHEST_M: Final = 1e7
-"""Coordinates beyond this are errors, metres: the earth's grids have seven digits."""
+"""Coordinates beyond this are errors, metres: coordinates of national grids have seven digits."""
 
 FILE_WORDS: Final = ("up", "units", "scale", "distance", "storey_height", "floors", "drop_nodes")
-"""The keys of a whole file, which its reader takes."""
+"""The keys that concern a whole file; the file's reader applies them."""
 LOWEST_STOREY_M: Final = 1.8
 """The lowest storey, metres: ``pipeline.sources.tolerances.CLEAR_M``."""
 UNITS: Final = ("m", "cm", "mm", "in", "ft")
-"""The units that ``units`` takes by name, as the option ``--units`` of a build does."""
+"""The names that ``units`` accepts, as does the option ``--units`` of a build."""
 
 Point: TypeAlias = tuple[float, float]
 Line: TypeAlias = tuple[Point, Point]
@@ -52,7 +52,7 @@ Word: TypeAlias = Literal[
 
 
 class Form(NamedTuple):
-    """The form of a word's value: what it is written as, how deep its lists are, and what it says, for people."""
+    """The form of a word's value: its syntax, the depth of its lists, and its meaning as a sentence for people."""
 
     written: str
     depth: int
@@ -75,15 +75,15 @@ WORDS: Final[dict[Word, Form]] = {
     "outside": Form("[x, y]", 1, "the region around this point lies outside, and is open to the rooms beside it"),
     "label": Form('[x, y, "Kitchen"]', 1, "the room around this point has this label"),
 }
-"""The words of a storey, in the order in which they are applied. A word takes one value or a list of these. Points are
+"""The words of a storey, in the order in which they are applied. A word takes one value or a list of values. Points are
 in metres along the source's plan axes."""
 _FEWEST: Final[dict[Word, int]] = {"room_outline": 3, "one_room": 2}
-"""The fewest points of the words that take any number of them."""
+"""The least number of points, for words that take any number of points."""
 
 
 @dataclass(frozen=True)
 class Correction:
-    """One thing that a person says of a storey; points of ``value`` are in metres along the source's plan axes."""
+    """One correction of a storey; points of ``value`` are in metres along the source's plan axes."""
 
     word: Word
     value: Any
@@ -101,20 +101,19 @@ class Correction:
 
 @dataclass(frozen=True)
 class Override:
-    """What a person says of a house or a storey: the table of one id in ``overrides.toml``.
+    """The corrections of a house or a storey: the table of one id in ``overrides.toml``.
 
     Each word of ``WORDS`` takes one value or a sequence of values. Points are in metres along the source's plan axes,
-    after units and scale: (X, Y) of a z-up source, (X, Z) of a y-up one. ``FILE_WORDS`` are of a whole file, and
-    inputs of its reading, as far as its reader takes them: ``distance`` are two points in the file's own units, before
-    any scale, and how far apart they are, metres; ``floors`` are heights along the vertical axis, metres after units
-    and scale. ``why`` is a note for
-    people. ``authors`` is what a review's log says of who said what: a key (``author_key``), a name and a time each; it
-    is no key of the file.
+    after units and scale: (X, Y) of a z-up source, (X, Z) of a y-up source. ``FILE_WORDS`` concern a whole file; its
+    reader applies those that it supports. ``distance`` is two points in the file's own units, before any scale, and
+    their distance in metres. ``floors`` are heights along the vertical axis, metres, after units and scale. ``why`` is
+    a note for people. ``authors`` is not a key of the file: it holds a key (``author_key``), a name and a time for each
+    statement in a review's log.
 
     Raises
     ------
     ConfigError
-        A value has another form, is not finite, or contradicts another one; the message names the key.
+        A value has the wrong form, is not finite, or contradicts another value; the message names the key.
 
     Examples
     --------
@@ -174,16 +173,16 @@ class Override:
 
     @property
     def corrections(self) -> tuple[Correction, ...]:
-        """What is said of the storey, in the order in which it is applied."""
+        """The corrections of the storey, in the order in which they are applied."""
         return tuple(Correction(word, value) for word in WORDS for value in getattr(self, word))
 
     @property
     def of_file(self) -> bool:
-        """Whether an override concerns a whole file rather than one of its levels."""
+        """Whether any key concerns a whole file rather than one of its levels (``FILE_WORDS``)."""
         return any(getattr(self, key) for key in FILE_WORDS)
 
     def joined(self, later: Override) -> Override:
-        """Return what two tables say of one id; ``later`` counts where they contradict each other."""
+        """Return the two tables of one id merged; ``later`` wins where they contradict each other."""
         decided = later if later.keep or later.drop else self
         heights = later if later.h_g is not None or later.h_d is not None else self
         lists = {name: (*getattr(self, name), *getattr(later, name)) for name in (*WORDS, "drop_nodes")}
@@ -203,13 +202,13 @@ class Override:
 
 
 def author_key(word: str, value: Any) -> str:
-    """Return what stands for one thing that is said, whether its value is of a file, a log or a plan's provenance."""
+    """Return a key for one statement; it is the same for a value from a file, a log or a plan's provenance."""
     values = checked_values(word, [value]) if word in WORDS else (value,)
     return json.dumps([word, _plain(values[0])])
 
 
 def _sizes(earlier: Override, later: Override) -> dict[str, Any]:
-    """Return what two tables say of a model's size: units and scale say it together, all else alone."""
+    """Return the merged keys of a model's size: units and scale state it together, each other key alone."""
     alone, together = ("distance", "storey_height"), ("units", "scale")
     says_later = [key for key in (*alone, *together) if getattr(later, key) is not None]
     if set(says_later) & set(alone) or (says_later and any(getattr(earlier, key) is not None for key in alone)):
@@ -230,12 +229,12 @@ def _checked_floors(floors: Sequence[float]) -> tuple[float, ...]:
 
 
 def checked_distance(value: Any) -> Distance:
-    """Return a known distance as two points of the file, and metres.
+    """Return a known distance as two points (x, y) of the file and a length in metres.
 
     Raises
     ------
     ConfigError
-        It has another form, a number is not finite, the points are equal, or the metres are not above 0.
+        The value has the wrong form, a number is not finite, the points are equal, or the length is not above 0.
     """
     given = isinstance(value, list | tuple) and len(value) == 3 and all(map(_is_point, value[:2]))
     if not given or isinstance(value[2], bool) or not isinstance(value[2], int | float):
@@ -269,8 +268,8 @@ def checked_values(word: Word, value: Any) -> tuple[Any, ...]:
     Raises
     ------
     ConfigError
-        It has another form, a number is not finite or too large, a line is too short, points are equal, or a label is
-        none of the data set's.
+        A value has the wrong form, a number is not finite or is too large, a line is too short, sides of an outline
+        cross, or a label is unknown.
     """
     values = word_values(word, value)
     if not all(isinstance(each, list | tuple) for each in values):
@@ -324,7 +323,7 @@ def _other_form(word: Word, value: Any) -> ConfigError:
 
 def _point(word: str, value: Sequence[float]) -> Point:
     x, y = float(value[0]), float(value[1])
-    if not (abs(x) < FARTHEST_M and abs(y) < FARTHEST_M):  # also what is not finite
+    if not (abs(x) < FARTHEST_M and abs(y) < FARTHEST_M):  # also refuses NaN
         raise ConfigError(f"{word}: expected finite metres, found {_plain(value)}")
     return x, y
 

@@ -1,4 +1,4 @@
-"""Open a data set, on disk or of a service, as a sequence of plans and as a table; select, split and sample by ids."""
+"""Open a data set, on disk or from a service, as a sequence of plans and as a table; select, split and sample it."""
 
 from __future__ import annotations
 
@@ -34,10 +34,10 @@ if TYPE_CHECKING:
 _log = logging.getLogger(__name__)
 
 _LOST_NAMED: Final = 3
-"""Plans that cannot be read and are named one by one."""
+"""The number of unreadable plans that a warning names."""
 
 Range: TypeAlias = tuple[float | None, float | None]
-"""A lower and an upper limit, both inclusive; None for no limit."""
+"""A lower and an upper limit, both inclusive; None means no limit."""
 
 
 def open_dataset(path: str | os.PathLike[str]) -> Dataset:
@@ -47,9 +47,9 @@ def open_dataset(path: str | os.PathLike[str]) -> Dataset:
     is the output of ``houseexpo build`` or ``houseexpo release``, or contains published JSON files.
 
     Opening reads only an index. The first time, it reads and checks every plan once and saves the index in the user's
-    cache folder, for archives and JSON lines together with the plans in blocks. The variable HOUSEEXPO_CACHE sets the
-    place of the cache. Plans that cannot be read are left out, with a warning; ``left_out`` lists them. So are those
-    after the place at which a file is cut off, and a plan with the id of an earlier one.
+    cache folder; for archives and JSON lines, it saves the plans there too, in blocks. The variable HOUSEEXPO_CACHE
+    sets the cache folder. A plan is left out, with a warning, if it cannot be read, if it comes after the place at
+    which a file is cut off, or if an earlier plan has the same id. ``left_out`` lists these plans.
 
     Parameters
     ----------
@@ -59,7 +59,7 @@ def open_dataset(path: str | os.PathLike[str]) -> Dataset:
     Raises
     ------
     DatasetError
-        There is no data set, or it is damaged at no place that is known (a check sum of an archive does not fit).
+        There is no data set, or it is damaged and the place is unknown (an archive's checksum does not match).
     PlanError
         No plan can be read; the error names the file, the plan and the key.
 
@@ -88,12 +88,12 @@ def open_dataset(path: str | os.PathLike[str]) -> Dataset:
 
 
 class Dataset(Sequence[FloorPlan]):
-    """A sequence of plans, each of which is read when it is accessed.
+    """A sequence of plans; a plan is read when it is accessed.
 
     ``plans[3]``, ``plans[-1]`` and ``plans["id"]`` are plans. ``plans[10:20]``, ``plans[[0, 3]]``,
-    ``plans[["a", "b"]]``, with ids, and ``plans[mask]``, with a truth value for each plan, are data sets. A mask from a
-    table (``to_pandas``) is read by its ids, whatever their order. They share the files of the one that they come from.
-    A pickle holds only the path and the ids.
+    ``plans[["a", "b"]]``, with ids, and ``plans[mask]``, with a truth value for each plan, are data sets that read the
+    same files. A mask from a table (``to_pandas``) is matched by its ids, whatever their order. A pickle holds only the
+    path and the ids.
     """
 
     def __init__(self, catalogue: Catalogue, rows: npt.NDArray[np.int64] | None = None) -> None:
@@ -114,12 +114,12 @@ class Dataset(Sequence[FloorPlan]):
 
     @property
     def left_out(self) -> tuple[BrokenPlan, ...]:
-        """The plans of the whole data set that cannot be read: the place and the fault of each."""
+        """The unreadable plans of the whole data set: where each is, and what is wrong with it."""
         return self._catalogue.left_out
 
     @property
     def splits(self) -> dict[str, tuple[str, ...]]:
-        """The lists of ids that come with the data set, by name, unchanged; some of the ids may not be in it."""
+        """The lists of ids stored with the data set, by name, unchanged; some ids may not be in this data set."""
         return dict(self._catalogue.lists)
 
     def __len__(self) -> int:
@@ -147,7 +147,7 @@ class Dataset(Sequence[FloorPlan]):
         return self._take(item)
 
     def _take(self, items: Any) -> Dataset:
-        """Return the plans of an array of numbers, of ids, or of one truth value for each plan."""
+        """Return the plans that an array selects by numbers, by ids, or by one truth value for each plan."""
         chosen = np.asarray(items)
         if chosen.ndim != 1 or not (chosen.dtype.kind in "biuU" or all(isinstance(each, str) for each in chosen)):
             raise TypeError(
@@ -207,7 +207,7 @@ class Dataset(Sequence[FloorPlan]):
         return self._catalogue.read(int(self._rows[number]))
 
     def stages(self, plan_id: str) -> bytes | None:
-        """Return the picture (PNG) of the pipeline's stages for a plan, None if its build kept none.
+        """Return the picture (PNG) of the pipeline's stages for a plan, or None if the build did not keep it.
 
         Parameters
         ----------
@@ -224,16 +224,16 @@ class Dataset(Sequence[FloorPlan]):
     def column(self, name: str, *, compute: bool = True) -> list[Any]:
         """Return a column of the index, one value per plan: ``rooms``, ``area``, ``labels``, ``doors``, ...
 
-        ``rooms`` are those that a plan has, ``source_rooms`` those that its source counts. Published plans have no
-        ``rooms``, ``doors`` and ``navigability``; these are found on request, in about 20 ms per plan, and cached. With
-        ``compute=False``, values that have not been found yet are None.
+        ``rooms`` counts the rooms of the plan, ``source_rooms`` the rooms that its source states. Published plans have
+        no ``rooms``, ``doors`` and ``navigability``; these are computed on request, in about 20 ms per plan, and
+        cached. With ``compute=False``, values that are not cached yet are None.
 
         Parameters
         ----------
         name
             A column of the index.
         compute
-            Whether to find values that are not known yet.
+            Whether to compute values that are not cached yet.
 
         Raises
         ------
@@ -253,7 +253,7 @@ class Dataset(Sequence[FloorPlan]):
         item
             A plan or an id.
         start, stop
-            The numbers between which it is looked for, as for ``list.index``.
+            The range of numbers to search, as for ``list.index``.
 
         Raises
         ------
@@ -269,16 +269,16 @@ class Dataset(Sequence[FloorPlan]):
     def to_arrow(self) -> Any:
         """Return the index as a ``pyarrow.Table`` with one row per plan (docs/format.md, "A data set folder").
 
-        Rooms and doors of published plans are null until ``column("rooms")`` found them.
+        Rooms and doors of published plans are null until ``column("rooms")`` has computed them.
         """
         from houseexpo.dataset.store.columns import read_table
 
         return read_table(self._catalogue, self._rows)
 
     def to_pandas(self) -> Any:
-        """Return the index as a ``pandas.DataFrame`` with one row per plan, by id.
+        """Return the index as a ``pandas.DataFrame`` with one row per plan, indexed by id.
 
-        It has the columns of ``to_arrow``. No plan is read.
+        Its columns are those of ``to_arrow``. No plan is read.
 
         Raises
         ------
@@ -294,7 +294,7 @@ class Dataset(Sequence[FloorPlan]):
     def to_geopandas(self, layer: Layer = "rooms") -> Any:
         """Return the rooms, doors, walls, furniture or free spaces of all plans as a ``geopandas.GeoDataFrame``.
 
-        This reads every plan. Published plans have no rooms and doors; those of ``FloorPlan.divided`` are returned.
+        This reads every plan. Coordinates are in metres. Rooms and doors are those of ``FloorPlan.divided``.
 
         Parameters
         ----------
@@ -304,7 +304,7 @@ class Dataset(Sequence[FloorPlan]):
         Raises
         ------
         ConfigError
-            ``layer`` is none of these.
+            ``layer`` has another value.
         MissingDependencyError
             GeoPandas is not installed.
         """
@@ -353,12 +353,12 @@ class Dataset(Sequence[FloorPlan]):
 
     @property
     def rejected(self) -> list[dict[str, str]]:
-        """The inputs that gave no plan when the data set was built: id, stage, reason, detail and advice of each.
+        """The inputs that the build rejected: id, stage, reason, detail and advice of each.
 
         Raises
         ------
         DatasetError
-            The list of them is damaged.
+            The file ``rejected.jsonl`` is damaged.
         """
         file = self.path / "rejected.jsonl"
         if not file.is_file():
@@ -382,7 +382,7 @@ class Dataset(Sequence[FloorPlan]):
         name
             The name of the results in the cache; change it when ``measure`` changes.
         measure
-            Takes a plan and returns a value that JSON can hold.
+            A function that takes a plan and returns a value that JSON can represent.
         workers
             Number of processes.
         """
@@ -409,17 +409,18 @@ class Dataset(Sequence[FloorPlan]):
         Parameters
         ----------
         rooms, doors
-            A number, or a lower and an upper limit, both inclusive (None for no limit). Published plans have neither;
-            theirs are found first, once, in about 20 ms per plan that meets the conditions below.
+            A number, or a lower and an upper limit, both inclusive (None for no limit). Published plans record neither;
+            they are computed once, in about 20 ms for each plan that meets the conditions below.
         source_rooms
-            The same for the rooms that the source counts, which every plan states.
+            The same for the number of rooms in the source, which every plan states.
         area
             Lower and upper limit of the free space, m2.
         labels
             Labels that must all occur, in any spelling (``houseexpo.canonical``).
         robot_radius, min_connected
-            Of the area in which the centre of a disc of this radius (metres) can be, at least this share (1 by default)
-            must be connected. If the share is not recorded, it is measured once, in about 10 ms per plan.
+            The radius of a disc, metres, and the least share, 0 to 1 (1 by default). Of the area that the disc's centre
+            can occupy, the largest connected piece must have at least this share. A share that is not recorded is
+            measured once, in about 10 ms per plan.
         min_quality
             The lowest quality score, 0 to 1. Plans without a score are left out.
         where
@@ -512,13 +513,13 @@ class Dataset(Sequence[FloorPlan]):
         Parameters
         ----------
         n
-            How many; fewer if the data set has fewer.
+            Number of plans; all plans if the data set has fewer.
         """
         return self[:n]
 
     @names_arguments
     def sort(self, by: str, *, descending: bool = False) -> Dataset:
-        """Return the plans in the order of a column (``column``): plans without a value last, equal ones as they were.
+        """Return the plans sorted by a column. Plans without a value come last; equal plans keep their order.
 
         Parameters
         ----------
@@ -563,9 +564,9 @@ class Dataset(Sequence[FloorPlan]):
         Parameters
         ----------
         n
-            How many.
+            Number of plans.
         seed
-            A whole number, or a generator, which is drawn from.
+            A whole number, or a generator, whose state advances.
 
         Raises
         ------

@@ -18,7 +18,7 @@ from houseexpo.files import atomic_folder, cache_folder
 
 Subset = Literal["10", "100", "1000", "all"]
 Progress = Callable[[str, int, int], None]
-"""A function that is called with the name of the download, the bytes received and the bytes in all (0 if unknown)."""
+"""A function of the name of the download, the bytes received so far and the total bytes (0 if unknown)."""
 
 MAX_FILES: Final = 100_000
 MAX_DOWNLOAD_BYTES: Final = 4 * 2**30
@@ -45,16 +45,20 @@ def fetch(
     Parameters
     ----------
     subset
-        "10", "100", "1000" or "all": so many plans; the number may be an int.
+        The number of plans: "10", "100", "1000" or "all"; the number may be an int.
     manifest
-        What is downloaded, from where, with which hashes; by default the published data set.
+        The files to download, their addresses and their hashes; by default, those of the published data set.
     progress
-        Called while it downloads, with the file's name, the bytes received and the bytes in all (0 if unknown).
+        Called during the download with the file's name, the bytes received so far and the total bytes (0 if unknown).
+
+    Returns
+    -------
+    The folder, for ``open_dataset``.
 
     Raises
     ------
     ConfigError
-        There is no subset of this name.
+        ``subset`` has another value.
     DatasetError
         The server cannot be reached or sends other data; the message says what to do.
 
@@ -84,7 +88,7 @@ def fetch(
 
 
 def subset_folder(subset: str, manifest: DownloadManifest | None = None) -> Path:
-    """Return the folder of a subset, whether it has been fetched or not."""
+    """Return the cache folder of a subset; it need not have been fetched."""
     published = load_manifest() if manifest is None else manifest
     return cache_folder("data", f"{published.name.lower()}-{published.archive.git_blob[:12]}") / subset
 
@@ -217,7 +221,7 @@ def unpack_archive(
 
 
 def archive_names(archive: Path) -> list[str]:
-    """Return the names of the files in a ``.tar.gz``; raise DatasetError for what ``unpack_archive`` refuses."""
+    """Return the names of the files in a ``.tar.gz``; raise DatasetError if ``unpack_archive`` would refuse it."""
     with damage_as_dataset_error(archive):
         return [name for name, _ in _members(archive, MAX_FILES, MAX_DOWNLOAD_BYTES)]
 

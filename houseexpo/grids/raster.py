@@ -45,11 +45,11 @@ def free_mask(
     Parameters
     ----------
     space
-        A plan or a shapely polygon, metres. A plan's rings are filled by the even-odd rule, also if they are invalid.
+        A plan or a shapely polygon, metres. Rings are filled by the even-odd rule, even if they are invalid.
     pixels_per_metre, margin_px, y_up
         Properties of a new grid around the space (``GridFrame.around``); ignored if ``frame`` is given.
     frame
-        The grid to fill; anything outside it is left out.
+        The grid to fill; the space outside it is ignored.
 
     Returns
     -------
@@ -77,12 +77,12 @@ def fill_cells(mask: npt.NDArray[np.generic], space: Space, frame: GridFrame, va
 
 
 def room_ids(plan: PlanData, frame: GridFrame) -> npt.NDArray[np.int32]:
-    """Return the id of the room in each cell (rows, cols), -1 for none.
+    """Return the id of the room in each cell (rows, cols), -1 in cells without a room.
 
     Parameters
     ----------
     plan
-        A plan with rooms: a published one has none (``with_rooms``).
+        A plan with rooms; ``with_rooms`` adds rooms to a published plan.
     frame
         The cells, for example ``plan.grid_frame(25)``.
     """
@@ -90,12 +90,12 @@ def room_ids(plan: PlanData, frame: GridFrame) -> npt.NDArray[np.int32]:
 
 
 def door_ids(plan: PlanData, frame: GridFrame) -> npt.NDArray[np.int32]:
-    """Return the id of the door in each cell (rows, cols), entrances included, -1 for none.
+    """Return the id of the door or entrance in each cell (rows, cols), -1 in cells without a door.
 
     Parameters
     ----------
     plan
-        A plan with doors: a published one has none (``with_rooms``).
+        A plan with doors; ``with_rooms`` adds doors to a published plan.
     frame
         The cells, for example ``plan.grid_frame(25)``.
     """
@@ -106,7 +106,12 @@ def distance_field(mask: Mask, pixels_per_metre: float) -> npt.NDArray[np.float3
     """Return the distance in metres from the centre of each True cell to the nearest False one, 0 in False cells.
 
     This is the exact Euclidean distance between centres minus half a cell, the part that lies in the wall. The area
-    outside the grid does not count as a wall, so that the grid needs a margin, as of ``GridFrame.around``.
+    outside the grid does not count as a wall, so the grid needs a margin, such as ``GridFrame.around`` leaves.
+
+    Raises
+    ------
+    ConfigError
+        Every cell is True.
     """
     import cv2
 
@@ -118,9 +123,9 @@ def distance_field(mask: Mask, pixels_per_metre: float) -> npt.NDArray[np.float3
 
 
 def all_rings(space: Space) -> list[Ring]:
-    """Return all rings of a plan or polygon; the even-odd rule need not know which of them are holes.
+    """Return all rings (n, 2) of a plan or polygon, in no particular order: the even-odd rule treats holes alike.
 
-    Points and lines, which differences of touching areas leave in a collection, have none.
+    Points and lines, which differences of touching areas leave in a collection, are skipped.
     """
     if isinstance(space, PlanData):
         return [space.verts, *space.holes]
@@ -164,7 +169,7 @@ def _fill(mask: npt.NDArray[np.generic], rings: list[Ring], frame: GridFrame, va
     )  # toggles in the last row or below the grid set no cell
     stride = -(-width // 8) * 8  # whole words: eight cells are toggled at once
     parity = np.zeros((height + 1) * stride, np.uint8)
-    np.bitwise_xor.at(parity, (row - top) * stride + col - left, 1)  # few cells toggle, most of the grid is not touched
+    np.bitwise_xor.at(parity, (row - top) * stride + col - left, 1)  # few cells toggle; most of the grid is not touched
     words = parity.view(np.uint64).reshape(height + 1, stride // 8)[:height]
     np.bitwise_xor.accumulate(words, axis=0, out=words)
     rows = parity.reshape(height + 1, stride)[:height, :width]
@@ -189,17 +194,17 @@ def _crossings(rings: list[Ring], frame: GridFrame) -> tuple[npt.NDArray[np.intp
 def _centre_from(position: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
     """Return the first cell whose centre lies at or after a position.
 
-    "At" means within a ten-millionth of a cell: walls on the 1 cm grid run through centres, and rounding must not
-    decide on which side of the wall these lie.
+    "At" means within ``TIE_PX``: walls on the 1 cm grid run through centres, and rounding must not decide on which side
+    of the wall a centre lies.
     """
     first: npt.NDArray[np.float64] = np.ceil(position - 0.5 - TIE_PX)
     return first
 
 
 def edges_in_pixels(rings: list[Ring], frame: GridFrame) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
-    """Return the two ends (n, 2) of all edges in pixels, the left one first, as the column scanlines need them.
+    """Return the left ends (n, 2) and the right ends (n, 2) of all edges, in pixels.
 
-    With the same direction for both neighbours of an edge, they compute exactly the same crossing.
+    Two polygons that share an edge get it in the same direction and so compute exactly the same crossings.
     """
     ends = [frame.pixels_from_points(ring) for ring in rings]
     here = np.concatenate(ends)
