@@ -1,7 +1,7 @@
-"""Define what a person is shown of the source of a plan while they correct it: the record of an input.
+"""Define the record of an input, from which the page Review shows the source of a plan that a person corrects.
 
 ``houseexpo build --show-source ID`` writes it (``pipeline.source_record``); the page Review reads it. Its coordinates
-are those of the level frame, metres; ``LevelSource.frame`` maps them to the source.
+are in the level frame, metres; ``LevelSource.frame`` maps them to the source.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ Rings: TypeAlias = tuple[Points, ...]
 
 
 class Picture(msgspec.Struct, frozen=True):
-    """A layer under the plan: a PNG that is clear where nothing is, and the area (x1, y1, x2, y2) that it covers."""
+    """A layer under the plan: a PNG with a transparent background, and the area (x1, y1, x2, y2) that it covers."""
 
     name: str
     title: str
@@ -27,25 +27,25 @@ class Picture(msgspec.Struct, frozen=True):
 
 
 class Place(msgspec.Struct, frozen=True):
-    """A place that may close, whether the plan has a door there or not: what shows it, and its jambs."""
+    """A place where a door may be, with or without a door in the plan: the kind of evidence, and the two jambs."""
 
     kind: str
     ends: Points
 
 
 class Stroke(msgspec.Struct, frozen=True):
-    """A line of a drawing, whatever it was read as: what the file calls it (its layer), and its points."""
+    """A line of the drawing, whatever the reader made of it: its name in the file (its layer), and its points."""
 
     kind: str
     points: Points
 
 
 class PlanSource(msgspec.Struct, frozen=True):
-    """A plan as it is without any correction of its storey.
+    """A plan without the corrections of its storey.
 
-    ``spaces`` are the spaces between walls, rooms or none; ``unreached`` are rooms into which nothing led;
-    ``standing`` are the walls and what may close their gaps.
-    ``is_founded``: the search finds no plan without the words of the storey, so this one has them in it.
+    ``spaces`` are the spaces between walls, whether they are rooms or not. ``unreached`` are rooms that nothing led
+    into. ``standing`` are the walls and whatever may close their gaps. ``is_founded``: the search finds a plan only
+    with the corrections of the storey, so this plan includes them.
     """
 
     id: str
@@ -57,10 +57,10 @@ class PlanSource(msgspec.Struct, frozen=True):
 
 
 class LevelSource(msgspec.Struct, frozen=True):
-    """What is known of a level; ``rejected`` says why it is no plan.
+    """The source of a level; ``rejected`` is the reason if the level gave no plan.
 
-    ``edges`` are the walls, to which points snap. ``guesses`` names what the reader had to guess. ``extent`` is how far
-    the walls reach along the source's axes, metres. ``strokes`` are the drawing's own lines.
+    ``edges`` are the walls, to which points snap. ``guesses`` names the facts that the reader guessed. ``extent`` is
+    the size of the walls' bounds along the source's two axes, metres. ``strokes`` are the drawing's own lines.
     """
 
     id: str
@@ -76,10 +76,10 @@ class LevelSource(msgspec.Struct, frozen=True):
 
 
 class SourceRecord(msgspec.Struct, frozen=True):
-    """An input, the file that it is read from, its levels, and the reason if none of it could be read.
+    """An input, its file, its levels, and the reason if nothing could be read.
 
-    ``takes`` are the keys of ``overrides.toml`` that its reader takes. ``unit_m`` is the length of the file's own unit,
-    metres, None if it is not known. ``names`` are what its parts are called.
+    ``takes`` are the keys of ``overrides.toml`` that its reader supports. ``unit_m`` is the length of the file's unit,
+    metres, or None if it is unknown. ``names`` are the names of its parts.
     """
 
     id: str
@@ -92,10 +92,10 @@ class SourceRecord(msgspec.Struct, frozen=True):
 
 
 def encode_source_record(record: SourceRecord) -> bytes:
-    """Return the bytes of a record."""
+    """Return a record as bytes for ``decode_source_record``."""
     return msgspec.json.encode(record)
 
 
 def decode_source_record(data: bytes) -> SourceRecord:
-    """Return the record; raise ``msgspec.DecodeError`` or a ``ValidationError`` of it if the bytes are none."""
+    """Return the record in some bytes; raise ``msgspec.DecodeError`` (or its ``ValidationError``) if it is invalid."""
     return msgspec.json.decode(data, type=SourceRecord)

@@ -1,4 +1,4 @@
-"""Define what people have found out about a storey of a real house, as a line of JSON from which models are fitted.
+"""Define the labels of a storey of a real house: a line of JSON with a person's findings, for fitting models.
 
 A review writes these lines (``houseexpo labels``), and so do people who mark plans (``tests.corpus.marks``).
 """
@@ -12,9 +12,10 @@ Space = tuple[float, float, float]
 
 
 class StoreyLabels(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """What is known of one storey; places and areas are in metres of the source's plan axes.
+    """The labels of one storey; places and areas are in metres along the source's plan axes.
 
-    ``extent`` is how far its walls reach: of another size, it is another reading of the file. ``path`` is the file.
+    ``extent`` is the size of the bounds of its walls; another size means that the file was read in another way.
+    ``path`` is the file.
     """
 
     file: str

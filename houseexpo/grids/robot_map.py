@@ -9,25 +9,25 @@ R2  Darkness is 0 for white and 1 for black. In the modes ``trinary`` and ``scal
     ``occupied_thresh`` is occupied, and one lighter than ``free_thresh`` is free. In between, it is unknown
     (``trinary``), or its occupancy grows linearly from 0 to 100 (``scale``).
     In a trinary picture of map_saver's, 205 (darkness 0.196) is unknown, whatever ``free_thresh`` is: map_saver writes
-    it for unknown cells, and map_server would read it as free by the 0.25 that Nav2 wrote beside such pictures until
-    2025. A picture is map_saver's if it has white, and 205 is most of what is neither black nor white. The rest is
-    what people draw and erase. Where somebody turned or scaled the picture, shades appear beside all edges: then 205 is
-    ``TURNED_SHARE`` of the grey cells, and the picture's border is 205.
+    205 for unknown cells, but the ``free_thresh`` of 0.25 that Nav2 wrote beside such pictures until 2025 would make
+    them free. A picture is map_saver's if it has white and most of its grey cells are 205; the other grey cells come
+    from people who draw and erase. A turned or scaled picture has more shades beside all edges: it is map_saver's if
+    205 is ``TURNED_SHARE`` of its grey cells and its border is 205.
 R3  In the mode ``raw``, a pixel's value is the occupancy, from 0 to 100; other values are unknown.
-R4  Without a ``map.yaml``, free is what is lighter than ``FREE_SHARE`` of the way from unknown space to white. Unknown
-    space has, in all kinds of grey, the lightest shade that ``SHADE_SHARE`` or more of the cells between black and
-    white have. Other shades are those of cells that few rays passed, or of a picture that was scaled. What is lighter
-    than unknown space, but not free, is likely free: its occupancy is between ``FREE_TO`` and ``EVEN``.
+R4  Without a ``map.yaml``, a cell is free if it is lighter than ``FREE_SHARE`` of the way from unknown space to white.
+    The shade of unknown space is the lightest of the shades that each have at least ``SHADE_SHARE`` of the grey cells.
+    Other greys come from cells that few rays passed, or from scaling. A cell lighter than unknown space that is not
+    free is likely free: its occupancy is between ``FREE_TO`` and ``EVEN``.
 R5  The picture lies in the folder of its ``map.yaml``. Where the file names another folder, the picture of this name
     beside the ``map.yaml`` is taken.
 R9  An origin whose yaw is not a number (map_saver writes ``-nan`` where the map's turn was never set) has a yaw of 0.
     A yaw of more than a full turn counts as radians, too. Both are noted.
-R6  An array of bool marks what is occupied; floats are the probability of that from 0 to 1, NaN for unknown; integers
-    are occupancy from 0 to 100, and other values are unknown. Row 0 is at the highest y, as in a picture.
-R7  Of a bag, the last map of the topic ``/map`` counts. Without this topic, it is the one topic with maps; of several,
-    the one whose name ends with ``map`` and names no costmap.
-R8  The key ``walls_only`` of a ``map.yaml``, which map_server ignores, and a PNG's text of this name say that what is
-    not free is wall: a plan was drawn, and neither furniture nor noise is in it. Our exports of plans write it.
+R6  An array of bool is True for occupied cells. Floats are the probability of occupied, 0 to 1, NaN for unknown.
+    Integers are the occupancy, 0 to 100; other values are unknown. Row 0 is at the highest y, as in a picture.
+R7  The map of a bag is the last message of the topic ``/map``. Without this topic, it comes from the only topic with
+    maps; of several topics, from the one whose name ends with ``map`` and contains no ``costmap``.
+R8  The key ``walls_only`` of a ``map.yaml``, which map_server ignores, and a PNG's text of this name mean that every
+    cell that is not free is wall: the map is a drawn plan without furniture and noise. Our exports of plans write it.
 """
 
 from __future__ import annotations
@@ -65,26 +65,26 @@ EVEN: Final = 50
 OCCUPIED_THRESH: Final = 0.65
 FREE_THRESH: Final = 0.25
 WHITE: Final = 0.02
-"""R4: black and white are so near to 0 and 255, as a share of 255; the least ``free_thresh`` of a picture alone."""
+"""A shade within this share of 255 from 0 or 255 is black or white; also the least ``free_thresh`` (R4)."""
 SHADE_SHARE: Final = 0.05
 FREE_SHARE: Final = 0.3
-"""R4: where a picture was scaled, single rays are little lighter than unknown space."""
+"""R4: in a scaled picture, single rays are only a little lighter than unknown space."""
 SAVED_UNKNOWN: Final = 205
 """The shade that map_saver writes for unknown cells, beside 0 and 254."""
 SAVED_SHARE: Final = 0.75
-"""R2: this share of the grey cells of map_saver's pictures is unknown, or more."""
+"""R2: the least share of unknown cells among the grey cells of map_saver's pictures."""
 TURNED_SHARE: Final = 0.5
 TURNED_BORDER: Final = 0.9
-"""R2: the shares of the grey cells and of the border that are unknown in map_saver's pictures that somebody turned."""
+"""R2: in turned pictures of map_saver's, the least shares of unknown cells among grey cells and on the border."""
 BAGS: Final = (".mcap", ".db3")
 YAMLS: Final = (".yaml", ".yml")
 WORLD: Final = ".world"
 YAML_BYTES: Final = 1 << 20
 STRETCHED: Final = 0.005
-"""Cells of a world's bitmap whose sides differ by less are square."""
+"""Cells of a world's bitmap count as square if their sides differ by less than this share."""
 _DEEPEST: Final = 20
 WALLS_ONLY: Final = "walls_only"
-"""R8."""
+"""The key of R8."""
 
 Occupancy = npt.NDArray[np.int8]
 Bools = npt.NDArray[np.bool_]
@@ -120,14 +120,14 @@ class RobotMap:
     unknown_shade
         The shade of the picture that is unknown although its thresholds make it free (R2), or None.
     walls_only
-        Whether the file says that what is not free is wall, and neither furniture nor noise (R8).
+        Whether the file says that all cells that are not free are walls, without furniture and noise (R8).
     yaw_note
-        What is odd about the yaw that the file says, "" if nothing is (R9).
+        A note if the file's yaw is unusual (R9), else "".
 
     Raises
     ------
     MapError
-        The cells are none or too many, or a number is not finite or out of range.
+        There are no cells or too many, or a number is not finite or out of range.
     """
 
     occupancy: Occupancy
@@ -157,7 +157,7 @@ class RobotMap:
     @property
     def free(self) -> Bools:
         """(rows, cols): whether a cell is free."""
-        return np.asarray(self.occupancy.view(np.uint8) <= FREE_TO)  # what is below 0 has high bytes
+        return np.asarray(self.occupancy.view(np.uint8) <= FREE_TO)  # as uint8, negative values are large
 
     @property
     def likely_free(self) -> Bools:
@@ -170,7 +170,7 @@ class RobotMap:
         return self.occupancy >= OCCUPIED_FROM
 
     def trimmed(self, margin_m: float = 1.0) -> RobotMap:
-        """Return the map without the rows and columns around it in which nothing is known, but for a margin, metres.
+        """Return the map without unknown rows and columns around it, except for a margin, metres.
 
         The origin moves with the lower-left corner, so points keep their places in the map's frame.
         """
@@ -252,17 +252,17 @@ def read_map(
     path
         The file, or the folder of a bag.
     resolution
-        The side of a cell, metres, of a picture or an array alone. The other files say their own.
+        The side of a cell, metres, for a picture or an array alone. Other files state it.
     topic
         The topic of a bag (R7).
     negate, occupied_thresh, free_thresh
-        How a picture alone is understood (R1, R2, R4).
+        The rules for a picture alone (R1, R2, R4).
 
     Raises
     ------
     MapError
-        The file is missing, damaged or too large, names a picture that is not there, its resolution is none, or no cell
-        of the map is free.
+        The file is missing, damaged or too large, names a missing picture or an invalid resolution, or no cell of the
+        map is free.
     MissingDependencyError
         The file is a bag, and rosbags is not installed.
     """
@@ -327,7 +327,7 @@ def is_bag_folder(path: Path) -> bool:
 
 
 def map_picture_path(path: Path) -> Path | None:
-    """Return the picture that a ``map.yaml`` or a world takes (R5), or None if it names none that is there."""
+    """Return the picture of a ``map.yaml`` or a world (R5), or None if it names no existing picture."""
     try:
         is_world = path.suffix.lower() == WORLD
         return _picture(path, read_floor_model(path).bitmap if is_world else _document(path).get("image"))
@@ -389,7 +389,7 @@ class _Shading:
 
 
 def _unknown_darkness(grey: npt.NDArray[np.uint8], *, negate: bool) -> float | None:
-    """Return the darkness of unknown space in a picture alone, or None if it has none; R4."""
+    """Return the darkness, 0 to 1, of unknown space in a picture alone (R4), or None if it has no unknown space."""
     counts = np.bincount(grey.ravel(), minlength=256)[:: -1 if negate else 1]
     margin = int(255 * WHITE)
     between = counts[margin + 1 : 255 - margin]
@@ -398,7 +398,7 @@ def _unknown_darkness(grey: npt.NDArray[np.uint8], *, negate: bool) -> float | N
 
 
 def _free_thresh(unknown: float | None) -> float:
-    """Return the ``free_thresh`` of a picture alone, of whose unknown space the darkness is given; R4."""
+    """Return the ``free_thresh`` of a picture alone, given the darkness of its unknown space (R4)."""
     return WHITE if unknown is None else max(unknown * (1 - FREE_SHARE), WHITE)
 
 
@@ -410,7 +410,7 @@ def _is_saved(grey: npt.NDArray[np.uint8]) -> bool:
 
 
 def _unknown_grey(grey: npt.NDArray[np.uint8], share: float) -> int | None:
-    """Return the shade that a share of what is neither black nor white has in a picture with white, or None."""
+    """Return the shade of at least ``share`` of the grey cells in a picture with white, or None."""
     counts = np.bincount(grey.ravel(), minlength=256)
     margin = int(255 * WHITE)
     between = counts[margin + 1 : 255 - margin]
@@ -564,7 +564,7 @@ def _from_array(file: Path) -> Occupancy:
 
 
 def occupancy_from_array(array: npt.NDArray[Any], name: str) -> Occupancy:
-    """Return the occupancy of an array (rows, cols) by R6; raise MapError if it is none."""
+    """Return the occupancy of an array (rows, cols) by R6; raise MapError if the array is no map."""
     if array.ndim != 2:
         raise MapError(f"{name}: expected rows and columns, found an array of shape {array.shape}", "save one map")
     _check_size(array.shape, name)
@@ -651,7 +651,7 @@ def _from_message(message: Any, name: str) -> RobotMap:
 
 
 def yaw_from_quaternion(x: float, y: float, z: float, w: float) -> float:
-    """Return the turn about the vertical axis of a rotation, a unit quaternion, radians."""
+    """Return the yaw of a unit quaternion, the rotation about the vertical axis, radians."""
     return math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
 
 
@@ -662,7 +662,7 @@ def _check_size(shape: tuple[int, ...], name: str) -> None:
 
 
 def _origin(value: Any, name: str) -> tuple[tuple[float, float, float], str]:
-    """Return x, y and yaw, and what is odd about the yaw (R9)."""
+    """Return x, y (metres) and yaw (radians), and a note if the yaw is unusual (R9)."""
     if not isinstance(value, list) or not 2 <= len(value) <= 3:
         raise MapError(f"{name}: origin: expected [x, y, yaw], found {str(value)[:60]}", "correct it", "bad_units")
     has_yaw = len(value) < 3 or str(value[2]).lower().lstrip("+-.") != "nan"

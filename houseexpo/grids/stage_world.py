@@ -2,12 +2,12 @@
 
 Format: Stage's world files: ``name value``, ``name ( ... )``, ``define name base ( ... )``, ``include "file"``, ``#``.
 
-R1  A model takes what its definition has, and the definition what its base has. What a model says itself counts more.
-R2  The floor plan is the model with a bitmap that covers most; robots have bitmaps too.
-R3  A pixel is free if it is lighter than ``FREE_FROM``, as in Stage, which knows no unknown space.
-R4  Stage stretches what is not free to the model's size; with ``boundary`` that is the whole picture. ``pose`` is the
-    middle of it, with a turn in degrees.
-R5  Includes are looked for in the world's folder, and never outside of it; one that is missing is passed over.
+R1  A model inherits the properties of its definition, and the definition those of its base. Its own properties win.
+R2  The floor plan is the model with a bitmap that covers the largest area; robots have bitmaps too.
+R3  A pixel is free if it is lighter than ``FREE_FROM``, as in Stage, which has no unknown space.
+R4  Stage stretches the bounds of the cells that are not free to the model's size; with ``boundary``, these are the
+    whole picture. ``pose`` is their middle, with a turn in degrees.
+R5  Includes are read from the world's folder only; a missing include is skipped.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ _TOKEN: Final = re.compile(
 
 
 class WorldError(ValueError):
-    """A world is none of Stage's, or has no floor plan; the text says why."""
+    """A file is not a Stage world, or has no floor plan; the text says why."""
 
 
 @dataclass(frozen=True)
@@ -47,7 +47,7 @@ class FloorModel:
 
 @dataclass(frozen=True)
 class _Entity:
-    """What stands in brackets: properties, the last of a name; and the entities in it, in the file's order."""
+    """The content of brackets: properties, the last one of each name, and entities, in the file's order."""
 
     values: dict[str, Any] = field(default_factory=dict)
     inner: list[tuple[str, _Entity]] = field(default_factory=list)

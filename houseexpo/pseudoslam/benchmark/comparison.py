@@ -1,6 +1,6 @@
 """Read result files, group them by track, and compute the rows of tables: means, intervals, tests against the baseline.
 
-R1  Results of one family that differ in the seed of their training are one row: means over seeds and plans.
+R1  Results of one family with different training seeds form one row: means over seeds and plans.
 R2  Policies are compared with the baseline, if there is one, plan by plan. This is more informative than overlapping
     intervals, since plans differ more than policies.
 R3  The p-value of this difference is corrected for the number of rows that are compared with the baseline (Holm). With
@@ -32,9 +32,9 @@ from houseexpo.words import count_noun
 ORACLE: Final = "oracle"
 """The policy whose path lengths are the reference."""
 BOUND: Final = "bound"
-"""The name of lower bounds of ways, which are written like results (``research.way_bounds``), and a reference too."""
+"""The name of lower bounds of path lengths, a reference that is stored like a result (``research.way_bounds``)."""
 BASELINE: Final = "frontier"
-"""The policy with which others are compared (R2)."""
+"""The policy that others are compared with (R2)."""
 _REFERENCES: Final = {BOUND: "bound as a share of the way", ORACLE: "share of the oracle's way"}
 _BOUNDS_ROUNDED: Final = 1e-5  # bounds and values are rounded to 6 digits
 _LESS, _SHARE, _P = "less_", "share_of_", "p_"
@@ -42,11 +42,11 @@ _LESS, _SHARE, _P = "less_", "share_of_", "p_"
 
 @dataclass(frozen=True)
 class ComparisonRow:
-    """A row: one result, or those of one family in the order of their seeds (R1)."""
+    """A row: one result, or the results of one family in the order of their seeds (R1)."""
 
     results: tuple[Result, ...]
     verified: bool = False
-    """Whether the actions of all results were played again and gave their values (``verification``)."""
+    """Whether replaying the actions of all results gave the same values (``verification``)."""
 
     @property
     def name(self) -> str:
@@ -59,12 +59,12 @@ class ComparisonRow:
 
     @property
     def prediction(self) -> str:
-        """The name of the predicted map that was scored, "" for none."""
+        """The name of the scored predicted map, "" if no map was scored."""
         return self.results[0].policy.prediction or ""
 
     @property
     def key(self) -> tuple[str, str, int]:
-        """What rows share whose policies differ in nothing but the prediction."""
+        """A key that is equal for rows whose policies differ only in the prediction."""
         policy = self.results[0].policy
         return (policy.name, policy.source, policy.seed)
 
@@ -93,7 +93,7 @@ class ComparisonRow:
         return all(over in one.curves for one in self.results)
 
     def curve(self, over: str) -> MeanCurve:
-        """Return the mean of the seeds' curves; its band covers all of theirs."""
+        """Return the mean of the seeds' curves; its band covers the bands of all seeds."""
         parts = [one.curves[over] for one in self.results]
         if len(parts) == 1:
             return parts[0]
@@ -105,7 +105,7 @@ class ComparisonRow:
 
 @dataclass(frozen=True)
 class Interval:
-    """Between what the mean of the best possible values of a metric lies.
+    """The interval that contains the mean of the best possible values of a metric.
 
     Parameters
     ----------
@@ -146,9 +146,9 @@ class TrackComparison:
 
     @cached_property
     def plain(self) -> tuple[ComparisonRow, ...]:
-        """The rows of all tables but that of predictions, and the lines of curves: all runs without one.
+        """The rows of all tables except that of predictions, and the lines of curves: all runs without a prediction.
 
-        A run with a prediction is left out where there is one of the same policy without, or a better one.
+        A policy whose runs all have a prediction is shown by the best of them.
         """
         shown = {entry.key for entry in self.entries if not entry.prediction}
         rows: list[ComparisonRow] = []
@@ -172,14 +172,14 @@ class TrackComparison:
             return self._p(entry, metric.key.removeprefix(_P))
         if metric.key.startswith(_SHARE):
             return self._share(entry, metric.key.removeprefix(_SHARE))
-        if metric.key not in entry.results[0].summary:  # no prediction, or a score that is younger than the result
+        if metric.key not in entry.results[0].summary:  # no prediction, or a score that is newer than the result
             return Estimate(None, None, None, 0)
         if len(entry.results) == 1:
             return entry.results[0].summary[metric.key]
         return estimate_mean_over_seeds(entry.columns(metric.key))
 
     def intervals(self) -> list[Interval]:
-        """Return between what bounds the best possible values lie; none without a result of bounds."""
+        """Return the intervals of the best possible values; an empty list without a result of bounds."""
         bound = self._entry_named(BOUND)
         if bound is None:
             return []
@@ -199,7 +199,7 @@ class TrackComparison:
         return found
 
     def _shares(self) -> tuple[Metric, ...]:
-        """Return the metrics relative to the bound and to the oracle's path, as far as there are results of them."""
+        """Return the metrics relative to the bound and to the oracle's path, if they have results."""
         keys = [metric.key for metric in self.track.metrics if metric.key.startswith("metres_to_")]
         return tuple(
             Metric(f"{_SHARE}{name}_{key}", f"{title}, {key.removeprefix('metres_to_')}%", "%", "high")
@@ -209,10 +209,10 @@ class TrackComparison:
         )
 
     def _share(self, entry: ComparisonRow, key: str) -> Estimate:
-        """Return a reference's metres as a share of a policy's over plans, at most 1; 0 if it did not arrive.
+        """Return a reference's metres as a share of a policy's, at most 1; 0 on plans where the policy did not arrive.
 
-        Plans in which the reference did not get there are left out. ``key`` has the name of the reference before that
-        of the metric.
+        Plans in which the reference did not arrive are left out. ``key`` is the name of the reference followed by the
+        name of the metric.
         """
         name, _, key = key.partition("_")
         reference = self._entry_named(name)
@@ -228,7 +228,7 @@ class TrackComparison:
         )
 
     def _difference(self, entry: ComparisonRow, key: str) -> Estimate:
-        """Return a value minus the baseline's, over plans in which both have one (R2); none for the baseline itself."""
+        """Return a value minus the baseline's, over plans that have both (R2); empty for the baseline itself."""
         return (
             estimate_mean_over_seeds(found)
             if (found := self._differences(entry, key))
@@ -236,7 +236,7 @@ class TrackComparison:
         )
 
     def _p(self, entry: ComparisonRow, key: str) -> Estimate:
-        """Return the corrected p-value of the difference from the baseline (R3); none for the baseline itself."""
+        """Return the corrected p-value of the difference from the baseline (R3); empty for the baseline itself."""
         rows = self._p_values[key]
         if (p := rows.get(id(entry))) is None:
             return Estimate(None, None, None, 0)
@@ -260,7 +260,7 @@ class TrackComparison:
         return found
 
     def _differences(self, entry: ComparisonRow, key: str) -> list[Column]:
-        """Return a row's values minus the baseline's, for each seed; none for the baseline itself."""
+        """Return a row's values minus the baseline's, for each seed; empty for the baseline itself."""
         baseline = self._entry_named(BASELINE)
         if baseline is None or entry is baseline or entry.results[0].policy.name == BOUND:
             return []
@@ -350,7 +350,7 @@ def _check_bounds(track: Track, named: Sequence[tuple[Path, Result]]) -> None:
 
 
 def _group_by_family(results: Sequence[Result]) -> list[tuple[Result, ...]]:
-    """Return results grouped by family (R1), with one for each training seed; others are alone."""
+    """Return results grouped by family (R1), one for each training seed; other results are alone in a group."""
     groups: dict[tuple[Any, ...], list[Result]] = {}
     for number, result in enumerate(results):
         policy = result.policy

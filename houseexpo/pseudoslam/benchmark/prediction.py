@@ -2,22 +2,23 @@
 
 The definition is that of MapEx (Ho, Kim et al., 2025; castacks/MapEx, ``scripts/calc_metrics_subdirectory.py``):
 
-R1  The IoU is that of obstacles: cells that are obstacles in both maps, as a share of those that are obstacles in one
-    of them. It is taken over all cells, also those that the robot has seen. It is 0 if neither map has an obstacle.
+R1  The IoU counts obstacles: the cells that are obstacles in both maps, as a share of the cells that are obstacles in
+    at least one map. It covers all cells, seen or not. It is 0 if neither map has an obstacle.
 R2  A cell that a prediction leaves unknown counts as free.
 
 MapEx judges drawings, in which walls are lines and the outside is free. In a plan the outside is solid:
 
-R3  Only free cells and the obstacles beside them (8 neighbours) are judged, which a robot's map can hold. So the inside
-    of walls and the outside of a plan do not count. MapEx's floors lose only the inside of pillars and thick walls.
-R4  Over the unseen part, the judged cells that the robot's map does not know, the IoU is also taken of free cells.
-    There is none where all cells are known.
+R3  Only cells that a robot's map can hold are judged: free cells and the obstacles beside them (8 neighbours). So the
+    inside of walls and the outside of a plan do not count. MapEx's floors lose only the inside of pillars and thick
+    walls.
+R4  Over the unseen part, that is, the judged cells that are unknown in the robot's map, the IoU of free cells is
+    computed too. It is None if all cells are known.
 
 PIPE forgives small shifts (Baek, Moon, Kim et al., 2025; castacks/pipe-planner, the same file):
 
-R5  In the tolerant IoU a true obstacle is hit if a predicted one lies within the square of 5 x 5 cells around it, and a
-    predicted one is false if no true one does. It is hits / (true obstacles + false ones), over judged cells and those
-    within such a square around them: 99.4 to 100% of the walls of MapEx's floors.
+R5  In the tolerant IoU, a true obstacle is a hit if a predicted obstacle lies within the square of 5 x 5 cells around
+    it. A predicted obstacle is false if no true obstacle lies within its square. The IoU is hits / (true obstacles +
+    false obstacles), over judged cells and the squares around them: 99.4 to 100% of the walls of MapEx's floors.
 
 No map is aligned: with errors of odometry the drift counts.
 """
@@ -44,7 +45,7 @@ Predictor = Callable[[Grid], Grid]
 """A function from a map (rows, cols) to a predicted map of that shape; both hold 0 unknown, 127 free, 255 obstacle."""
 
 OF_POLICY: Final = "policy"
-"""The name of the prediction that the policy itself makes, by its method ``predicted_map(info)``."""
+"""The name of the policy's own prediction, made by its method ``predicted_map(info)``."""
 LONGEST_GAP_M: Final = 1.5
 """The longest gap in a wall that the predictor ``lines`` closes."""
 TABLE: Final = "prediction"
@@ -60,7 +61,7 @@ _PARTS: Final = {
 
 @dataclass(frozen=True)
 class PredictionScores:
-    """The IoU of obstacles over all judged cells (R1, R5), and of obstacles and of free cells over unseen ones (R4)."""
+    """The IoU of obstacles over judged cells (R1, R5), and of obstacles and of free cells over unseen cells (R4)."""
 
     iou: float
     iou_tolerant: float
@@ -69,7 +70,7 @@ class PredictionScores:
 
 
 def find_judged_cells(occupied: Grid) -> Bools:
-    """Return which cells (rows, cols) are judged (R3): free ones and the obstacles beside them."""
+    """Return which cells (rows, cols) are judged (R3): free cells and the obstacles beside them."""
     found: Bools = cv2.dilate((occupied == 0).astype(np.uint8), _NEIGHBOURS) != 0
     return found
 
@@ -120,7 +121,7 @@ def _tolerant_iou(predicted: Bools, truth: Bools, part: Bools) -> float:
 
 
 def predict_free(known: Grid) -> Grid:
-    """Return the map with all unknown cells free: by R2 it is the prediction of a robot that makes none."""
+    """Return the map with all unknown cells free; by R2, making no prediction has the same scores."""
     return np.where(known == UNKNOWN, np.uint8(FREE), known)
 
 
@@ -130,7 +131,7 @@ def predict_solid(known: Grid) -> Grid:
 
 
 def predict_walls_in_gaps(known: Grid, gap_px: float) -> Grid:
-    """Return the map with walls where gaps of at most ``gap_px`` unknown cells in rows and columns of walls are closed.
+    """Return the map with walls in gaps of at most ``gap_px`` unknown cells between walls of a row or column.
 
     Other unknown cells are free.
     """
@@ -173,7 +174,7 @@ def find_predictor(name: str, pixels_per_metre: float) -> Predictor:
 
 @dataclass
 class PredictionScorer:
-    """The scores of predictions after given metres of an episode: those of the last map within them, as for coverage.
+    """The scores of predictions at given metres of an episode, each of the last map before them, as for coverage.
 
     Parameters
     ----------
@@ -193,13 +194,13 @@ class PredictionScorer:
     _before: Any = None
 
     def add(self, metres: float, knowledge: Any) -> None:
-        """Score the map before this one for all budgets that the robot has now gone beyond."""
+        """Score the previous map for all budgets that the robot has now exceeded."""
         while len(self.found) < len(self.budgets_m) and metres > self.budgets_m[len(self.found)]:
             self._score()
         self._before = {**knowledge, "map": knowledge["map"].copy()}
 
     def values(self) -> Values:
-        """Return the values of all budgets; the last map counts for those that were not reached."""
+        """Return the values of all budgets; the last map counts for budgets that were not reached."""
         while len(self.found) < len(self.budgets_m):
             self._score()
         return {
@@ -217,7 +218,7 @@ class PredictionScorer:
 
 
 def check_predicted_map(found: object, shape: tuple[int, ...]) -> Grid:
-    """Return a predicted map; raise ConfigError if it is none of that shape."""
+    """Return a predicted map (rows, cols); raise ConfigError if it is no map of this shape."""
     if not isinstance(found, np.ndarray) or found.dtype != np.uint8 or found.shape != shape:
         was = f"{found.dtype} {found.shape}" if isinstance(found, np.ndarray) else repr(found)[:80]
         raise ConfigError(f"predicted_map: expected an array uint8 {shape}, found {was}")

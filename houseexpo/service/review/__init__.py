@@ -1,4 +1,4 @@
-"""Review plans in the browser, the doubtful ones first; decisions go to ``overrides.toml`` and to a log."""
+"""Review plans in the browser, doubtful plans first; decisions go to ``overrides.toml`` and to a log."""
 
 from houseexpo.service.review.pages import routes
 

@@ -1,4 +1,4 @@
-"""Compute what a review decision changes in a plan's table of ``overrides.toml``, and how that is undone."""
+"""Compute the changes of a review decision in a plan's table of ``overrides.toml``, and of its undo."""
 
 from __future__ import annotations
 
@@ -52,12 +52,12 @@ def _plain(items: list[Any]) -> Any:
 
 
 def replacement(table: Mapping[str, Any], word: Word, old: Any, new: Any) -> dict[str, tuple[Any, Any]]:
-    """Return the changes that replace one value of a word, or take it out if ``new`` is None.
+    """Return the changes that replace one value of a word, or remove it if ``new`` is None.
 
     Raises
     ------
     DecidedOtherwiseError
-        The table does not say ``old``.
+        The table does not contain ``old``.
     """
     before = table.get(word)
     items = list_items(before, word)
@@ -70,12 +70,12 @@ def replacement(table: Mapping[str, Any], word: Word, old: Any, new: Any) -> dic
 def changed_value(line: LogLine, key: str, now: Any, start: Any, end: Any) -> tuple[Any, Any]:
     """Return a key's value now, and after the step from ``start`` to ``end`` that undoes or repeats a line.
 
-    Values of words that others have said since stay.
+    Values of words that others have added since then stay.
 
     Raises
     ------
     DecidedOtherwiseError
-        Somebody changed the value since, and it is not that of a word.
+        Somebody has changed the value since then, and the key is not a word.
     """
     if now == start:
         return now, end

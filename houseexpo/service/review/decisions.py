@@ -6,10 +6,10 @@ R2  The new ``overrides.toml`` is written under a temporary name, then the line 
     renamed; only then is the request answered. If the disk is full, nothing changes.
 R3  If the process was killed between the line and the renaming, the next one finds the file as it was before the line,
     and completes the change. A file that a person has changed in the meantime matches neither state and is kept.
-R4  A decision is refused if somebody has decided on the plan since the reviewer loaded it; the message says what. Names
-    do not matter: two people may use the same name, and one person may have two pages open.
-R5  An undo reverts the reviewer's latest decision; later decisions of others remain, or the undo is refused. What was
-    undone can be made again until the reviewer decides something else.
+R4  A decision is refused if somebody has decided on the plan since the reviewer loaded it; the message describes that
+    decision. Names do not matter: two people may use the same name, and one person may have two pages open.
+R5  An undo reverts the reviewer's latest decision. Later decisions of others remain, or the undo is refused. An undone
+    decision can be redone until the reviewer makes another decision.
 R6  Links are not followed: a data set may come from strangers, and its links may lead to any file of this user.
 """
 
@@ -43,11 +43,11 @@ from houseexpo.service.review.toml_edit import edit_table
 
 _SIZES = ("units", "scale", "distance", "storey_height")
 _INSTEAD = {key: tuple(other for other in _SIZES if other != key) for key in _SIZES}
-"""Each says how large the model is: one takes the place of another."""
+"""Each of these keys states the size of the model; setting one removes the others."""
 
 
 class NothingHereError(ConfigError):
-    """A reviewer has nothing to undo on a plan; ``plan`` is the one of the latest decision."""
+    """A reviewer has nothing to undo on the given plans; ``plan`` is the plan of the reviewer's latest decision."""
 
     def __init__(self, reviewer: str, plan: str) -> None:
         super().__init__(f"{reviewer} has nothing to undo on this plan; the latest decision is on {plan}")
@@ -128,12 +128,12 @@ class DecisionStore:
         Parameters
         ----------
         value
-            The value of a word, in metres along the source's plan axes; the text of a note or drop;
-            the question that is left.
+            The value of a word, in metres along the source's plan axes; the text of a note or drop; or the key of
+            the skipped question.
         seen
             The number of the last line about the plan that the reviewer has seen.
         more
-            More values of the word, or questions that are left: all of it is one decision.
+            Further values of the word, or further skipped questions; all of them are one decision.
         source
             SHA-256 of the plan's file.
 
@@ -151,7 +151,7 @@ class DecisionStore:
             return self._note(plan, action, reviewer, changes, about=about, source=source)
 
     def say_of_file(self, name: str, key: str, value: Any, reviewer: str) -> LogLine:
-        """Store what is said of a whole file under its id; None takes the key out.
+        """Store a statement about a whole file under the file's id; the value None removes the key.
 
         Raises
         ------
@@ -173,7 +173,7 @@ class DecisionStore:
             return {question for each in about for question in each.split("\n")}
 
     def sources(self, plan: str) -> dict[str, str]:
-        """Return of which file each thing about a plan was said: its SHA-256, by ``author_key``."""
+        """Return the SHA-256 of the file for which each statement about a plan was made, by ``author_key``."""
         with self._thread:
             self._catch_up()
             return {key: line.source for line in self.log.active if line.plan == plan for key in line.new_keys}
@@ -181,12 +181,12 @@ class DecisionStore:
     def replace(
         self, plan: str, word: Word, old: Any, new: Any, *, reviewer: str, seen: int = 0, source: str = ""
     ) -> LogLine:
-        """Replace one value of a word by another, or take it out if ``new`` is None; see ``decide``.
+        """Replace one value of a word by another, or remove it if ``new`` is None; see ``decide``.
 
         Raises
         ------
         DecidedOtherwiseError
-            Somebody else decided on the plan in the meantime (R4), or nobody says ``old``.
+            Somebody else decided on the plan in the meantime (R4), or the table does not contain ``old``.
         ConfigError
             ``overrides.toml`` cannot be read, changed or written.
         """
@@ -204,14 +204,14 @@ class DecisionStore:
             )
 
     def undo(self, reviewer: str, plans: Sequence[str] = ()) -> LogLine:
-        """Undo a reviewer's latest decision (R5), of those on some plans if they are given.
+        """Undo a reviewer's latest decision (R5), only among decisions on ``plans`` if they are given.
 
         Raises
         ------
         NothingHereError
-            There is one, and not on these plans.
+            The reviewer has decisions to undo, but not on these plans.
         ConfigError
-            There is none, or it was changed since.
+            The reviewer has no decision to undo, or others have changed its value since.
         """
         with self._hold_lock():
             own = [line for line in self.log.active if line.reviewer == reviewer]
@@ -226,7 +226,7 @@ class DecisionStore:
             return self._note(line.plan, "undo", reviewer, back, undoes=line.number)
 
     def redo(self, reviewer: str) -> LogLine:
-        """Make the decision again that a reviewer undid last; raise ConfigError if there is none."""
+        """Redo the decision that a reviewer undid last; raise ConfigError if there is nothing to redo."""
         with self._hold_lock():
             undone = self.log.undone_by(reviewer)
             if not undone:
@@ -239,7 +239,7 @@ class DecisionStore:
             )
 
     def history(self, plan: str) -> list[tuple[LogLine, bool]]:
-        """Return the decisions on a plan in order, and whether each holds; one that was made again is there once."""
+        """Return the decisions on a plan in order, and whether each is in force; a redone decision appears once."""
         with self._thread:
             self._catch_up()
             undos = {line.number: line.undoes for line in self.log.lines if line.undoes}
@@ -269,7 +269,7 @@ class DecisionStore:
             return sorted({line.plan for line in self.log.lines if line.number > built and line.changes})
 
     def file_changed(self, name: str) -> bool:
-        """Return whether something was said of a whole file, or taken back, that the last build did not include."""
+        """Return whether a statement about a whole file was made or undone since the last build."""
         with self._thread:
             self._catch_up()
             return any(

@@ -1,11 +1,12 @@
-"""Write what a review has found out about real houses as labels, which ``research.weights_fit`` reads.
+"""Write the findings of a review about real houses as labels, which ``research.weights_fit`` reads.
 
-R1  A house that was kept is right as it is corrected: all of its rooms and ways are, and what of the uncorrected plan
-    is gone is wrong. Spaces that it leaves out are no rooms.
-R2  Of a house that was corrected and not kept, only what the corrections changed or named is told.
-R3  A room that is gone is ``unlike`` where rooms of the corrected plan take most of it: it is several rooms, or a part
-    of one. Otherwise it is none. A way is told by its middle. A cut is no evidence of a way.
-R4  Nothing is told of a house that was dropped: nobody said which part of it is wrong.
+R1  A kept house is right as corrected: all its rooms and passages exist, those that only the uncorrected plan has do
+    not exist, and the spaces that it leaves out are not rooms.
+R2  For a house that was corrected but not kept, labels cover only the parts that corrections changed or named.
+R3  A removed room is labelled ``unlike`` if rooms of the corrected plan cover most of it: it is several rooms, or a
+    part of one. Otherwise it is labelled as no room. A passage is labelled at its middle. A cut is no evidence of a
+    passage.
+R4  A dropped house gives no labels: nobody said which part of it is wrong.
 """
 
 from __future__ import annotations
@@ -27,14 +28,14 @@ from houseexpo.service.review.session import Review
 from houseexpo.service.review.sources import SourceView
 
 _ALIKE_SHARE: Final = 0.9
-"""Rooms with this share of their union in common are one."""
+"""Two rooms that share at least this part of their union are the same room."""
 _MOST_OF_ROOM: Final = 0.5
 _NEAR_WAY_M: Final = 0.35
-"""Passages nearer to each other are one, metres: as where a passage is found of a drawn truth."""
+"""Two passages nearer than this are the same passage, metres, as when passages are matched with a drawn truth."""
 
 
 def review_labels(collection: Collection) -> Iterator[StoreyLabels | str]:
-    """Yield the labels of each reviewed storey, or a sentence why there are none of it, by id.
+    """Yield the labels of each reviewed storey, in the order of ids, or a sentence that says why it has no labels.
 
     Raises
     ------
@@ -59,7 +60,7 @@ def review_labels(collection: Collection) -> Iterator[StoreyLabels | str]:
 
 
 def labels_of(view: SourceView, told: FloorPlan, *, is_kept: bool) -> StoreyLabels:
-    """Return what the corrected plan of a storey tells of it (R1 to R3)."""
+    """Return the labels of a storey, given its corrected plan (R1 to R3)."""
     base = told if view.plan is None or view.is_founded else view.plan
     frame, now = _frame(base), [_in_source(told, room.polygon) for room in told.rooms]
     before = [_in_source(base, room.polygon) for room in base.rooms]

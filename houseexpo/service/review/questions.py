@@ -1,16 +1,16 @@
-"""Ask a person about the doubtful places of a plan: one sentence, two contrary answers, what is worth most first.
+"""Ask a person about the doubtful places of a plan: one sentence, two opposite answers, the most valuable first.
 
-R1  A cut was made since nothing showed a way between two parts of the plan: there is a door, or there is none.
+R1  A cut was made because nothing showed a way between two parts of the plan: either a door is there, or no door.
 R2  A passage or a room that is rated below ``ASKED_BELOW`` is asked about.
 R3  Rooms that meet without a wall are one room, or they stay two; only where nobody has drawn a wall.
-R4  What a person has answered or left is not asked again. Answers are words of the storey, as if they had been drawn.
-R5  Where the source is known: a space between walls that the plan left out, and that is large enough for a room. So is
-    a place that the source shows as a door or a gap, in a wall of a room of the plan, where the plan has no passage.
-R6  Where a corner juts into a room, the line from it to the wall before it may be an opening between two rooms, along
-    both of its edges. It is asked about where it is as narrow as an opening, and parts off what could be a room.
-R7  What the reader guessed of the whole file (its unit, its axis) is asked first: all else depends on it.
-R8  An answer is worth its doubt times what it decides: ``_LEAST``, and the share of the plan's area that it concerns.
-    Questions of one kind stand together, the kind whose best one is worth most first.
+R4  A question that a person has answered or skipped is not asked again. Answers are words of the storey, as if drawn.
+R5  If the source is known, two more things are asked about: a space between walls that the plan left out and that is
+    large enough for a room, and a door or a gap in the source, in a wall of a room, where the plan has no passage.
+R6  If a corner juts into a room, the lines that extend its two edges to the opposite wall may be openings between two
+    rooms. A line is asked about if it is as narrow as an opening and parts off a space that could be a room.
+R7  Facts about the whole file that the reader guessed (its unit, its axis) are asked first: all else depends on them.
+R8  An answer's value is the question's doubt times (``_LEAST`` + the share of the plan's area that it concerns).
+    Questions of one kind are grouped; the group with the most valuable question comes first.
 """
 
 from __future__ import annotations
@@ -37,37 +37,37 @@ from houseexpo.service.review.sources import SourceView
 from houseexpo.tolerances import SMALLEST_ROOM_M2
 
 ASKED_BELOW: Final = 0.7
-"""Confidence. Of ten parts rated so, three are wrong: a look at each costs a person less than the search for them."""
+"""Confidence. Of ten parts rated so, three are wrong: looking at all ten takes less time than searching for them."""
 _CUT: Final = 0.95
-"""Doubt of a cut that is not rated: where it lies is a guess."""
+"""Doubt of a cut that is not rated: its place is a guess."""
 _OPEN: Final = 0.35
-"""Doubt of rooms that meet without a wall: most sources that name both mean two."""
+"""Doubt of rooms that meet without a wall: most sources that name both rooms mean two rooms."""
 _MEETING_M: Final = 1.0
-"""Rooms that meet for less have a passage between them, metres."""
+"""Rooms whose common border is shorter have a passage between them, metres."""
 _NEAR_M: Final = 0.01
-"""Rooms share their edge to the grid of a plan, metres."""
+"""Rooms within this distance share an edge, metres: the grid of a plan."""
 _LEFT_OUT: Final = 0.6
-"""Doubt of a space that was left out: some of them are shafts, courts and hollow walls."""
+"""Doubt of a left-out space: some are shafts, courts and hollow walls."""
 _SHOWN: Final = {"door": 0.55, "opening": 0.5, "lintel": 0.45, "gap": 0.3}
-"""Doubt of a place without a passage by what the source shows there."""
+"""Doubt of a place without a passage, by the kind of evidence in the source."""
 _FREE: Final = 0.8
-"""A space of which less is free of rooms was not left out."""
+"""A left-out space has at least this share of its area outside all rooms."""
 _WIDEST_WALL_M: Final = 0.6
-"""A place in a wall of a room is so near to it, metres: half of the thickest wall."""
+"""A place in a wall of a room is at most this far from the room, metres: half of the thickest wall."""
 _PASSAGE_M: Final = (0.6, 2.5)
-"""The widths of what may be an opening, metres."""
+"""The least and the greatest width of an opening, metres."""
 _CORNER: Final = 0.25
 """Doubt of an opening at a corner that juts into a room."""
 _MOST_CORNERS: Final = 6
 _LEAST: Final = 0.25
-"""A passage decides of as much as a quarter of the plan: who goes through it, and where a room ends."""
+"""The value of a passage itself: as if it concerned a quarter of the plan."""
 _GUESSED: Final = {"units": "the unit", "scale": "the scale", "up": "the upward axis", "levels": "the floors"}
 
 
 class Answer(msgspec.Struct, frozen=True):
-    """An answer: what its button says, and the word that it stands for; no word if the plan is right as it is.
+    """An answer: the text of its button, and its word; no word if the plan is right as it is.
 
-    The action "file" opens what can be said of the file.
+    The action "file" opens the statements about the file.
     """
 
     title: str
@@ -78,7 +78,7 @@ class Answer(msgspec.Struct, frozen=True):
 class Question(msgspec.Struct, frozen=True):
     """A question about a place ``at`` of a plan, metres; ``key`` names it in the log, ``doubt`` is from 0 to 1.
 
-    ``area`` is that of the rooms or the space of which an answer decides, m2.
+    ``area`` is the area of the rooms or the space that an answer concerns, m2.
     """
 
     key: str
@@ -90,7 +90,7 @@ class Question(msgspec.Struct, frozen=True):
 
     @property
     def kind(self) -> tuple[str, ...]:
-        """What makes questions alike: the same thing is doubtful, and the same answers are possible."""
+        """The kind: questions of one kind doubt the same thing and have the same answers."""
         return (self.key.split(" at ")[0], *(each.action for each in self.answers))
 
 
@@ -100,10 +100,10 @@ def questions(
     source: SourceView | None = None,
     closed: Sequence[tuple[float, float]] = (),
 ) -> list[Question]:
-    """Return what is to be asked of a plan, what is worth most first (R1 to R8).
+    """Return the questions about a plan, the most valuable first (R1 to R8).
 
-    ``left`` are the questions that were left; ``closed`` are places of which somebody has said that no door or room
-    is there.
+    ``left`` are the keys of skipped questions. ``closed`` are places (x, y) of the plan, metres, where somebody has
+    denied a door or a room.
     """
     if plan.frame is None:
         return []
@@ -180,9 +180,9 @@ def _meetings(plan: FloorPlan) -> Iterator[Question]:
 
 
 def with_effect(plan: FloorPlan, asked: list[Question]) -> list[Question]:
-    """Return questions without those first ones of a kind of which the first answer would do nothing (R5, R6).
+    """Return questions without the leading questions of each kind whose first answer has no effect (R5, R6).
 
-    Only the first questions of a kind are tried, up to one that has an effect: an answer changes what the others do.
+    Only the questions up to the first one with an effect are tried, since an answer changes the effects of the others.
     """
     kept: list[Question] = []
     tried: set[tuple[str, ...]] = set()
@@ -197,7 +197,7 @@ def with_effect(plan: FloorPlan, asked: list[Question]) -> list[Question]:
 def _parts_or_joins(plan: FloorPlan, question: Question) -> bool:
     answer = question.answers[0]
     frame: Any = plan.frame
-    ends = source_points_from_plan(frame, answer.points).round(3).tolist()  # as the decision has them
+    ends = source_points_from_plan(frame, answer.points).round(3).tolist()  # rounded as in a decision
     try:
         (value,) = checked_values(answer.action, [ends])  # type: ignore[arg-type]  # places and corners have words
     except ConfigError:
@@ -295,7 +295,7 @@ def _corners(plan: FloorPlan) -> Iterator[Question]:
 
 
 def corner_rays(room: Polygon) -> list[LineString]:
-    """Return the lines along both edges of each corner that juts into a room, from it to the wall before it."""
+    """Return the extensions of both edges of each corner that juts into a room, from the corner to the next wall."""
     found = []
     x1, y1, x2, y2 = room.bounds
     far = x2 - x1 + y2 - y1
@@ -346,7 +346,7 @@ def _middle(door: Door) -> tuple[float, float]:
 
 
 def _key(plan: FloorPlan, kind: str, at: Sequence[float]) -> str:
-    """Return a name that holds when the plan is built again: the kind, and the place in the source to 0.1 m."""
+    """Return a key that survives a rebuild of the plan: the kind, and the place in the source to 0.1 m."""
     frame: Any = plan.frame
     x, y = source_points_from_plan(frame, [at])[0].round(1).tolist()
     return f"{kind} at {x + 0.0:.1f}, {y + 0.0:.1f}"

@@ -1,12 +1,12 @@
 """Rebuild a data set with the decisions of a review, in its own process, and say how each decided plan changed.
 
 R1  A data set has one build at a time. It continues when the browser is closed, and it ends with the server.
-R2  The plans with decisions are kept in memory as they were, to be shown beside their successors.
+R2  The old versions of plans with decisions are kept in memory, to be shown beside the new versions.
 R3  A decision made during a build counts as made after it.
 R4  A failed build leaves the decisions unchanged; its last lines give the reason.
 R5  If the last build kept plans of earlier ones (``--add``), those are rebuilt first, with the same decisions.
-R6  Only the commands that were shown are run: whoever starts a build states which commands they saw. The record of a
-    build by another user or in another place is not run (``houseexpo.dataset.build_record``).
+R6  Only commands that the reviewer has seen are run: a request to build states the digest of the shown commands. The
+    record of a build by another user or in another place is not run (``houseexpo.dataset.build_record``).
 """
 
 from __future__ import annotations
@@ -40,9 +40,9 @@ from houseexpo.service.review.queue import house_of
 Became = Literal["changed", "the same", "gone", "new"]
 Phase = Literal["idle", "building", "built", "failed", "stopped"]
 _LINES: Final = 60
-"""The last lines of a build that are kept."""
+"""The number of last lines of a build's output to keep."""
 _MAX_SHOWN: Final = 400
-"""Plans that are kept for comparison (R2); more are built, but not shown."""
+"""The most plans to keep for comparison (R2); further plans are built, but not shown."""
 _MAX_LOOKS: Final = 100
 _LOOK_S: Final = 0.1
 """After a build, the data set is reopened within this number of looks, this many seconds apart."""
@@ -51,7 +51,7 @@ _LOOK_S: Final = 0.1
 class DecidedPlan(msgspec.Struct, frozen=True):
     """The result for a plan with decisions; ``why`` is the reason if the plan is gone.
 
-    ``effects`` say of each correction in the plan what it did, and ``idle`` of those that did nothing, why.
+    ``effects`` are sentences about the corrections with an effect, ``idle`` the reasons why others had no effect.
     """
 
     plan: str
@@ -75,7 +75,7 @@ class Rebuild:
         self._lock = Lock()
 
     def why_not_possible(self) -> str:
-        """Return why it cannot be rebuilt, "" if it can."""
+        """Return why the data set cannot be rebuilt, "" if it can."""
         root = self.root
         if not (root / "manifest.json").is_file():
             return f"{root.name} was not made by houseexpo build, so it cannot be rebuilt here; decisions are saved"
@@ -248,7 +248,7 @@ def compare_decided_plans(root: Path, before: Mapping[str, bytes], touched: Sequ
 
 
 def _ids_of(name: str, ids: Sequence[str]) -> list[str]:
-    """Return the ids of the levels of a file with decisions, or the one of a plan."""
+    """Return the ids of the levels of a file with decisions, or the id of a plan."""
     if name in ids:
         return [name]
     return [each for each in ids if house_of(each) == name] or [name]

@@ -1,4 +1,4 @@
-"""Hold the review of a data set: what the page shows of a plan, and what a decision does to it."""
+"""Hold the review of a data set: the state of each plan for the page Review, and the effect of decisions on it."""
 
 from __future__ import annotations
 
@@ -40,9 +40,9 @@ _DIGITS: Final = 3
 _CONTROLS: Final = re.compile(r"[\x00-\x1f\x7f]+")
 
 _MOST_POINTS: Final = 60
-"""Points of an outline, or rooms that become one, at most."""
+"""The most points of an outline, or rooms to merge."""
 _MOST_LIKE: Final = 200
-"""Places of which the same is said at once, at most."""
+"""The most places for one word in one decision."""
 _LONGEST_NOTE: Final = 500
 
 Name = Annotated[str, Meta(min_length=1, max_length=60)]
@@ -53,8 +53,8 @@ Point = tuple[float, float]
 class DecisionRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """A decision; ``points`` are in plan metres, ``seen`` is the number of the last log line that the reviewer saw.
 
-    ``text`` is that of a note or a drop, the label of a room, and the question that is left; several have a line each.
-    ``more`` are other places of which the same word is said: all of it is one decision.
+    ``text`` is the text of a note or a drop, the label of a room, or the keys of the skipped questions, one a line.
+    ``more`` are the points of further places for the same word; all of them are one decision.
     """
 
     plan: Id
@@ -67,10 +67,10 @@ class DecisionRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class ReplaceRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """A request to move or to take out something that is said.
+    """A request to move or to remove a correction.
 
-    ``value`` is what the table says, in the source's axes; ``points`` are the new ones in plan metres, none to take it
-    out; ``text`` is the label of a room.
+    ``value`` is its value in the table, in the source's axes. ``points`` are the new points in plan metres; an empty
+    list removes the correction. ``text`` is the label of a room.
     """
 
     plan: Id
@@ -83,7 +83,7 @@ class ReplaceRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class FileRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """What is said of the whole file of a plan: a key of ``FILE_WORDS`` or ``keep``, and its value; "" takes it out.
+    """A statement about the whole file of a plan: a key of ``FILE_WORDS`` or ``keep``, and its value; "" removes it.
 
     ``points`` are the ends of a known distance, in plan metres.
     """
@@ -103,9 +103,9 @@ class RebuildRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class UndoRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """A request to undo the reviewer's latest decision, or to make the one again that was undone last.
+    """A request to undo the reviewer's latest decision, or to redo the decision that was undone last.
 
-    With ``plan``, the latest decision on this plan is undone, or nothing.
+    With ``plan``, only the latest decision on this plan can be undone.
     """
 
     reviewer: Name
@@ -118,7 +118,7 @@ def one_line(text: str) -> str:
 
 
 class Ground(NamedTuple):
-    """Where something is drawn: a plan, or the source of one that is not there yet."""
+    """The place in which a person draws: a plan, or the source of a house without a plan."""
 
     id: str
     frame: Frame | None
@@ -164,12 +164,12 @@ _TOOLS: Final = {tool.word: tool for tool in tools()}
 
 
 def corrections_in(table: Mapping[str, Any]) -> list[Correction]:
-    """Return what a table says of a storey."""
+    """Return the corrections of a storey in a table."""
     return [Correction(word, value) for word in WORDS for value in checked_values(word, table.get(word, ()))]
 
 
 def told_corrections(plan: FloorPlan, table: Mapping[str, Any], source: SourceView | None = None) -> Preview[FloorPlan]:
-    """Return the plan with what a table says of its storey, and each word's effect; exact if the source is known."""
+    """Return the plan with the corrections in a table, and the effect of each; exact only if the source is known."""
     base = None if source is None else source.plan
     if base is None or source is None:
         return preview(plan, corrections_in(table))
@@ -180,22 +180,22 @@ def told_corrections(plan: FloorPlan, table: Mapping[str, Any], source: SourceVi
 
 
 def effect_in(told: Preview[FloorPlan], word: Word, value: Any) -> dict[str, Any]:
-    """Return the record of a word that was just said."""
+    """Return the record of a correction by its word and value."""
     return next(record for record in told.records if (record["word"], record["value"]) == (word, value))
 
 
 def _hash_of(plan: FloorPlan | None) -> str:
-    """Return the SHA-256 of the file from which a plan was made, "" if nobody recorded it."""
+    """Return the SHA-256 of the file from which a plan was made, "" if it is not recorded."""
     return str(((plan.provenance if plan else None) or {}).get("sha256", ""))
 
 
 def _is_of_another(one: FloorPlan, other: FloorPlan) -> bool:
-    """Return whether two plans are known to be of different states of a file."""
+    """Return whether two plans are known to come from different versions of a file."""
     return bool(_hash_of(one) and _hash_of(other)) and _hash_of(one) != _hash_of(other)
 
 
 def changed_question(plan: FloorPlan, count: int) -> dict[str, Any]:
-    """Return the question whether what was said of a file holds for the one that has taken its place."""
+    """Return the question whether the corrections of a file are valid for the file that has replaced it."""
     (x1, y1, x2, y2), what = plan.bbox, "1 correction was" if count == 1 else f"{count} corrections were"
     says = f"The file has changed since {what} made here; they are shown as dotted ghosts. Do they still hold?"
     answers = Answer("They hold"), Answer("Take them out", "take_out")
@@ -219,7 +219,7 @@ def _round_point(point: Sequence[float]) -> list[float]:
 
 
 def file_value(asked: FileRequest, plan: Ground, source: SourceView) -> Any:
-    """Return the value of what is said of a file, as ``overrides.toml`` has it, None to take it out."""
+    """Return the value of a statement about a file, as ``overrides.toml`` stores it, or None to remove it."""
     text = one_line(asked.value)
     if not text:
         return None
@@ -258,7 +258,7 @@ def _number(key: str, text: str) -> float:
 
 
 def _nothing(name: str, source: SourceView | None) -> dict[str, Any]:
-    """Return what the page shows of a house without a plan: nothing, where its source lies."""
+    """Return the state of the page for a house without a plan: an empty plan at the place of its source."""
     bounds = list(source.bounds_around(source.plan)) if source is not None else None
     shape = {
         "id": name,
@@ -278,7 +278,7 @@ def _nothing(name: str, source: SourceView | None) -> dict[str, Any]:
 
 
 SIZE_PX: Final = 900
-"""Size of the pictures of plans before and after a build."""
+"""Size of the pictures of plans before and after a build, pixels."""
 _STEPS: Final = 60
 """The latest decisions on a plan that the page lists."""
 _LEAST_GROUND: Final = 0.005
@@ -307,7 +307,7 @@ def plan_facts(plan: FloorPlan) -> dict[str, Any]:
 
 
 def unsure_parts(plan: FloorPlan) -> list[str]:
-    """Return the rooms and doors that are more likely wrong than right, in words, the least sure ones first."""
+    """Return the rooms and doors that are more likely wrong than right, in words, the least certain first."""
     rooms = [
         (room.confidence, f"outline of room {room.id}, {room.label.replace('_', ' ')}")
         for room in plan.rooms
@@ -322,7 +322,7 @@ def unsure_parts(plan: FloorPlan) -> list[str]:
 
 
 def said_corrections(plan: FloorPlan, told: Preview[FloorPlan]) -> list[dict[str, Any]]:
-    """Return what is said of a plan: the record of each word, and its points in metres of the plan."""
+    """Return the record of each correction of a plan, and its points in metres of the plan."""
     frame = plan.frame
     if frame is None:
         return []
@@ -345,9 +345,9 @@ def decision_history(name: str, decisions: DecisionStore, judged: PlanDecisions 
 
 
 _DENIED: Final = frozenset({"no_door", "window", "no_room", "outside"})
-"""Words that say of a place what is not there: it is not asked about again."""
+"""Words that deny a part at a place: questions about this place are not asked again."""
 _KEPT: Final = 32
-"""So many corrected plans stay in memory: an undo finds the one before it."""
+"""The number of corrected plans in memory, so that an undo finds the previous one."""
 
 
 class Review:
@@ -373,7 +373,7 @@ class Review:
 
     @property
     def rejected(self) -> dict[str, str]:
-        """The houses that the build rejected and that nobody dropped, and why."""
+        """The houses that the build rejected and that nobody dropped, with the reasons."""
         dataset = self._collection.dataset
         if self._refused[0] is not dataset:
             found = {
@@ -385,7 +385,7 @@ class Review:
         return self._refused[1]
 
     def source(self, name: str, *, wait: bool = False) -> SourceView | None:
-        """Return the source of a plan, None if it is not known yet; raise SourceError if it cannot be read."""
+        """Return the source of a plan, or None if it is not read yet; raise SourceError if it cannot be read."""
         known = name in self.queue.dataset
         if not known and name not in self.rejected:
             return None
@@ -395,7 +395,7 @@ class Review:
         return self._sources.known(name, tables, is_plan=known)
 
     def state(self, name: str | None) -> dict[str, Any]:
-        """Return what the page shows of a plan, or of the end if it is None, and the progress of the review."""
+        """Return the state of the page for a plan, or for the end of the queue (None), and the review's progress."""
         judged = self.decisions.by_plan()
         queue = self.queue
         common = {"progress": queue.progress(judged), "build": self.building.status(), "rejections": self.rejected}
@@ -415,7 +415,7 @@ class Review:
         asked = msgspec.to_builtins(with_effect(told.plan, questions(told.plan, left, source, closed)))
         return {
             **plan_facts(told.plan),
-            "plan": name,  # a plan of the source has the id that its input alone would have
+            "plan": name,  # the source's plan may have another id, that of its input alone
             "rejected": "" if is_plan else self.rejected.get(name, ""),
             "effects": effects,
             "place": queue.places.get(name, -1) + 1,
@@ -425,7 +425,7 @@ class Review:
         }
 
     def base(self, name: str, source: SourceView | None) -> FloorPlan | None:
-        """Return the plan that is corrected: that of the data set, or of its source if the file is another by now."""
+        """Return the plan to correct: from the data set, or from its source if the file or its statements changed."""
         now = None if source is None else source.plan
         if name in self.rejected:
             return now
@@ -435,7 +435,7 @@ class Review:
         return now if _is_of_another(now, built) or self.decisions.file_changed(source.record.id) else built
 
     def _mark_ghosts(self, name: str, plan: FloorPlan, effects: list[dict[str, Any]], left: Set[str]) -> int:
-        """Mark the corrections that were made of another state of the plan's file; return how many there are."""
+        """Mark the corrections that were made for another version of the plan's file; return their number."""
         source = _hash_of(plan)
         if not source or _changed_key(source) in left:
             return 0
@@ -446,7 +446,7 @@ class Review:
         return sum(each["ghost"] for each in effects)
 
     def _why_changed(self, name: str, source: SourceView | None) -> str:
-        """Return why the plan of the source is shown and not that of the data set, "" if it is not."""
+        """Return why the page shows the source's plan instead of the data set's plan, "" if it does not."""
         if source is None or source.plan is None:
             return ""
         if _is_of_another(source.plan, self.queue.dataset[name]):
@@ -455,7 +455,7 @@ class Review:
         return "This is the plan with what is said of the file" if said else ""
 
     def _source_facts(self, name: str, source: SourceView | None, *, is_plan: bool) -> dict[str, Any]:
-        """Return whether the source is known, why it cannot be, and what is said of the file."""
+        """Return whether the source is read, the reason if it cannot be, and the statements about the file."""
         tables = self.decisions.tables()
         why = self.building.why_not_possible() or self._sources.why_not(name, tables, is_plan=is_plan)
         latest = source or self._sources.latest(name)
@@ -475,7 +475,7 @@ class Review:
         }
 
     def undo(self, reviewer: str, plan: str = "") -> dict[str, Any]:
-        """Undo a reviewer's latest decision, on a plan or its file if one is given; return the state of its plan."""
+        """Undo a reviewer's latest decision, only on ``plan`` or its file if given; return the state of the plan."""
         source = self._sources.latest(plan) if plan else None
         try:
             line = self.decisions.undo(
@@ -486,7 +486,7 @@ class Review:
         return {**self.state(self._there(plan or line.plan)), "undone": line.plan}
 
     def redo(self, reviewer: str) -> dict[str, Any]:
-        """Make the decision again that a reviewer undid last; return the state of its plan."""
+        """Redo the decision that a reviewer undid last; return the state of its plan."""
         line = self.decisions.redo(reviewer)
         return {**self.state(self._there(line.plan)), "redone": line.plan}
 
@@ -500,7 +500,7 @@ class Review:
         return self._told.get_or_make(key, lambda: told_corrections(plan, table, source))
 
     def _ground(self, name: str) -> Ground:
-        """Return what is drawn on: the plan, with the source around it as far as it is known.
+        """Return the place in which a person draws: the plan, and the source around it if it is read.
 
         Raises
         ------
@@ -512,7 +512,7 @@ class Review:
         if source is None and plan is None:
             raise ConfigError(f"{name}: its source is not read yet; wait until it is shown")
         if plan is None:
-            assert source is not None  # noqa: S101  # one of the two is there
+            assert source is not None  # noqa: S101  # checked above
             return Ground(name, source.level.frame, source.bounds_around(None), is_plan=False)
         if source is None:
             return Ground(name, plan.frame, plan.bbox)
@@ -521,14 +521,14 @@ class Review:
         return Ground(name, plan.frame, (*low, *high))
 
     def _plan(self, name: str) -> FloorPlan:
-        """Return the plan that is corrected; that of a rejected house is known from its source."""
+        """Return the plan to correct; the plan of a rejected house comes from its source."""
         plan = self.base(name, self.source(name))
         if plan is None:
             raise ConfigError(f"{name}: it has no plan yet")
         return plan
 
     def decide(self, asked: DecisionRequest, reviewer: str) -> dict[str, Any]:
-        """Store a decision; return the plan's state and the effect of a word, None if it is not one.
+        """Store a decision; return the plan's state, and the effect if the action is a word, else None.
 
         Raises
         ------
@@ -551,11 +551,11 @@ class Review:
         return {**self.state(asked.plan), "noted": line.number, "effect": effect}
 
     def _hash_at(self, name: str) -> str:
-        """Return the SHA-256 of the file that is shown."""
+        """Return the SHA-256 of the file of the shown plan."""
         return _hash_of(self.base(name, self.source(name)))
 
     def _said(self, name: str, plan: Ground, word: Word, wanted: Sequence[Any]) -> tuple[Sequence[Any], dict[str, Any]]:
-        """Return those of the values of a word that have an effect, and a record of what they do together."""
+        """Return the values of a word that have an effect, and one record of their effects."""
         table = self.decisions.table(name)
         items = list_items(table.get(word), word)
         new = [value for k, value in enumerate(wanted) if value not in items and value not in wanted[:k]]
@@ -575,7 +575,7 @@ class Review:
     def _effects(
         self, name: str, plan: Ground, table: Mapping[str, Any], word: Word, values: Sequence[Any]
     ) -> list[dict[str, Any]]:
-        """Return the records of what was just said; what only the search can tell is looked for afterwards."""
+        """Return the records of new corrections; effects that only the search can tell are found later."""
         source = self.source(name)
         if not plan.is_plan or (source is not None and source.is_founded):
             Override(**{each: table[each] for each in WORDS if each in table})
@@ -588,12 +588,12 @@ class Review:
         return [{**each, "also": [line for line in each.get("also", ()) if line not in before]} for each in found]
 
     def say_of_file(self, asked: FileRequest, reviewer: str) -> dict[str, Any]:
-        """Store what is said of a whole file; return the state of the plan, whose source is to be read again.
+        """Store a statement about a whole file; return the state of the plan, whose source must be read again.
 
         Raises
         ------
         ConfigError
-            The value is invalid, the reader of the file does not take the key, or the source has not been read.
+            The value is invalid, the file's reader does not support the key, or the source has not been read.
         """
         source = self._sources.latest(asked.plan)
         if source is None:
@@ -604,17 +604,17 @@ class Review:
         said = self.decisions.table(source.record.id)
         kept = {key: said[key] for key in ("up", "floors", "drop_nodes") if key in said and key != asked.key}
         if value is not None:
-            Override(**kept, **{asked.key: value})  # raises what is wrong with it
+            Override(**kept, **{asked.key: value})  # raises ConfigError if it is invalid
         line = self.decisions.say_of_file(source.record.id, asked.key, value, reviewer)
         return {**self.state(asked.plan), "noted": line.number, "effect": None}
 
     def replace(self, asked: ReplaceRequest, reviewer: str) -> dict[str, Any]:
-        """Move or take out something that is said; return the plan's state and the effect of the word that moved.
+        """Move or remove a correction; return the plan's state and the effect of the moved correction.
 
         Raises
         ------
         ConfigError
-            See ``word_value`` and ``DecisionStore.replace``, or the word has no effect in its new place.
+            See ``word_value`` and ``DecisionStore.replace``, or the correction has no effect in its new place.
         """
         plan, table = self._ground(asked.plan), self.decisions.table(asked.plan)
         new = word_value(asked.word, asked.points, asked.text, plan) if asked.points else None

@@ -1,12 +1,12 @@
-"""Have the source of a plan read by the build that made it, and keep what a person is shown of it.
+"""Read the source of a plan with the command that built it, and keep its record for the page Review.
 
-R1  The record of a house is made by the command that built it, in a process of its own: it is read once, and the page
-    answers from memory after that. The process stays for a while: it keeps what it read, and makes the record again
-    with what is said by then.
-R2  Only a build that this user ran in this place is run, as for a rebuild (``review.rebuild``).
-R3  A record holds for what was said of the file when it was made. Of a house without a plan it holds for all that is
-    said, since only the search can tell what that does.
-R4  One process at a time. What the page waits for longest is told why it failed, and may ask again.
+R1  The command that built a house makes its record, in a separate process. The source is read once; after that, the
+    page answers from memory. The process stays for a while with the source in memory, and makes the record again
+    after further corrections.
+R2  Only a command that this user ran in this place is run, as for a rebuild (``review.rebuild``).
+R3  A record is valid for the statements about the file at that time. For a house without a plan, it is valid only for
+    all statements at that time, since only the search can tell their effect.
+R4  One source is read at a time. If reading fails, the page gets the reason and may ask again.
 """
 
 from __future__ import annotations
@@ -43,10 +43,10 @@ from houseexpo.lru_cache import LruCache
 from houseexpo.tolerances import MIN_DOOR_M
 
 READ_S: Final = 300.0
-"""The most time that reading a source may take: that of a house in a build."""
+"""The most time for reading a source, seconds: as for a house in a build."""
 _KEPT_SOURCES: Final = 8
 _MOST_TRIED: Final = 1200
-"""Rooms times places that are tried, so that it takes a second at most: 30 of each and more."""
+"""The most pairs of a room and a place to try, so that it takes a second at most: for example 30 of each."""
 _KEPT_WORKERS: Final = 2
 """Each holds a house in memory."""
 _WORDS_SHOWN: Final = 400
@@ -58,7 +58,7 @@ class SourceError(ConfigError):
 
 @dataclass(frozen=True, eq=False)
 class SourceView:
-    """The source of one plan, or of a level that is none; ``plan`` is None then. Coordinates are those of the plan."""
+    """The source of a plan, or of a level without one (``plan`` is None). Coordinates are those of the plan, metres."""
 
     record: SourceRecord
     level: LevelSource
@@ -66,21 +66,21 @@ class SourceView:
 
     @cached_property
     def plan(self) -> FloorPlan | None:
-        """The plan without any word of its storey; with them if the search finds none without (``is_founded``)."""
+        """The plan without the words of its storey, or with them if the search finds none without (``is_founded``)."""
         return None if self.found is None else decode(bytes(self.found.plan))
 
     @property
     def is_founded(self) -> bool:
-        """Whether the plan has the words of its storey in it."""
+        """Whether the plan includes the words of its storey."""
         return self.found is not None and self.found.is_founded
 
     @cached_property
     def origin(self) -> tuple[float, float]:
-        """Where the plan's origin lies in the level's frame, metres."""
+        """The plan's origin (x, y) in the level's frame, metres."""
         return self.origin_of(self.plan)
 
     def origin_of(self, plan: FloorPlan | None) -> tuple[float, float]:
-        """Return where the origin of this plan, or of another of the level, lies in the level's frame, metres."""
+        """Return the origin (x, y) of a plan of the level in the level's frame, metres; (0, 0) for None."""
         if plan is None or plan.frame is None:
             return 0.0, 0.0
         there = source_points_from_plan(plan.frame, np.zeros((1, 2)))
@@ -89,7 +89,7 @@ class SourceView:
 
     @cached_property
     def spaces(self) -> tuple[Space, ...]:
-        """Spaces between walls, those first into which nothing led."""
+        """The spaces between walls; spaces that nothing led into come first."""
         if self.found is None:
             return ()
         unreached = [Space(shape, reachable=False) for shape in self._moved(self.found.unreached)]
@@ -97,11 +97,11 @@ class SourceView:
 
     @cached_property
     def standing(self) -> list[Polygon]:
-        """The walls, and what may close their gaps."""
+        """The walls, and whatever may close their gaps."""
         return [] if self.found is None else self._moved(self.found.standing)
 
     def bounds_around(self, plan: FloorPlan | None) -> tuple[float, float, float, float]:
-        """Return the area that the pictures cover, in metres of a plan of the level."""
+        """Return the bounds (x1, y1, x2, y2) of the pictures in the coordinates of a plan of the level, metres."""
         origin = self.origin if plan is None else self.origin_of(plan)
         boxes = np.array([picture.bounds for picture in self.level.pictures] or [(0.0, 0.0, 10.0, 10.0)])
         (x1, y1), (x2, y2) = boxes[:, :2].min(axis=0) - origin, boxes[:, 2:].max(axis=0) - origin
@@ -109,11 +109,11 @@ class SourceView:
 
     @cached_property
     def places(self) -> list[tuple[str, list[list[float]]]]:
-        """What may close: its kind, and its jambs in metres of the plan."""
+        """The places where a door may be: the kind and the jambs of each, in metres of the plan."""
         return [(place.kind, (np.array(place.ends) - self.origin).round(3).tolist()) for place in self.level.places]
 
     def drawn_under(self, plan: FloorPlan | None) -> dict[str, Any]:
-        """Return what the page draws under a plan of the level, in its metres; a corrected one may start elsewhere."""
+        """Return the layers under a plan of the level, in that plan's metres; corrections may move a plan's origin."""
         origin = self.origin if plan is None else self.origin_of(plan)
         (x, y), ahead = origin, np.subtract(self.origin, origin)
         return {
@@ -134,7 +134,7 @@ class SourceView:
         }  # fmt: skip
 
     def _takes(self, ends: list[list[float]]) -> bool:
-        """Return whether a door at a place would do something; of a large plan, nobody has looked."""
+        """Return whether a door at a place would have an effect; a large plan is not checked."""
         plan = self.plan
         if plan is None or plan.frame is None or len(plan.rooms) * len(self.places) > _MOST_TRIED:
             return True
@@ -155,7 +155,7 @@ class Sources:
     """The records of one data set's houses; threads may share it."""
 
     def __init__(self, commands: Callable[[], Sequence[Sequence[str]]]) -> None:
-        """``commands`` returns those of the builds that made the data set, or raises ConfigError (R2)."""
+        """``commands`` returns the commands of the builds that made the data set, or raises ConfigError (R2)."""
         self._commands = commands
         self._views: LruCache[SourceView] = LruCache(_KEPT_SOURCES)
         self._latest: dict[str, SourceView] = {}
@@ -164,24 +164,24 @@ class Sources:
         self._workers = _Workers()
 
     def known(self, name: str, tables: Mapping[str, Any], *, is_plan: bool) -> SourceView | None:
-        """Return what was read of a plan's source with what is said now, None if it was not."""
+        """Return the source of a plan if it has been read with the current statements, else None."""
         return self._views.get(_key(name, tables, is_plan=is_plan))
 
     def latest(self, name: str) -> SourceView | None:
-        """Return what was read of a plan's source last, whatever was said since."""
+        """Return the source of a plan as last read, even if statements have changed since, or None."""
         return self._latest.get(name)
 
     def why_not(self, name: str, tables: Mapping[str, Any], *, is_plan: bool) -> str:
-        """Return why the source could not be read, "" if nobody tried or it could."""
+        """Return why reading the source failed, "" if it succeeded or was not tried."""
         return self._failed.get(_key(name, tables, is_plan=is_plan), "")
 
     def read(self, name: str, tables: Mapping[str, Any], *, is_plan: bool) -> SourceView:
-        """Return the source of a plan; it takes seconds if it is not known.
+        """Return the source of a plan; reading it takes seconds unless it is in memory.
 
         Raises
         ------
         SourceError
-            It cannot be read.
+            The source cannot be read.
         """
         key = _key(name, tables, is_plan=is_plan)
         with self._reading:  # R4
@@ -220,14 +220,14 @@ class _Workers:
         weakref.finalize(self, _end_all, self._running)
 
     def ask(self, command: tuple[str, ...]) -> bytes:
-        """Return the line that a process writes, started if it does not run.
+        """Return the next line from a command's process; start the process if it does not run.
 
         Raises
         ------
         TimeoutError
-            It takes more than ``READ_S``.
+            The process takes more than ``READ_S``.
         OSError
-            It cannot be started, or ends without a line; the message is its last words.
+            The process cannot be started, or ends without a line; the message is the end of its output.
         """
         said: IO[bytes]
         known = self._running.pop(command, None)
@@ -266,7 +266,7 @@ class _Workers:
 
 
 def _line(worker: subprocess.Popen[bytes], within_s: float) -> bytes:
-    """Return a line that a process writes, or what it wrote before it ended; raise TimeoutError."""
+    """Return a process's next line, or its output up to its end; raise TimeoutError after ``within_s``."""
     assert worker.stdout is not None  # noqa: S101  # a pipe
     until, found = time.monotonic() + within_s, bytearray()
     with selectors.DefaultSelector() as ready:
@@ -296,7 +296,7 @@ def _end_all(running: dict[tuple[str, ...], tuple[subprocess.Popen[bytes], IO[by
 
 
 _DIGITS: Final = re.compile(r"_[0-9a-f]{8}$")
-"""What a build adds to the id of a plan that another input has too."""
+"""The suffix that a build adds to an id that another input has too."""
 
 
 def _view(record: SourceRecord, name: str) -> SourceView:

@@ -1,10 +1,10 @@
-"""List the words of a storey as the tools of the Review page: their keys, and what each asks for.
+"""List the words of a storey as the tools of the Review page: their keys, and the input that each needs.
 
-All of it comes from the vocabulary (``houseexpo.corrections.vocabulary.WORDS``), so that a new word has a tool.
+Everything comes from the vocabulary (``houseexpo.corrections.vocabulary.WORDS``), so a new word has a tool.
 
-R1  A word has the key that people know. Another one has the first letter of its own that is free, else of the alphabet.
-R2  What a word asks for follows from how it is written: its points, "..." for more of them, a text for a label.
-R3  Ends and corners snap to what is there; points that name the region around them do not.
+R1  Well-known words have fixed keys. Another word has its first free letter, else the alphabet's first free letter.
+R2  The input of a word follows from its syntax: its points, "..." for further points, a text for a label.
+R3  Ends and corners snap to walls; points that name the region around them do not.
 """
 
 from __future__ import annotations
@@ -39,11 +39,11 @@ class Tool(msgspec.Struct, frozen=True):
     title
         The word as people read it.
     says
-        What it says of a storey.
+        Its statement about a storey.
     points
-        How many points it asks for, at least.
+        The least number of points.
     more
-        Whether it takes more than these.
+        Whether it takes further points.
     text
         Whether it asks for a label too.
     snaps
