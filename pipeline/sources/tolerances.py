@@ -82,7 +82,8 @@ LONGEST_AT_LEAST_M: Final = 2.0  # the longer side of a house, and all its walls
 # the length of a house in a drawing without a unit; a stated unit is believed up to ``LONGEST_SITE_M``
 DRAWING_M: Final = (2.0, 200.0)
 NAMED_DOOR_M: Final = (1.5, 3.2)  # height of the doors that a file names
-USUAL_DOOR_M: Final = 2.05  # usual height of such doors, and at which openings end: doors of 2.0 to 2.1 m
+USUAL_DOOR_M: Final = 2.05  # usual height of such doors
+USUAL_HEAD_M: Final = 2.06  # usual height at which openings end: doors of 2.0 to 2.1 m
 HEADS_M: Final = (1.8, 2.75)  # heights at which openings end in a file in metres
 HIGHEST_LINTEL_M: Final = 3.0  # a beam that starts lower closes an opening
 WALL_THICKNESS_M: Final = (0.06, 0.6)  # from a panel to old masonry: walls that are drawn by their two faces

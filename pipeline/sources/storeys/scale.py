@@ -15,7 +15,7 @@ from pipeline.sources.tolerances import (
     SCALED,
     SCALES,
     SLACK,
-    USUAL_DOOR_M,
+    USUAL_HEAD_M,
     USUAL_STOREY_M,
 )
 
@@ -29,7 +29,7 @@ def do_opening_heads_fit_unit(heads: Sequence[float], metres: float) -> bool:
 
 def has_head_at_door_height(heads: Sequence[float], metres: float) -> bool:
     """Tell whether an opening ends as high as doors do in most houses (R1), in a unit of so many metres."""
-    return any(abs(math.log(head * metres / USUAL_DOOR_M)) < NEAR_HEAD for head in heads)
+    return any(abs(math.log(head * metres / USUAL_HEAD_M)) < NEAR_HEAD for head in heads)
 
 
 def unit_from_opening_heads(storey: float, heads: Sequence[float]) -> float | None:
@@ -53,7 +53,7 @@ def unit_from_storey(storey: float) -> float | None:
 
 
 def _misfit(storey: float, heads: Sequence[float], metres: float) -> float:
-    head = min((abs(math.log(head * metres / USUAL_DOOR_M)) for head in heads), default=math.inf)
+    head = min((abs(math.log(head * metres / USUAL_HEAD_M)) for head in heads), default=math.inf)
     return (head if head < NEAR_HEAD else math.inf) + abs(math.log(storey * metres / USUAL_STOREY_M)) / SLACK
 
 
