@@ -83,6 +83,23 @@ def maps_of_others() -> list[str]:
     return _not_among(tables, known)
 
 
+def mapex_table() -> list[str]:
+    """docs/benchmark-exploration.md: our rows are those of the results, with multiples of both nearest frontiers."""
+    keys = ("coverage_75_metres", "coverage_150_metres", "coverage_300_metres", "area_300_metres")
+    found = {}
+    for name in ("chooser", "information", "frontier", "frontier-mapex"):
+        summary = _summary(RESULTS / f"kth-v1-{name}.json")
+        found[name] = [summary[key]["mean"] for key in keys]
+    text = "\n".join(block.text for block in _section("docs/benchmark-exploration.md", "MapEx's table"))
+    wrong = []
+    for name, (*shares, mean) in found.items():
+        nearest = (found["frontier"], found["frontier-mapex"])
+        multiples = " | ".join(f"{mean / each[-1]:.2f}, {shares[-1] / each[-2]:.2f}" for each in nearest)
+        row = f"| {name} | {', '.join(f'{100 * share:.1f}' for share in shares)} | {100 * mean:.1f} | {multiples} |"
+        wrong += [] if row in text else [f"docs/benchmark-exploration.md: {row!r} is missing"]
+    return wrong
+
+
 def slam_in_the_loop() -> list[str]:
     """docs/pseudoslam/slam.md: the ranges are those of the track's results, whose actions were played again."""
     files = sorted(RESULTS.glob("exploration-slam-*.json"))
