@@ -45,16 +45,16 @@ from pipeline.tolerances import (
 # ---------------------------------------------------------------------------------------------------------------------
 # Doors among the bodies of a mesh that nobody named: leaves, and leaves with their frames.
 #
-# R1  What a door is made of is thin or hollow (a plate, a frame) or holds such a thing, begins at the floor, ends below
-#     the ceiling, and is no wider than a door.
-# R2  Parts that touch and stand parallel belong to one door; together they are as large as one, and no deeper than a
-#     thick wall. A leaf that stands ajar in its frame, or against another leaf, is one of its own, and so are two
-#     parallel ones that only a third joins. What is hollow, and ends with the walls that it touches above a leaf in it,
-#     is no frame, but a short wall with a hole for the leaf.
+# R1  A part of a door is thin or hollow (a plate, a frame) or holds such a part. It begins at the floor, ends below the
+#     ceiling, and is no wider than a door.
+# R2  Parts that touch and stand parallel belong to one door; together they are as large as a door, and no deeper than a
+#     thick wall. A leaf that stands ajar in its frame, or against another leaf, is a door by itself. Two parallel
+#     leaves that only a third part joins are two doors. A hollow body that ends with the walls that it touches, above a
+#     leaf in it, is not a frame but a short wall with a hole for the leaf.
 # R3  Three plates or more side by side in one row are glazing or panelling, and stay wall.
-# R4  What has a handle is a door, though it reaches the ceiling or stands in such a row: something small that begins
-#     above a table and ends below a person's eyes, at the face of a plate, near one of its two edges. A pane beside
-#     it, broader than a post, has no handle and stays wall.
+# R4  A plate with a handle is a door, even if it reaches the ceiling or stands in a row (R3). A handle is a small body
+#     that begins above a table and ends below a person's eyes, at the face of a plate, near one of its two edges. A
+#     pane beside the plate, broader than a post and without a handle, stays wall.
 # ---------------------------------------------------------------------------------------------------------------------
 
 LEAF_WIDTH_M = (0.5, 1.7)
@@ -65,10 +65,10 @@ SQUARE_LEAVES = np.sin(np.deg2rad(10.0))
 
 @dataclass(frozen=True, eq=False)
 class Leaf:
-    """What may be a door: the box around it, the bodies that it is made of, and their boxes.
+    """A body or bodies shaped like a door: the box around all, the numbers of the bodies, and their boxes.
 
-    ``plate_m`` is how thick it is without frames: the metres across the box from the first to the last of its plates.
-    ``ends_with_walls`` is True if a wall that it touches, wider than a door, ends at the same height.
+    ``plate_m`` is the thickness without frames: metres across the box from the first to the last of its plates.
+    ``ends_with_walls`` is True if a wall that the leaf touches, wider than a door, ends at the same height.
     """
 
     box: Box
@@ -80,12 +80,12 @@ class Leaf:
 
 
 def find_leaves(bodies: Bodies, ceiling_m: float = HIGHEST_M) -> list[Leaf]:
-    """Return all that is shaped as a door; heights count from the level's floor."""
+    """Return all bodies shaped like a door (R1 to R4); ``ceiling_m`` counts from the level's floor."""
     return part_from_panelling(find_plates(bodies, ceiling_m))[0]
 
 
 def find_plates(bodies: Bodies, ceiling_m: float = HIGHEST_M) -> list[Leaf]:
-    """Return all that is shaped as a door, or as a plate of panelling (R1, R2)."""
+    """Return all bodies shaped like a door, plates of panelling included (R1, R2)."""
     boxes = {k: bodies.box(k) for k in _likely(bodies, min(ceiling_m - HAND_M, HIGHEST_M))}
     parts = {k: box for k, box in boxes.items() if _is_part(box, bodies, k)}
     handled = _with_handles(bodies)  # R4
@@ -150,7 +150,7 @@ def _with_handles(bodies: Bodies) -> dict[int, Box]:
 
 
 def _apart_from_panes(group: list[int], parts: Mapping[int, Box], handled: Mapping[int, Box]) -> list[list[int]]:
-    """Return a group of parts as it is, or only what has a handle in it, without the panes beside that (R4)."""
+    """Return a group of parts without the panes beside its plates with a handle, as groups that touch (R4)."""
     doors = [k for k in group if k in handled]
     beside = {k for k in group if doors and not any(_overlap(parts[k], handled[door]) for door in doors)}
     beside -= {k for k in beside if parts[k].width <= HAND_M}
@@ -166,7 +166,7 @@ def _overlap(one: Box, other: Box) -> bool:
 
 
 def _is_at_edge(bodies: Bodies, handle: int, box: Box) -> bool:
-    """Return whether a body lies at the face of a plate, no deeper in it than before it, near an edge (R4)."""
+    """Return whether a body juts out of a face of a plate by more than ``CM_M``, near one of its edges (R4)."""
     points = bodies.mesh.vertices[np.unique(bodies.mesh.faces[bodies.faces(handle)])][:, :2] - box.centre
     along, across = dot_product(points, box.along), dot_product(points, box.across)
     aside = abs(float(along.min() + along.max())) / 2
@@ -175,7 +175,7 @@ def _is_at_edge(bodies: Bodies, handle: int, box: Box) -> bool:
 
 
 def may_hold_leaves(walls: Prisms, ceiling_m: float) -> bool:
-    """Return whether any of some upright bodies ends where a leaf does: at a person's breast or higher, not above."""
+    """Return whether any of some upright bodies is as high as a leaf may be: from a person's breast up to a limit."""
     return any(MIN_M <= each.top_m <= ceiling_m - HAND_M for each in walls.bodies)
 
 
@@ -188,9 +188,9 @@ def _touching(keys: list[int], parts: Mapping[int, Box]) -> list[list[int]]:
 
 
 def _parallel(group: list[int], parts: Mapping[int, Box]) -> list[list[int]]:
-    """A group parted by the directions of its parts; a post belongs to the nearest one square to it, or to none.
+    """Split a group by the directions of its parts. A post joins the nearest part square to it, if there is one.
 
-    Frames of two doors touch in a corner, and posts stand square to both.
+    Frames of two doors may touch in a corner, where a post stands square to both.
     """
     wide = sorted((k for k in group if parts[k].width >= LEAF_WIDTH_M[0]), key=lambda k: -parts[k].width)
     parted: list[list[int]] = []
@@ -219,7 +219,7 @@ def _is_square(box: Box, post: Box) -> bool:
 
 
 def _is_plate(box: Box, bodies: Bodies, body: int) -> bool:
-    """Return whether a body fills its box from side to side: a leaf, a pane, a sheet of wall; a frame does not."""
+    """Return whether a body fills its box from side to side, as a leaf, a pane or a sheet of wall does (no frame)."""
     if box.width < LEAF_WIDTH_M[0] or box.thickness > WALL_M:
         return False
     corners = bodies.mesh.vertices[bodies.mesh.faces[bodies.faces(body)]]
@@ -231,7 +231,7 @@ def _is_plate(box: Box, bodies: Bodies, body: int) -> bool:
 
 
 def _depth(box: Box, plates: list[Box]) -> float:
-    """From the near face of the first plate to the far face of the last, metres across the box."""
+    """Return the metres across the box from the near face of the first plate to the far face of the last."""
     at = [(float(dot_product(plate.centre - box.centre, box.across)), plate.thickness / 2) for plate in plates]
     return max(c + t for c, t in at) - min(c - t for c, t in at) if at else 0.0
 
@@ -283,7 +283,7 @@ def part_from_panelling(leaves: list[Leaf]) -> tuple[list[Leaf], list[Leaf]]:
 
 
 def _plates(leaf: Leaf) -> int:
-    """Return how many parts of a leaf's width stand side by side in it; a pane in its frame is one with it."""
+    """Return how many plates stand side by side in a leaf; a pane and its frame count as one."""
     wide = [part for part in leaf.parts if part.width >= LEAF_WIDTH_M[0]]
     at = sorted(float(dot_product(part.centre - leaf.box.centre, leaf.box.along)) for part in wide)
     return 1 + int((np.diff(at) > LEAF_WIDTH_M[0] / 2).sum()) if at else 0
@@ -303,14 +303,14 @@ def _in_row(one: Box, other: Box) -> bool:
 #
 # R1  The leaf is a thin plate that stands on the floor or a little above, as high as a person, and as wide as a door.
 # R2  Thin partitions in line with it, or one with a cut-out for it, hold both of its ends. They are higher than the
-#     leaf and end below the ceiling; so a headboard or the panel of a desk is none.
+#     leaf and end below the ceiling. This excludes headboards and the panels of desks.
 # ---------------------------------------------------------------------------------------------------------------------
 
 MIN_M = 1.2
 
 
 def cubicle_leaves(bodies: Bodies, ceiling_m: float) -> list[Leaf]:
-    """Return all that is shaped and held as the door of a cubicle; heights count from the level's floor."""
+    """Return the leaves of cubicles (R1, R2); ``ceiling_m`` counts from the level's floor."""
     return [
         Leaf(box, (k,), (box,), box.thickness)
         for k, box in _cubicle_doors(bodies)

@@ -29,12 +29,12 @@ from pipeline.tolerances import (
 # ---------------------------------------------------------------------------------------------------------------------
 # Mesh and plane: the raw segments of a horizontal section, oriented so that a solid's inside lies to their left.
 #
-# R1  Segments know their body: faces that share vertices (by index) are one. SUNCG writes every slab of a wall as a
-#     body of its own, and so do most modellers.
-# R2  A small face that is not upright takes the direction of what is around it: in a scan, a speck of a wall may look
-#     anywhere, and a wall with a hole at each of these is closed at no height.
-# R3  A closed body is wall at a height where most of its outline there is of upright faces: a gable has a slope at each
-#     end, a roof has little else. Of an open one just the upright faces count.
+# R1  Each segment has the number of its body: faces that share vertices (by index) are one body. SUNCG writes every
+#     slab of a wall as a body of its own, and so do most modellers.
+# R2  A small face that is not upright counts as upright if the faces around it are: in a scan, specks of a wall look in
+#     any direction, and without them the wall would have holes at every height.
+# R3  A closed body is wall at a height if upright faces make most of its outline there: a gable has a slope at each
+#     end, a roof has little else. Of an open body, only the upright faces count.
 # ---------------------------------------------------------------------------------------------------------------------
 
 STEEP = 0.5
@@ -110,9 +110,9 @@ class MeshSlicer:
         return self._z
 
     def is_upright_between(self, low: float, high: float) -> bool:
-        """Return whether every section between two heights is the same, but for rounding.
+        """Return whether every section between two heights is the same but for rounding.
 
-        No corner lies between them, and what crosses them stands upright.
+        That is so if no corner lies between them, and all faces that cross them are upright.
         """
         bottom, top = self._span
         crossing = (bottom < high) & (top > low)
@@ -120,7 +120,7 @@ class MeshSlicer:
         return not within.any() and bool((np.abs(self._normals[crossing, 2]) < UPRIGHT).all())
 
     def may_end_between(self, low: float, high: float) -> bool:
-        """Return whether something that stands at the lower of two heights may end below the higher one."""
+        """Return whether a body that stands at the lower height may end below the higher one."""
         return not self.is_upright_between(low, high)
 
     def cut(self, height: float, *, upright_only: bool = False) -> SectionSegments:
@@ -183,7 +183,7 @@ def _crossings(mesh: Mesh, faces: npt.NDArray[np.int64], height: float) -> npt.N
 
 
 def segments_that_differ(cut: SectionSegments, other: SectionSegments) -> SectionSegments:
-    """Segments of ``cut`` without the bodies that ``other`` cuts in the very same way: upright walls without a hole."""
+    """Return ``cut`` without the bodies of which ``other`` has the same section: upright walls without a hole."""
     bodies = int(max(cut.body.max(initial=0), other.body.max(initial=0))) + 1
     moved = np.abs(_signature(cut, bodies) - _signature(other, bodies)).max(axis=0)
     keep = moved[cut.body] > 1e-6
@@ -217,9 +217,9 @@ def winding_number(points: npt.NDArray[np.object_], segments: npt.NDArray[np.flo
 # ---------------------------------------------------------------------------------------------------------------------
 # What lies over and under a point of a section: the tops and bottoms by which a body is closed.
 #
-# Seen in plan alone, a room of sheets whose faces look outwards is the same as a massive block. A block has a top and a
-# bottom, and nothing else between them: a line straight up leaves it by a face that looks up, one straight down by a
-# face that looks down.
+# In plan, a room of sheets whose faces look outwards has the same section as a massive block. But a block has a top and
+# a bottom: a line straight up leaves it through a face that looks up, a line straight down through a face that looks
+# down.
 # ---------------------------------------------------------------------------------------------------------------------
 
 SLOPE = (0.3, 0.985)
@@ -246,10 +246,10 @@ class EndCaps:
         return np.array([self._closes(point, height) for point in points], np.bool_).reshape(len(points))
 
     def slopes_over(self, points: Floats, reach_m: float, over_m: float = FOOT_M) -> npt.NDArray[np.bool_]:
-        """For each plan point (n, 2) whether a slope lies over it, and no level face but a wall's own top below that.
+        """Return for each plan point (n, 2) whether a roof's slope lies over it, with only a wall's own top below that.
 
-        A wall's top lies at most ``reach_m`` under the slope; up to the height ``over_m`` it is known to stand. A slope
-        lower than ``HEAD_M`` is a roof's if its plane has ``PATCH_M2``: bedding and cushions are smaller.
+        Faces up to the height ``over_m`` are ignored. The lowest other face lies at most ``reach_m`` under the slope. A
+        slope lower than ``HEAD_M`` is a roof's if its plane has ``PATCH_M2``: bedding and cushions are smaller.
         """
         return np.array([self._slope_over(point, reach_m, over_m) for point in points], np.bool_).reshape(len(points))
 
@@ -263,7 +263,7 @@ class EndCaps:
         return bool(sloped.any() and heights[sloped].min() - heights.min() <= reach_m)
 
     def lowest_over(self, points: Floats, over_m: float) -> Floats:
-        """For each plan point (n, 2) how high the lowest of the faces over it lies that is above ``over_m``, or inf."""
+        """Return for each plan point (n, 2) the height, m, of the lowest face over it above ``over_m``, or inf."""
         return np.array([self._lowest_over(point, over_m) for point in points], np.float64).reshape(len(points))
 
     def _lowest_over(self, point: Floats, over_m: float) -> float:
@@ -298,9 +298,9 @@ class EndCaps:
 
 
 def _turns(triangles: Floats) -> npt.NDArray[np.int64]:
-    """How each plan triangle (n, 3, 2) winds around the origin: 1 (it looks up), -1, or 0 where it does not hold it.
+    """Return how each plan triangle (n, 3, 2) winds around the origin: 1 (it looks up), -1, or 0 if it lies elsewhere.
 
-    Half-open at its edges, so that of two triangles that share an edge one holds a point on it.
+    Triangles are half-open: of two that share an edge, exactly one holds a point on the edge.
     """
     (x1, y1), (x2, y2) = (np.moveaxis(p, 2, 0) for p in (triangles, np.roll(triangles, -1, axis=1)))
     left = x1 * y2 - x2 * y1
@@ -317,7 +317,7 @@ def _height_at(triangles: Floats, point: Floats) -> Floats:
 
 
 # ---------------------------------------------------------------------------------------------------------------------
-# Heights to cut at: never through coplanar faces, for the plane at the top of a cube gives nothing.
+# Heights to cut at: never through coplanar faces, since a cut in the plane of a cube's top gives nothing.
 # ---------------------------------------------------------------------------------------------------------------------
 
 
@@ -346,9 +346,9 @@ def height_or_middle_of_widest_gap(wanted: float, z: npt.NDArray[np.float64]) ->
 
 
 def nearest_clear_height(wanted: float, z: npt.NDArray[np.float64]) -> float:
-    """Return the height nearest to ``wanted``, in steps and within ``HAND_M``, that keeps off every vertex height.
+    """Return the height nearest to ``wanted``, in steps and within ``HAND_M``, that is clear of all vertex heights.
 
-    A scan has a vertex at every height: there ``wanted`` itself is as good as any.
+    If there is none, as in a scan, the result is ``wanted``.
     """
     near_by = z[np.abs(z - wanted) < HAND_M + HALF_CM_M]
     for k in range(round(HAND_M / HALF_CM_M)):
@@ -361,11 +361,11 @@ def nearest_clear_height(wanted: float, z: npt.NDArray[np.float64]) -> float:
 def section_heights(
     z: npt.NDArray[np.float64], low: float, high: float, *, smallest_gap: float, most: int
 ) -> list[float]:
-    """Heights that see every distinct section of a mesh of upright walls between ``low`` and ``high``.
+    """Return heights that show every distinct section of a mesh of upright walls between ``low`` and ``high``, metres.
 
-    Between two neighbouring vertex heights the section of an upright wall does not change, so the middle of each gap
-    is enough: the ``most`` widest of them, the highest always among them. A scan has a vertex at every height: there,
-    ``most`` evenly spaced heights stand for the gaps.
+    The section of an upright wall does not change between two neighbouring vertex heights. So the result is the middle
+    of the highest such gap and of the widest others, ``most`` in all. Where gaps of ``smallest_gap`` metres are less
+    than half of the range, as in a scan, the result is ``most`` evenly spaced heights.
     """
     if high <= low:
         return []
@@ -389,10 +389,9 @@ def move_off_vertex_height(wanted: float, edges: npt.NDArray[np.float64]) -> flo
 
 
 def lengths_of_faces(mesh: Mesh, height: float, spaces: Sequence[Polygon]) -> tuple[Floats, Floats]:
-    """Return for each space (n,) the length, in metres, of the upright faces at its edge that look into it, and away.
+    """Return for each space (n,) the metres of upright faces at its edge that look into it, and that look away.
 
-    The faces are those that a cut at ``height`` meets. Where a source does not wind its faces with care, they look
-    anywhere.
+    The faces are those that a cut at ``height`` meets. If a source winds its faces inconsistently, the result is noise.
     """
     cut = MeshSlicer(mesh).cut(height, upright_only=True).ends
     along = cut[:, 1] - cut[:, 0]
@@ -410,7 +409,7 @@ def lengths_of_faces(mesh: Mesh, height: float, spaces: Sequence[Polygon]) -> tu
 
 
 def barred_shares(mesh: Mesh, height: float, strips: Sequence[Polygon], alongs: Floats) -> Floats:
-    """Return the share of each strip's width (n,) in which a mesh has something at a height.
+    """Return the share of each strip's width (n,) that a mesh bars at a height.
 
     Parameters
     ----------

@@ -76,7 +76,7 @@ def merge_meshes(meshes: Iterable[Mesh | None]) -> Mesh:
 
 
 def label_pieces(faces: npt.NDArray[np.int64], n_vertices: int) -> npt.NDArray[np.int64]:
-    """For each face (m, 3) a number of the piece that it is connected to by its corners."""
+    """Return for each face (m, 3) the number of its piece: faces connected through shared corners."""
     from scipy.sparse import coo_matrix
     from scipy.sparse.csgraph import connected_components
 
@@ -98,14 +98,14 @@ def are_pieces_closed(faces: npt.NDArray[np.int64], label: npt.NDArray[np.int64]
 # ---------------------------------------------------------------------------------------------------------------------
 # The bodies of a mesh: what hangs together by its corners, with the upright box that each of them fills.
 #
-# R1  Faces that share corners are one body. A closed one is never joined to another, though they touch: a leaf and its
-#     frame, a frame and its wall.
-# R2  Many exporters write a corner once for each face that meets there (normals, textures), which leaves open pieces:
-#     these are joined where their corners are at one place.
+# R1  Faces that share corners are one body. A closed body is never joined to another, even if they touch: a leaf and
+#     its frame, a frame and its wall.
+# R2  Many exporters write a corner once for each face that meets there (normals, textures), which leaves open pieces.
+#     Open pieces with corners at one place are joined.
 # ---------------------------------------------------------------------------------------------------------------------
 
 SCAN_FACES = 500_000
-"""A mesh of more faces is a scan: one body, in which nothing can be told apart this way."""
+"""A mesh of more faces is taken as a scan: one body, not split."""
 
 Floats = npt.NDArray[np.float64]
 
@@ -202,7 +202,7 @@ def box_around(points: Floats) -> Box:
 
 
 def number_places(vertices: Floats) -> npt.NDArray[np.int64]:
-    """For each corner the number of its place."""
+    """Return for each corner (n, 3) the number of its place; corners at one place have the same number."""
     cells = np.column_stack([cells_along(vertices[:, axis], POINT_M) for axis in range(3)])
     order = np.lexsort(cells.T[::-1])  # np.unique sorts rows six times as slowly
     new = np.any(np.diff(cells[order], axis=0, prepend=cells[order[:1]] - 1), axis=1)
@@ -214,8 +214,8 @@ def number_places(vertices: Floats) -> npt.NDArray[np.int64]:
 def cells_along(values: Floats, cell_m: float, first: float = -0.5) -> npt.NDArray[np.int64]:
     """For each coordinate (n,), in metres, the number of its cell; number 0 begins at ``first`` cells.
 
-    What differs by rounding has one cell, also where the edge of a cell lies between: of a turned house, corners at one
-    place differ in the last digits.
+    Coordinates that differ only by rounding get one cell, even on both sides of a cell's edge: in a turned house,
+    corners at one place differ in the last digits.
     """
     order = np.argsort(values, kind="stable")
     rising = values[order]
@@ -232,7 +232,7 @@ def cells_along(values: Floats, cell_m: float, first: float = -0.5) -> npt.NDArr
 
 
 def footprint(mesh: Mesh) -> BaseGeometry:
-    """Return the area that a body covers, square metres of plan; of one with very many faces its convex hull."""
+    """Return the plan area that a body covers; its convex hull if it has very many faces."""
     if not len(mesh.faces):
         return EMPTY
     corners = mesh.vertices[mesh.faces][:, :, :2]
@@ -245,7 +245,7 @@ def footprint(mesh: Mesh) -> BaseGeometry:
 
 
 def box_polygon(box: Box, *, width: float | None = None, depth: float | None = None) -> Polygon:
-    """Return the plan of a box, or of one as wide and deep in its place."""
+    """Return the plan rectangle of a box; ``width`` and ``depth`` (m) replace its own."""
     a = box.along * (box.width if width is None else width) / 2
     d = box.across * (box.thickness if depth is None else depth) / 2
     c = box.centre
@@ -255,7 +255,7 @@ def box_polygon(box: Box, *, width: float | None = None, depth: float | None = N
 def strips_beside(boxes: Sequence[Box], widths_m: Sequence[float], *, off_m: float, depth_m: float) -> Shapes:
     """Return two strips (n, 2) of these widths (n,) beside each of some boxes, on its right and on its left.
 
-    Each lies along the middle of a long side, begins ``off_m`` before it and is ``depth_m`` deep.
+    Each strip is centred on a long side, begins ``off_m`` away from it and is ``depth_m`` deep.
     """
     if not boxes:
         return np.zeros((0, 2), np.object_)

@@ -63,11 +63,11 @@ NOWHERE: Final = np.full(2, np.nan)
 ClosedBy: TypeAlias = Literal[
     "", "opening", "door", "lintel", "sill", "gap", "gate", "mouth", "rail", "room_edge", "floor_edge", "wall_ends"
 ]
-"""What closes an opening in P_g. ``door`` and ``opening`` are known ones. ``gate``: a wide gap, which closes to the
-outside only. ``mouth``: a narrow place between two parts of a room, which are rooms of their own. "" for a cut."""
+"""What closes an opening in P_g. ``door`` and ``opening``: known ones. ``gate``: a wide gap, which closes to the
+outside only. ``mouth``: a narrow place that makes two rooms of one. "" for a cut."""
 GAPS: Final = frozenset({"gap", "gate", "mouth"})
 KNOWN: Final = frozenset({"door", "opening"})
-"""What the source names, or what a leaf shows."""
+"""Openings that the source names, or that a leaf shows."""
 ENDS: Final = frozenset({"floor_edge", "wall_ends"})
 EDGES: Final = ENDS | {"rail", "room_edge"}
 """What closes an open house."""
@@ -81,14 +81,14 @@ class Opening:
     jamb to jamb and its depth from face to face (m). ``sides`` are the indices of the two spaces that it joins,
     ``across`` pointing from the first to the second; OUTSIDE may be one.
 
-    ``polygon`` is its plan area: all that closes it in the closed plane P_g, or the place from jamb to jamb that is
-    known for a door. Where only that is known, the width is 0 (``closing``): it may close something, as a corner
-    between two lintels does, but nobody passes it.
+    ``polygon`` is its plan area: all that closes it in the closed plane P_g, or the known place of a door from jamb to
+    jamb. If only the polygon is known, the width is 0 (``closing``): the opening may close something, as a corner
+    between two lintels does, but is not a way.
 
     ``closed_by`` says what stands or hangs there, and ``said_by`` who says so: the source names it ("named"), a "leaf"
-    stands in it, or a "recess" under a lintel shows it; "" where the walls show it. ``kind`` is what it is in the plan,
-    an opening until stage ``doors`` has decided. ``why`` says what speaks for the place of a cut. ``confidence`` is the
-    probability that a passage is there, None if nobody has rated it.
+    stands in it, or a "recess" under a lintel shows it; "" where the walls show it. ``kind`` is its kind in the plan,
+    "opening" until stage ``doors`` has decided. ``why`` is the evidence for the place of a cut. ``confidence`` is the
+    probability that a passage is there, None before stage ``confidence``.
     """
 
     centre: Vector
@@ -117,7 +117,7 @@ class Opening:
 
     @classmethod
     def in_box(cls, box: Box, sides: tuple[int, int], kind: DoorKind, closed_by: ClosedBy) -> Opening:
-        """Return an opening that is the plan of a box, of which the longer side lies along the wall."""
+        """Return an opening with the plan of a box, whose longer side lies along the wall."""
         return cls(box.centre, box.along, box.width, box.thickness, sides, kind, closed_by=closed_by)
 
     @property
@@ -147,7 +147,7 @@ class Opening:
         return np.stack([self.centre - half, self.centre + half])
 
     def corners(self, *, deeper_m: float = 0.0, wider_m: float = 0.0) -> Vector:
-        """(4, 2) the rectangle of the strip, so many metres deeper and wider on each side."""
+        """(4, 2) corners of the strip's rectangle, ``deeper_m`` and ``wider_m`` larger on each side."""
         half = self.across * (self.depth / 2 + deeper_m)
         long = self.along * (self.width / 2 + wider_m)
         a, b = self.centre - long, self.centre + long
@@ -158,15 +158,15 @@ class Opening:
         return shapely.polygons(self.corners(deeper_m=deeper_m, wider_m=wider_m))
 
     def has_jamb(self, door_plane: BaseGeometry) -> bool:
-        """Return whether a wall goes on in line at one end or more; a beam ends at walls that cross its line."""
+        """Return whether a wall goes on in line at one end or both; a beam ends at walls that cross its line."""
         return any(self._jambs(door_plane))
 
     def has_two_jambs(self, door_plane: BaseGeometry) -> bool:
-        """Return whether a wall goes on in line at both ends: that it is a hole in one wall."""
+        """Return whether a wall goes on in line at both ends: the opening is a hole in one wall."""
         return all(self._jambs(door_plane))
 
     def _jambs(self, door_plane: BaseGeometry) -> Iterator[bool]:
-        """Yield for each end whether a wall goes on there, and none stands beside it."""
+        """Yield for each end whether a wall goes on there in line, with no wall beside it."""
         shapely.prepare(door_plane)
         for end, on in zip(self.segment, (-self.along, self.along), strict=True):
             beside = self.across * (self.depth / 2 + THIN_WALL_M)
@@ -184,7 +184,7 @@ class Opening:
 
 
 def strips_of(openings: Sequence[Opening], *, deeper_m: float | Vector = 0.0, wider_m: float = 0.0) -> Shapes:
-    """Return the ``strip`` of each opening (n,); ``deeper_m`` may be one for each of them (n, 1)."""
+    """Return the ``strip`` of each opening (n,); ``deeper_m`` may differ between openings (n, 1)."""
     centre, along, sizes = openings_as_arrays(openings)
     return _rectangles(centre, along, sizes[:, :1] + wider_m, sizes[:, 1:] + deeper_m)
 
@@ -202,7 +202,7 @@ def turn_left(along: Vector) -> Vector:
 
 
 def _rectangles(centre: Vector, along: Vector, half_width: Vector, half_depth: Vector) -> Shapes:
-    """Return rectangles (n,) of centres and directions (n, 2), half as wide and deep as they are (n, 1)."""
+    """Return rectangles (n,) from centres and directions (n, 2) and half widths and depths (n, 1), metres."""
     long, half = along * half_width, turn_left(along) * half_depth
     a, b = centre - long, centre + long
     return np.atleast_1d(shapely.polygons(np.stack([a - half, b - half, b + half, a + half], axis=1)))
@@ -228,10 +228,10 @@ def strips_before(openings: Sequence[Opening], sides: Sequence[int], depth_m: fl
 
 
 def join_in_rows(found: list[Opening], door_plane: BaseGeometry) -> list[Opening]:
-    """One opening for neighbours in a row between the same spaces: a beam with posts is one passage, not ten.
+    """Join neighbours in a row between the same spaces into one opening: a beam with posts is one passage, not ten.
 
-    Two are neighbours if they are parallel, each lies in the other's depth, and nothing stands between their ends. The
-    whole is as deep as the deepest of them, except what is ``TWICE`` as deep as the widest.
+    Two openings are neighbours if they are parallel, each lies in the other's depth, and nothing stands between their
+    ends. The result is as deep as the deepest of them, but those ``TWICE`` as deep as the widest do not count.
     """
     rest = sorted(found, key=lambda b: -b.width)
     result: list[Opening] = []
@@ -277,9 +277,9 @@ def distance_in_row(whole: Opening, other: Opening) -> float | None:
 
 
 def hull_of_row(whole: Opening, other: Opening) -> Opening:
-    """Return the strip from the far end of one to that of another in its row, as deep as the deeper of the two.
+    """Return the strip from the far end of one opening to that of another in its row, as deep as the deeper of the two.
 
-    What is ``TWICE`` as deep as ``whole`` does not deepen it.
+    If ``other`` is ``TWICE`` as deep as ``whole`` or more, the depth stays.
     """
     start, end, aside = _offsets(whole, other)
     near, far = -whole.depth / 2, whole.depth / 2
@@ -309,10 +309,10 @@ def free_intervals(opening: Opening, standing: BaseGeometry) -> list[tuple[float
 # ---------------------------------------------------------------------------------------------------------------------
 # Where a piece of wall separates two spaces: straight strips from one's face to the other's.
 #
-# A lintel, a sill or the filling of a gap is a piece of wall that stands in one plane and not in the other. Its outline
-# is walked; each stretch of it faces a room, the outside, or more wall. Two stretches that face each other across the
-# piece and look into different spaces bound a *opening*: the strip between them, as far as nothing stands there in the
-# door plane.
+# A lintel, a sill or the filling of a gap is a piece of wall that stands in one plane and not in the other. Each
+# stretch of its outline faces a room, the outside, or more wall. Two stretches that face each other across the piece
+# and look into different spaces bound an opening: the strip between them, without the parts where something stands in
+# the door plane.
 # ---------------------------------------------------------------------------------------------------------------------
 
 EDGE_STEP_M = 0.08
@@ -376,7 +376,7 @@ def _pieces_near(pieces: Sequence[Polygon], door_plane: BaseGeometry) -> Shapes:
 
 
 def _stretches(pieces: Sequence[Polygon], rooms: list[Polygon], walls: BaseGeometry) -> list[list[_Stretch]]:
-    """Walk the outlines in steps, look outwards from each, and join neighbours that see the same space, if not wall."""
+    """Return the stretches of each outline: it is sampled in steps, and neighbours that face the same space join."""
     found: list[list[_Stretch]] = [[] for _ in pieces]
     if not pieces:
         return found
@@ -410,7 +410,7 @@ def _strip_across(first: _Stretch, second: _Stretch) -> Opening | None:
     u1, u2 = d1 / math.hypot(*d1), d2 / math.hypot(*d2)
     if dot_product(u1, u2) > -PARALLEL:
         return None
-    along = u1 - u2  # the two run against each other
+    along = u1 - u2  # the two run in opposite directions
     along /= math.hypot(*along)
     across = np.array([-along[1], along[0]])  # into the piece, seen from the first stretch
     depth = float(dot_product((second.a + second.b) / 2 - (first.a + first.b) / 2, across))
@@ -439,17 +439,17 @@ def grow_to_overlap(pieces: list[Polygon]) -> list[Polygon]:
 def split_into_strips(
     door: BaseGeometry, pieces: list[Opening], plane: BaseGeometry, rooms: list[Polygon]
 ) -> tuple[list[Opening], list[Opening]]:
-    """Take each piece apart into its openings and the rest of it, in the ``plane`` that all of them close.
+    """Split each piece into its openings and the rest, in the ``plane`` that all of them close.
 
-    A lintel that goes over into a cornice, or two lintels that meet in a corner, come as one piece; each strip has to
-    be judged for itself, and what hangs over one room only is freed.
+    A lintel and its cornice, or two lintels that meet in a corner, come as one piece. Each strip of it is judged for
+    itself, and what hangs over one room only is removed from the plane.
     """
     found: list[Opening] = []
     rest: list[Opening] = []
     for piece, strips in zip(pieces, find_strips([p.polygon for p in pieces], rooms, plane, door), strict=True):
         laps = list(strips_of(strips, deeper_m=LAP_M, wider_m=LAP_M))
         found += [replace(s, polygon=lap, closed_by=piece.closed_by) for lap, s in zip(laps, strips, strict=True)]
-        if piece.closed_by != "gate":  # of which nothing closes by itself
+        if piece.closed_by != "gate":  # the rest of a gate closes nothing by itself
             rest += [Opening.closing(p, piece.closed_by) for p in _without_strips(piece.polygon, laps)]
     if not rest:
         return found, []
@@ -470,7 +470,7 @@ def _without_strips(piece: Polygon, strips: list[Polygon]) -> list[Polygon]:
 
 
 def _divide_at_crossing(piece: Opening, in_line: BaseGeometry) -> list[Opening]:
-    """A rest where beams cross: what goes on in line with an opening, and what leads away from it."""
+    """Split a rest where beams cross: the part that goes on in line with an opening, and the parts beside that."""
     if not piece.polygon.intersects(in_line):
         return [piece]
     parts = polygons_of(intersect(piece.polygon, in_line)) + polygons_of(subtract(piece.polygon, in_line))
@@ -483,13 +483,13 @@ def close_plane(door: BaseGeometry, candidates: Iterable[Opening]) -> BaseGeomet
 
 
 def area_outside(plane: BaseGeometry, wide_m: float = 1.0) -> BaseGeometry:
-    """Return the air around a house, a metre of it or as wide as asked."""
+    """Return the area outside a house, up to ``wide_m`` metres around its bounding box."""
     house = fill_enclosed(plane)
     return subtract(shapely.box(*shapely.bounds(house)).buffer(wide_m), house)
 
 
 def assign_sides(candidates: list[Opening], rooms: list[Polygon], plane: BaseGeometry) -> list[Opening]:
-    """The same pieces, the sides of their openings looked up in ``rooms``: seen from three places along each face."""
+    """Return the pieces with the ``sides`` of their openings in ``rooms``, looked up from three places at each face."""
     looks = [_before_faces(candidate) for candidate in candidates if candidate.is_strip]
     faces = locate_points(np.array(looks).reshape(-1, 2), rooms, plane).reshape(-1, 2, 3)
     found, k = [], 0
@@ -499,7 +499,7 @@ def assign_sides(candidates: list[Opening], rooms: list[Polygon], plane: BaseGeo
             continue
         sides = (_most_seen(faces[k, 0]), _most_seen(faces[k, 1]))
         blind = (faces[k] == WALL).all(axis=1)
-        if candidate.closed_by in GAPS and blind.any():  # between a curtain and the next, before a wall: leads nowhere
+        if candidate.closed_by in GAPS and blind.any():  # a gap before a wall (between two curtains) leads nowhere
             sides = (sides[int(blind[0])],) * 2
         found.append(candidate if sides == candidate.sides else replace(candidate, sides=sides))
         k += 1

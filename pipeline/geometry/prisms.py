@@ -35,7 +35,7 @@ class Prism:
 
 
 class Prisms(Mesh):
-    """Upright bodies, and the mesh of them; whoever changes the triangles makes a ``Mesh`` of them."""
+    """Upright bodies, usable as a mesh. To change triangles, make a ``Mesh`` of them first."""
 
     bodies: tuple[Prism, ...]
 
@@ -64,7 +64,7 @@ class Prisms(Mesh):
 
     @property
     def is_cloud(self) -> bool:
-        """Bodies are no points."""
+        """False: bodies are not points."""
         return False
 
     @cached_property
@@ -77,7 +77,7 @@ class Prisms(Mesh):
         return not ((self.heights >= low) & (self.heights <= high)).any()
 
     def may_end_between(self, low: float, high: float) -> bool:
-        """Return whether something that stands at the lower of two heights may end below the higher one."""
+        """Return whether a body that stands at the lower height may end below the higher one."""
         return any(low <= each.top_m <= high for each in self.bodies)
 
     def bodies_at(self, height: float) -> Shapes:
@@ -87,14 +87,14 @@ class Prisms(Mesh):
 
     @property
     def caps(self) -> EndCaps:
-        """Nothing: no face of an upright body slopes."""
+        """No caps: no face of an upright body slopes."""
         return EndCaps(np.zeros((0, 3, 3)))
 
 
 class WallsWithOpenings(Prisms):
     """Walls of one height on the floor, and the openings through them; they are cut up when somebody asks for bodies.
 
-    ``standing`` is what of the walls stands from the floor to ``top_m``, between the ``openings``, areas of the plan.
+    ``standing`` is the plan area of the walls from the floor to ``top_m``, between the ``openings`` (plan areas).
     """
 
     standing: BaseGeometry
@@ -109,7 +109,7 @@ class WallsWithOpenings(Prisms):
         top_m: float,
         cut: Callable[[], Iterable[Prism]],
     ) -> None:
-        """``cut`` returns the bodies: what stands, and what is under and over the openings."""
+        """Keep the walls; ``cut`` returns the bodies: what stands, and what is under and over the openings."""
         given = {"standing": _without_specks(standing), "openings": tuple(openings), "top_m": top_m, "_cut": cut}
         for name, value in given.items():
             object.__setattr__(self, name, value)

@@ -32,20 +32,20 @@ from pipeline.tolerances import (
 )
 
 # ---------------------------------------------------------------------------------------------------------------------
-# Holes in a storey's floor through which one looks down onto the storey below: there is no free space over them.
+# Holes in a storey's floor through which the storey below shows: there is no free space over them.
 #
-# R1  A hole counts where the floor of a room is open, at least as wide as a stair, and half of it shows the storey
+# R1  An open part of a room's floor is a hole if it is at least as wide as a stair and half of it shows the storey
 #     below (the upper steps of a flight hide the rest).
-# R2  A room that the source names holds what it covers: many draw a stair's void as part of the hall around it.
-# R3  What is left of a room beside the hole is a room if a person can stand on it; the upper half of a hall is none.
+# R2  The area of a room that the source names has no holes: many sources draw a stair's void as part of the hall.
+# R3  The rest of a room beside the hole is a room if a person can stand on it, which excludes the upper half of a hall.
 # ---------------------------------------------------------------------------------------------------------------------
 
 
 def subtract_floor_voids(room: Polygon, floor: BaseGeometry, below: BaseGeometry, named: BaseGeometry) -> list[Polygon]:
-    """Return what of a room has a floor: itself, a smaller piece, several where a void parts it, or none.
+    """Return the parts of a room that have a floor: the room, a smaller part, several if a void parts it, or nothing.
 
-    ``floor`` is where the source has floor faces, ``below`` where the storey below shows, ``named`` what the source's
-    own rooms cover; plan areas in the level frame.
+    ``floor`` is the area of the source's floor faces, ``below`` the area where the storey below shows, ``named`` the
+    area of the source's own rooms; plan areas in the level frame.
     """
     bare = drop_thin_parts(subtract(room, unite([buffer_mitred(floor, CRACK_M), named])), SHOULDERS_M)  # R2
     voids = [hole for hole in polygons_of(bare) if intersect(hole, below).area > MOST * hole.area]  # R1
@@ -56,7 +56,7 @@ def subtract_floor_voids(room: Polygon, floor: BaseGeometry, below: BaseGeometry
 
 
 # ---------------------------------------------------------------------------------------------------------------------
-# What is odd about the shape of a room: its size, its width, and walls that end in the middle of it.
+# Rooms of an unlikely shape: by their size, their width, and walls that end in the middle of them.
 # ---------------------------------------------------------------------------------------------------------------------
 
 SMALLEST_ROOM_M2, LARGEST_ROOM_M2 = 1.5, 200.0
@@ -76,7 +76,7 @@ def are_rooms_misshapen(rooms: tuple[Polygon, ...]) -> Bools:
 
 @lru_cache(maxsize=1)
 def have_jutting_walls(rooms: tuple[Polygon, ...]) -> Bools:
-    """Into which rooms (n,) a wall juts by more than ``STUB_M`` and ends: most walls go on to the next one."""
+    """Return into which rooms (n,) a wall juts by more than ``STUB_M`` and ends; most walls go on to another wall."""
     every = shapely.polygons(shapely.get_exterior_ring(np.array(rooms)))
     dented = np.flatnonzero(shapely.area(shapely.convex_hull(every)) - shapely.area(every) > SAME_M2)
     whole = every[dented]

@@ -49,9 +49,9 @@ class Spaces:
     """From stage ``doors`` on: a house as rooms and ways between them.
 
     ``walls`` is the closed plane. ``joins`` are pairs of rooms that meet without a wall and without a door (under a
-    beam too wide for one). ``outlines`` are the outer contours, one a free-standing part of the house. ``joined`` are
-    the pairs of points that cuts were made for. ``closed`` are spaces that nothing leads into, and which were left out
-    as no rooms. ``notes`` counts what the rules did, by rule.
+    beam too wide for a door). ``outlines`` are the outer contours, one for each free-standing part of the house.
+    ``joined`` are the pairs of points that cuts were made for. ``closed`` are spaces that were left out because nothing
+    leads into them. ``notes`` counts what the rules did, by rule.
     """
 
     walls: BaseGeometry
@@ -86,7 +86,7 @@ class Spaces:
 
 
 def rooms_inside(outlines: Sequence[Polygon], rooms: Sequence[Polygon]) -> tuple[Indices, Indices]:
-    """Return the pairs (n,) and (n,) of an outline and a room that lies in it, by a point of the room."""
+    """Return pairs of indices, (n,) and (n,): an outline, and a room with a representative point in it."""
     found = shapely.STRtree(shapely.point_on_surface(np.array(rooms, np.object_))).query(outlines, predicate="contains")
     return found[0], found[1]
 
@@ -103,7 +103,7 @@ def connected_rooms(spaces: Spaces) -> list[list[int]]:
 
 
 def fit_to_rooms(openings: Sequence[Opening], rooms: Sequence[Polygon]) -> list[Opening]:
-    """Return the openings with their faces where the rooms' are now; on the outside, where they were."""
+    """Return the openings with their faces moved to the rooms' faces; a face to the outside stays."""
     ends = [(i, k) for i, opening in enumerate(openings) for k in (0, 1) if opening.sides[k] != OUTSIDE]
     if not ends:
         return list(openings)
@@ -125,14 +125,14 @@ def fit_to_rooms(openings: Sequence[Opening], rooms: Sequence[Polygon]) -> list[
 
 
 def _between_faces(opening: Opening, low: float, high: float) -> Opening:
-    """The opening with its faces at two distances (metres) across the wall from its centre, if it has a depth then."""
+    """Return the opening with its faces at two distances, metres, across the wall from its centre, if high > low."""
     if high - low < 1e-3:
         return opening
     return replace(opening, centre=opening.centre + opening.across * (low + high) / 2, depth=high - low)
 
 
 def polygons_between_rooms(openings: Sequence[Opening], rooms: Sequence[Polygon]) -> list[Polygon]:
-    """The area between the two faces of each opening, corner to corner, also where they are not quite parallel."""
+    """Return the area between the two faces of each opening, corner to corner, even if they are not quite parallel."""
     entrance = np.array([OUTSIDE in opening.sides for opening in openings], np.bool_)
     strips = strips_of(openings, deeper_m=np.where(entrance, 0.0, THIN_WALL_M)[:, None])
     rest = strips.copy()
@@ -146,7 +146,7 @@ def polygons_between_rooms(openings: Sequence[Opening], rooms: Sequence[Polygon]
 
 
 def _holding(opening: Opening, pieces: list[Polygon]) -> Polygon:
-    """Return the piece that holds an opening's centre, else the largest."""
+    """Return the piece that holds an opening's centre, or the largest piece if none does."""
     if len(pieces) == 1:
         return pieces[0]
     centre = shapely.points(opening.centre)
