@@ -43,7 +43,7 @@ SAMPLE = 30000
 CLOSE_DEG = np.arange(-4.0, 4.1, 0.25)
 MAX_SCAN_CELLS = 4_000_000
 CUT_SPREAD_CELLS = 1
-"""So many cells on each side of a cut are marked too."""
+"""The number of cells on each side of a cut that are marked with it."""
 
 Floats = npt.NDArray[np.float64]
 Bools = npt.NDArray[np.bool_]
@@ -74,7 +74,7 @@ class Raster:
         return np.asarray(((pixels + 0.5) * self.cell_m + self.origin) @ self.axes)
 
     def size(self, metres: float) -> int:
-        """So many metres in cells, at least one."""
+        """Return a length in cells, at least 1."""
         return max(1, round(metres / self.cell_m))
 
 
@@ -93,7 +93,7 @@ class Columns:
     ceiling_m: float | None = None
 
     def share(self, low_m: float, high_m: float) -> Shares:
-        """In which share of the planes between two heights something stands, cell by cell."""
+        """Return for each cell the share of the planes between two heights in which something stands."""
         chosen = (self.heights >= low_m) & (self.heights <= high_m)
         return np.asarray(self.stands[chosen].mean(axis=0, dtype=np.float32))
 
@@ -185,7 +185,7 @@ def _main_direction(ends: Floats) -> Floats:
 
 
 def sharpest_direction(plan: Floats, along: Floats, turns_deg: Floats = CLOSE_DEG) -> Floats:
-    """The direction, turned from ``along``, in which points (n, 2), seen along the walls, fall on the fewest places."""
+    """Return ``along``, turned so that points (n, 2) projected along the walls fall on the fewest places."""
     points = plan[:: max(1, len(plan) // SAMPLE)]
     best, most = along, 0.0
     for turn in np.deg2rad(turns_deg):
@@ -211,7 +211,7 @@ def _points(ends: Floats, plane: npt.NDArray[np.int64], cell_m: float) -> tuple[
 
 
 def _ground(corners: Floats, raster: Raster) -> Bools:
-    """Return the cells under faces, points of them a quarter of an edge apart at most, and what lies close to these."""
+    """Return the cells under or close to faces, each sampled at points a quarter of an edge apart at most."""
     weights = np.array([[i, j, 4 - i - j] for i in range(5) for j in range(5 - i)]) / 4.0
     points = (weights @ corners[:, :, :2]).reshape(-1, 2)
     at = raster.cells(points)
@@ -224,11 +224,11 @@ def _ground(corners: Floats, raster: Raster) -> Bools:
 # ---------------------------------------------------------------------------------------------------------------------
 # A cloud of points without most of its noise: each point is drawn to the middle of those about it.
 #
-# Walls stand upright, so that what lies above and below a point says where its wall is.
+# Walls stand upright, so the points above and below a point show where its wall is.
 #
-# R1  The points are taken band by band of height. In each band, seen from above, a point goes STEPS times to the middle
-#     of the points about it, weighed by a Gaussian: to the ridge of the wall that it is of.
-# R2  An outlier has far fewer points about it than a wall's, and is dropped.
+# R1  Each band of heights is handled by itself. Seen from above, each point moves STEPS times to the mean of the points
+#     around it, weighted by a Gaussian: to the ridge of its wall.
+# R2  A point with far fewer points around it than those of walls is an outlier, and is dropped.
 # ---------------------------------------------------------------------------------------------------------------------
 
 STEPS = 4
@@ -273,10 +273,10 @@ def _blur(image: Floats, sigma_px: float) -> Floats:
 # ---------------------------------------------------------------------------------------------------------------------
 # The columns of a point cloud: what stands over each spot of it, height by height, as of a scanned surface.
 #
-# R1  The raster lies in the direction in which the points that stand fall on the fewest rows and columns.
-# R2  A layer of heights is as thick as it takes for a wall to have ENOUGH_POINTS before each cell: a thin cloud has
-#     few and thick layers.
-# R3  Ground is where the points about the floor's height lie as close as most of them do; outliers lie far apart.
+# R1  The raster lies in the direction in which the points above the floor fall on the fewest rows and columns.
+# R2  A layer of heights is thick enough that a wall has ENOUGH_POINTS in each of its cells: a sparse cloud has few and
+#     thick layers.
+# R3  Ground is where the points near the floor's height are as dense as most of them; outliers lie far apart.
 # ---------------------------------------------------------------------------------------------------------------------
 
 ENOUGH_POINTS = 3.0
@@ -284,7 +284,7 @@ TURNS_DEG = np.arange(0.0, 90.0, 1.5)
 
 
 def columns_of_points(points: Floats, low_m: float, high_m: float, cell_m: float) -> Columns:
-    """Return the columns of points (n, 3) between two heights above the floor, the second of which is the ceiling's."""
+    """Return the columns of points (n, 3) between two heights above the floor; ``high_m`` is the ceiling's height."""
     inside = (points[:, 2] >= low_m) & (points[:, 2] < high_m)
     standing = denoise_points(points[inside])
     raster = _raster(standing[:, :2], cell_m)
@@ -304,7 +304,7 @@ def columns_of_points(points: Floats, low_m: float, high_m: float, cell_m: float
 
 
 def _raster(plan: Floats, cell_m: float) -> Raster:
-    """R1; the points may lie on a grid of their own, which is the sharpest of all."""
+    """R1: return the raster; points that lie on a grid of their own are sharpest in its direction."""
     off = np.random.default_rng(0).uniform(-cell_m / 2, cell_m / 2, plan.shape)
     along = sharpest_direction(plan + off, np.array([1.0, 0.0]), TURNS_DEG)
     return raster_around_points(plan, sharpest_direction(plan + off, along), cell_m)

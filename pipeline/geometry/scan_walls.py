@@ -45,16 +45,16 @@ from pipeline.tolerances import (
 Pixels = npt.NDArray[np.uint8]
 
 SHEET = 3
-"""So many cells wide a sheet must be, if it is to last."""
+"""The least width, cells, of a sheet that later steps keep."""
 
 
 def square_kernel(cells: int) -> Pixels:
-    """A square as the kernel of a filter."""
+    """Return a square, ``cells`` wide, as the kernel of a filter."""
     return np.ones((cells, cells), np.uint8)
 
 
 def line_kernel(angle: float, cells: int) -> Pixels:
-    """A straight line, so many cells long, as the kernel of a filter."""
+    """Return a straight line, ``cells`` long, at ``angle`` radians, as the kernel of a filter."""
     half = (cells + 1) // 2
     x, y = (round(half * float(v)) for v in (np.cos(angle), np.sin(angle)))
     kernel = np.zeros((2 * half + 1, 2 * half + 1), np.uint8)
@@ -63,27 +63,27 @@ def line_kernel(angle: float, cells: int) -> Pixels:
 
 
 def grow_mask(mask: Bools, cells: int) -> Bools:
-    """A mask and all cells at most so far from it."""
+    """Return a mask grown by ``cells`` on each side."""
     return dilate_mask(mask, square_kernel(2 * cells + 1))
 
 
 def dilate_mask(mask: Bools, kernel: Pixels) -> Bools:
-    """A mask drawn with a kernel."""
+    """Return a mask dilated by a kernel."""
     return np.asarray(cv2.dilate(mask.view(np.uint8), kernel).view(bool))
 
 
 def close_mask(mask: Bools, cells: int) -> Bools:
-    """A mask with all that is narrower than so many cells filled."""
+    """Return a mask with its gaps narrower than ``cells`` filled (morphological closing)."""
     return np.asarray(cv2.morphologyEx(mask.view(np.uint8), cv2.MORPH_CLOSE, square_kernel(cells)).view(bool))
 
 
 def open_mask(mask: Bools, kernel: Pixels) -> Bools:
-    """A mask without all that a kernel does not fit into."""
+    """Return a mask without the parts that a kernel does not fit into (morphological opening)."""
     return np.asarray(cv2.morphologyEx(mask.view(np.uint8), cv2.MORPH_OPEN, kernel).view(bool))
 
 
 def mostly_marked_parts(mask: Bools, marked: Bools, share: float) -> Bools:
-    """Return the connected parts of a mask of which so much is marked."""
+    """Return the connected parts of a mask of which at least a share is ``marked``."""
     count, label = cv2.connectedComponents(mask.view(np.uint8), connectivity=8)
     kept = np.bincount(label[mask & marked], minlength=count) >= share * np.bincount(label[mask], minlength=count)
     return np.asarray(kept[label] & mask)
@@ -99,17 +99,17 @@ def parts_touching(mask: Bools, marked: Bools) -> Bools:
 # ---------------------------------------------------------------------------------------------------------------------
 # Holes in the walls of a scan, closed: a part of every scan is missing.
 #
-# R1  A hole is closed where a straight wall ends and another stands before its end, if it is short, or if something
-#     stands below all along; and where two walls would meet in a corner and something stands below.
-# R2  A wall that was closed may end before another hole, so that all is done again until nothing is left to close. A
-#     hole has traces of a wall in it, a passage has none. Of a short hole these may be missing, too: where no ceiling
-#     was seen, it is closed at the end, before a free end of a wall, but not where that meets a wall that crosses, as
-#     walls beside a corridor do.
-# R3  Of a short wall with a door in it, all of the top may be missing. It is closed where in one line between two walls
-#     two jambs stand with a gap as wide as a door between them, or one that faces the end of a wall in that line. Jambs
-#     are as thick as walls, which leaves are not; and no wall runs close by, as behind the fronts of two cupboards.
-# R4  Where two walls at right angles end before their corner, and nothing was seen there, not even ground, both go on
-#     to the corner: no scanner looks into every corner. In a passage there is ground.
+# R1  A hole between the end of a straight wall and another wall before that end is closed if it is short and has traces
+#     of a wall, or if something stands below all along it. A hole at a corner of two walls is closed if something
+#     stands below.
+# R2  All steps are repeated until no hole is left, since a closed hole may end before another one. A passage has no
+#     traces of a wall. A short hole may lack them too: where no ceiling was seen, it is closed in the end if it lies
+#     before a free end of a wall. It stays open if that end meets a crossing wall, as beside a corridor.
+# R3  The top of a short wall with a door may be missing entirely. It is closed if in one line between two walls stand
+#     two jambs with a gap as wide as a door between them, or one jamb that faces the end of a wall in that line. Jambs
+#     are as thick as walls, unlike leaves. No other wall may run close by, as behind the fronts of two cupboards.
+# R4  Two walls at right angles that end before their corner go on to it if nothing was seen there, not even ground: a
+#     scanner does not see every corner. In a passage there is ground.
 # ---------------------------------------------------------------------------------------------------------------------
 
 TURNS = 24
@@ -117,13 +117,16 @@ PASSES, FILLING = 6, 2
 """The first passes also fill what is rough."""
 ALONGSIDE = 2
 CORNER_M = 0.75
-"""R4: how far before their corner walls end at most."""
+"""R4: the greatest distance from the end of a wall to its corner, metres."""
 CLOSE_BY_M = 0.8
-"""The back of a deep cupboard: so far behind its front a wall runs."""
+"""The depth of a deep cupboard: a wall runs at most this far behind its front, metres."""
 
 
 def close_wall_holes(reaching: Bools, body: Bools, traces: Bools, raster: Raster, *, has_ceiling: bool) -> Bools:
-    """Close the holes in what reaches the top of the walls; ``body`` is what stands below, ``traces`` what is faint."""
+    """Close the holes in ``reaching``, the cells that reach the top of the walls (R1 to R3).
+
+    ``body`` has the cells where something stands below, ``traces`` those with faint signs of a wall.
+    """
     untraced = has_ceiling
     for k in range(PASSES):  # R2
         found = _continue_runs(_between_jambs(reaching, body, raster), body, traces, raster)
@@ -138,12 +141,12 @@ def close_wall_holes(reaching: Bools, body: Bools, traces: Bools, raster: Raster
 
 
 def _holes(found: Bools, reaching: Bools) -> Bools:
-    """Return what was closed and does not merely lie along a wall: a wavy one would grow with each pass."""
+    """Return the newly closed parts, without those that lie along a wall: a wavy wall would grow with each pass."""
     return parts_touching(found & ~reaching, ~grow_mask(reaching, ALONGSIDE))
 
 
 def _continue_runs(reaching: Bools, body: Bools, traces: Bools, raster: Raster) -> Bools:
-    """R1: return straight runs continued to what stands before their ends, and to their corners with others."""
+    """R1: return the walls with straight runs continued to what stands before their ends, and to their corners."""
     below = grow_mask(body, 1)
     angles = np.pi * np.arange(TURNS) / TURNS
     runs = _runs(reaching, raster)
@@ -164,7 +167,7 @@ def _continue_runs(reaching: Bools, body: Bools, traces: Bools, raster: Raster) 
 
 
 def _without_traces(reaching: Bools, raster: Raster) -> Bools:
-    """R2: short holes before the free ends of walls."""
+    """R2: return the walls with short holes before their free ends closed, traces or not."""
     found = reaching.copy()
     for turn, run in enumerate(_runs(reaching, raster)):
         angle = np.pi * turn / TURNS
@@ -176,7 +179,7 @@ def _without_traces(reaching: Bools, raster: Raster) -> Bools:
 
 
 def _runs(reaching: Bools, raster: Raster) -> list[Bools]:
-    """Return the straight walls in each direction; what fits into a wavy wall along the raster is no oblique one."""
+    """Return the straight walls in each direction; runs inside a wavy wall along the raster are not oblique walls."""
     wavy = grow_mask(reaching, 2)
     long = raster.size(HOLE_M)
     straight = wavy & grow_mask(
@@ -191,7 +194,7 @@ def _runs(reaching: Bools, raster: Raster) -> list[Bools]:
 
 
 def _gaps_in_line(reaching: Bools, ending: Bools, angle: float, cells: int, within: Bools | None = None) -> Bools:
-    """Return what lies in one direction between two walls, at most so many cells apart, beyond the end of a run."""
+    """Return the gaps of at most ``cells`` between two walls, at ``angle`` radians, beyond the end of a run."""
     hole = line_kernel(angle, cells)
     gaps = cv2.morphologyEx(reaching.view(np.uint8), cv2.MORPH_CLOSE, hole).view(bool) & ~reaching
     if within is not None:
@@ -200,13 +203,13 @@ def _gaps_in_line(reaching: Bools, ending: Bools, angle: float, cells: int, with
 
 
 def _as_sheets(found: Bools, reaching: Bools) -> Bools:
-    """Return what was found beyond what reaches the top, as wide as what was seen."""
+    """Return the found cells beyond ``reaching``, widened to the width of the walls seen."""
     thin = found & ~reaching & ~open_mask(found, square_kernel(SHEET))
     return found | grow_mask(thin, CUT_SPREAD_CELLS)
 
 
 def _across(by_turn: list[Bools], turn: int) -> Bools:
-    """Return all that lies in one of the directions that cross this one."""
+    """Return the cells of the directions that cross direction ``turn``."""
     return np.asarray(
         np.logical_or.reduce([by_turn[(turn + k) % TURNS] for k in range(TURNS // 3, 2 * TURNS // 3 + 1)])
     )
@@ -251,7 +254,7 @@ def _close_by(walls: Bools, raster: Raster) -> Bools:
 
 
 def _short_walls(walls: Bools, standing: Bools, raster: Raster) -> Iterator[tuple[int, int, int]]:
-    """Rows with their first cell and the one after the last, where two jambs stand between two walls."""
+    """Yield (row, first cell, cell after the last) where two jambs stand between two walls."""
     least, most = (raster.size(m) for m in SINGLE_DOOR_M)
     jamb, longest = raster.size(HAND_M), raster.size(BLOCK_M)
     in_line = open_mask(np.ascontiguousarray(walls), line_kernel(0.0, raster.size(RUN_M)))
@@ -272,7 +275,7 @@ def _short_walls(walls: Bools, standing: Bools, raster: Raster) -> Iterator[tupl
 
 
 def _gap(standing: npt.NDArray[np.bool_]) -> tuple[int, int] | None:
-    """Return where the only gap in what stands begins and ends."""
+    """Return where the gap in what stands begins and ends, or None unless there is exactly one."""
     free = np.flatnonzero(~standing)
     if not len(free) or free[-1] - free[0] + 1 != len(free):
         return None
@@ -284,13 +287,14 @@ def _gap(standing: npt.NDArray[np.bool_]) -> tuple[int, int] | None:
 #
 # R1  What reaches the top of the walls, above doors, furniture and open leaves, is wall or hangs over a doorway.
 # R2  A part of every scan is missing: holes in the walls are closed, as above.
-# R3  Two faces with no more than a wall between them are the two sides of one.
-# R4  Around all that is inside stands an outer wall, also where none was seen. Where over more than a hole of a wall
-#     nothing was seen that stands, it is the edge of what was seen (``open_edge``) and no wall: the room goes on there.
-# R5  A region between walls in which no ground was seen is no room, and filled, if the scan has ground elsewhere. So is
-#     a region beside the largest one along which hardly a wall was seen: what a scanner saw through a window or a door.
+# R3  Two faces at most a wall's thickness apart are the two sides of one wall.
+# R4  An outer wall surrounds the inside, also where none was seen. A stretch of it longer than a hole, where nothing
+#     was seen standing, is not a wall but the edge of the scan (``open_edge``): the room goes on there.
+# R5  A region between walls without ground is filled, as it is not a room, if the scan has ground elsewhere. A region
+#     with hardly a wall along its edge, other than the largest, is filled too: a scanner saw it through a window or a
+#     door.
 # R6  A doorway is a place in a wall where nothing stands from the floor to head height, as long as a door is wide, with
-#     air of the house on both sides: the place of a window or of a door to the outside has a back.
+#     air of the house on both sides. A window or a door to the outside has no such air behind it.
 # ---------------------------------------------------------------------------------------------------------------------
 
 ABOVE_DOORS_M = 2.2
@@ -313,7 +317,7 @@ class WallMasks:
 
 
 def wall_top_height(columns: Columns) -> float:
-    """Up to which height (m) walls stand: above it, far less is seen than in the middle of the house."""
+    """Return the height, metres, up to which walls stand: above it, far fewer cells are marked than halfway up."""
     amount = columns.amount
     middle = np.median(amount[columns.heights < HEAD_M]) if len(amount) else 0.0
     high = columns.heights[amount > STANDS * middle]
@@ -355,7 +359,7 @@ def find_wall_masks(columns: Columns) -> WallMasks:
 
 
 def _without_specks(mask: Bools, raster: Raster) -> Bools:
-    """Without what is shorter than any wall."""
+    """Return a mask without the parts shorter than any wall."""
     count, label, boxes, _ = cv2.connectedComponentsWithStats(mask.view(np.uint8), connectivity=8)
     long = np.maximum(boxes[:, cv2.CC_STAT_WIDTH], boxes[:, cv2.CC_STAT_HEIGHT]) >= raster.size(RUN_M)
     long[0] = False
@@ -372,9 +376,9 @@ def _outside(inside: Bools, raster: Raster) -> Bools:
 
 
 def _open_edge(band: Bools, walls: Bools, columns: Columns) -> Bools:
-    """R4: return the parts of the band around the house that are longer than a hole and lie before nothing that stands.
+    """R4: return the parts of the band around the house that are longer than a hole and have nothing standing near.
 
-    Of a wall of which little was seen, cells beside each other hold different heights.
+    Neighbouring cells count together: in a wall that was hardly seen, each cell has other heights.
     """
     raster = columns.raster
     far = raster.size(PARTITION_M) + BEFORE
@@ -396,12 +400,12 @@ def _longer_than_a_hole(mask: Bools, raster: Raster) -> Bools:
 
 
 def _has_ground(air: Bools, columns: Columns) -> bool:
-    """Return whether enough ground was seen under the air that missing ground says something."""
+    """Return whether so much ground was seen under the air that missing ground means something."""
     return bool(air.any() and columns.ground[air].mean() >= SOME)
 
 
 def _unseen_cells(air: Bools, columns: Columns) -> Bools:
-    """R5; where little ground was seen at all, it says nothing."""
+    """R5: return the regions without ground; nothing if the scan has little ground at all."""
     import scipy.ndimage
 
     if not _has_ground(air, columns):
@@ -429,7 +433,7 @@ def _regions_without_walls(air: Bools, walls: Bools) -> Bools:
 
 
 def _shrink(solid: Bools) -> Bools:
-    """Drawn in by what noise and raster have spread the faces; a lone sheet, which would vanish, is kept."""
+    """Return the walls, shrunk by the cells that noise and raster added; a sheet that would vanish is kept."""
     core = open_mask(
         cv2.erode(solid.view(np.uint8), square_kernel(2 * CUT_SPREAD_CELLS + 1)).view(bool), square_kernel(SHEET)
     ).view(bool)
@@ -451,7 +455,7 @@ def _doorways(free: Bools, air: Bools, raster: Raster) -> tuple[Floats, ...]:
 
 
 def _box(points: npt.NDArray[np.int64], pixels: int) -> Floats:
-    """The rectangle (4, 2) around pixels, long side first: along the raster if they fill it well, else the smallest."""
+    """Return a rectangle (4, 2) around pixels, long side first: along the raster if they fill that, else the least."""
     low, high = points.min(axis=0), points.max(axis=0)
     (x1, y1), (x2, y2) = low, high
     box = np.array([[x1, y1], [x2, y1], [x2, y2], [x1, y2]], float)
@@ -475,7 +479,7 @@ def _share(mask: Bools, line: Floats) -> float:
 
 
 def _stretch_to_jambs(box: Floats) -> Floats:
-    """From jamb to jamb: faces were spread by so much along the wall, and the wall may bulge across."""
+    """Return a doorway's box from jamb to jamb, without the spread of the faces, and deeper for a wall that bulges."""
     centre = box.mean(axis=0)
     along, across = box[1] - box[0], box[3] - box[0]
     length, depth = float(np.hypot(*along)), float(np.hypot(*across))
@@ -492,7 +496,7 @@ def _stretch_to_jambs(box: Floats) -> Floats:
 CONTOUR_ROUGH_M = 0.045
 """Contours are drawn with as few corners as this allows."""
 EDGE = 0.25
-"""Cells by which a contour, drawn through the middles of cells, lies inside: a face is in the middle of its cell."""
+"""Cells by which a contour through the middles of cells lies inside the mask's edge."""
 
 
 def mask_to_area(mask: Bools, raster: Raster) -> BaseGeometry:
@@ -527,7 +531,7 @@ def _ring(points: Floats, raster: Raster) -> Floats:
 
 
 def _sharpen_corners(corners: Floats, longest: float) -> Floats:
-    """A short edge between a level and an upright one is their corner, which noise has cut off."""
+    """Replace each short edge between a level and an upright edge by their corner, which noise has cut off."""
     d = np.roll(corners, -1, axis=0) - corners
     length = np.hypot(*d.T)
     level, upright = np.abs(d[:, 1]) <= SKEW * np.abs(d[:, 0]), np.abs(d[:, 0]) <= SKEW * np.abs(d[:, 1])

@@ -4,11 +4,11 @@ Slabs of one wall overlap, are skewed by a degree, or stand a centimetre apart, 
 stair-steps and slivers. Each edge becomes part of a line, and the outline is drawn again from the crossings of its
 lines.
 
-R1  Directions that many long edges share are the house's; an edge takes one if that moves its ends by no more than
-    ``offset_m``. A shared direction within ``angle_deg`` of an axis is the axis.
+R1  The directions that many long edges share are the house's. An edge takes a shared direction if that moves its ends
+    by at most ``offset_m``. A shared direction within ``angle_deg`` of an axis becomes the axis.
 R2  Parallel edges that look the same way, closer than ``offset_m`` and next to each other, lie on one line.
 R3  A step that is shorter than ``offset_m`` between two edges is dropped.
-R4  An outline that would change by more than that keeps its own edges.
+R4  An outline that would change by more than ``offset_m`` keeps its own edges.
 """
 
 from __future__ import annotations
@@ -51,9 +51,9 @@ class _Edges:
 
 
 def are_straight(rooms: Sequence[Polygon], apart_m: float) -> bool:
-    """Return whether all edges of some rooms are parallel to an axis, and none runs within ``apart_m`` beside another.
+    """Return whether all edges of some rooms are parallel to an axis and run more than ``apart_m`` from each other.
 
-    Then no part of a room is thinner, no edge shorter, and nothing is left to straighten within that distance.
+    Then no part of a room is thinner than that, no edge is shorter, and nothing is left to straighten.
     """
     points, ring = shapely.get_coordinates(shapely.get_rings(rooms), return_index=True)
     on = np.flatnonzero(ring[1:] == ring[:-1])
@@ -145,7 +145,7 @@ def _shared_lines(edges: _Edges, angle: Floats, normal: Floats, offset_m: float)
     low = (edges.start * along).sum(axis=1)
     high = (edges.end * along).sum(axis=1)
     length = edges.length
-    result = np.asarray(own * length / length)  # that of an edge which has its line to itself
+    result = np.asarray(own * length / length)  # for an edge that shares its line with no other
     offsets, angles, lengths = own.tolist(), angle.tolist(), length.tolist()
     spans = list(zip(low.tolist(), high.tolist(), strict=True))
     for together in _may_share_lines(angle, own, low, high, offset_m):
@@ -164,10 +164,10 @@ def _shared_lines(edges: _Edges, angle: Floats, normal: Floats, offset_m: float)
 
 
 def _may_share_lines(angle: Floats, own: Floats, low: Floats, high: Floats, offset_m: float) -> list[list[int]]:
-    """Return the sets of two edges or more, their indices ascending, of which none shares a line with another set's.
+    """Return sets of two or more edges (ascending indices); edges of different sets cannot share a line.
 
-    Edges (n,) are sorted by their direction, then by their offset, then by where they begin, and parted where the step
-    from all edges before is too wide.
+    Edges (n,) are parted by direction, then by offset, then by their place along the line: wherever the step to the
+    next edge is too wide.
     """
     part = np.zeros(len(own), np.int64)
     around = np.sort(angle)
@@ -197,7 +197,7 @@ def _running_maximum(values: Floats, part: npt.NDArray[np.int64]) -> Floats:
 
 
 def _within_reach(spans: list[tuple[float, float]], index: list[int], leader: int) -> list[int]:
-    """Candidates (n,) on the leader's line, each within reach of the stretch that the others cover already."""
+    """Return the candidates on the leader's line, each within reach of the stretch that the ones before it cover."""
     start, end = spans[leader]
     inside: list[int] = []
     while True:

@@ -57,15 +57,15 @@ from pipeline.tolerances import (
 # ---------------------------------------------------------------------------------------------------------------------
 # Gaps of full height: where a wall ends and goes on, or meets another, after a step of free floor.
 #
-# Two planes never differ in such a gap, so it is found from the walls' ends: an end is a short edge of the wall's
-# outline between two right angles; the gap is what lies between it and the wall that it points at.
+# Such a gap shows in no difference of two planes, so it is found from the ends of walls. An end is a short edge of the
+# wall's outline between two right angles; the gap lies between the end and the wall that it points at.
 #
-# R1  Where that is the end of another wall, the gap is a hole in one wall. The two walls may stand a little aside of
-#     each other, as those drawn by hand do.
-# R2  Where it is a wall that crosses, the gap is as wide as a door with one leaf at most, or every wall that juts into
-#     a corridor would part it in two.
-# R3  A nib, too short to be told from a pilaster, is the end of a wall where another end or nib faces it in line.
-# R4  A wall of two sheets, of which one ends a little before the other (``STAND_M``), ends where the longer one does.
+# R1  If the end points at the end of another wall, the gap is a hole in one wall. The two walls may be slightly out of
+#     line, as in drawings by hand.
+# R2  If the end points at a crossing wall, the gap is at most as wide as a door with one leaf. Otherwise every wall
+#     that juts into a corridor would part the corridor in two.
+# R3  A nib, too short to be told from a pilaster, counts as an end if another end or nib faces it in line.
+# R4  If one sheet of a wall ends a little before the other (``STAND_M``), the wall ends with the longer sheet.
 # ---------------------------------------------------------------------------------------------------------------------
 
 SQUARE_TURN = np.sin(np.deg2rad(25.0))
@@ -75,7 +75,7 @@ SQUARE_TURN = np.sin(np.deg2rad(25.0))
 class WallEnd:
     """The short edge ``a`` to ``b`` (2,) at the end of a wall, and the unit vector ``out`` that points on from it.
 
-    ``is_nib`` is True where it juts from a wall by less than a wall does that ends.
+    ``is_nib`` is True if it juts out too little to be surely the end of a wall (R3).
     """
 
     a: npt.NDArray[np.float64]
@@ -89,22 +89,19 @@ class WallEnd:
         return np.asarray((self.a + self.b) / 2)
 
     def faces(self, other: WallEnd) -> bool:
-        """Return whether two ends look at each other in one line, as those of one wall do."""
+        """Return whether two ends face each other in one line, as the ends at a hole in one wall do."""
         aside = np.array([-self.out[1], self.out[0]])
         width, other_width = (np.hypot(*(end.b - end.a)) for end in (self, other))
         beside = abs(dot_product(other.centre - self.centre, aside))
         return bool(dot_product(other.out, self.out) < -PARALLEL and max(abs(width - other_width), beside) < STAND_M)
 
     def width_of(self, gap: Polygon) -> float:
-        """Return how wide a gap before the end is, in metres: as far as it goes on from the end."""
+        """Return the width of a gap before the end, metres: its extent in the direction ``out``."""
         return float(np.ptp(dot_product(shapely.get_coordinates(gap), self.out)))
 
 
 def wall_ends(walls: BaseGeometry, thickest_m: float = THICK_WALL_M, *, nibs: bool = False) -> Iterator[WallEnd]:
-    """Every free end of a straight wall up to ``thickest_m``.
-
-    With ``nibs`` also those that only what they face tells from pilasters.
-    """
+    """Yield every free end of a straight wall up to ``thickest_m``; with ``nibs`` also the nibs (R3)."""
     parts = polygons_of(walls)
     if parts:
         yield from (end for end in _ends_of(trace_outlines(parts, LAP_M), thickest_m) if nibs or not end.is_nib)
@@ -142,9 +139,9 @@ def _ends_of(walls: OutlineCorners, thickest_m: float) -> Iterator[WallEnd]:
 
 
 def gap_beyond_wall_end(end: WallEnd, walls: BaseGeometry, reach_m: float) -> Polygon | None:
-    """Return the rectangle from a wall's end to the wall it points at, or None if none stands within ``reach_m``.
+    """Return the rectangle from a wall's end to the wall it points at, or None without a wall within ``reach_m``.
 
-    Where that wall ends right there, some of the end's breadth may point past it: what stands beyond is another wall.
+    That wall may end right there, so that part of the end's breadth points past it; a wall farther on does not count.
     """
     aside = np.array([-end.out[1], end.out[0]]) * 0.01
     inner = (end.a + aside, end.b - aside) if dot_product(end.b - end.a, aside) > 0 else (end.a - aside, end.b + aside)
@@ -173,7 +170,7 @@ def gap_fillings(
     tall
         Walls that stand from the floor to above head height; a gap lies between two of them.
     standing
-        All that closes the plane; a gap that it fills already is none.
+        All that closes the plane; a gap that it already fills is left out.
     ends
         The ``wall_ends`` with their nibs, if they are known already.
     """
@@ -197,7 +194,10 @@ def gap_fillings(
 
 
 def each_place_once(found: Sequence[Polygon]) -> list[int]:
-    """A gap between two ends is found from both; the first stands for what lies mostly in it. Return those kept."""
+    """Return the indices of ``found`` without repetitions: shapes that lie mostly in an earlier one are dropped.
+
+    A gap between two ends is found from both.
+    """
     kept: list[int] = []
     for k, gap in enumerate(found):
         if not any(intersect(gap, found[j]).area > MOST * min(gap.area, found[j].area) for j in kept):
@@ -206,12 +206,12 @@ def each_place_once(found: Sequence[Polygon]) -> list[int]:
 
 
 def _strip_before_end(end: WallEnd, reach_m: float) -> Polygon:
-    """Return the strip before a wall's end where nothing stands in its line."""
+    """Return the strip before a wall's end, as broad as the end and ``reach_m`` long."""
     return Polygon([end.a, end.b, end.b + reach_m * end.out, end.a + reach_m * end.out])
 
 
 def _between_ends(gap: Polygon, end: WallEnd, ends: list[WallEnd], reach_m: float) -> Polygon | None:
-    """The gap from a wall's end to that of one that comes the other way, or None if another wall crosses (R1, R3)."""
+    """Return the gap from a wall's end to an end that faces it, or None if another wall comes between (R1, R3)."""
     near = shapely.buffer(gap, HAND_M, cap_style="square", join_style="mitre")
     found = []
     for other in ends:
@@ -229,7 +229,7 @@ def _between_ends(gap: Polygon, end: WallEnd, ends: list[WallEnd], reach_m: floa
 
 
 def _strip(end: WallEnd, other: WallEnd) -> Polygon | None:
-    """The filling between two ends: where they overlap, or all that lies between them; None if they are apart (R1)."""
+    """Return the filling between two ends: their overlap, or all between them; None if they are too far aside (R1)."""
     aside = np.array([-end.out[1], end.out[0]])
     (a, b), (c, d) = (np.sort([dot_product(side, aside) for side in (each.a, each.b)]) for each in (end, other))
     low, high = max(a, c), min(b, d)
@@ -244,11 +244,11 @@ def _strip(end: WallEnd, other: WallEnd) -> Polygon | None:
 
 
 def crack_fillings(walls: BaseGeometry) -> list[Polygon]:
-    """Fillings of the cracks between walls that nearly meet, in a corner for the most part: no hand goes through.
+    """Return fillings of the cracks between walls that nearly meet, mostly in a corner.
 
-    A crack is what a disc with the radius of ``HAND_M`` cannot enter, and no longer than a wall is thick: a slit
-    between two walls is another thing. It is open on two sides; the corner of a room is on one. So walls that are
-    grown by ``HAND_M`` close a crack: they join two walls, or part a space in two. Most houses have none.
+    A disc with the radius ``HAND_M`` cannot enter a crack, and a crack is no longer than a wall is thick, unlike a slit
+    between two walls. A crack is open on two sides, the corner of a room on one side only. So walls grown by ``HAND_M``
+    close cracks: they join two walls, or part a space in two. Most houses have no cracks.
     """
     grown = shapely.buffer(walls, HAND_M, quad_segs=4)
     if not _joins_or_parts(grown, walls):
@@ -268,7 +268,7 @@ def crack_fillings(walls: BaseGeometry) -> list[Polygon]:
 
 
 def _joins_or_parts(grown: BaseGeometry, walls: BaseGeometry) -> bool:
-    """Return whether walls, grown, join some that stand apart, or leave two places of one space or of the outside."""
+    """Return whether growing the walls joins parts that stand apart, or parts a space or the outside."""
     parts, left = polygons_of(walls), polygons_of(grown)
     if len(parts) != len(left):
         return True
@@ -302,19 +302,19 @@ def contact_fillings(walls: BaseGeometry) -> list[Polygon]:
 # ---------------------------------------------------------------------------------------------------------------------
 # The mouths of a room: narrow places, where a person sees one room end and the next begin.
 #
-# R1  A mouth lies between the end of a wall, or of a block between two rooms, and the wall that the end points at, or
-#     that ends a partition's breadth beside where it points.
-# R2  On both sides, right behind it, the room is at least twice as broad as the mouth is wide. So the
-#     end of a corridor is none: one side is as broad as the mouth. Behind a mouth between blocks that is not ``TWICE``
-#     as wide as deep, the room holds a disc ``WIDER`` times as wide as the mouth; so a corridor between bends and
-#     crossings is none. A hole in one wall, with a jamb on either side, may take ``NARROW_IN_WALL`` of the breadth.
-#     A block deeper than ``BLOCK_M`` makes a mouth that is no deeper than wide; what is deeper is a corridor.
-# R3  Both parts are as large as a room. Of several mouths, the one that is narrowest beside its two sides comes first.
-# R4  The end of a corridor up to ``UNNAMED_WAY_M`` wide, at a corner beyond which a room is twice as broad, is a mouth
-#     where the corridor is a hall: two ends or more part it from rooms into which nothing else leads but from outside,
-#     and another way leads into the hall. Such a room holds a disc as in R2, or it is a bend. A gap as wide as the hall
-#     is broad is an end that is closed already. A corridor between rooms with other ways is a part of them, as in an
-#     open plan.
+# R1  A mouth lies between the end of a wall, or of a block between two rooms, and the wall that the end points at. That
+#     wall may also end a partition's breadth beside the point.
+# R2  Right behind a mouth, on both sides, the room is at least twice as broad as the mouth is wide. This excludes the
+#     end of a corridor, where one side is as broad as the mouth. A mouth between blocks that is not ``TWICE`` as wide
+#     as deep needs room behind it for a disc ``WIDER`` times as wide as the mouth. This excludes a corridor between
+#     bends and crossings. A hole in one wall, with a jamb on either side, may take ``NARROW_IN_WALL`` of the breadth.
+#     A mouth at a block deeper than ``BLOCK_M`` is no deeper than wide; otherwise it is a corridor.
+# R3  Both parts are as large as a room. Of several mouths, the narrowest compared with its two sides comes first.
+# R4  The end of a corridor, up to ``UNNAMED_WAY_M`` wide, at a corner beyond which a room is twice as broad, is a mouth
+#     if the corridor is a hall. A hall has two ends or more and another way into it; no other way inside leads into the
+#     rooms behind its ends. Such a room holds a disc as in R2, or else it is a bend. A gap as wide as the hall is broad
+#     counts as an end that is closed already. A corridor between rooms with other ways belongs to them, as in an open
+#     plan.
 # ---------------------------------------------------------------------------------------------------------------------
 
 NARROW_IN_WALL = 0.65
@@ -343,14 +343,14 @@ class _Mouth(NamedTuple):
 def find_mouths(rooms: Sequence[Polygon], walls: BaseGeometry, ways: Sequence[Opening] = ()) -> list[list[Opening]]:
     """Return the mouths that part ``rooms`` into more rooms.
 
-    Mouths of one wall that part a room only together are in one list, and so are those that make a hall.
+    One list holds the mouths of one wall that part a room only together, or the mouths of one hall.
 
     Parameters
     ----------
     walls
         All that closes the rooms.
     ways
-        Which of it are doorways, openings and gaps.
+        The doorways, openings and gaps among it.
     """
     ends = list(wall_ends(walls, HALL_M, nibs=True)) if rooms else []
     every = [mouth for end in ends if (mouth := _mouth_at(end, ends, walls)) is not None]
@@ -404,7 +404,7 @@ def _mouth_at(end: WallEnd, ends: Sequence[WallEnd], walls: BaseGeometry) -> _Mo
 
 
 def _distance_beside(end: WallEnd, aside: npt.NDArray[np.float64], walls: BaseGeometry) -> float:
-    """Return how far away the first wall stands so much aside of where a wall's end points; infinite if none does."""
+    """Return the distance, m, from a wall's end, shifted by ``aside`` (2,), to the first wall in its line, or inf."""
     start = end.centre + aside
     ray = shapely.linestrings([start + 1e-3 * end.out, start + HALL_M * end.out])
     hit = shapely.get_coordinates(shapely.intersection(ray, walls))
@@ -412,7 +412,7 @@ def _distance_beside(end: WallEnd, aside: npt.NDArray[np.float64], walls: BaseGe
 
 
 def _part_at_mouths(room: Polygon, row: Sequence[_Mouth]) -> tuple[float, list[Polygon]] | None:
-    """R2, R3: how narrow mouths are beside the room behind them, and the two parts; None if they do not part it so."""
+    """Return the mouths' width as a share of the breadth behind them, and the two parts; None by R2 or R3."""
     mouths = [mouth.opening for mouth in row]
     parts = [p for p in polygons_of(subtract(room, unite(m.polygon for m in mouths))) if p.area >= MOUTH_ROOM_M2]
     if len(parts) < 2:
@@ -448,26 +448,26 @@ def _room_behind_mouth(mouth: Opening, way: int, parts: Sequence[Polygon]) -> tu
 
 
 def _holds_wider_disc(part: Polygon, mouth: Opening, at: shapely.Point) -> bool:
-    """Return whether near a point there is a disc in a part ``WIDER`` times as wide as a mouth: no corridor is (R2)."""
+    """Return whether a part holds, near a point, a disc ``WIDER`` times as wide as a mouth; no corridor does (R2)."""
     wide = WIDER * mouth.width
     return bool(shapely.dwithin(shapely.buffer(part, -wide / 2), at, 2 * wide))
 
 
 class _HallEnd(NamedTuple):
-    """The end of a corridor in a room, the part of the room before it, and how much of the breadth behind it takes."""
+    """The end of a corridor in a room, the part of the room before it, and its share of the breadth behind it."""
 
     opening: Opening
     before: Polygon
     share: float
 
     def faces(self, other: _HallEnd) -> bool:
-        """Return whether each of two ends lies before the other, and so what lies between them before both."""
+        """Return whether each of two ends lies before the other: the area between them lies before both."""
         ours, theirs = (shapely.points(each.opening.centre) for each in (self, other))
         return bool(self.before.contains(theirs) and other.before.contains(ours))
 
 
 def _hall_ends(room: Polygon, corridors: Sequence[Opening], ways: Sequence[Opening]) -> list[Opening]:
-    """R4: the ends of a hall in a room, or nothing; ``ways`` are what else leads into it."""
+    """R4: return the ends of a hall in a room, or nothing; ``ways`` are all other ways of the storey."""
     inside = [strip for strip in corridors if shapely.contains(room, shapely.points(strip.centre))]
     inner = unite(way.polygon for way in ways if not (way.is_strip and way.leads_outside))
     ends = [end for strip in inside if (end := _hall_end(strip, room, inner)) is not None]
@@ -488,7 +488,7 @@ def _hall_ends(room: Polygon, corridors: Sequence[Opening], ways: Sequence[Openi
 
 
 def _is_breadth_of(hall: Polygon, way: Opening) -> bool:
-    """Return whether a gap is as wide as the hall is broad before it: the end of a corridor that is closed already."""
+    """Return whether a gap is as wide as the hall before it, so that it already closes an end of the hall (R4)."""
     if way.closed_by not in GAPS or not way.is_strip:
         return False
     before = [seen[1] for side in (1, -1) if (seen := _room_behind_mouth(way, side, [hall])) is not None]
@@ -496,7 +496,7 @@ def _is_breadth_of(hall: Polygon, way: Opening) -> bool:
 
 
 def _ends_of_corridors(walls: BaseGeometry) -> list[Opening]:
-    """Return the strips across what is up to ``UNNAMED_WAY_M`` wide beside a convex corner of the walls (R4).
+    """Return the strips across places up to ``UNNAMED_WAY_M`` wide beside a convex corner of the walls (R4).
 
     ``along`` runs from the corner to the wall that faces it, and ``across`` out of the corridor.
     """
@@ -526,7 +526,7 @@ def _ends_of_corridors(walls: BaseGeometry) -> list[Opening]:
 
 
 def _hall_end(strip: Opening, room: Polygon, inner: BaseGeometry) -> _HallEnd | None:
-    """Return the end of a corridor if it parts a room, and only the part behind it is a room twice as broad (R4).
+    """Return the end of a corridor if it parts a room and only the part behind it is twice as broad (R4).
 
     ``inner`` are all other ways between spaces.
     """
@@ -535,7 +535,7 @@ def _hall_end(strip: Opening, room: Polygon, inner: BaseGeometry) -> _HallEnd | 
     if behind is None or before is None or behind[0] == before[0]:
         return None
     far, share = parts[behind[0]], strip.width / behind[1]
-    is_end = share <= MOST < strip.width / before[1]  # what is broad on both sides is a mouth (R2)
+    is_end = share <= MOST < strip.width / before[1]  # if both sides are broad, it is a mouth by R2
     is_end = is_end and far.area >= MOUTH_ROOM_M2 and not shapely.dwithin(far, inner, CRACK_M)
     is_end = is_end and _holds_wider_disc(far, strip, shapely.points(strip.centre))
     return _HallEnd(strip, parts[before[0]], share) if is_end else None
@@ -546,9 +546,9 @@ def _hall_end(strip: Opening, room: Polygon, inner: BaseGeometry) -> _HallEnd | 
 #
 # R1  An opening lies in the middle between two rooms, at most ``THICK_WALL_M`` apart, where nothing stands. It is
 #     straight and wide enough to walk through.
-# R2  Walls stand at both of its ends, and at one end or both a wall goes on that parts the same two rooms: somebody
-#     drew the wall and left the way open. Two rooms without any wall between them have no opening: they are one space
-#     that the source divides.
+# R2  Walls stand at both of its ends. At one end or both, a wall that parts the same two rooms goes on: somebody drew
+#     the wall and left the way open. Two rooms without a wall between them have no opening: they are one space that the
+#     source divides.
 # ---------------------------------------------------------------------------------------------------------------------
 
 Floats = npt.NDArray[np.float64]
@@ -560,9 +560,9 @@ def find_doorless_openings(rooms: Sequence[Polygon], free: BaseGeometry, walls: 
     Parameters
     ----------
     free
-        Where openings may lie: what of the plan nothing closes.
+        The area where openings may lie: all that nothing closes.
     walls
-        What stands.
+        The area of the walls that stand.
     """
     if len(rooms) < 2 or free.is_empty or walls.is_empty:
         return []
