@@ -58,24 +58,21 @@ from pipeline.tolerances import (
 #
 # The segments of a plane are noded together and cut it into faces. Whether a face is wall is decided face by face,
 # never component by component: walls may fall into hundreds of open shells (Sweet Home), and one file may hold solid
-# walls and sheets. Rules, for a face of the arrangement:
+# walls and sheets. Rules for a face:
 #
-# R1  it is wall if it is thin: no disc of ``solid_m`` across fits into it. A thin face that is open space is closed all
-#     round at this height, so nobody gets into it either;
-# R2  it is solid if it is thick and lies in a closed body: the section's segments wind around it, and a top and a
-#     bottom lie over and under it (a room of sheets that look outwards has neither). Only what of it is thick is
-#     massive (a chimney, a slab); the thin rest of the same body is wall, for walls and chimney may be one. What lies
-#     in it among other bodies, along most of its edge, is a room: a closed cladding stands around the house's walls;
-# R3  an edge between two faces that are not wall is a sheet, and gets ``sheet_m`` in all, with flat ends; a slit
-#     between two sheets is no face;
-# R4  a solid wall thinner than ``sheet_m`` gets as much too: on the 1 cm grid of a plan it would vanish.
-#
-# R5  Before all that, a mesh of many small faces (a scan) has its noise taken off: a corner every few centimetres would
-#     make strips too short to be doors of every lintel.
-#
-# R6  Where a massive body fills most of the plan from over the doors to the top of the walls, and not at breast height,
-#     it is no block but a box of rooms, drawn as sheets that look outwards, with its doors and windows cut out: of such
-#     a storey nothing is massive.
+# R1  A thin face is wall: no disc of ``solid_m`` across fits into it. A thin face that is open space is closed all
+#     round at this height, so nobody gets into it either.
+# R2  A thick face is solid if it lies in a closed body: the section's segments wind around it, and a top and a bottom
+#     lie over and under it (a room of sheets that look outwards has neither). Only its thick part is massive (a
+#     chimney, a slab); the thin rest of the body is wall, since walls and chimney may be one body. If most of its edge
+#     lies along other bodies inside it, the face is a room: a closed cladding stands around the walls of the house.
+# R3  An edge between two faces that are not wall is a sheet, and gets the thickness ``sheet_m``, with flat ends. A slit
+#     between two sheets is not a face.
+# R4  A solid wall thinner than ``sheet_m`` gets that thickness too: on the 1 cm grid of a plan it would vanish.
+# R5  The segments of a mesh of many small faces (a scan) are simplified first: a corner every few centimetres would
+#     split every lintel into strips too short for doors.
+# R6  A body that fills most of the plan above the doors, but not at breast height, is not massive. It is a box of
+#     rooms, drawn as sheets that look outwards, with doors and windows cut out. Then nothing in the storey is massive.
 # ---------------------------------------------------------------------------------------------------------------------
 
 _OFF_GRID = 0.137
@@ -86,9 +83,9 @@ Floats = npt.NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class WallSection:
-    """What stands at one height: ``walls`` (R1, R3) and massive ``solids`` (R2), apart, since a slab is no wall.
+    """What stands at one height: ``walls`` (R1, R3) and, apart from them, massive ``solids`` (R2), such as slabs.
 
-    ``closets`` are what of the walls is known to be space after all: over the heads of doors it is closed all round.
+    ``closets`` are the parts of ``walls`` known to be space, which walls close all round above the heads of doors.
     """
 
     walls: BaseGeometry
@@ -101,8 +98,8 @@ def section_from_segments(
 ) -> WallSection:
     """Walls and solids of a plane's segments.
 
-    Without ``sheets`` only closed bodies count: near the floor, a lone edge is the rim of a slab. Without ``winding``
-    nothing is massive: which way faces look says nothing.
+    Without ``sheets`` only closed bodies count: near the floor, a lone edge is the rim of a slab. Without ``winding``,
+    the directions of faces are not used, and nothing is massive.
     """
     cells = [cells_along(cut.ends[:, :, axis].ravel(), POINT_M, -_OFF_GRID) for axis in (0, 1)]
     snapped = np.asarray((np.stack(cells, axis=-1) + 0.5 - _OFF_GRID) * POINT_M, np.float64).reshape(-1, 2, 2)
@@ -132,7 +129,7 @@ def section_from_segments(
 
 
 def section_from_bodies(bodies: Shapes, *, sheet_m: float, solid_m: float) -> WallSection:
-    """Return the walls and solids of upright bodies (n,), of which the plan is known (R1, R2, R4)."""
+    """Return the walls and solids of upright bodies, given as plan polygons (n,) (R1, R2, R4)."""
     filled, spaces = enclosed_pieces(unite(_not_too_slim(bodies, sheet_m)))
     walls = np.array(polygons_of(filled), dtype=np.object_)
     if not len(walls):
@@ -164,12 +161,12 @@ def _lines_of(segments: Floats) -> npt.NDArray[np.object_]:
 
 def _not_too_slim(faces: npt.NDArray[np.object_], sheet_m: float) -> npt.NDArray[np.object_]:
     """R4: return the faces, and for each that is thinner than ``sheet_m`` a strip of that width along it."""
-    slim = 2 * shapely.area(faces) / shapely.length(faces) < NEARLY_ALL * sheet_m  # of a long strip: its thickness
+    slim = 2 * shapely.area(faces) / shapely.length(faces) < NEARLY_ALL * sheet_m  # thickness of a long strip
     return np.concatenate([faces, _strips(faces[slim], sheet_m)]) if slim.any() else faces
 
 
 def _strips(slim: npt.NDArray[np.object_], sheet_m: float) -> npt.NDArray[np.object_]:
-    """Strips ``sheet_m`` wide along those of the faces that are straight."""
+    """Return strips, ``sheet_m`` wide, along the straight ones of the faces."""
     if not len(slim):
         return slim
     boxes = shapely.minimum_rotated_rectangle(slim)
@@ -235,7 +232,7 @@ def _is_filled(found: WallSection, walls: BaseGeometry) -> bool:
 
 
 def _split_solids(solids: BaseGeometry, solid_m: float) -> tuple[BaseGeometry, BaseGeometry]:
-    """R2: return what of solid bodies is massive, and the thin rest of them, which is wall."""
+    """R2: return the massive part of solid bodies, and their thin rest, which is wall."""
     if solids.is_empty:
         return EMPTY, EMPTY
     massive = drop_thin_parts(solids, solid_m)
@@ -243,7 +240,7 @@ def _split_solids(solids: BaseGeometry, solid_m: float) -> tuple[BaseGeometry, B
 
 
 def _hollow_parts(solids: BaseGeometry, bodies: BaseGeometry) -> BaseGeometry:
-    """R2: return what of the solids lies among bodies that stand within them."""
+    """R2: return the parts of the solids that lie among bodies within them (rooms in a cladding)."""
     within = intersect(bodies, solids)
     if within.is_empty:
         return EMPTY
@@ -271,7 +268,7 @@ def thicken_lines(lines: BaseGeometry, thickness_m: float) -> BaseGeometry:
 
 
 def _turning_points(lines: BaseGeometry) -> npt.NDArray[np.object_]:
-    """Points at which a line turns back on itself, as two sheets do that leave a slit between them."""
+    """Return the points at which a line turns back on itself, as at the end of two sheets with a slit between them."""
     found: list[Floats] = []
     for line in shapely.get_parts(lines):
         points = shapely.get_coordinates(line)
@@ -308,7 +305,7 @@ def _inside(points: npt.NDArray[np.object_], cut: SectionSegments) -> npt.NDArra
 class MeasuredRings:
     """Rings (n, 2), unclosed; for each its signed area (m2, counter-clockwise positive) and its thickness (m).
 
-    The thickness of a long strip is just that; of any convex ring it is at least the radius of the largest disc in it.
+    The thickness is exact for a long strip; for any convex ring it is at least the radius of the largest disc in it.
     """
 
     rings: list[Floats]
@@ -340,16 +337,16 @@ class MeasuredRings:
 def chain_closed_rings(
     ends: Floats, body: npt.NDArray[np.int64], grid_m: float, thickest_m: float = np.inf
 ) -> tuple[MeasuredRings | None, npt.NDArray[np.bool_]]:
-    """The counter-clockwise rings of oriented segments (n, 2, 2), body by body, and which segments (n,) are in none.
+    """Return the counter-clockwise rings of oriented segments (n, 2, 2), and which segments (n,) are in no ring.
 
-    Ends are the same where they round to the same place of the grid. A body is left out as a whole where a segment of
-    it does not go on in exactly one other, where a ring runs clockwise (a hole, or a body turned inside out), or is
-    thicker than ``thickest_m``.
+    Rings are built body by body. Ends that round to the same place of the grid are the same. A body is left out as a
+    whole if a segment of it does not continue in exactly one other, or if a ring of it runs clockwise (a hole, a body
+    turned inside out) or is thicker than ``thickest_m``.
     """
     places = np.round(ends / grid_m).astype(np.int64)
     places -= places.min(axis=(0, 1))
     if places.max() >= 1 << 24 or body.max() >= 1 << 14:
-        return None, np.ones(len(ends), np.bool_)  # larger than their keys: 1.6 km, 16,384 bodies
+        return None, np.ones(len(ends), np.bool_)  # too large for the integer keys: 1.6 km, 16,384 bodies
     keys = (body[:, None] << 48) + (places[:, :, 0] << 24) + places[:, :, 1]
     good = np.ones(int(body.max()) + 1, np.bool_)
     order = np.argsort(keys[:, 0], kind="stable")
@@ -427,16 +424,16 @@ def _with_holes(shells: list[Floats], holes: list[Floats]) -> list[Polygon]:
 # ---------------------------------------------------------------------------------------------------------------------
 # Closets and shafts: narrow spaces in a closed body, as wide as the walls of other houses are thick.
 #
-# In a section over the heads of the doors nothing opens them, and by its width alone such a space is the inside of a
-# thick wall. Where the body is closed and wound with care, it is told by what the section winds around: not around the
-# space, but around the wall on every side of it. Sheets around a room give no such thing, whichever way they look.
+# A section over the heads of the doors cuts no opening to such a space, and its width is that of a thick wall. If the
+# body is closed and wound consistently, winding tells them apart: the section winds around the wall on every side, but
+# not around the space. Sheets around a room do not give this pattern, whichever way they look.
 # ---------------------------------------------------------------------------------------------------------------------
 
 
 def find_closets(
     faces: npt.NDArray[np.object_], solids: BaseGeometry, segments: npt.NDArray[np.float64]
 ) -> BaseGeometry:
-    """Return those of the narrow ``faces`` of a section that are spaces.
+    """Return the closets among the narrow ``faces`` of a section.
 
     ``solids`` are its massive bodies, ``segments`` (n, 2, 2) are oriented.
     """
@@ -456,15 +453,15 @@ def find_closets(
 # ---------------------------------------------------------------------------------------------------------------------
 # Walls made of two sheets, one on each face: the slit between them is wall, and their faces are the wall's faces.
 #
-# R1  A slit narrower than any door between two sheets that stand along much of its edge is the inside of a wall.
-#     Whether wall lies over it does not matter: beside an opening up to the ceiling, it is open at all heights.
-# R2  A sheet of such a wall needs no thickness of its own: the half of it that lies outside the wall is taken off, but
-#     where more wall stands against it.
+# R1  A slit narrower than any door is the inside of a wall if two sheets stand along much of its edge. No wall needs to
+#     lie over it: beside an opening up to the ceiling, the slit is open at all heights.
+# R2  A sheet of such a wall needs no thickness of its own: its outer half is removed, except where more wall stands
+#     against it.
 # ---------------------------------------------------------------------------------------------------------------------
 
 
 def fill_slits_between_sheets(walls: BaseGeometry, sheet_m: float) -> BaseGeometry:
-    """Walls with the slits between their sheets filled; ``sheet_m`` is how thick a sheet was drawn, metres."""
+    """Return walls with the slits between their sheets filled; ``sheet_m`` is the thickness given to a sheet."""
     thick = drop_thin_parts(walls, LIKE_A_SHEET * sheet_m)
     if walls.area - thick.area < SPECK_M2 / 2:
         return walls
@@ -478,7 +475,7 @@ def fill_slits_between_sheets(walls: BaseGeometry, sheet_m: float) -> BaseGeomet
     outer = intersect(walls, subtract(around, buffer_mitred(slits, sheet_m / 2)))
     more = drop_thin_parts(subtract(walls, buffer_mitred(slits, sheet_m + 2 * POINT_M)), SLIVER_M)
     left = subtract(unite([walls, slits]), subtract(outer, buffer_mitred(more, 2 * sheet_m)))  # R2
-    return close_cracks(left, sheet_m / 2 + HALF_CM_M)  # R3
+    return close_cracks(left, sheet_m / 2 + HALF_CM_M)
 
 
 def long_slits_between_sheets(walls: BaseGeometry) -> BaseGeometry:
@@ -507,12 +504,12 @@ def _walled_share(slit: Polygon, walls: BaseGeometry) -> float:
 
 @dataclass(frozen=True, eq=False)
 class WallSections:
-    """Sections of a mesh, or of upright bodies, of which the area is known at each height.
+    """Sections of a mesh, or of upright bodies, at heights in metres above the level's floor.
 
-    ``sheet_m`` is what a single sheet gets, ``solid_m`` the thickest wall that may be hollow.
-    ``foot_m`` is a height near the floor: what stands there is no slab.
-    Heights between which no upright body begins or ends have the same section, made once. In a mesh each is made for
-    itself: where the triangles of a wall meet, rounding differs, and so may the plan.
+    ``sheet_m`` is the thickness given to a single sheet, ``solid_m`` the greatest thickness of a hollow wall.
+    ``foot_m`` is a height near the floor: a massive body that does not stand there is a slab. For upright bodies,
+    heights between which no body begins or ends share one section. For a mesh, each height has its own section:
+    rounding differs where the triangles of a wall meet.
     """
 
     cutter: MeshSlicer | Prisms
@@ -551,9 +548,9 @@ class WallSections:
         return int((self.cutter.heights < height).sum()) if isinstance(self.cutter, Prisms) else None
 
     def at(self, height: float) -> BaseGeometry:
-        """Return the upright faces at a height, and of massive bodies those that stand near the floor too.
+        """Return the walls at a height, and those massive bodies that stand near the floor too.
 
-        Heights of a layer with one section give one and the same geometry.
+        Heights that share a section give the same geometry object.
         """
         if height not in self._made:
             layer = self._layer(height)
@@ -571,8 +568,8 @@ class WallSections:
         return self._made[height]
 
     def believed(self, breast_m: float, top_m: float) -> WallSections:
-        """Return these sections, or such in which nothing is massive where windings make a block of the rooms (R6)."""
-        if isinstance(self.cutter, Prisms):  # which way faces look says nothing of them
+        """Return these sections, or sections without massive bodies if winding makes a block of the rooms (R6)."""
+        if isinstance(self.cutter, Prisms):  # their sections use no winding
             return self
         below, over = (self._section(height, None, upright_only=True) for height in (breast_m, top_m))
         if _is_filled(*below) or not _is_filled(*over):
@@ -581,11 +578,11 @@ class WallSections:
 
     @property
     def closets(self) -> BaseGeometry:
-        """What of all sections made so far is narrow space in a closed body, and no wall."""
+        """The closets of all sections made so far: narrow spaces in a closed body."""
         return unite([closet for closet in self._closets.values() if not closet.is_empty])
 
     def closets_at(self, one_m: float, other_m: float) -> BaseGeometry:
-        """Return what is narrow space in a closed body at both heights, of which ``at`` has been asked."""
+        """Return the closets common to two heights; ``at`` must have been called with both."""
         return intersect(self._closets[one_m], self._closets[other_m])
 
 
@@ -599,7 +596,7 @@ HEADROOM_M = (1.0, 1.9)
 
 
 def find_overhangs(above: Sequence[BaseGeometry], standing: BaseGeometry) -> BaseGeometry:
-    """What hangs over what does not stand, in sections ``above`` each other, up to where the walls beside it end."""
+    """Return what hangs over free floor, in sections ``above`` each other, up to where the walls beside it end."""
     found: list[BaseGeometry] = []
     higher, kept = EMPTY, EMPTY
     for here in reversed(above):
@@ -620,7 +617,7 @@ def find_overhangs(above: Sequence[BaseGeometry], standing: BaseGeometry) -> Bas
 
 @dataclass(frozen=True, eq=False)
 class LowPiece:
-    """A piece of what stands that ends; ``stood_m`` is the height of the last section in which it is there."""
+    """A piece that stands on the floor and ends; ``stood_m`` is the height, m, of the last section that has it."""
 
     part: Polygon
     stood_m: float
@@ -629,9 +626,9 @@ class LowPiece:
 def find_pieces_below_wall_tops(
     standing: BaseGeometry, above: Sequence[BaseGeometry], heights: Sequence[float]
 ) -> list[LowPiece]:
-    """Return the pieces of what stands that end, in sections ``above`` each other, where the walls beside them go on.
+    """Return the pieces of ``standing`` that end, in sections ``above`` each other, below the walls beside them.
 
-    ``heights`` are those of what stands and of the sections above it.
+    ``heights``, metres, are those of ``standing`` and of the sections above it.
     """
     found: list[LowPiece] = []
     present = standing
@@ -653,9 +650,9 @@ def _around(part: Polygon, walls: BaseGeometry) -> BaseGeometry:
 
 
 def _walls_go_on(part: Polygon, walls: BaseGeometry, higher: BaseGeometry, *, alone: bool) -> bool:
-    """Whether the walls beside a part reach higher than it does; ``alone`` is the answer where none is beside it.
+    """Return whether the walls beside a part reach higher than it; ``alone`` is the answer without walls beside it.
 
-    Under a sloped roof the wall on one side of a door goes on and the other does not: both have to.
+    The walls on both sides have to: under a sloped roof, only the wall on one side of a door does.
     """
     beside = intersect(shapely.buffer(part, BESIDE_M, quad_segs=2), _around(part, walls))
     if beside.is_empty:
@@ -676,7 +673,7 @@ def find_low_headroom(mesh: Mesh) -> BaseGeometry:
 
 
 def ends_at_sloped_roof(part: Polygon, cutter: MeshSlicer | Prisms, stood_m: float = FOOT_M) -> bool:
-    """Return whether a piece that stands up to a height ends over that at a sloped roof."""
+    """Return whether a piece that stands at the height ``stood_m`` ends above it at a sloped roof."""
     inside = np.array([p.coords[0] for p in _places(part)])
     meets = cutter.caps.slopes_over(inside, WALL_M, stood_m)
     return bool(meets.sum() > len(meets) / 2)

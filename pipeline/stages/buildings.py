@@ -4,10 +4,9 @@ R1  Parts of a level whose outlines stand apart are buildings. What stands wall 
     at most, is one building.
 R2  Buildings are numbered by place, from the least x and then the least y; the number stands in the id before the
     level's (``_B1``).
-R3  If asked for (``dwellings``), dwellings wall to wall are buildings of their own, too, where the source names its
-    doors: parts of ``DWELLING_M2`` and ``GROUP`` or more rooms between which no door leads, each of which has a way
-    of its own from outside, an entrance, or on an upper storey the void of a stair. Smaller parts belong to the
-    dwelling that is nearest.
+R3  With ``dwellings``, dwellings wall to wall are buildings too, if the source names its doors. A dwelling has
+    ``DWELLING_M2`` and ``GROUP`` rooms or more, no door to another dwelling, and its own way from outside: an entrance,
+    or on an upper storey the void of a stair. A smaller part belongs to the nearest dwelling.
 """
 
 from __future__ import annotations
@@ -68,16 +67,16 @@ def _of_buildings(level: Level, spaces: Spaces) -> list[tuple[Level, Spaces]]:
 
 
 def _middles_of_rooms(level: Level) -> tuple[list[SourceRoom], Shapes]:
-    """Return those of the source's rooms of which the place is known, and their middles (n,)."""
+    """Return the source's rooms with a known place, and their middles (n,)."""
     placed = [room for room in level.rooms if room.polygon is not None or room.box is not None]
     shapes = [shapely.box(*room.box) if room.polygon is None and room.box else room.polygon for room in placed]
     return placed, np.asarray(shapely.centroid(np.array(shapes, np.object_)), np.object_)
 
 
 def with_floor_near(outlines: Sequence[Polygon], level: Level) -> Level:
-    """Return a level with those pieces of its floor that lie in the convex hull of outlines, or reach into it.
+    """Return a level with only the pieces of its floor that reach into the convex hull of some outlines.
 
-    The floors of a hundred other buildings say nothing of one, and take time.
+    The floors of other buildings do not matter for one, and take time.
     """
     if level.floor is None:
         return level
@@ -86,7 +85,7 @@ def with_floor_near(outlines: Sequence[Polygon], level: Level) -> Level:
 
 
 def _with_rooms(level: Level, rooms: tuple[SourceRoom, ...]) -> Level:
-    """Return a level with those rooms alone that the source names in one building."""
+    """Return a level with only these of the source's rooms."""
     return replace(level, rooms=rooms, room_count=len(rooms) if level.room_count is not None else None)
 
 
@@ -130,7 +129,7 @@ def _nearest(room: SourceRoom, spaces: Spaces, parts: Sequence[Sequence[int]]) -
 
 
 def _stair_voids(level: Level, spaces: Spaces) -> list[Polygon]:
-    """Return where one looks down, between walls that hold no room there."""
+    """Return the areas where the storey below shows, between walls that hold no room there."""
     if level.below is None:
         return []
     free = subtract(unite(spaces.outlines), unite([spaces.walls, *spaces.rooms]))
@@ -138,7 +137,7 @@ def _stair_voids(level: Level, spaces: Spaces) -> list[Polygon]:
 
 
 def _stands_between(door: Polygon, parts: Sequence[BaseGeometry]) -> bool:
-    """Return whether a door stands between two parts: the source names a way there that was not found."""
+    """Return whether the source names a door between two parts, although no way was found there."""
     box = shapely.buffer(door, HAND_M, join_style="mitre")
     return sum(bool(part.intersects(box)) for part in parts) > 1
 

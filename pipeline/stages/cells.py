@@ -3,8 +3,8 @@
 The paper lists n = 500 points for this check, and no step of it uses them: labelling covers every point. A cell is a
 room together with all rooms that can be reached from it; a small room with a door is part of a larger cell and stays.
 
-What else the walls enclose, from ``PATCH_M2`` on, and the layout found to be no room (a terrace, a void, a block), is
-noted here: nothing is left out without a note.
+A note counts the other spaces of ``PATCH_M2`` or more that the layout found not to be rooms (a terrace, a void, a
+block), so that nothing is left out without a note.
 """
 
 from __future__ import annotations

@@ -5,23 +5,23 @@ is right. The models (``stages.logistic``) are fitted by ``python -m research.we
 houses whose rooms and doors people have drawn or marked, so no weight is set by hand.
 
 F1  Every feature is between 0 and 1, and 0 where nothing is special.
-F2  What closes the place says most: a known doorway, a lintel, a sill, a gap, a mouth, or a wall that had to be cut.
+F2  What closes the place weighs most: a known doorway, a lintel, a sill, a gap, a mouth, or a wall that had to be cut.
 F3  The shape of a passage: too narrow, too wide, too deep, an end without a wall, a leaf beside it, a second passage
     between the same two rooms, furniture or no floor in front of it.
 F4  The shape of a room: too small, narrow or ragged, a wall that ends in it, its edge open or taken from the floor,
     no floor under it, nothing that leads into it but cuts, no agreement with the room that the source draws; and the
     doubt whether it is a room of the house at all (``doubtful_space``, ``stages.room_doubt``).
-F5  The grounds of the whole plan (``stages.quality_grounds``): in a doubtful plan its doors and rooms are doubtful. Of
-    rooms and entrances too few are known to be false to weigh each ground: they take the plan's quality, as
-    ``doubtful_plan``.
-F6  Of an entrance also whether something stands in it at a hand's breadth above the floor (``barred``: the foot of a
-    window, a parapet; in a door that the source names it is the closed leaf, and bars nothing), how many other ways
-    out its room has (windows come in rows), whether it is the only way that leads into its room, and, in an upper
-    storey (``upper``), whether there is neither a floor nor the ground before it (``air_before``).
+F5  The grounds of the whole plan (``stages.quality_grounds``): the doors and rooms of a doubtful plan are doubtful. Too
+    few rooms and entrances are known to be false to fit a weight for each ground; their one feature is the plan's
+    quality, ``doubtful_plan``.
+F6  For an entrance also: whether something stands in it a hand's breadth above the floor (``barred``: the foot of a
+    window, a parapet; not the closed leaf of a door that the source names); how many other ways out its room has
+    (windows come in rows); whether it is the only way into its room; and, in an upper storey (``upper``), whether
+    neither a floor nor the ground lies before it (``air_before``).
 
-F7  An entrance that is more likely none (a window that reaches the floor, a niche) is left out where another one of
-    the building is sure, and the source does not name it. Without a sure one, so is what no door is known to stand in
-    and nobody enters by: narrower than a person's shoulders.
+F7  An entrance with a confidence below ``MOST`` (a window that reaches the floor, a niche) is left out, unless the
+    source names it, if another entrance of the building is sure. If none is sure, it is left out only if no door is
+    known there and it is narrower than a person's shoulders.
 
 A house whose doors are closed by sills (``Level.sills``: SUNCG and the homes that the project makes) gets no
 confidence: its source marks each door.
@@ -58,7 +58,7 @@ Features: TypeAlias = dict[str, float]
 Floats: TypeAlias = npt.NDArray[np.float64]
 
 NARROW_M: Final = (0.7, 0.35)
-"""Narrower than the first is narrow; by the second is wholly so. The same form below."""
+"""A ramp, used in the same form below: a width below the first is narrow, and wholly so if less by the second."""
 WIDE_M: Final = (1.1, 1.5)
 DEEP_PASSAGE_M: Final = (0.35, 0.6)
 SMALL_ROOM_M2: Final = (4.0, 3.0)
@@ -103,7 +103,7 @@ def add_confidences(planned: FinalBuilding) -> FinalBuilding:
 
 
 def without_unlikely_entrances(planned: FinalBuilding) -> FinalBuilding:
-    """Return a rated building without the entrances that are likely none, which a note counts (F7)."""
+    """Return a rated building without its unlikely entrances, which a note counts (F7)."""
     spaces = planned.spaces
     outer = {k: p.confidence for k, p in enumerate(spaces.passages) if p.leads_outside and p.confidence is not None}
     named = planned.level.named_openings
@@ -119,7 +119,7 @@ def without_unlikely_entrances(planned: FinalBuilding) -> FinalBuilding:
 
 
 def model_for_passage(passage: Opening) -> Part:
-    """Return which model rates a passage."""
+    """Return the name of the model that rates a passage."""
     return "entrance" if passage.leads_outside else "door"
 
 
@@ -176,7 +176,7 @@ def _most_of_each(of_passage: npt.NDArray[np.int64], shares: Floats, count: int)
 
 
 def _of_entrances(planned: FinalBuilding) -> dict[int, Features]:
-    """Return what only entrances have, by the index of the passage (F6)."""
+    """Return the features that only entrances have, by the index of the passage (F6)."""
     level, passages = planned.level, planned.spaces.passages
     found: dict[int, Features] = {}
     outer = [k for k, passage in enumerate(passages) if passage.leads_outside]
@@ -260,7 +260,7 @@ def room_features(planned: FinalBuilding) -> list[Features]:
 
 
 def _kind(passage: Opening, *, known: bool, named: bool) -> Features:
-    """Return what closes the place of a passage (F2)."""
+    """Return the features of what closes the place of a passage (F2)."""
     cut = passage.kind == "cut"
     return {
         "known": float(known),

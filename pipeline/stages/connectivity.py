@@ -3,24 +3,24 @@
 R1  m points are sampled uniformly where the robot's disc can stand, and one more in every piece of that space.
 R2  Pairs are taken by increasing distance. A pair in one piece has a path (labelling is exact), so only pairs in two
     pieces are looked at; planning every pair by A* gives the same result, which a test shows.
-R3  Where there is no path, a wall on the line between the two is cut: the thinnest that takes a straight cut of
-    ``cut_width_m`` at right angles to it, with free floor on both sides; it slides along the wall for that. The pair is
-    kept: the pictures plan its path by A*, which no plan needs.
+R3  If there is no path, a wall on the line between the two points is cut: the thinnest that takes a straight cut of
+    ``cut_width_m`` at right angles to it, with free floor on both sides. The cut may slide along the wall for that. The
+    pair is kept only for the pictures, which plan its path by A*.
 R4  A corner of a room that the disc fits in but cannot get to, smaller than a cell, is filled.
-R5  Where no pair gives a clean cut through a wall, parts are joined through what is as good as wall, if that is less
-    than ``BLOCK_M`` deep: cells that were filled (a chimney, a block of cupboards), and joints of ``PARTITION_M``
-    between the walls of a row. No cut leads through the open, be it around the house or a court in it.
-R6  A place with some evidence of a door (below) is cut before any bare wall, where that joins two
-    parts; a cut says what speaks for its place.
-R7  A part that no cut joins is left out, the smallest first, and a note says so: what a robot cannot reach is no reason
+R5  If no pair gives a clean cut through a wall, the cut may go through what is as good as wall, up to ``BLOCK_M`` deep:
+    filled cells (a chimney, a block of cupboards), and joints of ``PARTITION_M`` between the walls of a row. No cut
+    leads through the open, neither around the house nor through a court in it.
+R6  A place with some evidence of a door (below) is cut before any bare wall, if that joins two parts. The cut carries
+    the evidence for its place.
+R7  A part that no cut joins is left out, the smallest first, with a note: a part that a robot cannot reach is no reason
     to reject a house.
-R8  Where nothing inside a storey shows a door, no lintel and no leaf, it is unknown where its passages are. They are
-    cut, and each cut and a note say that it stands for an unknown one. Parts that are closed cells
-    (``room_doubt.closed_cells``) are left out there once cuts have joined all others; where these cannot be joined
-    through one wall, the way may lead through a cell.
-R9  Elsewhere a part into which neither a passage nor evidence of a door leads, from inside or outside, is left out
-    before any bare wall is cut, if all of it lies in spaces that are likely no rooms (``room_doubt.unlikely_rooms``): a
-    shaft, the back of a box, a slit between walls, what lies under the eaves. ``closed`` has its rooms.
+R8  If nothing inside a storey shows a door (no lintel, no leaf), the places of its passages are unknown. They are cut,
+    and each cut and a note say so. Closed cells (``room_doubt.closed_cells``) are left out there once cuts have joined
+    all other parts; if those cannot be joined through one wall, the way may lead through a cell.
+R9  In other storeys, a part is left out before any bare wall is cut, if neither a passage nor evidence of a door leads
+    into it, from inside or outside, and all of it lies in spaces that are likely no rooms
+    (``room_doubt.unlikely_rooms``): a shaft, the back of a box, a slit between walls, the space under the eaves.
+    ``closed`` has its rooms.
 """
 
 from __future__ import annotations
@@ -94,8 +94,8 @@ def connect_rooms(
 ) -> Spaces:
     """Join all pieces of the space in which the disc can stand; raise Rejection if it can stand nowhere.
 
-    ``least_m2`` is the threshold of the cells, below which a pocket is filled instead; ``evidence`` tells where doors
-    may be, ``unlikely`` is the area of the spaces that are likely no rooms (R9), ``cells`` that of closed cells (R8).
+    ``least_m2`` is the least area of a cell: a smaller pocket is filled (R4). ``evidence`` shows where doors may be,
+    ``unlikely`` is the area of the spaces that are likely no rooms (R9), ``cells`` the area of closed cells (R8).
     """
     pieces = _standing(walkable_floor(spaces), spaces, config.robot_radius_m)
     if len(pieces) == 1:
@@ -144,7 +144,7 @@ def _shows_no_door(evidence: Evidence, spaces: Spaces) -> bool:
 
 
 def _standing(floor: BaseGeometry, spaces: Spaces, radius_m: float) -> list[Polygon]:
-    """Return where the disc can stand; raise Rejection if that is nowhere, which a filled pocket may cause."""
+    """Return where the disc can stand; raise Rejection if it can stand nowhere, as may be after filling a pocket."""
     pieces = erode_floor(floor, radius_m)
     if not pieces:
         raise Rejection(
@@ -205,7 +205,7 @@ def _without_pockets(spaces: Spaces, pieces: list[Polygon], radius_m: float, lea
     rooms = list(spaces.rooms)
     where = shapely.STRtree(rooms)
     home = [int(where.nearest(p.representative_point())) for p in pieces]
-    # a piece that spans many rooms is at home in one of them only, but may be the largest in each
+    # a piece that spans many rooms has one home room, but may be the largest piece in each of them
     largest = {room: max(pieces, key=lambda piece: intersect(piece, rooms[room]).area) for room in set(home)}
     filled = 0
     for piece, room in zip(pieces, home, strict=True):
@@ -305,10 +305,10 @@ Floats = npt.NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class CutRules:
-    """How wide a cut is, and how deep at most.
+    """The width of a cut, its greatest depth, and how far it may slide along the wall, metres.
 
-    It stands at most ``slide_m`` beside its line, and of all such places where the wall is thinnest, if that is less
-    than ``LARGELY`` of what it mostly is: a leaf or a niche is a better place than bare wall.
+    It slides to where the wall is thinnest if that is less than ``LARGELY`` of the wall's usual depth: a leaf or a
+    niche is a better place than bare wall.
     """
 
     width_m: float
@@ -321,9 +321,8 @@ def cut_walls_along_lines(
 ) -> Iterator[tuple[Floats, Opening]]:
     """Cuts near the lines (n, 2, 2) from point to point, each with its line (2, 2), in the order of the lines.
 
-    Only walls are cut that stand between two of the ``pieces`` in which a robot can stand: a line may cross many rooms.
-    The thinnest wall of each line comes first. Lines that meet a wall at about the same place (``PLACE_M``) stand for
-    each other.
+    A line may cross many rooms; only walls between two of the ``pieces`` in which a robot can stand are cut, the
+    thinnest of each line first. Of lines that meet a wall at about the same place (``PLACE_M``), only the first counts.
     """
     tried: set[tuple[int, ...]] = set()
     tree = shapely.STRtree(pieces)
@@ -367,7 +366,7 @@ def _straight_cut(
 
 
 def _clip_around(point: Vector, shape: BaseGeometry, reach_m: float) -> BaseGeometry:
-    """What of a shape lies in the square of ``reach_m`` to each side of a point: a storey has hundreds of walls."""
+    """Return the part of a shape within the square of ``reach_m`` to each side of a point (storeys have many walls)."""
     x, y = point
     return clip_to_box(shape, x - reach_m, y - reach_m, x + reach_m, y + reach_m)
 
@@ -388,7 +387,7 @@ def _face_direction(point: Vector, floor: BaseGeometry) -> Vector | None:
 
 
 def _depths(feet: Floats, across: Vector, floor: BaseGeometry, deepest_m: float) -> Floats:
-    """Return how far it is through the wall from points (n, 2) on its face, or 0 if there is no other side in reach."""
+    """Return the wall's depth, metres, from points (n, 2) on its face, or 0 if no other side is in reach."""
     rays = shapely.linestrings(np.stack([feet + 1e-3 * across, feet + deepest_m * across], axis=1))
     points, ray = shapely.get_coordinates(shapely.intersection(rays, floor), return_index=True)
     depth = np.full(len(feet), np.inf)
@@ -397,7 +396,7 @@ def _depths(feet: Floats, across: Vector, floor: BaseGeometry, deepest_m: float)
 
 
 def _are_clean(cuts: list[Opening], floor: BaseGeometry, walls: BaseGeometry) -> npt.NDArray[np.bool_]:
-    """Of which cuts the strip is wall throughout, and the floor before and behind it is free."""
+    """Return which cuts have a strip that is wall throughout, with free floor before and behind it."""
     clean = np.ones(len(cuts), np.bool_)
     for side in (-1, 1):
         clean &= shares_of_places(strips_before(cuts, [side] * len(cuts), PASSABLE_M), floor) >= ALMOST_ALL
@@ -409,19 +408,16 @@ def _are_clean(cuts: list[Opening], floor: BaseGeometry, walls: BaseGeometry) ->
 # ---------------------------------------------------------------------------------------------------------------------
 # Where a wall is better cut than elsewhere: places with some evidence of a door, though not enough to be one.
 #
-# R1  A doorway that the evidence knows and no passage uses, then a leaf beside no passage, then a lintel that closes
-#     nothing: in this order, the larger ones first.
-# R2  The way through is square to what lies in the wall; of a leaf, which may stand open, along it too.
+# R1  The order is: known doorways that no passage uses, then leaves beside no passage, then lintels that close nothing.
+#     Of each kind, the larger ones come first.
+# R2  The way is square to the doorway, leaf or lintel. For a leaf, which may stand open, a way along it is tried too.
 # ---------------------------------------------------------------------------------------------------------------------
 
 
 def find_door_hints(
     doorways: Iterable[Polygon], leaves: Iterable[Polygon], lintels: BaseGeometry, passages: Sequence[Opening]
 ) -> Iterator[tuple[Floats, str]]:
-    """Yield lines (2, 2) across the places of doors that may be, the likeliest first, and what speaks for each.
-
-    They are doorways, leaves of doors and lintels that no passage uses.
-    """
+    """Yield lines (2, 2) across possible doors, the likeliest first, and the evidence for each (R1, R2)."""
     ways = shapely.STRtree([p.strip() for p in passages])
     kinds: list[tuple[str, Iterable[Polygon], bool]] = [
         ("a doorway that nothing else leads through", doorways, False),

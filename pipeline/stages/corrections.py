@@ -1,15 +1,16 @@
 """Apply what a person says of a storey (``Level.corrections``) to its finished plan, and rate the plan again.
 
-R1  Nothing that a person says of a storey is an input of the search: the plan is the one that would be without it, but
-    for what the words change (``houseexpo.corrections.apply``). A storey that the search rejects is the exception
-    (``stages.said_walls``).
-R2  A word belongs to the building of its storey that is nearest to it.
-R3  Spaces between walls that are no rooms can be named as rooms; a room that was left out because nothing led into it
-    comes back with a door. A wall may close a space with those that stand.
-R4  The quality is that of the corrected plan. A space that a person calls a room, or draws a door of, is one. Rooms
-    that the source draws, and which a person's words contradict, say nothing against it, nor does its count of rooms.
-    The cells of a robot's map are compared with the rooms and doorways that the plan has now.
-R5  The plan's provenance names each word and what it did, also where it did nothing.
+A word is one correction by a person.
+
+R1  The search does not use a person's words. The plan is first made without them, and they change the finished plan
+    (``houseexpo.corrections.apply``). The exception is a storey that the search rejects (``stages.said_walls``).
+R2  A word belongs to the nearest building of its storey.
+R3  Words can name spaces that are no rooms as rooms. A room that was left out because nothing led into it comes back
+    with a door. A new wall may close a space together with the walls that stand.
+R4  The quality is that of the corrected plan. A space that a person calls a room, or draws a door of, is not doubted. A
+    room that the source draws, and that words contradict, does not count against the plan; nor does the source's count
+    of rooms. A robot's map is compared with the corrected rooms and doorways.
+R5  The plan's provenance lists each word and its effect, even if it had none.
 """
 
 from __future__ import annotations
@@ -60,10 +61,10 @@ def correct(
     unreached: Sequence[Polygon],
     plan: FloorPlan,
 ) -> Corrected[FloorPlan]:
-    """Return the plan with what is said of it (R1), and what that did.
+    """Return the plan with the corrections ``said`` applied (R1), and the effect of each.
 
-    ``found`` is what stands in the level; ``unreached`` are the rooms that were found, before those were left out into
-    which nothing leads (R3).
+    ``found`` is the evidence and layout of the level. ``unreached`` are all rooms found before the ones that nothing
+    leads into were left out (R3).
     """
     (evidence, layout), shift = found, -_origin(level, plan)
     spaces = [Space(_moved(room, shift), reachable=False) for room in unreached]
@@ -77,7 +78,7 @@ def correct(
 
 
 def standing_walls(evidence: Evidence, layout: Layout) -> list[Polygon]:
-    """Return the walls of a level and what may close their gaps, to which a wall that a person says may add (R3)."""
+    """Return the walls of a level and what may close their gaps: what a person's wall may close a space with (R3)."""
     gaps = (*evidence.doorways, *layout.candidates, *layout.ways)
     closed = unite([layout.door, *(each.polygon for each in gaps)])
     return [part for part in polygons_of(shapely.simplify(closed, _SCAN_CORNER_M)) if part.is_valid]
@@ -93,7 +94,7 @@ def spaces_of_plan(level: Level, plan: FloorPlan, spaces: Spaces) -> Spaces:
 
 
 def doubts_left(level: Level, layout: Layout, doubts: Floats, plan: FloorPlan) -> Floats:
-    """Return the doubts (n,) of the layout's spaces without those that a person has settled: their rooms, and doors."""
+    """Return the doubts (n,) of the layout's spaces: 0 where a person has confirmed the room or one of its doors."""
     settled = {room.id for room in plan.rooms if room.confidence == 1.0}
     settled |= {side for door in plan.doors if door.confidence == 1.0 for side in door.rooms if side is not None}
     origin = _origin(level, plan)
@@ -105,7 +106,7 @@ def doubts_left(level: Level, layout: Layout, doubts: Floats, plan: FloorPlan) -
 
 
 def level_of_corrected(level: Level, before: FloorPlan, corrected: Corrected[FloorPlan]) -> Level:
-    """Return a level with the words that had an effect, the rooms of which do not contradict them (R4)."""
+    """Return a level with only the effective words, without the source's rooms that contradict them (R4)."""
     after = corrected.plan
     level = replace(level, corrections=tuple(e.correction for e in corrected.effects if e.outcome == "done"))
     if level.measure_signs is not None and has_other_parts(before, after):
