@@ -60,7 +60,7 @@ def read_file(path: Path, most_bytes: int = MAX_RECORD_BYTES) -> bytes:
     Raises
     ------
     OSError
-        There is none, it is a folder, a device or a pipe, or it is larger than ``most_bytes``.
+        The file is missing, is a folder, a device or a pipe, or is larger than ``most_bytes``.
     """
     if path.exists() and not path.is_file():
         raise OSError(errno.EINVAL, "expected a file, found a folder, a device or a pipe", str(path))
@@ -83,7 +83,7 @@ def read_text(path: Path) -> str:
     OSError
         The file cannot be read (``read_file``).
     UnicodeDecodeError
-        It is no text in UTF-8.
+        The content is not UTF-8.
     """
     return without_mark(read_file(path)).decode()
 
@@ -101,13 +101,13 @@ def read_json(path: Path, kind: type[T]) -> T:
     OSError
         The file cannot be read (``read_file``).
     msgspec.DecodeError
-        It is no JSON, nested too deep, or not of this kind.
+        The content is not JSON, is nested too deep, or is not of this kind.
     """
     return decode_json(read_file(path), kind)
 
 
 def decode_json(data: bytes, kind: type[T]) -> T:
-    """Return JSON from anybody; raise msgspec.DecodeError if it is none, nested too deep, or not of this kind."""
+    """Decode JSON from anybody; raise msgspec.DecodeError if it is invalid, nested too deep, or not of this kind."""
     try:
         return msgspec.json.decode(without_mark(data), type=kind)
     except UnicodeDecodeError as error:
@@ -130,7 +130,7 @@ def decode_yaml(data: bytes | str, deepest: int) -> Any:
     Raises
     ------
     ValueError
-        What is wrong, as the end of a sentence that begins with the file's name.
+        The document is invalid; the message is the end of a sentence that begins with the file's name.
     """
     import yaml
 
@@ -161,7 +161,7 @@ def decode_yaml(data: bytes | str, deepest: int) -> Any:
 
 
 class _YamlFaultError(ValueError):
-    """A document does what none may do here."""
+    """A document has an alias or is nested too deep."""
 
 
 def _check_aliases(events: Iterable[Any], deepest: int) -> None:
@@ -218,7 +218,7 @@ def write_atomically(file: Path, data: bytes, *, durable: bool = False) -> None:
 
 @contextmanager
 def name_in_os_errors(file: Path) -> Iterator[None]:
-    """Add the file's name to an ``OSError`` that names none, such as that of a full disk."""
+    """Add the file's name to an ``OSError`` without a file name, such as that of a full disk."""
     try:
         yield
     except OSError as error:

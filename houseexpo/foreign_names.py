@@ -1,4 +1,4 @@
-"""Say in the error for an unknown name or argument what ours is: of a module, a data set, a plan and their methods."""
+"""Name our counterpart in errors for unknown attributes and arguments of modules, data sets, plans and methods."""
 
 from __future__ import annotations
 
@@ -90,17 +90,17 @@ FOREIGN_NAMES: Final[Mapping[str, Mapping[str, str]]] = {
     "a FloorPlan": _PLAN,
     "houseexpo": _MODULE,
 }
-"""What does here the work of names that other libraries have, by what has no such name."""
+"""Our counterparts of names in other libraries, by the owner that lacks the name."""
 
 
 def unknown_attribute(owner: str, name: str, obj: object) -> AttributeError:
-    """Return the error for a name that is not there; it says what ours is if another library has this name."""
+    """Return the error for an unknown attribute; it names our counterpart if another library has this name."""
     ours = FOREIGN_NAMES[owner].get(name)
     return AttributeError(f"{owner} has no {name!r}" + (f"; use {ours}" if ours else ""), name=name, obj=obj)
 
 
 def names_arguments(function: Callable[P, R]) -> Callable[P, R]:
-    """Return a method whose error for wrong arguments says which ones there are."""
+    """Return a method whose error for wrong arguments lists its parameters."""
     signature = inspect.signature(function)
 
     @functools.wraps(function)
@@ -116,7 +116,7 @@ def names_arguments(function: Callable[P, R]) -> Callable[P, R]:
 
 
 def _written(signature: inspect.Signature) -> list[str]:
-    """Return the parameters without ``self`` and types, as one writes them."""
+    """Return the parameters as written in a call, without ``self`` and types."""
     found = []
     for parameter in list(signature.parameters.values())[1:]:
         is_first_by_name = parameter.kind is parameter.KEYWORD_ONLY and "*" not in found

@@ -51,7 +51,7 @@ def first_difference(found: Mapping[str, Any], wanted: Mapping[str, Any]) -> tup
 
 
 def check_run_folder(folder: Path, own: Iterable[str]) -> None:
-    """Raise ConfigError if a run's folder holds files but none named in ``own``, which a former run would have left."""
+    """Raise ConfigError if a folder holds files but none named in ``own``, the files that a former run leaves."""
     if folder.is_dir() and not any((folder / name).exists() for name in own):
         found = sorted(each.name for each in folder.iterdir())
         if found:
@@ -163,7 +163,7 @@ def _look(file: Path) -> _Look:
 def lies_in(out: Path, source: Path) -> bool:
     """Return whether ``out`` is a source or lies in its folder, with links and letter case resolved.
 
-    What lies in a folder ``.build`` does not, nor in a source that does not exist.
+    A path in a folder ``.build``, or in a source that does not exist, does not count.
     """
     if not source.exists():
         return False

@@ -3,18 +3,18 @@
 Two plans are copies if one of them, turned by a multiple of 90 degrees or mirrored and laid on the other by the middle
 of its bounds, satisfies all of these:
 
-R1  *Walls*: every point of the walls of either plan lies within ``SAME_WALL_M`` of a wall of the other one. So a
+R1  *Walls*: every point of the walls of either plan lies within ``SAME_WALL_M`` of a wall of the other plan. So a
     partition counts as much as an outer wall, however thin it is.
 R2  *Openings*: each door has a partner whose middle is within ``SAME_WALL_M`` and whose width differs by at most
-    ``OPENING_M``. Entrances are doors. Where a plan has no rooms and doors of its own, as published ones, the narrow
-    places of the free space stand for them.
+    ``OPENING_M``. Entrances are doors. In a plan without rooms and doors, such as a published plan, the narrow places
+    of the free space stand for doors.
 R3  *Rooms*: each room has a partner whose bounds are within ``SAME_WALL_M``, and no two partners have different labels.
     Published plans have no outlines of rooms; their boxes and labels are not compared.
 R4  *Furniture*: each object has a partner of the same name whose bounds are within ``SAME_WALL_M``.
 R5  *Area*: the pixel difference (``analysis.similarity``) is at most the threshold.
 
 R5 is the paper's rule. By itself, it takes a hall for a copy of a flat, since thin walls have hardly any area.
-``docs/algorithm.md`` has what the rules find among the published plans.
+``docs/algorithm.md`` has the results of these rules among the published plans.
 """
 
 from __future__ import annotations
@@ -52,16 +52,16 @@ if TYPE_CHECKING:
 Floats = npt.NDArray[np.float64]
 
 SAME_WALL_M: Final = 0.1
-"""The same wall, as two exporters write it, lies within a hand's breadth."""
+"""The most distance between the same wall in two exporters' files, metres: a hand's breadth."""
 OPENING_M: Final = 0.03
-"""The same door, rounded to centimetres at both jambs, has widths that differ by less; another door differs by more."""
+"""The most difference of the same door's widths, metres: both jambs are rounded to centimetres."""
 
 _STEP_M: Final = 0.05  # between points of a wall: half of ``SAME_WALL_M``, so that no gap lies between two points
-_WIDEST_M: Final = 1.5  # a wider place of a free space without doors is no opening whose width is compared
+_WIDEST_M: Final = 1.5  # wider places of a free space without doors are not compared
 
 
 class Duplicate(NamedTuple):
-    """A plan that is a duplicate of one that is kept; ``symmetry`` maps it onto the kept one."""
+    """A plan that is a duplicate of a kept plan; ``symmetry`` maps it onto the kept plan."""
 
     id: str
     kept_id: str
@@ -79,7 +79,7 @@ class _Parts(NamedTuple):
 
 @dataclass(frozen=True)
 class WallsAndParts:
-    """What of a plan is compared, metres from the middle of its bounds; ``size`` is that of its bounds."""
+    """The compared contents of a plan, in metres from the middle of its bounds; ``size`` is the size of the bounds."""
 
     plan: PlanData | None
     edges: Floats
@@ -181,7 +181,7 @@ def choose_duplicates(
 ) -> list[Duplicate]:
     """Return the plans to drop, sorted by id.
 
-    1. In the order of ids, a plan is kept unless it is a copy of one that is kept; the first such plan is named.
+    1. In the order of ids, a plan is kept unless it is a copy of a kept plan; the duplicate names the first such plan.
     2. A plan in ``keep`` is never dropped.
 
     Parameters
@@ -201,7 +201,7 @@ def choose_duplicates(
 
 
 def walls_and_parts(shape: PlanData | Mask, pixels_per_metre: float = PIXELS_PER_METRE) -> WallsAndParts:
-    """Return what of a plan is compared; of a mask, the sides of cells between free and other cells."""
+    """Return the compared contents of a plan; for a mask, the sides between free and other cells."""
     if not isinstance(shape, PlanData):
         edges = _mask_edges(crop_mask(shape)) / pixels_per_metre
         middle, size = _middle_and_size(edges)
@@ -253,7 +253,7 @@ def _are_copies(one: WallsAndParts, other: WallsAndParts, symmetry: str) -> bool
 
 
 def _match(parts: _Parts, others: _Parts, symmetry: str) -> bool:
-    """Return whether each part has a partner at its place, with its width, that it may be by its name."""
+    """Return whether each part has a partner with the same place, the same width and a compatible name."""
     if len(parts.names) != len(others.names):
         return False
     if not parts.names:
@@ -268,7 +268,7 @@ def _match(parts: _Parts, others: _Parts, symmetry: str) -> bool:
 
 
 def _openings_match(one: WallsAndParts, other: WallsAndParts, edges: Floats, symmetry: str) -> bool:
-    """Return whether each narrow place of either plan is as wide in the other one."""
+    """Return whether each narrow place of either plan is equally wide in the other plan."""
     from houseexpo.analysis.passages import Passages
 
     here, there = one.passages, other.passages
@@ -277,9 +277,9 @@ def _openings_match(one: WallsAndParts, other: WallsAndParts, edges: Floats, sym
 
 
 def _openings_recur(passages: Passages, others: Passages, edges: Floats) -> bool:
-    """Return whether each passage is among the others, or the ``edges`` of the others leave that much room there.
+    """Return whether each passage is among the others, or the other plan's ``edges`` leave the same width there.
 
-    The latter is so where a corner that is as small as the noise of a wall makes a passage in one plan alone.
+    The second case occurs if a corner as small as a wall's noise makes a passage in only one plan.
     """
     from houseexpo.analysis.kernels.walls import distances
 
@@ -291,7 +291,7 @@ def _openings_recur(passages: Passages, others: Passages, edges: Floats) -> bool
 
 
 def _moved(points: Floats, symmetry: str) -> Floats:
-    """Return points, (n, 2) or pairs of them (n, 4), about the middle, under one of ``SYMMETRIES``."""
+    """Return points (n, 2), or pairs of points (n, 4), about the middle, under one of ``SYMMETRIES``."""
     swap, flip_y, flip_x = SYMMETRIES[symmetry]
     pairs = points.reshape(len(points), points.shape[1] // 2, 2)
     pairs = (pairs[..., ::-1] if swap else pairs) * (-1.0 if flip_x else 1.0, -1.0 if flip_y else 1.0)

@@ -2,8 +2,8 @@
 
 The index of a data set, its statistics, its release and its service take names, units, texts and numbers from
 ``MEASURES``. Measures of rooms and doors are None, or empty, for a plan that records no rooms (a published one); such a
-plan is not counted. ``houseexpo.inference.with_rooms`` finds rooms and doors. *Rooms* are those that a plan
-has; what its source counts is ``source_rooms`` (``room_num`` in the plan's JSON).
+plan is not counted. ``houseexpo.inference.with_rooms`` finds rooms and doors. *Rooms* are the rooms of the plan;
+``source_rooms`` is the number that its source states (``room_num`` in the plan's JSON).
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ class Measure:
     title
         Its heading on pages.
     of
-        The function that measures a plan. It returns None if the plan lacks what is measured, and a sequence if each
+        The function that measures a plan. It returns None if the plan lacks the measured parts, and a sequence if each
         room or door has a number.
     unit
         "m²", "m", or "" for counts and shares.
@@ -40,9 +40,9 @@ class Measure:
     bin_width
         The width of a histogram's bins.
     column
-        Its column in the index of a data set, "" if it has none.
+        Its column in the index of a data set, "" without a column.
     about
-        One sentence: what is measured.
+        One sentence that describes the measure.
     is_of_robot
         Whether it depends on a robot's radius; ``of`` measures for ``ROBOT_M``.
     """
@@ -68,7 +68,7 @@ class Measure:
         return self.step == 1.0
 
     def numbers(self, plan: PlanData) -> Sequence[float]:
-        """Return the numbers of a plan, none if it lacks what is measured."""
+        """Return the numbers of a plan; the list is empty if the plan lacks the measured parts."""
         found = self.of(plan)
         if found is None:
             return ()

@@ -32,7 +32,7 @@ def navigability(space: PlanData | Polygon | MultiPolygon, radii: Sequence[float
 
     1. ``components``: the centre of the disc can be in the free space eroded by the radius. This is the number of its
        connected pieces; pieces under 0.1 m2 are ignored, here and below.
-    2. ``largest_share`` is the largest piece's share of the area of all pieces, 0.0 if there is none.
+    2. ``largest_share`` is the largest piece's share of the area of all pieces, 0.0 without pieces.
     3. ``narrowest`` is the width of the bottleneck of the largest piece, metres. The piece is eroded further until it
        splits in two; twice the radius at which it does is the narrowest place between any two of its points. If it
        never splits, there is no passage, and ``narrowest`` is the diameter of the widest disc that fits. A part counts
@@ -88,7 +88,7 @@ def erode(shape: Polygon | MultiPolygon, radius: float, least_m2: float = ROBOT_
     import shapely
 
     found = shapely.buffer(shape, -radius, quad_segs=8)
-    if found.geom_type == "Polygon":  # the common case, faster than what follows
+    if found.geom_type == "Polygon":  # a fast path for the common case
         return [found] if found.area >= least_m2 else []
     parts = shapely.get_parts(found)
     areas = shapely.area(parts)
@@ -96,7 +96,7 @@ def erode(shape: Polygon | MultiPolygon, radius: float, least_m2: float = ROBOT_
 
 
 class _Piece(NamedTuple):
-    """A connected piece, already eroded by ``radius``, which is 0.0 if the piece need not be eroded as it is whole."""
+    """A connected piece, already eroded by ``radius``, metres; 0.0 for a whole piece that needs no erosion."""
 
     polygon: Polygon
     radius: float
@@ -161,7 +161,7 @@ class _Pieces:
             low = high
 
     def _passage_radii(self, piece: _Piece, radius: float) -> Floats:
-        """Return the radii of the passages of a piece, ascending; the piece may end at one that is equally wide."""
+        """Return the radii of the passages of a piece, ascending; the piece may end at a passage of equal width."""
         import shapely
 
         middles = shapely.points(self._passages.middle)

@@ -121,7 +121,7 @@ def comparison_mask(space: Space, pixels_per_metre: float = PIXELS_PER_METRE) ->
 
 
 def space_with_furniture(space: Space) -> Space:
-    """Return the area that is compared: the free space and that under furniture, which does not change the house."""
+    """Return the compared area: the free space and the area under furniture, which does not change the house."""
     return space.floor if isinstance(space, PlanData) and space.objects else space
 
 
@@ -136,7 +136,7 @@ def comparison_frame(space: Space, pixels_per_metre: float = PIXELS_PER_METRE) -
 
 
 def crop_mask(mask: Mask) -> Mask:
-    """Return the smallest part of the mask with all True cells, of shape (0, 0) if there are none."""
+    """Return the smallest rectangle of the mask with all True cells; its shape is (0, 0) without True cells."""
     rows, cols = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
     if not len(rows):
         return np.zeros((0, 0), dtype=bool)
@@ -224,7 +224,7 @@ def find_similar_pairs(
     ----------
     load
         Returns the plan, or the cropped mask, with a number from 0 to ``count`` - 1. It is called for each new plan,
-        and again for those that must be compared cell by cell.
+        and again for each plan that must be compared cell by cell.
     symmetries
         Whether a rotated or mirrored house is the same house.
     shift_px
@@ -234,10 +234,10 @@ def find_similar_pairs(
     threads
         Number of threads; the result does not depend on it.
     label
-        What a progress bar says; none is shown by default.
+        The text of a progress bar; by default, no bar is shown.
     confirm
-        Says of a pair, before its masks are compared, under which symmetry the plans agree in what masks do not show;
-        None where they do not, which rules the pair out.
+        Called with a pair before its masks are compared. It returns the symmetry under which the plans agree in
+        properties that masks do not show, or None to rule the pair out.
     """
     from houseexpo.analysis.kernels.masks import mask_profiles, pack_mask
 
@@ -291,12 +291,12 @@ def _possible_pairs(
 ) -> list[_Numbers]:
     """Return the pairs that their fingerprints do not rule out, each with at least one new plan.
 
-    They are sorted by area, so that the masks that they need are those that were needed just before.
+    They are sorted by area, so that consecutive pairs need the same masks.
     """
     from houseexpo.analysis.kernels.masks import near_fingerprint_pairs, pool_fingerprints
 
     order = np.argsort(prints[:, 0], kind="stable")
-    order = order[prints[order, 0] > 0]  # a plan without free cells is a duplicate of none
+    order = order[prints[order, 0] > 0]  # a plan without free cells has no duplicate
     ordered, new = np.ascontiguousarray(prints[order]), fresh[order]
     areas, groups = np.ascontiguousarray(ordered[:, 0]), pool_fingerprints(ordered)
     blocks = pool.map(
@@ -310,7 +310,7 @@ def _possible_pairs(
 
 
 def _in_threads(pool: ThreadPoolExecutor, work: Callable[[list[_T]], list[_R]], items: Iterable[_T]) -> Iterator[_R]:
-    """Yield what ``work`` returns for lists of items, in order; this thread makes items while others work.
+    """Yield the results of ``work`` for lists of items, in order; this thread makes items while others work.
 
     Items are made in this thread because threads that take turns at Python wait for each other more than they gain.
     """

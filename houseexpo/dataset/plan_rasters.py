@@ -1,6 +1,6 @@
 """Rasterise a plan to arrays of one size for neural networks: free cells (1), int32 ids of rooms and doors (-1: none).
 
-Small plans are padded; those that are too large are shrunk by default, or cropped or refused.
+Small plans are padded; plans that are too large are shrunk by default, or cropped or refused.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ class RasterConfig:
 
 @dataclass(frozen=True)
 class PlanRasters:
-    """A plan as arrays (rows, cols) on one grid: ``free`` is 1 for free cells; ids of rooms and doors, -1 for none."""
+    """A plan as arrays (rows, cols) on one grid: ``free`` is 1 in free cells; ids of rooms and doors, -1 elsewhere."""
 
     free: npt.NDArray[np.uint8]
     rooms: npt.NDArray[np.int32]
@@ -74,7 +74,7 @@ def rasterise_plan(plan: FloorPlan, config: RasterConfig | None = None) -> PlanR
 
 
 def raster_frame(plan: FloorPlan, config: RasterConfig) -> GridFrame:
-    """Return the grid for a plan; the middle of the plan's bounds is that of the grid, to a whole cell.
+    """Return the grid for a plan; the plan's bounds are centred on the grid, to a whole cell.
 
     Raises
     ------

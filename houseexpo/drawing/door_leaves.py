@@ -2,9 +2,10 @@
 
 A plan records where a door is, not which way it opens. The choice follows what builders do:
 
-D1  A door of up to 1.25 m has one leaf, one of up to 2.4 m two. What is wider, an ``opening`` or a ``cut`` has none.
+D1  A door of up to 1.25 m has one leaf, a door of up to 2.4 m two. A wider door, an ``opening`` or a ``cut`` has no
+    leaf.
 D2  A leaf opens where its swing is free of walls, furniture and leaves that are there already.
-D3  It opens into the room, not into the passage or outdoors; into the smaller of two equal ones.
+D3  A leaf opens into a room rather than into a passage or outdoors; of two equal rooms, into the smaller room.
 D4  The opened leaf stands against a wall.
 """
 
@@ -31,7 +32,7 @@ _ONE_LEAF_M: Final = 1.25  # widths of single doors end at 1.1 m, of double door
 _TWO_LEAVES_M: Final = 2.4
 _ARC_STEPS: Final = 10  # of an arc; a chord is within 1% of the radius
 _AT_M: Final = 0.02  # a room this close to the wall's face begins there
-_FREE_SWING: Final = 0.94  # what of the swing must be free: walls are drawn on a grid of 1 cm
+_FREE_SWING: Final = 0.94  # the least free share of the swing: walls are drawn on a grid of 1 cm
 _PASSAGES: Final = frozenset({"Hallway", "Hall", "Lobby", "Entryway"})
 _OUTDOORS: Final = frozenset({"Balcony", "Terrace", "Loggia"})
 _CUPBOARD_M2: Final = 1.5  # in a smaller room a person and a leaf do not fit
@@ -55,7 +56,7 @@ class Leaf:
 
 @dataclass(frozen=True)
 class _Way:
-    """One way to hang a door: its leaves, and what speaks for it."""
+    """One way to hang a door: its leaves, and its score."""
 
     leaves: tuple[Leaf, ...]
     room: int
@@ -128,7 +129,7 @@ def _ways(door: Door, rooms: Mapping[int, tuple[Room, BaseGeometry]]) -> Iterato
 
 
 def valid_shape(shape: Polygon) -> BaseGeometry:
-    """Return a room as a valid shape; a file may hold one that crosses itself."""
+    """Return a room as a valid shape; in a file, a room may cross itself."""
     import shapely
 
     return shape if shape.is_valid else shapely.make_valid(shape)

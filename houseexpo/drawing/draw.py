@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 Image = npt.NDArray[np.uint8]
 
 _OVERSAMPLING = 3
-_HALO = 0.3  # around letters, in their size; half of it lies under them
+_HALO = 0.3  # width around letters, as a share of their size; half of it lies under the letters
 _GAP_PX = 16
 _SVG_SIZE = re.compile(r'width="(\d+)" height="(\d+)"')
 
@@ -60,7 +60,7 @@ def draw_plan(
     Raises
     ------
     ConfigError
-        The style is none of these, or the plan would have no size.
+        The style is unknown, or the picture would have no size.
     """
     layout = lay_out_plan(plan, pixels_per_metre, size, style)
     image = _paint(layout)
@@ -112,7 +112,7 @@ def _svg_lines(lines: Iterable[ThinLine], frame: GridFrame) -> Iterator[str]:
 
 
 def _svg_words(words: TextLines, frame: GridFrame) -> Iterator[str]:
-    """Return lines of text; other fonts than the one that was measured are squeezed to its width."""
+    """Return lines of text, each squeezed to the width of the measured font if another font is used."""
     x, y = frame.pixels_from_points((words.x, words.y)).tolist()
     anchor = ' text-anchor="middle"' if words.centred else ""
     halo = "" if words.halo is None else f' stroke="{words.halo}" stroke-width="{_HALO * words.size:.1f}"'
@@ -154,7 +154,7 @@ def contact_sheet(images: Sequence[Image], columns: int, captions: Sequence[str]
     columns
         Number of pictures in a row.
     captions
-        One text per picture, or none.
+        One text per picture, or an empty sequence.
 
     Returns
     -------

@@ -41,7 +41,7 @@ class FilledArea:
 
 @dataclass(frozen=True)
 class _Space:
-    """A room, or the label box of one in a published plan."""
+    """A room, or the label box of a room in a published plan."""
 
     labels: tuple[str, ...]
     shape: Polygon
@@ -50,7 +50,7 @@ class _Space:
 
     @property
     def words(self) -> tuple[str, ...]:
-        """What is written in it: its name if it has one, and the area of a room."""
+        """The text in it: its name, if any, and the area of a room."""
         area = () if self.id is None else (f"{self.shape.area:.1f} m²",)
         return (*([self.name] if self.name else ()), *area)
 
@@ -106,9 +106,9 @@ def lay_out_plan(
 ) -> Scene:
     """Lay out the picture of a plan in a style (``houseexpo.drawing.styles``).
 
-    It has rooms with label and area, dark walls, doors, furniture, and below them a scale bar and a legend of what does
-    not explain itself. What is more likely wrong than right is shown as unsure: a door dashed, a room hatched. A
-    published plan has no rooms; the parts of its label boxes in the free space are drawn instead.
+    It shows rooms with label and area, dark walls, doors and furniture, and below them a scale bar and a legend of the
+    parts that need an explanation. An unsure door (more likely wrong than right) is dashed, an unsure room is hatched.
+    A published plan has no rooms; the parts of its label boxes in the free space are drawn instead.
     """
     look = style_named(style)
     x1, y1, x2, y2 = plan.free_space.bounds
@@ -153,7 +153,7 @@ def lay_out_plan(
 
 
 def _closed_walls(plan: PlanData, wall_m: float) -> Polygon | MultiPolygon:
-    """Return the house with its walls: what is between rooms is filled, up to four times the outer walls' thickness."""
+    """Return the house with its walls: gaps between rooms are filled, up to four times the outer walls' thickness."""
     with np.errstate(divide="ignore", invalid="ignore"):  # GEOS divides by zero where parallel walls meet, and goes on
         around = _inner_area(plan).buffer(2 * wall_m, join_style="mitre")
         return around.buffer(-wall_m, join_style="mitre")
@@ -164,7 +164,7 @@ def _closed(ring: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
 
 
 def _inner_area(plan: PlanData) -> Polygon | MultiPolygon:
-    """Return the area of the outline and of furniture that is cut out of it."""
+    """Return the area of the outline together with furniture that is cut out of the outline."""
     if not plan.objects:
         return plan.outline
     import shapely
@@ -317,7 +317,7 @@ def _key(
     entries = [(f"{length:g} m", x + length + 0.5 * em)]
     kinds = [kind for kind in DOOR_KINDS if any(door.kind == kind for door in plan.doors)]
     occur: dict[str, str] = {}
-    if look.swings:  # leaves and furniture explain themselves
+    if look.swings:  # leaves and furniture need no explanation
         occur |= {"cut": look.ink} if "cut" in kinds else {}
     else:
         occur |= {kind: DOOR_COLOURS[kind] for kind in kinds}

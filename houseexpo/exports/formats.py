@@ -125,9 +125,9 @@ def export(
     sources
         Files and folders that the plans come from, if ``plans`` is not a ``Dataset``; nothing is written into them.
     building
-        The name of a building of which the plans are the storeys: one file holds all of them. The formats are ``glb``,
-        ``ifc``, ``mjcf``, ``obj``, ``rmf``, ``sdf`` and ``usd``. The order and the place of the storeys are those
-        that ``stack_storeys`` finds.
+        The name of a building whose storeys are the plans: one file holds all of them. The formats are ``glb``,
+        ``ifc``, ``mjcf``, ``obj``, ``rmf``, ``sdf`` and ``usd``. ``stack_storeys`` finds the order and the poses of
+        the storeys.
     **options
         Options of the format's function, such as ``resolution``, ``wall_thickness``, ``door_height``, ``orientation``,
         and ``frame``: "source" or "plan", by default ``default_frame`` of each plan.

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 _NAMES: Final = uuid.UUID("6f6d6a0e-9a0f-5d3e-8d0b-2f5c1a9e7b44")
 _DOOR_LEAF_M: Final = 0.04
-_TIME: Final = "1970-01-01T00:00:00"  # a plan gives one file, whenever it is written
+_TIME: Final = "1970-01-01T00:00:00"  # a fixed time, so that a plan always gives the same file
 
 
 def ifc(plan: FloorPlan, **options: Unpack[BodyOptions]) -> Files:
@@ -40,7 +40,7 @@ def ifc(plan: FloorPlan, **options: Unpack[BodyOptions]) -> Files:
     Raises
     ------
     MissingDependencyError
-        Where IfcOpenShell is not installed.
+        IfcOpenShell is not installed.
     """
     level = 0 if plan.frame is None else plan.frame.level
     pose = pose_in_export(plan, options.get("orientation", "world"), options.get("frame"))
@@ -50,7 +50,7 @@ def ifc(plan: FloorPlan, **options: Unpack[BodyOptions]) -> Files:
 def ifc_building(plans: Sequence[FloorPlan], name: str, **options: Unpack[BodyOptions]) -> Files:
     """Write ``<name>.ifc``: one building with a storey for each plan, lowest first, stacked by ``stack_storeys``.
 
-    The name of a storey is the id of its plan. All else is as in ``ifc``, and so is what is raised.
+    The name of a storey is the id of its plan. Everything else, and the errors, are as in ``ifc``.
     """
     storeys = stack_storeys(plans, name, options.get("orientation", "world"), options.get("frame"))
     return _file(name, [(each.plan.id, each) for each in storeys], options)
@@ -75,7 +75,7 @@ def _file(name: str, storeys: Sequence[tuple[str, Storey]], options: BodyOptions
 
 
 class _Part(NamedTuple):
-    """A storey, its name, and what stands in it."""
+    """A storey, its name, and its bodies."""
 
     name: str
     storey: Storey
@@ -84,7 +84,7 @@ class _Part(NamedTuple):
 
 
 class _Writer:
-    """One IFC file that grows."""
+    """One IFC file, to which parts are added."""
 
     def __init__(self, file: Any, compress: Any, name: str) -> None:
         self.file, self._compress, self._name = file, compress, name
@@ -117,7 +117,7 @@ class _Writer:
         )
 
     def write(self, parts: Sequence[_Part]) -> None:
-        """Put a house into the file."""
+        """Add a house to the file."""
         place = self._new("IfcLocalPlacement", RelativePlacement=self._axes)
         site = self._root("IfcSite", "site", Name="Site", ObjectPlacement=place, CompositionType="ELEMENT")
         building = self._root(
@@ -146,7 +146,7 @@ class _Writer:
             self._fill(storey, part.built, part.doors)
 
     def _begin(self, number: int, storey: Storey) -> None:
-        """Place what follows in a storey."""
+        """Make a storey the place of the elements that follow."""
         self._storey = f"storey {number}\n" if number else ""
         if not storey.pose:
             self._here = self._axes
@@ -161,7 +161,7 @@ class _Writer:
         self._here = self._new("IfcAxis2Placement3D", Location=at, **turn)
 
     def _fill(self, storey: Any, built: PlanBodies, doors: Sequence[WallOpening]) -> None:
-        """Put a plan into its storey."""
+        """Add the bodies of a plan to its storey."""
         spaces = [self._space(room, built) for room in built.plan.rooms]
         if spaces:
             self._aggregate("spaces", storey, spaces)
@@ -181,7 +181,7 @@ class _Writer:
         )
 
     def _walls(self, built: PlanBodies, doors: Sequence[WallOpening]) -> list[Any]:
-        """Walls with their openings, and the doors in these."""
+        """Return the walls, with their openings, and the doors in the openings."""
         whole = shapely.union_all([*built.walls, *(each.shape for each in doors)], grid_size=WELD_M)
         bodies = [part for part in shapely.get_parts(whole) if part.geom_type == "Polygon" and part.area > CRUMB_M2]
         walls = [
@@ -224,7 +224,7 @@ class _Writer:
         return slab
 
     def _element(self, kind: str, key: str, name: str, shape: BaseGeometry, *heights: float) -> Any:
-        """Return a body on a shape: ``heights`` are that of its foot, and its own, metres."""
+        """Return an element extruded from a shape; ``heights`` are the height of its foot and its own, metres."""
         low, high = heights
         parts = [part for part in shapely.get_parts(shape) if part.geom_type == "Polygon"]
         solids = [self._extrusion(part, low, high) for part in parts]
@@ -269,7 +269,7 @@ class _Writer:
         self._root("IfcRelAggregates", key, RelatingObject=whole, RelatedObjects=parts)
 
     def _root(self, kind: str, key: str, **values: Any) -> Any:
-        """Return a thing with an id of its own, which follows from the plan's id and the thing's key."""
+        """Return an IFC root entity; its global id is derived from the plan's id and ``key``."""
         mark = self._compress(uuid.uuid5(_NAMES, f"{self._name}\n{self._storey}{key}").hex)
         return self._new(kind, GlobalId=mark, **values)
 

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class WallOpening:
-    """A door of the plan; ``shape`` goes through the wall as it is drawn, ``segment`` is on the middle of it."""
+    """A door of the plan; ``shape`` is its opening in the drawn wall, ``segment`` the middle line of the opening."""
 
     door: Door
     shape: Polygon
@@ -26,7 +26,7 @@ class WallOpening:
 
     @property
     def has_leaf(self) -> bool:
-        """Whether there is a door in it; a passage that the connectivity stage cut has none."""
+        """Whether the opening has a door; a passage that the connectivity stage cut has no door."""
         return self.door.kind in {"door", "entrance"}
 
 
@@ -41,7 +41,7 @@ def wall_openings(plan: FloorPlan, wall_thickness: float) -> list[WallOpening]:
 
 
 def _cut_in_wall(door: Door, walls: shapely.Geometry) -> Polygon:
-    """The part of an outer wall, as thick as it is drawn, that an entrance takes out."""
+    """Return the opening of an entrance in an outer wall of the drawn thickness."""
     a, b = np.asarray(door.segment, np.float64)
     along = (b - a) / max(float(np.hypot(*(b - a))), TINY)
     across = np.array([-along[1], along[0]]) * ENTRANCE_REACH_M
@@ -53,7 +53,7 @@ def _cut_in_wall(door: Door, walls: shapely.Geometry) -> Polygon:
 
 
 def _middle(door: Door, shape: Polygon) -> tuple[tuple[float, float], tuple[float, float]]:
-    """The door's segment, moved to the middle of its shape."""
+    """Return the door's segment, moved to the middle of its shape."""
     a, b = np.asarray(door.segment, np.float64)
     along = (b - a) / max(float(np.hypot(*(b - a))), TINY)
     across = np.array([-along[1], along[0]])

@@ -1,8 +1,9 @@
-"""Place a plan in the axes of an export: as seen from above or as the plan is, in its source's frame or in its own.
+"""Place a plan in the axes of an export: mirrored back or not, in its source's frame or in its own frame.
 
-Only this file knows how an export's coordinates lie to a plan's. ``orient_plan`` mirrors a plan back where it has to
-be, and stays near the origin, where shapes are made, cut and rounded. ``pose_in_export`` says where that plan goes. A
-format applies this ``Pose`` to the coordinates that it writes, or writes it as the place of a grid, a node or a model.
+Only this file knows the transform from a plan's coordinates to an export's. ``orient_plan`` mirrors a plan back if
+necessary and keeps it near the origin, where shapes are made, cut and rounded. ``pose_in_export`` returns the pose of
+that plan in the export. A format applies this ``Pose`` to the coordinates that it writes, or writes it as the pose of a
+grid, a node or a model.
 
 A plan that keeps x = X, y = Z of a y-up source (SUNCG, and therefore every published plan) shows the house mirrored.
 Exports for viewers and simulators undo that (``Orientation``). In the plan's own frame, they do so by this transform,
@@ -10,8 +11,8 @@ which preserves the plan's bounds::
 
     (x, y)  ->  (x, y_min + y_max - y)
 
-The source's frame is that of ``plan.frame``, in metres, right-handed and with z up: (X, Y), or (X, -Z) of a source with
-y up.
+The source's frame is given by ``plan.frame``, in metres, right-handed and with z up: (X, Y), or (X, -Z) for a source
+with y up.
 """
 
 from __future__ import annotations
@@ -39,19 +40,19 @@ AnyGeometry = TypeVar("AnyGeometry", bound=BaseGeometry)
 MODELS: Final = frozenset({"3d-front", "ifc", "mesh", "procthor", "suncg", "sweethome"})
 """Sources, by their word in the provenance, whose plans are exported in their own frame by default.
 
-A model's origin, height and axes are its author's: often far away, and a storey high. In the axes of a robot's map, a
+The author of a model chooses its origin, height and axes, which are often far away. In the axes of a robot's map, a
 drawing, a scan or a simulator's world, people note goals, zones and measured points.
 """
 LEFT_HANDED: Final = frozenset({"procthor", "sweethome"})
 """Sources, by their word in the provenance, whose axes are left-handed: Unity's, and x, y down and the height."""
 _PLACED_DIGITS = 9  # removes the rounding error of the sum from coordinates on the 1 cm grid
 _RIGID: Final = 1e-6
-"""Frames whose axes are longer or less square by more change a plan's size or shape."""
+"""A frame changes a plan's size or shape if its axes deviate from unit length or a right angle by more than this."""
 
 
 @dataclass(frozen=True)
 class Pose:
-    """Where the axes of an oriented plan lie in an export: x, y, z of its origin, metres; yaw, counter-clockwise."""
+    """The pose of an oriented plan in an export: x, y, z of its origin, metres; yaw, counter-clockwise."""
 
     x: float = 0.0
     y: float = 0.0
@@ -59,16 +60,16 @@ class Pose:
     yaw: float = 0.0
 
     def __bool__(self) -> bool:
-        """Whether it moves anything."""
+        """Whether the pose is not the identity."""
         return any((self.x, self.y, self.z, self.yaw))
 
     def points(self, points: npt.ArrayLike) -> npt.NDArray[np.float64]:
-        """Return the places in the export, metres, of points (..., 2) of the oriented plan."""
+        """Convert points (..., 2) of the oriented plan to points of the export, metres."""
         given: npt.NDArray[np.float64] = np.asarray(points, np.float64)
         return np.round(given @ self._turn.T + (self.x, self.y), _PLACED_DIGITS) + 0.0 if self else given
 
     def point(self, at: Sequence[float]) -> tuple[float, float]:
-        """Return the place in the export of one point, as ``points`` does."""
+        """Convert one point, like ``points``."""
         x, y = self.points(at).tolist()
         return x, y
 
@@ -78,7 +79,7 @@ class Pose:
         return moved
 
     def to(self, other: Pose) -> Pose:
-        """Return this pose as it is in the axes that lie at another pose."""
+        """Return this pose relative to another pose."""
         x, y = (np.array([self.x - other.x, self.y - other.y]) @ other._turn).tolist()
         return Pose(x, y, self.z - other.z, self.yaw - other.yaw)
 
@@ -89,16 +90,16 @@ class Pose:
 
 
 def default_frame(plan: FloorPlan) -> ExportFrame:
-    """Return the frame of a plan's exports where none is asked for.
+    """Return the default frame of a plan's exports.
 
-    It is the source's for a plan that names the file that it was made of, unless that is a model of a house (MODELS).
+    It is "source" if the plan names the file that it was made of and that file is not a model of a house (MODELS).
     """
     said = plan.provenance or {}
     return "source" if plan.frame is not None and "file" in said and said.get("source") not in MODELS else "plan"
 
 
 def is_mirrored(plan: FloorPlan) -> bool:
-    """Return whether the plan shows the house mirrored; a plan without a frame is a published one, which does."""
+    """Return whether the plan shows the house mirrored; a plan without a frame is published, and therefore mirrored."""
     if plan.frame is None:
         return True
     (a, b, _), (c, d, _) = plan.frame.matrix
@@ -118,17 +119,17 @@ def world_from_plan(plan: FloorPlan, orientation: Orientation = "world", frame: 
     plan
         A plan in its own axes.
     orientation
-        "world": as seen from above in a right-handed world with z up; "plan": not mirrored, whatever the plan shows.
+        "world": as seen from above in a right-handed world with z up; "plan": as in the plan, mirrored or not.
     frame
-        "source": the frame of the file that the plan comes from; "plan": the plan's own, which starts at its corner;
-        None: ``default_frame``.
+        "source": the frame of the plan's file; "plan": the plan's own frame, which starts at its corner; None:
+        ``default_frame``.
 
     Raises
     ------
     ConfigError
-        ``orientation`` or ``frame`` is none of these.
+        ``orientation`` or ``frame`` has another value.
     PlanError
-        The source's frame is asked for, and the plan does not know it, or it changes the plan's size.
+        The source's frame is requested, but the plan does not record it, or it changes the plan's size.
     """
     if orientation not in {"world", "plan"}:
         raise ConfigError(f"orientation: expected 'world' or 'plan', found {orientation!r}")
@@ -159,9 +160,9 @@ def _world_from_source(plan: FloorPlan, orientation: Orientation) -> Matrix:
 
 
 def pose_in_export(plan: FloorPlan, orientation: Orientation = "world", frame: ExportFrame | None = None) -> Pose:
-    """Return where ``orient_plan(plan, orientation)`` lies in the export, its floor too: 0 in the plan's own frame.
+    """Return the pose of ``orient_plan(plan, orientation)`` in the export; its z, the floor, is 0 in the plan's frame.
 
-    What is raised is as in ``world_from_plan``.
+    The errors are those of ``world_from_plan``.
     """
     (_, _, _), (_, sign, shift) = world_from_plan(plan, orientation)
     (a, b, x), (c, d, y) = world_from_plan(plan, orientation, frame)

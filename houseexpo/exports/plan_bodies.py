@@ -24,7 +24,7 @@ WALL_HEIGHT_M: Final = 2.5
 DOOR_HEIGHT_M: Final = 2.1
 WALL_THICKNESS_M: Final = 0.1
 
-_UNDER_LINTELS: Final = frozenset({"door", "cut"})  # openings are gaps of full height, entrances are closed
+_UNDER_LINTELS: Final = frozenset({"door", "cut"})  # openings have the full height; entrances are closed
 
 
 class BodyOptions(TypedDict, total=False):
@@ -44,7 +44,7 @@ class PlanBodies:
     ``space`` is the floor, with walls straightened by at most 0.01 m, and ``free`` is ``space`` without ``furniture``.
     ``walls`` are around and in the floor and leave doors open. They have no cavities: a courtyard without a door is
     filled, since it is not free. ``lintels`` are the areas of doors, from ``door_height`` to ``wall_height``. ``pose``
-    is where the export's frame has them.
+    is the pose of all of them in the export's frame.
     """
 
     plan: FloorPlan
@@ -81,11 +81,11 @@ def plan_bodies(
     Parameters
     ----------
     plan
-        The plan. Without doors (a published one), it has no lintels, but the same walls.
+        The plan. A plan without doors, such as a published one, has the same walls and no lintels.
     wall_thickness
         Thickness of outer walls, metres; walls between rooms keep their own thickness.
     wall_height, door_height
-        Metres above the floor; if they are equal, doors have no lintels.
+        Heights above the floor, metres; if they are equal, doors have no lintels.
     orientation, frame
         See ``houseexpo.exports.placement``.
     """
@@ -131,27 +131,27 @@ def _polygons(shape: Polygon | MultiPolygon) -> list[Polygon]:
 
 # Divide a plan's floor and walls into parts with the names that programs read: floors of rooms, doorways, entrances.
 #
-# N1  ``kitchen_floor_3`` is the floor of room 3. Its label comes first, since the last word says what the part is: a
-#     ``toilet_floor_4`` is a floor, a ``floor_4_toilet`` may be taken for a toilet.
-# N2  ``door_threshold_2`` is the floor in door 2, from jamb to jamb, ``opening_threshold_2`` that in an opening, and
-#     ``floor`` is what is under the walls.
-# N3  ``entrance_door_5`` is the shut door of entrance 5: what stands in the wall there, up to the height of doors.
-# The parts cover exactly what ``floor`` and ``walls`` would without them.
+# N1  ``kitchen_floor_3`` is the floor of room 3. The room's label comes first, since programs take the last word as
+#     the kind of a part: ``toilet_floor_4`` is a floor, but ``floor_4_toilet`` may be taken for a toilet.
+# N2  ``door_threshold_2`` is the floor in door 2, from jamb to jamb; ``opening_threshold_2`` is the floor in an
+#     opening; ``floor`` is the area under the walls.
+# N3  ``entrance_door_5`` is the shut door of entrance 5: it fills the wall there, up to the height of doors.
+# Together, the parts cover exactly the floor and the walls.
 
 
 def room_floors(built: PlanBodies) -> dict[str, BaseGeometry]:
-    """Return the floor of each room by its name (N1), metres; none for a plan without rooms."""
+    """Return the floor of each room by its name (N1), metres; empty for a plan without rooms."""
     return {f"{room.label.lower()}_floor_{room.id}": room.polygon for room in built.plan.rooms}
 
 
 def doorway_floors(built: PlanBodies) -> dict[str, BaseGeometry]:
-    """Return the floor in each doorway by its name (N2), metres; entrances, which are shut, have none."""
+    """Return the floor in each doorway, except entrances, which are shut, by its name (N2), metres."""
     kinds = {"opening": "opening", "cut": "opening", "door": "door"}
     return {f"{kinds[d.kind]}_threshold_{d.id}": d.polygon for d in built.plan.doors if d.kind in kinds}
 
 
 def entrance_doors(built: PlanBodies) -> dict[str, BaseGeometry]:
-    """Return what stands in the wall at each entrance by its name (N3), metres."""
+    """Return the shut door of each entrance by its name (N3), metres."""
     if all(door.kind != "entrance" for door in built.plan.doors):
         return {}
     walls = shapely.union_all(built.walls)
@@ -165,6 +165,6 @@ def entrance_doors(built: PlanBodies) -> dict[str, BaseGeometry]:
 
 
 def unnamed_floor(built: PlanBodies, parts: dict[str, BaseGeometry]) -> BaseGeometry:
-    """Return the floor of the house without the parts that have names of their own, metres."""
+    """Return the floor of the house without the named ``parts``, metres."""
     slab = shapely.union_all([built.space, *built.walls])
     return shapely.difference(slab, shapely.union_all(list(parts.values())))

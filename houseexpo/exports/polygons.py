@@ -1,4 +1,4 @@
-"""Turn polygons with holes into what formats can hold: one ring, its holes joined by slits, or convex trapezoids."""
+"""Turn polygons with holes into simpler shapes for formats: one ring with slits to its holes, or convex trapezoids."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def join_holes_by_slits(polygon: Polygon, avoid: Sequence[Polygon] = ()) -> Poly
     S1  A slit is 0.01 m wide. It runs along an axis and on the 1 cm grid from a corner of the hole to the outline or
         to another hole, whichever comes first. Therefore it closes only the path between these two walls, and the area
         stays connected.
-    S2  Of equally short slits, one that does not cross ``avoid`` (doors) is preferred.
+    S2  Of equally short slits, a slit that does not cross ``avoid`` (doors) is preferred.
 
     Parameters
     ----------

@@ -44,10 +44,10 @@ def rmf(
     metres, y up, and the picture is named but does not lie below (``cartesian_meters``).
 
     Walls of Open-RMF are lines that its tools make 0.1 m thick: a thicker wall is drawn by a ring of lines just inside
-    its faces, so that rooms keep their size, and a thinner one by a line with a parameter ``thickness`` in metres,
-    which Open-RMF passes over. Passages with a leaf are hinged doors, those without one have the type "opening". Each
-    room is a floor, what stands free in it is one of the level's holes, and a vertex in the room has its label or its
-    source's own word as its name. Lanes are yours to draw.
+    its faces, so that rooms keep their size. A thinner wall is drawn by a line with a parameter ``thickness`` in
+    metres, which Open-RMF ignores. Passages with a leaf are hinged doors; passages without a leaf have the type
+    "opening". Each room is a floor, free-standing objects in it are holes of the level, and a vertex in the room is
+    named by the room's label or the source's own word. The user draws the lanes.
     """
     is_source = (frame or default_frame(plan)) == "source"
     storey = Storey(plan, pose_in_export(plan, orientation, frame))
@@ -68,8 +68,8 @@ def rmf_building(
 ) -> Files:
     """Write ``<name>.building.yaml`` with a level for each plan, lowest first, and a picture for each.
 
-    The levels are stacked by ``stack_storeys``. Three fiducials, the same in all levels, say how they lie over each
-    other. All else is as in ``rmf``.
+    The levels are stacked by ``stack_storeys``. Three fiducials, the same in all levels, align them. Everything else is
+    as in ``rmf``.
     """
     storeys = stack_storeys(plans, name, orientation, frame)
     is_source = all((frame or default_frame(plan)) == "source" for plan in plans)
@@ -143,7 +143,7 @@ _FLOOR: Final = {"texture_name": [1, "blue_linoleum"], "texture_rotation": [3, 0
 
 
 def _as_yaml(building: Mapping[str, Any]) -> bytes:
-    """Return the text as traffic_editor writes it: the innermost lists and mappings on one line each, no aliases."""
+    """Return the text in traffic_editor's style: the innermost lists and mappings on one line each, no aliases."""
     import yaml
 
     dumper = type("Plain", (yaml.SafeDumper,), {"ignore_aliases": lambda *_: True})
@@ -152,7 +152,7 @@ def _as_yaml(building: Mapping[str, Any]) -> bytes:
 
 
 class _Sheet:
-    """The level's vertices: in pixels of the picture, or where there is none, in metres of the building."""
+    """The level's vertices, in pixels of the picture or, without a picture, in metres of the building."""
 
     def __init__(self, pose: Pose, picture: GridFrame | None) -> None:
         self._pose, self._picture = pose, picture
@@ -160,7 +160,7 @@ class _Sheet:
         self.vertices: list[list[Any]] = []
 
     def vertex(self, point: Sequence[float]) -> int:
-        """Return the number of the vertex at a point in metres, which is made where there is none."""
+        """Return the number of the vertex at a point in metres; add the vertex if it is missing."""
         key = (round(float(point[0]), 4), round(float(point[1]), 4))
         if key not in self._index:
             self._index[key] = len(self.vertices)
@@ -176,14 +176,14 @@ class _Sheet:
         return [self.vertex(a), self.vertex(b), dict(parameters)]
 
     def pixel(self, point: Sequence[float]) -> list[float]:
-        """Return the coordinates in the file of a point of the plan, metres."""
+        """Convert a point of the plan, metres, to coordinates of the file."""
         if self._picture is None:
             return [round(value, 4) for value in self._pose.point(point)]
         x, y = self._picture.pixel_from_point(*point)
         return [round(x, 3), round(y, 3)]
 
     def fiducial(self, corner: Sequence[float]) -> list[float]:
-        """Return the coordinates in the file of a point of the building, metres."""
+        """Convert a point of the building, metres, to coordinates of the file."""
         if self._picture is None:
             return [round(value, 4) for value in corner]
         return self.pixel(np.subtract(corner, (self._pose.x, self._pose.y)).tolist())
@@ -206,7 +206,7 @@ def _lines(body: Polygon) -> Iterator[tuple[Sequence[float], Sequence[float], di
 
 
 def _strip(ring: Any) -> tuple[Sequence[float], Sequence[float], dict[str, Any]]:
-    """Return the middle line of a piece, shorter by what Open-RMF puts on at its ends, with its thickness."""
+    """Return the middle line of a piece and its thickness, shortened by the length that Open-RMF adds at the ends."""
     corners = shapely.get_coordinates(shapely.minimum_rotated_rectangle(shapely.Polygon(ring)))[:4]
     sides = np.hypot(*(np.roll(corners, -1, axis=0) - corners).T)
     k = int(np.argmin(sides))

@@ -28,7 +28,7 @@ from houseexpo.plan import Ring
 _VERSION = "1.6"  # read by Gazebo classic and by current Gazebo
 _WALL, _LINTEL, _GROUND = "0.86 0.85 0.82 1", "0.78 0.72 0.62 1", "0.62 0.6 0.57 1"
 _FURNITURE, _FLOOR = "0.66 0.53 0.4 1", "0.62 0.56 0.47 1"
-_FLOOR_M = 0.001  # floors lie so high over the ground plane, or both would flicker
+_FLOOR_M = 0.001  # height of floors over the ground plane, so that the two do not flicker
 
 
 def sdf(plan: FloorPlan, **options: Unpack[BodyOptions]) -> Files:
@@ -50,9 +50,9 @@ def sdf(plan: FloorPlan, **options: Unpack[BodyOptions]) -> Files:
 def sdf_building(plans: Sequence[FloorPlan], name: str, **options: Unpack[BodyOptions]) -> Files:
     """Write ``<name>.sdf``: a static model for each storey, named by the id of its plan, at its place and elevation.
 
-    In it are the models of ``sdf`` and, over the lowest storey, ``floor``, on which a robot stands. ``roof`` is what no
-    storey above covers; the top storey has none. The storeys are stacked by ``stack_storeys``; their walls end under
-    the next floor.
+    The models of ``sdf`` are parts of it, and above the lowest storey also ``floor``, on which a robot stands. ``roof``
+    is the part of a storey that no storey above covers; the top storey has no roof. The storeys are stacked by
+    ``stack_storeys``; their walls end under the next floor.
     """
     bodies = storey_bodies(plans, name, options)
     bounds = shapely.total_bounds([each.storey.pose.shape(each.slab) for each in bodies]).tolist()

@@ -1,7 +1,4 @@
-"""Stack the plans of one house: their order, how high each lies, and how they lie over each other.
-
-Exports of several storeys use it.
-"""
+"""Stack the plans of one house, for exports of several storeys: their order, their elevations, and their poses."""
 
 from __future__ import annotations
 
@@ -22,14 +19,14 @@ if TYPE_CHECKING:
     from shapely.geometry.base import BaseGeometry
 
 STOREY_HEIGHT_M: Final = 3.0
-"""From floor to floor, where the plans do not state how high they lie."""
+"""The height from floor to floor, metres, if the plans do not state their elevations."""
 FLOOR_M: Final = 0.05
-"""Thickness of a storey's floor, which lies under its elevation."""
+"""Thickness of a storey's floor, metres; the floor lies under the storey's elevation."""
 
 
 @dataclass(frozen=True)
 class Storey:
-    """An oriented plan in a building, at its pose; in the plan's frame, the lowest storey's is the origin."""
+    """An oriented plan and its pose in a building; in the plan's frame, the lowest storey lies at the origin."""
 
     plan: FloorPlan
     pose: Pose
@@ -40,14 +37,14 @@ def stack_storeys(
 ) -> list[Storey]:
     """Return the storeys of a building, lowest first.
 
-    Plans whose frames state heights that differ are stacked as these say, and lie over each other as in their source:
-    in the source's frame at its heights, else at heights over the lowest storey. Other plans are stacked in the order
-    given, every STOREY_HEIGHT_M, each in its own axes.
+    If the frames of the plans state different heights, the plans are stacked at these heights and placed as in their
+    source; in the plan's frame, heights are above the lowest storey. Other plans are stacked in the given order, every
+    STOREY_HEIGHT_M, each in its own axes.
 
     Raises
     ------
     ConfigError
-        Where there is no plan, or the name of the building cannot be the name of a file.
+        There is no plan, or the name of the building cannot be the name of a file.
     """
     if not plans:
         raise ConfigError(f"export: expected the plans of building {name!r}, found none")
@@ -82,7 +79,7 @@ def stack_storeys(
 
 @dataclass(frozen=True, eq=False)
 class StoreyBodies:
-    """The bodies of a storey over its own floor, and its roof: what of it no storey above covers, under none."""
+    """The bodies of a storey above its floor, and its roof: the part that no storey above covers; empty for the top."""
 
     storey: Storey
     built: PlanBodies
@@ -90,7 +87,7 @@ class StoreyBodies:
 
     @property
     def slab(self) -> BaseGeometry:
-        """What the storey covers in its own axes: its floor with its walls, metres."""
+        """The area of the storey's floor and walls in its own axes, metres."""
         return _slab(self.built)
 
 
@@ -103,8 +100,8 @@ def storey_bodies(plans: Sequence[FloorPlan], name: str, options: BodyOptions) -
     Raises
     ------
     ConfigError
-        Where two storeys have less than door_height and a floor between them, or as ``stack_storeys`` and
-        ``plan_bodies`` say.
+        Two storeys are less than door_height and a floor apart, or for the reasons of ``stack_storeys`` and
+        ``plan_bodies``.
     """
     import shapely
 

@@ -45,9 +45,9 @@ def usd(plan: FloorPlan, **options: Unpack[BodyOptions]) -> Files:
 def usd_building(plans: Sequence[FloorPlan], name: str, **options: Unpack[BodyOptions]) -> Files:
     """Write ``<name>.usda``: in the default prim ``House`` an Xform for each storey, at its place and elevation.
 
-    The name of its prim is the id of its plan, with _ for what no prim's name can have; ``houseexpo:id`` and the
-    display name are the id itself. In it are the scopes of ``usd``. The storeys are stacked by ``stack_storeys``; their
-    walls end under the next floor.
+    The name of a storey's prim is the id of its plan, with _ for characters that are not allowed in names;
+    ``houseexpo:id`` and the display name are the id itself. A storey has the scopes of ``usd``. The storeys are stacked
+    by ``stack_storeys``; their walls end under the next floor.
     """
     bodies = storey_bodies(plans, name, options)
     lines: list[str] = []
@@ -73,7 +73,7 @@ def usd_building(plans: Sequence[FloorPlan], name: str, **options: Unpack[BodyOp
 
 
 def _place(pose: Pose, *, always: bool = False) -> list[str]:
-    """Return the lines that put a prim at a pose, indented by 4; none for one that moves nothing, unless ``always``."""
+    """Return the lines that place a prim at a pose, indented by 4; empty for the identity, unless ``always``."""
     if not (pose or always):
         return []
     turn = [f"    double xformOp:rotateZ = {round(math.degrees(pose.yaw), 9):.10g}"] if pose.yaw else []
@@ -140,7 +140,7 @@ def _file(name: str, content: Sequence[str]) -> Files:
 def _body(
     name: str, kind: str, label: str, shape: BaseGeometry, *heights: float, words: Sequence[str] = ()
 ) -> list[str]:
-    """Return the lines of a mesh that stands on a shape: ``heights`` are that of its foot, and its own, metres."""
+    """Return the lines of a mesh on a shape; ``heights`` are the height of its foot and its own height, metres."""
     low, high = heights
     mesh = extrude_polygon(shape, high).to_mesh64()
     points = np.asarray(mesh.vert_properties)[:, :3] + (0.0, 0.0, low)
@@ -175,6 +175,6 @@ def _semantics(kind: str, label: str, words: Sequence[str]) -> Iterator[str]:
 
 
 def _quote(text: str) -> str:
-    """Return a text as USD writes one; control characters are left out."""
+    """Return a text as a quoted USD string without control characters."""
     said = valid_xml_text(re.sub(r"[\x00-\x1f]", " ", text)).replace("\\", "\\\\").replace('"', '\\"')
     return f'"{said}"'

@@ -1,8 +1,8 @@
-"""Read a plan from JSON, published or ``houseexpo/2``, and write it as JSON; each class is one object of that JSON.
+"""Read and write a plan as JSON, in the published format or ``houseexpo/2``; each class is one JSON object.
 
 Only this file knows the keys (docs/format.md).
 
-A file without ``format`` is a published one: its five keys are checked and others are ignored. A file with
+A file without ``format`` is a published file: its five keys are checked and others are ignored. A file with
 ``"format": "houseexpo/2"`` holds the keys of section 2 and no others. Numbers are written in their shortest exact form,
 so that a plan that is written and read again is equal, and a published file keeps every value.
 
@@ -125,7 +125,7 @@ class Plan(Published, forbid_unknown_fields=True, omit_defaults=True):
 
 
 RECORDS: tuple[type[Struct], type[Struct]] = (Published, Plan)
-"""The keys of a published file and of one of ours; ``houseexpo.plan.schema`` makes the JSON Schema from them."""
+"""The keys of a published file and of our files; ``houseexpo.plan.schema`` makes the JSON Schema from them."""
 
 
 class _Head(Struct):
@@ -165,7 +165,7 @@ def decode_plan_as(kind: type[_Plan], data: bytes | str) -> _Plan:
 def encode(plan: PlanData) -> bytes:
     """Return a plan as compact JSON without a final newline; equal plans give equal bytes.
 
-    A plan with nothing but the published keys is written in the published format, any other as ``houseexpo/2``.
+    A plan with only the published keys is written in the published format, any other plan as ``houseexpo/2``.
 
     Parameters
     ----------
@@ -199,7 +199,7 @@ def encode(plan: PlanData) -> bytes:
 
 
 def _has_more(plan: PlanData) -> bool:
-    """Return whether the plan has anything that a published file has no key for."""
+    """Return whether the plan has values for which the published format has no key."""
     lists = plan.holes or plan.rooms or plan.doors or plan.objects or plan.navigability
     values = (plan.quality, plan.frame, plan.provenance)
     return bool(lists) or any(value is not None for value in values)

@@ -1,6 +1,6 @@
-"""Define the parts of a plan as frozen values, checked on construction: room, door, furniture, frame, quality, others.
+"""Define the parts of a plan as frozen values: room, door, furniture, frame, quality and others.
 
-They are compared by value.
+They are checked on construction and compared by value.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ SURE: Final = 0.8
 """A plan with a lower score is doubtful."""
 UNSURE: Final = 0.5
 """A room or door whose confidence is below this is more likely wrong than right; pictures show it as unsure."""
-_LONGEST_ROOM_NAME: Final = 60  # letters of what a source calls a room: more are no name
+_LONGEST_ROOM_NAME: Final = 60  # characters of a source's name of a room; a longer text is no name
 
 
 def signed_area(ring: npt.NDArray[np.float64]) -> float:
@@ -117,7 +117,7 @@ class Navigability:
 class NavigabilityByRadius(Mapping[str, Navigability]):
     """The navigability that a plan's file records, by robot radius in metres with two decimals (``"0.20"``).
 
-    It is empty, and false, if the file records none. It is equal to any mapping with the same items.
+    It is empty, and false, if the file records no navigability. It is equal to any mapping with the same items.
     """
 
     __slots__ = ("_known",)
@@ -135,7 +135,7 @@ class NavigabilityByRadius(Mapping[str, Navigability]):
         return len(self._known)
 
     def __call__(self, radius_m: float) -> Navigability:
-        """Return the navigability for a radius in metres; that of a ``FloorPlan`` is measured if it is not recorded.
+        """Return the navigability for a radius in metres; a ``FloorPlan`` measures it if it is not recorded.
 
         Raises
         ------
@@ -187,7 +187,7 @@ class Room(FrozenValue):
 
     @property
     def name(self) -> str:
-        """The label in words. A room without a label has the source's own words in a line, or "" where it has none."""
+        """The label in words; without a label, the source's own words in one line; without those, ""."""
         if self.label != UNLABELLED:
             return self.label.replace("_", " ")
         words = [word for word in self.source_labels if any(letter.isalpha() for letter in word)]  # numbers say less
@@ -269,9 +269,9 @@ class Door(FrozenValue):
 class PlanObject(FrozenValue):
     """A piece of furniture: its footprint, its height above the floor in metres, and the id of its room.
 
-    ``label`` is the source's own word, or "object" if it has none. ``room`` is None if the object's centre lies in no
-    room. The footprint, ``ring`` (n, 2) in metres, is also an obstacle: it is a hole of the plan's outline, or is cut
-    out of it where it touches a wall.
+    ``label`` is the source's own word, or "object" without such a word. ``room`` is None if the object's centre lies in
+    no room. The footprint, ``ring`` (n, 2) in metres, is also an obstacle: it is a hole of the plan's outline, or a
+    notch in the outline if it touches a wall.
     """
 
     id: int

@@ -1,7 +1,7 @@
 """Turn a plan's rings, which may touch or cross themselves, into valid polygons, and describe the fault (``Repair``).
 
-Of 33,717 published rings, 1,285 touch or cross themselves. They are contours of pixels, which do so where a passage is
-one pixel wide or a wall is attached only at a corner. The repair follows these rules:
+Of 33,717 published rings, 1,285 touch or cross themselves. They are contours of pixels: a contour meets itself where a
+passage is one pixel wide or a wall is attached only at a corner. The repair follows these rules:
 
 R1  A point is inside if a ray from it crosses the rings an odd number of times (even-odd). ``houseexpo.grids.raster``
     fills rings in the same way.
@@ -35,9 +35,9 @@ _TOUCHES = ("Ring Self-intersection", "Interior is disconnected")
 class Repair:
     """The faults of a plan's rings, and what their repair changed.
 
-    ``kind`` is "cross" if a ring crosses itself or another one, "touch" if they only touch; ``at`` is one such place,
+    ``kind`` is "cross" if a ring crosses itself or another ring, "touch" if rings only touch; ``at`` is one such place,
     (x, y) in metres. ``pieces`` is the number of polygons in the repaired free space. ``area_change_m2`` is the area of
-    the repaired free space minus that of the rings by the shoelace formula.
+    the repaired free space minus the rings' area by the shoelace formula.
     """
 
     kind: Literal["touch", "cross"]
@@ -65,7 +65,7 @@ def even_odd_polygons(verts: Ring, holes: Sequence[Ring]) -> Polygon | MultiPoly
 
 
 def describe_repair(verts: Ring, holes: Sequence[Ring] = ()) -> Repair | None:
-    """Return what ``even_odd_polygons`` repairs in rings (metres), None if they are valid; PlanError if it cannot.
+    """Return the repair of rings (metres) by ``even_odd_polygons``, None if they are valid; PlanError without area.
 
     Examples
     --------

@@ -28,7 +28,7 @@ from houseexpo.pseudoslam.kernels.types import Floats, Grid
 Array = npt.NDArray[Any]
 
 RASTERS, MAP, SHOWN = 3, Episode._fields.index("known"), Episode._fields.index("shown")
-"""The number of arrays that have the size of the house, which are flat in a pool; and the map's and view's numbers."""
+"""The number of arrays of the house's size, which are flat in a pool; and the indices of the map and of the views."""
 
 
 def flatten_episode(episode: Episode) -> list[Array]:
@@ -57,7 +57,7 @@ def pool_of_one(episode: Episode) -> Episode:
 
 
 def view_episode(pool: Episode, i: int, shape: tuple[int, int]) -> Episode:
-    """Return episode ``i`` of a pool as views of the pool's arrays; ``shape`` is that of the house's rasters."""
+    """Return episode ``i`` of a pool as views of the pool's arrays; ``shape`` is (rows, cols) of the house."""
     cells = shape[0] * shape[1]
     return _each(pool, lambda raster: raster[i, :cells].reshape(shape), lambda array: array[i])
 
@@ -109,7 +109,7 @@ class State:
 
     @cached_property
     def binding(self) -> PoolBinding:
-        """The pool as the last step took it."""
+        """The pool in the form in which the last step took it."""
         return PoolBinding()
 
     @property
@@ -144,7 +144,7 @@ class State:
         return self.poses_px[3:]
 
     def note_new_map(self) -> None:
-        """Have the overview and the pictures drawn anew, after something else than scans has changed the map."""
+        """Have the overview and the pictures redrawn, after something other than a scan has changed the map."""
         rows, cols = self.known.shape
         self.episode.changed[:] = 0, rows, 0, cols
         self.counts.low, self.counts.high = 0, self.known.size
@@ -164,7 +164,7 @@ class State:
         return {name: value for name, value in self.__dict__.items() if name not in {"pool", "binding"}}
 
     def copy(self) -> State:
-        """Return a state that shares nothing with this one."""
+        """Return a copy that shares no memory with this state."""
         return State(
             unflatten_episode(self.episode, [leaf.copy() for leaf in flatten_episode(self.episode)]),
             self.observable_cells,
@@ -191,9 +191,9 @@ def new_episode(
     rasters
         The occupied, the observable and the known cells.
     shown
-        The side of the view and of the overview, cells, and the number of beams; 0 for those that are not observed.
+        The side of the view and of the overview, cells, and the number of beams; 0 if not observed.
     pose
-        (3,), the robot's pose, which is also the believed one.
+        (3,), the robot's pose, which is also its believed pose.
     moving
         Moving bodies and their tracks, the paths of people, and the paths to the goal.
     key

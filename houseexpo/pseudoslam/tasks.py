@@ -34,7 +34,7 @@ class Task(ABC):
     """Whether ``rewards`` over several steps equals the sum over single steps, which planners' actions need."""
 
     def configure(self, config: SimulatorConfig | None) -> SimulatorConfig:
-        """Return the configuration to use if this one is requested; for None, the task's own."""
+        """Return the configuration for a requested one; for None, the task's default."""
         return config or self.default
 
     @abstractmethod
@@ -55,7 +55,7 @@ class Task(ABC):
     def enough_cells(self, observable_cells: int) -> int:  # noqa: ARG002  # other tasks use it
         """Return how many of the cells that coverage counts must be known for success.
 
-        Planners' actions, which take many steps, end at this number. It is larger than possible if they need not.
+        Planners' actions, which take many steps, end at this number. If they need not end, it is impossibly large.
         """
         return np.iinfo(np.int64).max
 
@@ -104,7 +104,7 @@ class Exploration(Task):
 
     @property
     def rewards_add_up(self) -> bool:  # type: ignore[override]  # a constant of other tasks
-        """Whether they do; turns can only be measured step by step."""
+        """Whether the rewards add up; turns can only be measured step by step."""
         return self.cost_per_turn == 0
 
     def rewards(self, before: Metrics, after: Metrics, ahead: Bools, success: Bools) -> Floats:  # noqa: ARG002
@@ -141,7 +141,7 @@ class ObstacleAvoidance(Task):
     Parameters
     ----------
     safe_m
-        The clearance from which on "way" pays in full, metres.
+        The least clearance for the full reward of "way", metres.
     reward
         "paper": -1 for a collision, else 0.9 times the newly known area in m2, plus 0.1 for the action forward. "way":
         -1 for a collision, else the distance forward as a share of a full step, times 0.1 + 0.9 c, where c is the

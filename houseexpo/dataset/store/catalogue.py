@@ -52,7 +52,7 @@ class Catalogue:
             raise DatasetError(f"{file}: cannot be read ({error.strerror}); open the data set again") from None
 
     def stages(self, row: int) -> bytes | None:
-        """Return the picture (PNG) of the pipeline's stages for a plan, None if its build kept none."""
+        """Return the picture (PNG) of the pipeline's stages for a plan, or None if the build did not keep it."""
         folder = self.path / "stages"
         file = folder / f"{self.ids[row]}.png"
         if folder.is_symlink() or file.is_symlink() or not file.is_file():
@@ -77,8 +77,8 @@ class Catalogue:
     def lists(self) -> dict[str, tuple[str, ...]]:
         """The lists of ids that come with the data set, unchanged.
 
-        A list that is a link to a file outside of the data set counts only if it names plans of the data set: else the
-        data set of a stranger would show any text of this machine to those who it is served to.
+        A link to a file outside the data set counts as a list only if the file names plans of the data set. Otherwise a
+        stranger's data set, when served, could disclose any text file of this machine.
         """
         found, elsewhere = {}, linked_list_names(self.path)
         for name, data in read_id_lists(self.path).items():

@@ -1,8 +1,8 @@
 """Open a data set of a service (``houseexpo serve``): fetch its index at once, and each plan when it is accessed.
 
 R1  The index is cached with its tag, and fetched again only if it has changed.
-R2  Plans are cached under the SHA-1 of their bytes, which the index states. What is received is verified with it, and
-    plans that two services share are fetched once.
+R2  Plans are cached under the SHA-1 of their bytes, which the index states. Received plans are verified with it. A plan
+    that two services share is fetched once.
 R3  Nothing else is requested, and no other server is contacted: redirections are refused.
 """
 
@@ -115,7 +115,7 @@ class RemoteCatalogue(Catalogue):
         return data
 
     def stages(self, row: int) -> bytes | None:
-        """Return the picture of the pipeline's stages for a plan, fetched each time; None if there is none."""
+        """Return the picture of the pipeline's stages for a plan, fetched each time; None if it does not exist."""
         place = f"/plans/{quote(self.ids[row], safe='')}/stages.png"
         found = self._server.get(place, MAX_PLAN_BYTES, fine=(200, 404))
         return found.data if found.status == 200 else None

@@ -1,8 +1,8 @@
 """Read the plans of a data set in one pass from a folder, an archive or JSON lines.
 
-Nothing is written here. What cannot be read of one plan is a record with a fault, and costs no other plan: a file or
-member that is too large or damaged, and what follows the place at which a file is cut off. Where nothing says which
-plans a fault concerns (a check sum of a whole archive), DatasetError is raised, which names the file.
+Nothing is written here. A plan that cannot be read gives a record with a fault and does not affect other plans: a file
+or member that is too large or damaged, or the rest of a file that is cut off. If a fault may concern any plan (a wrong
+checksum of a whole archive), DatasetError is raised, which names the file.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from houseexpo.files import read_file, real_path
 from houseexpo.floorplan import FloorPlan, decode
 
 MAX_PLAN_BYTES: Final = 64 * 2**20
-"""The largest plan that is read; the largest published one has 0.3 MB."""
+"""The largest plan that is read, bytes; the largest published plan has 0.3 MB."""
 
 MAX_BYTES: Final = 64 * 2**30
 MAX_PLANS: Final = 5_000_000
@@ -79,7 +79,7 @@ def read_stored_plans(path: Path) -> Iterator[StoredPlan]:
     Raises
     ------
     DatasetError
-        The path is not a data set, or it is damaged at no place that is known.
+        The path is not a data set, or it is damaged and the place is unknown.
     """
     path = plans_path(path)
     read = _reader(path)
@@ -133,7 +133,7 @@ def linked_list_names(path: Path) -> frozenset[str]:
 
 
 def id_list_name(name: str) -> str:
-    """Return the name of the list of ids that a file name denotes, "" if it denotes none."""
+    """Return the name of the list of ids in a file with this name, "" if it is no list."""
     path = PurePosixPath(name)
     if path.suffix != ".txt":
         return ""
@@ -248,7 +248,7 @@ def _tar_member(tar: tarfile.TarFile, member: tarfile.TarInfo) -> StoredPlan:
 
 
 def _lists_in_tar(tar: tarfile.TarFile) -> Iterator[tuple[str, bytes]]:
-    """Yield the name and the bytes of each list; those that a cut-off archive lacks are left out."""
+    """Yield the name and the bytes of each list; lists that a cut-off archive lacks are left out."""
     try:
         for member in tar:
             if member.isfile() and id_list_name(member.name):

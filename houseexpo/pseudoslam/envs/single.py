@@ -208,9 +208,9 @@ class PseudoSlamEnv(gymnasium.Env[Observation, Any]):
     def look_from(
         self, pose: tuple[float, float, float], occupied: npt.NDArray[np.uint8]
     ) -> tuple[Observation, dict[str, Any]]:
-        """Put the robot at a pose among other obstacles, take a step in place, which scans there, and return as reset.
+        """Put the robot at a pose among other obstacles, scan there by a step in place; return the values of ``reset``.
 
-        For a robot that something else moves. Its map stays.
+        This is for a robot that another program moves. The robot's map stays.
 
         Parameters
         ----------

@@ -1,12 +1,12 @@
 """Find which robots of a team hear each other, and let them copy each other's maps, for many teams at once.
 
-An exchange is that of ``teams.Team.exchange`` with relative poses that are known, for many teams:
+An exchange is the one of ``teams.Team.exchange`` with known relative poses, for many teams:
 
 R1  All robots send what they knew before the exchange.
 R2  A robot copies known cells into its unknown ones, from the robots that it hears in the order of their numbers.
 R3  It copies at most ``most`` cells from each, row by row; the rest comes in later exchanges.
 
-Only chunks of cells are looked at in which a robot may know something that the other has not been told (``pending``).
+Only chunks are examined in which a robot may know cells that the other robot has not received (``pending``).
 """
 
 from __future__ import annotations
@@ -56,12 +56,12 @@ def received_dbm(link: RadioParams, air_m: float, wall_m: float, air_fading_db: 
 
 @njit(cache=True, nogil=True)
 def find_heard(link: RadioParams, walls: Grid, places: Floats, fading_db: Floats, heard: Grid) -> bool:
-    """Write who hears whom (R, R), symmetric, 0 on the diagonal; return whether each robot reaches each other one.
+    """Write who hears whom (R, R), symmetric, 0 on the diagonal; return whether each robot reaches every other one.
 
     Parameters
     ----------
     walls
-        (rows, cols), not 0 for what does not move.
+        (rows, cols), not 0 for static obstacles.
     places
         (R, 2), pixels.
     fading_db
@@ -112,8 +112,8 @@ def exchange_maps(
     known, observable, counts, sizes
         Arrays of the pool of all robots (N * R, ...).
     fading_db, heard, joined, wanted
-        (N, 2); (N, R, R), who hears whom, which is written, as is (N,), whether each robot reaches each other one; and
-        (N,), not 0 for teams that exchange.
+        ``fading_db`` is (N, 2). ``heard`` (N, R, R), who hears whom, and ``joined`` (N,), whether each robot reaches
+        every other one, are written. ``wanted`` (N,) is not 0 for teams that exchange.
     """
     robots = others.places.shape[1]
     for i in range(first, end):
@@ -189,7 +189,7 @@ def _exchange_chunk(
             taken[i, j] += new
             if new > 0:
                 source = j if source == -1 else -2
-        if source != -1:  # others have not been told, but for the only one who told it
+        if source != -1:  # tell the others, except for the only robot that sent it
             untold[i] |= EVERYONE & ~(1 << i) & ~(1 << source if source >= 0 else 0)
     for j in range(robots):
         pending[j, chunk] |= untold[j]

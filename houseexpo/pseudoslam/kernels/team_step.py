@@ -1,4 +1,4 @@
-"""Prepare a step of one robot in each of many teams (what is in its way), and count afterwards what it met and saw.
+"""Prepare a step of one robot in each of many teams (its obstacles), and afterwards count collisions and new cells.
 
 Robots of a team move one after the other, and teams do not know each other. So a step takes the robots with the same
 number of all teams together: ``prepare_motions`` or ``prepare_commands``, then the step of a single robot
@@ -29,7 +29,7 @@ from houseexpo.pseudoslam.kernels.types import Bits, Counts, Drive, Errors, Floa
 APART_PX = 1e-6
 """The distance that discs keep, so that rounding does not make them overlap."""
 LEVELS = 0.9, 0.99
-"""The shares of the house for which ``TOGETHER`` has steps and metres."""
+"""The coverages for which ``TOGETHER`` records steps and metres."""
 EVERYONE = 0xFFFF
 """The set of all robots of a team, of which there are at most 16."""
 NOTHING, ROBOT, SOMEONE = range(3)
@@ -46,13 +46,13 @@ the team knew shares of what can be seen, NaN before."""
 
 
 class TeamObstacles(NamedTuple):
-    """What robots of N teams of R are in the way of: walls, people and each other.
+    """The obstacles of the robots of N teams of R: walls, people and each other.
 
     Pools of robots have N * R rows: the robots of the first team, then those of the next.
     """
 
     walls: Grid
-    """(N, cells), not 0 for what does not move."""
+    """(N, cells), not 0 for static obstacles."""
     people: Rows
     """(N * R, P) ``PERSON``, of which the first robots' count."""
     places: Floats
@@ -73,7 +73,7 @@ class TeamObstacles(NamedTuple):
 
 
 class TeamKnowledge(NamedTuple):
-    """What N teams of R robots know together, and what their robots have not told each other yet."""
+    """The combined knowledge of N teams of R robots, and the parts that robots have not sent each other yet."""
 
     known: Grid
     """(N, cells), the cells that some robot of each team knows."""

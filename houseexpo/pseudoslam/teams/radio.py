@@ -13,7 +13,7 @@ from houseexpo.pseudoslam.kernels.radio import RadioParams
 Model = Literal["none", "always", "range", "sight", "signal"]
 RelativePoses = Literal["known", "met"]
 MOST_CELLS: Final = int(np.iinfo(np.int64).max)
-"""What a step can send without a limit."""
+"""The number of cells per step that means no limit."""
 
 
 @dataclass(frozen=True)
@@ -42,10 +42,9 @@ class Radio:
     cells_per_step
         The largest number of cells that a robot receives from another in a step; None for all.
     relative_poses
-        "known": the robots know where they are to each other from the start, and keep to that, so that noisy odometry
-        puts the other's map in the wrong place. "met": two robots exchange maps once they have seen each other, within
-        the laser's range and with no wall in between; each time they do, they measure the transformation between
-        their maps anew.
+        "known": the robots know their relative start poses and never correct them, so noisy odometry misplaces the
+        other's map. "met": two robots exchange maps once they have seen each other, within the laser's range and with
+        no wall in between; each time they see each other, they measure the transformation between their maps again.
 
     Notes
     -----

@@ -52,7 +52,7 @@ _LEVELS: Final = "90", "99"
 
 
 def note_exchange(pool: Episode, sizes: npt.NDArray[np.int64]) -> None:
-    """Have overviews and pictures drawn anew: robots tell each other of cells that their scans have not drawn."""
+    """Have overviews and pictures redrawn: robots receive cells that their own scans have not drawn."""
     pool.changed[..., 0], pool.changed[..., 1] = 0, sizes[:, :1]
     pool.changed[..., 2], pool.changed[..., 3] = 0, sizes[:, 1:]
 
@@ -63,7 +63,7 @@ def moves_people(config: SimulatorConfig, robot: int) -> bool:
 
 
 def new_measures(teams: int) -> Rows:
-    """Return the measures of teams that have not begun (teams,), ``kernels.team_step.TOGETHER``."""
+    """Return initial measures of teams (teams,), ``kernels.team_step.TOGETHER``."""
     found = np.zeros(teams, TOGETHER)
     for level in _LEVELS:
         found[f"steps_{level}"] = found[f"metres_{level}"] = np.nan
@@ -71,7 +71,7 @@ def new_measures(teams: int) -> Rows:
 
 
 def new_knowledge(teams: int, robots: int, cells: int, chunks: int) -> TeamKnowledge:
-    """Return that teams know nothing, and that their robots have told each other nothing."""
+    """Return the initial knowledge: teams know nothing, and their robots have exchanged nothing."""
     return TeamKnowledge(
         np.zeros((teams, cells), np.uint8),
         np.full((teams, robots, chunks), EVERYONE, np.uint16),
@@ -110,7 +110,7 @@ def plain_report(found: dict[str, npt.NDArray[Any]]) -> dict[str, float | None]:
 
 
 class TeamKernels:
-    """The compiled parts of a step round the single robot's, for the robots with the same number of N teams."""
+    """The compiled parts of a team's step around the single robot's step, for robots of the same number in N teams."""
 
     def __init__(self, params: StepParams, radio: Radio, pixels_per_metre: float, *, drives: bool) -> None:
         self._params, self._drives = params, drives
@@ -199,9 +199,9 @@ class TeamKernels:
         measures
             (N,), changed in place.
         active
-            (N,), which teams have taken the step; nothing changes for the others.
+            (N,), whether a team has taken the step; the measures of other teams stay.
         joined
-            (N,), whether each robot reaches each other one by radio.
+            (N,), whether each robot reaches every other robot by radio.
         ways_px
             (N, R), the distances that the robots have travelled, pixels.
         observable
@@ -226,12 +226,12 @@ class TeamKernels:
 
 @dataclass(frozen=True)
 class RadioContact:
-    """What the robots of N teams of R heard in the last exchange."""
+    """The radio contact of the robots of N teams of R in the last exchange."""
 
     heard: Bools
-    """(N, R, R), who could hear whom."""
+    """(N, R, R), whether one robot could hear another."""
     joined: Bools
-    """(N,), whether each robot reached each other one, also through others."""
+    """(N,), whether each robot reached every other robot, directly or through others."""
     fading_db: Floats
     """(N, 2), additional losses in air and in walls."""
 
@@ -243,7 +243,7 @@ def disc_sizes_px(params: StepParams) -> tuple[float, float, float]:
 
 
 def new_radio_contact(teams: int, robots: int) -> RadioContact:
-    """Return that nobody has heard anybody, but a robot alone."""
+    """Return the initial contact: nobody has heard anybody; only a team of one robot is joined."""
     return RadioContact(np.zeros((teams, robots, robots), bool), np.full(teams, robots == 1), np.zeros((teams, 2)))
 
 
@@ -253,16 +253,16 @@ def count_chunks(cells: int) -> int:
 
 
 def shares_map_changes(radio: Radio) -> bool:
-    """Return whether robots tell each other by the kernel what changed in their maps."""
+    """Return whether the kernel exchanges the changes of the robots' maps."""
     return radio.model != "none" and radio.relative_poses == "known"
 
 
 class Team:
     """The episode of a team in one house, up to the first scans; ``pools.TeamPools.step`` goes on.
 
-    Robots move one after the other, in the order of their numbers, and are in each other's way and in each other's
-    sight. Each has its own map. After all have moved, those that hear each other exchange their maps. The first robot's
-    episode also moves the people; people walk round that robot, and the others are obstacles to them.
+    Robots move one after the other, in the order of their numbers; they block and see each other. Each has its own map.
+    After all have moved, robots that hear each other exchange their maps. The first robot's episode also moves the
+    people; people walk round that robot, and the other robots are obstacles to them.
 
     Parameters
     ----------
@@ -271,7 +271,7 @@ class Team:
     world
         The house.
     rng
-        Source of all random values. The first robot draws from it what a single robot draws; the others have their own.
+        Source of all random values. The first robot draws the same values as a single robot; the others have their own.
     starts
         Poses of the first robots; the others start at random places.
     around
@@ -325,12 +325,12 @@ class Team:
 
     @property
     def known(self) -> Grid:
-        """What the robots know together (rows, cols)."""
+        """The combined map of all robots (rows, cols)."""
         return self.shared.known[0, : self.walls.size].reshape(self.walls.shape)
 
     @property
     def heard(self) -> Bools:
-        """Who could hear whom in the last exchange (n, n)."""
+        """Whether one robot could hear another in the last exchange (n, n)."""
         found: Bools = self.contact.heard[0]
         return found
 
@@ -414,7 +414,7 @@ class Team:
         return np.array([state.pose_px[:2] for state in self.states]).reshape(-1, 2)
 
     def _look(self, robot: int, still: Floats) -> None:
-        """Take one robot's first scan, and add what it saw to what the team knows."""
+        """Take one robot's first scan, and add it to the team's combined map."""
         part = robot, 0, 1
         self._around.prepare(self.pool, self.sizes, still, self.others, part)
         moves = moves_people(self.spec.config, robot)
@@ -422,7 +422,7 @@ class Team:
         self._around.gather(self.pool, self.sizes, self.others, self.shared, part)
 
     def exchange(self) -> None:
-        """Let the robots that hear each other exchange their maps, each what it had before."""
+        """Let the robots that hear each other exchange their maps as they were before the exchange."""
         if len(self) == 1:
             return
         if self.radio.relative_poses == "met":
@@ -485,7 +485,7 @@ class Team:
 
     @property
     def is_joined(self) -> bool:
-        """Whether each robot reached each other one by radio in the last exchange, also through others."""
+        """Whether each robot reached every other robot by radio in the last exchange, directly or through others."""
         return bool(self.contact.joined[0])
 
     def ways_m(self) -> Floats:
@@ -500,13 +500,13 @@ class Team:
     def report(self) -> dict[str, float | None]:
         """Return the measures of the team.
 
-        ``team_coverage`` and ``team_explored_m2`` are those of all maps together; ``steps_to_90``, ``metres_to_90``
+        ``team_coverage`` and ``team_explored_m2`` are measured on the combined map. ``steps_to_90``, ``metres_to_90``
         and the same for 99 are the steps, and the metres of all robots together, until the team knew these percentages
-        of what can be seen. ``meetings`` is how often one robot was blocked by another. ``makespan`` is the number of
-        steps so far.
-        ``metres`` and ``longest_m`` are the way of all robots and the greatest way of one. ``overlap`` is the share of
-        the cells that were new to the robot that saw them but not to the team. ``connected`` is the share of steps
-        after which each robot could reach each other one by radio. ``collisions`` are those of all robots.
+        of the observable cells. ``meetings`` is how often one robot was blocked by another. ``makespan`` is the number
+        of steps so far.
+        ``metres`` is the distance of all robots, ``longest_m`` the longest distance of one robot. Of the cells that
+        were new to the robot that saw them, ``overlap`` is the share that the team knew. ``connected`` is the share of
+        steps after which each robot could reach every other robot by radio. ``collisions`` counts those of all robots.
         """
         collisions = np.array([[int(state.counts.collisions) for state in self.states]])
         found = compute_report(self.together, self.ways_m()[None], collisions, self.observable, self.ppm)
