@@ -44,7 +44,7 @@ def with_rooms(plan: _Plan) -> _Plan:
     3. *Doors*: of openings that overlap, the most likely one. Each door must connect two rooms, must not open most of
        the wall between them, and must not leave a room under 0.8 m2. *Rooms* are the areas that the doors separate.
     4. *Labels*: each box of ``room_category`` belongs to the room that it fits best. A room may have several labels
-       (``source_labels``; ``label`` is the best), and is "Unlabelled" if it has none. Boxes never change the geometry.
+       (``source_labels``; ``label`` is the best), and is "Unlabelled" without a box. Boxes never change the geometry.
 
     All doors have the kind "door", since an outline shows no lintels. None is an entrance, since an outline closes
     those. A gap wider than 2.2 m does not separate rooms. Rooms and doors cover the free space on the 1 cm grid and
@@ -59,7 +59,7 @@ def with_rooms(plan: _Plan) -> _Plan:
     Parameters
     ----------
     plan
-        A plan of any kind; what it has but rooms and doors stays.
+        A plan of any kind; everything except its rooms and doors stays.
 
     Raises
     ------
@@ -108,7 +108,7 @@ def _door(door_id: int, found: Doorway, room_id: dict[int, int]) -> Door:
 
 
 def _labels_of(rooms: list[Polygon], category: Mapping[str, tuple[Box, ...]]) -> list[tuple[str, ...]]:
-    """Return the labels of each room, the one whose box fits best first.
+    """Return the labels of each room, the label of the best-fitting box first.
 
     A box contains a room of the source with its walls and with objects, which may extend beyond it. Equal boxes are one
     room with several labels.

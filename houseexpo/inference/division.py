@@ -51,9 +51,9 @@ def divide_into_rooms(space: Polygon | MultiPolygon, candidates: list[Opening]) 
 
     R1  Of candidates that overlap, the most likely one counts.
     R2  A door connects two rooms; a candidate that does not split its room is not a door.
-    R3  Passages that together open 0.6 of the wall between two rooms are not doors. Neither is a single wide one that
-        opens 0.65 of it, unless a wall ends on both sides.
-    R4  A room has at least 0.8 m2. A smaller space is merged with the one behind its least likely door.
+    R3  Passages that together open 0.6 of the wall between two rooms are not doors. Neither is a single passage that
+        opens 0.65 of the wall, unless a wall ends on both of its sides.
+    R4  A room has at least 0.8 m2. A smaller space is merged with the space behind its least likely door.
     """
     chosen = _non_overlapping(candidates)
     while True:
@@ -154,7 +154,7 @@ def _drop_until_stable(faces: npt.NDArray[np.object_], links: list[_Link]) -> tu
 
 
 def _rooms(faces: int, links: list[_Link], kept: list[_Link]) -> list[list[int]]:
-    """Return the faces of each room: those that no door separates, with those of candidates that are not doors."""
+    """Return the faces of each room: faces that no door separates, including faces of candidates that are no doors."""
     import networkx as nx
 
     doors = {link.face for link in kept}

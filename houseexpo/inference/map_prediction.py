@@ -14,7 +14,7 @@ R1  A straight wall is a run of ``_STRAIGHT`` or more wall cells in a row or col
     cells in squares of 0.1 m near by, 0.3 m farther off and 0.9 m beyond (``_FOVEA``), the nearer sides first.
 R2  The answer is the mean of the network's answers for (row, column) and for (column, row). So the prediction of a
     turned or reflected map is the turned or reflected prediction.
-R3  What is known stays as it is known.
+R3  Known cells stay as they are.
 R4  ``PredictedMap.to_map`` marks those unknown cells as walls with which the expected intersection over union of all
     walls is greatest, if cells were independent. So no threshold is tuned. A cell that is neither a wall that borders
     free space nor free, such as the inside of a solid wall, does not count.
@@ -139,7 +139,7 @@ def predict_map(known: npt.ArrayLike, resolution_m: float = CELL_M, network: Net
     resolution_m
         The side of a cell, metres, at most 0.1.
     network
-        The network of another file (``read_network``); None for the one that comes with the project.
+        A network from a file (``read_network``); by default, the network that comes with the project.
 
     Raises
     ------
@@ -257,7 +257,7 @@ def swap_lines(numbers: npt.NDArray[Any]) -> npt.NDArray[Any]:
 
 
 def _describe_lines(walls: Bools, free: Bools, cells: npt.NDArray[np.intp], shares: Floats) -> tuple[Floats, Bools]:
-    """Return what rows say about cells (n, LINE_NUMBERS), and of which cells the right side is the nearer one (n,)."""
+    """Return the numbers of cells' rows (n, LINE_NUMBERS), and for which cells the right side is nearer (n,)."""
     wall_bytes = walls.astype(np.uint8)
     straight = cv2.morphologyEx(wall_bytes, cv2.MORPH_OPEN, np.ones((1, _STRAIGHT), np.uint8)) != 0
     across = cv2.morphologyEx(wall_bytes, cv2.MORPH_OPEN, np.ones((_STRAIGHT, 1), np.uint8)) != 0
@@ -292,7 +292,7 @@ def _describe_lines(walls: Bools, free: Bools, cells: npt.NDArray[np.intp], shar
 def _look_left(  # noqa: PLR0917
     straight: Bools, across: Bools, walls: Bools, free: Bools, cells: npt.NDArray[np.intp], shares: Floats
 ) -> tuple[Floats, npt.NDArray[np.int32]]:
-    """Return what lies to the left of cells (n, 6 + _CROSSINGS): see R1; and the cells to the next wall (n,)."""
+    """Return the numbers to the left of cells (n, 6 + _CROSSINGS), see R1, and the distance to the next wall (n,)."""
     along = np.arange(straight.shape[1], dtype=np.int32)
     rows, cols = np.divmod(cells, straight.shape[1])
 

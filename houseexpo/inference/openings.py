@@ -201,7 +201,7 @@ def _corners(shape: Polygon | MultiPolygon) -> tuple[Floats, Floats, Floats]:
 
 
 def _directions(edge: Floats) -> Floats:
-    """Return unit directions of edges (k, 2), along an axis if within a step of it, as short edges are noisy."""
+    """Return unit directions of edges (k, 2), snapped to an axis within a step of it, since short edges are noisy."""
     length = np.hypot(*edge.T)[:, None]
     axis = np.where(np.abs(edge) > np.abs(edge[:, ::-1]), np.sign(edge), 0.0)
     off = np.abs(edge).min(axis=1)
@@ -213,7 +213,7 @@ def _right_of(direction: Floats) -> Floats:
 
 
 def _snap_ends(line: Floats, corner: Floats) -> tuple[Floats, npt.NDArray[np.bool_]]:
-    """Move far ends to a nearby corner; also return which ones were moved."""
+    """Move far ends to a nearby corner; also return which ends were moved."""
     from scipy.spatial import cKDTree
 
     if not len(line):

@@ -30,10 +30,10 @@ def enclosed_faces(lines: Sequence[BaseGeometry]) -> npt.NDArray[np.object_]:
 
 
 def tile_on_grid(rooms: Sequence[Polygon], doors: Sequence[Polygon]) -> tuple[list[Polygon], list[Polygon]]:
-    """Return rooms and doors on the grid, with shared vertices; what vanishes on the grid is empty.
+    """Return rooms and doors on the grid, with shared vertices; a shape that vanishes on the grid is empty.
 
-    A face belongs to the shape that holds a point of it; if none does, as in a spur that is a cell wide on the grid
-    only, to the one that covers most of it.
+    A face belongs to the shape that contains its inner point. If no shape does, as in a spur that is one cell wide only
+    on the grid, the face belongs to the shape that covers most of it.
     """
     import shapely
 
@@ -65,7 +65,7 @@ def _union_of_faces(faces: npt.NDArray[np.object_], shape: Polygon) -> Polygon:
 
 
 def snap_ring(ring: BaseGeometry, *, clockwise: bool) -> Points:
-    """Return the vertices (n, 2) of a ring on the grid: none repeated, none collinear."""
+    """Return the vertices (n, 2) of a ring on the grid, without repeated and collinear vertices."""
     import shapely
 
     return _in_metres(_turning_cells(_cells(shapely.get_coordinates(ring)), clockwise=clockwise))
@@ -122,6 +122,6 @@ def _turning_cells(cells: list[tuple[int, int]], *, clockwise: bool) -> list[tup
 
 
 def _bends(ring: list[tuple[int, int]]) -> list[tuple[int, int]]:
-    """Return the points of a ring at which it turns; plain Python, since a ring has only about ten of them."""
+    """Return the points at which a ring turns; plain Python, since a ring has only about ten points."""
     around = zip(ring[-1:] + ring[:-1], ring, ring[1:] + ring[:1], strict=True)
     return [c for a, c, b in around if (c[0] - a[0]) * (b[1] - c[1]) != (c[1] - a[1]) * (b[0] - c[0])]

@@ -65,7 +65,7 @@ class BuildLists:
 
 
 def read_build_lists(path: Path) -> BuildLists:
-    """Read the lists in a data set's folder; both are empty if it is not a folder or has none."""
+    """Read the lists in a data set's folder; both are empty if it is not a folder or has no lists."""
     if not path.is_dir():
         return BuildLists()
     refused, one = _lines(path / "rejected.jsonl", Rejection)
@@ -75,7 +75,7 @@ def read_build_lists(path: Path) -> BuildLists:
 
 
 def duplicate_picture_path(path: Path, plan_id: str) -> Path | None:
-    """Return the picture that a build kept of a dropped plan, None if it kept none or the id is not valid."""
+    """Return the picture of a dropped plan, or None if the build did not keep it or the id is not valid."""
     folder = path / ".build" / "pictures"
     try:
         file = folder / f"{checks.check_plan_id(plan_id)}.png"
@@ -85,7 +85,7 @@ def duplicate_picture_path(path: Path, plan_id: str) -> Path | None:
 
 
 def rejection_picture_path(path: Path, name: str) -> Path | None:
-    """Return the picture that a build kept of a rejected input, None if it kept none."""
+    """Return the picture of a rejected input, or None if the build did not keep it."""
     return _unlinked_file(rejected_picture_path(path, name))
 
 

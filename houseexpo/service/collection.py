@@ -53,7 +53,7 @@ class OpenedDataset:
         return plan_id
 
     def plan(self, plan_id: str) -> FloorPlan:
-        """Return a plan by its id; raise UnknownPlanError if there is none."""
+        """Return a plan by its id; raise UnknownPlanError if it does not exist."""
         return self.data[self.check_id(plan_id)]
 
     @cached_property
@@ -113,7 +113,7 @@ class Collection:
         return now, now.views.find(query)
 
     def plan(self, plan_id: str) -> FloorPlan:
-        """Return a plan by its id; raise UnknownPlanError if there is none."""
+        """Return a plan by its id; raise UnknownPlanError if it does not exist."""
         return self._now.plan(plan_id)
 
     def thumbnail(self, plan_id: str) -> bytes | None:

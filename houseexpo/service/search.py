@@ -8,7 +8,7 @@ R1  A histogram, and the counts of sources and splits, ignore their own conditio
     would find. Counts of labels do not: labels add up, so each count says how many plans would remain with that label.
 R2  Values that do not depend on the query, such as bins and orders, are computed once.
 R3  ``without`` gives for each condition the number of plans that would be found if it were removed.
-R4  Counts and histograms are computed when they are asked for; a page of plans needs none of them.
+R4  Counts and histograms are computed on request; a page of plans does not need them.
 """
 
 from __future__ import annotations

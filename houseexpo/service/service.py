@@ -48,7 +48,7 @@ class ServiceSettings:
     review
         Whether it has pages for judging plans.
     token
-        The token that clients must show, "" for none.
+        The token that clients must show, "" for no token.
     policies
         The policies that drive beside the benchmark's explorers: the names for ``load_policy``, by those of drivers.
     """
@@ -119,7 +119,7 @@ class Service:
     templates: Environment = field(default_factory=_templates, repr=False)
 
     def collection(self, request: Request) -> Collection:
-        """Return the data set that a request's path names (``{data}``); raise HTTPException (404) if there is none."""
+        """Return the data set that a request's path names (``{data}``); raise HTTPException (404) if it is unknown."""
         name = request.path_params["data"]
         found = self.collections.get(name)
         if found is None:
@@ -139,7 +139,7 @@ class Service:
     def page(self, request: Request, template: str, status: int = 200, **values: Any) -> HTMLResponse:
         """Return a page from a template that extends ``base.html``, and its values.
 
-        ``here`` names the page's own link in the navigation; ``shown`` is its data set, None if it has none.
+        ``here`` names the page's own link in the navigation; ``shown`` is its data set, or None.
         """
         given = {"here": "", "shown": None, "request": request, "service": self, "settings": self.settings, **values}
         return HTMLResponse(self.templates.get_template(template).render(given), status)

@@ -99,7 +99,7 @@ class SimilarityMap:
         self._thread: threading.Thread | None = None
 
     def positions(self) -> tuple[Floats, bool]:
-        """Return a position (n, 2) of each plan, and whether it is that of the map, not only a first sight of it."""
+        """Return the position (n, 2) of each plan, and whether the positions are final rather than a preview."""
         with self._starting:
             if self._places is None:
                 self._places = _read_kept(self._file, len(self._features))
@@ -140,7 +140,7 @@ class SimilarityMap:
 
 
 def _read_kept(file: Path, count: int) -> Floats | None:
-    """Return the map of ``count`` plans in a file of the cache, None if there is none that can be read."""
+    """Return the map of ``count`` plans in a file of the cache, or None if no valid file exists."""
     try:
         found = np.asarray(np.load(file, allow_pickle=False), dtype=np.float64)
     except (OSError, ValueError, EOFError):

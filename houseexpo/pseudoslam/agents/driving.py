@@ -66,7 +66,7 @@ class TrajectoryRow(NamedTuple):
 class DriveSession:
     """An episode that a person drives.
 
-    ``rows`` is its trajectory; ``observation`` and ``info`` are the latest ones of the environment.
+    ``rows`` is its trajectory; ``observation`` and ``info`` are the environment's latest.
 
     Parameters
     ----------
@@ -94,7 +94,7 @@ class DriveSession:
         self._trail.append(self._env.state.poses_px.copy())
 
     def press(self, key: str) -> None:
-        """Perform the action of a key; do nothing if it has none or the episode has ended."""
+        """Perform the action of a key; do nothing if the key has no action or the episode has ended."""
         if key == "r":
             self._start_episode()
         elif key == "t":

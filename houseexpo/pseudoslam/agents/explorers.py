@@ -67,7 +67,7 @@ class GoalWalker:
 
 
 class Explorer(ABC):
-    """A policy that goes to one frontier after the other until there is none; subclasses choose the frontier."""
+    """A policy that goes to one frontier after another until no frontier is left; subclasses choose the frontier."""
 
     interface = Interface(tasks=("exploration",))
 
@@ -118,7 +118,7 @@ class Explorer(ABC):
 
 
 class NearestFrontier(Explorer):
-    """Nearest frontier (Yamauchi, 1997): go to the nearest long frontier, and to the small ones at the end."""
+    """Nearest frontier (Yamauchi, 1997): go to the nearest long frontier, and finally to the small frontiers."""
 
     def choose(self, known: Grid, frontiers: Rows, info: Knowledge) -> int:
         """Return the first frontier, since they are in this order."""
@@ -127,7 +127,7 @@ class NearestFrontier(Explorer):
 
 
 class RandomFrontier(Explorer):
-    """Go to a frontier drawn at random, then draw again: what the driving to frontiers is worth without a choice."""
+    """Go to random frontiers one after another: a baseline that shows the value of choosing among frontiers."""
 
     def __init__(self, robot: Robot, seed: int) -> None:
         super().__init__(robot, seed)
@@ -146,7 +146,7 @@ class InformationGain(Explorer):
     """
 
     def choose(self, known: Grid, frontiers: Rows, info: Knowledge) -> int:  # noqa: ARG002  # others use it
-        """Return the frontier with the greatest value, the first of equal ones."""
+        """Return the first frontier with the greatest value."""
         first = frontiers[:_GAINS]
         ways_m = first["way"] / (STRAIGHT * self.metre)
         return int(np.argmax(unknown_areas(known, first, self.range_px) * np.exp(-GAIN_PER_M * ways_m)))
@@ -193,7 +193,7 @@ class Tour(Explorer):
 
 
 def distances_to_cells(ways: PathScratch, cells: npt.ArrayLike) -> Floats:
-    """Return the distances to cells (flat indices), very large ones for those that cannot be reached."""
+    """Return the distances to cells (flat indices); unreachable cells have a very large distance."""
     found: Floats = ways.ways[np.asarray(cells)].astype(np.float64)
     found[found < 0] = NO_WAY
     return found

@@ -52,7 +52,7 @@ class NamedPolicy:
     source
         ``module:function`` or ``file:function``.
     sha256
-        SHA-256 of the file of its weights or, if it has none, of its code; "" if there is no file.
+        SHA-256 of the file of its weights or, without weights, of its code; "" if there is no file.
     """
 
     name: str

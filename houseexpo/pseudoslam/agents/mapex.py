@@ -104,7 +104,7 @@ class MapExNearest:
             self._walker.aim(self._open, self._target[1] + 0.5, self._target[0] + 0.5)
 
     def _choose(self, known: npt.NDArray[np.uint8], pose: npt.NDArray[np.float64]) -> None:
-        """Make the nearest centre that can be gone to the target, None if there is none (R2)."""
+        """Make the nearest reachable centre the target, or None if no centre is reachable (R2)."""
         self.decided = True
         self._target, self._bumps = None, 0
         centres = np.array([c for c in map(tuple, find_frontier_centres(known).tolist()) if c not in self._lost])

@@ -86,7 +86,7 @@ class Oracle:
         return bool(np.count_nonzero(left) <= (1 - SERVED_SHARE) * len(self._purpose))
 
     def _choose(self, known: npt.NDArray[np.uint8], x: float, y: float) -> bool:
-        """Aim at the first place of a short tour that sees all that is left; return whether there is one (R2)."""
+        """Aim at the first place of a short tour that sees the remaining cells; return whether there is one (R2)."""
         covered = self._unwanted | (known.ravel() != UNKNOWN)
         needless = covered.copy()
         chosen = np.zeros(len(self._places), np.int64)
@@ -121,7 +121,7 @@ class Oracle:
         return order  # not reached: the last place would see cells that no other does
 
     def _best_that_sees(self, lengths: Floats, first: int) -> int:
-        """Return the place with the shortest path of those that see the cells of the purpose (R3)."""
+        """Return the place with the shortest path among the places that see the cells of the purpose (R3)."""
         others = np.ones(self._house.size, np.uint8)
         others[self._purpose] = 0
         enough = np.flatnonzero(

@@ -115,7 +115,7 @@ def read_interface(factory: PolicyFactory) -> Interface:
 
 
 def read_training(factory: PolicyFactory) -> Training | None:
-    """Return the training of a factory's policies, None if there is none; raise ConfigError for another type."""
+    """Return the training of a factory's policies, or None without training; raise ConfigError for another type."""
     found = getattr(factory, "training", None)
     if found is not None and not isinstance(found, Training):
         raise ConfigError(f"policy: expected its attribute 'training' to be a Training, found {found!r}")

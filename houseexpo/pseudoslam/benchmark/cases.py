@@ -64,7 +64,7 @@ def policy_seed_at_start(run_seed: int, first_map: npt.NDArray[np.uint8]) -> int
 
 
 def ids_sha256(ids: Sequence[str]) -> str:
-    """Return the hash of a list of ids, which is that of ``sha256sum`` for a file with one id per line."""
+    """Return the hash of a list of ids, equal to ``sha256sum`` of a file with one id per line."""
     return hashlib.sha256(encode_id_list(ids)).hexdigest()
 
 
@@ -84,7 +84,7 @@ def choose_plan_ids(
     Parameters
     ----------
     largest
-        Draw from so many of the largest suitable plans, or from all of them if there are fewer; 0 for all.
+        The number of largest suitable plans to draw from; 0, or a number beyond their count, means all of them.
     fewer
         Whether all suitable plans will do if there are fewer than ``number``, but at least one.
 

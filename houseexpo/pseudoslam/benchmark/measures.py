@@ -61,7 +61,7 @@ class Trace:
         return np.frombuffer(self.steps if what == "steps" else self.metres)
 
     def coverage_at(self, what: str, places: npt.ArrayLike) -> Floats:
-        """Return the coverage after a number of steps or metres, which is that of the last row within them."""
+        """Return the coverage after a number of steps or metres: the coverage of the last row within them."""
         rows = np.searchsorted(self.over(what), np.asarray(places, np.float64), side="right") - 1
         found: Floats = np.frombuffer(self.coverage)[rows]
         return found

@@ -135,7 +135,7 @@ class PolicyProcess:
         return said
 
     def predicted_map(self, info: Knowledge) -> Grid:
-        """Return the map (rows, cols) that the policy predicts; raise PolicyProcessError if there is none (R6)."""
+        """Return the map (rows, cols) that the policy predicts; raise PolicyProcessError if it predicts no map (R6)."""
         shape = self.ask("predict", info).get("shape")
         if shape != list(info["map"].shape):
             raise PolicyProcessError(f"predicted_map: expected an array of shape {info['map'].shape}, found {shape}")
@@ -148,7 +148,7 @@ class PolicyProcess:
             raise ConfigError(str(said["refused"]))
         try:
             return _policy_of(said, self)
-        except (LookupError, TypeError, ValueError):  # a policy's module may send what it likes
+        except (LookupError, TypeError, ValueError):  # a policy's module may send anything
             raise PolicyProcessError(_UNREADABLE) from None
 
     def _answer(self, limit_s: float | None = None) -> dict[str, Any]:
@@ -162,7 +162,7 @@ class PolicyProcess:
                 if self._busy_since is None and limit_s is not None:
                     spent_s = time.monotonic() - asked - (compiling_s - self._compiling_s)
                     if not self._pipe.poll(max(limit_s - spent_s, 0.0)):
-                        self._process.kill()  # R7: a late answer would be taken for that of the next question
+                        self._process.kill()  # R7: a late answer would be taken for the answer to the next question
                         raise PolicyProcessError(f"expected an answer within {limit_s:g} s, found none")
                 data = self._pipe.recv_bytes(LONGEST_ANSWER)
             except (EOFError, OSError):
@@ -219,7 +219,7 @@ class _Policy:
         return np.array(action) if isinstance(action, list) else action
 
     def predicted_map(self, info: Knowledge) -> Grid:
-        """Return the policy's prediction; raise PolicyProcessError if it makes none, or it is no map."""
+        """Return the policy's prediction; raise PolicyProcessError if there is no prediction, or it is not a map."""
         return self._process.predicted_map(info)
 
 

@@ -60,7 +60,7 @@ class RunSettings:
     decision_limit_s
         Time limit of an action of the policy, seconds.
     prediction
-        The predicted map that is scored, as for ``EpisodeRunner``; "" for none.
+        The predicted map to score, as for ``EpisodeRunner``; "" for no map.
     """
 
     split: str = "test"
@@ -109,7 +109,7 @@ def run_benchmark(
 
 def make_runner(track_id: str, policy_name: str, plans: Houses, seed: int, prediction: str = "") -> EpisodeRunner:
     """Return a runner of episodes for one process, with the policy in a process of its own."""
-    process = PolicyProcess(policy_name, limit_s=None)  # whoever supervises this process times the steps
+    process = PolicyProcess(policy_name, limit_s=None)  # the supervisor of this process times the steps
     return EpisodeRunner(find_track(track_id), process.policy, plans, seed, process, prediction=prediction)
 
 
@@ -138,7 +138,7 @@ def _cases(
 def find_cases(
     track: Track, plans: Dataset | list[MapHouse] | None, ids: Sequence[str], split: str
 ) -> tuple[Houses, list[Case], results.PlansRecord]:
-    """Return the houses of a run, its episodes, and what a result says of them.
+    """Return the houses of a run, its episodes, and the entries of a result about them.
 
     Parameters
     ----------

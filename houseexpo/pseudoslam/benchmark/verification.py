@@ -74,7 +74,7 @@ class ReplayRunner(EpisodeRunner):
         super().__init__(track, policy, plans, prediction="" if prediction == OF_POLICY else prediction)
 
     def run(self, case: Case, note: Note = lambda _: None) -> EpisodeOutcome:
-        """Run one episode with its recorded actions; raise PolicyError if one of them is no action."""
+        """Run one episode with its recorded actions; raise PolicyError if one of them is invalid."""
         replay = Replay(self._interface, results.decode_actions(self._actions[case.seed]))
         self.policy = dataclasses.replace(self.policy, factory=replay)
         return super().run(case, note)
@@ -92,12 +92,12 @@ def verify_result(
     workers
         Number of processes.
     name
-        What errors call the result: its file.
+        The name of the result in errors: its file.
 
     Raises
     ------
     ConfigError
-        The result has no actions, is for other plans than those given, or a value differs from that of the replay.
+        The result has no actions, is for other plans than the given ones, or a value differs from the replay.
     PolicyError
         An action is not one of the track.
     """
@@ -119,7 +119,7 @@ def verify_result(
 
 
 def _check_config(track: Track, result: results.Result, name: str) -> None:
-    """Raise ConfigError if a result states other settings than its track; what it leaves out is the default."""
+    """Raise ConfigError if a result states other settings than its track; missing settings are the defaults."""
     try:
         said = SimulatorConfig.from_mapping(result.track["config"])
     except (KeyError, TypeError, ConfigError) as error:
@@ -137,7 +137,7 @@ def _make_runner(
 def _cases_of(
     track: Track, result: results.Result, plans: Dataset | list[MapHouse] | None, name: str
 ) -> tuple[Houses, list[Case]]:
-    """Return the houses and cases of a result; raise ConfigError if what it says of them is not so."""
+    """Return the houses and cases of a result; raise ConfigError if its statements about them are wrong."""
     listed, split = [str(plan) for plan in result.episodes["plan"]], result.plans.split
     if plans is None and track.needs_plans:
         which = "--maps" if track in MAP_TRACKS or split == "maps" else "--dataset"
@@ -156,7 +156,7 @@ def _cases_of(
 
 
 def _differences(track: Track, result: results.Result, outcomes: list[EpisodeOutcome]) -> Iterator[str]:
-    """Yield what the replay has otherwise than the result says."""
+    """Yield the differences between the replay and the result."""
     is_own = result.policy.prediction == OF_POLICY
     own = {metric.key for metric in prediction_metrics(track.budgets_m)} if is_own else set()
     columns = results.make_episode_columns(outcomes)

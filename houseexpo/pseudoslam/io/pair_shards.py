@@ -1,6 +1,6 @@
 """Write pairs of partial and complete maps of a data set with several processes: npz shards, then a manifest.
 
-R1  A pair depends only on the recipe and its number, not on the number of processes or on the one that made it.
+R1  A pair depends only on the recipe and its number, not on the processes that make pairs.
 R2  A shard gets its name when it is complete. A damaged one, or one with another number of pairs, is made again.
 R3  ``manifest.json`` is written last, with the hashes of all shards; if it exists, all shards do.
 R4  A folder contains pairs of one recipe, which is written to ``recipe.json`` at the start.
@@ -160,23 +160,23 @@ def _episodes(plans: Dataset, shard: int, config: PairConfig, wanted: int, seed:
 
 @lru_cache(maxsize=2)
 def _order(seed: int, turn: int, number: int) -> npt.NDArray[np.int64]:
-    """Return the order in which plans have their turn, once all of them."""
+    """Return the order of the plans in one round through all of them."""
     return np.random.default_rng([seed, turn]).permutation(number)
 
 
 def _run(
     work: Callable[[Job], tuple[int, dict[str, Any]]], jobs: Iterator[Job], number: int, workers: int
 ) -> Iterator[tuple[int, dict[str, Any]]]:
-    """Yield what the manifest says of shards, as they are made."""
+    """Yield the manifest's entries of shards as they are made."""
     if workers <= 1 or number <= 1:
         yield from map(work, jobs)
         return
-    yield work(next(jobs))  # what has to be compiled is compiled once
+    yield work(next(jobs))  # the first job compiles the kernels once
     yield from map_in_processes(work, jobs, workers)
 
 
 def _write_shard(out: Path, config: PairConfig, seed: int, job: Job) -> tuple[int, dict[str, Any]]:
-    """Make the pairs of a shard, and write it; return its number and what the manifest says of it."""
+    """Make the pairs of a shard, and write it; return its number and its entry in the manifest."""
     shard, episodes = job
     pairs, plan_ids, refused = list[Pair](), list[str](), list[str]()
     for episode in episodes:
@@ -202,7 +202,7 @@ def _pairs(plan: FloorPlan, episode: HouseVisit, config: PairConfig, seed: int) 
 
 @lru_cache(maxsize=1)
 def _store(config: SimulatorConfig) -> WorldStore:
-    """Return the worlds that were prepared, if any; none are added."""
+    """Return the prepared worlds, if any; no worlds are added."""
     return WorldStore(config)
 
 
@@ -216,7 +216,7 @@ def _entry(shard: int, data: bytes, pairs: int, refused: list[str]) -> dict[str,
 
 
 def _read_entry(out: Path, shard: int, config: PairConfig) -> dict[str, Any] | None:
-    """Return what the manifest says of a shard that is there and whole, else None (R2)."""
+    """Return the manifest's entry of an existing, complete shard, else None (R2)."""
     try:
         data = _file(out, shard).read_bytes()
         with zipfile.ZipFile(io.BytesIO(data)) as archive:

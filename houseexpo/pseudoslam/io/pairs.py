@@ -177,7 +177,7 @@ def _pair(simulator: Simulator, state: State, truth: CompleteMap, config: PairCo
 
 
 def stack_pairs(pairs: list[Pair], config: PairConfig) -> dict[str, npt.NDArray[Any]]:
-    """Return the arrays of pairs, stacked along a new first axis; (0, ...) if there are none."""
+    """Return the arrays of pairs, stacked along a new first axis; (0, ...) without pairs."""
     names = [name for name in Pair._fields if name in config.arrays()]
     return {
         name: np.array([getattr(pair, name) for pair in pairs], config.arrays()[name][0]).reshape(

@@ -39,7 +39,7 @@ DAMAGED: Final = (
 
 
 def describe_damage(error: Exception) -> str:
-    """Return what damages a file, in a line; PyTorch's text on pickles advises to load them with their code."""
+    """Return a one-line description of a file's damage, without PyTorch's advice to load pickles with their code."""
     return "its pickle is broken" if isinstance(error, pickle.UnpicklingError) else str(error).partition("\n")[0]
 
 
@@ -87,7 +87,7 @@ def list_checkpoints(folder: Path) -> list[Path]:
 
 
 def read_last_checkpoint(folder: Path) -> Checkpoint | None:
-    """Return the last complete checkpoint, None if there is none; raise TrainingError if all are damaged."""
+    """Return the last complete checkpoint, None without checkpoints; raise TrainingError if all are damaged."""
     found = list_checkpoints(folder)
     for file in reversed(found):
         try:
@@ -190,7 +190,7 @@ def replay_episodes(learner: Learner, seed: int, begun_at: int, actions: npt.NDA
     envs: VecNormalize = learner.get_env()
     find_action_log(learner).begun_at = begun_at
     envs.seed(_first_seed(seed, begun_at))
-    learner._last_obs = envs.reset()  # noqa: SLF001  # what it does itself before its first step
+    learner._last_obs = envs.reset()  # noqa: SLF001  # as the learner does before its first step
     for each in actions:
         learner._last_obs, _, learner._last_episode_starts, _ = envs.step(each)  # noqa: SLF001
 

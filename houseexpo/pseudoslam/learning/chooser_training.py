@@ -281,7 +281,7 @@ def train_chooser(
 
 
 def _search_weights(search: CmaEsSearch, houses: _Houses, config: ChooserConfig, file: Path, say: Say) -> Floats:
-    """Run a search through all generations, using the stored costs of former ones (R4)."""
+    """Run a search through all generations, using the stored costs of earlier generations (R4)."""
     known, means = _read(file, config), list[Floats]()
     for generation in range(config.generations):
         candidates = search.ask()

@@ -40,7 +40,7 @@ def find_commit() -> str | None:
 
 
 def find_versions(libraries: Sequence[str] = ("numpy",)) -> dict[str, str]:
-    """Return the versions of what a run computes with: HouseExpo, Python and some libraries."""
+    """Return the versions of HouseExpo, Python and some libraries that a run uses."""
     made_by = {"houseexpo": houseexpo.__version__, "python": platform.python_version()}
     return {**made_by, **{name: version(name) for name in libraries}}
 
@@ -103,7 +103,7 @@ class CurveFile:
     """A CSV file whose first column is the number of steps; the first added row determines the other columns."""
 
     def __init__(self, file: Path, until: int) -> None:
-        """Continue a file after a number of steps; later rows and incomplete ones are dropped."""
+        """Continue a file after a number of steps; later rows and incomplete rows are dropped."""
         self._file = file
         header, *rows = [*_rows(file), []][:-1] or [[]]
         self._names = header

@@ -165,7 +165,7 @@ class _Training:
         return score
 
     def _score(self, policy: NearestFrontier | None = None) -> Score:
-        """Return the score of a policy, by default that of the one that learns."""
+        """Return the score of a policy, by default of the learning policy."""
         ids, config = self._run.plans.test, self._run.config.evaluation
         tried = policy or self._learner.policy
         return evaluate(tried, self._tests, ids, config.plans, deterministic=config.deterministic)

@@ -146,7 +146,7 @@ def explore_house(house: House, outside: Bytes | None, rng: np.random.Generator)
     Parameters
     ----------
     outside
-        (rows, cols), not 0 where cells outside of a floor are free in its drawing; None if there are none.
+        (rows, cols), not 0 for cells outside a floor that its drawing shows as free; None without such cells.
 
     Raises
     ------
@@ -251,7 +251,7 @@ class Samples:
 
 
 def draw_cells(one: Explored, rng: np.random.Generator, *, restyled: bool = False) -> list[Samples]:
-    """Return ``CELLS`` unknown cells of each map of an exploration at most, a third of them walls (R2)."""
+    """Return at most ``CELLS`` unknown cells of each map of an exploration; a third of the cells are walls (R2)."""
     found = []
     drawn_walls, drawn_free = draw_walls(one, rng) if restyled else (one.unpack(one.walls), one.unpack(one.free))
     truth = np.stack([drawn_walls, drawn_free], axis=-1).reshape(-1, 2)
@@ -423,7 +423,7 @@ def train_predictor(
 
 
 def _draw_batch(parts: Sequence[Samples], rng: np.random.Generator) -> Samples:
-    """Return cells of all kinds of maps, half of them with row and column exchanged (R2)."""
+    """Return cells of all kinds of maps; for half of the cells, row and column are exchanged (R2)."""
     found = []
     for part, share in zip(parts, _SHARES_OF_KINDS, strict=True):
         size = round(BATCH * share / 2)

@@ -39,7 +39,7 @@ _OPTIONS: Final[dict[str, Any]] = {
     "open_timeout": 5.0, "close_timeout": _CLOSE_S, "max_size": 16 * 2**20, "compression": None, "proxy": None
 }  # fmt: skip
 _WAITING_MOST: Final = 200
-"""Messages that wait for a slow server; further ones are dropped."""
+"""The most messages that wait for a slow server; further messages are dropped."""
 _NO_FIELDS: Final = "structure_needs_at_least_one_member"
 _OUTSIDE_TEXT: Final = re.compile(r'"(?:[^"\\]|\\.)*"|-?Infinity|NaN')
 _NUMBERS: Final = {"Infinity": "1e999", "-Infinity": "-1e999", "NaN": "0.0"}
@@ -61,7 +61,7 @@ class Bridge:
     Raises
     ------
     ConfigError
-        Nobody answers there, or it is no address of a websocket.
+        No server answers there, or it is not the address of a websocket.
     MissingDependencyError
         websockets is not installed.
     """
@@ -103,7 +103,7 @@ class Bridge:
         self._topics_line.send(_json(asked), topic, keep=latch)
 
     def has_subscribers(self, topic: str) -> bool:
-        """Return True: a rosbridge does not tell."""
+        """Return True, since a rosbridge does not report subscribers."""
         return topic in self._kinds
 
     def subscribe(self, topic: str, kind: str, quality: TopicQuality | None = None) -> Subscription:
@@ -125,7 +125,7 @@ class Bridge:
         return service
 
     def look(self) -> None:
-        """A rosbridge does not tell who else is there."""
+        """Do nothing: a rosbridge does not report other participants."""
 
     def close(self) -> None:
         """Take the services and topics back, and leave."""
@@ -182,9 +182,9 @@ class _Line:
     Parameters
     ----------
     take
-        Called with the operation and the whole of what the rosbridge says, other than its status.
+        Called with the operation and the complete message of the rosbridge, except for status messages.
     warn, warn_once
-        Called with a sentence when the connection breaks or comes back; and with what is said once only.
+        Called with a sentence when the connection breaks or comes back, and with sentences to report only once.
 
     Raises
     ------
@@ -221,13 +221,13 @@ class _Line:
             raise ConfigError(said) from refused
 
     def greet(self, operation: dict[str, Any]) -> None:
-        """Send what must be said again on each new connection."""
+        """Send a message now and again on each new connection."""
         with self._lock:
             self._greetings.append(operation)
         self.send(_json(operation), operation["op"])
 
     def send(self, said: str, of: str, *, keep: bool = False) -> None:
-        """Send a message of a topic or service, and again on each new connection if it is to be kept."""
+        """Send a message of a topic or service; with ``keep``, send it again on each new connection."""
         with self._lock:
             if keep:
                 self._kept[of] = said
@@ -239,7 +239,7 @@ class _Line:
             self._warn_once(f"{self._url}: the rosbridge is too slow, messages of {of} are dropped")
 
     def close(self) -> None:
-        """Send what waits, and leave."""
+        """Send the waiting messages, and close the connection."""
         self._closed.set()
         self._threads[1].join(_CLOSE_S + _POLL_S)
         with self._lock:
@@ -284,7 +284,7 @@ class _Line:
             self._closed.wait(_RETRY_S)
 
     def _meet(self, connection: Any) -> None:
-        """Say on a new connection what must be said again, and forget what was meant for the old one."""
+        """Repeat the kept messages on a new connection, and drop messages that were meant for the old connection."""
         with self._lock:
             for operation in self._greetings:
                 connection.send(_json(operation))
@@ -296,7 +296,7 @@ class _Line:
             self._connection = connection
 
     def _read(self, said: str | bytes) -> None:
-        """Take what the rosbridge says; other operations than those of the protocol's client are left out."""
+        """Process a message of the rosbridge; operations that are not meant for clients are ignored."""
         try:
             found = json.loads(said)
         except (ValueError, RecursionError):

@@ -72,21 +72,21 @@ Drivers: TypeAlias = Callable[[Fleet, Callable[[str], None]], Sequence[PolicyDri
 
 COMMANDS: Final = ("geometry_msgs/msg/Twist", "geometry_msgs/msg/TwistStamped")
 EVENTS: Final = "/houseexpo/event"
-"""The topic that shows that a simulator is there."""
+"""The topic of events; it also shows that a simulator is present."""
 
 _STALE_S: Final = 1.0
-"""Time without a velocity after which a robot stops, as in nav2's loopback simulator."""
+"""The time without a velocity after which a robot stops, seconds, as in nav2's loopback simulator."""
 _BEHIND_S: Final = 0.5
-"""Delay after which the simulation no longer tries to catch up with the wall clock."""
+"""The delay after which the simulation no longer tries to catch up with the wall clock, seconds."""
 _PAUSE_S: Final = 0.002
-"""Time between two looks at what is asked for while time is paused."""
+"""The time between two checks for requests while time is paused, seconds."""
 _MAP_S: Final = 1.0
 _FASTEST_M_S, _FASTEST_RAD_S = 10.0, 30.0
-"""The highest velocities; higher ones are mistakes."""
+"""The highest velocities; higher velocities are refused as mistakes."""
 
 
 class RosGraph(Protocol):
-    """What the node needs of a network, see ``dds.Network``."""
+    """The interface of a network that the node uses, see ``dds.Network``."""
 
     def advertise(self, topic: str, kind: str, quality: TopicQuality) -> None:
         """Offer messages of a type on a topic."""
@@ -104,7 +104,7 @@ class RosGraph(Protocol):
         """Offer a service of a type."""
 
     def look(self) -> None:
-        """Warn of what does not fit in the graph; called often."""
+        """Warn about mismatches in the graph; called often."""
 
 
 @dataclass(frozen=True)
@@ -158,7 +158,7 @@ class NodeConfig:
 
 @dataclass(eq=False)
 class _Endpoints:
-    """One robot's topics, and what it was told last."""
+    """One robot's topics, and its latest commands."""
 
     prefix: str
     hears: str
@@ -228,7 +228,7 @@ class Node:
 
     @property
     def stamp_ns(self) -> int:
-        """The time that messages have now, nanoseconds."""
+        """The time stamp of messages now, nanoseconds."""
         return time.time_ns() if self._config.wall_time else self._now_ns
 
     def run(self, seconds: float = math.inf, *, until: Callable[[], bool] = lambda: False) -> None:
@@ -259,7 +259,7 @@ class Node:
                 due = time.monotonic()
 
     def tick(self) -> None:
-        """Do what was asked for, go on by one tick, and publish."""
+        """Carry out the requests, simulate one tick, and publish."""
         self._listen()
         now_s = self.now_s
         for k, end in enumerate(self._ends):
@@ -288,7 +288,7 @@ class Node:
         self._report()
 
     def move_to_house(self, plan_id: str) -> None:
-        """Go to another house; time goes on. Raises HouseExpoError if there is none."""
+        """Move to another house; time goes on. Raise HouseExpoError if the house does not exist."""
         if self._house is None:
             raise ConfigError("there is only one house; start with a data set to choose others")
         self.fleet = self._house(plan_id)
@@ -328,7 +328,7 @@ class Node:
         self.publish_and_log(f"time is {time}")
 
     def step(self, ticks: int, then: Callable[[bool], None]) -> None:
-        """Go on by ticks while time is paused; ``then`` is called with whether they came."""
+        """Simulate ticks while time is paused; ``then`` is called with whether they were completed."""
         self._due += ticks
         self._stepping.append((self._ticks + self._due, then))
 
@@ -364,7 +364,7 @@ class Node:
         return _Endpoints(prefix, hears, commands, placed)
 
     def _listen(self) -> None:
-        """Take what arrived: velocities, poses, and what was asked of the simulation."""
+        """Process received velocities, poses, and requests to the simulation."""
         for k, end in enumerate(self._ends):
             for command in end.commands:
                 for message in command.take():
@@ -415,7 +415,7 @@ class Node:
         self.publish_and_log(what)
 
     def _try(self, topic: str, act: Callable[[], None]) -> None:
-        """Do what a message asks for; if that is impossible, say why and go on."""
+        """Carry out the request of a message; if that is impossible, report the reason and go on."""
         try:
             act()
         except HouseExpoError as error:
@@ -479,7 +479,7 @@ def _velocity(twist: Fields) -> Velocity:
 
 
 def compute_frame_origin(pose: Pose, seen: Pose) -> Pose:
-    """Return the pose in the map of the frame in which ``pose`` is ``seen``."""
+    """Return the pose in the map of a frame in which a robot at ``pose`` has the pose ``seen``."""
     return compose_poses(pose, relative_pose(seen, (0.0, 0.0, 0.0)))
 
 

@@ -37,13 +37,13 @@ _CYCLONE: Final = b"\x01\x10"
 """Vendor of Eclipse CycloneDDS."""
 _GROUP: Final = "239.255.0.1"
 _PARTICIPANTS: Final = 60
-"""Participants of this machine that are told of us without multicast, as in CycloneDDS's settings, see ``dds``."""
+"""The number of this machine's participants that are notified without multicast, as in CycloneDDS (see ``dds``)."""
 _ANNOUNCE_S, _HEARTBEAT_S, _POLL_S = 1.0, 0.1, 0.05
 _LEASE_S: Final = 20
 _UNANSWERED_MOST: Final = 50
-"""Heartbeats without an answer after which a reader is left alone."""
+"""The number of unanswered heartbeats after which a reader gets no more."""
 _ANSWERS_KEPT: Final = 100
-"""Answers that are kept for readers that miss them."""
+"""The number of answers kept for readers that miss them."""
 _PEERS_MOST, _LINKS_MOST, _WAITING_MOST = 256, 1000, 100
 _WAIT_S: Final = 5.0
 _PACKET: Final = 65_000
@@ -64,14 +64,14 @@ class _Mail(NamedTuple):
 
 @dataclass(eq=False)
 class ServiceCall:
-    """A request of a service, which ``answer`` answers, once."""
+    """A request of a service; call ``answer`` once to answer it."""
 
     fields: Fields
     answer: Callable[[Fields], None]
 
 
 class RequestQueue:
-    """The requests of a service that arrived and were not taken yet."""
+    """The received requests of a service that have not been taken yet."""
 
     def __init__(self) -> None:
         self._arrived: deque[ServiceCall] = deque(maxlen=_CALLS_MOST)
@@ -207,7 +207,7 @@ class ServiceServer:
                     self._socket.sendto(packet, address)
 
     def _read(self, packet: bytes) -> None:
-        """Take a packet; what is not understood is left out, as RTPS asks (8.3.4.1)."""
+        """Process a packet; unknown parts are skipped, as RTPS requires (8.3.4.1)."""
         try:
             for each in rtps.parse_submessages(packet, self._prefix):
                 if each.prefix == self._prefix:
@@ -230,7 +230,7 @@ class ServiceServer:
         return (w for w in (*self._told, *(one.answers for one in self._offered)) if w.entity == entity)
 
     def _readers(self, guid: bytes, entity: bytes) -> Iterator[_Reader]:
-        """Yield the readers of a writer; one that it names is its reader, even if news of the writer come later."""
+        """Yield the readers of a writer; a reader that it names counts, even before the writer is announced."""
         for reader in (*self._learned, *(one.requests for one in self._offered)):
             if guid not in reader.writers and entity == reader.entity and guid[:12] in self._peers:
                 self._send(reader.match(guid, self._peers[guid[:12]].user))
@@ -369,13 +369,13 @@ def _own_address() -> str:
 
 
 def _is_gone(sample: rtps.Data) -> bool:
-    """Whether a sample says that its thing is disposed or unregistered (9.6.3.9)."""
+    """Whether a sample says that its instance is disposed or unregistered (9.6.3.9)."""
     return bool(sample.parameters.get(rtps.STATUS, b"\0\0\0\0")[3:4].strip(b"\0"))
 
 
 @dataclass(frozen=True)
 class _Peer:
-    """Another participant: where it hears of discovery, and where of the rest."""
+    """Another participant: its addresses for discovery, and for user data."""
 
     meta: list[rtps.Address]
     user: list[rtps.Address]
@@ -414,7 +414,7 @@ class _Sample:
 
 @dataclass(eq=False)
 class _Link:
-    """What a writer knows of a reader: its addresses, the first sample for it, and the first that it may lack."""
+    """A writer's state of a reader: its addresses, the first sample for it, and the first sample that it may lack."""
 
     addresses: list[rtps.Address]
     first: int
@@ -459,7 +459,7 @@ class _Writer:
         return found
 
     def take_acknack(self, guid: bytes, told: rtps.AckNack) -> list[_Mail]:
-        """Take what a reader has and misses."""
+        """Process a reader's report on samples that it has and misses."""
         link = self.readers.get(guid)
         if link is None:
             return []
@@ -468,7 +468,7 @@ class _Writer:
         return [] if told.is_final and not missing else self._mails(guid, link, missing)
 
     def beat(self) -> list[_Mail]:
-        """Return heartbeats for readers that have not said that they have all."""
+        """Return heartbeats for readers that have not confirmed all samples."""
         found = []
         for guid, link in self.readers.items():
             if link.lacks <= self._last and link.unanswered < _UNANSWERED_MOST:
@@ -501,7 +501,7 @@ class _Writer:
 
 @dataclass(eq=False)
 class _Heard:
-    """What a reader has of a writer: all samples before ``next``, and ``later`` ones."""
+    """The samples that a reader has of a writer: all before ``next``, and ``later`` samples."""
 
     addresses: list[rtps.Address]
     next: int = 1
@@ -543,7 +543,7 @@ class _Reader:
             del self.writers[guid]
 
     def is_new(self, guid: bytes, number: int) -> bool:
-        """Take the number of a sample; return whether it did not come before."""
+        """Note the number of a sample; return whether it is new."""
         heard = self.writers[guid]
         if number < heard.next or number in heard.later:
             return False
@@ -551,7 +551,7 @@ class _Reader:
         return True
 
     def take_part(self, guid: bytes, part: rtps.Heartbeat | rtps.Gap | rtps.AckNack) -> list[_Mail]:
-        """Take what a writer has or leaves out, and say what is missing."""
+        """Process a writer's report on samples that it has or skips; return requests for missing samples."""
         heard = self.writers[guid]
         if isinstance(part, rtps.Gap):
             if part.start <= heard.next:

@@ -229,7 +229,7 @@ def open_houses(source: Plans) -> Dataset | Sequence[FloorPlan] | Sequence[MapHo
     Raises
     ------
     ConfigError
-        There is no house, or something in a list is none.
+        There is no house, or an item of a list is not a house.
     """
     found: object = source
     if isinstance(source, (str, os.PathLike)):
@@ -288,7 +288,7 @@ def _house(
 
 
 def _pool_rows(cells: npt.NDArray[np.uint8], rows: int, scale: float) -> npt.NDArray[np.uint8]:
-    """Return another number of rows, each the maximum of those that it touches; those beyond the last are occupied."""
+    """Resample rows: each new row is the maximum of the rows that it touches; rows beyond the last are occupied."""
     edges = np.arange(rows + 1) / scale
     first = np.floor(edges[:-1] + 1e-6).astype(np.int64)
     end = np.maximum(np.ceil(edges[1:] - 1e-6).astype(np.int64), first + 1)

@@ -50,7 +50,7 @@ def margin_px(config: SimulatorConfig, rows: int, cols: int) -> int:
 
 
 def add_margin(world: World, config: SimulatorConfig) -> World:
-    """Return a world with the margin that a configuration needs, the same one if it needs none."""
+    """Return a world with the margin that a configuration needs, or the same world if it needs no margin."""
     rows, cols = world.occupied.shape
     margin = margin_px(config, rows, cols)
     if not margin:

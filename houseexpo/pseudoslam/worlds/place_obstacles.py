@@ -27,7 +27,7 @@ class PlacedObstacles:
     traversable
         1 for cells where the robot can still stand and from which it can go to all other such cells.
     obstacles
-        The configured obstacles, and then the random ones.
+        The configured obstacles, followed by the random obstacles.
     """
 
     occupied: Grid
@@ -123,7 +123,7 @@ class _House:
 
 
 def _place_configured(house: _House, placed: tuple[Obstacle, ...], plan_id: str) -> None:
-    """Place the configured obstacles; raise ConfigError at the first one that cannot be at its place."""
+    """Place the configured obstacles; raise ConfigError for the first obstacle that cannot be at its place."""
     for i, obstacle in enumerate(placed):
         verdict = house.set_down(obstacle)
         if verdict != FITS:

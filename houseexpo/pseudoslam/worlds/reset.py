@@ -138,7 +138,7 @@ def _place_obstacles(world: World, config: SimulatorConfig, rng: np.random.Gener
 
 
 def _observable(world: World, placed: PlacedObstacles, config: SimulatorConfig, scratch: Scratch) -> tuple[Grid, int]:
-    """Return the cells that coverage counts, which are those that can be seen despite obstacles, and their number."""
+    """Return the cells that coverage counts, that is, those visible despite obstacles, and their number."""
     if not placed.obstacles:
         return world.observable, world.observable_cells
     radius_px, range_px = (size_m * config.pixels_per_metre for size_m in (config.robot.radius_m, config.laser.range_m))
@@ -155,7 +155,7 @@ def _random_pose(
     config: SimulatorConfig,
     rng: np.random.Generator,
 ) -> Floats:
-    """Return a random free pose in a standing cell, or the centre of one if none is found at random."""
+    """Return a random free pose in a standing cell, or the centre of a standing cell if random tries fail."""
     radius_px = config.robot.radius_m * config.pixels_per_metre
     standing = as_read_only(traversable)
     before = world.traversable_before if traversable is world.traversable else count_before_rows(standing, 1)

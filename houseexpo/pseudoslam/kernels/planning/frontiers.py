@@ -160,7 +160,7 @@ def _flood(shape: tuple[int, int], marks: Grid, start: int, reach: int, members:
 def _viewpoint(
     known: Grid, members: Cells, rules: FrontierRules, scratch: Scratch, sees_through: bool
 ) -> tuple[int, int, bool]:
-    """Return a cluster's middle and its goal (R3), -1 for none, and whether unknown cells now count as open."""
+    """Return a cluster's middle and its goal (R3), -1 without a goal, and whether unknown cells now count as open."""
     cols, found, goal, middle = known.shape[1], scratch.ways, -1, -1
     rows_sum, cols_sum = as_int64(0), as_int64(0)
     for k in range(len(members)):
@@ -279,7 +279,7 @@ def open_unknown_cells(known: Grid, found: PathScratch) -> None:
 
 @njit(cache=True, nogil=True)
 def find_seeing_goal(known: Grid, middle: int, range_px: float, scratch: Scratch) -> int:
-    """Return the nearest standing cell with a path that sees a cell (R3), -1 if there is none."""
+    """Return the nearest standing cell with a path that sees a cell (R3), -1 if no cell does."""
     found, (rows, cols) = scratch.ways, known.shape
     closed = found.closed[: rows * cols].reshape((rows, cols))
     row, col = middle // cols, middle % cols

@@ -199,8 +199,8 @@ def _clear(found: PathScratch) -> None:
 def _start_ways(rows: int, x: float, y: float, radius_px: float, found: PathScratch, starts: Cells) -> int:
     """Write the standing cells at which paths start (W5), and their distances; return their number.
 
-    They are the robot's own cell and its eight neighbours, as far as it can stand there, diagonal ones by W4; if there
-    are none, the nearest cell within its radius plus two cells.
+    They are the standing cells among the robot's own cell and its eight neighbours (diagonal neighbours by W4), or else
+    the nearest standing cell within its radius plus two cells.
     """
     ways, cols = found.ways, found.box[COLS]
     col, row = math.floor(x), math.floor(y)
@@ -214,7 +214,7 @@ def _start_ways(rows: int, x: float, y: float, radius_px: float, found: PathScra
                 if is_near and r != row and c != col:
                     is_near = ways[r * cols + col] != NO_STAND and ways[row * cols + c] != NO_STAND
                 if is_near and best >= 0.0:
-                    n, best = 0, -1.0  # farther ones do not count
+                    n, best = 0, -1.0  # farther cells do not count
                 if is_near or off < best:
                     starts[n if is_near else 0] = cell
                     n = n + 1 if is_near else 1
@@ -402,7 +402,7 @@ def next_motion(
     at
         The cell of the path at which the robot was last.
     target
-        The cell to see, -1 for none.
+        The cell to see, -1 for no cell.
     """
     path, cols = found.queue[0], found.box[4]
     at = _progress(path, n, at, x, y, cols, rules.aim_cells)
@@ -451,7 +451,7 @@ def free_distance_by_map(
 
 @njit(cache=True, nogil=True)
 def is_explored_near(known: Grid, cell: int, reach: int) -> bool:
-    """Return whether a cell is known, and no unknown cell beside a free one is left within reach of it."""
+    """Return whether a cell is known, and no unknown cell beside a free cell is within reach of it."""
     rows, cols = known.shape
     row, col = cell // cols, cell % cols
     if known[row, col] == UNKNOWN:
@@ -470,7 +470,7 @@ def is_explored_near(known: Grid, cell: int, reach: int) -> bool:
 
 @njit(cache=True, nogil=True)
 def nearest_reachable_cell(found: PathScratch, x: float, y: float) -> int:
-    """Return the standing cell with a path whose centre is closest to a point, of several the first; -1 for none."""
+    """Return the reachable standing cell whose centre is closest to a point, the first on a tie; -1 without cells."""
     box, ways = found.box, found.ways
     best, least = -1, math.inf
     for row in range(box[0], box[1]):
