@@ -77,7 +77,7 @@ class BuildResult:
 
     @property
     def is_fruitless(self) -> bool:
-        """Whether none of this build's own inputs became a plan or a duplicate. Dropped ones do not count."""
+        """Whether no input of this build, other than dropped ones, became a plan or a duplicate."""
         own = [entry for entry in self.entries if not self.sources or entry.source in self.sources]
         refused = [each for entry in own for each in entry.refused if each.reason != Reason.DROPPED_BY_HAND]
         return bool(refused) and not any(entry.plans for entry in own)
@@ -109,7 +109,7 @@ class AssemblyParts:
 
 
 def assemble(parts: AssemblyParts, progress: Callable[[str, int, int], None]) -> BuildResult:
-    """Write everything but the pictures, the manifest last, or nothing if it stands already as it would be written.
+    """Write everything but the pictures, the manifest last; nothing if the same data set is already written.
 
     Raises
     ------
@@ -165,8 +165,8 @@ _SOON_S = 0.5
 def load_while_workers_start(planned: threading.Event, several: bool) -> None:
     """Begin to load, in a thread, what ``assemble`` needs: libraries, and the kernels that compare plans.
 
-    That takes a second, and so does the start of the workers, which this process only waits for. Where there are not
-    ``several`` inputs and all is ``planned`` soon, the kernels are left out: one plan is compared with none.
+    That takes a second, about as long as the workers take to start. Without ``several`` inputs, and if all is
+    ``planned`` soon, the kernels are left out: a single plan needs no comparison.
     """
     threading.Thread(target=_load_for_assembling, args=(planned, several), daemon=True).start()
 
@@ -344,7 +344,7 @@ def make_unique_ids(ids: Sequence[str], contents: Sequence[str]) -> list[str]:
 
     1. An id that stands alone stays as it is.
     2. Equal ids all get eight digits of their content's hash.
-    3. An id that is taken all the same gets a number as well, the first one that makes it new.
+    3. An id that is still taken gets a number as well, the first number that makes it unique.
 
     Parameters
     ----------
@@ -378,7 +378,7 @@ def find_duplicate_pairs(
 ) -> tuple[SimilarPair, ...]:
     """Return all pairs that are copies, by the plans' places in ``kept``, which is sorted by id.
 
-    ``file`` remembers what was compared; a damaged one is as good as none.
+    ``file`` keeps the pairs that were compared; a damaged file is ignored.
     """
     if len(kept) < 2:
         return ()
@@ -592,7 +592,7 @@ def rights_by_source(folder: DataSetFolder, own: Mapping[str, Rights], beside: I
 
 
 def stated_licences(rights: Mapping[str, Rights]) -> tuple[str, ...]:
-    """Return the licences that sources state, each once, "" among them where one that could state one does not."""
+    """Return the licences that sources state, each once; with "" if a source that could state one does not."""
     found: dict[str, str] = {}
     for source, each in sorted(rights.items()):
         if each.licence or not _is_made(source):

@@ -63,7 +63,7 @@ def build(
     execute: Executor | None = None,
     known: Iterable[Entry] = (),
 ) -> BuildResult:
-    """Build a data set folder; what an earlier run has done is not done again.
+    """Build a data set folder; inputs that an earlier run has done are not planned again.
 
     Parameters
     ----------
@@ -89,7 +89,7 @@ def build(
     Raises
     ------
     ConfigError
-        Where a source is none, the folder lies in a source or holds something else, or another build is at work in it.
+        Where a source is not valid, the folder lies in a source or holds something else, or another build uses it.
     """
     listing, folder = Listing(config), DataSetFolder(out)
     listing.check()

@@ -24,9 +24,9 @@ class StoredPicture(msgspec.Struct, frozen=True, array_like=True):
 class StoredPlan(msgspec.Struct, frozen=True, omit_defaults=True):
     """A plan in the store: its reader's id, the SHA-256 of what it was made from and of its bytes, and how many.
 
-    ``stages`` is the picture of the stages that it went through, where the build keeps one. ``by_hand``: a person keeps
-    it, though it be a copy; builds that leave its source alone do not know of that. ``kept_from`` is the reason for
-    which it would have been rejected otherwise, "" if there is none.
+    ``stages`` is the picture of its stages, if the build keeps pictures. ``by_hand``: a person keeps it although it is
+    a copy; builds that do not list its source need this record. ``kept_from`` is the reason for which it would have
+    been rejected otherwise, or "".
     """
 
     id: str
@@ -62,7 +62,7 @@ class StoredRejection(msgspec.Struct, frozen=True, order=True):
 class FileRecord(msgspec.Struct, frozen=True, array_like=True):
     """A file that was read: its name within the source's folder (``path_to_text``), how it looked, what it held.
 
-    One that was not there has the size -1; one that may have changed while it was read has the time 0.
+    A missing file has the size -1. A file that may have changed while it was read has the time 0.
     """
 
     name: str

@@ -46,7 +46,7 @@ class InputFiles:
         return self._contents([path_to_text(name) for name in sorted({*self._opened, *own})])
 
     def described_unread(self) -> list[FileRecord]:
-        """Return what the files hold of which no reader could say what it read: the own, or all in the own folders."""
+        """Return records for a reader that cannot tell what it read: of the input's files, or all in its folders."""
         pattern = f"*/{escape(self._item.key)}/*"
         self._opened = {str(file.relative_to(self._folder)) for file in self._folder.glob(pattern) if self._item.key}
         return self.described()
@@ -56,7 +56,7 @@ class InputFiles:
         return all(_look(self._folder / path_from_text(file.name)) == (file.size, file.mtime_ns) for file in known)
 
     def if_unchanged(self, known: Sequence[FileRecord]) -> list[FileRecord] | None:
-        """Return the files as they look now where they still hold what they held, else None; all are read."""
+        """Return the files' present records if their contents are unchanged, else None; all files are read."""
         now = self._contents([file.name for file in known])
         return now if [file.sha256 for file in now] == [file.sha256 for file in known] else None
 
@@ -75,7 +75,7 @@ class InputFiles:
         return found
 
     def _sha256_of(self, file: Path) -> str:
-        """Return the SHA-256 of a file; of a file that holds many houses, that of what it holds of this one."""
+        """Return the SHA-256 of a file, or of this house's part of a file that holds many houses."""
         part = getattr(reader(self._item.reader), "read_house_bytes", None) if self._item.key else None
         if part is None or file != self._path:
             return sha256_of(file)

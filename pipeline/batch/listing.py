@@ -85,7 +85,7 @@ class Listing:
                 )
 
     def total(self) -> int:
-        """Return how many inputs there are; one that two sources hold counts twice."""
+        """Return how many inputs there are; an input that two sources hold counts twice."""
         counts = (made_count(source) or len(list(self._inputs(source))) for source in self.config.build.sources)
         return min(sum(counts), self.config.build.limit or sys.maxsize)
 
@@ -159,7 +159,7 @@ def list_inputs(config: BuildConfig) -> Iterator[Input]:
     Raises
     ------
     ConfigError
-        Where a source does not exist, or is none.
+        Where a source does not exist, or is not a source of houses.
     """
     listing = Listing(config)
     listing.check()
@@ -167,7 +167,7 @@ def list_inputs(config: BuildConfig) -> Iterator[Input]:
 
 
 def absolute_source(source: str) -> str:
-    """Return a source as it is named from any folder; one that is not there stays as it was given."""
+    """Return a source's name that holds from any folder; a source that does not exist keeps its name."""
     return str(Path(source).absolute()) if is_path(source) and Path(source).exists() else source
 
 

@@ -82,7 +82,7 @@ class Mirror:
             system.get_file(f"{path}/{file.relative_to(self.root).as_posix()}", str(partial))
 
     def fetch_heads(self, folder: Path) -> None:
-        """Fetch the beginnings of all files of a folder that have none yet (R2)."""
+        """Fetch the beginnings of all files of a folder whose beginning is not fetched yet (R2)."""
         bare = sorted(file for file in folder.iterdir() if file.is_file() and _mode(file) == _NAMES_ONLY)
         for at in range(0, len(bare), _HEADS_AT_ONCE):
             self._fetch_heads(bare[at : at + _HEADS_AT_ONCE])
@@ -135,7 +135,7 @@ def mirror_source(url: str) -> tuple[Mirror, Path]:
 
 
 def _fetch_before_open(event: str, arguments: tuple[object, ...]) -> None:
-    """See to it that what is about to be opened is here."""
+    """Fetch the file that is about to be opened, if it belongs to a mirror."""
     if event != "open" or not isinstance(arguments[0], str | bytes | os.PathLike):
         return
     full = os.path.abspath(os.fsdecode(arguments[0]))  # noqa: PTH100 - links stay
@@ -156,7 +156,7 @@ def _bring(mirror: Mirror, file: Path, *, whole: bool) -> None:
 
 
 def _create_placeholders(folder: Path, known: Mapping[str, Any]) -> None:
-    """Give each object a file of its size and time that takes no room, unless one that looks so is there."""
+    """Give each object a sparse file of its size and time, unless such a file is there already."""
     for name, info in known.items():
         file, size, time_ns = folder / name, int(info["size"]), _time_ns(info)
         with suppress(OSError):

@@ -32,7 +32,7 @@ class PlanStore:
     store: Store
 
     def put(self, name: str, content: str, data: bytes, picture: bytes = b"") -> StoredPlan:
-        """Store a plan, and the picture of its stages if there is one. ``get`` notices what a crash took of them."""
+        """Store a plan, and the picture of its stages if there is one. ``get`` detects files that a crash damaged."""
         stages = StoredPicture(self._add(picture), len(picture)) if picture else None
         return StoredPlan(name, content, self._add(data), len(data), stages)
 

@@ -1,6 +1,6 @@
 """Find the inputs that are not done and plan them in an executor; used by builds, shards and the list of what is left.
 
-An input is done where it is known with the same recipe, its plans are kept, and its files look as they did.
+An input is done if it is recorded with the same recipe, its plans are stored, and its files look unchanged.
 """
 
 from __future__ import annotations

@@ -6,13 +6,12 @@ R1  A hole that starts at the knee or lower and ends above a person's head is a 
     is a window. The others are windows, through which nobody goes: the wall stands there as if they were not.
 R2  A passage takes its part out of every wall that it crosses; what is under it (a sill) and over it (a lintel) stays.
 R3  Walls of the same two heights are united first, so that a wall drawn once for each of its two rooms stands once.
-R4  What is drawn as a room but has neither walls nor other rooms around it is open air: a terrace, a garden.
-R5  Where rooms are drawn as areas, what is left between these and the walls is wall, as far as it is narrower than
-    THICKEST_WALL_M; what is wider is a room that nobody drew.
-    But where a wall ends between two rooms and leaves a way, with no door or window in it, this is a passage
-    (``geometry.wall_gaps``).
-R6  Where rooms are drawn between the walls, and not over them, a wall that lies in a room, deeper than HAND_M,
-    ends at the room's edge. One with a hole stands: how far a room goes into a door, people draw as they like.
+R4  A drawn room without walls or other rooms around it is open air: a terrace, a garden.
+R5  If rooms are drawn as areas, the space between them and the walls is wall where it is narrower than THICKEST_WALL_M;
+    wider space is a room that nobody drew. But if a wall ends between two rooms and leaves a way without a door or
+    window, this is a passage (``geometry.wall_gaps``).
+R6  If rooms are drawn between the walls, and not over them, a wall that reaches into a room, deeper than HAND_M, ends
+    at the room's edge. A wall with a hole stays whole: drawings differ in how far a room goes into a door.
 """
 
 from __future__ import annotations
@@ -62,8 +61,8 @@ class Wall:
 class Hole:
     """A hole through walls: its shape in plan covers the walls' thickness; open between two heights.
 
-    ``across`` is the direction, of length 1, in which one walks through it; (0, 0) where nobody asks. ``is_window`` is
-    True where the source says that nobody goes through it.
+    ``across`` is the unit direction of the way through it; (0, 0) if not needed. ``is_window`` is True if the source
+    says that it is not a way.
     """
 
     shape: Polygon
@@ -124,7 +123,7 @@ def _bodies(courses: Courses, passages: Sequence[Hole]) -> list[Prism]:
 
 
 def _walls_in(walls: BaseGeometry, places: Shapes) -> list[BaseGeometry]:
-    """Return what of the walls lies in each of some places (n,), where most of the walls are far from each."""
+    """Return the part of the walls in each place (n,); quick where most of the walls are far from each place."""
     pieces = shapely.get_parts(walls)
     place, piece = shapely.STRtree(pieces).query(places, predicate="intersects")
     shared = shapely.intersection(pieces[piece], places[place])
@@ -167,7 +166,7 @@ def drop_outdoor_rooms(rooms: Sequence[SourceRoom], walls: Sequence[Wall]) -> tu
 
 
 def subtract_rooms_from_walls(rooms: Sequence[SourceRoom], walls: Sequence[Wall], holes: Sequence[Hole]) -> list[Wall]:
-    """R6: return the walls without what lies in rooms; all of them where rooms are drawn without regard to walls."""
+    """R6: return the walls without their parts in rooms; unchanged if rooms are drawn over the walls."""
     shapes = [room.polygon for room in rooms if room.polygon is not None]
     area, standing_ = shapely.union_all(shapes), shapely.union_all([wall.shape for wall in walls])
     if shapely.intersection(area, standing_).area > WALLS_COVERED * standing_.area:

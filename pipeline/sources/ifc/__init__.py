@@ -5,29 +5,28 @@
 L1  A wall belongs to each level of its building through whose height it runs, whichever storey contains it. One that
     starts in the slab over a level and is as high as a wall above it stands on the next.
 L2  A beam with its underside between head height and 3 m is a lintel; higher ones hang over a room or carry a roof.
-    In a file without a door or a hole in any wall, none is where several hang over the rooms of the level: these are
-    the beams of a floor on posts (a timber frame), and nobody drew the walls and doors between the posts.
-L3  A loose part (IfcBuildingElementProxy, a plate or member by itself) is wall where it stands like one: upright, from
-    the floor to head height, thin. Where the walls of the file make no level (a garden wall, one wall of a house of
-    proxies), the loose parts are walls too; where they make none either, so are the beams: a house of logs.
+    In a file without a door or a hole in any wall, no beam is a lintel if several hang over the rooms of the level:
+    they carry a floor on posts (a timber frame), and nobody drew the walls and doors between the posts.
+L3  A loose part (IfcBuildingElementProxy, a plate or member by itself) is wall if it is thin and stands upright from
+    the floor to head height. If the walls of the file make no level (a garden wall, one wall of a house of proxies),
+    all loose parts are walls. If these make no level either, the beams are walls too (a house of logs).
 L4  A door's leaf belongs to the level that its door is entered from; a thing to the level whose storey holds it, else
     to the one on whose floor it stands.
-L5  A hole in a wall that is no way through it is wall too (``rooms_and_openings``).
-L6  One looks down onto a lower level where one of its slabs lies and no slab is within reach under this level's floor.
-    A stair, a landing or a ramp that stands between the two leads up to this one.
-L7  A building with spaces and no wall at all, a study of its rooms, gets walls between and around the spaces, if these
-    leave room for walls. Spaces that touch each other are zones, of which nobody knows where walls stand.
-L8  What lies under a slab, a roof or a plate above head height lies under cover.
-L10 Where spaces on a level are external, one is outside; but not where one of them covers a room, as a box around the
-    whole building does.
-L11 Where no space of a file is head high, its spaces are the floors of rooms (flat areas, thin plates), but for those
-    too small for one.
-L12 Where no wall of a file with rooms is as high as one, so that none of its levels has a wall, somebody has drawn a
-    plan and no heights, or a maze for a robot: they are raised to a storey's, spaces that begin above them are lowered,
-    spaces end where the walls do, and that is a guess.
+L5  A hole in a wall that is not a way through it is wall too (``rooms_and_openings``).
+L6  A lower level shows below where one of its slabs lies and no slab is within reach under this level's floor. A stair,
+    a landing or a ramp that stands between the two leads up to this level.
+L7  A building with spaces and no wall at all (a study of its rooms) gets walls between and around the spaces, if these
+    leave room for walls. Spaces that touch each other are zones, which do not tell where walls stand.
+L8  The area under a slab, a roof or a plate above head height is under cover.
+L10 The external spaces on a level are outdoors, except a space that covers a room, such as a box around the building.
+L11 If no space of a file is head high, its spaces are the floors of rooms (flat areas, thin plates), without those too
+    small for a room.
+L12 If a file has rooms, but no wall high enough for a room, so that no level has a wall, somebody drew a plan without
+    heights, or a maze for a robot. The walls are raised to a storey's height, spaces that begin above them are lowered,
+    and spaces end where the walls do. That is a guess.
 L13 A window that is called a door (a French window) is a window where its sill is higher than a knee over the level.
-L9  A sheet that stands on the floor of a room of the file and ends below its ceiling (a screen of a shower) is no wall
-    of it. What hangs above the floor (the partitions of toilets, with their doors) is.
+L9  A sheet that stands on the floor of a room of the file and ends below its ceiling (a screen of a shower) is not a
+    wall of it. A sheet that hangs above the floor (a partition of toilets, with its doors) is a wall.
 """
 
 from __future__ import annotations
@@ -165,7 +164,7 @@ def _raised(wall: ElementBody) -> ElementBody:
 
 
 def _building_with_levels(building: Building) -> tuple[Building, list[LevelStorey]]:
-    """Return the building with its parts in storeys, and those that are levels; what is wall there, L3 and L7 say."""
+    """Return the building with its parts in storeys and walls by L3 and L7, and the storeys that are levels."""
     sorted_in = assign_to_storeys(building)
     if not sorted_in.walls:
         sorted_in = replace(sorted_in, walls=tuple(_walls_of_spaces(sorted_in)))
@@ -242,7 +241,7 @@ def _level(
 
 
 def _with_french_windows(building: Building, standing: LevelStorey) -> Building:
-    """L13: the building as a level is to see it."""
+    """L13: return the building as one level sees it."""
     low, high = standing.floor_z + KNEE_M, standing.above
     gone = [hole for hole in building.holes if hole.is_window and low <= hole.bottom < high]
     return replace(

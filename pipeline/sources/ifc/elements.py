@@ -4,24 +4,24 @@ The bodies tell more than the classes in E7 and E8; ``ifc.model`` follows these.
 
 E1  Walls, columns and chimneys stand; so do curtain walls with their plates and members, and windows except those in
     roofs, ceilings and slabs: full-height glazing parts rooms, and a pane closes the hole that it fills.
-E2  A wall that is an aggregate without a body of its own (an axis is none) is its parts.
+E2  A wall that is an aggregate without a body of its own (an axis is not a body) is replaced by its parts.
 E3  What may be a partition by another name (proxies, loose plates, members and parts) is ``loose``: the levels decide
     by its shape; in a file without walls they are the walls. Plants, cars, people and texts are neither.
 E4  Openings count where they void a wall or a wall's part, not where they void a slab, a roof or a space.
-E7  Some exporters do not say what fills an opening. Then it is the door or the window that stands in it for the most
-    part, else the one as large as it that stands right before it or behind: in another leaf of the wall. A window as
-    high as a door that is called a door (a French window), or sliding, is one.
-E5  Spaces count unless they measure a whole storey, or only group spaces that are in the file themselves; the parts of
-    a space that has a body of its own do not. Those that are external by their class or their property IsExternal are
-    no rooms: they tell where one is outside.
-E8  What is called a door and is as large as one is a door, whatever its class: a proxy, a plate, a piece of furniture.
-    In a file without walls, proxies that are called furniture, plants or lamps are not the walls.
-E9  In a file without walls, what is called a wall is one, whatever its class.
-E10 Stairs are furniture. They are also kept apart, with ramps and with the landings among the slabs: they tell where
-    one goes up.
-E6  Beams are kept apart: one that spans an opening bounds its two rooms as a lintel does. So are roofs, with all that
-    they are made of: they tell what lies under the open sky. Coverings, footings, ramps and pipes are left out: over
-    the head, underfoot, passable or within walls.
+E7  Some exporters do not say what fills an opening. Then it is the door or window that stands mostly in the opening,
+    or else a door or window as large that stands right before or behind it, in another leaf of the wall. A window as
+    high as a door that is called a door (a French window), or sliding, counts as a door.
+E5  Spaces count as rooms, except spaces that measure a whole storey, that only group other spaces of the file, or that
+    are parts of a space with a body of its own. A space that is external by its class or its property IsExternal is not
+    a room: it marks an area outdoors.
+E8  An element called a door and as large as a door is a door, whatever its class: a proxy, a plate, a piece of
+    furniture. In a file without walls, proxies called furniture, plants or lamps are not the walls.
+E9  In a file without walls, an element called a wall is a wall, whatever its class.
+E10 Stairs are furniture. They are also kept apart, with ramps and the landings among the slabs: they show where people
+    go up.
+E6  Beams are kept apart: a beam that spans an opening bounds its two rooms as a lintel does. Roofs with all their parts
+    are kept apart too: they show which area has a cover. Coverings, footings, ramps and pipes are left out: they lie
+    over the head, underfoot or within walls, or are passable.
 """
 
 from __future__ import annotations
@@ -170,12 +170,12 @@ def find_parent(element: Any, kind: str) -> Any:
 
 
 def has_parent_cycle(element: Any) -> bool:
-    """Return whether what holds an element is held by it in turn: a damaged file, in which native code never ends."""
+    """Return whether an element holds itself, directly or not: in such a damaged file native code never ends."""
     return next((True for each in _holders(element) if each is None), False)
 
 
 def _holders(element: Any) -> Iterator[Any]:
-    """Yield the element, what holds it, what holds that; None at the end where they go round in a circle."""
+    """Yield the element, its holder, the holder's holder and so on; None at the end if they form a circle."""
     seen: set[int] = set()
     while element is not None:
         if element.id() in seen:
@@ -254,14 +254,14 @@ def _is_in_roof(element: Any) -> bool:
 
 
 def _lies_over_rooms(whole: Any) -> bool:
-    """E1; a covering that does not say what it covers may be the outer leaf of a wall."""
+    """E1; a covering without a stated purpose may be the outer leaf of a wall."""
     if whole.is_a("IfcCovering"):
         return whole.PredefinedType in {"ROOFING", "CEILING"}
     return any(whole.is_a(name) for name in COVERS)
 
 
 def _may_be_wall(element: Any) -> bool:
-    """E3; the parts of slabs and roofs are none, whatever their shape."""
+    """E3: return the loose parts; parts of slabs and roofs are never loose, whatever their shape."""
     if any(whole.is_a(name) for whole in containers(element) for name in COVERS):
         return False
     return not any(NO_BUILDING.search(word) for word in element_words(element))

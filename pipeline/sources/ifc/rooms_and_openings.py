@@ -3,33 +3,33 @@
 **Rooms**, from IfcSpaces.
 
 R1  A room is where its space stands on the floor.
-R2  A space less than head high, or named as lying outside, is no room; one without a storey belongs to the level on
-    whose floor it stands.
+R2  A space less than head high, or named as lying outside, is not a room. A space without a storey belongs to the level
+    on whose floor it stands.
 R3  Of two spaces with one footprint the first stays, with the words of both.
-R4  A space that others fill (a flat, a storey's gross area) is no room; one that lies within another is cut out of it.
-R5  Spaces that stand together, apart from every wall of a level whose other spaces stand at its walls (a schedule of
-    rooms beside the house), are no rooms.
+R4  A space that others fill (a flat, a storey's gross area) is not a room. A space within another is cut out of it.
+R5  Spaces that stand together, apart from every wall of the level, are not rooms if the level's other spaces stand at
+    its walls (a schedule of rooms beside the house).
 
 **Direction of the wall** at a hole.
 
-D1  It runs along the side at both ends of which something stands, where nothing stands at an end of the other: a body
-    may be deeper than it is wide. Where that does not tell, it runs along the longer side.
+D1  The wall runs along the side of the body at both of whose ends something stands, if nothing stands at an end of the
+    other side: a body may be deeper than it is wide. Otherwise it runs along the longer side.
 
 **Openings**: each is a rectangle along its wall, through the whole wall.
 
 H1  An opening's body may be shallower or much deeper than the wall: its rectangle runs through all that stands there as
     one wall (leaves of a cavity wall, linings), and no farther.
-H2  A hole without a door that does not reach through its wall is a niche; one that starts above the knee or ends below
-    the head is a hatch; a narrow one is a duct. None of them is an opening.
-H3  A door belongs to the highest level that it can be reached from, a step or half a storey up, whichever storey holds
-    it; one that lies (a hatch in a floor) to none.
-H4  Holes that overlap (one in each leaf of a wall) are one opening, with a door if one of them has it. So are doors
-    that stand jamb to jamb in one line (the leaves of a double door, each an element of its own).
-H5  A hole that a window fills, or that starts above the knee and is no niche, is closed in a plan: it is wall. A window
-    that starts below the knee is wall from the floor to the top of its wall, or its frame would be taken for a door's.
-    A body deeper than any wall, such as that of a corner window, closes what of its own wall lies in it.
-H6  Where a door's hole lies right before its wall, by no more than the hole is deep (walls that an exporter flipped
-    without their holes), it goes through that wall; so does a door without a hole that stands at the face of a wall.
+H2  A hole without a door is not an opening if it does not reach through its wall (a niche), starts above the knee or
+    ends below the head (a hatch), or is narrow (a duct).
+H3  A door belongs to the highest level from which it can be reached, a step or half a storey up, whichever storey holds
+    it. A door that lies flat (a hatch in a floor) belongs to no level.
+H4  Holes that overlap (one in each leaf of a wall) are one opening, with a door if one of them has a door. Doors that
+    stand jamb to jamb in one line (the leaves of a double door, each an element of its own) are one opening too.
+H5  A hole that a window fills, or that starts above the knee and is not a niche, is wall in a plan. A window that
+    starts below the knee is wall from the floor to the top of its wall, or its frame would be taken for a door's. A
+    body deeper than any wall, such as a corner window's, closes only the part of its own wall inside it.
+H6  If a door's hole lies right before its wall, at most its own depth away (an exporter flipped the wall without its
+    holes), it goes through that wall. So does a door without a hole that stands at the face of a wall.
 """
 
 from __future__ import annotations
@@ -149,7 +149,7 @@ def find_rooms(spaces: Sequence[ElementBody], walls: WallFootprints) -> tuple[So
 
 
 def _at_walls(found: list[_Found], walls: WallFootprints) -> list[_Found]:
-    """R5; all of them where none stands at a wall."""
+    """R5: return the rooms that stand at walls; all of them if no room does."""
     shapes = [each.shape.buffer(THICKEST_WALL_M / 2, join_style="mitre") for each in found]
     groups = [group for group in shapely.get_parts(shapely.union_all(shapes)) if walls.reach(group)]
     kept = [each for each in found if any(each.shape.intersects(group) for group in groups)]
@@ -241,7 +241,7 @@ def _is_held(side: PlanDirection, points: npt.NDArray[np.float64], standing: Bas
 
 
 def _side(hole: WallHole) -> PlanDirection:
-    """The direction of one side of the hole's body: the door's own where it is one, else the least rectangle's."""
+    """Return the direction of a side of the hole's body: its door's own if it has one, else the least rectangle's."""
     shape = shapely.oriented_envelope(largest_footprint(hole.mesh))
     if hole.along and (hole.host is None or not isinstance(shape, Polygon)):
         length = float(np.hypot(*hole.along))
@@ -318,7 +318,7 @@ def window_hole_fillings(
 
 
 def _in_wall(hole: WallHole) -> list[Polygon]:
-    """H5: what of a hole's body lies in its wall, where the body is deeper than any wall; empty where none is there."""
+    """H5: return the part of a hole's body in its wall, for a body deeper than any wall; empty without a wall there."""
     body = largest_footprint(hole.mesh)
     shorter = min(_sides(body))
     if hole.host is None or shorter <= THICKEST_WALL_M:
@@ -365,7 +365,7 @@ def _is_of(hole: WallHole, floor: float, floors: Sequence[float]) -> bool:
 
 # walls of IFC are bodies: a cut must leave no film
 def _opening(hole: WallHole, walls: WallFootprints, least_m: float, skin_m: float = LAP_M) -> Opening | None:
-    """H1; None for a niche, and for what is narrower than ``least_m`` and no door (H2)."""
+    """H1: return the opening; None for a niche, and for a hole without a door narrower than ``least_m`` (H2)."""
     standing = walls.near(hole.mesh)
     axis = wall_direction(hole, standing)
     points = hole.mesh.vertices[:, :2]

@@ -11,9 +11,10 @@ T3  A file without the line that ends it was cut short: the parser would silentl
 T4  A line break means nothing in the format. Exporters break lines within strings, some within an escape, which the
     parser refuses.
 T5  A byte order mark, and a file in UTF-16, are read as text; the parser takes neither.
-T6  The parser refuses a whole file for one thing that it cannot read. Where it does, zero bytes go, and what stands
-    before the file's first line; a number that is none loses the dots at its end (``3000.0.``), or counts as not given
-    (``1.#INF``), as does a reference without a number; and a backslash that begins no escape stands for itself (paths).
+T6  The parser refuses a whole file for one token that it cannot read. Only such a file is mended: zero bytes, and bytes
+    before the file's first line, are removed. An invalid number loses the dots at its end (``3000.0.``) or counts as
+    not given (``1.#INF``), and so does a reference without a number. A backslash that begins no escape stands for
+    itself (paths).
 """
 
 from __future__ import annotations
@@ -142,7 +143,7 @@ def _mend(text: str) -> str:
 
 
 def _mend_token(found: re.Match[str]) -> str:
-    """T6; what is a number, a comment or a string without a false escape stays as it is."""
+    """T6: mend one token; a number, a comment or a string without a false escape stays as it is."""
     token = found.group()
     if token.startswith("'"):
         return FALSE_ESCAPE.sub(lambda each: each.group(1) or r"\\", token)

@@ -9,20 +9,21 @@ R2  Between two rooms is a wall, at least ``LINE_WALL_M`` thick, even where the 
 R3  A way narrower than ``DOOR_M`` is called a door, a wider one an opening: a map does not show leaves.
 R4  Heights are unknown: walls are as high as those of a drawing. The frame is the map's own, with its origin and yaw.
 R5  What lies outside of the house (``rooms``, R7) is no room. A way to it is an entrance, through the outer wall.
-R6  Where a room ends at unseen space or at the picture's border, its edge is a guess; the plan says how much of its
-    edges is, and how many rooms end there for the most part. Where most of all edges is one, nothing but the rays' ends
-    bounds the rooms: they are open ground, as in R8.
-R7  Where the file says that what is not free is wall (``RobotMap.walls_only``), nothing is furniture or noise: only the
-    steps of the cells are straightened. Its plan has the quality of a drawing's, that of any other map its own (R10).
+R6  Where a room ends at unseen space or at the picture's border, its edge is a guess. The plan says which share of the
+    edges is guessed, and how many rooms end there for the most part. If most of all edges is guessed, only the ends of
+    rays bound the rooms: they are open ground, as in R8.
+R7  If the file says that all cells that are not free are wall (``RobotMap.walls_only``), nothing is furniture or noise:
+    only the steps of the cells are straightened. The quality is rated as for a drawing; other maps have their own
+    (R10).
 R11 A wall that hangs in a room, or stands free in it, stays (``seen_walls``): it is a slit or a hole of the room.
 R12 A gap in a straight side of a room, beyond which nothing was seen, is an entrance (``seen_walls``).
-R13 What was seen to stand in a room is furniture (``clutter``, R5), which no plan has but with ``--furniture``.
+R13 What was seen to stand in a room is furniture (``clutter``, R5); only ``--furniture`` puts it into the plan.
 R10 What the cells say against the plan is measured as grounds of its quality (``signs``).
-R9  A doorway is as wide as both of its rooms reach along it: where a wall stands before a part of it, there is no way.
-    It ends before a wider one that meets it, or lies before it. If nothing is left of it so, there is only the other.
-    A way narrower than any door, at a corner of the rooms, is moved to where a door has space.
-R8  Where half of the border or more is free, and all rooms touch it (``rooms``, R7), they are open ground: nothing but
-    the picture ends them. So it is where thresholds make unseen space free, and no wall is closed.
+R9  A doorway spans the stretch along which both of its rooms reach it: a part with a wall before it is no way. It ends
+    where a wider doorway meets it or lies before it; if nothing is left, only the wider one stays. A way narrower than
+    any door, at a corner of the rooms, is moved to where a door has space.
+R8  If half of the border or more is free, and all rooms touch it (``rooms``, R7), the rooms are open ground: only the
+    picture ends them. This happens when thresholds make unseen space free, and no wall is closed.
 """
 
 from __future__ import annotations
@@ -87,13 +88,13 @@ DOOR_M: Final = 1.4
 STRAIGHT_M: Final = 0.12
 ANGLE_DEG: Final = 12.0
 THING_M: Final = 1.0
-"""R13: higher than a robot's laser. How high a thing is, no map says."""
+"""R13: higher than a robot's laser; a map does not show the heights of things."""
 WAY_REACH_M: Final = 1.5
 """How far from the middle of a way its rooms may begin."""
 STEP_CELLS: Final = 1.5
-"""R7: a straight face is so far, at most, from the cells that draw it."""
+"""R7: the greatest distance of a straight face from the edge of its cells, in cells."""
 NARROWEST_PART_CELLS: Final = 3
-"""R7: what is narrower than so many cells is none of a room."""
+"""R7: the least width of a part of a room, in cells."""
 _REASONS: Final = {
     "missing_file": Reason.MISSING_FILE,
     "unreadable": Reason.UNREADABLE,
@@ -141,7 +142,7 @@ def read(item: Input) -> Iterator[Level]:
 
 
 def scaled_map(path: Path, resolution: float | None, units: float | None, scale: float) -> RobotMap:
-    """Return a map with what a person says of its size: its metre, or the cell of a picture without any, is ``units``.
+    """Return a map with its size as a person gives it: ``units`` is its metre, or a cell of a picture without a size.
 
     Raises
     ------
@@ -253,7 +254,7 @@ def _entrances(outlines: list[Polygon], holes: list[Hole], free: Bools, occupied
 
 
 def _guesses(level: Level) -> tuple[str, ...]:
-    """R6, R8; how much else of the rooms was not seen is no guess, but one of the level's signs."""
+    """R6, R8: return the guesses; a smaller unseen share of the edges is a sign of the level instead."""
     about = level.provenance
     return (EDGE,) if "open_border" in about or float(about["unseen_edge"]) > MOST else ()
 
@@ -352,7 +353,7 @@ def _outlines(parts: Segmentation, openings: list[Opening], height_m: float, edg
 def _without_specks(mask: Bools, corner: tuple[int, int], cell_m: float) -> tuple[Bools, tuple[int, int]]:
     """Return cells closed where they are nearer than RUN_M, without specks, and the new corner.
 
-    ``_smooth`` does the same; of thousands of specks, as the ends of rays are, it would take a hundred times as long.
+    ``_smooth`` does the same, but takes a hundred times as long with thousands of specks, such as the ends of rays.
     """
     reach = max((round(RUN_M / cell_m) - 1) // 2, 0)
     kernel = np.ones((2 * reach + 1, 2 * reach + 1), np.uint8)
@@ -384,8 +385,8 @@ def _flatten_doorways(
 ) -> tuple[list[Polygon], list[Hole]]:
     """Return the rooms with flat faces on both sides of each doorway, and the doorways from face to face (R1, R5).
 
-    What a room has behind the face of the other one, as far as a step, is the other's: else a sliver of it would lie
-    between the doorway and the room into which that leads.
+    A part of one room behind the face of the other, up to a step deep, goes to the other room. Otherwise a sliver of it
+    would lie between the doorway and the room into which the doorway leads.
     """
     rooms, holes = dict(rooms), list[tuple[Opening, float, float]]()
     for drawn in openings:
@@ -455,7 +456,7 @@ def _as_wide_as_both(
             lane = shapely.linestrings([middle - full * along, middle + full * along])
             spans = _shared_spans(spans, _spans_along(shapely.intersection(side, lane), middle, along))
     start, end = max(spans, key=_length, default=(0.0, 0.0))
-    if end - start < RUN_M:  # what one sees in the map is still a way
+    if end - start < RUN_M:  # a way that the map shows stays a way
         spans, start, end = [(-full, full)], -full, full
     whole = _between(opening, low - CRACK_M, high + CRACK_M)
     near = _near(wider, whole, TWICE * CRACK_M)
@@ -508,7 +509,7 @@ def _near(others: list[Polygon], room: Polygon, distance_m: float) -> npt.NDArra
 
 
 def _reach(opening: Opening, room_: Polygon) -> tuple[float, float] | None:
-    """Where the near edge of a room is, across from the middle of a way, in metres: the least and the greatest."""
+    """Return the least and the greatest distance, m, across from the middle of a way to the near edge of a room."""
     starts = opening.centre + np.array([[-0.9], [0.0], [0.9]]) * opening.along * opening.width / 2
     lanes = shapely.linestrings(
         np.stack([starts - WAY_REACH_M * opening.across, starts + WAY_REACH_M * opening.across], axis=1)
@@ -553,10 +554,10 @@ def _exact_area(mask: Bools, corner: tuple[int, int], cell_m: float, height_m: f
 
 
 def _unseen_shares(parts: Segmentation, free: Bools, occupied: Bools, cell_m: float) -> tuple[float, int]:
-    """R6: return which share of the rooms' edges lies beside unseen cells, and of how many rooms most does.
+    """R6: return the share of the rooms' edges beside unseen cells, and the number of rooms with most of theirs there.
 
-    The map's own cells (rows, cols) are ``cell_m`` wide. An occupied cell near an edge says that it was seen. Beyond
-    the picture's border, nothing was.
+    The map's own cells (rows, cols) are ``cell_m`` wide. An edge near an occupied cell was seen. Beyond the picture's
+    border, nothing was seen.
     """
     count = int(parts.rooms.max(initial=0)) + 1
     is_room = np.ones(count, np.uint8)

@@ -1,18 +1,18 @@
 """Tell clutter in the free space of a map from pieces of its walls, and noise from rooms; ``rooms`` divides the rest.
 
-R1  What stands alone in free space, shorter than ``ALONE_M``, is clutter: the space goes on under it. Free cells that
-    less than ``SCRAP_M2`` of others join are noise.
-R2  A piece of wall between two doors stands alone, too. It is ``PIECE_M`` long or longer, ``THICKEST_PIECE_M`` thick at
-    most, and at least ``SLENDER`` times as long as thick. In its line there is wall: over ``REACH_M`` beyond its ends,
-    ``HARDLY`` of either side and ``STANDS`` of both together is wall, or another such piece.
-R4  A wall that hangs on another one stands alone where the robot did not see it whole. The line of a slender piece,
-    ``RUN_M`` long or longer, is followed over what stands alone and is ``THICKEST_PIECE_M`` thick at most, and over
-    gaps of less than ``NARROWEST_GAP_M``, since a wider one may be a way (``gaps``). If it comes to a wall, and is
-    ``PIECE_M`` long or longer, it is wall, with its gaps.
-R5  What was seen to stand in a room, farther than ``HAND_M`` from its edge, is a thing in it: its cells, what of
-    them is nearer, the places between its parts up to ``BESIDE_M`` wide, and what nobody saw because it surrounds it.
-R3  Of what stands alone, dashes of a wall, with what stands against them, are ``PIECE_M`` thick at most. Tables
-    and racks in a row are thicker.
+R1  A piece that stands alone in free space, shorter than ``ALONE_M``, is clutter: the space goes on under it. A patch
+    of free cells smaller than ``SCRAP_M2`` is noise.
+R2  A piece of wall between two doors stands alone too. It is at least ``PIECE_M`` long, at most ``THICKEST_PIECE_M``
+    thick, and at least ``SLENDER`` times as long as thick. Over ``REACH_M`` beyond its ends, its line is wall, or
+    another such piece, for ``HARDLY`` of either side and ``STANDS`` of both together.
+R4  A wall that hangs on another wall stands alone where the robot did not see it whole. The line of a slender piece, at
+    least ``RUN_M`` long, is followed over pieces that stand alone and are at most ``THICKEST_PIECE_M`` thick, and over
+    gaps of less than ``NARROWEST_GAP_M``, since a wider gap may be a way (``gaps``). A line that comes to a wall and is
+    at least ``PIECE_M`` long is wall, with its gaps.
+R5  An object seen in a room, farther than ``HAND_M`` from the room's edge, is a thing. It consists of its cells, also
+    those nearer to the edge, the places between its parts up to ``BESIDE_M`` wide, and unseen cells that it surrounds.
+R3  Pieces that stand alone are dashes of a wall if they, with what stands against them, are at most ``PIECE_M`` thick.
+    Tables and racks in a row are thicker.
 """
 
 from __future__ import annotations
@@ -90,7 +90,7 @@ def _thickened(cells: Bools, cell_m: float) -> Bools:
 
 
 def _followed(ends: Floats, dashes: Bools, walls: Bools, cell_m: float) -> Floats | None:
-    """R4: return the ends (2, 2) of the line that a piece with ``ends`` (2, 2) is on, None if it comes to no wall."""
+    """R4: return the ends (2, 2) of the line that continues a piece with ``ends`` (2, 2); None if it meets no wall."""
     along = ends[1] - ends[0]
     along = along / max(float(np.hypot(*along)), 1e-9)
     reach, bridge = max(round(HAND_M / cell_m), 1), round(NARROWEST_GAP_M / cell_m)
@@ -136,8 +136,8 @@ def drop_scraps(clear: Bools, cell_m: float) -> Bools:
 
 
 def things_in_rooms(rooms: Bools, free: Bools, occupied: Bools, cell_m: float) -> Bools:
-    """R5: return the cells (rows, cols) of things that stand in rooms, given the cells inside of these."""
-    # R5: what is nearer to the edge of a room is the wall, which a plan draws straight
+    """R5: return the cells (rows, cols) of things that stand in rooms; ``rooms`` has the cells inside rooms."""
+    # R5: occupied cells nearer to the edge of a room belong to the wall, which a plan draws straight
     deep = cv2.erode(rooms.view(np.uint8), _square(HAND_M, cell_m), borderValue=0)
     near = cv2.dilate(deep & occupied.view(np.uint8), _square(HAND_M, cell_m))
     seen = near & (rooms & occupied).view(np.uint8)

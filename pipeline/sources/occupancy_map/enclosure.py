@@ -8,12 +8,12 @@ R1  A cell is enclosed if at least ``MOST`` of the lines from it over free cells
     directions all around. A line ends at a wall if an occupied cell is ``PARTITION_M`` or nearer to its end, or if it
     ends less than ``THICKEST_M`` before other space, both of which are wider than that: in the inside of a wall.
     Lines that end at the picture's border count neither way: people crop maps.
-R2  What is not enclosed is a fan, where it is ``FOOT_M`` wide and ``SCRAP_M2`` large or larger. Smaller pieces are
-    corners, and places at gaps.
-R3  A fan ends at nothing. What leads from one enclosed space to another is no fan, if both are as large as it is or
-    larger, and ``SPACE_M2`` or more.
-R4  A room that is a fan for more than half of it is outside, with what is enclosed behind it. Another one ends where
-    its fans begin. If less than ``SMALL`` of all rooms would be left, walls enclose nothing in this map: all stays.
+R2  A piece of free space that is not enclosed is a fan if it is at least ``FOOT_M`` wide and ``SCRAP_M2`` large.
+    Smaller pieces are corners, and places at gaps.
+R3  A fan has enclosed space on one side only. A piece that leads from one enclosed space to another is not a fan, if
+    both are at least as large as the piece and ``SPACE_M2``.
+R4  A room of which more than half is a fan is outside, and so are enclosed spaces behind it. Any other room ends where
+    its fans begin. If less than ``SMALL`` of all rooms would be left, the walls of this map enclose nothing: all stays.
 R5  A map of which less than ``FEW`` of the edge of free space is occupied does not show its walls: it has no fans.
 R6  A room is a fan, too, if most of its edge is at no wall, unless it is the largest.
 """
@@ -42,7 +42,7 @@ ENCLOSURE_CELLS: Final = 1_000_000
 _SQUARE: Final = np.ones((3, 3), np.uint8)
 _CLEAR, _UNSEEN, _WALL, _BEYOND = 0, 1, 2, 3
 _VOTES: Final = np.array([0, 0, 1, 100], np.uint8)
-"""What a line counts by what it ends at: lines that end at a wall, and a hundred times those that end at the border."""
+"""The count of a line by where it ends: 1 at a wall, 100 at the border, so that one sum holds both numbers."""
 
 
 def find_fans(clear: Bools, occupied: Bools, cell_m: float) -> Bools:
@@ -95,7 +95,7 @@ def without_fans(
 
 
 def open_shares(label: Labels, occupied: Bools, cell_m: float) -> npt.NDArray[np.float64]:
-    """Return which share of the edge of each room (n,) is at no wall; where rooms meet is no edge."""
+    """Return the share of the edge of each room (n,) away from walls; borders between rooms do not count as edge."""
     around = cv2.dilate(label.astype(np.float32), _SQUARE).astype(np.int64)
     around[label > 0] = 0
     near = _wall_cells(label > 0, occupied, cell_m)
@@ -156,21 +156,21 @@ def _votes(kinds: npt.NDArray[Any]) -> npt.NDArray[np.uint8]:
     return np.asarray(_VOTES[np.take_along_axis(kinds, last, axis=1)])
 
 
-# Tell rooms from spaces that no way leads to: closed blocks, and what a robot saw through a window or a pane of glass.
+# Tell rooms from unreached spaces: closed blocks, and spaces that a robot saw through a window or a pane of glass.
 #
-# U1  The rooms that ways join are one group. The largest group by area was reached, and all that is as large as
-#     ``SMALL`` of it or larger.
-# U2  What else no way leads to is no room where all of it is less than ``FEW`` of all rooms: what a robot drove through
-#     hangs together, and such a space is the inside of a wall or of a piece of furniture, or was seen through a pane.
-#     Where more is closed, a person drew the map without its doors. Then only those are no rooms of which ``SMALL`` of
-#     the edge or more is at no wall.
-# U3  A block that stands free in one room is no room: a pillar, a counter, or a box. All that is closed in it is.
+# U1  Rooms joined by ways form a group. The largest group by area was reached, and so was each group of at least
+#     ``SMALL`` of its area.
+# U2  Unreached spaces are not rooms if together they are less than ``FEW`` of all rooms: the rooms that a robot drove
+#     through hang together, so such a space is the inside of a wall or of furniture, or was seen through a pane. If
+#     more is unreached, a person drew the map without its doors; then only spaces with ``SMALL`` of their edge or more
+#     away from walls are not rooms.
+# U3  A block that stands free in one room (a pillar, a counter, a box) is not a room, with all spaces closed in it.
 
 
 def unreached_rooms(
     label: Labels, ways: Iterable[tuple[int, int]], occupied: Bools, outside: frozenset[int], cell_m: float
 ) -> frozenset[int]:
-    """Return the rooms of a ``label`` (rows, cols) that are none by U2 and U3; ``ways`` are pairs of rooms."""
+    """Return the numbers in ``label`` (rows, cols) that are not rooms by U2 and U3; ``ways`` are pairs of rooms."""
     area = np.bincount(label.ravel())
     rooms = set((1 + np.flatnonzero(area[1:])).tolist()) - outside
     joined = connected_groups(len(area), (pair for pair in ways if rooms.issuperset(pair)))

@@ -9,10 +9,10 @@ R1  Lines run along the main direction of the map's walls, or across it. A face 
     that a robot saw as dashes is told from clutter by its line.
 R2  A gap is free along the line for ``NARROWEST_GAP_M`` to ``WIDEST_M``, or free but for what is unseen between rays.
 R3  Faces make up ``MOST`` of the line over ``REACH_M`` before the gap and behind it, and ``SOME`` of either.
-R4  On the side of the face, the space goes on along the wall, and on the other side it is wider than the gap. Where the
-    walls of rooms are in line across a corridor, neither is so.
-R5  Of gaps that are in the way of each other, within ``AROUND_M``, the one with more support counts. The two faces
-    of a wall are in the way of each other, too.
+R4  On the side of the face, the space goes on along the wall, and on the other side it is wider than the gap. Neither
+    holds where the walls of rooms are in line across a corridor.
+R5  Of gaps within ``AROUND_M`` of each other, the gap with more support counts. This includes the gaps in the two faces
+    of one wall.
 R6  Where a piece that stands alone is the end of a gap, the wall goes on over it.
 """
 
@@ -200,11 +200,11 @@ def _apart(found: list[_Gap], apart: float) -> list[_Gap]:
 # (``narrow_places``): a wall ends at a doorway, and its end is an edge as long as the wall is thick.
 #
 # R1  A wall's end is an edge of the free cells, ``THINNEST_CELLS`` to ``THICKEST_M`` long, at which the wall turns a
-#     corner on both sides. A pillar, which is hardly longer than it is wide, has none.
+#     corner on both sides. A pillar, which is hardly longer than it is wide, has no ends.
 # R2  A doorway lies between two ends that face each other, ``NARROWEST_DOOR_M`` to ``WIDEST_M`` apart, with free cells
 #     between them.
-# R3  An end that faces no other, but the face of a wall that runs across, at ``WIDEST_SIDE_DOOR_M`` at most, has a
-#     doorway too.
+# R3  An end that faces no other end, but the face of a crossing wall at most ``WIDEST_SIDE_DOOR_M`` away, has a doorway
+#     too.
 # R4  Of doorways that lie over each other, the narrower one counts.
 # ---------------------------------------------------------------------------------------------------------------------
 

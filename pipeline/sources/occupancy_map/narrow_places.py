@@ -4,7 +4,7 @@ The clearance of a free cell is its distance to the nearest cell that is not fre
 peak that the steepest way up leads to. Where two basins meet, the highest cell on their border is the middle of a
 narrow place, and the nearest obstacles on its two sides are its jambs.
 
-R1  Peaks that are hardly higher than the way between them are one: their narrow place is none.
+R1  Peaks that are hardly higher than the way between them count as one; there is no narrow place between them.
 R2  A narrow place is described by what tells doors from gaps beside furniture: its width, the space on its two sides,
     the walls in which its jambs end, how wide it is a step before and behind it, and how far each jamb stands out. Both
     jambs of a doorway stand out into the way, on both sides. Where a corridor bends, one jamb is its straight wall, and
