@@ -1,9 +1,8 @@
 """Subtract furniture that stands on the floor from the rooms, if the build asks for it, and return it as obstacles.
 
-R1  An object is an obstacle if it begins below ``STEP_OVER_M``: a lamp that hangs is none.
-R2  Of a room that furniture divides, the parts that a way leads to stay: those in the piece of the floor that holds
-    most of it, and of these the largest.
-R3  Furniture that nobody named is what the evidence took for it, and what is thin and low and bounds no room; its
+R1  An object is an obstacle if it begins below ``STEP_OVER_M``. A hanging lamp is not an obstacle.
+R2  If furniture divides a room, its largest part in the main piece of the floor stays.
+R3  Furniture without a name is what the evidence took for furniture, and what is thin and low and bounds no room. Its
     height is that of what stands there.
 """
 

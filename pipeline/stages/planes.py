@@ -2,10 +2,10 @@
 
 R1  Where doors have sills (SUNCG), P_d is the section at h_d, all that stands in a robot's way, and P_g the section at
     h_g, as in the paper.
-R2  Elsewhere P_d is what the evidence says is wall, the doorways taken out of it, and P_g is put together: P_d, and
-    the doorways and lintels that close its gaps.
-R3  What stands below head height only (a railing, a parapet) may close floor that nothing else does. Which of these
-    bound a room is decided region by region (stage ``layout``), so they travel apart from P_d.
+R2  Elsewhere P_d is the walls of the evidence without the doorways. P_g is P_d with the doorways and lintels that close
+    its gaps.
+R3  What stands below head height only (a railing, a parapet) may close floor that nothing else closes. Stage ``layout``
+    decides which of these bound a room, so they are kept apart from P_d.
 R4  No cut runs through coplanar faces; the heights used are recorded.
 """
 

@@ -1,12 +1,12 @@
 """Measure the grounds against a plan: signs of faults, each 0 (none) to 1, on which its quality and confidences rest.
 
 R1  ``cut_share``: inner doors that are cuts, of all inner doors. ``cut_off_share``: rooms that only cuts lead into.
-R2  ``patch_share``: candidates that nobody passes, of all: guesses that mend walls with holes. ``given_edge``: 1 where
-    the house is open, so that its edge was taken from its floor or from the ends of its walls, or (``EDGE`` among the
-    guesses) from the border of a map. Where the source draws a room that lies open, its edge is no guess.
+R2  ``patch_share``: candidates that are not ways, of all: guesses that mend walls with holes. ``given_edge``: 1 if the
+    house is open, so that its edge was taken from its floor or from the ends of its walls, or (``EDGE`` among the
+    guesses) from the border of a map. The edge of an open room that the source draws is not a guess.
 R3  ``guesses``: things that the reader had to guess (levels, units, scale, axis), of ``MAX_GUESSES``.
-R4  ``floorless_room``: the largest share of a room without the source's floor under it, and which no room of the
-    source's covers, or 0 if the source has no floor, or no more than scraps of one.
+R4  ``floorless_room``: the largest share of a room with neither the source's floor nor a room of the source under it; 0
+    if the source has no floor, or only scraps of floor.
 R5  ``roomless_floor_share``: floor between the rooms that is neither room nor wall. ``roomless_wall_share``: walls
     that stand beside no room and no stair that leads up to the storey, of all. Either speaks of rooms that were lost.
 R6  ``idle_lintel_share``: lintels as wide as doors that the plan has no use for, of all such.
@@ -18,17 +18,17 @@ R9  ``left_out``: parts, cells and pockets that were left out or filled, of ``GR
 R10 ``unlike_spaces``: how far the rooms are from those that the source draws, or from as many as it counts.
 R11 ``sealed``: 1 if the plan has no door, opening or entrance at all, and the source names no room. Such boxes are
     facades, plinths and voids more often than rooms.
-R12 Floor and walls beside no room say nothing where a person has said what is no room.
+R12 Floor and walls beside no room do not count where a person has said what is not a room.
 R13 ``tall``: how far the source reaches above a storey (``STOREY_M``): a roof, a tower, a hall or two storeys in one,
-    of which the plan may be a wrong section. A scan is never tall: it has points anywhere.
+    of which the plan may be a wrong section. A scan is never tall: it has points at any height.
 R14 ``rail_share``: railings and low walls beside the rooms, of all walls: terraces, galleries and counters are often
     taken for rooms, or for what divides them.
 R15 ``small``: how far all rooms together are from the size of a home: a closet, a niche, a part of a house.
-R16 A house of which the source marks each door (``Level.sills``) has a storey for certain: no R13 to R15, R17, R19.
-R17 ``open_border``: 1 if a map's border or unseen space, and no wall, ends most of it (``EDGE`` among the guesses), or
+R16 R13 to R15, R17 and R19 are left out if the source marks each door (``Level.sills``): that is a storey for certain.
+R17 ``open_border``: 1 if a map's border or unseen space, not wall, bounds most of it (``EDGE`` among the guesses), or
     if only guesses close more than ``OPEN_EDGE`` of the edges of all rooms together, and no room has a name: a house on
-    posts or with two walls, and many a stage. A scan is not seen whole.
-R18 ``doubtful_space``: how doubtful the most doubtful room is to be one of the house (``stages.room_doubt``).
+    posts or with two walls, or a stage. The ends of a scan do not count: it is not seen whole.
+R18 ``doubtful_space``: the doubt that the most doubtful room is a room of the house (``stages.room_doubt``).
 R19 ``bare``: 1 if a sealed plan (R11) has nothing that shows its use: the source names neither walls, furniture nor
     doors, and nothing stands in the rooms. Bodies of vehicles, blocks and arenas are such boxes, and few rooms are.
 R20 What the reader of a robot's map measured on its cells (``Level.signs``, ``sources/occupancy_map/signs.py``).
@@ -81,7 +81,8 @@ LEFT_OUT: Final = ("erased_parts", "filled_cells", "filled_pockets", "left_out",
 USUAL_WIDTH_M: Final = (0.7, 1.15)
 MUCH_TOO_WIDE_M: Final = 0.35
 STOREY_M: Final = (4.0, 6.0)
-"""What reaches higher than the first is tall; by the second more, wholly so. The same form below, of areas of rooms."""
+"""A ramp: above the first height a source is tall, and wholly so if higher by the second. The same form below for
+m2."""
 SMALL_PLAN_M2: Final = (12.0, 9.0)
 
 
@@ -96,8 +97,8 @@ def measure_quality_grounds(
 ) -> dict[str, float]:
     """Return the grounds by name, each 0 to 1. ``spaces`` are the final ones, from which the plan is made.
 
-    ``far_walls`` are the ``walls_far_from_rooms``, and ``doubts`` those of ``doubt_spaces``, if they are known already:
-    those of several buildings are the same.
+    ``far_walls`` (``walls_far_from_rooms``) and ``doubts`` (``doubt_spaces``) are computed if not given; the buildings
+    of one level share them.
     """
     doubts = doubt_spaces(level, evidence, layout) if doubts is None else doubts
     rooms, inner = unite(spaces.rooms), [p for p in spaces.passages if not p.leads_outside]
@@ -129,14 +130,14 @@ def measure_quality_grounds(
 
 
 def doubt_most_doubtful_room(layout: Layout, doubts: Floats, spaces: Spaces) -> float:
-    """Return how doubtful the most doubtful room is, by the ``doubts`` (n,) of the layout's spaces (R18)."""
+    """Return the largest doubt of a room, from the ``doubts`` (n,) of the layout's spaces (R18)."""
     return float(of_rooms(layout, doubts, spaces.rooms).max(initial=0.0))
 
 
 def _as_a_storey(
     level: Level, evidence: Evidence, layout: Layout, spaces: Spaces, rooms: BaseGeometry
 ) -> dict[str, float]:
-    """Return what says that this is no storey, or not the whole of one (R13 to R17, R19)."""
+    """Return the grounds against this being a whole storey (R13 to R17, R19)."""
     return {
         "tall": 0.0 if evidence.scanned else _tall(level),
         "rail_share": _rails(evidence.rails, rooms, layout.ground),

@@ -3,8 +3,8 @@
 R1  Spurs of millimetres go, and stair-steps become straight edges, axis-parallel where the house is, oblique where it
     is (``geometry.straighten``).
 R2  Passages are fitted anew between the straightened faces.
-R3  Rooms that meet without a wall go on meeting: what opens between them goes to the first.
-R4  Rooms that are all as the source draws them, and straight, stay to the last digit.
+R3  Rooms that meet without a wall still meet: a gap that opens between them goes to the first room.
+R4  If all rooms are as the source draws them, and straight, they stay exactly as they are.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Doubt whether the rooms of a layout are rooms of the house, by what is known of terraces, courts, voids and shafts.
+"""Estimate how doubtful it is that a layout's rooms are rooms of the house, not terraces, courts, voids or shafts.
 
 A space is what walls and closing candidates enclose. ``stages.habitable`` decides by rules which of them are rooms.
 The model ``space`` of ``weights.toml`` looks at the same things, each as a feature of 0 to 1, and gives the probability
@@ -76,8 +76,8 @@ Features = dict[str, Floats]
 def doubt_spaces(level: Level, evidence: Evidence, layout: Layout) -> Floats:
     """Return for each of the ``spaces`` of a layout (n,) how doubtful it is that it is a room of the house, 0 to 1.
 
-    That is how far its probability lies below that of a space of which nothing is special, in two digits. Those of
-    drawings, and of sources that mark each door, are not doubted: a person has drawn them as rooms.
+    The doubt is how far the space's probability lies below that of a space without special features, in two digits. It
+    is 0 in drawings, and in sources that mark each door: a person has drawn the spaces as rooms.
     """
     if not is_doubted(level, layout):
         return np.zeros(len(layout.spaces))
@@ -87,9 +87,9 @@ def doubt_spaces(level: Level, evidence: Evidence, layout: Layout) -> Floats:
 def unlikely_rooms(level: Level, evidence: Evidence, layout: Layout, doubts: Floats) -> BaseGeometry:
     """Return the area of the spaces that are likely no rooms if nothing shows a way into them either.
 
-    These are the spaces with some doubt, of tiny ones those with more than hardly any, but for those for which the
-    source has a room, or furniture on a floor of their own. Whoever draws a plan with its doors, and no rooms, draws
-    all doors that he wants: closed cells (``closed_cells``) are none there.
+    These are the spaces with a doubt above ``SOME`` (tiny ones: above ``HARDLY``), without those that a room of the
+    source covers and those with a floor and furniture. In a drawing with doors and without rooms, they are the closed
+    cells (``closed_cells``): somebody drew all doors that the plan should have.
     """
     if isinstance(level.walls, Prisms) and not level.sills and any(each.has_door for each in level.openings):
         return EMPTY if _draws_rooms(level) else _without_ways(evidence, layout)
@@ -106,9 +106,9 @@ def unlikely_rooms(level: Level, evidence: Evidence, layout: Layout, doubts: Flo
 def closed_cells(level: Level, evidence: Evidence, layout: Layout) -> BaseGeometry:
     """Return the area of the spaces that are no rooms if the storey shows no door, as nothing leads into them.
 
-    Whoever draws ways as gaps draws all that he wants. So a space without a way, a window and furniture is a block of
-    walls where others have ways between them, unless such spaces take ``SOME`` of the storey. Where the source
-    names its walls or its rooms, or the evidence is a scan, this says nothing.
+    A drawing with ways as gaps has all its ways. So where other spaces have ways between them, a space without a way, a
+    window or furniture is a block of walls, unless such spaces take ``SOME`` of the storey. The area is empty if the
+    source names its walls or its rooms, or if the evidence is a scan.
     """
     is_named = level.only_walls or _draws_rooms(level)
     if is_named or evidence.scanned or not is_doubted(level, layout):
@@ -138,12 +138,12 @@ def _without_ways(evidence: Evidence, layout: Layout) -> BaseGeometry:
 
 
 def is_doubted(level: Level, layout: Layout) -> bool:
-    """Return whether the spaces of a level are looked at."""
+    """Return whether the spaces of a level are doubted at all."""
     return not (level.sills or isinstance(level.walls, Prisms) or not layout.spaces)
 
 
 def of_rooms(layout: Layout, of_spaces: Floats, rooms: Sequence[Polygon]) -> Floats:
-    """Return for each room of a plan (m,) what its space has, of whose ``of_spaces`` (n,) it is one or a part."""
+    """Return for each room of a plan (m,) the value in ``of_spaces`` (n,) of the space that holds it."""
     if not of_spaces.any() or not rooms:
         return np.zeros(len(rooms))
     places = [room.representative_point() for room in rooms]
@@ -245,7 +245,7 @@ def _ways(spaces: list[Polygon], area: Floats, layout: Layout) -> Features:
 
 
 def _of_others(shares: Floats, area: Floats) -> Floats:
-    """Return for each space (n,) the share of the others' area, of each of which a share counts."""
+    """Return for each space (n,) the mean of the other spaces' shares, weighted by area."""
     rest = np.maximum(area.sum() - area, MM_M)
     return np.asarray(((shares * area).sum() - shares * area) / rest)
 
@@ -298,7 +298,7 @@ def _places(space: Polygon, looks: int = 8) -> Floats:
 
 
 def _looked_away_from(spaces: list[Polygon], evidence: Evidence, level: Level) -> Floats:
-    """Return how far the faces at each space's edge look away from it, where elsewhere they look into spaces (F6)."""
+    """Return the share of faces at each space's edge that look away, times the share of others' that look in (F6)."""
     height = evidence.heights.get("breast")
     if isinstance(level.walls, Prisms) or not isinstance(height, float) or len(spaces) < 2:
         return np.zeros(len(spaces))
@@ -314,12 +314,12 @@ def _widths(spaces: list[Polygon]) -> Floats:
 
 
 def _outside_of(lines: Shapes, what: BaseGeometry) -> Shapes:
-    """Return the parts of lines (n,) that do not run along something."""
+    """Return the parts of lines (n,) that do not run along the area ``what``."""
     return lines if what.is_empty else np.asarray(shapely.difference(lines, _band(what)))
 
 
 def _band(what: BaseGeometry) -> BaseGeometry:
-    """Return where the edge of a space lies that runs along something."""
+    """Return the band around the area ``what`` in which the edge of a space counts as running along it."""
     return EMPTY if what.is_empty else shapely.buffer(what, CRACK_M, quad_segs=2)
 
 

@@ -1,8 +1,8 @@
 """Give rooms the labels and words of the source's rooms, and divide a space in which the source draws several rooms.
 
-R1  Where the source has the rooms' own polygons (IfcSpace), a space that holds several of them is divided: each point
-    goes to the polygon that holds it, what none holds to the nearest. No wall stands there, so no door does either,
-    unless the source names one between two such parts: in a wall that ends in the space.
+R1  A space that holds several of the source's room polygons (IfcSpace) is divided: each point goes to the polygon that
+    holds it, or to the nearest. No wall stands between the parts, so there is no door, unless the source names a door
+    between two parts, in a wall that ends in the space.
 R2  A source room with a polygon names the room that it overlaps most.
 R3  A source room with a box only (SUNCG: the box of the room and its objects) names the room that fits it best, each
     room at most once in the first round; those left over then name the room they lie in, so one room may carry several.
@@ -75,9 +75,9 @@ def _with_name(room: NamedRoom, source: SourceRoom) -> NamedRoom:
 
 
 def _divide_by_source(room: Polygon, drawn: Sequence[Polygon], shared: Floats) -> list[Polygon]:
-    """Return a space as its source divides it, or the space itself if the source does not (R1).
+    """Return the parts of a space by the source's rooms, or the space itself if the source does not divide it (R1).
 
-    ``shared`` (n,) are the areas that the space shares with the rooms (n,) that are drawn.
+    ``shared`` (n,) are the areas, m2, that the space shares with the ``drawn`` rooms (n,).
     """
     inside = [p for p, area in zip(drawn, shared.tolist(), strict=True) if area > max(PATCH_M2, SOME * p.area)]
     if len(inside) < 2:

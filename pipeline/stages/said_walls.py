@@ -1,11 +1,12 @@
-"""Make a plan of a storey that the search has rejected, of what a person says of it: its walls, and its rooms.
+"""Make a plan of a storey that the search has rejected, from the walls and rooms that a person gives.
 
-R1  Nobody said anything, or the search finds rooms: nothing of this is done.
-R2  Walls that a person says are walls of the storey, and it is searched again. An end of a wall goes on to another one,
-    or to what stands, if that is a hand's breadth away.
-R3  If that gives no plan either, the rooms are those that a person says: the areas between corners (``room_outline``),
-    and the places that walls close all round (``room``). All other words are applied to the plan of these.
-R4  If there are none, the first rejection stands, and says what would help.
+R1  This applies only if a person gave a correction of the storey, and the search found no rooms.
+R2  The walls that a person gives are added to the storey, and it is searched again. An end of such a wall is continued
+    to another wall, or to what stands, within a hand's breadth.
+R3  If that gives no plan either, the rooms are those that a person gives: the areas between corners
+    (``room_outline``), and the places that walls close all round (``room``). All other corrections are applied to the
+    plan of these.
+R4  If a person gives no rooms, the first rejection stands, and says what would help.
 """
 
 from __future__ import annotations
@@ -37,7 +38,7 @@ from pipeline.values import Layout, Level, Spaces
 FOUNDING: Final = ("wall", "room", "room_outline")
 """The words that can make a plan of a storey that the search has rejected."""
 _POINTS_M: Final = 0.02
-"""Points of a wall in a point cloud are so far apart: closer than those of scanners."""
+"""The spacing of the points of an added wall in a point cloud: less than a scanner's."""
 
 
 def may_be_founded(level: Level) -> bool:

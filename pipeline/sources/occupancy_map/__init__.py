@@ -13,8 +13,7 @@ R6  Where a room ends at unseen space or at the picture's border, its edge is a 
     edges is guessed, and how many rooms end there for the most part. If most of all edges is guessed, only the ends of
     rays bound the rooms: they are open ground, as in R8.
 R7  If the file says that all cells that are not free are wall (``RobotMap.walls_only``), nothing is furniture or noise:
-    only the steps of the cells are straightened. The quality is rated as for a drawing; other maps have their own
-    (R10).
+    only the steps of the cells are straightened. The quality is rated as for a drawing, else by R10.
 R11 A wall that hangs in a room, or stands free in it, stays (``seen_walls``): it is a slit or a hole of the room.
 R12 A gap in a straight side of a room, beyond which nothing was seen, is an entrance (``seen_walls``).
 R13 What was seen to stand in a room is furniture (``clutter``, R5); only ``--furniture`` puts it into the plan.
