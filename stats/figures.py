@@ -62,7 +62,7 @@ def draw_shares(counts: Mapping[str, int], other: Mapping[str, int] | None = Non
     tall = 0.8 / len(groups)
     with svg_axes((width, 0.5 + 0.225 * len(words) * (1 if len(groups) == 1 else 1.4))) as (axes, out):
         for i, (group, colour) in enumerate(zip(groups, (ONE, OTHER), strict=False)):
-            total = max(sum(group.values()), 1)  # one of two may have none
+            total = max(sum(group.values()), 1)  # one of two groups may be empty
             values = np.array([group.get(word, 0) for word in words]) * (100 / total if len(groups) > 1 else 1)
             bars = axes.barh(places + (i - (len(groups) - 1) / 2) * tall, values, tall * 0.92, color=colour)
             text = [f"{v:,.0f}" if len(groups) == 1 else f"{v:.1f}%" for v in values]
@@ -99,7 +99,7 @@ def draw_reach(reach: Mapping[str, Reach], other: Mapping[str, Reach] | None, *,
 
 
 def draw_reachable_places(plan: FloorPlan, radius_m: float) -> str:
-    """Draw a plan with the places where a robot can stand, and those of them that it cannot reach.
+    """Draw a plan with the places where a robot can stand, and mark the places that it cannot reach.
 
     x points right and y up; the page sets the width.
     """

@@ -130,23 +130,23 @@ def summarise_records(data_set: Dataset, measured: Iterable[Record], *, geometry
 _PLAIN = f"statistics {VERSION}"
 
 
-# Open the readable plans of a data set of which some are broken, and list the broken ones with their faults.
+# Open the readable plans of a partly broken data set, and list the broken plans with their faults.
 
 
 @contextmanager
 def open_readable(path: Path) -> Iterator[tuple[Dataset, tuple[BrokenPlan, ...]]]:
-    """Open the readable plans of a data set, and list the broken ones.
+    """Open the readable plans of a data set, and list the broken plans.
 
     1. A plan is broken if it cannot be decoded, encloses no area, or has the id of an earlier plan.
     2. The other plans are copied, with the lists of ids, to a file of JSON lines in the folder for temporary files.
 
     The data set exists until the context ends. It is needed for plans that were damaged after the build, since the
-    index of a build still lists them; ``open_dataset`` leaves out all others.
+    index of a build still lists them; ``open_dataset`` leaves out all other broken plans.
 
     Raises
     ------
     DatasetError
-        The data set is damaged at no place that is known, or none of its plans can be read.
+        The data set is damaged and the place is unknown, or none of its plans can be read.
     """
     with tempfile.TemporaryDirectory(prefix="houseexpo-") as folder:
         copy = Path(folder) / f"{path.name}.jsonl"

@@ -16,7 +16,7 @@ CITED: Final = "floorplan_eval (github.com/birsakm/floorplan_eval, results/summa
 
 
 class PublicSet(NamedTuple):
-    """A data set: what one plan of it is, how many there are, and their shares.
+    """A public data set: its name, the kind of its plans (``one``), their number, mean room count, and audit results.
 
     ``area``, ``width`` and ``aspect`` are means over the plans of the share of rooms that break the rule, None if the
     data set has no known scale. ``any`` is the share of plans that break a rule.
@@ -104,7 +104,7 @@ RPLAN and MSD have no interior doors; Tell2Design is not among these figures.
 
 
 def public_row(name: str, found: AuditSummary) -> PublicSet:
-    """Return an audited data set as a row beside the public ones."""
+    """Return an audited data set as a row for the table of public data sets."""
     means = {rule: tally.moments()[0] for rule, tally in found.shares.items()}
     pieces = found.pieces.moments()[0]
     return PublicSet(name, "", found.plans, found.mean_rooms, pieces=pieces, any=found.any_share, **means)

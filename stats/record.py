@@ -74,7 +74,7 @@ def measure_and_audit(plan: FloorPlan) -> Record:
 
 
 def find_rooms_and_measure(plan: FloorPlan) -> Record:
-    """Measure and audit a plan after finding its rooms and doors if it has none; labels remain those of its boxes."""
+    """Measure and audit a plan; find rooms and doors of a plan without them, but keep the labels of its boxes."""
     if plan.rooms:
         return measure_and_audit(plan)
     from houseexpo.inference import with_rooms

@@ -1,4 +1,4 @@
-"""Measure a data set for its report, beside another, public ones, or a list of unusable plans; give plain values."""
+"""Measure a data set for its report, compare it with other data sets or a list of bad plans; return plain values."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class Report:
 
     @property
     def distances(self) -> list[Distance]:
-        """Distances between the two data sets, none if there is only one."""
+        """The distances between the two data sets; empty without a second data set."""
         return [] if self.other is None else measure_distances(self.one.whole, self.other.whole)
 
     def values(self) -> dict[str, Any]:
@@ -47,7 +47,7 @@ class Report:
 
 
 def audited_data_sets(report: Report) -> list[PublicSet]:
-    """Return the audited data sets of a report as rows beside the public ones."""
+    """Return the audited data sets of a report as rows for the table of public data sets."""
     sets = (report.one, report.other)
     return [public_row(each.name, each.whole.audit) for each in sets if each is not None and each.whole.audit.plans]
 

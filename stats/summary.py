@@ -111,7 +111,7 @@ class PlanSummary:
 
     @property
     def room_measure(self) -> Measure:
-        """The count of rooms that a report begins with: that of the source if no plan has rooms of its own."""
+        """The measure of rooms in a report's first lines: the source's count if no plan records rooms."""
         return BY_KEY["rooms" if self.tallies["rooms"].count else "source_rooms"]
 
     def add(self, plan: FloorPlan) -> None:

@@ -70,7 +70,7 @@ def draw_plan(
 def svg(
     plan: PlanData, pixels_per_metre: float | None = None, *, size: int = 800, style: StyleName = "architect"
 ) -> str:
-    """Draw a plan as an SVG document and return its text; the parameters are those of ``draw_plan``.
+    """Draw a plan as an SVG document and return its text; parameters and errors are those of ``draw_plan``.
 
     On dark pages, the style "architect" is shown with light lines on dark.
     """
@@ -159,6 +159,11 @@ def contact_sheet(images: Sequence[Image], columns: int, captions: Sequence[str]
     Returns
     -------
     The sheet, (rows, cols, 3) uint8, RGB.
+
+    Raises
+    ------
+    ConfigError
+        There are no pictures, or ``columns`` is less than 1.
     """
     if not images or columns < 1:
         raise ConfigError(f"contact sheet: expected images and columns, found {len(images)} images, {columns} columns")

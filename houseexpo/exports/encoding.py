@@ -1,6 +1,6 @@
 """Write numbers, JSON and pictures as text or bytes for exports, and replace characters that XML cannot hold.
 
-``Files`` is what the function of a format returns: the content of each file, by its name.
+``Files`` is the result of a format's function: the content of each file, by its name.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ _NO_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 
 
 def valid_xml_text(text: str) -> str:
-    """Return a text without what no XML and no UTF-8 can hold: control characters and halves of surrogate pairs."""
+    """Return a text without characters that XML or UTF-8 cannot hold: controls and halves of surrogate pairs."""
     return _NO_XML.sub("\ufffd", text)
 
 

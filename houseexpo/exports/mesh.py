@@ -71,8 +71,8 @@ def obj(plan: FloorPlan, **options: Unpack[BodyOptions]) -> Files:
 def glb_building(plans: Sequence[FloorPlan], name: str, **options: Unpack[BodyOptions]) -> Files:
     """Write ``<name>.glb``: a node for each storey, named by the id of its plan, at its place and elevation.
 
-    The storeys are stacked by ``stack_storeys``; their walls end under the next floor. In a storey's node are the nodes
-    of ``glb``, and ``roof``: what no storey above covers. The top storey has no roof.
+    The storeys are stacked by ``stack_storeys``; their walls end under the next floor. A storey's node has the nodes of
+    ``glb`` and ``roof``, the part that no storey above covers. The top storey has no roof.
     """
     bodies = storey_bodies(plans, name, options)
     import trimesh

@@ -47,9 +47,9 @@ def mjcf(plan: FloorPlan, **options: Unpack[BodyOptions]) -> Files:
 def mjcf_building(plans: Sequence[FloorPlan], name: str, **options: Unpack[BodyOptions]) -> Files:
     """Write ``<name>.xml``: a static body for each storey, named by the id of its plan, at its place and elevation.
 
-    In it are the geoms and sites of ``mjcf``, whose names end in ``_storey_<number>``. Over the lowest storey,
-    ``ceiling_<i>`` is the floor's part under walls; ``roof_<i>`` is what no storey above covers. The top storey has no
-    roof. The storeys are stacked by ``stack_storeys``; their walls end under the next floor.
+    A body has the geoms and sites of ``mjcf``, whose names end in ``_storey_<number>``. Over the lowest storey,
+    ``ceiling_<i>`` is the floor's part under walls; ``roof_<i>`` is the part that no storey above covers. The top
+    storey has no roof. The storeys are stacked by ``stack_storeys``; their walls end under the next floor.
     """
     bodies = storey_bodies(plans, name, options)
     bounds = shapely.total_bounds([each.storey.pose.shape(each.slab) for each in bodies]).tolist()

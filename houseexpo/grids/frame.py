@@ -50,6 +50,11 @@ class GridFrame:
         (rows, cols).
     y_up
         Whether row 0 lies at the highest y.
+
+    Raises
+    ------
+    ConfigError
+        ``pixels_per_metre`` is not a positive number, or the grid has more than ``MAX_CELLS`` cells.
     """
 
     origin_m: tuple[float, float]
@@ -67,9 +72,10 @@ class GridFrame:
     def around(
         cls, bounds: Sequence[float], pixels_per_metre: float, *, margin_px: int = 1, y_up: bool = False
     ) -> GridFrame:
-        """Return the smallest grid that covers (x_min, y_min, x_max, y_max) and ``margin_px`` cells on each side.
+        """Return the smallest grid that covers (x_min, y_min, x_max, y_max), metres, and ``margin_px`` cells all round.
 
-        The grid starts at the lowest corner of the bounds, so that a shifted plan has the same raster.
+        The margin starts at the lowest corner of the bounds, so that a shifted plan has the same raster. The errors are
+        those of the constructor.
         """
         _check_scale(pixels_per_metre)  # before the division
         x1, y1, x2, y2 = (check_number(value, "bounds") for value in bounds)
@@ -158,7 +164,7 @@ def _check_scale(pixels_per_metre: float) -> None:
 
 
 def source_points_from_plan(frame: Frame, points: npt.ArrayLike) -> FloatArray:
-    """Convert points (..., 2) of a plan to its source's plan axes, in metres: (X, Y) if z is up, (X, Z) if y is."""
+    """Convert points (..., 2) of a plan to its source's plan axes, in metres: (X, Y) if z is up, (X, Z) if y is up."""
     matrix = np.asarray(frame.matrix)
     moved: FloatArray = np.asarray(points, dtype=np.float64) @ matrix[:, :2].T + matrix[:, 2]
     return moved

@@ -56,6 +56,11 @@ def free_mask(
     mask : (rows, cols) bool, True for free cells
     frame : the position of the grid
 
+    Raises
+    ------
+    ConfigError
+        ``pixels_per_metre`` is not a positive number, or a new grid would have too many cells.
+
     Examples
     --------
     >>> plan = PlanData("square", [(0, 0), (0, 2), (2, 2), (2, 0)], 1, {})

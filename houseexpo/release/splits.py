@@ -26,7 +26,7 @@ _FIRST: Final = tuple(SHARES)
 
 @dataclass(frozen=True)
 class ReleaseSplits:
-    """The sorted ids of each part; ``group_of`` maps each id to the first one of those that must stay with it."""
+    """The sorted ids of each part; ``group_of`` maps each id to the first id of its group, which must stay together."""
 
     lists: Mapping[str, tuple[str, ...]]
     group_of: Mapping[str, str]

@@ -126,7 +126,7 @@ def _sentence(now: OpenedDataset, described: Mapping[str, str]) -> str:
 
 
 def _read_description(path: Path) -> dict[str, str]:
-    """Return what a data set's files say about it; those of a release take precedence over the build's manifest."""
+    """Return the description in a data set's files; a release's files take precedence over the build's manifest."""
     if not path.is_dir():
         return {}
     manifest, croissant = _json(path / "manifest.json"), _json(path / "croissant.json")

@@ -67,7 +67,7 @@ COLUMNS: Final = {
 
 
 def find_team_track(name: str) -> TeamTrack:
-    """Return a track by its name or id; raise ConfigError if there is none."""
+    """Return a track by its name or id; raise ConfigError if it does not exist."""
     for track in TRACKS:
         if name in {track.name, track.id}:
             return track
@@ -112,7 +112,7 @@ def run_team(
 
 
 def run_episode(pools: TeamPools, policy: TeamPolicy) -> Team:
-    """Let a policy act until the episode of the one team ends, see ``TeamTrack``; return the team."""
+    """Let a policy act until the team's episode ends, see ``TeamTrack``; return the team."""
     team, config, still = pools.team(0), pools.spec.config, np.zeros(2)
     table = np.array([action_motions(config)[action] for action in ACTIONS]) * (1.0, config.pixels_per_metre)
     while team.steps < config.max_steps and team.coverage < SEEN_ENOUGH:

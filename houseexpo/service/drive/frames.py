@@ -36,7 +36,7 @@ _CODES[[FREE, OBSTACLE]] = 1 << 14, 2 << 14
 
 
 class RobotReport(NamedTuple):
-    """The state of the robot; ``pose_px`` is that of its odometry, ``bumps`` are counted by ``robots.Bumps``."""
+    """The state of the robot; ``pose_px`` is the pose by odometry, ``bumps`` are counted by ``robots.Bumps``."""
 
     number: int
     flags: int
@@ -65,7 +65,7 @@ class SentMap:
         self._sent = np.zeros(shape, np.uint8)
 
     def update(self, known: Grid) -> MapDelta:
-        """Return the changes since the last call, a rectangle without cells if there are none."""
+        """Return the changes since the last call: a rectangle of cells, empty without changes."""
         changed = known != self._sent
         rows = np.flatnonzero(changed.any(axis=1))
         if not len(rows):

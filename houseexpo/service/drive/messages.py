@@ -53,7 +53,7 @@ class StartDrive(
 
     @property
     def config(self) -> SimulatorConfig:
-        """The simulation: a step takes one frame for a person, and is that of the benchmark for an explorer."""
+        """The simulation: for a person, a step takes one frame; for an explorer, steps are those of the benchmark."""
         common = SimulatorConfig(
             laser=LaserConfig(range_m=self.range_m, fov_deg=self.fov_deg),
             noise=_NOISE[self.noise],
