@@ -217,7 +217,7 @@ class LeftOutParts:
         self._why[why] = None
 
     def each(self, parts: Any, what: str, make: Callable[[Any], Part | None]) -> Iterator[Part]:
-        """Yield what is made of each part of a list; one that makes none of it is left out, and None is passed over."""
+        """Yield what is made of each part of a list; parts that cannot be made, and None, are left out."""
         if not isinstance(parts, list):
             if parts is not None:
                 self.add(f"{what}: expected a list, found {type(parts).__name__}")

@@ -10,7 +10,7 @@ R1  A level is the middles of the voxels between its floor and its ceiling, with
 
 **Voxels**: a cloud is kept as the voxels that it fills, put together while its file is read.
 
-V1  Points that are not finite are passed over; a cloud of nothing else is none.
+V1  Points that are not finite are passed over; a cloud without finite points is rejected.
 V2  A cloud longer than LONGEST_CLOUD_M, or with more than MAX_VOXELS, is no flat. But a sensor sees through windows and
     in mirrors: the few points that lie farther are passed over, and so are those beyond all others (``_near``).
 V3  Up is z, unless the fullest level layer along y is clearly fuller: floors and ceilings are the largest faces.

@@ -153,7 +153,7 @@ def reader_for_json(data: bytes) -> str | None:
 
 
 def _is_json(path: Path) -> bool:
-    """Whether a file holds JSON at all; one that does not may be a damaged house, of which a reader has to say so."""
+    """Return whether a file holds JSON. If not, it may be a damaged house, which a reader has to report."""
     try:
         msgspec.json.decode(without_mark(read_first_document(path)))
     except (msgspec.DecodeError, UnicodeDecodeError, RecursionError):
@@ -185,7 +185,7 @@ def is_list(data: bytes) -> bool:
 
 
 def objects_in_list(data: bytes) -> Iterator[tuple[int, int]]:
-    """Yield start and length of each object of a JSON list, up to what is none; the last may break off."""
+    """Yield start and length of each object of a JSON list, up to the first other value; the last may break off."""
     text = data.decode("latin-1")  # a character a byte
     end = text.index("[") + 1
     while True:
@@ -256,7 +256,7 @@ _EXPORTS = {
 
 
 def how_to_export(suffixes: Iterable[str]) -> str:
-    """Say how files with these endings can be built all the same, or nothing if none of them is such a file's."""
+    """Say how files with these endings can be converted and built; nothing if no ending is known."""
     said = {suffix.lower() for suffix in suffixes}
     if packed := sorted(_PACKED & said):
         return f"; unpack {', '.join(packed)}" + how_to_export(said - _PACKED)

@@ -6,7 +6,7 @@ Frame: y is up and right-handed in the file, so that x = X and y = -Z show the h
 
 R1  Walls are what lies between and around the floors (``around``), and the surfaces called walls that stand on these.
     Where no floor was found, what the surfaces enclose is one; where they enclose nothing, they are the walls.
-R2  A door is a door, an opening one without a door; what two rooms have of one is one. It goes through all wall there.
+R2  A door is a door, and an opening has no door. What two rooms share is one. Both go through all wall there.
 R3  A floor is a room. Sections name it; where a floor holds several, they name the rooms that walls make of it.
 R4  What stands STOREYS_APART_M over the walls' lowest feet is a level of its own.
 R5  Where no surface was seen along a floor's edge, farther than BESIDE_M from all others, the room is open there.

@@ -26,7 +26,7 @@ SUNCG_GRID_M: Final = 1e-5  # the same for the slabs of SUNCG, which are exact
 UPRIGHT_M2: Final = 1e-8  # a triangle with a smaller area stands upright
 LEFTOVER_M2: Final = 1e-6  # a smaller area is a leftover of a Boolean operation on polygons
 LOOP_M2: Final = 1e-4  # a smaller face between the lines of a drawing is a gap between their ends
-TURN_RAD: Final = 1e-3  # a smaller turn is none: a wall is no arc, and two walls are in line
+TURN_RAD: Final = 1e-3  # a smaller turn counts as 0: a wall is not an arc, and two walls are in line
 CRACK_M: Final = 0.02  # drawn floors that are closer touch, and so do a hole and the wall beside it
 # coordinates beyond this lose tenths of a millimetre in single precision: the level is moved to the origin
 FAR_FROM_ORIGIN_M: Final = 500.0

@@ -193,7 +193,7 @@ def _storey(storey: Any, metres: float) -> Storey:
 
 
 def _triangulate(model: Any, elements: Iterable[Any]) -> Iterator[tuple[int, Mesh]]:
-    """Yield (step id, triangles); one that has no body, or whose body cannot be made, is left out by the iterator."""
+    """Yield (step id, triangles); the iterator leaves out elements without a body, or whose body cannot be made."""
     import ifcopenshell.geom
 
     sound = SoundnessChecker()

@@ -1,7 +1,7 @@
 """Divide the mesh of a house (metres, z up) into levels: find its floors, and cut the mesh above each.
 
 R1  A floor is a level surface with room to stand on and 1.8 m of wall around and clear height above it
-    (``find_floors``): slabs, ceilings, table tops, sills and wall tops have area too and are none.
+    (``find_floors``): slabs, ceilings, table tops, sills and wall tops have area too and are not floors.
     A floor less than 2.15 m over another one of the same place, and smaller than half of it, is a landing, a row of
     shelves or of door heads. Two floors that lie side by side under one ceiling, and closer in height than a cut
     through the walls lies over a floor, are one level: a hall of which a part is raised. The larger

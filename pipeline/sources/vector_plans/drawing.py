@@ -116,7 +116,7 @@ class Feature:
 class DrawnStorey:
     """A storey of a drawing, metres: ``height_m`` is that of its floor.
 
-    ``all_named``: the drawing names each passage, so that a gap without a name is none.
+    ``all_named``: the drawing names each passage, so that a gap without a name is not a passage.
     ``unnamed_gaps``: a wide gap is a passage, although the drawing names doors.
     ``about`` is for the plan's provenance, ``signs`` are those of the level.
     """
@@ -154,7 +154,7 @@ class Drawing:
 
 
 def points_from(said: Any, least: int = 2, columns: int = 0, unit_m: float = 1.0) -> Floats:
-    """Return points (n, 2 or 3), metres, of what a file gives; ValueError if they are none, or beyond any building.
+    """Return points (n, 2 or 3), metres, of a file; ValueError if they are not finite points, or beyond any building.
 
     ``columns`` is how many numbers a point has; 0 takes two or three.
     """

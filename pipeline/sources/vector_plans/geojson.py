@@ -59,7 +59,7 @@ _FAULTS = (
     IndexError,
     shapely.errors.ShapelyError,
 )
-"""What a geometry that is none leads to."""
+"""The errors that an invalid geometry raises."""
 
 
 class _Collection(msgspec.Struct):
@@ -157,7 +157,7 @@ def _shapes_of(features: list[Any]) -> list[Any]:
     polygons = [k for k, each in enumerate(geometries) if isinstance(each, dict) and each.get("type") == "Polygon"]
     try:
         made = dict(zip(polygons, _polygons([geometries[k]["coordinates"] for k in polygons]), strict=True))
-    except _FAULTS:  # one of them is none, or has heights
+    except _FAULTS:  # one of them is not a valid geometry, or has heights
         made = {}
     return [made[k] if k in made else shape_of(feature) for k, feature in enumerate(features)]
 
@@ -185,12 +185,12 @@ def shape_of(feature: Mapping[str, Any]) -> Any:
 
 
 def read_collection(path: Path) -> _Collection:
-    """Return the collection of a file; raise Rejection if it is too large or is none."""
+    """Return the collection of a file; raise Rejection if it is too large or not a collection."""
     return decode_collection(read_bytes(path, "expected a plan"), path.name)
 
 
 def decode_collection(data: bytes, name: str) -> _Collection:
-    """Return the collection in the bytes of a file; raise Rejection if it is none."""
+    """Return the collection in the bytes of a file; raise Rejection if it is not a collection."""
     return decode_document(_DECODER, data, name, _ADVICE)
 
 

@@ -67,7 +67,7 @@ def read_drawing(path: Path) -> Drawing:
     Raises
     ------
     Rejection
-        UNREADABLE where the file is no XML or a number is none, NO_LEVEL where no cell has a floor.
+        UNREADABLE where the file is not XML or a number is invalid, NO_LEVEL where no cell has a floor.
     """
     data = path.read_bytes()
     left_out = LeftOutParts()

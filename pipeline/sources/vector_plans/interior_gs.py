@@ -5,7 +5,7 @@ the plan, and a ``room_type``; ``walls`` a ``location``, a line of the plan, wit
 ``holes`` a ``profile``, an upright polygon in space, with ``thickness`` and a ``type``, WINDOW or DOOR; ``ins`` a
 ``label``, and the ``position`` and ``size`` of a box along the axes.
 
-R1  A hole of type DOOR is a door through the wall, as wide as its profile. A window is none.
+R1  A hole of type DOOR is a door through the wall, as wide as its profile. A window is not a door.
 R2  A room is a "virtual partition", as the README says: it names the space in it, and walls bound it.
 R3  An instance is furniture, unless it fills a hole, hangs above a person, or covers more than LARGEST_THING_M2.
 """

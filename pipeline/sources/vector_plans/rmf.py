@@ -43,7 +43,7 @@ LARGEST_BUILDING_BYTES = 1 << 26
 MOST_FIDUCIALS = 100
 """So many give the ratio of two scales as well as all of them do."""
 LARGEST_NUMBER = 1e12
-"""A number beyond is none that a drawing has."""
+"""A drawing has no number beyond this."""
 _ADVICE = "save it again with traffic_editor"
 _LIFT = "Lift"
 
@@ -85,7 +85,7 @@ def read_drawing(path: Path, *, unit_m: float | None = None) -> Drawing:
 
 
 _NO_FLOOR = 0.1
-"""A place of which floors cover a smaller share has none."""
+"""A place of which floors cover a smaller share has no floor."""
 
 
 class _Sheet:

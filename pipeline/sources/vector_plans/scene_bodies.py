@@ -4,7 +4,7 @@ R1  The names of a body decide, its own first: wall, lintel, column; floor, room
     window, ceiling. A body without such a name is furniture, and so is the door of a cupboard.
 R2  A wall is the plan area of its body between its heights: what begins over a person's knee is a lintel.
 R3  A floor with the name of a room, or a number, is a room; one that is only called floor is floor.
-R4  A door is the passage of its body; it goes through the wall there. A window is none.
+R4  A door is the passage of its body; it goes through the wall there. A window is not a passage.
 R5  Floors more than STOREYS_APART_M apart are storeys.
 R7  Two floors with one name that meet where no wall stands, as the rectangles of an L do, are one room.
 R8  Floors that are told apart by numbers alone, of which two meet where no wall stands, are pieces of one floor, and no
@@ -130,7 +130,7 @@ def _covered_area(triangles: npt.NDArray[np.float64]) -> Polygon | MultiPolygon 
 
 
 def _quadrilateral(triangles: npt.NDArray[np.float64]) -> Polygon | None:
-    """Return the convex quadrilateral that triangles (m, 3, 2) of its corners cover, or None if they are none.
+    """Return the convex quadrilateral that triangles (m, 3, 2) of its corners cover, or None if they do not cover one.
 
     Two triangles cover it that lack opposite corners.
     """

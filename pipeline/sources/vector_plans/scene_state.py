@@ -6,7 +6,7 @@ Format: ``{"format": "sceneState", "scene": {"arch": {...}}}``, or the ``arch`` 
 (``points``: the two ends, ``height``, ``depth``, ``holes`` with a ``type`` and a ``box`` along the wall and up), floors
 (``points``: a polygon, ``roomId``) and ceilings; ``regions`` may name the rooms. ``up`` and ``scaleToMeters`` hold.
 
-R1  A hole called door or opening is a passage; only a door has a leaf. Windows are none.
+R1  A hole called door or opening is a passage; only a door has a leaf. Windows are not passages.
 R2  A floor is a room of its ``roomId``; its name is the region's ``type`` or ``label``.
 R3  Floors more than STOREYS_APART_M apart are storeys; a wall belongs to the storey whose floor is nearest its foot.
     Objects are not read: their models lie elsewhere.

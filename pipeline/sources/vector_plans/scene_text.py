@@ -7,7 +7,7 @@ width, height; Bbox: class, x, y, z, angle_z, sx, sy, sz) and facebookresearch/s
 height, thickness; make_door, make_window: wall0_id, position_x .. z, width, height; make_bbox). Metres, z up.
 
 R1  A wall without a thickness is LINE_WALL_M thick about its line.
-R2  A door stands in its wall, its middle at its position. A window is none.
+R2  A door stands in its wall, its middle at its position. A window is not a way.
 R3  What names a wall that is not there, or has a number that cannot be read, is left out, with a note.
 R4  No room has a name: rooms are what the walls enclose.
 R5  Whole numbers are the bins of SpatialLM's answer before it is read: 1,280 of 32 m for places, of 25.6 m for widths

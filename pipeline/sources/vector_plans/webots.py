@@ -58,7 +58,7 @@ DEFAULT_FRAME_M: Final = 2.0
 """Height of a door's frame that is not said."""
 STRUCTURE: Final = frozenset({"Wall", "Door", "Window"})
 HIDDEN: Final = "hidden"
-"""Stands before a field in which Webots saved the state of a node inside a PROTO; its name is none that is read."""
+"""Stands before a field in which Webots saved the state of a node inside a PROTO; its name is never read."""
 SIDES: Final = 16
 """Sides of a cylinder."""
 _TOKEN: Final = re.compile(r'"((?:[^"\\]|\\.)*)"|#[^\n]*|([{}\[\]])|([^\s,{}\[\]"#]+)')
