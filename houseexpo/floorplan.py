@@ -8,6 +8,7 @@ fast. An import contract in ``pyproject.toml`` keeps the layers apart.
 
 from __future__ import annotations
 
+import math
 import os
 from dataclasses import dataclass
 from functools import cached_property, partial
@@ -511,6 +512,11 @@ class FloorPlan(PlanData):
         -------
         The path: its corners ``points`` (n, 2) and its ``length``, metres.
 
+        Raises
+        ------
+        ConfigError
+            The radius is negative or not finite.
+
         Examples
         --------
         >>> plan = FloorPlan("corner", [(0, 0), (6, 0), (6, 6), (3, 6), (3, 3), (0, 3)], 1, {})
@@ -522,6 +528,8 @@ class FloorPlan(PlanData):
         from houseexpo.analysis.graph import shortest_path
         from houseexpo.analysis.navigability import disc_centre_areas
 
+        if not 0 <= radius < math.inf:
+            raise ConfigError(f"radius: expected 0 or more metres, found {radius!r}")
         areas = shapely.MultiPolygon(disc_centre_areas(self.free_space, radius)) if radius else self.free_space
         return shortest_path(areas, start, goal)
 

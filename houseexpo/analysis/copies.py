@@ -41,7 +41,7 @@ from houseexpo.analysis.similarity import (
     find_similar_pairs,
     space_with_furniture,
 )
-from houseexpo.errors import PlanError
+from houseexpo.errors import ConfigError, PlanError
 from houseexpo.grids.raster import Mask, all_rings
 from houseexpo.plan.model import PlanData
 from houseexpo.plan.room_labels import UNLABELLED
@@ -131,7 +131,13 @@ def find_duplicates(
     ------
     PlanError
         Two plans have the same id.
+    ConfigError
+        The threshold is not between 0 and 1, or there is no thread.
     """
+    if not 0 <= threshold <= 1:
+        raise ConfigError(f"threshold: expected a share of 0 to 1, found {threshold!r}")
+    if threads < 1:
+        raise ConfigError(f"threads: expected 1 or more, found {threads!r}")
     ids, load = _ids_and_load(shapes)
     order = sorted(range(len(ids)), key=ids.__getitem__)
     names = [ids[i] for i in order]

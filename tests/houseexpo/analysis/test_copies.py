@@ -15,6 +15,7 @@ from shapely import Polygon, box
 from houseexpo.analysis.copies import OPENING_M, SAME_WALL_M, copy_symmetry, find_duplicates, walls_and_parts
 from houseexpo.analysis.kernels.walls import all_near, distances
 from houseexpo.analysis.similarity import SYMMETRIES
+from houseexpo.errors import ConfigError
 from houseexpo.floorplan import FloorPlan
 from houseexpo.plan.parts import Door, PlanObject, Room
 
@@ -149,3 +150,16 @@ def test_being_a_copy_does_not_depend_on_place_or_direction(symmetry: str, x: fl
         flat("b", wall_x=4.0 + 2 * SAME_WALL_M, parts=False),
     ):
         assert copy_symmetry(walls_and_parts(other), moved) is None
+
+
+@pytest.mark.parametrize("wrong", [{"threshold": -1.0}, {"threshold": float("nan")}, {"threads": 0}])
+def test_a_threshold_that_is_no_share_and_no_threads_are_refused(wrong: dict[str, float]) -> None:
+    (name,) = wrong
+    with pytest.raises(ConfigError, match=f"{name}: expected"):
+        find_duplicates([flat("a"), flat("b")], **wrong)
+
+
+@pytest.mark.parametrize("radius", [-1.0, float("nan"), float("inf")])
+def test_a_path_of_a_robot_without_a_size_is_refused(radius: float) -> None:
+    with pytest.raises(ConfigError, match="radius: expected 0 or more metres"):
+        flat("a").shortest_path((1, 1), (2, 2), radius)
