@@ -44,6 +44,8 @@ from houseexpo.service.review.toml_edit import edit_table
 _SIZES = ("units", "scale", "distance", "storey_height")
 _INSTEAD = {key: tuple(other for other in _SIZES if other != key) for key in _SIZES}
 """Each of these keys states the size of the model; setting one removes the others."""
+_MOVING = {*_SIZES, "up"}
+"""Each of these keys moves the file's walls to other coordinates in metres."""
 
 
 class NothingHereError(ConfigError):
@@ -177,6 +179,21 @@ class DecisionStore:
         with self._thread:
             self._catch_up()
             return {key: line.source for line in self.log.active if line.plan == plan for key in line.new_keys}
+
+    def said_before_size(self, plan: str, file: str) -> tuple[int, set[str]]:
+        """Return the last line about the size or the axis of a plan's file, and what was said of the plan before it.
+
+        The number of the line is 0 if there is none; the statements are named by ``author_key``. Their points are in
+        metres of the file as it was read at that time.
+        """
+        with self._thread:
+            self._catch_up()
+            active = list(self.log.active)
+            sizes = (line.number for line in active if line.plan == file and not _MOVING.isdisjoint(line.changes))
+            last = max(sizes, default=0)
+            later = {key for line in active if line.plan == plan and line.number > last for key in line.new_keys}
+            earlier = {key for line in active if line.plan == plan and line.number < last for key in line.new_keys}
+            return last, earlier - later
 
     def replace(
         self, plan: str, word: Word, old: Any, new: Any, *, reviewer: str, seen: int = 0, source: str = ""

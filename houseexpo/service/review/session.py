@@ -194,17 +194,21 @@ def _is_of_another(one: FloorPlan, other: FloorPlan) -> bool:
     return bool(_hash_of(one) and _hash_of(other)) and _hash_of(one) != _hash_of(other)
 
 
-def changed_question(plan: FloorPlan, count: int) -> dict[str, Any]:
-    """Return the question whether the corrections of a file are valid for the file that has replaced it."""
+def changed_question(plan: FloorPlan, count: int, size: int = 0) -> dict[str, Any]:
+    """Return the question whether earlier corrections are valid for the file as it is now.
+
+    ``size`` is the number of the log line that stated another size or axis, 0 if the file itself was replaced.
+    """
     (x1, y1, x2, y2), what = plan.bbox, "1 correction was" if count == 1 else f"{count} corrections were"
-    says = f"The file has changed since {what} made here; they are shown as dotted ghosts. Do they still hold?"
+    why = "The size or the axis of the file was said" if size else "The file has changed"
+    says = f"{why} since {what} made here; they are shown as dotted ghosts. Do they still hold?"
     answers = Answer("They hold"), Answer("Take them out", "take_out")
     at = round((x1 + x2) / 2, 3), round((y1 + y2) / 2, 3)
-    return dict(msgspec.to_builtins(Question(_changed_key(_hash_of(plan)), at, says, answers, 1.0)))
+    return dict(msgspec.to_builtins(Question(_changed_key(_hash_of(plan), size), at, says, answers, 1.0)))
 
 
-def _changed_key(source: str) -> str:
-    return f"changed at {source[:8]}"
+def _changed_key(source: str, size: int) -> str:
+    return f"changed at {source[:8]}{f', line {size}' if size else ''}"
 
 
 def _check_inside(points: Sequence[Point], plan: Ground) -> None:
@@ -273,7 +277,7 @@ def _nothing(name: str, source: SourceView | None) -> dict[str, Any]:
     return {
         "plan": name, "title": "Rejected", "quality": None, "doubtful": False, "grounds": [], "unsure": [], "area": 0.0,
         "rooms": 0, "doors": 0, "drawable": source is not None, "shape": shape if bounds else None, "effects": [],
-        "questions": [], "storeys": [], "place": 0,
+        "questions": [],
     }  # fmt: skip
 
 
@@ -398,19 +402,25 @@ class Review:
         """Return the state of the page for a plan, or for the end of the queue (None), and the review's progress."""
         judged = self.decisions.by_plan()
         queue = self.queue
-        common = {"progress": queue.progress(judged), "build": self.building.status(), "rejections": self.rejected}
+        common: dict[str, Any] = {
+            "progress": queue.progress(judged),
+            "build": self.building.status(),
+            "rejections": self.rejected,
+        }
         if name is None:
             return {"plan": None, "summary": summarise_review(queue.dataset.ids, judged), **common}
         table, source, is_plan = self.decisions.table(name), self.source(name), name in queue.dataset
         common["source"] = self._source_facts(name, source, is_plan=is_plan)
         common |= {**decision_history(name, self.decisions, judged.get(name)), "table": table}
-        shown = source if is_plan else source or self._sources.latest(name)
+        common |= {"storeys": queue.storeys(name) if is_plan else [], "place": queue.places.get(name, -1) + 1}
+        shown = source or (None if is_plan and self._sources.is_found(name) else self._sources.latest(name))
         plan = self.base(name, shown)
         if plan is None:
-            return {**_nothing(name, shown), "rejected": self.rejected.get(name, ""), **common}
+            rejected = self.rejected.get(name) or (shown.why_no_plan if shown else "")
+            return {**_nothing(name, shown), "rejected": rejected, **common}
         told, left = self.told(plan, table, shown), self.decisions.left(name)
         effects = said_corrections(plan, told)
-        ghosts = self._mark_ghosts(name, plan, effects, left)
+        ghosts, size = self._mark_ghosts(name, plan, effects, left)
         closed = [tuple(each["points"][0]) for each in effects if each["word"] in _DENIED]
         asked = msgspec.to_builtins(with_effect(told.plan, questions(told.plan, left, source, closed)))
         return {
@@ -418,36 +428,49 @@ class Review:
             "plan": name,  # the source's plan may have another id, that of its input alone
             "rejected": "" if is_plan else self.rejected.get(name, ""),
             "effects": effects,
-            "place": queue.places.get(name, -1) + 1,
-            "questions": [changed_question(plan, ghosts), *asked] if ghosts else asked,
-            "storeys": queue.storeys(name) if is_plan else [],
+            "questions": [changed_question(plan, ghosts, size), *asked] if ghosts else asked,
             **common,
         }
 
     def base(self, name: str, source: SourceView | None) -> FloorPlan | None:
-        """Return the plan to correct: from the data set, or from its source if the file or its statements changed."""
+        """Return the plan to correct: from the data set, or from its source if the file or its statements changed.
+
+        The result is None if the source gives no plan with the statements about the file.
+        """
         now = None if source is None else source.plan
         if name in self.rejected:
             return now
         built = self.queue.dataset[name]
-        if now is None or source is None:
+        if source is None or (now is None and not source.why_no_plan):
             return built
-        return now if _is_of_another(now, built) or self.decisions.file_changed(source.record.id) else built
+        is_said = self.decisions.file_changed(source.record.id)
+        return now if is_said or (now is not None and _is_of_another(now, built)) else built
 
-    def _mark_ghosts(self, name: str, plan: FloorPlan, effects: list[dict[str, Any]], left: Set[str]) -> int:
-        """Mark the corrections that were made for another version of the plan's file; return their number."""
-        source = _hash_of(plan)
-        if not source or _changed_key(source) in left:
-            return 0
+    def _mark_ghosts(
+        self, name: str, plan: FloorPlan, effects: list[dict[str, Any]], left: Set[str]
+    ) -> tuple[int, int]:
+        """Mark the corrections that were made for another version of the plan's file, or for another size of it.
+
+        Return their number, and the log line that stated the size (``DecisionStore.said_before_size``).
+        """
+        source, latest = _hash_of(plan), self._sources.latest(name)
+        size, resized = self.decisions.said_before_size(name, name if latest is None else latest.record.id)
+        if _changed_key(source, size) in left:
+            return 0, size
         made = self.decisions.sources(name)
         for each in effects:
-            of = made.get(author_key(each["word"], each["value"]), "")
-            each["ghost"] = bool(of) and of != source
-        return sum(each["ghost"] for each in effects)
+            key = author_key(each["word"], each["value"])
+            each["ghost"] = key in resized or bool(source and made.get(key, "") not in {"", source})
+        return sum(each["ghost"] for each in effects), size
 
-    def _why_changed(self, name: str, source: SourceView | None) -> str:
-        """Return why the page shows the source's plan instead of the data set's plan, "" if it does not."""
-        if source is None or source.plan is None:
+    def _why_changed(self, name: str, source: SourceView | None, *, is_said: bool) -> str:
+        """Return why the page does not show the data set's plan, "" if it does.
+
+        ``is_said`` tells whether anything is said of the file.
+        """
+        if source is not None and source.plan is None and is_said and self.base(name, source) is None:
+            return f"With what is said of the file there is no plan now: {source.record.rejected or source.why_no_plan}"
+        if source is None or source.plan is None or name in self.rejected:
             return ""
         if _is_of_another(source.plan, self.queue.dataset[name]):
             return "The file has changed since the plan was built; this is the plan of the file as it is now"
@@ -466,12 +489,13 @@ class Review:
         return {
             "known": source is not None,
             "why": why,
-            "changed": self._why_changed(name, source) if is_plan else "",
+            "changed": self._why_changed(name, source, is_said=bool(said)),
             "file": file,
             "said": said,
             "takes": [*takes, *(["distance"] if "units" in takes and latest and latest.record.unit_m else [])],
             "names": () if latest is None else latest.record.names,
-            "rejected": "" if source is None or source.plan is not None else source.level.rejected,
+            "unit_m": None if latest is None else latest.record.unit_m,
+            "rejected": "" if source is None or source.plan is not None else source.why_no_plan,
         }
 
     def undo(self, reviewer: str, plan: str = "") -> dict[str, Any]:

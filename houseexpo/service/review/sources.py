@@ -4,8 +4,9 @@ R1  The command that built a house makes its record, in a separate process. The 
     page answers from memory. The process stays for a while with the source in memory, and makes the record again
     after further corrections.
 R2  Only a command that this user ran in this place is run, as for a rebuild (``review.rebuild``).
-R3  A record is valid for the statements about the file at that time. For a house without a plan, it is valid only for
-    all statements at that time, since only the search can tell their effect.
+R3  A record is valid for the statements about the file at that time. For a house without a plan, or one that has no
+    plan with what is said of its file, it is valid only for all statements at that time, since only the search can
+    tell their effect.
 R4  One source is read at a time. If reading fails, the page gets the reason and may ask again.
 """
 
@@ -73,6 +74,11 @@ class SourceView:
     def is_founded(self) -> bool:
         """Whether the plan includes the words of its storey."""
         return self.found is not None and self.found.is_founded
+
+    @property
+    def why_no_plan(self) -> str:
+        """The reason why the source gives no plan, "" if it gives one or several."""
+        return "" if self.level.plans else self.level.rejected or self.record.rejected
 
     @cached_property
     def origin(self) -> tuple[float, float]:
@@ -165,7 +171,7 @@ class Sources:
 
     def known(self, name: str, tables: Mapping[str, Any], *, is_plan: bool) -> SourceView | None:
         """Return the source of a plan if it has been read with the current statements, else None."""
-        return self._views.get(_key(name, tables, is_plan=is_plan))
+        return self._views.get(self._key(name, tables, is_plan=is_plan))
 
     def latest(self, name: str) -> SourceView | None:
         """Return the source of a plan as last read, even if statements have changed since, or None."""
@@ -173,7 +179,16 @@ class Sources:
 
     def why_not(self, name: str, tables: Mapping[str, Any], *, is_plan: bool) -> str:
         """Return why reading the source failed, "" if it succeeded or was not tried."""
-        return self._failed.get(_key(name, tables, is_plan=is_plan), "")
+        return self._failed.get(self._key(name, tables, is_plan=is_plan), "")
+
+    def is_found(self, name: str) -> bool:
+        """Return whether the search finds a plan without the words of its storey, as far as is known."""
+        latest = self._latest.get(name)
+        return latest is None or (latest.found is not None and not latest.is_founded)
+
+    def _key(self, name: str, tables: Mapping[str, Any], *, is_plan: bool) -> tuple[str, bytes]:
+        """R3."""
+        return _key(name, tables, is_plan=is_plan and self.is_found(name))
 
     def read(self, name: str, tables: Mapping[str, Any], *, is_plan: bool) -> SourceView:
         """Return the source of a plan; reading it takes seconds unless it is in memory.
@@ -183,8 +198,8 @@ class Sources:
         SourceError
             The source cannot be read.
         """
-        key = _key(name, tables, is_plan=is_plan)
         with self._reading:  # R4
+            key = self._key(name, tables, is_plan=is_plan)
             if (known := self._views.get(key)) is not None:
                 return known
             try:
@@ -195,7 +210,7 @@ class Sources:
             self._failed.pop(key, None)
             self._latest.pop(name, None)
             self._latest = dict([*self._latest.items(), (name, view)][-_KEPT_SOURCES:])
-            return self._views.get_or_make(key, lambda: view)
+            return self._views.get_or_make(self._key(name, tables, is_plan=is_plan), lambda: view)
 
     def _record(self, name: str) -> SourceRecord:
         why = ""
@@ -306,7 +321,8 @@ def _view(record: SourceRecord, name: str) -> SourceView:
             if plan.id in ids:
                 return SourceView(record, level, plan)
     for level in record.levels:
-        if level.id in ids or (len(record.levels) == 1 and record.id in ids):
+        is_all = len(record.levels) == 1 and (record.id in ids or not level.plans)
+        if level.id in ids or is_all:
             return SourceView(record, level, level.plans[0] if len(level.plans) == 1 else None)
     levels = ", ".join(level.id for level in record.levels) or "none"
     why = f": {record.rejected}" if record.rejected else ""

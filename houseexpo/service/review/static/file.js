@@ -3,7 +3,7 @@ const at = (id) => document.getElementById(id);
 const TITLES = {
   distance: ["A known distance", "Metres; then draw the distance from end to end"],
   units: ["The unit", "m, cm, mm, in, ft, or the metres of a unit"],
-  scale: ["The scale", "20 for a model at 1:20"],
+  scale: ["The scale", "N of 1:N, such as 20 for a model at 1:20; it is no factor on what is shown"],
   storey_height: ["The height of a storey", "Metres from floor to floor"],
   up: ["The upward axis", "y or z"],
   floors: ["The floors", "Heights of the floors, metres, such as 0, 2.8"],
@@ -19,7 +19,8 @@ export class FileForm {
     at("file-form").addEventListener("submit", (event) => { event.preventDefault(); this.submit(); });
   }
 
-  show({ known, why, file, said, takes, names }, readOnly) {
+  show({ known, why, file, said, takes, names, unit_m: unit }, readOnly) {
+    this.size = unit ? `. One unit of the file is ${Number(unit.toPrecision(4))} m now` : "";
     at("file-words").textContent = why || (!known ? "The source is being read." : `Of ${file}. The source is read again with it.`);
     at("file-form").hidden = readOnly || !takes.length;
     const key = at("file-key").value;
@@ -43,7 +44,7 @@ export class FileForm {
     const key = at("file-key").value, nodes = key === "drop_nodes";
     at("file-line").hidden = nodes;
     at("file-nodes").hidden = !nodes;
-    at("file-title").textContent = TITLES[key]?.[1] ?? "";
+    at("file-title").textContent = (TITLES[key]?.[1] ?? "") + (["scale", "units"].includes(key) ? this.size : "");
   }
 
   open() {

@@ -18,6 +18,7 @@ const titles = {
 };
 const sheet = new Sheet(at("stage"), at("hint"), { choose: showChosen, move, take: (word, points) => decide(word, { points }), stroke: askOfStroke });
 const file = new FileForm({ draw: drawDistance, say: sayOfFile });
+let held = ""; // the key of the question on the screen
 let wantedKind = ""; // the kind of question that the reviewer has chosen to answer now
 let forAll = -1; // the answer that is about to be given to all questions of a kind: -1 if none is, 3 before one is chosen
 let elsewhere = false; // whether the next undo is of a decision on another plan
@@ -72,6 +73,9 @@ function go(move, plan = now?.plan) {
 
 function show(found) {
   if (found.plan !== now?.plan) elsewhere = false;
+  holdQuestion(found);
+  const { file: of, said } = found.source ?? {}, { file: before, said: earlier } = now?.source ?? {};
+  if (of === before && JSON.stringify(said) !== JSON.stringify(earlier)) sheet.source = null; // the file is read again with what is said of it
   now = found;
   showProgress(found.progress);
   setBuild(found.build);
@@ -106,7 +110,7 @@ function show(found) {
   showSwitches();
   file.show(found.source, readOnly);
   strokes = [];
-  if (found.source.changed) say(`${found.source.changed}. B builds it.`);
+  if (found.source.changed) say(`${found.source.changed}. ${found.source.rejected ? "U takes back what you said last" : "B builds it"}.`, found.source.rejected ? "bad" : "");
   showQuestions();
   at("storeys").hidden = found.storeys.length === 0;
   at("storeys").replaceChildren(...found.storeys.map(({ plan, title }) => {
@@ -176,7 +180,6 @@ function sayOfFile(key, value, points = []) {
   if (!mayWrite()) return undefined;
   const { plan } = now;
   return inTurn(async () => {
-    sheet.source = null; // what is said of the file makes another reading of it
     const found = await ask("file", { plan, key, value, points, reviewer: reviewer() }).catch(async (error) => {
       show(await ask(`state?${new URLSearchParams({ move: "here", plan, reviewer: reviewer() })}`));
       throw error;
@@ -229,10 +232,20 @@ const KINDS = { // of one, and of several
   stroke: ["line", "lines"],
 };
 
-// All that is asked, what is asked now first: lines that were clicked, then the kind that was chosen.
+// All that is asked, what is asked now first: lines that were clicked, then what is on the screen, then the kind that was chosen.
 function questions() {
   const all = [...strokes, ...now?.questions ?? []];
-  return strokes.length ? all : [...all.filter((each) => kindOf(each) === wantedKind), ...all.filter((each) => kindOf(each) !== wantedKind)];
+  const rank = (each) => (each.key === held ? 0 : kindOf(each) === wantedKind ? 1 : 2);
+  return strokes.length ? all : all.sort((a, b) => rank(a) - rank(b));
+}
+
+// The question on the screen stays first until it is answered, also if a source that was read in the meantime asks others.
+function holdQuestion(found) {
+  const asked = found.plan && found.plan === now?.plan && !strokes.length ? questions()[0] : undefined;
+  held = asked?.key ?? "";
+  forAll = -1; // there may be more alike than were marked
+  const isSame = asked && found.seen === now.seen && JSON.stringify(found.shape?.bounds) === JSON.stringify(now.shape?.bounds);
+  if (isSame && found.questions.every(({ key }) => key !== held)) found.questions.unshift(asked);
 }
 
 function alike() {
@@ -257,7 +270,7 @@ function showQuestions() {
   at("kinds").hidden = kinds.length < 2;
   at("kinds").replaceChildren(...kinds.map(([kind, { key }]) => {
     const name = key.split(" at ")[0].split(" ")[0], count = all.filter((each) => kindOf(each) === kind).length;
-    const tab = button(`${count} ${KINDS[name].at(count > 1 ? -1 : 0)}`, () => { wantedKind = kind; strokes = []; forAll = -1; showQuestions(); }, "kind");
+    const tab = button(`${count} ${KINDS[name].at(count > 1 ? -1 : 0)}`, () => { wantedKind = kind; held = ""; strokes = []; forAll = -1; showQuestions(); }, "kind");
     tab.setAttribute("aria-pressed", String(kind === kindOf(first)));
     return tab;
   }));

@@ -55,25 +55,32 @@ export class Sheet {
       this.stage.replaceChildren();
       return;
     }
+    if (this.source) this.#showSource();
     this.#collect();
     if (before && (!plan.source.changed || isLike(before.bounds, plan.shape.bounds))) this.drawing.renew(plan.shape);
     else this.#open(plan.shape);
     this.#underlay();
-    this.#colour(before, plan.shape);
+    this.#colour(plan.shape.rooms.length ? before : null, plan.shape); // without rooms the source is in other coordinates
     this.#paint();
   }
 
   // What lies under the plan: pictures of the source, walls to snap to, places that may be doors; in metres of the plan.
   under(source) {
     this.source = source;
-    const [first] = source.layers;
-    if (first && !source.strokes.length && !source.layers.some(({ name }) => this.on.has(name)) && !this.plan.shape?.rooms.length) this.on.add(first.name); // nothing else is there to see
-    if (!this.plan.shape?.rooms.length) this.on.add(STROKES);
+    this.#showSource();
     if (!this.drawing) return;
     this.#collect();
     this.#underlay();
     this.#widen();
     this.#paint();
+  }
+
+  // Without rooms there is nothing else to see.
+  #showSource() {
+    if (this.plan.shape?.rooms.length) return;
+    const { layers: [first], layers, strokes } = this.source;
+    if (first && !strokes.length && !layers.some(({ name }) => this.on.has(name))) this.on.add(first.name);
+    this.on.add(STROKES);
   }
 
   // The whole view holds the walls of the source too: what the plan left out lies beside it.

@@ -250,6 +250,44 @@ def test_it_asks_first_and_a_key_answers(tmp_path: Path) -> None:
     assert list(overrides(folder)["home_L0"]) == ["door", "no_room"]
 
 
+@pytest.mark.parametrize("stays", [True, False])
+def test_the_question_on_the_screen_stays_when_the_source_arrives(tmp_path: Path, stays: bool) -> None:
+    folder = tmp_path / "houses"
+    folder.mkdir()
+    plan = replace(two_rooms("house"), frame=FRAME)
+    kitchen, bedroom = plan.rooms
+    save_plan(replace(plan, rooms=(kitchen, replace(bedroom, confidence=0.6))), folder / "house.json")
+    told = {"known": False, "why": "", "changed": ""}
+    other = {
+        "key": "space at 9.0, 2.0", "at": [5.0, 2.0], "says": "Is this space a room?", "doubt": 0.9, "area": 9.0,
+        "answers": [{"title": "A room", "action": "room", "points": [[5.0, 2.0]]}, {"title": "No", "action": "leave"}],
+    }  # fmt: skip
+
+    def state(route: Any) -> None:
+        """Answer that a source is being read, and that another question is asked when it has been."""
+        found = route.fetch().json()
+        asked = [other, *(found["questions"] if stays else [])] if told["known"] else found["questions"]
+        route.fulfill(json={**found, "questions": asked, "source": {**found["source"], **told}})
+
+    def source(route: Any) -> None:
+        time.sleep(0.3)
+        told["known"] = True
+        route.fulfill(json={"layers": [], "edges": [], "places": [], "strokes": []})
+
+    with running(service_of(folder, review=True)) as address, visited(address, "/houses") as page:
+        page.route(re.compile("/review/state"), state)
+        page.route(re.compile("/review/source"), source)
+        page.goto(f"{address}/houses/review")
+        shows(page, "house")
+        asks = "words => document.getElementById('question').textContent.includes(words)"
+        page.wait_for_function(asks, arg="Is this bedroom")
+        page.wait_for_function("() => document.querySelectorAll('#kinds button').length === 2")  # the source is there
+        assert "Is this bedroom" in page.inner_text("#question")
+        page.keyboard.press("2")
+        says(page, "no room")
+        assert list(overrides(folder)["house"]) == ["no_room"]
+
+
 def test_shift_marks_what_is_alike_and_once_more_answers_it(tmp_path: Path) -> None:
     folder = tmp_path / "houses"
     folder.mkdir()

@@ -324,3 +324,22 @@ def test_what_was_said_of_another_state_of_the_file_is_a_ghost_until_somebody_an
         found = state(client, plan="doubtful")
         assert not any(each.get("ghost") for each in found["effects"])
         assert not any(each["key"].startswith("changed") for each in found["questions"])
+
+
+def test_what_was_said_before_the_size_of_the_file_is_a_ghost_until_somebody_answers(folder: Path) -> None:
+    said = Review(Collection("houses", folder)).decisions
+    with served(folder) as client:
+        (x1, y1, _, _) = state(client, plan="doubtful")["shape"]["bounds"]
+        decide(client, "doubtful", "label", points=[[x1 + 1.0, y1 + 1.0]], text="Office")
+        said.say_of_file("doubtful", "floors", [0.0], "ann")
+        assert not state(client, plan="doubtful")["effects"][0]["ghost"]
+        said.say_of_file("doubtful", "scale", 2.0, "ann")
+        decide(client, "doubtful", "door", points=[[x1, y1 + 1.0], [x1, y1 + 1.9]])
+        found = state(client, plan="doubtful")
+        assert {each["word"]: each["ghost"] for each in found["effects"]} == {"label": True, "door": False}
+        asked = found["questions"][0]
+        assert "The size or the axis of the file was said since 1 correction was made here" in asked["says"]
+        decide(client, "doubtful", "leave", text=asked["key"])
+        assert not any(each.get("ghost") for each in state(client, plan="doubtful")["effects"])
+        said.say_of_file("doubtful", "scale", 3.0, "ann")
+        assert all(each["ghost"] for each in state(client, plan="doubtful")["effects"])

@@ -154,6 +154,41 @@ def test_what_is_said_of_the_file_makes_another_reading(client: TestClient, fold
         assert what in post(client, "file", 400, plan=name, key="scale", value=value)["error"]
 
 
+@pytest.mark.slow
+def test_a_word_of_the_file_that_leaves_no_plan_is_told_and_the_source_is_shown(client: TestClient) -> None:
+    before = state(client)
+    name = before["plan"]
+    client.get("/houses/review/source", params={"plan": name})
+    x1, y1, x2, y2 = before["shape"]["bounds"]
+    said = {"plan": name, "action": "label", "points": [[x1 + 2.0, y1 + 1.5]], "text": "Office"}
+    post(client, "decide", **said, seen=state(client, plan=name)["seen"])
+    post(client, "file", plan=name, key="scale", value="0.1")
+    assert client.get("/houses/review/source", params={"plan": name}).json()["layers"]
+    lost = state(client, plan=name)
+    assert lost["source"]["known"]
+    assert lost["source"]["changed"].startswith("With what is said of the file there is no plan now: source: ")
+    assert (lost["rooms"], lost["shape"]["rooms"]) == (0, [])
+    a, b, c, d = lost["shape"]["bounds"]
+    assert max(c - a, d - b) < 0.3 * max(x2 - x1, y2 - y1)  # the source as it is read now, with a metre around it
+    found = post(client, "undo", plan=name)
+    assert found["undone"] == name
+    client.get("/houses/review/source", params={"plan": name})
+    found = state(client, plan=name)
+    assert found["source"]["known"]
+    assert [room["label"] for room in found["shape"]["rooms"]].count("Office") == 1
+    assert not found["source"]["rejected"]
+
+
+@pytest.mark.slow
+def test_a_rejected_house_that_a_word_of_the_file_does_not_help_says_so(client: TestClient) -> None:
+    (name,) = state(client)["rejections"]
+    client.get("/houses/review/source", params={"plan": name})
+    assert state(client, plan=name)["source"]["changed"] == ""
+    post(client, "file", plan=name, key="scale", value="1.1")
+    client.get("/houses/review/source", params={"plan": name})
+    assert "there is no plan now: " in state(client, plan=name)["source"]["changed"]
+
+
 def test_a_data_set_of_somebody_else_shows_no_source() -> None:
     def commands() -> list[list[str]]:
         raise ConfigError("built by somebody else")
