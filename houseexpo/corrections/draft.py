@@ -342,13 +342,20 @@ def _largest(shape: shapely.Geometry) -> Polygon:
 
 def _in_one(floor: BaseGeometry) -> Polygon:
     """Return a floor in one piece (R4)."""
-    while len(parts := split_pieces(floor)) > 1:
-        one, rest = (_core(shape) for shape in (parts[0], shapely.union_all(parts[1:])))
-        way = shapely.shortest_line(one, rest)
-        slits = (way.buffer(cells * GRID_M, cap_style="flat") for cells in _SLIT)
-        tries = (shapely.union_all([*parts, slit], grid_size=GRID_M) for slit in slits)
-        floor = next((joined for joined in tries if len(split_pieces(joined)) < len(parts)), parts[0])
-    return parts[0]
+    parts = split_pieces(floor)
+    joined, *rest = map(_core, parts)
+    ways = []
+    while rest:
+        nearest = rest.pop(int(np.argmin(shapely.distance(joined, rest))))
+        ways.append(shapely.shortest_line(joined, nearest))
+        joined = shapely.union(joined, nearest)
+    whole = parts
+    for cells in _SLIT if ways else ():  # all at once: rounding for one slit could close another
+        slits = [way.buffer(cells * GRID_M, cap_style="flat") for way in ways]
+        whole = split_pieces(shapely.union_all([*parts, *slits], grid_size=GRID_M))
+        if len(whole) == 1:
+            break
+    return whole[0]
 
 
 def _core(shape: BaseGeometry) -> BaseGeometry:
@@ -359,7 +366,7 @@ def _core(shape: BaseGeometry) -> BaseGeometry:
 
 _INTO_M: Final = 0.05
 _SLIT: Final = tuple(0.5 * 2**k for k in range(6))
-"""Half widths of a slit, in cells of the grid; a wider slit is tried only if rounding closes a narrower one."""
+"""Half widths of the slits, in cells of the grid; wider slits are tried only if rounding closes a narrower one."""
 
 
 def _share_edge(one: Polygon, other: Polygon) -> bool:

@@ -521,6 +521,29 @@ def test_parts_whose_acute_tips_are_nearest_keep_one_outline(shift: float) -> No
     assert all(shapely.intersection(joined, shape).area > 0.98 * shape.area for shape in shapes)
 
 
+THREE = [
+    [
+        [(7.87, 9.56), (9.7, 11.87), (12.78, 9.44), (10.95, 7.12)],
+        [(5.43, 4.24), (2.43, 6.2), (4.17, 8.86), (7.17, 6.9)],
+        [(4.85, 11.77), (6.08, 12.11), (6.99, 8.86), (5.75, 8.52)],
+    ],
+    [
+        [(8.33, 5.32), (11.79, 6.49), (12.72, 3.74), (9.26, 2.57)],
+        [(8.49, 7.85), (9.57, 11.02), (11.44, 10.38), (10.35, 7.21)],
+        [(3.53, 1.36), (2.05, 1.57), (2.5, 4.81), (3.98, 4.61)],
+    ],
+]
+
+
+@pytest.mark.parametrize("rings", THREE)
+def test_three_slanted_parts_keep_one_outline(rings: list[list[tuple[float, float]]]) -> None:
+    whole = shapely.union_all([Polygon(ring) for ring in rings])
+    joined = _in_one(whole)
+    assert joined.is_valid
+    assert whole.difference(joined).area < 0.05
+    assert joined.area == pytest.approx(whole.area, abs=0.1)
+
+
 @pytest.mark.parametrize("word", ["door", "opening"])
 def test_a_passage_with_free_ends_parts_the_space_as_far_as_its_line_goes(word: str) -> None:
     found = corrected(**{word: [[1.0, 1.5], [1.9, 1.5]]})
