@@ -106,6 +106,8 @@ def place_wall(draft: Draft, placed: Placed) -> Said:
             left = shapely.difference(left, shapely.union_all(slits))
             also.append(f"the floor behind it, less than {SNAP_M:g} m deep, is wall")
         kept = _parts_of(left)
+        if not kept:
+            raise NoEffectError(f"it would take all of {draft.name(room)}; if that is no room, say no_room")
         drawn = shapely.union_all([area, *(wall.shape for wall in draft.walls)])
         closed = shapely.difference(left, shapely.union_all(_gaps_beside(left, drawn)))
         if len(closed_parts := _parts_of(closed)) > len(kept):

@@ -352,6 +352,18 @@ def test_a_wall_a_hand_s_breadth_inside_an_edge_is_that_edge() -> None:
     assert areas(corrected(wall=[[0.5, 0.2], [0.5, 3.0]]).plan)[0] == pytest.approx(1.05)
 
 
+@pytest.mark.parametrize("depth", [0.3, 0.45])
+def test_a_wall_along_a_narrow_room_takes_none_of_it(depth: float) -> None:
+    rooms = (Room(0, "Kitchen", box(0.0, 0.0, 4.0, 3.0)), Room(1, "Storage", box(4.1, 0.0, 4.1 + depth, 3.0)))
+    way = Door(0, "door", ((4.05, 1.0), (4.05, 1.8)), 0.8, box(4.0, 1.0, 4.1, 1.8), (0, 1))
+    ring = shapely.union_all([*(room.polygon for room in rooms), way.polygon]).exterior.coords[:-1]
+    plan = FloorPlan("closet", list(ring), 2, {}, rooms=rooms, doors=(way,))
+    found = corrected(plan, wall=[[4.1 + depth / 2, 0.0], [4.1 + depth / 2, 3.0]])
+    assert found.effects[0].outcome == "none"
+    assert f"it would take all of the storage of {3 * depth:.1f} m2" in found.effects[0].said
+    assert encode(found.plan) == encode(plan)
+
+
 def test_rooms_become_one_with_the_door_between_them() -> None:
     found = corrected(one_room=[[1.0, 1.0], [5.0, 1.0]])
     assert areas(found.plan) == [21.08]
