@@ -2,8 +2,9 @@
 
 R1  A correction changes the rooms and passages that it touches. Everything else stays as it is.
 R2  Words are applied in the order of ``WORDS``, so the order of a table's keys does not matter. A person's word wins
-    over what the build found. If two words contradict each other, the later one does nothing and its message names
-    the other.
+    over what the build found. A word without an effect is tried again after the walls, after the passages and at the
+    end, since a later word may make the room that it needs. If two words contradict each other, the later one does
+    nothing and its message names the other.
 R3  ``door``, ``opening``: in a wall between two rooms, it joins them. In an outer wall, it leads outside. On a floor,
     it parts the room (``openings``) if walls lie at most 1 m beyond its ends. A door wider than ``WIDEST_DOOR_M``
     becomes an opening. A passage that was found in its place is removed. A space behind it that nothing led into
@@ -156,23 +157,27 @@ def _in_plan(plan: PlanData, correction: Correction) -> Vector:
 
 
 def _apply_all(draft: Draft, placed: Sequence[Placed]) -> list[Effect]:
-    """Apply words in turn. Try lines that wait together (R3), and words without an effect again after the others."""
+    """Apply words in turn. After walls, after passages and at the end, try those without an effect again."""
     effects: list[Effect] = []
-    last_wall = max((k for k, each in enumerate(placed) if each.correction.word == "wall"), default=-1)
-    last = max((k for k, each in enumerate(placed) if each.correction.word in _PARTING), default=-1)
+    words = [each.correction.word for each in placed]
+    ends = {max((k for k, word in enumerate(words) if word in kinds), default=-1) for kinds in ({"wall"}, _PARTING)}
     for k, each in enumerate(placed):
-        effects.append(_apply(draft, each, _WORDS[each.correction.word]))
-        if k == last_wall:
-            _close_with_walls(draft, placed, effects)
-        if k == last:
-            _apply_waiting(draft, placed, effects)
+        effects.append(_apply(draft, each, _WORDS[words[k]]))
+        if k in {*ends, len(placed) - 1}:
+            _try_again(draft, placed, effects)
+    return effects
+
+
+def _try_again(draft: Draft, placed: Sequence[Placed], effects: list[Effect]) -> None:
+    """Try words without an effect again until none has one: a later word may make the room that an earlier needs."""
     has_more = True
-    while has_more:  # a later word may make the room that an earlier word needs
-        idle = [k for k, effect in enumerate(effects) if effect.outcome == "none" and not effect.waits]
+    while has_more:
+        idle = [k for k, effect in enumerate(effects) if effect.outcome == "none"]
         for k in idle:
             effects[k] = _apply(draft, placed[k], _WORDS[placed[k].correction.word])
+        _close_with_walls(draft, placed, effects)
+        _apply_waiting(draft, placed, effects)
         has_more = any(effects[k].outcome == "done" for k in idle)
-    return effects
 
 
 _PARTING: Final = frozenset({"door", "opening"})
@@ -188,28 +193,33 @@ def _close_with_walls(draft: Draft, placed: Sequence[Placed], effects: list[Effe
 def _apply_waiting(draft: Draft, placed: Sequence[Placed], effects: list[Effect]) -> None:
     """Part rooms along waiting lines (R3): along several together, else along each one extended straight."""
     waiting = [k for k, effect in enumerate(effects) if effect.waits and effect.correction.word in _PARTING]
-    before = draft.state()
-    together = part_together(draft, [placed[at] for at in waiting])
-    if together and (said := _parted_again(draft)):
+    while True:
+        before = draft.state()
+        together = part_together(draft, [placed[at] for at in waiting])
+        again = _parted_again(draft)
+        refused = {at: said for at in waiting if (said := again.get(str(placed[at].correction)))}
+        if not refused:
+            break
         draft.restore(before)
-        together = {}
-        for number in waiting:
-            effects[number] = Effect(placed[number].correction, "none", str(contradiction(said, "joins them, and")))
+        for at, said in refused.items():
+            effects[at] = Effect(placed[at].correction, "none", str(contradiction(said, "joins them, and")))
+        waiting = [at for at in waiting if at not in refused]
     for number, at in enumerate(waiting):
         if number in together:
             effects[at] = Effect(placed[at].correction, "done", together[number].text)
-        elif effects[at].waits:
+        else:
             onward = _apply(draft, placed[at], part_onward)
             effects[at] = onward if onward.outcome == "done" else effects[at]
 
 
-def _parted_again(draft: Draft) -> str:
-    """Return a correction that merged two rooms although a stated passage parts them there, or "" if there is none."""
-    for seam in draft.joined:
-        for door in draft.inner_doors:
-            if door.said and shapely.intersection(door.shape, seam.shape).area > door.shape.area / 2:
-                return seam.said
-    return ""
+def _parted_again(draft: Draft) -> dict[str, str]:
+    """Return the stated passages that part merged rooms where they were joined, and the correction that joined them."""
+    return {
+        door.said: seam.said
+        for seam in draft.joined
+        for door in draft.inner_doors
+        if door.said and shapely.intersection(door.shape, seam.shape).area > door.shape.area / 2
+    }
 
 
 def _apply(draft: Draft, placed: Placed, word: Callable[[Draft, Placed], Said]) -> Effect:
@@ -217,7 +227,7 @@ def _apply(draft: Draft, placed: Placed, word: Callable[[Draft, Placed], Said]) 
     before = draft.state()
     try:
         done = word(draft, placed)
-        if correction.word in _PARTING and (said := _parted_again(draft)):
+        if correction.word in _PARTING and (said := _parted_again(draft).get(str(correction))):
             raise contradiction(said, "joins them, and")
     except AlreadySoError as stands:
         return Effect(correction, "already", str(stands))

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from itertools import pairwise
 from operator import itemgetter
-from typing import Final
+from typing import Final, NoReturn
 
 import shapely
 from shapely import Polygon
@@ -74,17 +74,7 @@ def place_wall(draft: Draft, placed: Placed) -> Said:
     strip = strip_of(*placed.points, depth_m=SAID_WALL_M)
     crossed = [room for room in draft.rooms if room.shape.intersects(shapely.LineString(strip.ends))]
     if not crossed:
-        far, line = draft.distance_to_rooms(strip.centre), shapely.LineString(strip.ends)
-        stands = shapely.intersection(line, shapely.union_all(draft.standing)).length > line.length / 2
-        if draft.standing and not stands:
-            raise PartsNothingError(f"it lies {far:,.1f} m from the nearest room, and closes no space")
-        if far > WALL_REACH_M:
-            raise NoEffectError(
-                f"it lies {far:,.1f} m from the nearest room; to add the room that it bounds, draw its outline with "
-                "room_outline"
-            )
-        draft.walls.append(Place(strip.polygon(), str(placed.correction)))
-        raise AlreadySoError("no floor is there: it lies in a wall already")
+        _place_outside_rooms(draft, strip, placed)
     strip = squared(strip, crossed[0].shape)
     starts, ends = strip.ends
     edge = shapely.union_all([room.shape.boundary for room in crossed])
@@ -128,6 +118,21 @@ def place_wall(draft: Draft, placed: Placed) -> Said:
     draft.doors = [door for door in draft.doors if all(door is not each for each in shut)]
     also += [f"the {door.kind} of {door.width:.2f} m there is shut" for door in shut]
     return Said(f"a wall of {strip.length:.2f} m stands there", also)
+
+
+def _place_outside_rooms(draft: Draft, strip: Strip, placed: Placed) -> NoReturn:
+    """Place a wall that crosses no room; raise the reason why it changes no room."""
+    far, line = draft.distance_to_rooms(strip.centre), shapely.LineString(strip.ends)
+    stands = shapely.intersection(line, shapely.union_all(draft.standing)).length > line.length / 2
+    if draft.standing and not stands:
+        raise PartsNothingError(f"it lies {far:,.1f} m from the nearest room, and closes no space")
+    if far > WALL_REACH_M:
+        raise NoEffectError(
+            f"it lies {far:,.1f} m from the nearest room; to add the room that it bounds, draw its outline with "
+            "room_outline"
+        )
+    draft.walls.append(Place(strip.polygon(), str(placed.correction)))
+    raise AlreadySoError("no floor is there: it lies in a wall already")
 
 
 def close_spaces(draft: Draft, walls: Sequence[Placed]) -> dict[int, Said]:

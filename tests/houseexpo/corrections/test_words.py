@@ -614,6 +614,67 @@ def test_a_word_acts_in_what_a_later_one_makes() -> None:
     assert "door [[7.25, 1.0], [7.25, 1.9]] parts them" in found.effects[0].said
 
 
+def over_pillars() -> FloorPlan:
+    """Two rooms whose wall has a pillar in its middle, and a hall north of both round a pillar of its own."""
+    west = [(0.0, 0.0), (0.0, 3.0), (4.0, 3.0), (4.0, 1.8), (3.9, 1.8), (3.9, 1.2), (4.0, 1.2), (4.0, 0.0)]
+    east = [(4.1, 0.0), (4.1, 1.2), (4.2, 1.2), (4.2, 1.8), (4.1, 1.8), (4.1, 3.0), (8.0, 3.0), (8.0, 0.0)]
+    pillar = box(3.9, 4.2, 4.2, 4.8)
+    rooms = (Room(0, "Kitchen", west), Room(1, "Office", east), Room(2, "Hall", box(0.0, 3.1, 8.0, 6.0), (pillar,)))
+    ways = ((1.0, 0), (6.0, 1))
+    doors = tuple(
+        Door(k, "door", ((x, 3.05), (x + 0.8, 3.05)), 0.8, box(x, 3.0, x + 0.8, 3.1), (room, 2))
+        for k, (x, room) in enumerate(ways)
+    )
+    whole = shapely.union_all([*(room.polygon for room in rooms), *(door.polygon for door in doors)])
+    holes = tuple(list(ring.coords[:-1]) for ring in whole.interiors)
+    return FloorPlan("pillars", list(whole.exterior.coords[:-1]), 3, {}, holes, rooms=rooms, doors=doors)
+
+
+def test_lines_that_part_merged_rooms_are_refused_and_other_lines_are_not() -> None:
+    seam, hall = (
+        [[[4.05, 0.0], [4.05, 1.2]], [[4.05, 1.8], [4.05, 3.0]]],
+        [
+            [[4.05, 3.1], [4.05, 4.2]],
+            [[4.05, 4.8], [4.05, 6.0]],
+        ],
+    )
+    for lines in ([*seam, *hall], [*hall, *seam], [seam[0], hall[0], seam[1], hall[1]]):
+        found = corrected(over_pillars(), one_room=[[1.0, 1.0], [6.0, 1.0]], opening=lines)
+        for effect in found.effects[1:]:
+            if list(map(list, effect.correction.value)) in hall:
+                assert effect.outcome == "done"
+            else:
+                assert (effect.outcome, effect.waits) == ("none", False)
+                assert "one_room [[1.0, 1.0], [6.0, 1.0]] joins them, and is said too" in effect.said
+        assert len(found.plan.rooms) == 3
+
+
+def behind_a_door(*pillars: tuple[float, float, float, float]) -> Space:
+    """A space of 6 x 6 m east of the bedroom of ``PLAN`` that nothing leads into, with pillars in it."""
+    return Space(Polygon(box(7.3, 0.1, 13.3, 6.1), [box(*each) for each in pillars]), reachable=False)
+
+
+@pytest.mark.parametrize("later", [False, True])
+def test_lines_in_a_space_wait_for_the_door_into_it_whatever_the_order(later: bool) -> None:
+    way = [[7.25, 1.0], [7.25, 1.9]]
+    free = [[[10.3, 2.6], [10.3, 3.4]]]
+    pair = [[[10.3, 0.1], [10.3, 2.5]], [[10.3, 3.5], [10.3, 6.1]]]
+    for space, lines in ((behind_a_door(), free), (behind_a_door((10.2, 2.5, 10.4, 3.5)), pair)):
+        words = Override(door=[*lines, way] if later else [way, *lines], label=[8.0, 1.0, "Office"]).corrections
+        found = correct_plan(PLAN, words, [space])
+        assert {effect.outcome for effect in found.effects} == {"done"}
+        assert len(found.plan.rooms) == 4
+        assert [room.area for room in found.plan.rooms if room.label == "Office"] == [pytest.approx(17.7, abs=0.6)]
+
+
+def test_a_wall_in_a_space_waits_for_the_door_into_it() -> None:
+    standing = [Polygon(box(7.2, 0.0, 13.4, 6.2), [box(7.3, 0.1, 13.3, 6.1)])]
+    words = Override(wall=[[10.3, 0.1], [10.3, 6.1]], door=[[7.25, 1.0], [7.25, 1.9]]).corrections
+    found = correct_plan(PLAN, words, [behind_a_door()], standing)
+    assert [effect.outcome for effect in found.effects] == ["done", "done"]
+    assert len(found.plan.rooms) == 4
+
+
 def test_walls_away_from_the_rooms_close_a_space_with_what_stands() -> None:
     from shapely import LineString
 
