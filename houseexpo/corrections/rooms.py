@@ -398,9 +398,8 @@ def _merge(draft: Draft, rooms: Sequence[DraftRoom], gaps: Sequence[Polygon], te
     first = max(rooms, key=lambda room: (room.label != UNLABELLED, room.shape.area))
     words = tuple(dict.fromkeys(word for room in rooms for word in room.words))
     made = DraftRoom(parts[0], first.label, words, None if first.confidence is None else 1.0, said=text)
-    seam = shapely.difference(
-        whole, shapely.union_all([room.shape.buffer(-SAID_WALL_M / 2 - GRID_M) for room in rooms])
-    )
+    inside = -SAID_WALL_M / 2 - GRID_M  # the seam keeps clear of the merged room's own edge
+    seam = shapely.difference(whole.buffer(inside), shapely.union_all([room.shape.buffer(inside) for room in rooms]))
     draft.joined.append(Place(seam, text))
     place = draft.rooms.index(rooms[0])
     draft.rooms[place] = made

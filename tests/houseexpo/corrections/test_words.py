@@ -614,6 +614,21 @@ def test_a_word_acts_in_what_a_later_one_makes() -> None:
     assert "door [[7.25, 1.0], [7.25, 1.9]] parts them" in found.effects[0].said
 
 
+@pytest.mark.parametrize("y", [2.97, 2.98, 3.0, 3.02])
+@pytest.mark.parametrize("joining", [{"no_wall": [[4.05, 0.2], [4.05, 2.8]]}, {"one_room": [[1.0, 1.0], [5.0, 1.0]]}])
+def test_a_passage_to_a_third_room_parts_no_merged_rooms(y: float, joining: dict[str, Any]) -> None:
+    shapes = (box(0.0, 0.0, 4.0, 3.0), box(4.1, 0.0, 7.0, 3.0), box(0.0, 3.0, 7.0, 6.0))
+    rooms = tuple(Room(k, "Office", shape) for k, shape in enumerate(shapes))
+    way = Door(0, "door", ((4.05, 1.0), (4.05, 1.8)), 0.8, box(4.0, 1.0, 4.1, 1.8), (0, 1))
+    whole = shapely.union_all([*(room.polygon for room in rooms), way.polygon])
+    holes = tuple(list(ring.coords[:-1]) for ring in whole.interiors)
+    plan = FloorPlan("three", list(whole.exterior.coords[:-1]), 3, {}, holes, rooms=rooms, doors=(way,))
+    found = corrected(plan, door=[[1.0, y], [1.9, y]], **joining)
+    assert [effect.outcome for effect in found.effects] == ["done", "done"]
+    back = corrected(plan, door=[[4.05, 1.0], [4.05, 1.8]], **joining)
+    assert [effect.outcome for effect in back.effects] == ["done", "none"]
+
+
 def over_pillars() -> FloorPlan:
     """Two rooms whose wall has a pillar in its middle, and a hall north of both round a pillar of its own."""
     west = [(0.0, 0.0), (0.0, 3.0), (4.0, 3.0), (4.0, 1.8), (3.9, 1.8), (3.9, 1.2), (4.0, 1.2), (4.0, 0.0)]
