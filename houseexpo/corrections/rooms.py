@@ -143,19 +143,25 @@ def close_spaces(draft: Draft, walls: Sequence[Placed]) -> dict[int, Said]:
     standing = shapely.union_all([*draft.standing, *floor, *(wall.shape for wall in draft.walls)])
     drawn = drawn_walls([shapely.LineString(each.points) for each in walls], standing)
     closed = shapely.union_all(_enclosed(standing))
-    done: dict[int, Said] = {}
+    bounds: dict[int, list[DraftRoom]] = {}
+    also: dict[int, list[str]] = {}
     for space in _enclosed(shapely.union_all([standing, *drawn])):
         is_new = shapely.intersection(space, closed).area < space.area / 2
         if not is_new or not is_room_sized(space) or space.buffer(-SNAP_M).is_empty:
             continue
         room = DraftRoom(space, confidence=1.0)
         draft.rooms.append(room)
-        also = _lead_in(draft, room)
+        led = _lead_in(draft, room)
         for number, wall in enumerate(drawn):
             if wall.distance(space) < MEETS_M:
-                text = f"a wall of {math.dist(*walls[number].points):.2f} m closes a space, {draft.name(room)} now"
-                done[number] = Said(text, also)
-                draft.walls.append(Place(wall, str(walls[number].correction)))
+                bounds.setdefault(number, []).append(room)
+                also.setdefault(number, []).extend(led)
+    done: dict[int, Said] = {}
+    for number, made in bounds.items():
+        what = "a space" if len(made) == 1 else f"{len(made)} spaces"
+        text = f"a wall of {math.dist(*walls[number].points):.2f} m closes {what}, {_names(draft, made)} now"
+        done[number] = Said(text, also[number])
+        draft.walls.append(Place(drawn[number], str(walls[number].correction)))
     return done
 
 

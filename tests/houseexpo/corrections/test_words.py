@@ -716,6 +716,14 @@ def test_walls_away_from_the_rooms_close_a_space_with_what_stands() -> None:
     assert [effect.outcome for effect in correct_plan(PLAN, said, (), standing).effects] == ["already", "done", "done"]
 
 
+def test_a_wall_that_closes_two_spaces_names_both() -> None:
+    comb = [box(7.1, -0.1, 12.1, 0.0), box(7.1, 1.5, 12.0, 1.6), box(7.1, 3.2, 12.1, 3.3), box(7.1, 0.0, 7.2, 3.2)]
+    words = Override(wall=[[12.0, 0.0], [12.0, 3.2]]).corrections
+    found = correct_plan(PLAN, words, (), [Polygon(each) for each in comb])
+    assert len(found.plan.rooms) == 4
+    assert "closes 2 spaces, the room of 7.6 m2 and the room of 7.1 m2 now" in found.effects[0].said
+
+
 def test_rooms_that_are_one_keep_the_thicker_walls_between_them() -> None:
     bay = [(4.1, 0.0), (7.0, 0.0), (7.0, 3.0), (4.3, 3.0), (4.3, 1.5), (4.1, 1.5)]
     rooms = (Room(0, "Hall", box(0.0, 0.0, 4.0, 3.0)), Room(1, "Hall", bay))
