@@ -14,13 +14,13 @@ R4  ``entrance``: a door to the outside, whatever lies there. ``wall``: parts th
     waits.
 R5  ``one_room``: the rooms become one, together with the passages and walls between them. ``no_wall``: the rooms on
     both sides of a line in a wall become one, joined by the drawn part of the wall. ``no_door``: the passage becomes
-    wall. ``window``: the same, since plans have no windows.
+    wall, or else the cut through the wall there. ``window``: the same, since plans have no windows.
 R6  ``room``: a space between walls that the plan lacks becomes a room. ``room_outline``: the free part of an area
-    becomes a room. Entrances that lead to the place of a new room lead into it. ``no_room``: the room is removed, and
-    its doors to other rooms lead outside. ``outside``: the same, and rooms that meet the area without a wall are open
-    to it. ``label``: names a room.
+    becomes a room; it parts a room that takes more than a fifth of it. Entrances that lead to the place of a new room
+    lead into it. ``no_room``: the room is removed, and its doors to other rooms lead outside. ``outside``: the same,
+    and rooms that meet the area without a wall are open to it. ``label``: names a room.
 R7  Finally, a cut joins parts that words have separated, unless a person says that there is no way (``joining``). A
-    message reports it.
+    word without an effect may deny this cut. A message reports the others.
 R8  A part that a person has stated has confidence 1.
 """
 
@@ -147,8 +147,23 @@ def correct_plan(
     effects = _apply_all(draft, placed)
     if not any(effect.outcome == "done" for effect in effects):
         return Corrected(draft.made(measure=False) if draft.is_surer else plan, tuple(effects))
-    followed = tuple(settle(draft))
+    followed = _settle(draft, placed, effects)
     return Corrected(draft.made(measure=measure), tuple(effects), followed)
+
+
+def _settle(draft: Draft, placed: Sequence[Placed], effects: list[Effect]) -> tuple[str, ...]:
+    """Make and remove cuts (R7) without those that a person denies; return sentences about them."""
+    while True:
+        before, count = draft.state(), len(draft.denied)
+        followed = tuple(settle(draft))
+        for k, each in enumerate(placed):
+            if each.correction.word in _DENYING and effects[k].outcome == "none":
+                effects[k] = _apply(draft, each, remove_passage)
+        denied = draft.denied
+        if len(denied) == count:
+            return followed
+        draft.restore(before)
+        draft.denied = denied
 
 
 def _in_plan(plan: PlanData, correction: Correction) -> Vector:
@@ -181,6 +196,7 @@ def _try_again(draft: Draft, placed: Sequence[Placed], effects: list[Effect]) ->
 
 
 _PARTING: Final = frozenset({"door", "opening"})
+_DENYING: Final = frozenset({"no_door", "window"})
 
 
 def _close_with_walls(draft: Draft, placed: Sequence[Placed], effects: list[Effect]) -> None:

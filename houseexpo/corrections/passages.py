@@ -216,9 +216,10 @@ def space_behind(draft: Draft, strip: Strip, side: int, faces: Faces) -> DraftRo
     return DraftRoom(shapes[found], confidence=None) if found >= 0 and faces.shapes[1 - side] >= 0 else None
 
 
-def free_part(draft: Draft, shape: Polygon) -> Polygon | None:
-    """Return the largest part of a space that no room and no passage covers."""
-    taken = shapely.union_all([room.shape for room in draft.rooms] + [door.shape for door in draft.inner_doors])
+def free_part(draft: Draft, shape: Polygon, parted: DraftRoom | None = None) -> Polygon | None:
+    """Return the largest part of a space that no room but ``parted`` and no passage covers."""
+    rooms = [room.shape for room in draft.rooms if room is not parted]
+    taken = shapely.union_all([*rooms, *(door.shape for door in draft.inner_doors)])
     parts = split_pieces(shapely.difference(shape, taken))
     return parts[0] if parts else None
 
@@ -508,9 +509,9 @@ def part_together(draft: Draft, waiting: Sequence[Placed]) -> dict[int, Said]:
 def remove_passage(draft: Draft, placed: Placed) -> Said:
     """Remove the passage at a point (R5)."""
     place = placed.points[0]
-    door = draft.door_at(place, SNAP_M)
+    point = shapely.Point(place)
+    door = draft.door_at(place, SNAP_M) or _cut_in_wall_at(draft, place)
     if door is None:
-        point = shapely.Point(place)
         far = min((float(each.shape.distance(point)) for each in draft.doors), default=math.inf)
         raise NoEffectError(
             f"no passage is there; the nearest is {far:,.2f} m away" if draft.doors else "the plan has none"
@@ -520,4 +521,25 @@ def remove_passage(draft: Draft, placed: Placed) -> Said:
     draft.doors.remove(door)
     draft.denied.append(door.shape)
     what = "a window" if placed.correction.word == "window" else "wall"
-    return Said(f"the {door.kind} of {door.width:.2f} m there is {what}")
+    far = float(door.shape.distance(point))
+    where = "there" if far <= SNAP_M else f"in the same wall, {far:.2f} m away,"
+    return Said(f"the {door.kind} of {door.width:.2f} m {where} is {what}")
+
+
+def _cut_in_wall_at(draft: Draft, place: Vector) -> DraftDoor | None:
+    """Return the nearest cut through the wall in which a point lies, or None.
+
+    The wall is the one between the same two rooms, along the line of the cut. A cut's place in its wall is arbitrary,
+    and another build may have chosen another.
+    """
+    found = []
+    for cut in (door for door in draft.doors if door.kind == "cut"):
+        line = strip_of(*cut.ends)
+        aside = dot(place - line.centre, line.across)
+        if abs(aside) > cut.shape.area / max(cut.width, STEP_M) / 2 + SNAP_M:
+            continue
+        line = replace(line, centre=place - aside * line.across, length=MIN_DOOR_M)
+        beside = faces_beside(line, [room.shape for room in draft.rooms]).shapes
+        if {id(draft.rooms[k]) for k in beside if k >= 0} == set(map(id, cut.rooms)):
+            found.append(cut)
+    return min(found, key=lambda cut: cut.shape.distance(shapely.Point(place)), default=None)

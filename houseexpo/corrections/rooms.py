@@ -259,7 +259,7 @@ def add_room(draft: Draft, placed: Placed) -> Said:
 
 
 def draw_room(draft: Draft, placed: Placed) -> Said:
-    """Make a room of the area between corners, without the parts that other rooms and their walls cover (R6)."""
+    """Make a room of the area between corners, without what other rooms cover; it parts the room it lies in (R6)."""
     drawn = Polygon(placed.points)
     shares = [(shapely.intersection(room.shape, drawn).area / drawn.area, room) for room in draft.rooms]
     most, there = max(shares, key=itemgetter(0), default=(0.0, None))
@@ -267,25 +267,55 @@ def draw_room(draft: Draft, placed: Placed) -> Said:
         there.confidence = None if there.confidence is None else 1.0
         there.said = there.said or str(placed.correction)
         raise AlreadySoError(f"{draft.name(there)} is there already")
-    if there is not None and sum(share for share, _ in shares) > _SAME:
-        raise NoEffectError(
-            f"{draft.name(there)} takes {100 * most:.0f}% of it; to part a room, draw a wall or an opening; to take it "
-            "out, say no_room"
-        )
-    walled = shapely.union_all([room.shape for room in draft.rooms]).buffer(SAID_WALL_M, join_style="mitre")
-    shape = free_part(draft, shapely.difference(drawn, walled))
+    others, parted = sum(share for share, _ in shares) - most, None
+    if there is not None and most + others > _SAME:
+        if others > _SAME:
+            raise NoEffectError(
+                f"{draft.name(there)} takes {100 * most:.0f}% of it, and other rooms {100 * others:.0f}%; to join "
+                "rooms, say one_room"
+            )
+        if there.said:
+            raise contradiction(there.said)
+        parted = there
+    walled = shapely.union_all([room.shape for room in draft.rooms if room is not parted])
+    free = free_part(draft, shapely.difference(drawn, walled.buffer(SAID_WALL_M, join_style="mitre")), parted)
+    shape = free if free is None or parted is None else _at_its_walls(free, parted.shape)
     if shape is None or not may_be_room(shape):
         raise NoEffectError("other rooms and passages take all of it")
     far = min((float(each.shape.distance(drawn)) for each in draft.rooms), default=math.inf)
     if far > FARTHEST_ROOM_M:
         raise NoEffectError(f"it lies {far:,.1f} m from the nearest room; draw it at the house")
-    room = DraftRoom(shape, confidence=1.0, said=str(placed.correction))
-    draft.rooms.append(room)
-    also = [f"of the {drawn.area:.1f} m2 that were drawn, {shape.area:.1f} m2 are free"]
-    return Said(
-        f"a room of {shape.area:.1f} m2 is there",
-        [*(also if drawn.area - shape.area > _SAME * drawn.area / 2 else []), *_lead_in(draft, room)],
-    )
+    room, also = _put_in(draft, shape, parted)
+    room.confidence, room.said = 1.0, str(placed.correction)
+    if drawn.area - shape.area > _SAME * drawn.area / 2:
+        also.insert(0, f"of the {drawn.area:.1f} m2 that were drawn, {shape.area:.1f} m2 are free")
+    return Said(f"a room of {shape.area:.1f} m2 is there", [*also, *_lead_in(draft, room)])
+
+
+def _at_its_walls(shape: Polygon, floor: Polygon) -> Polygon:
+    """Return a shape that was drawn over a room's edge, or a hand's breadth inside it, up to that edge."""
+    inside = shapely.union_all([shape, *_gaps_beside(shapely.difference(floor, shape), shape)])
+    beyond = _gaps_beside(shapely.difference(inside, floor), floor)
+    return [*split_pieces(shapely.difference(inside, shapely.union_all(beyond))), shape][0]
+
+
+def _put_in(draft: Draft, shape: Polygon, parted: DraftRoom | None) -> tuple[DraftRoom, list[str]]:
+    """Add a room, with a wall between it and what it leaves of the room that it parts; return it and sentences."""
+    if parted is None:
+        draft.rooms.append(DraftRoom(shape))
+        return draft.rooms[-1], []
+    name = draft.name(parted)
+    left = split_pieces(shapely.difference(parted.shape, shape.buffer(SAID_WALL_M, join_style="mitre")))
+    wide = [part for part in left if is_room_sized(part) and not part.buffer(-SNAP_M).is_empty]
+    made = draft.replace_room(parted, [shape, *wide])
+    draft.doors = [
+        door
+        for door in draft.doors
+        if all(side is None or side not in made or side.shape.distance(door.shape) < STEP_M for side in door.rooms)
+    ]
+    rest = [each for each in made if each.shape is not shape]
+    now = f"{_names(draft, rest)} now; say no_room there if that is no room" if rest else "gone"
+    return next(each for each in made if each.shape is shape), [f"the rest of {name} is {now}"]
 
 
 def _lead_in(draft: Draft, room: DraftRoom) -> list[str]:
@@ -325,7 +355,9 @@ def remove_room(draft: Draft, placed: Placed) -> Said:
     if room.said:
         raise contradiction(room.said)
     if len(draft.rooms) == 1:
-        raise NoEffectError("it is the only room of the plan; drop the plan if it is no house")
+        raise NoEffectError(
+            "it is the only room of the plan; draw the right one with room_outline, or drop the plan if it is no house"
+        )
     before = {id(door) for door in draft.doors}
     gone = [door for door in draft.doors if any(side is room for side in door.rooms)]
     kinds = {id(door.shape): door.kind for door in gone}

@@ -127,7 +127,7 @@ def test_a_door_where_one_stands_is_already_so() -> None:
         ({"window": [500.0, 1.5]}, "no passage is there; the nearest is"),
         ({"outside": [500.0, 1.5]}, "no room is there; the nearest is"),
         ({"room_outline": [[500, 1], [503, 1], [503, 4]]}, "492.8 m from the nearest room"),
-        ({"room_outline": [[1, 1], [3, 1], [3, 3], [1, 3]]}, "the kitchen of 12.0 m2 takes 100% of it"),
+        ({"room_outline": [[1, 1], [6, 1], [6, 3], [1, 3]]}, "takes 62% of it, and other rooms 36%; to join rooms"),
     ],
 )
 def test_what_has_no_effect_says_why_and_changes_nothing(words: dict[str, Any], why: str) -> None:
@@ -280,6 +280,36 @@ def test_a_cut_that_a_person_denies_comes_back_at_no_other_wall() -> None:
     assert len(found.plan.rooms) == 3
     assert found.plan.bbox == cut.bbox
     assert "nothing leads into" in found.followed[0]
+
+
+@pytest.mark.parametrize("word", ["no_door", "window"])
+def test_a_cut_that_follows_from_a_word_can_be_denied_with_it(word: str) -> None:
+    place = next(door for door in with_cut().doors if door.kind == "cut").polygon.centroid
+    found = corrected(wall=[[2.0, 0.1], [2.0, 3.1]], **{word: [place.x, place.y]})
+    assert [effect.outcome for effect in found.effects] == ["done", "done"]
+    assert "the cut of 0.80 m there is" in found.effects[1].said
+    assert kinds(found.plan) == ["door"]
+    assert len(found.followed) == 1
+    assert "nothing leads into" in found.followed[0]
+    elsewhere = corrected(wall=[[2.0, 0.1], [2.0, 3.1]], **{word: [1.0, 1.0]})
+    assert [effect.outcome for effect in elsewhere.effects] == ["done", "none"]
+    assert "a cut of 0.80 m joins" in elsewhere.followed[0]
+
+
+def test_a_denied_cut_stays_denied_where_another_build_made_it_elsewhere_in_its_wall() -> None:
+    kitchen, bedroom = PLAN.rooms
+    office = Room(2, "Office", box(7.3, 0.1, 9.3, 3.1))
+    ways = [Door(1, "cut", ((7.25, y), (7.25, y + 0.8)), 0.8, box(7.2, y, 7.3, y + 0.8), (1, 2)) for y in (0.3, 2.1)]
+    for way in ways:
+        ring = shapely.union_all([*(r.polygon for r in (kitchen, bedroom, office)), PLAN.doors[0].polygon, way.polygon])
+        rooms, doors = (kitchen, bedroom, office), (PLAN.doors[0], way)
+        plan = FloorPlan("row", list(ring.exterior.coords[:-1]), 3, {}, rooms=rooms, doors=doors)
+        for y in (0.7, 1.6, 2.5):
+            found = corrected(plan, no_door=[7.25, y])
+            assert [effect.outcome for effect in found.effects] == ["done"], (way, y)
+            assert kinds(found.plan) == ["door"]
+        assert corrected(plan, no_door=[4.15, 2.8]).effects[0].outcome == "none"  # the wall of other rooms
+        assert corrected(plan, no_door=[8.2, 2.8]).effects[0].outcome == "none"
 
 
 def test_a_drawn_door_makes_a_cut_needless() -> None:
@@ -752,3 +782,49 @@ def test_a_door_beside_a_leaf_that_stands_before_its_wall_opens_the_wall(x: floa
     found = corrected(plan, door=[[x, 2.1], [x, 2.9]])
     assert "joins the bedroom of 9.0 m2 and the kitchen" in found.effects[0].said
     assert kinds(found.plan) == ["door", "door"]
+
+
+def wrong() -> FloorPlan:
+    """A plan with one room of 12 x 10 m, entered from the west."""
+    ring = box(0.0, 0.0, 12.0, 10.0)
+    way = Door(0, "entrance", ((-0.1, 4.0), (-0.1, 5.0)), 1.0, box(-0.2, 4.0, 0.0, 5.0), (0, None), 0.5)
+    return FloorPlan("wrong", ring, 1, {}, rooms=(Room(0, "Office", ring, (), (), 0.4),), doors=(way,))
+
+
+def test_an_outline_within_a_larger_room_parts_it() -> None:
+    drawn = [[3.0, 3.0], [9.0, 3.0], [9.0, 8.0], [3.0, 8.0]]
+    found = corrected(wrong(), room_outline=drawn)
+    assert found.effects[0].outcome == "done"
+    assert areas(found.plan) == [30.0, pytest.approx(120.0 - 6.2 * 5.2)]
+    assert "the rest of the office of 120.0 m2 is the office of 87.8 m2 now" in found.effects[0].sentence
+    assert kinds(found.plan) == ["cut", "entrance"]
+    alone = corrected(wrong(), room_outline=drawn, no_room=[1.0, 1.0])
+    assert [effect.outcome for effect in alone.effects] == ["done", "done"]
+    assert areas(alone.plan) == [30.0]
+    two = corrected(wrong(), room_outline=[drawn, [[9.1, 3.0], [11.9, 3.0], [11.9, 8.0], [9.1, 8.0]]])
+    assert [effect.outcome for effect in two.effects] == ["done", "done"]
+    assert areas(two.plan)[:2] == [pytest.approx(2.9 * 5.0), 30.0]
+    again = corrected(wrong(), room_outline=[drawn, [[4.0, 4.0], [6.0, 4.0], [6.0, 6.0], [4.0, 6.0]]])
+    assert [effect.outcome for effect in again.effects] == ["done", "none"]
+    assert "room_outline [[3.0, 3.0]" in again.effects[1].said
+
+
+@pytest.mark.parametrize("off", [-0.2, -0.05, 0.0, 0.05, 0.2])
+def test_an_outline_drawn_roughly_along_a_room_s_walls_ends_at_them_and_keeps_their_doors(off: float) -> None:
+    found = corrected(wrong(), room_outline=[[off, off], [6.0, off], [6.0, 10.0 - off], [off, 10.0 - off]])
+    assert areas(found.plan) == pytest.approx([59.0, 60.0], abs=0.01)
+    assert kinds(found.plan) == ["cut", "entrance"]
+    entrance = next(door for door in found.plan.doors if door.kind == "entrance")
+    assert found.plan.rooms[entrance.rooms[0] or 0].area == pytest.approx(60.0, abs=0.01)
+
+
+def test_the_only_room_of_a_plan_is_replaced_by_one_that_a_person_draws() -> None:
+    drawn = [[8.0, 0.0], [20.0, 0.0], [20.0, 10.0], [8.0, 10.0]]  # a third of it lies in the room
+    refused = corrected(wrong(), no_room=[1.0, 1.0])
+    assert "it is the only room of the plan; draw the right one with room_outline" in refused.effects[0].said
+    drawn_alone = corrected(wrong(), room_outline=drawn)
+    assert areas(drawn_alone.plan) == pytest.approx([79.0, 120.0])
+    found = corrected(wrong(), room_outline=drawn, no_room=[1.0, 1.0])
+    assert [effect.outcome for effect in found.effects] == ["done", "done"]
+    assert areas(found.plan) == pytest.approx([120.0])
+    assert not found.plan.doors
