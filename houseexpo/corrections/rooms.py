@@ -314,8 +314,8 @@ def _put_in(draft: Draft, shape: Polygon, parted: DraftRoom | None) -> tuple[Dra
         if all(side is None or side not in made or side.shape.distance(door.shape) < STEP_M for side in door.rooms)
     ]
     rest = [each for each in made if each.shape is not shape]
-    now = f"{_names(draft, rest)} now; say no_room there if that is no room" if rest else "gone"
-    return next(each for each in made if each.shape is shape), [f"the rest of {name} is {now}"]
+    now = f"the rest of {name} is {_names(draft, rest)} now; say no_room there if that is no room"
+    return next(each for each in made if each.shape is shape), [now if rest else f"{name} is gone"]
 
 
 def _lead_in(draft: Draft, room: DraftRoom) -> list[str]:
