@@ -40,7 +40,7 @@ WIDEST_DOOR_M: Final = 2.5
 """A wider passage is an opening, metres: ``pipeline.config.DoorsConfig.widest_m``."""
 _ONWARD_FAR_M: Final = 5.0
 """How far a line with free ends is extended to reach walls, metres: across a hall."""
-_BEFORE_M: Final = 0.01
+_PAST_FACE_M: Final = 0.01
 """How far a line that was drawn on a wall's face is moved into the wall, metres: the thinnest walls are 2 cm thick."""
 _BESIDE_M: Final = 0.03
 """A line at most this far from the common edge of two rooms lies on that edge, metres."""
@@ -202,7 +202,7 @@ def _into_wall(draft: Draft, strip: Strip, edge: tuple[Vector, Vector, float]) -
     turned = replace(strip, along=way)
     off = dot(start - strip.centre, turned.across)
     for side in (math.copysign(1.0, off), -math.copysign(1.0, off)):  # the wall is more likely on the farther side
-        line = replace(turned, centre=strip.centre + turned.across * (off + side * _BEFORE_M))
+        line = replace(turned, centre=strip.centre + turned.across * (off + side * _PAST_FACE_M))
         if draft.room_at(line.centre) is None:
             yield line
 
