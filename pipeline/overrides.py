@@ -270,6 +270,9 @@ def _as_options(override: Override) -> dict[str, str | None]:
     }
 
 
+_KEEP: Final = author_key("keep", True)  # the value that the file has
+
+
 @dataclass(frozen=True)
 class LevelOverride:
     """What people say of a level and its buildings.
@@ -296,10 +299,12 @@ class LevelOverride:
         own = by_id.get(level_id, Override())
         for name in sorted(set(by_id) - {level_id}):
             override, level = by_id[name], level_id_from(name)
-            if level == level_id:
-                own = own.joined(Override(**{word: getattr(override, word) for word in WORDS}))
+            if level == level_id:  # of a building, whose keeping is not its level's
+                who = tuple(each for each in override.authors if each[0] != _KEEP)
+                own = own.joined(Override(**{word: getattr(override, word) for word in WORDS}, authors=who))
             elif is_id_of_input(level_id, level):
-                own = Override(keep=override.keep, drop=override.drop, why=override.why).joined(own)
+                of_file = Override(keep=override.keep, drop=override.drop, why=override.why, authors=override.authors)
+                own = of_file.joined(own)
         return cls(own, by_id)
 
     def of_building(self, plan_id: str) -> Override:
@@ -308,7 +313,8 @@ class LevelOverride:
 
     def named(self, plan: FloorPlan) -> FloorPlan:
         """Return a plan whose provenance names who said each of its corrections, and who kept it, if a log told it."""
-        who = {key: (by, at) for each in self.by_id.values() for key, by, at in each.authors}
+        authors = (*self.own.authors, *self.by_id.get(plan.id, Override()).authors)
+        who = {key: (by, at) for key, by, at in authors}
         told = plan.provenance or {}
         if not who:
             return plan
@@ -316,7 +322,7 @@ class LevelOverride:
         for record in told.get("corrections", []):
             by = who.get(author_key(record["word"], record["value"]))
             named.append(record if by is None else {**record, "by": by[0], "at": by[1]})
-        kept = who.get(author_key("keep", True))  # the value that the file has
+        kept = who.get(_KEEP)
         more: dict[str, Any] = {"corrections": named} if named else {}
         more |= {} if kept is None else {"kept_by": kept[0], "kept_at": kept[1]}
         return replace(plan, provenance={**told, **more}) if more else plan

@@ -47,8 +47,9 @@ class InputFiles:
 
     def described_unread(self) -> list[FileRecord]:
         """Return records for a reader that cannot tell what it read: of the input's files, or all in its folders."""
-        pattern = f"*/{escape(self._item.key)}/*"
-        self._opened = {str(file.relative_to(self._folder)) for file in self._folder.glob(pattern) if self._item.key}
+        if self._item.key:
+            files = self._folder.glob(f"*/{escape(self._item.key)}/*")
+            self._opened = {str(file.relative_to(self._folder)) for file in files}
         return self.described()
 
     def look_like(self, known: Sequence[FileRecord]) -> bool:

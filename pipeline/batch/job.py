@@ -224,11 +224,15 @@ def _of_building(found: Planned, level: Level, said: LevelOverride, settings: Jo
 def _of_unread(rejection: Rejection, job: Job, settings: JobSettings) -> Sequence[Outcome]:
     """Return what came of an input of which no level could be read: a person may drop it, or say its rooms."""
     override = LevelOverride.of(job.item.id, job.overrides, "").own
-    if override.drop or (rejection.reason in _WITHOUT_ROOMS and override.corrections):
-        outcomes = list(_of_level(level_without_walls(job.item, override), job, settings))
-        if override.drop or any(isinstance(each, StoredPlan) for each in outcomes):
-            return outcomes
-    return [StoredRejection.of(job.item.id, rejection)]
+    outcomes: list[Outcome] = []
+    try:
+        check_not_dropped(override)
+        if rejection.reason in _WITHOUT_ROOMS and override.corrections:
+            outcomes = list(_of_level(level_without_walls(job.item, override), job, settings))
+    except Rejection as dropped:
+        rejection = dropped
+    made = any(isinstance(each, StoredPlan) for each in outcomes)
+    return outcomes if made else [StoredRejection.of(job.item.id, rejection)]
 
 
 _WITHOUT_ROOMS = (Reason.NO_LEVEL, Reason.NO_INTERIOR)

@@ -172,10 +172,9 @@ def plan_sides(mesh: Mesh, faces: Indices) -> tuple[float, float]:
 
 
 def _is_wall_with_hole(mesh: Mesh, faces: Indices, low: npt.NDArray[np.float64], height: float) -> bool:
-    """Tell whether a piece is a wall around a hole, looking at it at 0.45 of its height."""
+    """Tell whether a piece is a wall around a hole, looking at it at half of its height."""
     surfaces = Surfaces.of(Mesh(mesh.vertices, mesh.faces[faces]))
-    # a piece is cut at half of its height to look for that hole
-    segments = cut_at_height(surfaces, np.ones(len(faces), np.bool_), float(low[2]) + MOST * height + FILE_GRID_M)
+    segments = cut_at_height(surfaces, np.ones(len(faces), np.bool_), float(low[2]) + height / 2 + FILE_GRID_M)
     if not len(segments):
         return False
     points = segments.reshape(-1, 2)

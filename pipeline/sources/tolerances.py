@@ -112,7 +112,6 @@ BARELY_STANDING: Final = 0.1  # share of the greatest wall length from which wal
 
 # Decisions about floors and levels (``storeys.levels``).
 
-# share of the house's plan; a smaller upper floor is the head of a stair, or a row of shelves
 # walls are also cut at this height, since lintels over wide windows stand for the wall there
 LINTEL_CUT_M: Final = 2.15
 SMALL_STOREY: Final = 0.1  # share of the house's plan; a smaller upper floor is the head of a stair, or shelves
@@ -130,6 +129,7 @@ BARE_SHARE: Final = 0.06  # share of level faces in a mesh of walls alone, at mo
 # for a format's usual axis: a house outweighs it that is 1.5 times as deep as high when stood on the other axis
 CUSTOM_WEIGHT: Final = 0.9
 DECLARED_WEIGHT: Final = 6.0  # for an axis that the file declares
+IMPOSSIBLE_WEIGHT: Final = 10.0  # against an axis on which no unit makes a house
 # where a format has no unit: for each e-fold by which the nearest unit's storey differs from the usual one, ...
 ODD_STOREY_WEIGHT: Final = 2.0
 NO_UNIT_WEIGHT: Final = 3.0  # ... and at most this: one in twenty such models is in no known unit
@@ -198,7 +198,7 @@ INNER_PER_M2: Final = 0.08  # the same, for each square metre; dwellings have 0.
 # Decisions about names in meshes (``named_scene``).
 
 MIN_DOORS: Final = 2  # named doors that are sure of their height
-LEFT_FACES: Final = 0.1  # the same as a share of the faces, while nobody knows which way is up
+LEFT_FACES: Final = 0.1  # share of the faces that names leave standing, at least, while nobody knows which way is up
 TERRAIN_BEYOND: Final = 1.15  # a ground this many times as long as the rest is terrain
 
 # Decisions about drawn storeys (``drawn_storeys``).
@@ -230,7 +230,7 @@ STOREY_WALLS_M: Final = 4.0  # a storey without spaces has walls of this length 
 # Decisions about scenes of robots, Sweet Home 3D and RoomPlan.
 
 ROUND_SIDES: Final = 24  # sides of a round body
-SLOPE_STEPS: Final = 40  # or in this many steps, if they would be more
+SLOPE_STEPS: Final = 40  # a wall with a sloping top goes up in this many steps at most
 ARC_STEP_RAD: Final = math.radians(7.5)  # angle of each chord of a round wall
 SHARPEST: Final = 3.0  # a corner is filled up to this many times the walls' thickness
 ALONG: Final = math.cos(math.radians(20))  # a door lies along a wall if their directions differ by less

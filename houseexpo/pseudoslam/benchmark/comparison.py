@@ -172,7 +172,7 @@ class TrackComparison:
             return self._p(entry, metric.key.removeprefix(_P))
         if metric.key.startswith(_SHARE):
             return self._share(entry, metric.key.removeprefix(_SHARE))
-        if metric.key not in entry.results[0].summary:  # no prediction, or a score that is newer than the result
+        if any(metric.key not in each.summary for each in entry.results):  # no prediction, or a newer score
             return Estimate(None, None, None, 0)
         if len(entry.results) == 1:
             return entry.results[0].summary[metric.key]

@@ -158,7 +158,8 @@ def _cases_of(
 def _differences(track: Track, result: results.Result, outcomes: list[EpisodeOutcome]) -> Iterator[str]:
     """Yield the differences between the replay and the result."""
     is_own = result.policy.prediction == OF_POLICY
-    own = {metric.key for metric in prediction_metrics(track.budgets_m)} if is_own else set()
+    scores = {metric.key for metric in prediction_metrics(track.budgets_m)}
+    own = scores if is_own else scores - result.episodes.keys()  # a score may be newer than the result
     columns = results.make_episode_columns(outcomes)
     for key in sorted((columns.keys() | result.episodes.keys()) - own):
         if key not in columns or key not in result.episodes:

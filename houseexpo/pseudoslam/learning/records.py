@@ -60,7 +60,7 @@ def begin_run(
     Raises
     ------
     TrainingError
-        The folder holds another run, or a run and ``resume`` is False.
+        The folder holds another run, a damaged one, or a run and ``resume`` is False.
     """
     record = folder / "run.json"
     if not resume and any((folder / name).exists() for name in (record.name, *holds)):
@@ -68,7 +68,11 @@ def begin_run(
     check_run_folder(folder, [record.name, *holds])
     if record.exists():
         read = partial(msgspec.json.decode, type=dict[str, Any])
-        check_same_run(read(record.read_bytes()), read(encode_json(run)), record, free)
+        try:
+            found = read(record.read_bytes())
+        except msgspec.DecodeError:
+            raise TrainingError(f"{record}: damaged; name another folder") from None
+        check_same_run(found, read(encode_json(run)), record, free)
     make_folder(folder)
     write_atomically(record, encode_json(run))
 

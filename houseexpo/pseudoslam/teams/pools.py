@@ -204,7 +204,7 @@ class TeamPools:
 
 
 def _wider(array: npt.NDArray[Any], width: int) -> npt.NDArray[Any]:
-    """Return an array with room for ``width`` values on its last axis."""
-    found = np.zeros((*array.shape[:-1], width), array.dtype)
-    found[..., : array.shape[-1]] = array
+    """Return an array whose last axis has ``width`` values: those of the given array, or the first ones, then zeros."""
+    found, kept = np.zeros((*array.shape[:-1], width), array.dtype), min(width, array.shape[-1])
+    found[..., :kept] = array[..., :kept]
     return found

@@ -155,12 +155,25 @@ class TeamExploration(TeamTask):
         """The task of one robot."""
         return self._each
 
-    def rewards_by_robot(self, before: Metrics, seen: Metrics, ahead: Bools) -> Floats:
-        """Return the rewards (N, R) of a step of N teams at once."""
+    @property
+    def _has_own_episode(self) -> bool:
+        """Whether a derived task has an episode of its own, which must be asked team by team."""
+        return type(self).begin is not TeamExploration.begin
+
+    def rewards_by_robot(self, before: Metrics, seen: Metrics, ahead: Bools) -> Floats | None:
+        """Return the rewards (N, R) of a step of N teams at once, None for a derived task with its own episode."""
+        return None if self._has_own_episode else self.explored(before, seen, ahead)
+
+    def explored(self, before: Metrics, seen: Metrics, ahead: Bools) -> Floats:
+        """Return the rewards (N, R) of N teams for what each robot saw in a step."""
         found: Floats = self._each.rewards(before, seen, ahead.ravel(), self._each.success(seen))
         return found.reshape(ahead.shape)
 
-    def successes(self, coverage: Floats, now: Metrics) -> Bools:
+    def successes(self, coverage: Floats, now: Metrics) -> Bools | None:
+        """Return in which of N teams enough is known (N,), None for a derived task with its own episode."""
+        return None if self._has_own_episode else self.know_enough(coverage, now)
+
+    def know_enough(self, coverage: Floats, now: Metrics) -> Bools:
         """Return in which of N teams enough is known (N,)."""
         teams = len(coverage)
         if self.success_coverage is None:
@@ -189,11 +202,11 @@ class _Episode(TeamEpisode):
         self._task = task
 
     def step(self, before: Metrics, seen: Metrics, ahead: Bools) -> Floats:
-        found: Floats = self._task.rewards_by_robot(before, seen, ahead[None])[0]
+        found: Floats = self._task.explored(before, seen, ahead[None])[0]
         return found
 
     def success(self, now: Metrics) -> bool:
-        return bool(self._task.successes(np.array([self.team.coverage]), now)[0])
+        return bool(self._task.know_enough(np.array([self.team.coverage]), now)[0])
 
 
 def make_task(task: str | TeamTask, options: dict[str, Any]) -> tuple[TeamTask, dict[str, Any]]:

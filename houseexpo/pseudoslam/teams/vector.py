@@ -151,10 +151,11 @@ class TeamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[Any]]):
         teams, robots = self.num_envs, self.robots
         try:
             given = np.asarray(actions)
-        except ValueError:  # lists of different lengths
-            given = np.empty(0)
+            found = f"shape {given.shape}"
+        except ValueError:
+            given, found = np.empty(0), "lists of different lengths"
         if given.shape[:2] != (teams, robots):
-            raise ConfigError(f"actions: expected an array of shape ({teams}, {robots}, ...), found {actions!r}")
+            raise ConfigError(f"actions: expected an array of shape ({teams}, {robots}, ...), found {found}")
         motions, ahead = self.env_spec.motions(given.reshape(teams * robots, *given.shape[2:]), teams * robots)
         active, starting = ~self._ended, self._ended.nonzero()[0].tolist()
         motions.reshape(teams, -1)[starting] = 0.0

@@ -66,6 +66,7 @@ from pipeline.sources.tolerances import (
     HEADS_AT,
     HIGHEST_BUILDING_M,
     HIGHEST_STOREY_M,
+    IMPOSSIBLE_WEIGHT,
     LIKE,
     LIKELY_STOREY_M,
     LONGEST_AT_LEAST_M,
@@ -234,7 +235,8 @@ def _upright_evidence(shape: UprightShape, axis: str, convention: FrameConventio
     possible = any(shape.fits(metres) for metres in UNITS.values()) or shape.stands(convention.metres)
     if possible or shape.is_cut(convention.metres):
         return evidence
-    return evidence - NO_UNIT_WEIGHT
+    is_model = not convention.declared and shape.fits_width(USUAL_STOREY_M / shape.storey)  # R7
+    return evidence - (NO_UNIT_WEIGHT if is_model else IMPOSSIBLE_WEIGHT)
 
 
 def _is_likely(shape: UprightShape) -> bool:

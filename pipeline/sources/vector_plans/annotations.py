@@ -81,15 +81,20 @@ def _structured3d(found: Mapping[str, Any], path: Path, left_out: LeftOutParts) 
             return math.nan, Feature("door", shape, low_m=area[:, 2].min(), top_m=area[:, 2].max())
         if kind in _NO_ROOMS:
             return None
-        sides = list(edges(next(plane for plane in members if planes[plane]["type"] == "floor")))
+        floor = next((plane for plane in members if planes[plane]["type"] == "floor"), None)
+        if floor is None:
+            raise ValueError("it has no floor")
+        sides = list(edges(floor))
         room = Feature("room", _close_sides(sides), (kind,) if kind != "undefined" else ())
         return float(np.median([side[:, 2] for side in sides])), room
 
     drawn = list(left_out.each(semantics, "semantics", feature))
     floors = [height for height, each in drawn if each.kind == "room"]
-    floor = float(np.median(floors)) if floors else 0.0
-    doors = [replace(each, low_m=each.low_m - floor, top_m=each.top_m - floor) for _, each in drawn if each.top_m]
-    return storey_from_features([*doors, *(each for _, each in drawn if each.kind == "room")], floor)
+    foot = float(np.median(floors)) if floors else 0.0
+    doors = [
+        replace(each, low_m=each.low_m - foot, top_m=each.top_m - foot) for _, each in drawn if each.top_m is not None
+    ]
+    return storey_from_features([*doors, *(each for _, each in drawn if each.kind == "room")], foot)
 
 
 def _close_sides(sides: Sequence[np.ndarray]) -> Polygon:

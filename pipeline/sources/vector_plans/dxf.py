@@ -419,7 +419,7 @@ def _features(kind: str, entity: Any, scale: float) -> Iterator[Feature]:
             if SWING_M[0] < math.dist(hinge, ends[0]) * scale < SWING_M[1]:
                 yield Feature("swing", LineString([hinge, *ends]))
     elif shape in {"HATCH", "MPOLYGON"}:
-        yield from (Feature("wall", area, filled=True) for area in (_filled(entity) if kind == "wall" else ()))
+        yield from (Feature("wall", area, filled=True) for area in (_filled(entity, scale) if kind == "wall" else ()))
     elif shape not in _CURVES or kind == "wall":
         yield from _line(kind, entity, scale)
 
@@ -489,12 +489,17 @@ def _line(kind: str, entity: Any, scale: float) -> Iterator[Feature]:
         yield Feature(kind, LineString(ring if kind == "window" else points))
 
 
-def _filled(entity: Any) -> list[Polygon]:
-    """R5: return the areas of a hatch; rings inside an odd number of others are holes."""
+def _filled(entity: Any, scale: float) -> list[Polygon]:
+    """R5: return the areas of a hatch; rings inside an odd number of others are holes.
+
+    ``scale`` is the file's unit, metres.
+    """
     from ezdxf.path import from_hatch
 
     paths = ([(point.x, point.y) for point in path.flattening(1e9, segments=_PIECES)] for path in from_hatch(entity))
-    return nest_rings([area for path in paths if (area := polygon_from_ring(path)) is not None])
+    rings = [area for path in paths if (area := polygon_from_ring(path)) is not None]
+    areas = nest_rings([shapely.transform(ring, lambda points: points * scale) for ring in rings])
+    return [shapely.transform(area, lambda points: points / scale) for area in areas]
 
 
 # Find the unit of a DXF drawing: what it states, and what its walls and doors say.

@@ -28,7 +28,7 @@ from shapely import LineString, Polygon
 from shapely.geometry.base import BaseGeometry
 
 from houseexpo.file_kinds import format_suffix
-from pipeline.geometry.areas import polygons_of
+from pipeline.geometry.areas import drop_lines_and_points, polygons_of
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.files import Element, LeftOutParts, parse_xml
 from pipeline.sources.roles import Role, role_from_name
@@ -107,7 +107,7 @@ def _add_cell(cell: Element, kind: str, found: _Map, left_out: LeftOutParts) -> 
         return
     floor = min(float(face[:, 2].min()) for face in faces)
     level = [face for face in faces if np.ptp(face[:, 2]) < FILE_GRID_M and face[0, 2] - floor < FILE_GRID_M] or faces
-    area = shapely.union_all([shapely.make_valid(Polygon(face[:, :2])) for face in level])
+    area = drop_lines_and_points(shapely.union_all([shapely.make_valid(Polygon(face[:, :2])) for face in level]))
     role = role_from_name(word)
     if kind in _DOOR_SPACES or (role is not None and role.role is Role.DOOR):
         found.doors.append((floor, area))

@@ -34,7 +34,7 @@ from shapely import LineString, Polygon
 from shapely.geometry.base import BaseGeometry
 
 from houseexpo.plan.room_labels import canonical
-from pipeline.geometry.areas import dot_product, drop_thin_parts, polygons_of
+from pipeline.geometry.areas import dot_product, drop_lines_and_points, drop_thin_parts, polygons_of
 from pipeline.geometry.prisms import extrude_polygon
 from pipeline.sources.drawn_storeys import Hole, Wall, merge_parallel_holes, unite_rooms, walls_around
 from pipeline.sources.roles import labels_for, names_furniture_with_doors
@@ -150,6 +150,10 @@ class _Drawn:
     def _add(self, each: Feature, shape: BaseGeometry) -> None:
         if each.kind == "wall" and each.top_m is not None and each.low_m == 0.0:
             self.tops.append(each.top_m)
+        if each.kind == "object":
+            shape = drop_lines_and_points(shapely.make_valid(shape))
+            self.objects += [(shape, each)] if shape.area > LEFTOVER_M2 else []
+            return
         for part in simple_parts(shape):
             if isinstance(part, Polygon):
                 for area in polygons_of(shapely.make_valid(part)):
@@ -166,7 +170,7 @@ class _Drawn:
         elif each.kind == "floor":
             self.floors.append(area)
         else:
-            lists = {"room": self.rooms, "space": self.spaces, "object": self.objects}
+            lists = {"room": self.rooms, "space": self.spaces}
             lists |= dict.fromkeys(PASSAGES, self.door_areas)
             lists.get(each.kind, []).append((area, each))
 
@@ -175,6 +179,8 @@ class _Drawn:
             self.texts += [(word, points[0]) for word in each.words]
         elif each.kind == "swing":
             self.arcs.append((points[0], points[1], points[2]))
+        elif each.kind in PASSAGES and len(points) > 3 and points[0] == points[-1]:  # drawn all round
+            self.door_areas += [(area, each) for area in polygons_of(shapely.make_valid(Polygon(points)))]
         elif each.kind in PASSAGES:
             self.door_lines.append((points[0], points[-1], each))
         elif each.kind == "wall" and each.thick_m is not None:

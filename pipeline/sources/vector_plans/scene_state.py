@@ -71,7 +71,9 @@ class _Elements:
     def __init__(self, arch: Mapping[str, Any], scale: float, y_up: bool) -> None:
         self.scale, self.y_up = scale, y_up
         self.names = dict(_names(arch))
-        self.defaults: Any = arch.get("defaults", {}).get("Wall", {})
+        defaults = arch.get("defaults")
+        walls = defaults.get("Wall") if isinstance(defaults, Mapping) else None
+        self.defaults: Mapping[str, Any] = walls if isinstance(walls, Mapping) else {}
 
     def features(self, element: Any) -> list[tuple[float, Feature]] | None:
         """Return the features of an element, each with the height of the floor below it; None for other elements."""
@@ -99,9 +101,9 @@ class _Elements:
             try:
                 kind = str(said.get("type", "")).lower()
                 box = np.array([said["box"][key][:2] for key in ("min", "max")], np.float64) * self.scale
+                (start, low), (end, top) = box.tolist()
             except PART_FAULTS:
                 continue
-            (start, low), (end, top) = box.tolist()
             if kind in {"door", "opening"} and np.isfinite(box).all() and end > start:  # R1
                 ends = LineString([a + along * start, a + along * end])
                 yield Feature(kind, ends, thick_m=wall_thickness(depth), low_m=low, top_m=top)

@@ -56,23 +56,23 @@ def can_read(path: Path, head: bytes) -> bool:
 
 def read_drawing(path: Path) -> Drawing:
     """Read a layout; raise Rejection if it is too large."""
-    text = read_bytes(path, "expected a layout", LARGEST_SCRIPT_BYTES).decode("utf-8", "replace")
+    text = read_bytes(path, "expected a layout", LARGEST_SCRIPT_BYTES).decode("utf-8-sig", "replace")
     left_out = LeftOutParts()
     things = _from_bins(list(_things(text, left_out)))
-    walls: dict[str, Feature] = {}
-    feet = []
+    walls, by_name, feet = list[Feature](), dict[str, Feature](), list[float]()
     for name, _, said in (each for each in things if each[1] == "wall"):
         ax, ay, az, bx, by, bz, height = found = [_number(said, field) for field in _FIELDS["wall"][:7]]
         if not all(map(math.isfinite, found)) or max(map(abs, found)) > LONGEST_SITE_M:
             left_out.add(f"wall {name[:40]} has a number that cannot be read")
             continue
         thick = round(wall_thickness(_number(said, "thickness")), 3)  # R1
-        walls[name] = Feature("wall", LineString([(ax, ay), (bx, by)]), thick_m=thick, top_m=height)
+        by_name[name] = Feature("wall", LineString([(ax, ay), (bx, by)]), thick_m=thick, top_m=height)
+        walls.append(by_name[name])
         feet.append(min(az, bz))
     foot = float(np.median(feet)) if feet else 0.0
-    doors = (_door(name, said, walls, foot, left_out) for name, kind, said in things if kind == "door")
+    doors = (_door(name, said, by_name, foot, left_out) for name, kind, said in things if kind == "door")
     boxes = (_thing(name, said, foot) for name, kind, said in things if kind == "bbox")
-    features = [*walls.values(), *filter(None, doors), *filter(None, boxes)]
+    features = [*walls, *filter(None, doors), *filter(None, boxes)]
     return Drawing("layout text", (storey_from_features(features, foot),), left_out, wanted="walls")
 
 

@@ -28,6 +28,7 @@ from typing import Any, ClassVar, Final
 import numpy as np
 import shapely
 
+from pipeline.geometry.areas import drop_lines_and_points
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.files import LeftOutParts
 from pipeline.sources.tolerances import FILE_GRID_M, LARGEST_FLOOR_M2, LEFTOVER_M2
@@ -166,7 +167,7 @@ def _area(shape: Any) -> Any:
         shape = shape.geometry
     if not isinstance(shape, shapely.Geometry) or shape.is_empty or not np.isfinite(shapely.bounds(shape)).all():
         return None
-    found = shapely.make_valid(shapely.force_2d(shape))
+    found = drop_lines_and_points(shapely.make_valid(shapely.force_2d(shape)))
     return found if found.area > LEFTOVER_M2 else None
 
 

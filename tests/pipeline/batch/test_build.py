@@ -14,8 +14,10 @@ from houseexpo.errors import ConfigError
 from houseexpo.floorplan import decode, load_plan
 from pipeline.algorithm import plan_level
 from pipeline.batch.build import build
-from pipeline.batch.job import _as_rejection
-from pipeline.config import DedupeConfig
+from pipeline.batch.job import Job, JobSettings, _as_rejection, make_plans, run_job
+from pipeline.batch.plan_store import PlanStore
+from pipeline.batch.result_store import FolderStore
+from pipeline.config import DedupeConfig, PipelineConfig
 from pipeline.rejection import Reason
 from pipeline.values import Input
 from tests.builders.batch import boxed, config_for, contents, lines, one_room, run_build
@@ -179,3 +181,12 @@ def test_a_file_that_no_reader_knows_costs_no_other(tmp_path: Path) -> None:
         run_build([strange], tmp_path / "none")
     with pytest.raises(ConfigError, match="does not exist"):
         run_build([house, tmp_path / "gone.glb"], tmp_path / "gone")
+
+
+def test_a_file_that_cannot_be_read_is_dropped_by_hand_where_a_person_says_so(tmp_path: Path) -> None:
+    (tmp_path / "barn.usdz").write_bytes(b"PK not a zip")
+    item = Input("barn", "mesh_file", str(tmp_path / "barn.usdz"))
+    for said, reason in (({}, "unreadable"), ({"barn": Override(drop=True)}, "dropped_by_hand")):
+        settings = JobSettings(PipelineConfig(), 0, {}, {}, make_plans, PlanStore(FolderStore(tmp_path / "out")))
+        (refused,) = run_job(settings, Job("barn", item, str(tmp_path), "", said)).refused
+        assert refused.reason == reason

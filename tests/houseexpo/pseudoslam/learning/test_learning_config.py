@@ -11,7 +11,7 @@ import pytest
 
 from houseexpo.configuration import config_from_mapping, read_config
 from houseexpo.dataset import open_dataset
-from houseexpo.errors import ConfigError, MissingDependencyError
+from houseexpo.errors import ConfigError, MissingDependencyError, TrainingError
 from houseexpo.pseudoslam import learning as needs
 from houseexpo.pseudoslam.config.obstacles import ObstaclesConfig
 from houseexpo.pseudoslam.learning.config import EnvironmentConfig, TrainConfig
@@ -21,7 +21,7 @@ from houseexpo.pseudoslam.learning.environments import (
     make_environments,
     make_simulator_config,
 )
-from houseexpo.pseudoslam.learning.records import CurveFile
+from houseexpo.pseudoslam.learning.records import CurveFile, begin_run
 from houseexpo.pseudoslam.tasks import ROOM, ObstacleAvoidance
 from tests.builders.training import TEST, TRAIN, tiny, write_split_huts, write_tiny
 
@@ -161,3 +161,10 @@ def test_what_is_missing_is_one_line_that_says_what_to_install(monkeypatch: pyte
         "houseexpo train needs PyTorch, sb3-contrib, not installed here: "
         "in a clone of the project, pip install -e '.[learn]'"
     )
+
+
+@pytest.mark.parametrize("text", ["", '{"seed": 0, "popul'])
+def test_a_run_whose_description_is_damaged_is_no_run_to_go_on_with(tmp_path: Path, text: str) -> None:
+    (tmp_path / "run.json").write_text(text)
+    with pytest.raises(TrainingError, match=r"run\.json: damaged; name another folder"):
+        begin_run(tmp_path, {"seed": 0}, resume=True)

@@ -10,6 +10,10 @@ import pytest
 from houseexpo import FloorPlan
 from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam import parallel_env
+from houseexpo.pseudoslam.metrics import Bools, Floats, Metrics
+from houseexpo.pseudoslam.teams.tasks import TeamEpisode, TeamExploration
+from houseexpo.pseudoslam.teams.team import Team
+from houseexpo.pseudoslam.worlds.maps import House
 from tests.builders.meeting_task import Rendezvous
 
 pytest.importorskip("pettingzoo")
@@ -79,3 +83,26 @@ def test_other_tasks_are_refused() -> None:
         parallel_env("rendezvous", robots=2, dataset=ROOM)
     with pytest.raises(TypeError, match=r"unexpected keyword argument 'until'"):
         parallel_env(Rendezvous(), robots=2, dataset=ROOM, until="team")
+
+
+class _Lucky(TeamEpisode):
+    """An episode whose steps are worth 7, and that ends at once."""
+
+    def step(self, before: Metrics, seen: Metrics, ahead: Bools) -> Floats:  # noqa: ARG002
+        return np.full(len(self.team), 7.0)
+
+    def success(self, now: Metrics) -> bool:  # noqa: ARG002
+        return True
+
+
+class _LuckyExploration(TeamExploration):
+    def begin(self, team: Team, house: House | None) -> TeamEpisode:  # noqa: ARG002
+        return _Lucky(team)
+
+
+def test_exploration_with_an_episode_of_its_own_is_asked_what_a_step_is_worth() -> None:
+    env = parallel_env(_LuckyExploration(), robots=2, dataset=ROOM)
+    env.reset(seed=0)
+    _, rewards, ends, _, _ = env.step({"robot_0": 0, "robot_1": 0})
+    assert rewards == {"robot_0": 7.0, "robot_1": 7.0}
+    assert all(ends.values())

@@ -240,6 +240,18 @@ def test_a_copy_goes_on_from_the_same_step_and_leaves_the_first_alone() -> None:
                 np.testing.assert_array_equal(state.known, too.known)
 
 
+def test_a_copy_in_a_small_house_goes_on_in_a_larger_one() -> None:
+    rooms = [FloorPlan(f"room{side}", [(0, 0), (0, side), (side, side), (side, 0)], 1, {}) for side in (3, 5, 8)]
+    env = parallel_env(robots=2, dataset=rooms, radio="always")
+    for plan in ("room8", "room3"):
+        env.reset(seed=0, options={"plan_id": plan})
+    other = copy.deepcopy(env)
+    for each in (env, other):
+        each.reset(seed=1, options={"plan_id": "room5"})
+    one, two = (each.step(dict.fromkeys(each.agents, 0)) for each in (env, other))
+    assert (one[1], one[4]["robot_0"]["team"]) == (two[1], two[4]["robot_0"]["team"])
+
+
 def test_a_team_that_reports_ends_at_the_base() -> None:
     room = FloorPlan("room", [(0, 0), (0, 4), (4, 4), (4, 0)], 1, {})
     env = parallel_env(robots=2, dataset=room, until="report", radio="none")

@@ -9,6 +9,7 @@ from typing import Any
 import pytest
 
 from houseexpo.corrections import Override
+from houseexpo.corrections.vocabulary import author_key
 from houseexpo.errors import ConfigError
 from houseexpo.service.review.decisions import DecisionStore
 from pipeline.overrides import LevelOverride, load_overrides
@@ -63,3 +64,13 @@ def test_nobody_writes_authors_by_hand(tmp_path: Path) -> None:
     (tmp_path / "overrides.toml").write_text('[house]\nauthors = [["x", "ann", "now"]]\n')
     with pytest.raises(ConfigError, match=r"authors: unknown key"):
         load_overrides(None, None, tmp_path)
+
+
+def test_who_kept_one_storey_kept_no_other() -> None:
+    words = {
+        "house_L0": Override(keep=True, authors=((author_key("keep", True), "ann", "today"),)),
+        "house_L1": Override(label=((1.0, 1.0, "Kitchen"),)),
+    }
+    for level, names in (("house_L0", {"kept_by": "ann", "kept_at": "today"}), ("house_L1", {})):
+        found = LevelOverride.of(level, words, "").named(two_rooms(level)).provenance or {}
+        assert {key: found[key] for key in found if key.startswith("kept")} == names
