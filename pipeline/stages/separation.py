@@ -16,6 +16,8 @@ R5  A narrow place between two broad parts of a room is a mouth and makes two ro
     through, a gap is a way although doors have names (``Level.unnamed_gaps``). Beside a mouth, such a world's door that
     parts nothing by itself closes together with the mouth. So does a lintel where no openings have names, and so does
     a gap in another wall: a side room may have two ways, neither of which parts it alone.
+R6  A lintel over one room of the source, which no wall but posts and nibs goes on from, is a beam and closes nothing. A
+    room that is most of what the source draws may be the floor of a storey, and says nothing.
 """
 
 from __future__ import annotations
@@ -72,6 +74,7 @@ from pipeline.tolerances import (
     MOSTLY,
     PARALLEL,
     PASSABLE_M,
+    SOME,
     THICK_WALL_M,
 )
 from pipeline.values import Evidence, Level, Planes
@@ -128,6 +131,7 @@ def part_spaces(
     """
     pieces = whole.openings
     strips, rest = split_into_strips(standing, pieces, whole.ground, whole.spaces)
+    strips = [strip for strip in strips if not _is_beam_in_room(strip, standing, level)]
     found = keep_separating(standing, evidence.shallow_headers, strips, rest, config)
     if not level.sills and (
         slits := [slit for space in found.spaces for slit in _impassable_slits(space, config.area_m2)]
@@ -301,6 +305,22 @@ def _is_closet(room: Polygon, opening: Opening) -> bool:
     """Return whether a gap leads into a small room that is wider than the gap, as a closet is (R2)."""
     breadth = np.ptp(dot_product(shapely.get_coordinates(room.exterior), opening.along))
     return bool(room.area >= CLOSET_M2 and opening.width < MOSTLY * breadth)
+
+
+def _is_beam_in_room(strip: Opening, walls: BaseGeometry, level: Level) -> bool:
+    """Return whether a lintel hangs in one room of the source, nearly from one side of it to the other (R6)."""
+    if strip.closed_by != "lintel" or not strip.is_strip or not lies_in_room(strip.polygon, level):
+        return False
+    rooms = [each.polygon for each in level.rooms if each.polygon is not None]
+    most = MOST * shapely.area(rooms).sum()
+    for room in rooms:
+        if room.area < most and room.contains(shapely.points(strip.centre)):
+            reach = strip.along * room.length
+            line = shapely.linestrings([strip.centre - reach, strip.centre + reach])
+            pieces = shapely.get_parts(shapely.intersection(line, room))
+            chord = min(pieces, key=shapely.points(strip.centre).distance)
+            return bool(shapely.intersection(chord, walls).length < SOME * chord.length)
+    return False
 
 
 def minimal_separators(
