@@ -18,6 +18,8 @@ R5  A narrow place between two broad parts of a room is a mouth and makes two ro
     a gap in another wall: a side room may have two ways, neither of which parts it alone.
 R6  A lintel over one room of the source, which no wall but posts and nibs goes on from, is a beam and closes nothing. A
     room that is most of what the source draws may be the floor of a storey, and says nothing.
+R7  A door that the source names parts two rooms. Where both of its faces look into one, because its wall goes on under
+    a beam or ends before another wall, what closes that line closes: lintels and gaps up to ``entrance_m``.
 """
 
 from __future__ import annotations
@@ -48,7 +50,7 @@ from pipeline.geometry.areas import (
     unite,
 )
 from pipeline.geometry.groups import Groups
-from pipeline.geometry.meshes import box_around_polygon
+from pipeline.geometry.meshes import box_around_polygon, box_polygon
 from pipeline.geometry.openings import (
     KNOWN,
     Opening,
@@ -146,7 +148,7 @@ def part_spaces(
         found = _part_at_mouths(drawn, doorways, found)
         if gaps := _without_effect(pieces, {"gap"}, found):
             found = _part_at_mouths(drawn, gaps, found)
-    return found
+    return _in_line_with_idle_doors(planes.doorways, pieces, found, config)  # R7
 
 
 def keep_separating(
@@ -405,6 +407,42 @@ def _part_at_mouths(level: Level, beside: Sequence[Opening], found: Division) ->
         if any(way.closed_by == "mouth" for way in ways):
             found = replace(closed, openings=found.openings + ways)
     return found
+
+
+def _in_line_with_idle_doors(
+    doorways: Sequence[Opening], pieces: Sequence[Opening], found: Division, config: LayoutConfig
+) -> Division:
+    """Return the division with those named doors that parted nothing, and what closes in line with them (R7)."""
+    named = unite([each.polygon for each in doorways if each.said_by == "named" and each.has_door])
+    if named.is_empty:
+        return found
+    idle = found.idle(each for each in pieces if each.closed_by in {"door", "lintel", "gate"})
+    for door in [each for each in idle if each.has_door and each.polygon.intersects(named)]:
+        in_line = [
+            replace(each, polygon=box_polygon(box_around_polygon(each.polygon), width=width + 2 * BESIDE_M))
+            for each in idle
+            if not each.has_door and (width := _width_in_line(door.polygon, each.polygon))
+        ]
+        if not in_line or (closed := _parting(door, in_line, found, config)) is None:
+            continue
+        for each in list(in_line):
+            fewer = [other for other in in_line if other is not each]
+            if (less := _parting(door, fewer, found, config)) is not None:
+                in_line, closed = fewer, less
+        found = replace(closed, openings=found.openings + closed.strips_of([door, *in_line], found.ground))
+    return found
+
+
+def _parting(door: Opening, beside: Sequence[Opening], found: Division, config: LayoutConfig) -> Division | None:
+    """Return the division where a door, closed with others, parts two spaces that are rooms, else None (R7)."""
+    closed = found.closed_by([door, *beside])
+    sides = [way.sides for way in closed.strips_of([door], found.ground) if way.is_strip]
+    spaces = closed.spaces
+    are_rooms = (
+        one != other and OUTSIDE not in {one, other} and min(spaces[one].area, spaces[other].area) >= config.area_m2
+        for one, other in sides
+    )
+    return closed if any(are_rooms) else None
 
 
 def _width_in_line(door: Polygon, other: Polygon) -> float:

@@ -890,3 +890,13 @@ def test_a_room_of_the_source_that_walls_enclose_keeps_their_edge() -> None:
 def test_gaps_between_a_row_of_posts_part_nothing(post_m: float, gaps: int, rooms: int) -> None:
     ways = [gap(0.3 + k * (0.5 + post_m), 0.8 + k * (0.5 + post_m)) for k in range(gaps)]
     assert len(layout(two_rooms(*ways)).rooms) == rooms
+
+
+@pytest.mark.parametrize("has_door", [True, False])
+@pytest.mark.parametrize("beside", [gap(1.4, 4.2), Hole(1.4, 4.2, 0.0, 2.42)])
+def test_a_named_door_parts_two_rooms_though_a_wide_gap_or_a_header_is_beside_it(beside: Hole, has_door: bool) -> None:
+    """R7: an opening of 2.8 m in the same wall, of full height or under a header of 8 cm, that the source omits."""
+    between = wall((4.0, 0.0, 4.2, 4.4), Hole(0.2, 1.1), beside)
+    opening = Opening.named(shapely.box(4.0, 0.2, 4.2, 1.1), has_door)
+    found = layout([*shell((0.0, 0.0, 7.2, 4.4)), *between], openings=(opening,), named_openings=True)
+    assert len(found.rooms) == (2 if has_door else 1)
