@@ -242,7 +242,7 @@ def hold_file_lock(lock: Path, file: Path) -> Iterator[None]:
         finally:
             os.close(descriptor)
     except OSError as error:
-        raise ConfigError(f"{file.name}: cannot be written ({error.strerror}); nothing was changed") from None
+        raise ConfigError(f"{file}: cannot be written ({error.strerror}); nothing was changed") from None
 
 
 @contextmanager

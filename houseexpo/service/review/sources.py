@@ -118,6 +118,11 @@ class SourceView:
         """The places where a door may be: the kind and the jambs of each, in metres of the plan."""
         return [(place.kind, (np.array(place.ends) - self.origin).round(3).tolist()) for place in self.level.places]
 
+    @cached_property
+    def _offered(self) -> list[tuple[str, list[list[float]]]]:
+        """The places that the page offers."""
+        return [(kind, ends) for kind, ends in self.places if self._takes(ends)]
+
     def drawn_under(self, plan: FloorPlan | None) -> dict[str, Any]:
         """Return the layers under a plan of the level, in that plan's metres; corrections may move a plan's origin."""
         origin = self.origin if plan is None else self.origin_of(plan)
@@ -131,7 +136,7 @@ class SourceView:
             "edges": [(np.array(ring) - (x, y)).round(3).tolist() for wall in self.level.edges for ring in wall],
             "places": [
                 {"kind": kind, "ends": (np.array(ends) + ahead).round(3).tolist()}
-                for kind, ends in self.places if self._takes(ends)
+                for kind, ends in self._offered
             ],
             "strokes": [
                 {"kind": each.kind, "points": (np.array(each.points) - (x, y)).round(3).tolist()}

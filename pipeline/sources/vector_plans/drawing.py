@@ -6,7 +6,7 @@ them, with walls as bodies and holes through them. The frame: metres, x right an
 R1  Two lines closer than THICKEST_WALL_M that enclose something are the faces of one wall: between them is wall.
 R2  A door stands in a wall. Where its file leaves a gap in the wall, the gap is filled up to the wall's faces first, so
     that the door has a lintel; the wall's depth is that of the wall ends beside the door.
-R3  A drawing of rooms without walls has its walls between and around the rooms (``room_walls``).
+R3  A drawing of rooms without walls has its walls between and around the rooms (``walls_around``).
 R4  What lies far from the origin is moved near; the way back is in the level's frame.
 """
 

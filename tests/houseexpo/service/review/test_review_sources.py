@@ -289,6 +289,13 @@ def test_a_place_that_cannot_be_taken_is_not_offered() -> None:
     assert [place["ends"] for place in view.drawn_under(view.plan)["places"]] == [[[4.15, 2.3], [4.15, 3.05]]]
 
 
+def test_places_are_tried_once_for_all_plans_of_a_source(monkeypatch: pytest.MonkeyPatch) -> None:
+    _, view = shown(Place("door", ((4.15, 2.3), (4.15, 3.05))))
+    first = view.drawn_under(view.plan)
+    monkeypatch.delattr("houseexpo.service.review.sources.correct_plan")
+    assert view.drawn_under(view.plan) == first
+
+
 def test_the_source_lies_under_a_plan_that_starts_elsewhere() -> None:
     plan, view = shown(Place("door", ((4.15, 2.3), (4.15, 3.05))))
     x, y = source_points_from_plan(plan.frame, [[0.0, 0.0]])[0].tolist()
