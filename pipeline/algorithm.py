@@ -36,6 +36,7 @@ from pipeline.stages.evidence import gather_evidence
 from pipeline.stages.furniture import subtract_furniture
 from pipeline.stages.isolated import erase_isolated
 from pipeline.stages.layout import close_openings, read_drawn_layout
+from pipeline.stages.logistic import Models, models_with
 from pipeline.stages.planes import find_planes
 from pipeline.stages.quality_grounds import measure_quality_grounds, walls_far_from_rooms
 from pipeline.stages.refine import straighten_rooms
@@ -103,10 +104,11 @@ def _search(level: Level, config: PipelineConfig, rng: np.random.Generator) -> I
     spaces = erase_isolated(spaces, config.isolated)
     yield StageResult("isolated", spaces, level.id)
     buildings = separate_buildings(level, spaces, config.isolated)
-    doubts = doubt_spaces(level, evidence, layout)
+    models = models_with(config.weights)
+    doubts = doubt_spaces(level, evidence, layout, models["space"])
     unlikely = EMPTY if joins else unlikely_rooms(level, evidence, layout, doubts)
     cells = EMPTY if joins else closed_cells(level, evidence, layout)
-    whole = _Whole(evidence, planes, layout, doubts, unlikely, cells, found)
+    whole = _Whole(evidence, planes, layout, doubts, unlikely, cells, found, models)
     if len(buildings) > 1:
         whole = replace(whole, far_walls=walls_far_from_rooms(evidence.walls, layout.rooms))
     for building, spaces in corrections_by_building(level, buildings):
@@ -176,7 +178,8 @@ class _Whole:
 
     ``doubts`` say of each space how doubtful it is that it is a room; ``unlikely`` is the area of those that are likely
     none, and ``cells`` that of closed cells, both empty where all closed spaces are joined. ``rooms`` are those that
-    the stage ``doors`` found. ``far_walls`` are the walls that stand beside no room, of a level with several buildings.
+    the stage ``doors`` found. ``models`` rate the parts of plans. ``far_walls`` are the walls that stand beside no
+    room, of a level with several buildings.
     """
 
     evidence: Evidence
@@ -186,6 +189,7 @@ class _Whole:
     unlikely: BaseGeometry
     cells: BaseGeometry
     rooms: tuple[Polygon, ...]
+    models: Models
     far_walls: BaseGeometry | None = None
 
 
@@ -212,8 +216,10 @@ def _of_building(
         yield StageResult("furnish", spaces, level.id)
     named = name_rooms(level, spaces)
     spaces = with_doors_between_parts(spaces, named, whole.evidence.doorways)
-    rated = add_confidences(FinalBuilding(level, whole.evidence, whole.layout, spaces, named, grounds, whole.doubts))
-    planned = without_unlikely_entrances(rated)
+    final_building = FinalBuilding(
+        level, whole.evidence, whole.layout, spaces, named, grounds, whole.doubts, whole.models
+    )
+    planned = without_unlikely_entrances(add_confidences(final_building))
     provenance = _provenance(level, whole.planes, planned.spaces)
     plan = vectorise(level, planned.spaces, planned.named, provenance, obstacles)
     if said:

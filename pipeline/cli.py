@@ -87,8 +87,14 @@ _Furniture = Annotated[
     bool | None,
     typer.Option("--furniture/--no-furniture", help="Treat furniture as an obstacle.", rich_help_panel=_PLANS),
 ]
-
-
+_Weights = Annotated[
+    Path | None,
+    typer.Option(
+        help="File of weights that houseexpo fit wrote, for houses of one kind.",
+        rich_help_panel=_PLANS,
+        show_default="those of houseexpo",
+    ),
+]
 _KeepStages = Annotated[
     bool | None,
     typer.Option(
@@ -166,6 +172,7 @@ def build(
         bool, typer.Option("--replace", help="Remove plans of other builds from OUT.", rich_help_panel=_FOLDER)
     ] = False,
     model_path: _ModelPath = None,
+    weights: _Weights = None,
     min_quality: _MinQuality = None,
     keep_stages: _KeepStages = None,
     keep_copies: _KeepCopies = None,
@@ -228,6 +235,7 @@ def build(
         "resolution": resolution,
         "furniture": furniture,
         "model_path": model_path,
+        "weights": weights,
         "min_quality": min_quality,
         "keep_stages": keep_stages,
         "keep_copies": keep_copies,
@@ -267,6 +275,7 @@ def inspect(
     resolution: _Resolution = None,
     furniture: _Furniture = None,
     model_path: _ModelPath = None,
+    weights: _Weights = None,
     replace: Annotated[bool, typer.Option("--replace", help="Overwrite files that houseexpo did not write.")] = False,
 ) -> None:
     """Draw each stage of one house: a PNG for each stage, and a sheet with all of them.
@@ -286,6 +295,7 @@ def inspect(
         "resolution": resolution,
         "furniture": furniture,
         "model_path": model_path,
+        "weights": weights,
     }
     with end_cleanly():
         words = load_overrides(config, overrides)

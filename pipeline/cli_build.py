@@ -48,6 +48,8 @@ class BuildRequest:
         options = {name: value for name, value in self.given.items() if name != "sources" and value is not None}
         if "model_path" in options:
             options["model_path"] = absolute_folders(options["model_path"], Path())
+        if "weights" in options:
+            options["weights"] = str(Path(options["weights"]).absolute())
         for name, path in (("config", self.config), ("overrides", self.overrides)):
             if path is not None:
                 options[name] = path.stem if name == "config" and is_bundled_manifest(path) else str(path.absolute())

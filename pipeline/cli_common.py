@@ -38,20 +38,28 @@ _LIMITS = {"seconds": "seconds", "memory": "memory_gb"}
 def load_build_config(config: Path | None, given: Mapping[str, Any]) -> BuildConfig:
     """Return the manifest's settings, or the defaults, with what the command line gives in their place.
 
-    Model folders that are given count from the folder that the command is run in, wherever the settings are used.
+    Model folders that are given count from the folder that the command is run in, wherever the settings are used. The
+    file of weights is read.
     """
     from pipeline.config_file import BuildConfig, absolute_folders, load_config
+    from pipeline.stages.logistic import read_weights
 
     settings = BuildConfig() if config is None else load_config(config)
     chosen = {name: value for name, value in given.items() if value not in (None, ())}
     if "model_path" in chosen:
         chosen["model_path"] = absolute_folders(chosen["model_path"], Path())
+    if "weights" in chosen:
+        chosen["weights"] = str(Path(chosen["weights"]).absolute())
     limits = {limit: chosen.pop(name) for name, limit in _LIMITS.items() if name in chosen}
     settings = replace(settings, limits=replace(settings.limits, **limits))
     if "keep_copies" in chosen:
         dedupe = replace(settings.stages.dedupe, off=chosen.pop("keep_copies"))
         settings = replace(settings, stages=replace(settings.stages, dedupe=dedupe))
-    return replace(settings, build=replace(settings.build, **chosen))
+    settings = replace(settings, build=replace(settings.build, **chosen))
+    if settings.build.weights:
+        weights = read_weights(Path(settings.build.weights))
+        settings = replace(settings, stages=replace(settings.stages, weights=weights))
+    return settings
 
 
 @contextmanager

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Literal
+
+from pipeline.stages.logistic import LogisticModel
 
 
 @dataclass(frozen=True)
@@ -117,7 +120,10 @@ class DedupeConfig:
 
 @dataclass(frozen=True)
 class PipelineConfig:
-    """All parameters of a build; stored with its output."""
+    """All parameters of a build; stored with its output.
+
+    ``weights`` are models that take the place of those of ``stages/weights.toml``, by their names (``houseexpo fit``).
+    """
 
     evidence: EvidenceConfig = field(default_factory=EvidenceConfig)
     planes: PlanesConfig = field(default_factory=PlanesConfig)
@@ -128,3 +134,4 @@ class PipelineConfig:
     connectivity: ConnectivityConfig = field(default_factory=ConnectivityConfig)
     refine: RefineConfig = field(default_factory=RefineConfig)
     dedupe: DedupeConfig = field(default_factory=DedupeConfig)
+    weights: Mapping[str, LogisticModel] = field(default_factory=dict, hash=False)

@@ -34,6 +34,8 @@ class BuildOptions:
 
     ``up``, ``units``, ``scale`` and ``storey_height`` (m) are for mesh files; "auto" means that they are detected.
 
+    ``weights`` is a file of models that ``houseexpo fit`` wrote; "" for those that the program comes with.
+
     ``resolution`` is the side of a cell, in metres, of robots' maps that do not say it.
 
     ``units`` is auto, m, cm, mm, in, ft, or the length of a unit in metres; ``scale`` is 20 for a model at 1:20. A
@@ -53,6 +55,7 @@ class BuildOptions:
     resolution: float | None = None
     furniture: bool = False
     model_path: str = ""  # folders to look for Gazebo models in, divided as in PATH
+    weights: str = ""
     min_quality: float = 0.0
     furnished: float = 0.0
     keep_stages: bool = False
@@ -97,6 +100,8 @@ class BuildConfig:
         del stages["dedupe"]["off"]
         if stages["connectivity"]["closed_spaces"] == ConnectivityConfig.closed_spaces:  # as new
             del stages["connectivity"]["closed_spaces"]
+        if not self.stages.weights:
+            del stages["weights"]
         return {"build": chosen, "limits": asdict(LimitsConfig()), **stages}
 
     def digest(self) -> str:
@@ -148,6 +153,8 @@ def load_config(path: Path) -> BuildConfig:
     tables = read_toml(path)
     own = {name: tables.pop(name) for name in ("build", "limits") if name in tables}
     with name_in_config_errors(path):
+        if "weights" in tables:
+            raise ConfigError('weights: expected a file, under [build]: weights = "mine.toml"')
         stages = config_from_mapping(PipelineConfig, tables, convert=convert_to_type, beside=_BESIDE)
         config = config_from_mapping(BuildConfig, own, convert=convert_to_type)
         for name in ("min_quality", "furnished"):
@@ -158,7 +165,9 @@ def load_config(path: Path) -> BuildConfig:
                 raise ConfigError(f"limits.{name} = {value!r}: expected a number above 0")
     sources = tuple(_from_here(source, path.parent) for source in config.build.sources)
     model_path = absolute_folders(config.build.model_path, path.parent)
-    return replace(config, build=replace(config.build, sources=sources, model_path=model_path), stages=stages)
+    weights = str(path.parent.absolute() / config.build.weights) if config.build.weights else ""
+    build = replace(config.build, sources=sources, model_path=model_path, weights=weights)
+    return replace(config, build=build, stages=stages)
 
 
 def absolute_folders(folders: str, here: Path) -> str:

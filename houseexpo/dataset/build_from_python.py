@@ -36,6 +36,7 @@ def build(
     resolution: float | None = None,
     furniture: bool | None = None,
     model_path: str | None = None,
+    weights: Place | None = None,
     min_quality: float | None = None,
     keep_stages: bool | None = None,
     keep_copies: bool | None = None,
@@ -74,6 +75,8 @@ def build(
         Whether furniture counts as an obstacle.
     model_path
         Folders with Gazebo models, separated as in PATH.
+    weights
+        A file of weights that ``houseexpo fit`` wrote from labels of reviewed houses, for houses of the same kind.
     min_quality
         Reject plans with a lower quality score, 0 to 1.
     keep_stages
@@ -127,6 +130,7 @@ def build(
         resolution=resolution,
         furniture=furniture,
         model_path=model_path,
+        weights=None if weights is None else Path(weights),
         min_quality=min_quality,
         keep_stages=keep_stages,
         keep_copies=keep_copies,

@@ -26,7 +26,7 @@ FILE = ".build/command.json"
 """The path of the record in a data set."""
 
 OPTIONS: Final = frozenset({
-    *("config", "overrides", "model_path"),
+    *("config", "overrides", "model_path", "weights"),
     *("add", "furniture", "keep_copies", "keep_stages", "limit", "memory", "min_quality", "resolution", "scale"),
     *("seconds", "seed", "storey_height", "units", "up"),
 })  # fmt: skip

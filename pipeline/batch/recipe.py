@@ -18,6 +18,7 @@ import pipeline
 from houseexpo.corrections import Override
 from pipeline.batch.disk import path_to_text
 from pipeline.config_file import BuildConfig
+from pipeline.stages.logistic import WEIGHTS
 from pipeline.values import Input
 
 LIBRARIES = (
@@ -78,9 +79,10 @@ def library_versions() -> dict[str, str]:
 
 @cache
 def code_digest() -> str:
-    """Return a hash of the modules that a worker runs: the job, every reader, and what they import of ours."""
+    """Return a hash of what a worker runs: the job, every reader, what they import of ours, and the models' weights."""
     readers = (file.relative_to(_OURS["pipeline"].parent) for file in (_OURS["pipeline"] / "sources").rglob("*.py"))
-    return modules_digest(*_ROOTS, *(".".join(file.with_suffix("").parts) for file in readers))
+    modules = modules_digest(*_ROOTS, *(".".join(file.with_suffix("").parts) for file in readers))
+    return hashlib.sha256(modules.encode() + WEIGHTS.read_bytes()).hexdigest()
 
 
 @cache

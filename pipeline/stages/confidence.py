@@ -30,7 +30,7 @@ confidence: its source marks each door.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Final, Literal, TypeAlias
 
@@ -47,7 +47,7 @@ from pipeline.geometry.prisms import Prisms
 from pipeline.geometry.room_shapes import are_rooms_misshapen, have_jutting_walls
 from pipeline.quality import doubt_plan
 from pipeline.stages.connectivity import NO_EVIDENCE, NO_WALL, UNKNOWN
-from pipeline.stages.logistic import load_models
+from pipeline.stages.logistic import Models, load_models
 from pipeline.stages.quality_grounds import shares_without_floor
 from pipeline.stages.room_doubt import of_rooms
 from pipeline.tolerances import BESIDE_M, GROUP, HAND_M, MOST, SHEET_M, SHOULDERS_M
@@ -71,7 +71,7 @@ CROWD: Final = (3, 6)
 class FinalBuilding:
     """A building whose rooms and passages are final: what the stages found, and the ``grounds`` against its plan.
 
-    ``doubts`` (n,) say how doubtful each of the layout's spaces is (``stages.room_doubt``).
+    ``doubts`` (n,) say how doubtful each of the layout's spaces is (``stages.room_doubt``). ``models`` rate the parts.
     """
 
     level: Level
@@ -81,6 +81,7 @@ class FinalBuilding:
     named: tuple[NamedRoom, ...]
     grounds: Mapping[str, float]
     doubts: Floats
+    models: Models = field(default_factory=load_models)
 
     @cached_property
     def features(self) -> Features:
@@ -95,10 +96,10 @@ def add_confidences(planned: FinalBuilding) -> FinalBuilding:
         return planned
     doors = zip(planned.spaces.passages, passage_features(planned), strict=True)
     passages = tuple(
-        replace(p, confidence=load_models()[model_for_passage(p)].confidence(features)) for p, features in doors
+        replace(p, confidence=planned.models[model_for_passage(p)].confidence(features)) for p, features in doors
     )
     rooms = zip(planned.named, room_features(planned), strict=True)
-    named = tuple(replace(room, confidence=load_models()["room"].confidence(features)) for room, features in rooms)
+    named = tuple(replace(room, confidence=planned.models["room"].confidence(features)) for room, features in rooms)
     return replace(planned, spaces=replace(planned.spaces, passages=passages), named=named)
 
 

@@ -47,7 +47,7 @@ from pipeline.geometry.areas import (
 from pipeline.geometry.mesh_slicing import lengths_of_faces
 from pipeline.geometry.prisms import Prisms
 from pipeline.geometry.room_shapes import SMALLEST_ROOM_M2
-from pipeline.stages.logistic import load_models
+from pipeline.stages.logistic import LogisticModel, load_models
 from pipeline.tolerances import (
     CRACK_M,
     DOORWAY_M,
@@ -73,15 +73,16 @@ Floats = npt.NDArray[np.float64]
 Features = dict[str, Floats]
 
 
-def doubt_spaces(level: Level, evidence: Evidence, layout: Layout) -> Floats:
+def doubt_spaces(level: Level, evidence: Evidence, layout: Layout, space: LogisticModel | None = None) -> Floats:
     """Return for each of the ``spaces`` of a layout (n,) how doubtful it is that it is a room of the house, 0 to 1.
 
     The doubt is how far the space's probability lies below that of a space without special features, in two digits. It
-    is 0 in drawings, and in sources that mark each door: a person has drawn the spaces as rooms.
+    is 0 in drawings, and in sources that mark each door: a person has drawn the spaces as rooms. ``space`` is the
+    model, by default that of ``weights.toml``.
     """
     if not is_doubted(level, layout):
         return np.zeros(len(layout.spaces))
-    return load_models()["space"].doubt(space_features(level, evidence, layout))
+    return (space or load_models()["space"]).doubt(space_features(level, evidence, layout))
 
 
 def unlikely_rooms(level: Level, evidence: Evidence, layout: Layout, doubts: Floats) -> BaseGeometry:

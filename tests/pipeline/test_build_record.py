@@ -54,6 +54,13 @@ def test_a_manifest_of_the_project_is_recorded_by_its_name() -> None:
     assert record.build.words(OUT) == ["build", "--config=demo", "--out", str(OUT)]
 
 
+def test_the_file_of_weights_is_in_full_and_given_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    record = work({"weights": Path("mine.toml")}).record(add=False)
+    assert record.build.options == {"weights": str(tmp_path / "mine.toml")}
+    assert f"--weights={tmp_path / 'mine.toml'}" in record.commands(OUT)[0]
+
+
 def test_model_folders_are_in_full(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     full = f"{tmp_path / 'models'}{os.pathsep}{os.sep}far"

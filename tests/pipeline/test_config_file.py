@@ -4,14 +4,17 @@ import os
 import re
 from pathlib import Path
 
+import msgspec
 import pytest
 
 from houseexpo.corrections import Override
 from houseexpo.dataset.manifest import manifest_path
 from houseexpo.errors import ConfigError
+from pipeline.cli_common import load_build_config
 from pipeline.config import PipelineConfig
 from pipeline.config_file import BuildConfig, find_manifest, load_config
 from pipeline.overrides import configure, load_overrides
+from pipeline.stages.logistic import LogisticModel
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -206,3 +209,24 @@ def test_the_defaults_are_the_parameters_of_the_paper():
     found = (stages.planes.ground_m, stages.planes.door_m, stages.cells.samples, stages.connectivity.samples)
     assert found == (0.01, 0.2, 500, 100)
     assert stages.cells.area_m2 == 2.0
+
+
+MINE = "[door]\nbias = 1.5\n[door.weights]\nnarrow = -2.0\n"
+
+
+def test_weights_of_ones_own_are_named_in_the_manifest_and_are_parameters(tmp_path: Path) -> None:
+    (tmp_path / "mine.toml").write_text(MINE)
+    named = load_build_config(written(tmp_path, '[build]\nweights = "mine.toml"'), {})
+    given = load_build_config(None, {"weights": tmp_path / "mine.toml"})
+    assert named.stages.weights == given.stages.weights == {"door": LogisticModel(1.5, {"narrow": -2.0})}
+    assert named.parameters()["weights"] == {"door": {"bias": 1.5, "weights": {"narrow": -2.0}}}
+    assert named.digest() == given.digest() != BuildConfig().digest()
+    assert "weights" not in BuildConfig().parameters()  # plans made before have that hash
+    again = msgspec.json.decode(msgspec.json.encode(given), type=BuildConfig)  # as shards keep it
+    assert again == given
+    assert hash(again) == hash(given)
+
+
+def test_weights_stand_in_a_file_of_their_own(tmp_path: Path) -> None:
+    with pytest.raises(ConfigError, match=r'weights: expected a file, under \[build\]: weights = "mine.toml"'):
+        load_config(written(tmp_path, "[weights.door]\nbias = 1.0"))

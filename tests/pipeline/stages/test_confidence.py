@@ -105,11 +105,11 @@ def test_a_slit_that_nobody_enters_by_is_left_out_though_no_entrance_is_sure(clo
     assert len(without_unlikely_entrances(house).spaces.passages) == left
 
 
-def test_a_plan_leaves_out_a_likely_window_beside_its_door(monkeypatch) -> None:
+def test_a_plan_leaves_out_a_likely_window_beside_its_door() -> None:
     rated = LogisticModel(3.0, {"wide": -6.0})
-    monkeypatch.setattr("pipeline.stages.confidence.load_models", lambda: {**load_models(), "entrance": rated})
     holes = [houses.Hole(1, 1.9), houses.Hole(4, 6.4)]
-    plan = houses.plan_of(houses.shell((0, 0, 8, 4), front=holes))
+    config = PipelineConfig(weights={"entrance": rated})
+    plan = houses.plan_of(houses.shell((0, 0, 8, 4), front=holes), config)
     assert [door.kind for door in plan.doors] == ["entrance"]
     assert plan.doors[0].width == pytest.approx(0.9)
     assert plan.provenance["notes"]["unlikely_entrances"] == 1
