@@ -99,7 +99,7 @@ PANELS: Final = {
     "Make plans": ("demo", "build", "inspect", "assemble", "slurm", "fetch"),
     "Look at plans": ("info", "show", "serve", "review", "stats", "validate"),
     "Use and pass on": ("export", "split", "release", "labels"),
-    "Simulate": ("play", "record", "replay", "ros", "benchmark", "train", "observe", "prepare"),
+    "Simulate": ("play", "record", "replay", "ros", "benchmark", "train", "observe", "collect", "prepare"),
 }
 """The commands in the groups of ``--help``; others, such as those of plug-ins, come after them."""
 
@@ -292,6 +292,7 @@ EXAMPLES: Final = {
     "ros": ("ros plans/demo --map slam",),
     "train": ("train exploration plans/demo --out run", "train predictor --out predictor"),
     "observe": ("observe plans/demo --limit 1000 --out pairs",),
+    "collect": ("collect plans/demo --policy frontier --out collected/frontier-v0",),
     "prepare": ("prepare plans/demo",),
 }
 """Arguments that follow ``houseexpo``, by the name of the command."""

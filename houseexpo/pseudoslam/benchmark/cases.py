@@ -42,6 +42,11 @@ class Case:
     seed: int
     pose: tuple[float, float, float] | None = None
 
+    @property
+    def options(self) -> dict[str, Any]:
+        """The options of the environment's reset."""
+        return {"plan_id": self.plan_id, "pose": self.pose}
+
 
 def make_cases(track_id: str, plan_ids: Sequence[str]) -> list[Case]:
     """Return a case for each plan (R5)."""

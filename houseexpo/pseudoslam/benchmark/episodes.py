@@ -121,7 +121,7 @@ class EpisodeRunner:
     ) -> Trace:
         """Run one episode, score predicted maps, and append each action and the time of each decision, milliseconds."""
         env, trace = self.env, Trace()
-        observation, info = env.reset(seed=case.seed, options={"plan_id": case.plan_id, "pose": case.pose})
+        observation, info = self._reset(case)
         self._add(trace, case, info, 0.0)
         note(0)
         policy = self._ask(case, 0, lambda: start_policy(self.policy, env, self.policy_seed))
@@ -186,6 +186,9 @@ class EpisodeRunner:
             raise PolicyError(f"{self._where(case, step)}: {error}") from None
         except (Exception, SystemExit) as error:
             raise PolicyError(f"{self._where(case, step)}: it raised {describe_exception(error, __file__)}") from error
+
+    def _reset(self, case: Case) -> Any:
+        return self.env.reset(seed=case.seed, options=case.options)
 
     def _step(self, case: Case, step: int, action: Any) -> Any:
         try:
