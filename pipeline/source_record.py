@@ -5,7 +5,8 @@ R1  The plans are those that a build makes with what is said of the file, and wi
 R2  Sections are at ``SECTIONS_M``: one below the heads of doors and windows, one above the sills and handles of most.
 R3  The top view is without what lies above ``ROOF_M``, as if the roof were off.
 R4  A robot's map is shown itself. What a drawing has as areas is shown in section.
-R5  A level that cannot become a plan is recorded as far as its stages came, an input as far as its file could be read.
+R5  A mesh is shown in three dimensions too, the largest ``_MOST_TRIANGLES`` of it.
+R6  A level that cannot become a plan is recorded as far as its stages came, an input as far as its file could be read.
 """
 
 from __future__ import annotations
@@ -24,7 +25,16 @@ from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
 from houseexpo.corrections import Override
-from houseexpo.dataset.source_records import LevelSource, Picture, Place, PlanSource, Rings, SourceRecord, Stroke
+from houseexpo.dataset.source_records import (
+    LevelSource,
+    Picture,
+    Place,
+    PlanSource,
+    Rings,
+    Solid,
+    SourceRecord,
+    Stroke,
+)
 from houseexpo.errors import ConfigError
 from houseexpo.files import sha256_of
 from houseexpo.floorplan import FloorPlan
@@ -85,6 +95,9 @@ _MOST_NAMES: Final = 400
 _MOST_STROKES: Final = 8_000
 _SHOWN_M: Final = (3.0, 200.0)
 """Lengths of drawings of buildings; the first unit that gives one of these is shown."""
+_MOST_TRIANGLES: Final = 60_000
+"""Some two megabytes on their way to the browser."""
+_SHOWN_HEIGHTS_M: Final = (-0.5, 3.5)
 _MOST_SNAP_CORNERS: Final = 40_000
 """A browser that snaps to more of them is slow."""
 
@@ -92,7 +105,7 @@ _MOST_SNAP_CORNERS: Final = 40_000
 class SourceReader:
     """Reads one input, and keeps what it read, so that a word of a house without a plan is answered without reading.
 
-    R6  An input is read again if what is said of its file changed, or the file itself did.
+    R7  An input is read again if what is said of its file changed, or the file itself did.
     """
 
     def __init__(self, config: BuildConfig, name: str) -> None:
@@ -247,7 +260,7 @@ def _ifc_contents(path: Path, *, is_read: bool) -> tuple[_Whole, list[str]]:
 
 
 def _of_file(item: Input, override: Override, whole: _Whole, why: str, config: BuildConfig) -> LevelSource:
-    """Return what can be shown of a file whose levels could not be found: all of it, from above (R5)."""
+    """Return what can be shown of a file whose levels could not be found: all of it, from above (R6)."""
     level = level_without_walls(item, override)
     pictures: list[Picture] = []
     strokes: tuple[Stroke, ...] = ()
@@ -286,6 +299,7 @@ def _searched(level: Level, item: Input, whole: _Whole, override: Override, conf
         guesses=level.guesses,
         extent=extent_of(level),
         strokes=_strokes(whole.lines, level, level.unit_m),
+        solid=_solid(level),
     )
     return _Searched(source, results)
 
@@ -339,7 +353,7 @@ def extent_of(level: Level) -> tuple[float, float]:
 
 
 def _stages(level: Level, override: Override, config: BuildConfig) -> tuple[list[StageResult], str]:
-    """Return the results of the stages (R1), and why there is no plan (R5)."""
+    """Return the results of the stages (R1), and why there is no plan (R6)."""
     results: list[StageResult] = []
     try:
         results.extend(run_stages(level, configure(config.planning, override), level_rng(level, config.build.seed)))
@@ -446,8 +460,7 @@ def _pictures(level: Level, item: Input, walls: Sequence[Polygon], *, is_plan: b
         (units, scale), given = said_size(options), options.get("resolution")
         yield _map_picture(scaled_map(Path(item.path), float(given) if given else None, units, scale).trimmed(), level)
         return
-    meshes = [level.walls, *level.door_meshes, *(each.mesh for each in level.furniture)]
-    whole = merge_meshes(meshes) if not isinstance(level.walls, Prisms) else level.walls
+    whole = _mesh_of(level)
     if whole.is_empty:
         return
     shown = [*walls, *polygons_of(level.floor)] if level.floor is not None and not is_plan else walls
@@ -464,6 +477,29 @@ def _pictures(level: Level, item: Input, walls: Sequence[Polygon], *, is_plan: b
         mask = _section(whole, height + _OFF_M, sheet)
         name, title = f"section_{height:g}".replace(".", "_"), f"Section at {height:g} m"
         yield sheet.masked(name, title, mask, colour)
+
+
+def _mesh_of(level: Level) -> Mesh:
+    """Return all triangles of a level; its walls alone if they are prisms."""
+    if isinstance(level.walls, Prisms):
+        return level.walls
+    return merge_meshes([level.walls, *level.door_meshes, *(each.mesh for each in level.furniture)])
+
+
+def _solid(level: Level) -> Solid | None:
+    """R5."""
+    mesh = _mesh_of(level)
+    if isinstance(mesh, Prisms) or not len(mesh.faces):
+        return None
+    low, high = _SHOWN_HEIGHTS_M
+    heights = mesh.vertices[mesh.faces, 2]
+    faces = mesh.faces[(heights.max(axis=1) > low) & (heights.min(axis=1) < high)]
+    if len(faces) > _MOST_TRIANGLES:
+        a, b, c = mesh.vertices[faces].swapaxes(0, 1)
+        areas = np.linalg.norm(np.cross(b - a, c - a), axis=1)
+        faces = faces[np.argpartition(-areas, _MOST_TRIANGLES)[:_MOST_TRIANGLES]]
+    used, faces = np.unique(faces, return_inverse=True)
+    return Solid(mesh.vertices[used].astype("<f4").tobytes(), faces.astype("<u4").tobytes())
 
 
 def _bounds_of(meshes: Iterable[Mesh]) -> Box:

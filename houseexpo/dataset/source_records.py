@@ -40,6 +40,16 @@ class Stroke(msgspec.Struct, frozen=True):
     points: Points
 
 
+class Solid(msgspec.Struct, frozen=True):
+    """Triangles: corners (n, 3) as float32 in metres, z the height over the floor, and their indices (m, 3) as uint32.
+
+    Both are little-endian.
+    """
+
+    corners: bytes
+    faces: bytes
+
+
 class PlanSource(msgspec.Struct, frozen=True):
     """A plan without the corrections of its storey.
 
@@ -61,6 +71,7 @@ class LevelSource(msgspec.Struct, frozen=True):
 
     ``edges`` are the walls, to which points snap. ``guesses`` names the facts that the reader guessed. ``extent`` is
     the size of the walls' bounds along the source's two axes, metres. ``strokes`` are the drawing's own lines.
+    ``solid`` is the level in three dimensions, or None if the source has no triangles.
     """
 
     id: str
@@ -73,6 +84,7 @@ class LevelSource(msgspec.Struct, frozen=True):
     guesses: tuple[str, ...] = ()
     extent: tuple[float, float] = (0.0, 0.0)
     strokes: tuple[Stroke, ...] = ()
+    solid: Solid | None = None
 
 
 class SourceRecord(msgspec.Struct, frozen=True):

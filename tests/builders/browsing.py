@@ -35,7 +35,7 @@ class Watch:
             self.faults.append(f"foreign request: {request.url}")
 
     def _said(self, message: Any) -> None:
-        if message.type in {"error", "warning"}:
+        if message.type in {"error", "warning"} and "GPU stall due to ReadPixels" not in message.text:  # a screenshot
             self.faults.append(f"console: {message.text}")
 
     def check(self) -> None:

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 import pytest
 import trimesh
 from PIL import Image
@@ -16,7 +17,7 @@ from PIL import Image
 from houseexpo import build, open_dataset
 from houseexpo.corrections import Correction, Override
 from houseexpo.corrections.preview import preview
-from houseexpo.dataset.source_records import decode_source_record, encode_source_record
+from houseexpo.dataset.source_records import SourceRecord, decode_source_record, encode_source_record
 from houseexpo.errors import ConfigError
 from houseexpo.floorplan import decode
 from houseexpo.service.review.sources import SourceView, _view
@@ -113,6 +114,30 @@ def test_sections_show_what_stands_at_their_height_to_scale(tmp_path: Path) -> N
         assert not drawn(4.5, 2.0)
         assert drawn(2.0, 2.5) is cupboard
     assert SECTIONS_M == (1.1, 1.9)
+    solid = level.solid
+    assert solid is not None
+    corners = np.frombuffer(solid.corners, "<f4").reshape(-1, 3)
+    faces = np.frombuffer(solid.faces, "<u4").reshape(-1, 3)
+    assert corners.min(axis=0) == pytest.approx([-shift_x, -shift_y, -0.1], abs=1e-3)
+    assert corners.max(axis=0) == pytest.approx([6 - shift_x, 4.2 - shift_y, 2.6], abs=1e-3)
+    assert len(faces) == 12 * len(parts)
+
+
+def test_of_a_large_mesh_the_largest_triangles_are_shown(monkeypatch: pytest.MonkeyPatch) -> None:
+    whole = areas_of(SourceReader(config_of(FILE), id_of(FILE)).record({}))
+    monkeypatch.setattr("pipeline.source_record._MOST_TRIANGLES", 100)
+    fewer = areas_of(SourceReader(config_of(FILE), id_of(FILE)).record({}))
+    assert len(whole) > 100
+    assert np.sort(fewer) == pytest.approx(np.sort(whole)[-100:], rel=1e-5)
+
+
+def areas_of(record: SourceRecord) -> npt.NDArray[np.float64]:
+    """The areas of the triangles that a record shows, square metres."""
+    solid = record.levels[0].solid
+    assert solid is not None
+    corners = np.frombuffer(solid.corners, "<f4").reshape(-1, 3).astype(np.float64)
+    found: npt.NDArray[np.float64] = trimesh.triangles.area(corners[np.frombuffer(solid.faces, "<u4").reshape(-1, 3)])
+    return found
 
 
 def test_a_house_that_is_no_plan_shows_its_source_and_becomes_one_by_what_is_said(tmp_path: Path) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import getpass
+from collections.abc import Callable
 from threading import Lock
 from typing import Any, Final, get_args
 
@@ -31,6 +32,7 @@ from houseexpo.service.review.session import (
     UndoRequest,
     one_line,
 )
+from houseexpo.service.review.sources import SourceView
 from houseexpo.service.review.tools import tools
 from houseexpo.service.service import Service, is_loopback
 
@@ -89,12 +91,15 @@ def routes(service: Service) -> list[BaseRoute]:
             raise HTTPException(404, f"{name}: this plan did not exist before the last build")
         return _picture_response(decode(found.building.before[name]))
 
-    def source(request: Request) -> Response:
-        found, name = review(request), request.query_params.get("plan", "")
-        view = found.source(name, wait=True)
-        if view is None:
-            raise HTTPException(404, f"{name}: no plan of this data set, and no house that its build rejected")
-        return JsonResponse(view.drawn_under(found.base(name, view)), headers={"cache-control": "no-store"})
+    def source_with(shown: Callable[[SourceView, FloorPlan | None], dict[str, Any]]) -> Callable[[Request], Response]:
+        def answer(request: Request) -> Response:
+            found, name = review(request), request.query_params.get("plan", "")
+            view = found.source(name, wait=True)
+            if view is None:
+                raise HTTPException(404, f"{name}: no plan of this data set, and no house that its build rejected")
+            return JsonResponse(shown(view, found.base(name, view)), headers={"cache-control": "no-store"})
+
+        return answer
 
     def status(request: Request) -> Response:
         return JsonResponse(review(request).building.status(), headers={"cache-control": "no-store"})
@@ -114,7 +119,8 @@ def routes(service: Service) -> list[BaseRoute]:
         Route("/{data}/review", page),
         Route("/{data}/review/state", state),
         Route("/{data}/review/pictures/{plan}.svg", picture),
-        Route("/{data}/review/source", source),
+        Route("/{data}/review/source", source_with(SourceView.drawn_under)),
+        Route("/{data}/review/solid", source_with(SourceView.solid_over)),
         Route("/{data}/review/file", post(_say_of_file), methods=["POST"]),
         Route("/{data}/review/decide", post(_decide), methods=["POST"]),
         Route("/{data}/review/replace", post(_replace), methods=["POST"]),

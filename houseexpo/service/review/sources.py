@@ -142,7 +142,15 @@ class SourceView:
                 {"kind": each.kind, "points": (np.array(each.points) - (x, y)).round(3).tolist()}
                 for each in self.level.strokes
             ],
+            "is_solid": self.level.solid is not None,
         }  # fmt: skip
+
+    def solid_over(self, plan: FloorPlan | None) -> dict[str, Any]:
+        """Return the level's triangles, and the origin (x, y) of a plan of it in their metres; {} if it has none."""
+        if self.level.solid is None:
+            return {}
+        origin = self.origin if plan is None else self.origin_of(plan)
+        return {"origin": origin, **msgspec.to_builtins(self.level.solid)}
 
     def _takes(self, ends: list[list[float]]) -> bool:
         """Return whether a door at a place would have an effect; a large plan is not checked."""

@@ -1,8 +1,9 @@
 // Review: shows one plan, takes decisions by keyboard, mouse or touch, and asks the server to note each of them.
-import { Sheet } from "./sheet.js";
+import { Sheet, SOLID } from "./sheet.js";
 import { showBuild } from "./build.js";
 import { showEnd } from "./ended.js";
 import { FileForm } from "./file.js";
+import { Solid } from "./solid.js";
 
 const root = document.getElementById("review");
 const base = root.dataset.base;
@@ -17,6 +18,7 @@ const titles = {
   ...Object.fromEntries(tools.map(({ word, title }) => [word, title])),
 };
 const sheet = new Sheet(at("stage"), at("hint"), { choose: showChosen, move, take: (word, points) => decide(word, { points }), stroke: askOfStroke });
+const solid = new Solid(at("solid"), at("solid-view"), at("solid-cut"));
 const file = new FileForm({ draw: drawDistance, say: sayOfFile });
 let held = ""; // the key of the question on the screen
 let wantedKind = ""; // the kind of question that the reviewer has chosen to answer now
@@ -141,17 +143,30 @@ function readSource({ plan, source: { known, why } }) {
 function showSwitches() {
   const switches = sheet.switches;
   at("switches").hidden = switches.length === 0;
-  at("switches").replaceChildren(...switches.map(({ name, title, on }, i) => {
-    const found = button(` ${title}`, () => { sheet.toggle(name); showSwitches(); }, "switch");
+  at("switches").replaceChildren(...switches.map(({ title, on }, i) => {
+    const found = button(` ${title}`, () => toggleLayer(i), "switch");
     found.prepend(Object.assign(document.createElement("kbd"), { textContent: i + FIRST_LAYER }));
     found.setAttribute("aria-pressed", String(on));
     return found;
   }));
+  showSolid();
 }
 
 function toggleLayer(number) {
   const found = sheet.switches[number];
-  if (found) { sheet.toggle(found.name); showSwitches(); }
+  if (!found) return;
+  sheet.toggle(found.name);
+  showSwitches();
+}
+
+function showSolid() {
+  const { source } = sheet, { plan } = now;
+  if (!sheet.switches.some(({ name, on }) => name === SOLID && on)) { solid.hide(); return; }
+  if (solid.source === source) { solid.mark(now.shape, sheet.asked); return; }
+  solid.source = source;
+  ask(`solid?${new URLSearchParams({ plan })}`).then((found) => {
+    if (sheet.source === source && found.corners) solid.show(found, now.shape, sheet.asked);
+  }).catch((error) => say(error.message, "bad"));
 }
 
 function showRejections({ rejections, plan }) {
@@ -258,6 +273,7 @@ function showQuestions() {
   if (!first) forAll = -1;
   at("asked").hidden = !first || readOnly;
   sheet.ask(first ?? null, forAll < 0 ? [] : like, forAll === 1 ? 1 : 0);
+  showSolid();
   if (!first) return;
   at("question").textContent = first.says;
   ["first", "second"].forEach((id, i) => {

@@ -2,6 +2,7 @@
 import { element } from "/static/api.js";
 import { Drawing, path } from "/static/drawing.js";
 import { segmentsOf, snap } from "./snap.js";
+import { canDrawSolids } from "./solid.js";
 
 const STEP_M = 0.1, FAR_M = 1;
 const SNAP_PX = 11, TOUCH_PX = 22; // a finger hides what it points at
@@ -10,6 +11,7 @@ const LAYERS = ["source", "strokes", "gone", "changed", "places", "marks", "sket
 const STROKES = "strokes"; // the layer of a drawing's own lines
 const SHORTEST_M = 0.3; // of what may be a wall
 const PLACES = "places"; // the layer of what may close and what the plan has no passage at
+export const SOLID = "solid"; // the source in three dimensions, beside the plan
 const WIDER = 1.05; // a source that is hardly larger than the plan needs no other view
 const AT_FIRST = ["map", "section_1_1", PLACES];
 const BESIDE_M = 0.6; // a point so far from a place lies in the room beside it
@@ -99,7 +101,8 @@ export class Sheet {
     if (!this.source) return [];
     const places = this.source.places.length ? [{ name: PLACES, title: "Places for doors" }] : [];
     const strokes = this.source.strokes.length ? [{ name: STROKES, title: "Lines of the file" }] : [];
-    return [...this.source.layers, ...places, ...strokes].map(({ name, title }) => ({ name, title, on: this.on.has(name) }));
+    const solid = this.source.is_solid && canDrawSolids ? [{ name: SOLID, title: "In three dimensions" }] : [];
+    return [...this.source.layers, ...places, ...strokes, ...solid].map(({ name, title }) => ({ name, title, on: this.on.has(name) }));
   }
 
   toggle(name) {

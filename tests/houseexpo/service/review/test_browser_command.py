@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import os
 import re
 import shutil
@@ -9,18 +10,24 @@ import signal
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import pytest
+from PIL import Image
 
 pytest.importorskip("starlette")
 
 from houseexpo import open_dataset
-from tests.builders.browsing import visited
+from tests.builders.browsing import look, visited
 from tests.builders.examples import FOLDER
 from tests.builders.services import ROOT
 
 pytestmark = [pytest.mark.slow, pytest.mark.browser]
 RUN = "import typer; from houseexpo.commands.review import review; typer.run(review)"
+
+WITHOUT_WEBGL = """HTMLCanvasElement.prototype.getContext = ((own) => function (kind, ...more) {
+  return kind === "webgl2" ? null : own.call(this, kind, ...more);
+})(HTMLCanvasElement.prototype.getContext);"""
 
 
 def test_one_command_and_a_few_keys_correct_a_house(tmp_path: Path) -> None:
@@ -35,6 +42,7 @@ def test_one_command_and_a_few_keys_correct_a_house(tmp_path: Path) -> None:
         before = open_dataset(folder)[0]
         with visited(found[1], found[2]) as page:
             page.wait_for_selector("#plan-drawing")
+            look_at_it_in_three_dimensions(page)
             page.fill("#reviewer", "ann")
             page.focus("#stage")
             page.keyboard.press("t")
@@ -59,3 +67,25 @@ def test_one_command_and_a_few_keys_correct_a_house(tmp_path: Path) -> None:
     finally:
         server.send_signal(signal.SIGINT)
         server.wait(20)
+
+
+def look_at_it_in_three_dimensions(page: Any) -> None:
+    switch, view = page.get_by_role("button", name="In three dimensions"), page.locator("#solid-view")
+    switch.click()
+    page.wait_for_function(
+        "() => document.getElementById('solid-view').width !== 300"
+    )  # it was drawn: 300 is a canvas' own width
+    drawn = [view.screenshot()]
+    assert len(Image.open(io.BytesIO(drawn[0])).convert("L").getcolors() or []) > 20
+    view.press("ArrowLeft")
+    view.press("+")
+    page.locator("#solid-cut").fill("1")
+    drawn.append(view.screenshot())
+    assert drawn[0] != drawn[1]
+    look(page, "review-solid")
+    switch.click()
+    assert view.is_hidden()
+    page.add_init_script(WITHOUT_WEBGL)
+    page.reload()
+    page.wait_for_selector("#switches button")
+    assert switch.count() == 0
