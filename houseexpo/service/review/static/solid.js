@@ -49,9 +49,9 @@ export class Solid {
     gl.bufferData(gl.ARRAY_BUFFER, at, gl.STATIC_DRAW);
     gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, indices, gl.STATIC_DRAW);
     const [x1, y1, x2, y2] = shape.bounds;
-    this.far = 0.8 * Math.max(x2 - x1, y2 - y1, 4);
-    this.target = [(x1 + x2) / 2, (y1 + y2) / 2, 1];
     this.box.hidden = false;
+    this.far = (0.8 * Math.max(x2 - x1, y2 - y1, 4)) / Math.min(this.canvas.clientWidth / Math.max(this.canvas.clientHeight, 1), 1);
+    this.target = [(x1 + x2) / 2, (y1 + y2) / 2, 1];
     this.mark(shape, asked);
   }
 
