@@ -16,6 +16,7 @@ PUBLISHED ?=
 EXPLORERS := chooser chooser-1 chooser-2 finisher frontier random-frontier information tour oracle random forward wall
 RESULTS ?= $(EXPLORERS:%=budget:%) $(EXPLORERS:%=quality:%) $(patsubst %,avoidance:%,spin random forward wall) \
   $(foreach track,navigation pointgoal,$(patsubst %,$(track):%,a-star greedy random forward)) \
+  $(patsubst %,roomgoal:%,seek shortest random) \
   $(foreach track,large noisy people,$(patsubst %,$(track):%,chooser frontier random-frontier information wall forward random)) \
   $(patsubst %,slam:%,chooser frontier information)
 TRACKS  ?= $(sort $(foreach run,$(RESULTS),$(firstword $(subst :, ,$(run)))))

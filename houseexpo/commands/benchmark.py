@@ -26,7 +26,8 @@ Resolution = Annotated[
 Workers = Annotated[int | None, typer.Option(min=1, help="Number of processes.", show_default="one per core")]
 
 TRACK_NAMES = (
-    *("budget", "quality", "avoidance", "navigation", "pointgoal", "large", "noisy", "people", "slam"),
+    *("budget", "quality", "avoidance", "navigation", "pointgoal", "roomgoal", "objectgoal"),
+    *("large", "noisy", "people", "slam"),
     *("kth", "dare", "ariadne", "pipe-small", "pipe-medium", "pipe-large"),
 )
 
@@ -45,7 +46,7 @@ def run(
     track: Annotated[
         str,
         typer.Option(
-            help="budget, quality, avoidance, navigation, pointgoal, large, noisy, people, slam; "
+            help="budget, quality, avoidance, navigation, pointgoal, roomgoal, objectgoal, large, noisy, people, slam; "
             "on --maps also kth, dare, ariadne, pipe-small, pipe-medium or pipe-large.",
             autocompletion=make_completion(*TRACK_NAMES),
         ),

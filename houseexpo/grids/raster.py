@@ -17,7 +17,7 @@ import numpy.typing as npt
 
 from houseexpo.errors import ConfigError
 from houseexpo.grids.frame import GridFrame
-from houseexpo.plan import Door, Ring, Room
+from houseexpo.plan import Door, PlanObject, Ring, Room
 from houseexpo.plan.model import PlanData
 from houseexpo.tolerances import TIE_PX
 
@@ -107,6 +107,11 @@ def door_ids(plan: PlanData, frame: GridFrame) -> npt.NDArray[np.int32]:
     return _ids(plan.doors, frame)
 
 
+def object_ids(plan: PlanData, frame: GridFrame) -> npt.NDArray[np.int32]:
+    """Return the id of the piece of furniture in each cell (rows, cols), -1 in cells without one."""
+    return _ids(plan.objects, frame)
+
+
 def distance_field(mask: Mask, pixels_per_metre: float) -> npt.NDArray[np.float32]:
     """Return the distance in metres from the centre of each True cell to the nearest False one, 0 in False cells.
 
@@ -139,7 +144,7 @@ def all_rings(space: Space) -> list[Ring]:
     return [np.asarray(ring.coords)[:-1, :2] for ring in rings]
 
 
-def _ids(parts: Iterable[Room | Door], frame: GridFrame) -> npt.NDArray[np.int32]:
+def _ids(parts: Iterable[Room | Door | PlanObject], frame: GridFrame) -> npt.NDArray[np.int32]:
     mask = np.full(frame.shape, NOTHING, dtype=np.int32)
     for part in parts:
         holes = part.holes if isinstance(part, Room) else ()

@@ -23,7 +23,7 @@ class EpisodeConstants(NamedTuple):
     """Quantities that do not change in an episode, as arrays of N that are views of one array."""
 
     rows: Floats
-    """All following columns side by side, (N, 10)."""
+    """All following columns side by side, (N, 11)."""
     corner_m: Floats
     """(x, y) of the upper left corner of the first cell in the plan, and 0, twice (N, 6), in the layout of poses."""
     observable: Floats
@@ -32,11 +32,13 @@ class EpisodeConstants(NamedTuple):
     """Length of the shortest path from the start to the goal, metres."""
     goal_m: Floats
     """The goal (N, 2), metres; NaN if there is none."""
+    goal_number: Floats
+    """The index of the goal's kind of room or furniture; -1 if it is a place."""
 
     @classmethod
     def of(cls, rows: Floats) -> EpisodeConstants:
-        """Return the columns of rows (N, 10), as views of them."""
-        return cls(rows, rows[:, :6], rows[:, 6], rows[:, 7], rows[:, 8:])
+        """Return the columns of rows (N, 11), as views of them."""
+        return cls(rows, rows[:, :6], rows[:, 6], rows[:, 7], rows[:, 8:10], rows[:, 10])
 
     def __reduce__(self) -> tuple[Callable[[Floats], EpisodeConstants], tuple[Floats]]:
         """Pickle and copy the rows; the columns of the copy are views of its own rows."""
@@ -166,7 +168,7 @@ def _compiled_measures() -> Callable[..., None]:
     """Return ``measure_pool`` for the arrays that it is always given."""
     pool = np.zeros((1, 1), COUNTS), np.zeros((1, 1), READINGS), np.zeros((1, 1), POSE)
     into = np.empty(1, MEASURES), np.empty((1, 6))
-    return compiled_function(measure_pool, *pool, np.zeros((1, 10)), 1.0, 1.0, 1, *into)
+    return compiled_function(measure_pool, *pool, np.zeros((1, 11)), 1.0, 1.0, 1, *into)
 
 
 @lru_cache(maxsize=16)

@@ -89,6 +89,8 @@ class State:
         (x, y) in the plan's metres, or None.
     shortest_path_m
         Length of the shortest path from the start to the goal, metres; 0 if there is none.
+    goal_number
+        The index of the goal's kind of room or furniture in ``config.goal.names``; -1 if it is a place.
     """
 
     episode: Episode
@@ -96,6 +98,7 @@ class State:
     obstacles: tuple[Obstacle, ...] = ()
     goal_m: tuple[float, float] | None = None
     shortest_path_m: float = 0.0
+    goal_number: int = -1
 
     @cached_property
     def pool(self) -> Episode:
@@ -171,6 +174,7 @@ class State:
             self.obstacles,
             self.goal_m,
             self.shortest_path_m,
+            self.goal_number,
         )
 
 

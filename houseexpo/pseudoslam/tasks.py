@@ -191,12 +191,14 @@ class ObstacleAvoidance(Task):
 
 @dataclass(frozen=True)
 class Navigation(Task):
-    """The task of going to a place in a known house.
+    """The task of going to a place, or to a room or piece of furniture of a kind (``config.goal``).
 
     The reward is the progress along the shortest path to the goal, metres, plus ``success_reward`` at the goal. An
     episode terminates within ``config.goal.radius_m`` of the goal; one that starts there terminates with its first
-    step. ``spl`` in ``info`` is success weighted by path length (Anderson et al., 2018): 0 without success, 1 if the
-    episode starts at the goal, else the shortest path as a share of the distance travelled.
+    step. If the goal is a kind of room or furniture, the shortest path is the one from the start to the nearest of the
+    kind, the progress is along paths to that place, and any of its kind will do. ``spl`` in ``info`` is success
+    weighted by path length (Anderson et al., 2018): 0 without success, 1 if the episode starts at the goal, else the
+    shortest path as a share of the distance travelled.
     """
 
     success_reward: float = 2.5
@@ -218,7 +220,16 @@ class Navigation(Task):
 
     def success(self, after: Metrics) -> Bools:
         """Return in which episodes the robot is at the goal, or was at the start."""
-        return self._is_goal(after, after.pose[:, :2]) | self._is_goal(after, after.start())
+        if after.config.goal_region:
+            there: Bools = after.readings["to_goal"] == 0.0
+            return there | self._starts_there(after)
+        return self._is_goal(after, after.pose[:, :2]) | self._starts_there(after)
+
+    def _starts_there(self, after: Metrics) -> Bools:
+        if after.config.goal_region:
+            there: Bools = after.constants.shortest_path_m == 0.0
+            return there
+        return self._is_goal(after, after.start())
 
     def _is_goal(self, after: Metrics, place: Floats) -> Bools:
         x, y = (after.constants.goal_m - place).T
@@ -235,7 +246,7 @@ class Navigation(Task):
             "to_goal_m": after.readings["to_goal"] * after.cell_m,
             "way_m": gone,
             "goal": after.constants.goal_m.copy(),
-            "spl": np.where(success, np.where(self._is_goal(after, after.start()), 1.0, share), 0.0),
+            "spl": np.where(success, np.where(self._starts_there(after), 1.0, share), 0.0),
         }
 
 

@@ -14,6 +14,7 @@ from gymnasium.vector import VectorEnv
 
 from houseexpo import FloorPlan
 from houseexpo.grids.frame import GridFrame
+from houseexpo.plan import PlanObject, Room
 from houseexpo.plan.json_codec import encode
 from houseexpo.pseudoslam.agents.explorers import NearestFrontier
 from houseexpo.pseudoslam.agents.protocol import Robot, make_knowledge
@@ -50,6 +51,34 @@ def hall_with_cell() -> FloorPlan:
     """A hall whose right part, 2 m wide, is behind a gap of 0.3 m."""
     verts = [(0, 0), (0, 4), (5, 4), (5, 2.3), (5.1, 2.3), (5.1, 4), (7, 4), (7, 0), (5.1, 0), (5.1, 2), (5, 2), (5, 0)]
     return FloorPlan("cell", verts, 1, {})
+
+
+def flat(plan_id: str = "flat") -> FloorPlan:
+    """A kitchen with a chair and a bedroom with a bed, 0.2 m apart, and an opening of 1 m between them."""
+    verts = [
+        (0, 0),
+        (0, 4),
+        (4, 4),
+        (4, 2.5),
+        (4.2, 2.5),
+        (4.2, 4),
+        (9, 4),
+        (9, 0),
+        (4.2, 0),
+        (4.2, 1.5),
+        (4, 1.5),
+        (4, 0),
+    ]
+    rings = [box(1.0, 0.8, 1.5, 1.3), box(6.5, 2.2, 8.2, 3.4)]
+    return FloorPlan(
+        plan_id, verts, 2, {}, holes=[ring[::-1] for ring in rings],
+        rooms=[Room(0, "Kitchen", box(0, 0, 4, 4)), Room(1, "Bedroom", box(4.2, 0, 9, 4))],
+        objects=[PlanObject(0, "chair", 0, rings[0], 0.9), PlanObject(1, "bed", 1, rings[1], 0.5)],
+    )  # fmt: skip
+
+
+def box(x1: float, y1: float, x2: float, y2: float) -> list[tuple[float, float]]:
+    return [(x1, y1), (x1, y2), (x2, y2), (x2, y1)]
 
 
 def at(x: float, y: float, heading: float, config: SimulatorConfig = PLAIN) -> SimulatorConfig:

@@ -33,6 +33,8 @@ NAMES: Final = {
     "chooser-2": f"{_HERE}.learned:chooser_2",
     "finisher": f"{_HERE}.learned:finisher",
     "oracle": f"{_HERE}.oracle:Oracle",
+    "seek": f"{_HERE}.seeking:Seeker",
+    "shortest": f"{_HERE}.seeking:ShortestWay",
     "greedy": f"{_HERE}.simple:Greedy",
     "a-star": f"{_HERE}.simple:AStar",
 }

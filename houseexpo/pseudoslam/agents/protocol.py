@@ -26,6 +26,7 @@ from houseexpo.pseudoslam.config import ObservationConfig, SimulatorConfig
 from houseexpo.pseudoslam.config.checks import check_one_of
 from houseexpo.pseudoslam.envs.single import PseudoSlamEnv
 from houseexpo.pseudoslam.envs.spec import Actions, Kind
+from houseexpo.pseudoslam.kernels.mapping import UNKNOWN
 from houseexpo.pseudoslam.simulator import Simulator
 from houseexpo.pseudoslam.state import State
 from houseexpo.pseudoslam.worlds.world import World
@@ -45,7 +46,11 @@ class Knowledge(TypedDict):
     path_m: float
     """Distance travelled so far."""
     goal_px: NotRequired[npt.NDArray[np.float64]]
-    """The goal on the map (2,), if the task has one."""
+    """The goal on the map (2,), if it is a place."""
+    goal_name: NotRequired[str]
+    """The goal's kind of room or furniture, if it is one."""
+    goal_map: NotRequired[npt.NDArray[np.uint8]]
+    """(rows, cols), 1 for known cells that belong to such a room or piece: what a robot that recognises them sees."""
 
 
 @dataclass(frozen=True)
@@ -137,6 +142,9 @@ def make_knowledge(simulator: Simulator, state: State) -> Knowledge:
         "steps": int(state.counts.steps),
         "path_m": float(state.episode.readings[0].path_length) / simulator.config.pixels_per_metre,
     }
-    if state.goal_m is not None:
+    if simulator.config.goal_region:
+        known["goal_name"] = simulator.config.goal_region.names[state.goal_number]
+        known["goal_map"] = simulator.world.regions[known["goal_name"]].marked * (state.known != UNKNOWN)
+    elif state.goal_m is not None:
         known["goal_px"] = np.array(simulator.world.frame.pixel_from_point(*state.goal_m))
     return known

@@ -30,7 +30,7 @@ from houseexpo.progress import show_progress
 from houseexpo.pseudoslam.benchmark.cases import Case, seed_from_words
 from houseexpo.pseudoslam.benchmark.episodes import EpisodeOutcome, EpisodeRunner, Note
 from houseexpo.pseudoslam.benchmark.policy_process import PolicyProcess
-from houseexpo.pseudoslam.benchmark.run import check_task, make_policy_record
+from houseexpo.pseudoslam.benchmark.run import check_task, make_policy_record, plans_with_goals
 from houseexpo.pseudoslam.benchmark.supervise import run_cases
 from houseexpo.pseudoslam.benchmark.tracks import TRACKS, Houses, Track, find_track
 from houseexpo.pseudoslam.config.checks import check_whole_number
@@ -247,8 +247,10 @@ def _cases(track: Track, plans: Dataset | None, settings: CollectSettings) -> tu
     if track.needs_plans and plans is not None:
         chosen = plans.split(settings.split) if settings.split else plans
         ids = sorted(chosen.ids)
-    order = np.random.default_rng(settings.seed).permutation(len(ids)).tolist()
-    names = [ids[order[number % len(ids)]] for number in range(settings.episodes)]
+    order = [ids[place] for place in np.random.default_rng(settings.seed).permutation(len(ids)).tolist()]
+    if track.config.goal_region and isinstance(chosen, Dataset):
+        order = plans_with_goals(track, chosen, order[: settings.episodes])
+    names = [order[number % len(order)] for number in range(settings.episodes)]
     cases = [
         Case(name, seed_from_words(track.id, name, str(settings.seed), str(number)))
         for number, name in enumerate(names)

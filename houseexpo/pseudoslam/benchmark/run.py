@@ -6,6 +6,7 @@ import os
 import platform
 import time
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
 from importlib.metadata import version
@@ -36,7 +37,9 @@ from houseexpo.pseudoslam.benchmark.prediction import check_predictor_name
 from houseexpo.pseudoslam.benchmark.supervise import run_cases
 from houseexpo.pseudoslam.benchmark.tracks import MAP_TRACKS, Houses, Track, find_track
 from houseexpo.pseudoslam.tasks import ROOM
+from houseexpo.pseudoslam.worlds.cache import WorldCache
 from houseexpo.pseudoslam.worlds.maps import MapHouse
+from houseexpo.words import count_noun
 
 _LIBRARIES: Final = ("gymnasium", "llvmlite", "numba", "numpy", "opencv-python-headless", "scipy")
 
@@ -132,7 +135,32 @@ def _cases(
         ids = choose_plan_ids(
             plans, settings.split, settings.number, settings.workers, track.largest, fewer=settings.fewer
         )
+        if track.config.goal_region:
+            ids = plans_with_goals(track, plans, ids)
     return find_cases(track, plans, ids, settings.split)
+
+
+def plans_with_goals(track: Track, plans: Dataset, ids: Sequence[str]) -> list[str]:
+    """Return the plans with two kinds of goals or more that a robot can reach, so that one is away from any start.
+
+    Raises
+    ------
+    ConfigError
+        There is no such plan.
+    """
+    worlds = WorldCache(plans.only(ids), track.config)
+    found = []
+    for number, name in show_progress(enumerate(ids), "looking for goals", len(ids)):
+        with suppress(ConfigError):  # it has none
+            if len(worlds[number].regions) > 1:
+                found.append(name)
+    if not found:
+        kind = track.config.goal.kind if track.config.goal else ""
+        raise ConfigError(
+            f"track {track.id}: expected plans with two kinds of {kind} that have names and that a robot can reach, "
+            f"found none among {count_noun(len(ids), 'plan')}; take another data set"
+        )
+    return found
 
 
 def find_cases(

@@ -15,7 +15,7 @@ from houseexpo.floorplan import FloorPlan
 from houseexpo.pseudoslam.agents.protocol import Interface
 from houseexpo.pseudoslam.benchmark import measures
 from houseexpo.pseudoslam.benchmark.measures import Trace
-from houseexpo.pseudoslam.config import LaserConfig, NoiseConfig, RobotConfig, SimulatorConfig
+from houseexpo.pseudoslam.config import GoalConfig, LaserConfig, NoiseConfig, RobotConfig, SimulatorConfig
 from houseexpo.pseudoslam.config.moving_obstacles import PeopleConfig
 from houseexpo.pseudoslam.envs.single import ExplorationEnv, NavigationEnv, ObstacleAvoidanceEnv, PseudoSlamEnv
 from houseexpo.pseudoslam.envs.slam_env import SlamEnv
@@ -61,7 +61,7 @@ class Track:
     id: str
     about: str
     config: SimulatorConfig
-    task: Literal["exploration", "avoidance", "navigation"]
+    task: Literal["exploration", "avoidance", "navigation", "search"]
     arguments: dict[str, Any]
     metrics: tuple[Metric, ...]
     measure: Callable[[Trace], dict[str, float | None]]
@@ -89,6 +89,7 @@ class Track:
             "exploration": ExplorationEnv,
             "avoidance": ObstacleAvoidanceEnv,
             "navigation": NavigationEnv,
+            "search": NavigationEnv,
             "slam": SlamEnv,
         }
         config = self.config if interface.view is None else replace(self.config, observation=interface.view)
@@ -110,6 +111,8 @@ _FINE_LASER: Final = LaserConfig(5.0, 180.0, 0.25)
 """Beams are 2.2 cm apart at 5 m, less than a cell: a SLAM draws beams, and beams 0.7 degrees apart leave out cells."""
 _NOISE: Final = NoiseConfig(laser_m=0.02, odometry_way=0.02, odometry_turn=0.02, odometry_deg_per_m=0.5, drop_out=0.05)
 """Errors of a cheap laser and of wheels without slip; the map drifts with the odometry, as without loop closure."""
+_OBJECTS: Final = ("bed", "chair", "plant", "sofa", "toilet", "tv stand")
+"""The six kinds of ObjectNav's challenge of 2022 (Habitat), in the words of the houses that the project furnishes."""
 
 TRACKS: Final = (
     Track(
@@ -140,6 +143,20 @@ TRACKS: Final = (
         "pointgoal", "pointgoal-v2",
         "Go to a place in a house that nobody has seen yet.",
         replace(Navigation.default, max_steps=1000, known_map=False), "navigation", {},
+        measures.NAVIGATION, measures.measure_navigation,
+    ),
+    Track(
+        "roomgoal", "roomgoal-v1",
+        "Go to a room of a given kind, such as the kitchen, in a house that nobody has seen yet.",
+        replace(Navigation.default, max_steps=1000, known_map=False, goal=GoalConfig(kind="room", least_way_m=5.0)),
+        "search", {},
+        measures.NAVIGATION, measures.measure_navigation,
+    ),
+    Track(
+        "objectgoal", "objectgoal-v1",
+        "Go to a piece of furniture of a given kind, such as a bed, in a furnished house that nobody has seen yet.",
+        replace(Navigation.default, max_steps=1000, known_map=False, goal=GoalConfig(kind="object", names=_OBJECTS)),
+        "search", {},
         measures.NAVIGATION, measures.measure_navigation,
     ),
     Track(

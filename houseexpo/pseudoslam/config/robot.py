@@ -6,11 +6,14 @@ from dataclasses import dataclass, fields, replace
 from typing import Literal, get_args
 
 from houseexpo.errors import ConfigError
+from houseexpo.plan.room_labels import LABELS, canonical
 from houseexpo.pseudoslam.config.checks import check_above_zero, check_number, check_one_of, check_whole_number
 from houseexpo.pseudoslam.config.drive import Ackermann, Differential, Motion
+from houseexpo.words import suggest_name
 
 ScanRule = Literal["sector", "rays"]
 Origin = Literal["plan", "centre"]
+GoalKind = Literal["place", "room", "object"]
 
 MAX_SIDE_PX = 20_000
 """Largest number of cells across a view, a scan or a global map; memory grows with its square."""
@@ -173,10 +176,22 @@ class ObservationConfig:
 
 @dataclass(frozen=True)
 class GoalConfig:
-    """The goal: the place (``x_m``, ``y_m``), or a random one.
+    """The goal: a place, a room of a kind ("go to the kitchen"), or a piece of furniture of a kind.
 
     A random goal is at least ``least_way_m`` metres of walking distance from the start, or as far as the house allows.
-    The robot has reached the goal when its centre is within ``radius_m``.
+
+    Parameters
+    ----------
+    random, x_m, y_m
+        For a place: whether it is random, or (x, y) in the plan's metres.
+    radius_m
+        For a place: the distance of the robot's centre within which it is reached, metres.
+    kind
+        "place", "room" or "object". A room is reached when the robot's centre is in any room of the kind; furniture,
+        when it is within 1 m of a piece of the kind and nothing stands in between (``worlds.goal_regions``).
+    names
+        The kinds of room or furniture, of which one that the house has is drawn for each episode, all equally likely.
+        Rooms have the labels of the data set; () means all of them. Furniture has the words of its source.
     """
 
     random: bool = True
@@ -184,12 +199,37 @@ class GoalConfig:
     y_m: float = 0.0
     radius_m: float = 0.3
     least_way_m: float = 2.0
+    kind: GoalKind = "place"
+    names: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
+        check_one_of(self.kind, "goal.kind", get_args(GoalKind))
+        object.__setattr__(self, "names", self._checked_names())
         for name in ("x_m", "y_m"):
             check_number(getattr(self, name), f"goal.{name}")
         check_above_zero(self, "goal", "radius_m", at_most=1000.0)
         check_number(self.least_way_m, "goal.least_way_m", at_least=0.0, at_most=1000.0)
+
+    def _checked_names(self) -> tuple[str, ...]:
+        """Return the names, for rooms in the spelling of ``LABELS``."""
+        names: object = self.names
+        if not isinstance(names, list | tuple) or not all(isinstance(name, str) for name in names):
+            raise ConfigError(f"goal.names: expected a list of names, found {names!r}")
+        if len(set(names)) < len(names):
+            raise ConfigError(f"goal.names: expected each name once, found {list(names)}")
+        if self.kind == "place" and names:
+            raise ConfigError(f'goal.names: expected none for a place, found {list(names)}; set goal.kind to "room"')
+        if self.kind == "object" and not names:
+            raise ConfigError("goal.names: expected the kinds of furniture, such as bed, found none")
+        if self.kind != "room":
+            return tuple(names)
+        for name in names:
+            if canonical(name) is None:
+                raise ConfigError(
+                    f"goal.names: expected labels of rooms ({', '.join(LABELS)}), found {name!r}"
+                    + suggest_name(name, LABELS)
+                )
+        return tuple(canonical(name) or name for name in names) or LABELS
 
 
 @dataclass(frozen=True)

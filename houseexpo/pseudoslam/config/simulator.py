@@ -120,6 +120,16 @@ class SimulatorConfig:
         return dict(config_to_mapping(self))
 
     @property
+    def goal_place(self) -> GoalConfig | None:
+        """The goal if it is a place, whose position the robot is told; None otherwise."""
+        return self.goal if self.goal is not None and self.goal.kind == "place" else None
+
+    @property
+    def goal_region(self) -> GoalConfig | None:
+        """The goal if it is a kind of room or furniture, which the robot has to find; None otherwise."""
+        return self.goal if self.goal is not None and self.goal.kind != "place" else None
+
+    @property
     def full_step_m(self) -> float:
         """The greatest distance of an action, metres."""
         drive = self.robot.drive

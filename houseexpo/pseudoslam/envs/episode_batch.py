@@ -106,7 +106,9 @@ class EpisodeBatch:
             if part.size:  # half of them are empty
                 pool[i, : len(part)] = part
         self.sizes[i] = state.episode.occupied.shape
-        self._rest[i] = state.observable_cells, state.obstacles, state.goal_m, state.shortest_path_m
+        self._rest[i] = (
+            state.observable_cells, state.obstacles, state.goal_m, state.shortest_path_m, state.goal_number,
+        )  # fmt: skip
 
     def _clear_map(self, i: int) -> None:
         """Make the map at place ``i`` unknown, where the scans of the episode there have drawn."""

@@ -27,7 +27,7 @@ def count_channels(config: SimulatorConfig, *, several: bool) -> int:
     """Return the number of pictures: one, or those of several scales and of the marks."""
     if not several:
         return NEAR + 1
-    return (GOAL if config.goal else ROBOT) + 1
+    return (GOAL if config.goal_place else ROBOT) + 1
 
 
 def picture_side_px(config: SimulatorConfig) -> int:
@@ -49,7 +49,7 @@ def picture_scales(config: SimulatorConfig) -> PictureScales:
         view.far_size_m * ppm / side,
         view.global_size_m * ppm / side,
         float(config.robot.radius_m * ppm),  # an int would compile the kernel again
-        float(config.goal.radius_m * ppm) if config.goal else 0.0,
+        float(config.goal_place.radius_m * ppm) if config.goal_place else 0.0,
     )
 
 
@@ -73,7 +73,7 @@ class Pictures:
     def __init__(self, number: int, config: SimulatorConfig, *, several: bool) -> None:
         side, ppm = picture_side_px(config), config.pixels_per_metre
         self._scales = picture_scales(config)
-        self._cells_per_metre = np.array([ppm, -ppm], float) if several and config.goal else None
+        self._cells_per_metre = np.array([ppm, -ppm], float) if several and config.goal_place else None
         self._goals = np.full((number, 2), np.nan)
         self._draw: Callable[..., None] | None = None
         self.shown = np.zeros((number, count_channels(config, several=several), side, side), np.uint8)

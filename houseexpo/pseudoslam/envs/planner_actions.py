@@ -241,5 +241,9 @@ def make_planner_spec(
             f"actions={actions!r}: one such action is many steps, and the rewards of {type(task).__name__} as it is "
             "configured do not add up over steps; use single steps, or another task or reward"
         )
+    if config.goal_region:
+        raise ConfigError(
+            f"actions={actions!r}: expected a goal that is a place, found goal.kind={config.goal_region.kind!r}"
+        )
     name: Any = actions
     return PlannerSpec(name, planning or PlanningConfig(), config, observation == "graph")

@@ -125,8 +125,9 @@ class EnvSpec:
         float32, the pose by odometry relative to the start (m, m, rad); and "ranges" (beams,) float32, metres, from the
         right edge of the fan.
         "graph": "map" as above, and a graph of the known area, see ``planner_actions.PlannerSpec``.
-        With a goal, each of these is a dict that also has "goal", (2,) float32, metres ahead and to the left. With a
-        drive, each also has "velocity" (2,) float32: m/s, and rad/s or the steering angle in radians.
+        With a goal, each of these is a dict that also has "goal", (2,) float32, metres ahead and to the left; or, if
+        the goal is a kind of room or furniture, "goal_number", its index in ``config.goal.names``. With a drive, each
+        also has "velocity" (2,) float32: m/s, and rad/s or the steering angle in radians.
         "scales": pictures (4, side, side) uint8: the map near the robot and the one ``observation.far_size_m`` wide
         around it, both with its heading up; the whole map around the start, with the plan's y up; and the mark of the
         robot's pose by odometry on the latter, 255, with a disc of 127 in front of it. With a goal, a fifth picture has
@@ -200,8 +201,10 @@ class EnvSpec:
             parts["global_map"] = self.image_space(1, cells)
             parts["pose"] = spaces.Box(-_FAR_M, _FAR_M, (3,), np.float32)
             parts["ranges"] = spaces.Box(0.0, float(reach), (beams,), np.float32)
-        if config.goal and not several:
+        if config.goal_place and not several:
             parts["goal"] = spaces.Box(-_FAR_M, _FAR_M, (2,), np.float32)
+        if config.goal_region:
+            parts["goal_number"] = spaces.Discrete(len(config.goal_region.names))
         if (drive := config.robot.drive) and not several:
             most = np.array([drive.max_speed_m_s, drive.most_turning], np.float32)
             parts["velocity"] = spaces.Box(-most, most, (2,), np.float32)
@@ -293,8 +296,10 @@ class EnvSpec:
             parts["global_map"] = self.in_layout(episode.overview[:, None])
             parts["pose"] = metrics.since_start().astype(np.float32)
             parts["ranges"] = (episode.ranges * metrics.cell_m).astype(np.float32)
-        if self.config.goal and self.kind != "scales":
+        if self.config.goal_place and self.kind != "scales":
             parts["goal"] = metrics.goal_ahead().astype(np.float32)
+        if self.config.goal_region:
+            parts["goal_number"] = metrics.constants.goal_number.astype(np.int64)
         if self.config.robot.drive and self.kind != "scales":
             parts["velocity"] = metrics.velocity().astype(np.float32)
         if self.planner:
@@ -368,15 +373,15 @@ def _shape_text(shape: tuple[int, ...]) -> str:
 
 def new_episode_constants(number: int) -> EpisodeConstants:
     """Return the constants of a number of episodes that have not begun."""
-    rows = np.full((number, 10), np.nan)
-    rows[:, 6], rows[:, 7] = 1.0, 0.0
+    rows = np.full((number, 11), np.nan)
+    rows[:, 6], rows[:, 7], rows[:, 10] = 1.0, 0.0, -1.0
     return EpisodeConstants.of(rows)
 
 
 def compute_episode_constants(state: State, world: World) -> tuple[float, ...]:
     """Return the constants of a new episode: a row of ``EpisodeConstants.rows``."""
     corner, goal = (*world.corner_m, 0.0), state.goal_m or (math.nan, math.nan)
-    return *corner, *corner, max(state.observable_cells, 1), state.shortest_path_m, *goal
+    return *corner, *corner, max(state.observable_cells, 1), state.shortest_path_m, *goal, state.goal_number
 
 
 MAX_ENVS = (1 << 20) - 1  # in one vector

@@ -27,7 +27,7 @@ def measure_pool(
     counts, readings, pose
         (N, 1), those of the pool.
     constants
-        (N, 10), ``metrics.EpisodeConstants.rows``.
+        (N, 11), ``metrics.EpisodeConstants.rows``.
     cell_m, cell_m2
         Side and area of a cell, metres and m2.
     max_steps

@@ -13,6 +13,7 @@ from houseexpo.dataset import Dataset
 from houseexpo.errors import ConfigError
 from houseexpo.lru_cache import LruCache
 from houseexpo.pseudoslam.config import SimulatorConfig
+from houseexpo.pseudoslam.worlds.goal_regions import make_goal_regions
 from houseexpo.pseudoslam.worlds.maps import House, MapHouse, Plans, open_houses
 from houseexpo.pseudoslam.worlds.margin import add_margin
 from houseexpo.pseudoslam.worlds.moving_obstacles import make_flow_field, make_tracks
@@ -53,10 +54,12 @@ def load_static_world(plan: House, config: SimulatorConfig) -> World:
 
 
 def finish_world(world: World, plan: House, config: SimulatorConfig) -> World:
-    """Return a static world with the margin for noise and the paths of people and trajectories, as ``world_for``."""
+    """Return a static world with the margin for noise, and what goals, people and trajectories need."""
     world = add_margin(world, config)
     if config.trajectories:
         world = replace(world, tracks=make_tracks(config.trajectories, world.occupied, world.frame, plan.id))
+    if config.goal_region:
+        world = replace(world, regions=make_goal_regions(plan, world, config.goal_region))
     if config.people.number:
         world = replace(world, flow=make_flow_field(world.occupied, world.frame, config.people.radius_m, plan))
     return world
@@ -74,7 +77,7 @@ class WorldCache:
         self._plans: Sequence[House] = open_houses(plans)
         self._config = config
         self._stored = (self._plans, WorldStore(config)) if isinstance(self._plans, Dataset) else None
-        self._moves = bool(config.trajectories or config.people.number)
+        self._adds = bool(config.trajectories or config.people.number or config.goal_region)
         self._kept: LruCache[_Packed] = LruCache(MAX_KEPT, lambda packed: packed.size)
         self._open: LruCache[World] = LruCache(MAX_OPEN, lambda world: OF_A_CELL * world.occupied.nbytes)
         self._lock = Lock()
@@ -98,7 +101,7 @@ class WorldCache:
 
     def _world_for_unpacking(self, number: int) -> World:
         """Return the world of a plan that is not unpacked: from memory, from disk, or newly made."""
-        if self._stored is not None and not self._moves:
+        if self._stored is not None and not self._adds:
             return add_margin(self._static_world(number), self._config)
 
         def pack() -> _Packed:
@@ -150,7 +153,9 @@ class _Packed:
     @property
     def size(self) -> int:
         """The approximate number of bytes."""
-        return sum(bits.nbytes for bits in self._bits) + self._world.flow.toward.nbytes + self._world.flow.spots.nbytes
+        flow, regions = self._world.flow, self._world.regions.values()
+        cells = sum(region.inside.nbytes + region.marked.nbytes for region in regions)
+        return sum(bits.nbytes for bits in self._bits) + flow.toward.nbytes + flow.spots.nbytes + cells
 
     def unpack(self) -> World:
         """Return the unpacked world."""

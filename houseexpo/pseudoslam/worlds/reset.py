@@ -14,11 +14,13 @@ from houseexpo.pseudoslam.kernels.episode import StepParams
 from houseexpo.pseudoslam.kernels.people import mark_bodies
 from houseexpo.pseudoslam.kernels.placement import count_before_rows, nth_cell
 from houseexpo.pseudoslam.kernels.planning.goal_paths import (
+    GOAL_CELL,
     CornerGraph,
     GoalPaths,
     find_goal_paths,
     goal_distance_at,
     make_corner_graph,
+    nearest_place,
     no_goal_paths,
 )
 from houseexpo.pseudoslam.kernels.tolerances import GOAL_LINE_M, GOAL_TRIES, START_TRIES
@@ -79,7 +81,7 @@ def make_initial_state(
         pose = _given_pose(pose_m, placed.traversable, occupied, world, config, key="options['pose']")
     elif not config.start.random:
         pose = _given_pose(_start_m(config.start, world), placed.traversable, occupied, world, config)
-    goal, paths, best = _goal(config, placed, world, pose, rng)
+    goal, number, paths, best = _goal(config, placed, world, pose, rng)
     robot = Disc(float(pose[0]), float(pose[1]), params.robot.radius_px)
     if config.people.number:
         # a writable grid, as where people walk: the kernels are compiled once
@@ -98,7 +100,7 @@ def make_initial_state(
     episode = new_episode(
         (occupied, observable, known), (side, cells, beams), pose, moving, key=key, best_px=best, blocks_px=blocks_px
     )
-    state = State(episode, observable_cells, placed.obstacles, goal, best / config.pixels_per_metre)
+    state = State(episode, observable_cells, placed.obstacles, goal, best / config.pixels_per_metre, number)
     if config.known_map:
         episode.counts["known"], episode.counts["covered"] = known[world.inside_margin].size, observable_cells
         episode.changed[:] = 0, known.shape[0], 0, known.shape[1]
@@ -215,14 +217,15 @@ def _goal(
     world: World,
     pose: Floats,
     rng: np.random.Generator,
-) -> tuple[tuple[float, float] | None, GoalPaths, float]:
-    """Return the goal (x, y) in metres, the paths to it, and the one from the start, pixels; None without a goal.
+) -> tuple[tuple[float, float] | None, int, GoalPaths, float]:
+    """Return the goal (x, y) in metres, its number, the paths to it, and the one from the start, pixels.
 
-    A random goal is a standing cell with at least the configured walking distance from the start, or else the farthest
-    of ``GOAL_TRIES``.
+    Without a goal, they are None, -1, no paths and 0. A random goal is a standing cell with at least the configured
+    walking distance from the start, or else the farthest of ``GOAL_TRIES``. For a goal of a kind, it is the place where
+    the shortest way leads into its region.
     """
     if config.goal is None:
-        return None, no_goal_paths(), 0.0
+        return None, -1, no_goal_paths(), 0.0
     x, y = float(pose[0]), float(pose[1])
     traversable, ppm = placed.traversable, config.pixels_per_metre
     radius_px = config.robot.radius_m * ppm
@@ -231,15 +234,57 @@ def _goal(
     else:
         graph = make_corner_graph(traversable.copy(), placed.occupied.copy(), radius_px, GOAL_LINE_M * ppm)
         before = count_before_rows(as_read_only(traversable), 1)
-    if config.goal.random:
+    number, inside = -1, None
+    if config.goal_region:
+        number, (goal_x, goal_y), inside = _region_goal(config, graph, world, (x, y), rng)
+    elif config.goal.random:
         goal_x, goal_y = _random_goal(config, graph, before, (x, y), rng)
     else:
         goal_x, goal_y = _given_goal(config.goal, traversable, world)
     paths = find_goal_paths(graph, goal_x, goal_y)
+    if inside is not None:
+        paths = paths._replace(standing=np.where(inside, np.uint8(GOAL_CELL), graph.standing).ravel())
     goal = tuple(world.frame.points_from_pixels([goal_x, goal_y]).tolist())
     way, straight = float(goal_distance_at(paths, x, y)), math.hypot(goal_x - x, goal_y - y)
     best = max(way, straight) if math.isfinite(way) else straight
-    return (goal[0], goal[1]), paths, best
+    return (goal[0], goal[1]), number, paths, best
+
+
+def _region_goal(
+    config: SimulatorConfig, graph: CornerGraph, world: World, start: tuple[float, float], rng: np.random.Generator
+) -> tuple[int, tuple[float, float], npt.NDArray[np.bool_]]:
+    """Return the number of a kind that is far enough from the start, the nearest place of the kind, and its cells."""
+    goal = config.goal_region or GoalConfig()
+    from_start, standing = find_goal_paths(graph, *start), graph.standing != 0
+    least_px = goal.least_way_m * config.pixels_per_metre
+    found: list[tuple[float, int, tuple[float, float], npt.NDArray[np.bool_]]] = []
+    for number, name in enumerate(goal.names):
+        if name not in world.regions:
+            continue
+        inside = (world.regions[name].inside != 0) & standing
+        if inside[math.floor(start[1]), math.floor(start[0])]:
+            found.append((0.0, number, start, inside))
+            continue
+        places = np.argwhere(inside & _beside(standing & ~inside))[:, ::-1].astype(np.float64) + 0.5
+        nearest, way = nearest_place(from_start, places)
+        if nearest >= 0:
+            found.append((way, number, (float(places[nearest, 0]), float(places[nearest, 1])), inside))
+    if not found:
+        raise ConfigError(
+            f"goal: no {goal.kind} of the names can be reached in plan {world.plan_id!r}: obstacles are there"
+        )
+    far = [each for each in found if each[0] >= least_px] or [max(found, key=lambda each: each[0])]
+    return far[int(rng.integers(len(far))) if len(far) > 1 else 0][1:]
+
+
+def _beside(cells: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
+    """Return the cells that share a side with one of these."""
+    found = np.zeros_like(cells)
+    found[1:] |= cells[:-1]
+    found[:-1] |= cells[1:]
+    found[:, 1:] |= cells[:, :-1]
+    found[:, :-1] |= cells[:, 1:]
+    return found
 
 
 def _random_goal(

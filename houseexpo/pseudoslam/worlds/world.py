@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -36,6 +36,17 @@ Cells = npt.NDArray[np.uint8]
 Buffers: TypeAlias = tuple[npt.NDArray[np.int32], npt.NDArray[np.int32], npt.NDArray[np.float64]]
 
 
+class GoalRegion(NamedTuple):
+    """Where goals of a kind are, (rows, cols) uint8.
+
+    ``inside`` is 1 for cells where a robot has reached one, as far as it can stand there. ``marked`` is 1 for the cells
+    by which it is seen: the floor of rooms, the footprints of furniture.
+    """
+
+    inside: Cells
+    marked: Cells
+
+
 @dataclass(frozen=True, eq=False)
 class World:
     """One house for one robot; arrays are (rows, cols) uint8, row 0 at the highest y, and read-only.
@@ -56,6 +67,8 @@ class World:
         The paths of people to the rooms, if there are any.
     margin_px
         Width of the margin for what noise moves out of the house (``worlds.margin``), cells.
+    regions
+        The regions of goals by their kind of room or furniture (``worlds.goal_regions``), if there are any.
     """
 
     plan_id: str
@@ -66,6 +79,7 @@ class World:
     tracks: Tracks = field(default_factory=no_tracks)
     flow: FlowField = field(default_factory=no_flow_field)
     margin_px: int = 0
+    regions: Mapping[str, GoalRegion] = field(default_factory=dict)
 
     @cached_property
     def observable_cells(self) -> int:

@@ -11,6 +11,8 @@ R5  A corner of these cells lies up to ``HALF_DIAGONAL`` beside the circle on wh
 R6  Distances are searched only as far as they are asked for: those of all corners on ways from the goal to the robot
     that are at most ``sure_px`` long. A corner outside of this ellipse is on no shorter way. The search goes on where
     it stopped when the robot leaves the places for which it was enough.
+R7  If the goal is a region of the cells, its cells have the value ``GOAL_CELL``, from which the distance is 0. From
+    others, it is the one to the place in the region that was nearest to the start.
 
 ``CornerGraph`` has what belongs to a house: its corners, and which of them see each other. ``GoalPaths`` adds what
 belongs to a goal: the distance from the corners; from a place, the path leads to the best corner in sight, or straight
@@ -42,6 +44,8 @@ may end there (R3), the place from and to which lengths are measured, and the mi
 WAY, DONE, LOOKED = range(3)
 """The columns of ``GoalPaths.ways``: the distance to the goal as far as it is known, the one with which the corner's
 lines were followed, both in pixels, and whether the line to the goal has been looked at."""
+GOAL_CELL = 3
+"""The value of cells of the goal's region where the robot can stand (R7); of others it is 1."""
 _EPS = 1e-7  # pixels by which a line may graze a cell because of rounding, and by which lengths may differ
 _AHEAD_SHARE = 0.05  # of the longest line: how much longer ways are searched, so that few steps have to go on with it
 
@@ -52,7 +56,7 @@ class GoalPaths(NamedTuple):
     sizes: Rows
     """(1,) ``PATHS``."""
     standing: Grid
-    """(rows * cols,), 1 for cells where the robot can stand."""
+    """(rows * cols,), not 0 for cells where the robot can stand, ``GOAL_CELL`` for those of the goal's region."""
     corners: Floats
     starts: Counts
     others: Cells
@@ -187,6 +191,9 @@ def goal_distance_at(paths: GoalPaths, x: float, y: float) -> float:
     """
     size = paths.sizes[0]
     standing = paths.standing[: size.rows * size.cols].reshape((size.rows, size.cols))
+    row, col = math.floor(y), math.floor(x)
+    if 0 <= row < size.rows and 0 <= col < size.cols and standing[row, col] == GOAL_CELL:
+        return 0.0  # R7
     from_x, from_y, off = _nearest_standing(standing, x, y)
     if off == math.inf:
         return off
@@ -200,6 +207,17 @@ def goal_distance_at(paths: GoalPaths, x: float, y: float) -> float:
         _search_ways(paths, from_x, from_y, most)
         best = _best_by_corners(paths, from_x, from_y)
     return off + best
+
+
+@njit(cache=True, nogil=True)
+def nearest_place(paths: GoalPaths, places: Floats) -> tuple[int, float]:
+    """Return the index of the place (n, 2) with the shortest path to the goal, the first of equals, and its length."""
+    best, found = math.inf, -1
+    for k in range(len(places)):
+        way = goal_distance_at(paths, places[k, 0], places[k, 1])
+        if way < best:
+            best, found = way, k
+    return found, best
 
 
 @njit(cache=True, nogil=True)

@@ -15,7 +15,7 @@ from houseexpo.errors import ConfigError, PolicyError
 from houseexpo.pseudoslam.benchmark.result import Result, encode_result, read_result, write_result
 from houseexpo.pseudoslam.benchmark.run import RunSettings, run_benchmark
 from houseexpo.pseudoslam.benchmark.tracks import TRACKS, find_track
-from tests.builders.simulations import hut
+from tests.builders.simulations import flat, hut
 from tests.houseexpo.pseudoslam.benchmark.test_benchmark_cases import data_set
 from tests.houseexpo.pseudoslam.benchmark.test_comparison import budget_result
 
@@ -76,6 +76,8 @@ def test_compiling_is_no_time_of_the_policy() -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("track", TRACKS, ids=lambda track: track.id)
 def test_every_track_runs_and_is_read_back(track: Any, plans: Dataset, tmp_path: Path) -> None:
+    if track.config.goal_region:
+        plans = data_set(tmp_path / "plans", {"test": [flat("one"), hut("two", 4.0)]})
     result = run_benchmark(track, "random", plans, RunSettings(number=2))
     write_result(result, tmp_path / "result.json")
     assert read_result(tmp_path / "result.json") == result

@@ -12,6 +12,7 @@ from houseexpo.pseudoslam.config import LaserConfig, NoiseConfig, ObservationCon
 from houseexpo.pseudoslam.envs.spec import Kind
 from houseexpo.pseudoslam.tasks import ROOM
 from tests.builders.policies import CORRIDOR
+from tests.builders.simulations import flat
 
 FIXED: dict[str, dict[str, Any]] = {
     "exploration-budget-v1": {"pixels_per_metre": 25.0, "max_steps": 4000, "known_map": False, "goal": None},
@@ -19,6 +20,8 @@ FIXED: dict[str, dict[str, Any]] = {
     "avoidance-v2": {"pixels_per_metre": 33.0, "max_steps": 200, "known_map": False, "goal": None},
     "navigation-v2": {"pixels_per_metre": 25.0, "max_steps": 1000, "known_map": True},
     "pointgoal-v2": {"pixels_per_metre": 25.0, "max_steps": 1000, "known_map": False},
+    "roomgoal-v1": {"pixels_per_metre": 25.0, "max_steps": 1000, "known_map": False},
+    "objectgoal-v1": {"pixels_per_metre": 25.0, "max_steps": 1000, "known_map": False},
     "exploration-large-v1": {"pixels_per_metre": 25.0, "max_steps": 6000, "known_map": False, "goal": None},
     "exploration-noisy-v2": {"pixels_per_metre": 25.0, "max_steps": 4000, "known_map": False, "goal": None},
     "exploration-people-v1": {"pixels_per_metre": 25.0, "max_steps": 4000, "known_map": False, "goal": None},
@@ -48,7 +51,9 @@ def test_what_an_id_fixes(name: str) -> None:
     for key, value in FIXED[name].items():
         assert getattr(config, key) == value
     if config.goal is not None:
-        assert (config.goal.random, config.goal.radius_m, config.goal.least_way_m) == (True, 0.3, 2.0)
+        assert (config.goal.random, config.goal.radius_m) == (True, 0.3)
+        assert config.goal.least_way_m == (5.0 if name == "roomgoal-v1" else 2.0)
+        assert config.goal.kind == {"roomgoal-v1": "room", "objectgoal-v1": "object"}.get(name, "place")
 
 
 @pytest.mark.parametrize("name", FIXED)
@@ -56,7 +61,9 @@ def test_a_policy_chooses_how_it_sees_and_acts_and_no_more(name: str) -> None:
     track = find_track(name)
     view = ObservationConfig(size_m=8.0)
     kind: Kind = "map" if track.slam else "dict"
-    env = track.environment([CORRIDOR], Interface("continuous", kind, view))
+    env = track.environment(
+        [flat("corridor") if track.config.goal_region else CORRIDOR], Interface("continuous", kind, view)
+    )
     assert env.config.observation == view
     space = env.observation_space if track.slam else env.observation_space["map"]
     assert space.shape == (1, env.config.side_px, env.config.side_px)

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from houseexpo.pseudoslam.config import (
+    GoalConfig,
     LaserConfig,
     NoiseConfig,
     ObservationConfig,
@@ -19,7 +20,7 @@ from houseexpo.pseudoslam.config import (
 from houseexpo.pseudoslam.config.moving_obstacles import PeopleConfig, Trajectory
 from houseexpo.pseudoslam.config.obstacles import Circle, ObstaclesConfig, RandomObstacles
 from houseexpo.pseudoslam.tasks import ObstacleAvoidance
-from tests.builders.simulations import HUTS, assert_same, assert_same_step, native, singles
+from tests.builders.simulations import HUTS, assert_same, assert_same_step, flat, native, singles
 
 NOISE = NoiseConfig(0.02, 0.01, 0.2, 0.05, 0.05, 1.0, 0.05, 0.02)
 SMALL = SimulatorConfig(pixels_per_metre=16.0, observation=ObservationConfig(3.0, global_cells=32), max_steps=11)
@@ -60,6 +61,21 @@ CASES: dict[str, tuple[str, dict[str, Any]]] = {
         {"config": AVOIDING, "terminate_on_collision": True, "actions": "continuous", "observation": "dict"},
     ),
     "navigation": ("Navigation", {"dataset": HUTS, "config": SMALL}),
+    "navigation, rooms": (
+        "Navigation",
+        {
+            "dataset": [flat()],
+            "config": replace(SMALL, max_steps=9, goal=GoalConfig(kind="room", names=("Bedroom", "Kitchen"))),
+        },
+    ),
+    "navigation, furniture, scales": (
+        "Navigation",
+        {
+            "dataset": [flat()],
+            "config": replace(SMALL, max_steps=9, goal=GoalConfig(kind="object", names=("bed", "chair", "stove"))),
+            "observation": "scales",
+        },
+    ),
     "navigation, all at once": (
         "Navigation",
         {

@@ -13,6 +13,7 @@ import shapely.affinity
 from houseexpo import FloorPlan
 from houseexpo.pseudoslam.kernels.planning.goal_paths import (
     DONE,
+    GOAL_CELL,
     SIGN,
     TURN_X,
     TURN_Y,
@@ -25,6 +26,7 @@ from houseexpo.pseudoslam.kernels.planning.goal_paths import (
     is_straight,
     list_corners,
     make_corner_graph,
+    nearest_place,
 )
 from houseexpo.pseudoslam.worlds.world import make_world
 from tests.builders.exact_paths import disc_area, exact_distance
@@ -199,6 +201,29 @@ def test_behind_walls_there_is_no_path() -> None:
     assert goal_distance_at(paths, 7.5, 2.5) == math.inf
     assert goal_distance_at(paths, 3.9, 0.1) < math.inf
     assert goal_distance_at(paths, -5.0, 2.5) == math.inf
+
+
+def test_in_the_region_of_the_goal_the_distance_is_0() -> None:
+    standing = np.ones((5, 9), np.uint8)
+    standing[:4, 4] = 0
+    paths, plain = paths_to(standing, 1.5, 2.5), paths_to(standing, 1.5, 2.5)
+    region = standing.copy()
+    region[1:3, 0:3] = GOAL_CELL
+    paths = paths._replace(standing=region.ravel())
+    for x, y in np.random.default_rng(0).uniform((0, 0), (9, 5), (200, 2)).tolist():
+        inside = region[int(y), int(x)] == GOAL_CELL
+        assert goal_distance_at(paths, x, y) == (0.0 if inside else goal_distance_at(plain, x, y))
+
+
+def test_the_nearest_place_is_the_one_with_the_shortest_path() -> None:
+    standing = np.ones((5, 9), np.uint8)
+    standing[:4, 4] = 0
+    places = np.array([(7.5, 0.5), (0.5, 4.5), (7.5, 4.5), (4.5, 0.5)])
+    paths = paths_to(standing, 3.5, 0.5)
+    found, way = nearest_place(paths, places)
+    ways = [goal_distance_at(paths, x, y) for x, y in places.tolist()]
+    assert (found, way) == (int(np.argmin(ways)), min(ways))
+    assert nearest_place(paths, places[:0]) == (-1, math.inf)
 
 
 def test_beside_the_cells_it_is_the_path_from_the_nearest_one() -> None:
