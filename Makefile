@@ -55,8 +55,8 @@ $(VENV)/installed: $(VENV)/base
 cluster: setup ## install what the tests on clusters need: Ray, an S3 client and server
 	@$(PIP) --no-build-isolation -e '.[cluster-tests]'
 
-learn: setup ## install what people learn with: PyTorch, Stable-Baselines3, sb3-contrib, TensorBoard
-	@$(PIP) --no-build-isolation --config-settings editable_mode=compat -e '.[learn]'
+learn: setup ## install what people learn with: PyTorch, Stable-Baselines3, sb3-contrib, TensorBoard, ONNX Runtime
+	@$(PIP) --no-build-isolation --config-settings editable_mode=compat -e '.[learn,onnx]'
 
 clients: learn ## install other libraries for learning, with which the tests train: TorchRL and RLlib
 	@$(PIP) --no-build-isolation --config-settings editable_mode=compat -e '.[clients]'

@@ -282,6 +282,7 @@ EXAMPLES: Final = {
     "export": (
         "export plans/demo --to ros --out maps",
         "export plans/house --to glb --building house --out meshes",
+        "export run --to onnx --out run",
     ),
     "split": ("split plans/demo --train 0.7 --val 0.1 --test 0.2",),
     "release": ("release plans/demo --out release",),

@@ -1,4 +1,4 @@
-"""``houseexpo export``: write plans in the formats of other programs."""
+"""``houseexpo export``: write plans in the formats of other programs, and trained policies for ONNX Runtime."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from houseexpo.commands.arguments import IDS_HELP, ReplaceOption, is_plan_file, make_completion
+from houseexpo.errors import ConfigError
 from houseexpo.words import count_noun
 
 if TYPE_CHECKING:
@@ -19,14 +20,25 @@ if TYPE_CHECKING:
 
 # the table of formats imports shapely, which `houseexpo --help` does not need; a test compares the two lists
 _NAMES = "coco, dxf, geojson, glb, graphml, ifc, irsim, json, mjcf, npz, obj, png, pol, rmf, ros, sdf, stage, svg, usd"
+_POLICY = "onnx"
+"""The format of policies."""
 _OWN = "the format's own"
 
 
 def export(
-    dataset: Annotated[Path, typer.Argument(help="Data set folder, archive, JSON lines, or one plan's JSON file.")],
+    dataset: Annotated[
+        Path,
+        typer.Argument(
+            help="Data set folder, archive, JSON lines, one plan's JSON file; for onnx, the folder of a training."
+        ),
+    ],
     to: Annotated[
         str,
-        typer.Option(metavar="FORMAT", help=f"One of {_NAMES}.", autocompletion=make_completion(*_NAMES.split(", "))),
+        typer.Option(
+            metavar="FORMAT",
+            help=f"One of {_NAMES}; of a trained policy: {_POLICY}.",
+            autocompletion=make_completion(*_NAMES.split(", "), _POLICY),
+        ),
     ],
     out: Annotated[Path, typer.Option(help="Folder for the files.", show_default=False)],
     ids: Annotated[
@@ -73,7 +85,7 @@ def export(
     ] = False,
     replace: ReplaceOption = False,
 ) -> None:
-    """Write plans for other programs: maps, worlds, meshes, features, graphs, pictures, grids.
+    """Write plans for other programs: maps, worlds, meshes, features, graphs, pictures, grids. Or a policy: onnx.
 
     The exit code is 1 if the format cannot represent some plans; these are listed and left out.
     """
@@ -91,6 +103,11 @@ def export(
         "frame": frame,
     }
     options = {name: value for name, value in given.items() if value is not None}
+    if to == _POLICY:
+        if options or ids or building or find_rooms:
+            raise ConfigError("export --to onnx: the other options are for plans; leave them out")
+        make_console().print(str(_policy(dataset, out, replace=replace)), highlight=False, soft_wrap=True)
+        return
     count, plans = _plans(dataset, parse_ids(ids) or None)
     if find_rooms:
         plans = _with_rooms(plans)
@@ -109,6 +126,17 @@ def export(
     print_problems(make_console(stderr=True), "left out", list(map(str, refused)))
     if refused:
         raise typer.Exit(1)
+
+
+def _policy(run: Path, out: Path, *, replace: bool) -> Path:
+    """Export the policy of a training's folder, or of its file, and return the new file."""
+    from houseexpo.pseudoslam.learning import need_extra
+
+    for extra in ("learn", "onnx"):
+        need_extra(extra, "houseexpo export --to onnx")
+    from houseexpo.pseudoslam.learning.onnx_export import export_policy  # PyTorch
+
+    return export_policy(run / "policy.pt" if run.is_dir() else run, out, replace=replace)
 
 
 def _count_frames(plans: Iterator[FloorPlan], frame: str | None, frames: Counter[str]) -> Iterator[FloorPlan]:

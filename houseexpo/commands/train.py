@@ -50,6 +50,9 @@ def train(
             help="How the robot moves; with a drive, actions are continuous.", show_default="the file's, else discrete"
         ),
     ] = None,
+    onnx: Annotated[
+        bool, typer.Option("--onnx", help="Also write policy.onnx, which is played without PyTorch.")
+    ] = False,
 ) -> None:
     """Train a policy by PPO on the robot's map, with or without a memory, and evaluate it on other plans.
 
@@ -67,6 +70,8 @@ def train(
         raise ConfigError(
             "train predictor: it has no robot to move and uses one thread; leave out --motion and --threads"
         )
+    if task in {"chooser", "predictor"} and onnx:
+        raise ConfigError(f"train {task}: what it writes is used without PyTorch anyway; leave out --onnx")
     if task == "chooser" and steps is not None:
         raise ConfigError("train chooser: --steps is not for it; its file says how many generations and plans")
     if task == "chooser" and motion not in {None, "discrete"}:
@@ -77,7 +82,7 @@ def train(
         elif task == "predictor":
             _predictor(out, config, dataset, seed, steps, resume=resume)
         else:
-            _policy(task, out, config, dataset, seed, steps, threads, motion, resume=resume)
+            _policy(task, out, config, dataset, seed, steps, threads, motion, resume=resume, onnx=onnx)
     except KeyboardInterrupt:  # the same command would be refused, since the folder now holds a run
         again = current_command_line() + ("" if resume else " --resume")
         typer.echo(f"interrupted; it goes on by: {again}", err=True)
@@ -95,8 +100,9 @@ def _policy(
     motion: MotionName | None,
     *,
     resume: bool,
+    onnx: bool,
 ) -> None:
-    """Train a policy by PPO."""
+    """Train a policy by PPO, and export it if wanted."""
     from dataclasses import replace
     from functools import partial
 
@@ -104,11 +110,13 @@ def _policy(
     from houseexpo.commands.printing import make_console
     from houseexpo.configuration import read_config
     from houseexpo.outputs import check_not_in_inputs
-    from houseexpo.pseudoslam.learning import need_learn
+    from houseexpo.pseudoslam.learning import need_extra
     from houseexpo.pseudoslam.learning.config import TrainConfig
     from houseexpo.pseudoslam.learning.environments import check_task_options, choose_plans
 
-    need_learn("houseexpo train")
+    need_extra("learn", "houseexpo train")
+    if onnx:
+        need_extra("onnx", "houseexpo train --onnx")
     changes = {"seed": seed, "steps": steps}
     given = read_config(TrainConfig, config) if config else TrainConfig()
     given = replace(given, **{name: value for name, value in changes.items() if value is not None})  # type: ignore[arg-type]
@@ -130,6 +138,10 @@ def _policy(
     plans = choose_plans(opened, given.environment, given.evaluation.plans)
     run_train(TrainingRun(task, given, plans, out), resume=resume, threads=threads, say=say)
     say(f"{out / POLICY}, described in {out / Path(POLICY).with_suffix('.json')}")
+    if onnx:
+        from houseexpo.pseudoslam.learning.onnx_export import export_policy
+
+        say(f"{export_policy(out / POLICY, out, replace=resume)}, to be played without PyTorch")
 
 
 def _chooser(

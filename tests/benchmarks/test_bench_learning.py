@@ -9,12 +9,14 @@
 3. ``test_what_masks_bring``: what masks of motions bring to the policies without a memory, which learned without masks,
    and to random motions: a motion that the mask forbids gets the chance 0, and the others share it. Plans of the test
    list, so many as ``HOUSEEXPO_BENCH_PLANS`` says, 50 if it is not set; 800 steps each.
+4. ``test_a_decision_by_pytorch_and_by_onnx_runtime``: the time of a decision in either way.
 """
 
 from __future__ import annotations
 
 import csv
 import os
+import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -297,7 +299,8 @@ def explored(seed: int | None, *, masked: bool, count: int) -> dict[str, float]:
     for step in range(1, max(SHOWN) + 1):
         if seed is not None:
             with torch.inference_mode():
-                likely = trained.policy.get_distribution(trained.policy.obs_to_tensor(seen)[0])
+                policy = trained.network.policy
+                likely = policy.get_distribution(policy.obs_to_tensor(seen)[0])
             chances = likely.distribution.probs.double().numpy()
         allowed = chances * envs.action_masks() if masked else chances
         up_to = np.cumsum(allowed, axis=1)
@@ -323,3 +326,26 @@ def test_what_masks_bring() -> None:
             collisions[name, masked] = mean["collisions"]
     Console(width=110).print(table)
     assert collisions["random", True] == collisions["PPO, 3 seeds", True] == 0.0
+
+
+def test_a_decision_by_pytorch_and_by_onnx_runtime(tmp_path: Path) -> None:
+    """Processor milliseconds of an action, without the simulator."""
+    need(modules=["torch", "sb3_contrib", "onnx", "onnxruntime"], how="make learn")
+    from houseexpo.pseudoslam.learning.onnx_export import export_policy
+    from houseexpo.pseudoslam.learning.policy_file import EpisodeActor, read_policy
+
+    table = Table(title="a decision, ms of one core")
+    for heading in ("policy", "policy.pt", "policy.onnx"):
+        table.add_column(heading, justify="left" if heading == "policy" else "right")
+    for name in ("exploration-view-10m", "exploration-view-10m-cnn", "exploration-frontiers"):
+        file, found = folder_of(name, 0) / "policy.pt", []
+        for each in (file, export_policy(file, tmp_path / name)):
+            policy = read_policy(each)
+            acts, seen = EpisodeActor(policy), policy.observation_space.sample()
+            acts(seen)
+            start = time.process_time()
+            for _ in range(1000):
+                acts(seen)
+            found.append(f"{time.process_time() - start:.2f}")
+        table.add_row(name, *found)
+    Console(width=120).print(table)

@@ -62,7 +62,9 @@ def scores_of(
     trained = read_policy(folder_of(experiment, seed) / "policy.pt", task)
     envs = make_environments(task, trained.config.environment, plans, number=number)
     given = tuple(ids) if ids is not None else None
-    found = score_episodes(trained.policy, envs, given, episodes, deterministic=trained.config.evaluation.deterministic)
+    found = score_episodes(
+        trained.network.policy, envs, given, episodes, deterministic=trained.config.evaluation.deterministic
+    )
     envs.close()
     return found
 

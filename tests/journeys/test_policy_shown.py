@@ -63,6 +63,9 @@ def measured(policy: str, folder: Path) -> Measured:
     elif policy == "policy.pt":
         need(modules=["torch", "stable_baselines3", "sb3_contrib"], how="make learn")
         shutil.copy(ROOT / "experiments/paper/exploration-0/policy.pt", folder)
+    elif policy == "policy.onnx":
+        need(modules=["torch", "stable_baselines3", "sb3_contrib", "onnx", "onnxruntime"], how="make learn")
+        run(f"houseexpo export {ROOT / 'experiments/paper/exploration-0'} --to onnx --out .", folder)
     command = next(line for line in commands(ROS_PAGE, "shown.json", "text") if line.startswith("houseexpo benchmark"))
     run(command.replace("plans/demo", "huts").replace("frontier", policy), folder)
     result = read_result(folder / "shown.json")
@@ -80,7 +83,7 @@ def measured(policy: str, folder: Path) -> Measured:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("policy", ["frontier", "mine.py", "policy.pt"])
+@pytest.mark.parametrize("policy", ["frontier", "mine.py", "policy.pt", "policy.onnx"])
 def test_in_ros_it_goes_where_it_went_in_the_benchmark(policy: str, tmp_path: Path) -> None:
     need(modules=["websockets"], how="make ros")
     from tests.builders.ros.rosbridge import Rosbridge
@@ -119,7 +122,7 @@ def test_the_page_names_what_a_result_has() -> None:
 
 @pytest.mark.slow
 @pytest.mark.browser
-@pytest.mark.parametrize("policy", ["frontier", "mine.py"])
+@pytest.mark.parametrize("policy", ["frontier", "mine.py", "policy.onnx"])
 def test_in_the_browser_it_goes_where_it_went_in_the_benchmark(policy: str, tmp_path: Path) -> None:
     need(modules=["starlette", "playwright"], how="make browser")
     from houseexpo.commands.serve import _check_policies
@@ -129,7 +132,7 @@ def test_in_the_browser_it_goes_where_it_went_in_the_benchmark(policy: str, tmp_
     found = measured(policy, tmp_path)
     (served,) = (line for line in commands(DRIVE_PAGE, "--policy", "text"))
     assert served == "houseexpo serve plans/demo --policy first-run/policy.pt"
-    own = _check_policies([str(tmp_path / policy)] if policy == "mine.py" else [])
+    own = _check_policies([str(tmp_path / policy)] if "." in policy else [])
     (driver,) = own or [policy]
     with running(service_of(tmp_path / "huts", policies=own)) as address:
         where = f"/huts/drive?plan={found.plan}&seed={found.seed}&driver={driver}"

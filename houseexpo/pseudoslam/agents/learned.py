@@ -1,4 +1,4 @@
-"""Load trained policies: networks of ``houseexpo train`` (``.pt`` files), and choosers of frontiers (``.json`` files).
+"""Load trained policies: networks of ``houseexpo train`` (``.pt`` and ``.onnx`` files), and choosers (``.json`` files).
 
 A chooser's score is a weighted sum of the numbers of ``kernels.planning.frontier_features``; everything else is like
 the other explorers. The weights that come with the project were trained by ``houseexpo train chooser`` with three
@@ -25,8 +25,8 @@ from houseexpo.pseudoslam.kernels.planning.frontier_features import (
     score_frontiers,
 )
 from houseexpo.pseudoslam.kernels.types import Floats, Rows
-from houseexpo.pseudoslam.learning import need_learn
 from houseexpo.pseudoslam.learning.environments import make_simulator_config
+from houseexpo.pseudoslam.learning.policy_file import EpisodeActor, read_policy
 from houseexpo.pseudoslam.learning.weights import read_weights
 from houseexpo.pseudoslam.planning import feature_rules
 
@@ -39,12 +39,6 @@ class NetworkFactory:
     """
 
     def __init__(self, file: Path) -> None:
-        need_learn(str(file))
-        import torch
-
-        from houseexpo.pseudoslam.learning.policy_file import read_policy
-
-        torch.set_num_threads(1)  # one decision is too little work to share, and episodes run in their own processes
         self._file, self._trained = file, read_policy(file)
         place, task = self._trained.config.environment, self._trained.task
         view = make_simulator_config(task, place).observation
@@ -53,16 +47,14 @@ class NetworkFactory:
 
     def __call__(self, robot: Robot, seed: int) -> Policy:
         """Return the policy for an episode; raise ConfigError if observations or actions differ from its training."""
-        from houseexpo.pseudoslam.learning.policy_file import EpisodeActor
-
-        policy = self._trained.policy
+        trained = self._trained
         for what, found, wanted in (
-            ("observation", robot.observation_space, policy.observation_space),
-            ("action", robot.action_space, policy.action_space),
+            ("observation", robot.observation_space, trained.observation_space),
+            ("action", robot.action_space, trained.action_space),
         ):
             if found is not None and found != wanted:
                 raise ConfigError(f"{self._file}: expected the {what} space of its training, {wanted}, found {found}")
-        return EpisodeActor(self._trained, seed)
+        return EpisodeActor(trained, seed)
 
 
 def _family(about: dict[str, Any]) -> str:

@@ -166,7 +166,7 @@ def _from_weights(path: Path, _attribute: str) -> PolicyFactory:
 
 
 LOADERS: Final[dict[str, Callable[[Path, str], PolicyFactory]]] = {
-    ".py": _from_python, ".pt": _from_training, ".json": _from_weights,
+    ".py": _from_python, ".pt": _from_training, ".onnx": _from_training, ".json": _from_weights,
 }  # fmt: skip
 """The readers of files by suffix: functions of the file and the name in it that return a factory."""
 

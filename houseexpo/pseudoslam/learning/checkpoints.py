@@ -12,10 +12,7 @@ from __future__ import annotations
 
 import io
 import logging
-import pickle
-import struct
 import zipfile
-import zlib
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
@@ -30,18 +27,7 @@ from stable_baselines3.common.vec_env import VecEnv, VecEnvWrapper, VecNormalize
 from houseexpo.errors import TrainingError
 from houseexpo.files import encode_json, write_atomically
 from houseexpo.pseudoslam.learning.model import ActionLog, Learner
-
-DAMAGED: Final = (
-    ArithmeticError, AttributeError, EOFError, LookupError, RuntimeError, TypeError, ValueError,
-    msgspec.DecodeError, pickle.UnpicklingError, struct.error, zipfile.BadZipFile, zlib.error,
-)  # fmt: skip
-"""They are of many kinds, since damage may be found by PyTorch, pickle or zipfile."""
-
-
-def describe_damage(error: Exception) -> str:
-    """Return a one-line description of a file's damage, without PyTorch's advice to load pickles with their code."""
-    return "its pickle is broken" if isinstance(error, pickle.UnpicklingError) else str(error).partition("\n")[0]
-
+from houseexpo.pseudoslam.learning.policy_file import DAMAGED, describe_damage
 
 FORMAT: Final = 1
 KEPT_CHECKPOINTS: Final = 2

@@ -30,8 +30,8 @@ from houseexpo.pseudoslam.learning import checkpoints
 from houseexpo.pseudoslam.learning.config import Clock, PPOConfig, TrainConfig
 from houseexpo.pseudoslam.learning.environments import RunPlans, make_environments
 from houseexpo.pseudoslam.learning.model import Learner, Policy, new_learner, wrap_for_learner
-from houseexpo.pseudoslam.learning.policy_file import write_policy
 from houseexpo.pseudoslam.learning.records import CurveFile, begin_run, check_same_run, find_commit, find_versions
+from houseexpo.pseudoslam.learning.torch_network import write_policy
 from houseexpo.words import count_noun
 
 POLICY: Final = "policy.pt"

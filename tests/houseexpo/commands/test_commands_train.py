@@ -14,8 +14,9 @@ import pytest
 import typer
 from typer.testing import CliRunner
 
+from houseexpo.commands.export import export
 from houseexpo.commands.train import train
-from houseexpo.errors import ConfigError, MissingDependencyError
+from houseexpo.errors import ConfigError, HouseExpoError, MissingDependencyError
 from houseexpo.pseudoslam import learning as needs
 from tests.builders.needs import need
 from tests.builders.training import write_split_huts, write_tiny
@@ -123,3 +124,44 @@ def test_a_configuration_file_is_taken(installed: None, tmp_path: Path) -> None:
     )
     with pytest.raises(ConfigError, match=rf"{file}: unknown key 'environment.task.way'"):
         said("avoidance", "--out", tmp_path / "run", "--config", file)
+
+
+def test_what_needs_no_onnx_says_so_and_without_the_extra_nothing_is_trained(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for task in ("chooser", "predictor"):
+        with pytest.raises(ConfigError, match=f"train {task}: .* without PyTorch anyway; leave out --onnx"):
+            said(task, "--onnx", "--out", tmp_path / "run")
+    monkeypatch.setattr(needs, "find_spec", lambda name: None if name == "onnxruntime" else object())
+    with pytest.raises(MissingDependencyError, match=r"houseexpo train --onnx needs ONNX Runtime, .*\[onnx\]"):
+        said("avoidance", "--onnx", "--out", tmp_path / "run")
+    assert not (tmp_path / "run").exists()
+
+
+@pytest.mark.slow
+def test_a_training_is_exported_with_it_and_afterwards(tmp_path: Path) -> None:
+    need(modules=["torch", "stable_baselines3", "sb3_contrib", "tensorboard", "onnx", "onnxruntime"], how="make learn")
+    run = tmp_path / "run"
+    words = ["avoidance", "--config", write_tiny(tmp_path, steps=64), "--threads", 1, "--onnx", "--out", run]
+    assert f"{run / 'policy.onnx'}, to be played without PyTorch" in said(*words).replace("\n", "")
+    exported = (run / "policy.onnx").read_bytes()
+    for name, source in (("a", run), ("b", run / "policy.pt")):
+        done = export_of(source, "--to", "onnx", "--out", tmp_path / name)
+        assert done == f"{tmp_path / name / 'policy.onnx'}\n"
+        assert (tmp_path / name / "policy.onnx").read_bytes() == exported
+    for words, problem in (
+        ([run, "--to", "onnx", "--out", run], "exists; name another folder, or add --replace"),
+        ([run, "--to", "onnx", "--out", run, "--resolution", 0.1], "the other options are for plans; leave them out"),
+        ([tmp_path, "--to", "onnx", "--out", run], "policy.pt: expected a policy, cannot be read: No such file"),
+        ([run / "policy.onnx", "--to", "onnx", "--out", run], "expected a policy.pt, found what is exported already"),
+    ):
+        with pytest.raises(HouseExpoError, match=problem):
+            export_of(*words)
+
+
+def export_of(*words: object) -> str:
+    app = typer.Typer()
+    app.command()(export)
+    result = CliRunner().invoke(app, [*map(str, words)], catch_exceptions=False)
+    assert result.exit_code == 0, result.output
+    return result.output

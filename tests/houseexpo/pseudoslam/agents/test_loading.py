@@ -68,7 +68,7 @@ def test_a_module_is_found_in_the_working_directory(file: Path, monkeypatch: pyt
         ("no_such_module:policy", r"policy 'no_such_module:policy': cannot be imported: ModuleNotFoundError"),
         ("math:no_such_name", "expected a class or function 'no_such_name' there, found none"),
         ("math:pi", r"policy 'math:pi': expected a class or function, found 3.14"),
-        ("weights.bin", r"policy: no 'weights.bin'; .* a file \(.py, .pt, .json\), or module:function"),
+        ("weights.bin", r"policy: no 'weights.bin'; .* a file \(.py, .pt, .onnx, .json\), or module:function"),
     ],
 )
 def test_what_is_no_policy_is_refused(name: str, said: str) -> None:

@@ -106,7 +106,7 @@ def test_without_a_discount_all_clocks_learn_the_same(tmp_path: Path) -> None:
         ppo = replace(tiny().ppo, gamma=1.0, discount=clock)
         config = replace(tiny(steps=256), policy="set", ppo=ppo, environment=FRONTIERS)
         run(tmp_path / clock, config, "exploration")
-        found.append(read_policy(tmp_path / clock / "policy.pt").policy.state_dict())
+        found.append(read_policy(tmp_path / clock / "policy.pt").network.policy.state_dict())
     for name, weights in found[0].items():
         for other in found[1:]:
             np.testing.assert_array_equal(weights.numpy(), other[name].numpy(), err_msg=name)
@@ -121,7 +121,7 @@ def test_the_discount_of_steps_is_not_that_of_actions(tmp_path: Path) -> None:
             tiny(steps=256), policy="set", ppo=PPOConfig(rollout_steps=32, discount=clock), environment=FRONTIERS
         )
         run(tmp_path / clock, config, "exploration")
-        found.append(read_policy(tmp_path / clock / "policy.pt").policy.state_dict())
+        found.append(read_policy(tmp_path / clock / "policy.pt").network.policy.state_dict())
     assert any((weights != found[1][name]).any() for name, weights in found[0].items())
 
 

@@ -63,7 +63,8 @@ def test_a_policy_that_learned_with_masks_runs_in_the_benchmark(tmp_path: Path) 
 
 @pytest.mark.parametrize("damage", [b"", b"no policy", None])
 def test_what_is_no_policy_is_refused(damage: bytes | None, tmp_path: Path) -> None:
-    from houseexpo.pseudoslam.learning.policy_file import read_policy, write_policy
+    from houseexpo.pseudoslam.learning.policy_file import read_policy
+    from houseexpo.pseudoslam.learning.torch_network import write_policy
 
     file = tmp_path / "policy.pt"
     if damage is None:
@@ -76,7 +77,9 @@ def test_what_is_no_policy_is_refused(damage: bytes | None, tmp_path: Path) -> N
             file.write_bytes(packed[:length])
             with pytest.raises(TrainingError, match=r"policy.pt: expected a policy of houseexpo train, found none"):
                 read_policy(file)
-        write_policy(file, trained.policy, {**trained.about, "config": tiny(memory=16).record()})  # other shapes
+        write_policy(
+            file, trained.network.policy, {**trained.about, "config": tiny(memory=16).record()}
+        )  # other shapes
     else:
         file.write_bytes(damage)
     with pytest.raises(

@@ -156,7 +156,7 @@ def test_a_curve_that_goes_on_drops_what_came_later(tmp_path: Path) -> None:
 def test_what_is_missing_is_one_line_that_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(needs, "find_spec", lambda name: None if name in {"torch", "sb3_contrib"} else object())
     with pytest.raises(MissingDependencyError) as found:
-        needs.need_learn("houseexpo train")
+        needs.need_extra("learn", "houseexpo train")
     assert str(found.value) == (
         "houseexpo train needs PyTorch, sb3-contrib, not installed here: "
         "in a clone of the project, pip install -e '.[learn]'"

@@ -31,7 +31,9 @@ COMMAND = "import typer; from houseexpo.commands.train import train; typer.run(t
 def weights(folder: Path) -> dict[str, Any]:
     from houseexpo.pseudoslam.learning.policy_file import read_policy
 
-    return {name: value.numpy() for name, value in read_policy(folder / "policy.pt").policy.state_dict().items()}
+    return {
+        name: value.numpy() for name, value in read_policy(folder / "policy.pt").network.policy.state_dict().items()
+    }
 
 
 def assert_same_run(one: Path, other: Path) -> None:
@@ -271,7 +273,7 @@ def test_a_policy_with_masks_never_chooses_what_they_forbid(tmp_path: Path) -> N
     plain = tiny().environment
     config = tiny(policy="cnn", environment=replace(plain, action_mask=True))
     run(tmp_path / "run", config, "exploration")
-    policy = read_policy(tmp_path / "run" / "policy.pt", "exploration").policy
+    policy = read_policy(tmp_path / "run" / "policy.pt", "exploration").network.policy
     envs = make_environments("exploration", config.environment, ROOM, number=4, threads=1)
     seen, forbidden = envs.reset(seed=0)[0], 0
     with torch.inference_mode():
