@@ -38,11 +38,11 @@ def export_policy(file: Path, folder: Path, *, replace: bool = False) -> Path:
         The new file exists, and is not to be replaced.
     """
     trained, out = read_policy(file), folder / f"{file.stem}{ONNX}"
-    if out.exists() and not replace:
-        raise ConfigError(f"{out}: exists; name another folder, or add --replace")
     network = trained.network
     if not isinstance(network, TorchNetwork):
         raise TrainingError(f"{file}: expected a policy.pt, found what is exported already")
+    if out.exists() and not replace:
+        raise ConfigError(f"{out}: exists; name another folder, or add --replace")
     inputs = make_inputs(trained.observation_space, trained.config)
     outputs = list(output_shapes(trained.action_space, trained.config))
     several = {name: {1 if name.endswith(MEMORY) else 0: "N"} for name in (*inputs, *outputs)}
