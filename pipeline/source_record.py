@@ -70,7 +70,7 @@ from pipeline.sources.points_file import read_blocks
 from pipeline.sources.storeys.scale import UNITS as _UNITS
 from pipeline.sources.storeys.scale import said_size
 from pipeline.sources.vector_plans import drawing_lines
-from pipeline.stages.corrections import standing_walls
+from pipeline.stages.corrections import shown_walls, standing_walls
 from pipeline.values import Evidence, Input, Layout, Level, RejectedLevel, Spaces
 
 SECTIONS_M: Final = (1.1, 1.9)
@@ -374,12 +374,14 @@ def _plan_source(
     spaces = layout.spaces if layout is not None else ()
     evidence = next((each.value for each in results if isinstance(each.value, Evidence)), None)
     standing = standing_walls(evidence, layout) if layout is not None and evidence is not None else []
+    walls = shown_walls(evidence) if evidence is not None else []
     return PlanSource(
         plan.id,
         msgspec.Raw(encode(plan)),
         tuple(map(_rings, spaces)),
         tuple(map(_rings, rooms)),
         tuple(map(_rings, standing)),
+        tuple(map(_rings, walls)),
         is_founded,
     )
 

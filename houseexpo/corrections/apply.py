@@ -1,18 +1,20 @@
 """Apply a person's corrections of a storey to its plan, one word at a time, and report the effect of each.
 
 R1  A correction changes the rooms and passages that it touches. Everything else stays as it is.
-R2  Words are applied in the order of ``WORDS``, so the order of a table's keys does not matter. A person's word wins
-    over what the build found. A word without an effect is tried again after the walls, after the passages and at the
-    end, since a later word may make the room that it needs. If two words contradict each other, the later one does
-    nothing and its message names the other.
+R2  Words are applied in the order of ``WORDS``, so the order of a table's keys does not matter. The values of one word
+    are applied in the order in which they were said. A person's word wins over what the build found. A word without an
+    effect is tried again after the walls, after the passages and at the end, since a later word may make the room that
+    it needs. If two words contradict each other, the later one does nothing and its message names the other.
 R3  ``door``, ``opening``: in a wall between two rooms, it joins them. In an outer wall, it leads outside. On a floor,
     it parts the room (``openings``) if walls lie at most 1 m beyond its ends. A door wider than ``WIDEST_DOOR_M``
     becomes an opening. A passage that was found in its place is removed. A space behind it that nothing led into
-    becomes a room. A line that parts no room by itself waits: several waiting lines may part a room together.
+    becomes a room. A line that parts no room by itself waits: several waiting lines may part a room together. What then
+    still waits goes on straight, over floor that is no longer than the line itself.
 R4  ``entrance``: a door to the outside, whatever lies there. ``wall``: parts the rooms that it crosses. Spaces that it
     encloses together with the source's walls, rooms and other drawn walls become rooms. A wall that encloses no space
-    waits.
-R5  ``one_room``: the rooms become one, together with the passages and walls between them. ``no_wall``: the rooms on
+    waits. A wall over a passage, or just before it, shuts it.
+R5  ``one_room``: the rooms become one, together with the passages and walls between them (``merging``). Rooms that only
+    the extension of a passage has parted are joined again. ``no_wall``: the rooms on
     both sides of a line in a wall become one, joined by the drawn part of the wall. ``no_door``: the passage becomes
     wall, or else the cut through the wall there. ``window``: the same, since plans have no windows.
 R6  ``room``: a space between walls that the plan lacks becomes a room. ``room_outline``: the free part of an area
@@ -118,6 +120,7 @@ def correct_plan(
     spaces: Iterable[Space] = (),
     standing: Iterable[Polygon] = (),
     *,
+    walls: Iterable[Polygon] | None = None,
     measure: bool = True,
 ) -> Corrected[_Plan]:
     """Return a plan with corrections applied (R1 to R8), and the effect of each, in the order given.
@@ -133,6 +136,9 @@ def correct_plan(
         Spaces between walls that the plan lacks, in the plan's coordinates; ``room`` and ``door`` may need them.
     standing
         The source's walls and whatever may close their gaps, in the plan's coordinates; ``wall`` may need them.
+    walls
+        The walls that the source shows, in the plan's coordinates; ``one_room`` may need them. None if they are not
+        known.
     measure
         Whether to measure the navigability again, if the plan records it.
 
@@ -142,7 +148,7 @@ def correct_plan(
         The plan has no rooms, and its outline cannot be repaired.
     """
     plan = plan if plan.rooms else with_rooms(plan)
-    draft = Draft(plan, spaces, standing)
+    draft = Draft(plan, spaces, standing, walls)
     placed = [Placed(each, _in_plan(plan, each)) for each in corrections]
     effects = _apply_all(draft, placed)
     if not any(effect.outcome == "done" for effect in effects):
@@ -192,6 +198,7 @@ def _try_again(draft: Draft, placed: Sequence[Placed], effects: list[Effect]) ->
             effects[k] = _apply(draft, placed[k], _WORDS[placed[k].correction.word])
         _close_with_walls(draft, placed, effects)
         _apply_waiting(draft, placed, effects)
+        idle += _join_again(draft, placed, effects)
         has_more = any(effects[k].outcome == "done" for k in idle)
 
 
@@ -204,6 +211,18 @@ def _close_with_walls(draft: Draft, placed: Sequence[Placed], effects: list[Effe
     loose = [k for k, effect in enumerate(effects) if effect.correction.word == "wall" and effect.outcome != "done"]
     for number, said in close_spaces(draft, [placed[k] for k in loose]).items():
         effects[loose[number]] = Effect(placed[loose[number]].correction, "done", said.text, tuple(said.also))
+
+
+def _join_again(draft: Draft, placed: Sequence[Placed], effects: list[Effect]) -> list[int]:
+    """Merge rooms that were one when ``one_room`` was applied, and that a later line has parted; return its indices."""
+    again = []
+    for k, effect in enumerate(effects):
+        if effect.correction.word == "one_room" and effect.outcome != "none":
+            found = _apply(draft, placed[k], join_rooms)
+            if found.outcome == "done" or (found.outcome == "none" and effect.outcome == "already"):
+                effects[k] = found
+                again.append(k)
+    return again
 
 
 def _apply_waiting(draft: Draft, placed: Sequence[Placed], effects: list[Effect]) -> None:
@@ -225,7 +244,7 @@ def _apply_waiting(draft: Draft, placed: Sequence[Placed], effects: list[Effect]
             effects[at] = Effect(placed[at].correction, "done", together[number].text)
         else:
             onward = _apply(draft, placed[at], part_onward)
-            effects[at] = onward if onward.outcome == "done" else effects[at]
+            effects[at] = onward if onward.outcome == "done" or onward.waits else effects[at]
 
 
 def _parted_again(draft: Draft) -> dict[str, str]:

@@ -98,7 +98,13 @@ class Space:
 class Draft:
     """The rooms and doors of a plan while they are corrected."""
 
-    def __init__(self, plan: PlanData, spaces: Iterable[Space] = (), standing: Iterable[Polygon] = ()) -> None:
+    def __init__(
+        self,
+        plan: PlanData,
+        spaces: Iterable[Space] = (),
+        standing: Iterable[Polygon] = (),
+        walls: Iterable[Polygon] | None = None,
+    ) -> None:
         self.plan = plan
         own = {
             room.id: DraftRoom(room.polygon, room.label, room.source_labels, room.confidence, room)
@@ -119,13 +125,15 @@ class Draft:
         self.spaces = list(spaces)
         self.standing = list(standing)
         """The shapes that enclose spaces in the source: its walls, and whatever may close their gaps."""
+        self.source_walls = None if walls is None else list(walls)
+        """The walls that the source shows, or None if they are not known."""
         self.walls: list[Place] = []
         """The walls that a person has drawn."""
         self.taken_out: list[Place] = []
         """The rooms that a person has removed."""
         self.joined: list[Place] = []
         """The areas between rooms that a person has merged."""
-        self.denied: list[Polygon] = []
+        self.denied: list[BaseGeometry] = []
         """The areas of passages that a person has removed."""
 
     def state(self) -> list[tuple[Any, dict[str, Any]]]:

@@ -130,6 +130,8 @@ def _new_passage(draft: Draft, strip: Strip, placed: Placed) -> Said:
             faces = faces_beside(strip, [each.shape for each in draft.rooms])
     if one is None and other is None:
         raise NoEffectError(far_from_rooms(draft, strip))
+    if word == "entrance" and one is not None and one is other:  # the room goes on around what lies between its faces
+        one, other = (one, None) if faces.far[0] <= faces.far[1] else (None, one)
     if one is not None and other is not None:
         if word == "entrance":
             raise NoEffectError(
@@ -154,18 +156,44 @@ def _meeting_at(draft: Draft, strip: Strip) -> tuple[DraftRoom, DraftRoom] | Non
 
 
 def _on_common_edge(draft: Draft, strip: Strip, rooms: tuple[DraftRoom, DraftRoom], placed: Placed) -> Said:
-    """Make a passage on the edge that two rooms share, as deep as a wall that a person draws."""
+    """Make a passage on the part of the edge that two rooms share, as deep as a wall that a person draws."""
     one, other = rooms
-    both = shapely.union(one.shape, other.shape)
-    whole = replace(strip, depth=SAID_WALL_M)
-    area = split_pieces(shapely.intersection(whole.polygon(), both))[0]
+    low, high = _shared_on(strip, one.shape, other.shape)
+    if high - low < MIN_DOOR_M - 1e-9:
+        raise NoEffectError(
+            f"only {high - low:.2f} m of it lies on their common edge, a door has {MIN_DOOR_M} m or more"
+        )
+    centre = strip.centre + strip.along * (low + high) / 2
+    whole = Strip(centre, strip.along, high - low, SAID_WALL_M)
+    said = Said("", _give_way(draft, whole.polygon()))
+    area = split_pieces(shapely.intersection(whole.polygon(), shapely.union(one.shape, other.shape)))[0]
     for room in rooms:
-        left = split_pieces(shapely.difference(room.shape, area))
-        room.change(left[0])
-    kind = _kind(placed.correction.word, strip.length)
-    draft.doors.append(DraftDoor(kind, area, strip.ends, rooms, 1.0, said=str(placed.correction)))
+        room.change(split_pieces(shapely.difference(room.shape, area))[0])
+    kind = _kind(placed.correction.word, whole.length)
+    draft.doors.append(DraftDoor(kind, area, whole.ends, rooms, 1.0, said=str(placed.correction)))
     joined = f"{draft.name(one)} and {draft.name(other)}, which meet there"
-    return Said(f"{with_article(kind)} of {strip.length:.2f} m joins {joined}")
+    said.text = f"{with_article(kind)} of {whole.length:.2f} m joins {joined}"
+    said.also += narrowed(strip, whole)
+    return said
+
+
+def _shared_on(strip: Strip, one: Polygon, other: Polygon) -> tuple[float, float]:
+    """Return the part of a line that lies on the common edge of two rooms: its ends, in metres from its middle."""
+    beside = replace(strip, depth=2 * _BESIDE_M).polygon()
+    edge = shapely.intersection(shapely.intersection(one.boundary, other.buffer(2 * MEETS_M)), beside)
+    low, high = math.inf, -math.inf
+    spans = sorted(
+        (float(at.min()), float(at.max()))
+        for part in shapely.get_parts(edge)
+        for at in [(shapely.get_coordinates(part) - strip.centre) @ strip.along]
+    )
+    for start, end in spans:
+        if start > high + STEP_M:
+            if low <= 0.0 <= high:
+                break
+            low, high = start, end
+        low, high = min(low, start), max(high, end)
+    return max(low, -strip.length / 2), min(high, strip.length / 2)
 
 
 def _over_post(draft: Draft, strip: Strip, room: DraftRoom, placed: Placed) -> Said:
@@ -352,8 +380,8 @@ def _parted(draft: Draft, room: DraftRoom, parts: Sequence[Polygon], passages: S
         joins = [next((each for each in made if each.shape is side), None) for side in beside]
         if joins[0] is not None and joins[1] is not None:
             draft.doors.append(_passage_on(passage, room.shape, (joins[0], joins[1]), placed))
-            if passage is not passages[0]:
-                draft.doors[-1].kind = "opening"
+            if passage is not passages[0]:  # nobody has said it
+                draft.doors[-1].kind, draft.doors[-1].said = "opening", ""
     for part in made:
         part.confidence = 1.0 if part.confidence is not None else None
     one, other = (next(each for each in made if each.shape is side) for side in sides[0])
@@ -365,10 +393,12 @@ def part_onward(draft: Draft, placed: Placed) -> Said:
     """Part a room along a line with free ends: extend it straight, past posts, until it parts the room.
 
     A stretch of floor on the extension that lies beyond a post, or is longer than a wall beside a door may be, becomes
-    an opening too.
+    an opening too. Nobody has said this opening, so a stretch longer than the line itself is not taken: the line waits.
 
     Raises
     ------
+    PartsNothingError
+        The line parts the room only if it goes on too far.
     NoEffectError
         The line lies in a wall, or parts nothing within ``_ONWARD_FAR_M`` of its ends.
     """
@@ -382,12 +412,17 @@ def part_onward(draft: Draft, placed: Placed) -> Said:
     lows = [low for low, high in floors if low <= SNAP_M - half]
     highs = [high for _, high in floors if high >= half - SNAP_M]
     tries = sorted(((low, high) for low in lows for high in highs), key=lambda ends: (ends[1] - ends[0], ends))
+    too_far = math.inf
     for low, high in tries:
         whole = Strip(strip.centre + strip.along * (low + high) / 2, strip.along, high - low, SAID_WALL_M)
         parts = split_pieces(shapely.difference(room.shape, whole.polygon(longer_m=STEP_M)))
         spans, walls = _spans(floors, (low, high), half)
         passages = [Strip(strip.centre + strip.along * (a + b) / 2, strip.along, b - a, SAID_WALL_M) for a, b in spans]
         if any(one is other for one, other in (_sides_of(passage, parts) for passage in passages)):
+            continue
+        onward = max((passage.length for passage in passages[1:]), default=0.0)
+        if onward > strip.length + SNAP_M:
+            too_far = min(too_far, onward)
             continue
         said = _parted(draft, room, parts, passages, placed)
         if len(passages) > 1:
@@ -396,7 +431,12 @@ def part_onward(draft: Draft, placed: Placed) -> Said:
         if walls > STEP_M:
             said.also.append(f"a wall of {walls:.2f} m closes its line")
         return said
-    raise PartsNothingError(f"its line parts nothing: {draft.name(room)} goes on around it")
+    if too_far < math.inf:
+        raise PartsNothingError(
+            f"it parts {draft.name(room)} only if its line goes on over {too_far:.2f} m of floor, which is longer than "
+            "the line; draw it from wall to wall"
+        )
+    raise NoEffectError(f"its line parts nothing: {draft.name(room)} goes on around it")
 
 
 def _floor_on_line(strip: Strip, floor: Polygon) -> list[tuple[float, float]]:
@@ -519,7 +559,8 @@ def remove_passage(draft: Draft, placed: Placed) -> Said:
     if door.said:
         raise contradiction(door.said)
     draft.doors.remove(door)
-    draft.denied.append(door.shape)
+    if door.rooms[1] is not None:  # an entrance says nothing of the ways inside
+        draft.denied.append(door.shape)
     what = "a window" if placed.correction.word == "window" else "wall"
     far = float(door.shape.distance(point))
     where = "there" if far <= SNAP_M else f"in the same wall, {far:.2f} m away,"

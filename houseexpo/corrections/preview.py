@@ -36,6 +36,8 @@ def preview(
     base: _Plan | None = None,
     spaces: Iterable[Space] = (),
     standing: Iterable[Polygon] = (),
+    *,
+    walls: Iterable[Polygon] | None = None,
 ) -> Preview[_Plan]:
     """Return the effects of corrections on a plan that may have been built with some of them.
 
@@ -48,14 +50,14 @@ def preview(
     base
         The plan without any correction, if it is known. Otherwise, corrections that are built in stay, and the record
         of a ``room`` outside the plan says that the build will look for it.
-    spaces, standing
-        Spaces between walls that ``base`` lacks, and the source's walls, in the coordinates of ``base``.
+    spaces, standing, walls
+        What the source shows, in the coordinates of ``base``; see ``correct_plan``.
     """
     built = {_key(told["word"], told["value"]): told for told in (plan.provenance or {}).get("corrections", [])}
     if plan.frame is None or (not corrections and (base is None or not built)):
         return Preview(plan, ())
     if base is not None:
-        return _from_base(plan, correct_plan(base, corrections, spaces, standing, measure=False), built)
+        return _from_base(plan, correct_plan(base, corrections, spaces, standing, walls=walls, measure=False), built)
     found = correct_plan(plan, corrections, measure=False)
     records = []
     for effect in found.effects:

@@ -24,7 +24,9 @@ from houseexpo.corrections.draft import (
     may_be_room,
     split_pieces,
 )
+from houseexpo.corrections.merging import merge_rooms
 from houseexpo.corrections.openings import (
+    ALONG,
     MEETS_M,
     SAID_WALL_M,
     SNAP_M,
@@ -32,6 +34,7 @@ from houseexpo.corrections.openings import (
     WALL_REACH_M,
     Strip,
     depth_of_entrances,
+    dot,
     drawn_walls,
     faces_beside,
     squared,
@@ -58,13 +61,10 @@ from houseexpo.corrections.saying import (
     contradiction,
 )
 from houseexpo.plan.parts import DoorKind
-from houseexpo.plan.room_labels import UNLABELLED
-from houseexpo.tolerances import GRID_M, MIN_DOOR_M, ROUNDED_M2
+from houseexpo.tolerances import GRID_M, MIN_DOOR_M, ROUNDED_M2, TILE_M2
 
 FARTHEST_ROOM_M: Final = 5.0
 """A room drawn farther than this from the others is refused, metres: probably a digit is wrong."""
-_REACHES_M: Final = (WALL_REACH_M / 16, WALL_REACH_M / 8, WALL_REACH_M / 4)
-"""Half thicknesses of the walls to remove between rooms that become one, the thinnest first, metres."""
 _SAME: Final = 0.2
 """A drawn room is a room of the plan if they share all but this part of both: drawing by hand is that inexact."""
 
@@ -72,7 +72,12 @@ _SAME: Final = 0.2
 def place_wall(draft: Draft, placed: Placed) -> Said:
     """Place a wall (R4)."""
     strip = strip_of(*placed.points, depth_m=SAID_WALL_M)
+    shut = _shut_by(draft, strip)
     crossed = [room for room in draft.rooms if room.shape.intersects(shapely.LineString(strip.ends))]
+    if not crossed and shut:
+        drawn = shapely.union_all([strip.polygon(), *(door.shape for door in shut)])
+        draft.walls.append(Place(drawn, str(placed.correction)))
+        return Said(f"a wall of {strip.length:.2f} m stands there", _shut(draft, shut, strip.polygon()))
     if not crossed:
         _place_outside_rooms(draft, strip, placed)
     strip = squared(strip, crossed[0].shape)
@@ -85,39 +90,64 @@ def place_wall(draft: Draft, placed: Placed) -> Said:
         reach.append(0.0 if hit.is_empty else float(shapely.Point(end).distance(hit)) + SAID_WALL_M)
     low, high = -strip.length / 2 - reach[0], strip.length / 2 + reach[1]
     whole = Strip(strip.centre + strip.along * (low + high) / 2, strip.along, high - low, SAID_WALL_M)
-    area, also, taken = whole.polygon(), list[str](), 0.0
-    for room in crossed:
-        lost = shapely.intersection(room.shape, area).area
-        if lost < ROUNDED_M2:
-            continue
-        taken += lost
-        left = shapely.difference(room.shape, area)
-        if slits := _slits_behind(left, area, whole.length):
-            left = shapely.difference(left, shapely.union_all(slits))
-            also.append(f"the floor behind it, less than {SNAP_M:g} m deep, is wall")
-        kept = _parts_of(left)
-        if not kept:
-            raise NoEffectError(f"it would take all of {draft.name(room)}; if that is no room, say no_room")
-        drawn = shapely.union_all([area, *(wall.shape for wall in draft.walls)])
-        closed = shapely.difference(left, shapely.union_all(_gaps_beside(left, drawn)))
-        if len(closed_parts := _parts_of(closed)) > len(kept):
-            kept = closed_parts
-        draft.spaces += _closets(left, kept)
-        if len(kept) > 1:
-            made = draft.replace_room(room, kept)
-            also.append("it parts a room into " + " and ".join(draft.name(each) for each in made))
-        else:
-            made = [room]
-            room.change(kept[0])
-        for each in made:
-            each.confidence = None if each.confidence is None else 1.0
+    area, also = whole.polygon(), list[str]()
+    wanted = [room for room in crossed if shapely.intersection(room.shape, area).area >= ROUNDED_M2]
+    for room in wanted:
+        also += _wall_in(draft, room, area, whole.length)
     draft.walls.append(Place(area, str(placed.correction)))
-    if not taken:
+    also += _shut(draft, shut, area)
+    if not wanted and not shut:
         raise AlreadySoError("no floor is there: it lies in a wall already")
-    shut = [door for door in draft.doors if shapely.intersection(door.shape, area).area > door.shape.area / 2]
-    draft.doors = [door for door in draft.doors if all(door is not each for each in shut)]
-    also += [f"the {door.kind} of {door.width:.2f} m there is shut" for door in shut]
     return Said(f"a wall of {strip.length:.2f} m stands there", also)
+
+
+def _wall_in(draft: Draft, room: DraftRoom, area: Polygon, length_m: float) -> list[str]:
+    """Take a wall's area out of a room, which it may part; return sentences on what else changes."""
+    also, left = list[str](), shapely.difference(room.shape, area)
+    if slits := _slits_behind(left, area, length_m):
+        left = shapely.difference(left, shapely.union_all(slits))
+        also.append(f"the floor behind it, less than {SNAP_M:g} m deep, is wall")
+    kept = _parts_of(left)
+    if not kept:
+        raise NoEffectError(f"it would take all of {draft.name(room)}; if that is no room, say no_room")
+    drawn = shapely.union_all([area, *(wall.shape for wall in draft.walls)])
+    closed = shapely.difference(left, shapely.union_all(_gaps_beside(left, drawn)))
+    if len(closed_parts := _parts_of(closed)) > len(kept):
+        kept = closed_parts
+    draft.spaces += _closets(left, kept)
+    if (lost_m2 := sum(part.area for part in _cut_off(left, kept))) > TILE_M2:
+        also.append(f"{lost_m2:.1f} m2 that it cuts off are in no room now")
+    if len(kept) > 1:
+        made = draft.replace_room(room, kept)
+        also.append("it parts a room into " + " and ".join(draft.name(each) for each in made))
+    else:
+        made = [room]
+        room.change(kept[0])
+    for each in made:
+        each.confidence = None if each.confidence is None else 1.0
+    return also
+
+
+def _shut_by(draft: Draft, strip: Strip) -> list[DraftDoor]:
+    """Return the passages that a wall shuts: it lies in or just before each, along it, and covers most of its width."""
+    wall, area, found = shapely.LineString(strip.ends), strip.polygon(), []
+    for door in draft.doors:
+        way = strip_of(*door.ends, depth_m=door.shape.area / max(door.width, STEP_M))
+        before = replace(way, depth=way.depth + 2 * SNAP_M)
+        covered = shapely.intersection(wall, before.polygon(longer_m=MEETS_M)).length
+        is_along = abs(dot(way.along, strip.along)) > ALONG
+        if (is_along and covered > door.width / 2) or area.intersection(door.shape).area > door.shape.area / 2:
+            found.append(door)
+    return found
+
+
+def _shut(draft: Draft, shut: Sequence[DraftDoor], wall: Polygon) -> list[str]:
+    """Remove the passages that a wall shuts; return a sentence about each."""
+    if said := next((door.said for door in shut if door.said), ""):
+        raise contradiction(said)
+    draft.doors = [door for door in draft.doors if all(door is not each for each in shut)]
+    draft.denied += [shapely.union(door.shape, wall) for door in shut if door.rooms[1] is not None]
+    return [f"the {door.kind} of {door.width:.2f} m there is shut" for door in shut]
 
 
 def _place_outside_rooms(draft: Draft, strip: Strip, placed: Placed) -> NoReturn:
@@ -181,11 +211,16 @@ def _parts_of(left: BaseGeometry) -> list[Polygon]:
     return [part for part in parts if is_room_sized(part)] or parts[:1]
 
 
+def _cut_off(left: BaseGeometry, kept: Sequence[Polygon]) -> Iterator[Polygon]:
+    """Yield the parts of a room that a wall cut off and that are in no room now."""
+    for part in split_pieces(left):
+        if not any(part.intersects(other) for other in kept):
+            yield part
+
+
 def _closets(left: BaseGeometry, kept: Sequence[Polygon]) -> Iterator[Space]:
     """Yield spaces that a wall cut off and that become rooms only if a person says so, by a door or a point in them."""
-    for part in split_pieces(left):
-        if not is_room_sized(part) and may_be_room(part) and not any(part.intersects(other) for other in kept):
-            yield Space(part, reachable=False)
+    return (Space(part, reachable=False) for part in _cut_off(left, kept) if may_be_room(part))
 
 
 def _gaps_beside(left: BaseGeometry, walls: BaseGeometry) -> list[BaseGeometry]:
@@ -229,7 +264,7 @@ def remove_wall(draft: Draft, placed: Placed) -> Said:
     fitted = fit_to_wall(drawn, faces)
     gap = clear_part(fitted.polygon(deeper_m=STEP_M), (room.shape for room in draft.rooms), fitted.centre)
     said = Said(f"{fitted.length:.2f} m of wall are gone: one room are now " + _names(draft, found))
-    said.also += _merge(draft, found, [gap], str(placed.correction))
+    said.also += merge_rooms(draft, found, str(placed.correction), gap=gap)
     said.also += narrowed(drawn, fitted)
     return said
 
@@ -407,50 +442,7 @@ def join_rooms(draft: Draft, placed: Placed) -> Said:
     if len(rooms) == 1:
         raise AlreadySoError("the points lie in one room already")
     text = "one room are now " + _names(draft, rooms)
-    return Said(text, _merge(draft, rooms, [], str(placed.correction)))
-
-
-def _merge(draft: Draft, rooms: Sequence[DraftRoom], gaps: Sequence[Polygon], text: str) -> list[str]:
-    """Merge rooms with the passages and the gaps, or else walls, between them; return sentences on other changes."""
-    inner = [door for door in draft.inner_doors if all(any(side is room for room in rooms) for side in door.rooms)]
-    if said := next((door.said for door in inner if door.said), ""):
-        raise contradiction(said, "parts them, and")
-    whole = shapely.union_all([*(room.shape for room in rooms), *(door.shape for door in inner), *gaps])
-    others = [room.shape for room in draft.rooms if all(room is not each for each in rooms)]
-    others += [door.shape for door in draft.doors if all(door is not each for each in inner)]
-    parts = split_pieces(whole)
-    filled = len(parts) > 1
-    for reach in _REACHES_M:  # thicker walls stay if the rooms meet across a thin one
-        if len(parts) == 1:
-            break
-        closed = whole.buffer(reach, join_style="mitre").buffer(-reach, join_style="mitre")
-        filling = shapely.difference(shapely.difference(closed, whole), shapely.union_all(others))
-        if wall := next((wall for wall in draft.walls if wall.shape.intersection(filling).area > ROUNDED_M2), None):
-            raise contradiction(wall.said, "parts them, and")
-        parts = split_pieces(shapely.union_all([whole, filling]))
-    whole = shapely.union_all(parts)
-    if len(parts) > 1:
-        raise NoEffectError(
-            f"more than {WALL_REACH_M / 2:g} m of wall stand between them; draw a door or an opening there"
-        )
-    first = max(rooms, key=lambda room: (room.label != UNLABELLED, room.shape.area))
-    words = tuple(dict.fromkeys(word for room in rooms for word in room.words))
-    made = DraftRoom(parts[0], first.label, words, None if first.confidence is None else 1.0, said=text)
-    inside = -SAID_WALL_M / 2 - GRID_M  # the seam keeps clear of the merged room's own edge
-    seam = shapely.difference(whole.buffer(inside), shapely.union_all([room.shape.buffer(inside) for room in rooms]))
-    draft.joined.append(Place(seam, text))
-    place = draft.rooms.index(rooms[0])
-    draft.rooms[place] = made
-    draft.rooms = [room for room in draft.rooms if all(room is not each for each in rooms)]
-    draft.doors = [door for door in draft.doors if all(door is not each for each in inner)]
-    for door in draft.doors:
-        one_side, other_side = (made if any(side is room for room in rooms) else side for side in door.rooms)
-        assert one_side is not None  # noqa: S101  # the first side of a door is a room
-        door.rooms = (one_side, other_side)
-    also = [f"the {door.kind} of {door.width:.2f} m between them is part of it" for door in inner]
-    if filled:
-        also.append("the wall between them is gone")
-    return also
+    return Said(text, merge_rooms(draft, rooms, str(placed.correction)))
 
 
 def name_room(draft: Draft, placed: Placed) -> Said:

@@ -54,8 +54,8 @@ class PlanSource(msgspec.Struct, frozen=True):
     """A plan without the corrections of its storey.
 
     ``spaces`` are the spaces between walls, whether they are rooms or not. ``unreached`` are rooms that nothing led
-    into. ``standing`` are the walls and whatever may close their gaps. ``is_founded``: the search finds a plan only
-    with the corrections of the storey, so this plan includes them.
+    into. ``standing`` are the walls and whatever may close their gaps, ``walls`` the walls that the source shows.
+    ``is_founded``: the search finds a plan only with the corrections of the storey, so this plan includes them.
     """
 
     id: str
@@ -63,6 +63,7 @@ class PlanSource(msgspec.Struct, frozen=True):
     spaces: tuple[Rings, ...] = ()
     unreached: tuple[Rings, ...] = ()
     standing: tuple[Rings, ...] = ()
+    walls: tuple[Rings, ...] = ()
     is_founded: bool = False
 
 

@@ -6,7 +6,8 @@ R1  The search does not use a person's words. The plan is first made without the
     (``houseexpo.corrections.apply``). The exception is a storey that the search rejects (``stages.said_walls``).
 R2  A word belongs to the nearest building of its storey.
 R3  Words can name spaces that are no rooms as rooms. A room that was left out because nothing led into it comes back
-    with a door. A new wall may close a space together with the walls that stand.
+    with a door. A new wall may close a space together with the walls that stand. Merged rooms keep only the walls that
+    the source shows.
 R4  The quality is that of the corrected plan. A space that a person calls a room, or draws a door of, is not doubted. A
     room that the source draws, and that words contradict, does not count against the plan; nor does the source's count
     of rooms. A robot's map is compared with the corrected rooms and doorways.
@@ -70,7 +71,8 @@ def correct(
     spaces = [Space(_moved(room, shift), reachable=False) for room in unreached]
     spaces += [Space(_moved(space, shift)) for space in layout.spaces]
     standing = [_moved(wall, shift) for wall in standing_walls(evidence, layout)]
-    corrected = correct_plan(plan, said, spaces, standing)
+    walls = [_moved(wall, shift) for wall in shown_walls(evidence)]
+    corrected = correct_plan(plan, said, spaces, standing, walls=walls)
     told: dict[str, Any] = {"corrections": [effect.as_record() for effect in corrected.effects]}
     if corrected.followed:
         told["followed"] = list(corrected.followed)
@@ -82,6 +84,12 @@ def standing_walls(evidence: Evidence, layout: Layout) -> list[Polygon]:
     gaps = (*evidence.doorways, *layout.candidates, *layout.ways)
     closed = unite([layout.door, *(each.polygon for each in gaps)])
     return [part for part in polygons_of(shapely.simplify(closed, _SCAN_CORNER_M)) if part.is_valid]
+
+
+def shown_walls(evidence: Evidence) -> list[Polygon]:
+    """Return the walls that a level's source shows: what remains between rooms that a person merges (R3)."""
+    shown = shapely.simplify(unite([evidence.walls, evidence.rails]), _SCAN_CORNER_M)
+    return [part for part in polygons_of(shown) if part.is_valid]
 
 
 def spaces_of_plan(level: Level, plan: FloorPlan, spaces: Spaces) -> Spaces:

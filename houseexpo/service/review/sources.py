@@ -106,6 +106,11 @@ class SourceView:
         """The walls, and whatever may close their gaps."""
         return [] if self.found is None else self._moved(self.found.standing)
 
+    @cached_property
+    def walls(self) -> list[Polygon]:
+        """The walls that the source shows."""
+        return [] if self.found is None else self._moved(self.found.walls)
+
     def bounds_around(self, plan: FloorPlan | None) -> tuple[float, float, float, float]:
         """Return the bounds (x1, y1, x2, y2) of the pictures in the coordinates of a plan of the level, metres."""
         origin = self.origin if plan is None else self.origin_of(plan)

@@ -490,7 +490,7 @@ def test_openings_of_which_none_parts_a_room_alone_part_it_together() -> None:
     assert [effect.outcome for effect in both.effects] == ["done", "done"]
     assert len(both.plan.rooms) == 2
     assert kinds(both.plan) == ["opening", "opening"]
-    free = [[1.0, 4.0], [1.9, 4.0]]  # between no walls: it goes on to the next ones, and the others are none the worse
+    free = [[1.0, 4.0], [2.8, 4.0]]  # between no walls: it goes on to the next ones, and the others are none the worse
     three = corrected(plan, opening=[north, free, south])
     assert [effect.outcome for effect in three.effects] == ["done", "done", "done"]
     assert len(three.plan.rooms) == 3
@@ -588,11 +588,11 @@ def test_three_slanted_parts_keep_one_outline(rings: list[list[tuple[float, floa
 
 @pytest.mark.parametrize("word", ["door", "opening"])
 def test_a_passage_with_free_ends_parts_the_space_as_far_as_its_line_goes(word: str) -> None:
-    found = corrected(**{word: [[1.0, 1.5], [1.9, 1.5]]})
+    found = corrected(**{word: [[1.0, 1.5], [2.6, 1.5]]})
     assert [effect.outcome for effect in found.effects] == ["done"]
-    assert kinds(found.plan) == sorted(["door", word, "opening"])  # the wall goes on for 0.9 m, an opening for 2.2 m
+    assert kinds(found.plan) == sorted(["door", word, "opening"])  # the wall goes on for 0.9 m, an opening for 1.5 m
     assert len(found.plan.rooms) == 3
-    assert "it is open there too, for 2.20 m" in found.effects[0].sentence
+    assert "it is open there too, for 1.50 m" in found.effects[0].sentence
     assert "a wall of 0.90 m closes its line" in found.effects[0].sentence
     assert not found.followed
 
@@ -604,8 +604,8 @@ def test_a_passage_between_a_wall_and_a_post_takes_the_way_beyond_the_post_too()
     assert kinds(found.plan) == ["opening", "opening"]
     assert sorted(door.width for door in found.plan.doors) == pytest.approx([3.8, 4.0], abs=0.02)
     assert len(found.plan.rooms) == 2
-    posts = hall((4.9, 2.9, 5.1, 3.1), (4.9, 5.0, 5.1, 5.2))
-    between = corrected(posts, opening=[[5.0, 3.1], [5.0, 5.0]])
+    posts = hall((4.9, 2.6, 5.1, 2.8), (4.9, 5.3, 5.1, 5.5))
+    between = corrected(posts, opening=[[5.0, 2.8], [5.0, 5.3]])
     assert kinds(between.plan) == ["opening"] * 3
     assert len(between.plan.rooms) == 2
 
@@ -702,7 +702,7 @@ def behind_a_door(*pillars: tuple[float, float, float, float]) -> Space:
 @pytest.mark.parametrize("later", [False, True])
 def test_lines_in_a_space_wait_for_the_door_into_it_whatever_the_order(later: bool) -> None:
     way = [[7.25, 1.0], [7.25, 1.9]]
-    free = [[[10.3, 2.6], [10.3, 3.4]]]
+    free = [[[10.3, 2.0], [10.3, 4.2]]]
     pair = [[[10.3, 0.1], [10.3, 2.5]], [[10.3, 3.5], [10.3, 6.1]]]
     for space, lines in ((behind_a_door(), free), (behind_a_door((10.2, 2.5, 10.4, 3.5)), pair)):
         words = Override(door=[*lines, way] if later else [way, *lines], label=[8.0, 1.0, "Office"]).corrections
@@ -828,3 +828,141 @@ def test_the_only_room_of_a_plan_is_replaced_by_one_that_a_person_draws() -> Non
     assert [effect.outcome for effect in found.effects] == ["done", "done"]
     assert areas(found.plan) == pytest.approx([120.0])
     assert not found.plan.doors
+
+
+def around_a_block() -> FloorPlan:
+    """A hall of 9 x 8 m with a block in its middle, and a wall that ends beside the line through this block."""
+    ring = [(0.0, 0.0), (7.0, 0.0), (7.0, 3.97), (7.2, 3.97), (7.2, 0.0), (9.0, 0.0), (9.0, 8.0), (0.0, 8.0)]
+    block = (box(4.5, 3.5, 5.5, 4.5),)
+    return FloorPlan("house", ring, 1, {}, block, rooms=(Room(0, "Kitchen", ring, block),))
+
+
+def test_a_room_that_a_line_makes_beyond_its_ends_can_be_joined_again() -> None:
+    line = [[0.0, 4.0], [4.5, 4.0]]  # beyond the block it goes on, and closes a space behind the wall
+    beyond = corrected(around_a_block(), opening=line)
+    assert [effect.outcome for effect in beyond.effects] == ["done"]
+    assert areas(beyond.plan) == pytest.approx([7.1, 27.2, 35.1], abs=0.1)
+    assert "it is open there too" in beyond.effects[0].sentence
+    joined = corrected(around_a_block(), opening=line, one_room=[[8.0, 1.0], [8.0, 7.0]])
+    assert [effect.outcome for effect in joined.effects] == ["done", "done"]
+    assert areas(joined.plan) == pytest.approx([27.2, 42.56], abs=0.1)
+    against = corrected(around_a_block(), opening=line, one_room=[[1.0, 1.0], [1.0, 7.0]])
+    assert [effect.outcome for effect in against.effects] == ["none", "done"]
+    assert "parts them, and is said too" in against.effects[0].said
+
+
+def test_a_line_goes_on_no_farther_than_it_is_long() -> None:
+    found = corrected(hall(), opening=[[4.0, 4.0], [5.0, 4.0]])
+    assert (found.effects[0].outcome, found.effects[0].waits) == ("none", True)
+    post = hall((4.9, 3.9, 5.1, 4.1))
+    short = corrected(post, opening=[[5.0, 4.1], [5.0, 7.5]])
+    assert short.effects[0].waits
+    assert "longer than the line" in short.effects[0].sentence
+    both = corrected(post, opening=[[[5.0, 4.1], [5.0, 8.1]], [[5.0, 3.9], [5.0, 0.1]]])
+    assert [effect.outcome for effect in both.effects] == ["done", "done"]
+
+
+def test_a_line_that_was_said_stays_where_it_is_when_another_crosses_it() -> None:
+    first = [[0.1, 4.0], [6.0, 4.0]]
+    alone = corrected(hall(), opening=first)
+    both = corrected(hall(), opening=[first, [[4.0, 0.1], [4.0, 3.0]]])
+    assert [effect.outcome for effect in both.effects] == ["done", "done"]
+    for door in alone.plan.doors:
+        assert any(each.polygon.equals(door.polygon) for each in both.plan.doors)
+
+
+@pytest.mark.parametrize("x", [4.1, 4.12, 4.15, 4.18, 4.2, 4.05, 4.3])
+def test_a_wall_over_a_doorway_or_just_before_it_shuts_it(x: float) -> None:
+    found = corrected(wall=[[x, 0.9], [x, 2.1]])
+    assert found.effects[0].outcome == "done"
+    assert "the door of 0.80 m there is shut" in found.effects[0].also
+    assert not found.plan.doors
+    again = corrected(wall=[[x, 0.9], [x, 2.1]], door=[[4.15, 1.1], [4.15, 1.9]])
+    assert [effect.outcome for effect in again.effects] == ["done", "done"]
+    assert kinds(again.plan) == ["door"]
+    assert kinds(corrected(wall=[[x, 0.1], [x, 0.9]]).plan) == ["door"]
+
+
+def test_a_wall_that_cuts_a_strip_off_names_it() -> None:
+    niche = [(0.1, 0.1), (4.1, 0.1), (4.1, 3.1), (0.9, 3.1), (0.9, 3.7), (0.1, 3.7)]
+    plan = FloorPlan("house", niche, 1, {}, rooms=(Room(0, "Kitchen", niche),))
+    shut = corrected(plan, wall=[[0.1, 3.1], [0.9, 3.1]])
+    assert shut.effects[0].also == ("0.4 m2 that it cuts off are in no room now",)
+    assert corrected(wall=[[0.1, 1.5], [4.1, 1.5]]).effects[0].also == (
+        "it parts a room into the kitchen of 6.2 m2 and the room of 5.4 m2",
+    )
+
+
+@pytest.mark.parametrize("stub", [[[2.0, 0.1], [2.0, 1.6]], [[4.1, 2.5], [3.0, 2.5]], [[4.1, 0.6], [3.0, 0.6]]])
+def test_a_wall_that_stands_in_a_room_does_not_part_it_from_another(stub: list[list[float]]) -> None:
+    plan = replace(PLAN, doors=())
+    found = corrected(plan, wall=stub, one_room=[[1.0, 1.0], [5.0, 1.0]])
+    assert [effect.outcome for effect in found.effects] == ["done", "done"]
+    (room,) = found.plan.rooms
+    assert room.area == pytest.approx(21.3 - 0.1 * abs(stub[0][0] - stub[1][0] + stub[0][1] - stub[1][1]), abs=0.05)
+    parted = corrected(wall=[[2.0, 0.1], [2.0, 3.1]], one_room=[[1.0, 1.0], [3.0, 1.0]])
+    assert [effect.outcome for effect in parted.effects] == ["done", "none"]
+
+
+def test_a_passage_on_a_common_edge_ends_where_the_edge_ends() -> None:
+    shapes = (box(0.0, 0.0, 6.0, 3.0), box(0.0, 3.0, 2.0, 6.0), box(2.1, 3.0, 6.0, 6.0))
+    rooms = tuple(Room(k, "Office", shape) for k, shape in enumerate(shapes))
+    whole = shapely.union_all([room.polygon for room in rooms])
+    plan = FloorPlan("three", list(whole.exterior.coords[:-1]), 3, {}, rooms=rooms)
+    found = corrected(plan, door=[[0.5, 3.0], [4.5, 3.0]])
+    (door,) = found.plan.doors
+    assert [door.segment[0][0], door.segment[1][0]] == pytest.approx([2.1, 4.5], abs=0.011)
+    assert areas(found.plan) == pytest.approx([6.0, 11.58, 17.88], abs=0.02)
+    assert "of the 4.00 m that were drawn, 2.40 m are clear" in found.effects[0].sentence
+    twice = corrected(plan, door=[[[2.4, 3.0], [3.6, 3.0]], [[3.2, 3.0], [4.4, 3.0]]])
+    (_, (end, _)), ((start, _), _) = (door.segment for door in twice.plan.doors)
+    assert end <= start + 0.011
+    assert corrected(plan, door=[[1.8, 3.0], [2.3, 3.0]]).effects[0].outcome == "none"
+
+
+def test_a_window_for_an_entrance_says_nothing_of_the_ways_inside() -> None:
+    shapes = (box(0.0, 0.0, 4.0, 3.0), box(4.1, 0.0, 8.0, 3.0))
+    rooms = tuple(Room(k, "Office", shape) for k, shape in enumerate(shapes))
+    inner = Door(0, "door", ((4.05, 1.0), (4.05, 1.8)), 0.8, box(4.0, 1.0, 4.1, 1.8), (0, 1))
+    ways = [
+        Door(1, "entrance", ((-0.05, 1.0), (-0.05, 1.8)), 0.8, box(-0.1, 1.0, 0.0, 1.8), (0, None)),
+        Door(2, "entrance", ((8.05, 1.0), (8.05, 1.8)), 0.8, box(8.0, 1.0, 8.1, 1.8), (1, None)),
+    ]
+    whole = shapely.union_all([*(room.polygon for room in rooms), inner.polygon])
+    plan = FloorPlan("two", list(whole.exterior.coords[:-1]), 2, {}, rooms=rooms, doors=(inner, *ways))
+    parted = corrected(plan, wall=[[6.0, 0.0], [6.0, 3.0]], window=[8.05, 1.4])
+    assert kinds(parted.plan) == ["cut", "door", "entrance"]
+
+
+def test_a_room_has_an_entrance_in_a_front_around_which_it_goes() -> None:
+    ring = [(0.0, 0.0), (6.0, 0.0), (6.0, 6.0), (0.0, 6.0), (0.0, 3.0), (4.0, 3.0), (4.0, 2.6), (0.0, 2.6)]
+    plan = FloorPlan("museum", ring, 1, {}, rooms=(Room(0, "Hall", ring),))
+    for y in (2.7, 2.9):
+        found = corrected(plan, entrance=[[1.0, y], [2.0, y]])
+        assert [effect.outcome for effect in found.effects] == ["done"]
+        (way,) = found.plan.doors
+        assert (way.kind, way.rooms) == ("entrance", (0, None))
+        assert way.polygon.area == pytest.approx(0.2, abs=0.21)
+        assert shapely.intersection(way.polygon, found.plan.rooms[0].polygon).area < 0.01
+
+
+def test_rooms_that_are_one_lose_the_walls_that_the_source_does_not_show() -> None:
+    shapes = (box(0.0, 0.0, 4.0, 6.0), box(4.1, 0.0, 8.0, 6.0))
+    rooms = tuple(Room(k, "Office", shape) for k, shape in enumerate(shapes))
+    way = Door(0, "door", ((4.05, 2.0), (4.05, 3.0)), 1.0, box(4.0, 2.0, 4.1, 3.0), (0, 1))
+    whole = shapely.union_all([*(room.polygon for room in rooms), way.polygon])
+    holes = tuple(list(ring.coords[:-1]) for ring in whole.interiors)
+    plan = FloorPlan("two", list(whole.exterior.coords[:-1]), 2, {}, holes, rooms=rooms, doors=(way,))
+    around = Polygon(box(-0.1, -0.1, 8.1, 6.1), [box(0.0, 0.0, 8.0, 6.0)])
+    said = Override(one_room=[[1.0, 1.0], [5.0, 1.0]]).corrections
+    stub = Polygon(box(4.0, 0.0, 4.1, 2.0))  # what the source shows; the plan has a wall from 3 to 6 m, too
+    found = correct_plan(plan, said, walls=[around, stub])
+    (room,) = found.plan.rooms
+    assert room.area == pytest.approx(48.0 - 0.2, abs=0.02)
+    assert "0.3 m2 of wall between them that the source does not show are floor" in found.effects[0].also
+    assert correct_plan(plan, said).plan.rooms[0].area == pytest.approx(48.0 - 0.5, abs=0.02)
+    seen = correct_plan(plan, said, walls=[around, stub, Polygon(box(4.0, 3.0, 4.1, 6.0))])
+    assert seen.plan.rooms[0].area == pytest.approx(48.0 - 0.5, abs=0.02)
+    drawn = Override(one_room=[[1.0, 1.0], [5.0, 1.0]], wall=[[4.05, 3.0], [4.05, 4.5]]).corrections
+    kept = correct_plan(plan, drawn, walls=[around, stub]).plan.rooms
+    assert sum(each.area for each in kept) == pytest.approx(48.0 - 0.2 - 0.16, abs=0.05)
