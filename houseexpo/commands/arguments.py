@@ -49,7 +49,7 @@ def make_completion(*words: str) -> Callable[[str], list[str]]:
 POLICIES = (
     *("random", "spin", "forward", "wall", "frontier", "random-frontier", "frontier-mapex", "information", "tour"),
     *("chooser", "chooser-1", "chooser-2", "finisher", "oracle"),
-    *("seek", "shortest", "greedy", "a-star"),
+    *("seek", "shortest", "wait", "keep-away", "greedy", "a-star"),
 )
 """The policies of the project. Their table would import the simulator; a test compares the two."""
 IDS_HELP = "Ids, by commas, or @FILE with one a line; may be repeated."

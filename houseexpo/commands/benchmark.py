@@ -27,7 +27,7 @@ Workers = Annotated[int | None, typer.Option(min=1, help="Number of processes.",
 
 TRACK_NAMES = (
     *("budget", "quality", "avoidance", "navigation", "pointgoal", "roomgoal", "objectgoal"),
-    *("large", "noisy", "people", "slam"),
+    *("large", "noisy", "people", "social", "slam"),
     *("kth", "dare", "ariadne", "pipe-small", "pipe-medium", "pipe-large"),
 )
 
@@ -46,8 +46,8 @@ def run(
     track: Annotated[
         str,
         typer.Option(
-            help="budget, quality, avoidance, navigation, pointgoal, roomgoal, objectgoal, large, noisy, people, slam; "
-            "on --maps also kth, dare, ariadne, pipe-small, pipe-medium or pipe-large.",
+            help="budget, quality, avoidance, navigation, pointgoal, roomgoal, objectgoal, large, noisy, people, "
+            "social, slam; on --maps also kth, dare, ariadne, pipe-small, pipe-medium or pipe-large.",
             autocompletion=make_completion(*TRACK_NAMES),
         ),
     ] = "budget",

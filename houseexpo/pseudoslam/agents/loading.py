@@ -35,6 +35,8 @@ NAMES: Final = {
     "oracle": f"{_HERE}.oracle:Oracle",
     "seek": f"{_HERE}.seeking:Seeker",
     "shortest": f"{_HERE}.seeking:ShortestWay",
+    "wait": f"{_HERE}.social:Waiting",
+    "keep-away": f"{_HERE}.social:KeepingAway",
     "greedy": f"{_HERE}.simple:Greedy",
     "a-star": f"{_HERE}.simple:AStar",
 }

@@ -27,6 +27,7 @@ from houseexpo.pseudoslam.config.checks import check_one_of
 from houseexpo.pseudoslam.envs.single import PseudoSlamEnv
 from houseexpo.pseudoslam.envs.spec import Actions, Kind
 from houseexpo.pseudoslam.kernels.mapping import UNKNOWN
+from houseexpo.pseudoslam.render.sight import measure_sight
 from houseexpo.pseudoslam.simulator import Simulator
 from houseexpo.pseudoslam.state import State
 from houseexpo.pseudoslam.worlds.world import World
@@ -47,6 +48,9 @@ class Knowledge(TypedDict):
     """Distance travelled so far."""
     goal_px: NotRequired[npt.NDArray[np.float64]]
     """The goal on the map (2,), if it is a place."""
+    moving_px: NotRequired[npt.NDArray[np.float64]]
+    """(n, 5), what moves and a beam hits, as a robot that tracks it knows it, if anything can move in the task: x, y
+    and radius in cells of the map, and the velocity of people, x across and y down, in cells per second."""
     goal_name: NotRequired[str]
     """The goal's kind of room or furniture, if it is one."""
     goal_map: NotRequired[npt.NDArray[np.uint8]]
@@ -111,6 +115,15 @@ class Policy(Protocol):
 PolicyFactory: TypeAlias = Callable[[Robot, int], Policy]
 
 
+def check_goal(robot: Robot, *, place: bool) -> None:
+    """Raise ConfigError unless the task's goal is a place or, otherwise, a kind of room or furniture."""
+    found = robot.config.goal_place if place else robot.config.goal_region
+    if found is None:
+        wanted, kind = ("a place", "place") if place else ("a kind of room or furniture", "room or object")
+        here = robot.config.goal.kind if robot.config.goal else "none"
+        raise ConfigError(f"goal: this policy expects {wanted} (goal.kind {kind}), found {here}")
+
+
 def read_interface(factory: PolicyFactory) -> Interface:
     """Return the interface of a factory's policies; raise ConfigError if its attribute is of another type."""
     found = getattr(factory, "interface", Interface())
@@ -142,6 +155,8 @@ def make_knowledge(simulator: Simulator, state: State) -> Knowledge:
         "steps": int(state.counts.steps),
         "path_m": float(state.episode.readings[0].path_length) / simulator.config.pixels_per_metre,
     }
+    if simulator.config.people.number or simulator.config.trajectories:
+        known["moving_px"] = measure_sight(simulator, state, 0).bodies[:, 1:]
     if simulator.config.goal_region:
         known["goal_name"] = simulator.config.goal_region.names[state.goal_number]
         known["goal_map"] = simulator.world.regions[known["goal_name"]].marked * (state.known != UNKNOWN)

@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.agents.explorers import GoalWalker, NearestFrontier, distances_to_cells
-from houseexpo.pseudoslam.agents.protocol import Interface, Knowledge, Robot
+from houseexpo.pseudoslam.agents.protocol import Interface, Knowledge, Robot, check_goal
 from houseexpo.pseudoslam.agents.simple import FORWARD
 from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE
 from houseexpo.pseudoslam.kernels.planning.paths import find_distances
@@ -59,10 +59,11 @@ class Seeker(NearestFrontier):
     Ways are planned again after each step, on the robot's own map.
     """
 
-    interface = Interface(tasks=("search",))
+    interface = Interface(tasks=("search", "navigation"))
 
     def __init__(self, robot: Robot, seed: int) -> None:
         super().__init__(robot, seed)
+        check_goal(robot, place=False)
         self._to_goal, goal = RegionWalker(robot), robot.config.goal
         self._reach_px = OBJECT_M * self.metre if goal is not None and goal.kind == "object" else 0.0
         self._path_m, self._sees = -1.0, False

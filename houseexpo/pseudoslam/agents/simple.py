@@ -9,7 +9,7 @@ import numpy as np
 
 from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.agents.explorers import GoalWalker
-from houseexpo.pseudoslam.agents.protocol import Interface, Knowledge, Robot
+from houseexpo.pseudoslam.agents.protocol import Interface, Knowledge, Robot, check_goal
 from houseexpo.pseudoslam.kernels.collision import clearance, free_distance
 from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE, UNKNOWN
 from houseexpo.pseudoslam.kernels.tolerances import ARC_RAD, FOLLOWED_M, WALL_EPS_PX
@@ -128,6 +128,7 @@ class Greedy:
     interface = Interface(tasks=("navigation",))
 
     def __init__(self, robot: Robot, seed: int) -> None:
+        check_goal(robot, place=True)
         self._rng = np.random.default_rng(seed)
         self._turn = math.radians(robot.config.robot.turn_deg)
         self._waiting: list[int] = []

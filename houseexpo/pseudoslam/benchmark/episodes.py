@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -26,7 +27,7 @@ from houseexpo.pseudoslam.benchmark.prediction import (
 )
 from houseexpo.pseudoslam.benchmark.tracks import Houses, Track
 from houseexpo.pseudoslam.envs.single import PseudoSlamEnv
-from houseexpo.pseudoslam.kernels.collision import STATIC
+from houseexpo.pseudoslam.kernels.collision import STATIC, placed_people
 
 Answer = TypeVar("Answer")
 Note = Callable[[int], None]
@@ -175,7 +176,7 @@ class EpisodeRunner:
         state = self.env.state
         metres = float(state.episode.readings[0].path_length) / self.env.config.pixels_per_metre
         try:
-            trace.add(int(state.counts.steps), metres, info, reward)
+            trace.add(int(state.counts.steps), metres, info, reward, gap_to_people(self.env))
         except ValueError as error:
             raise PolicyError(f"{self._where(case, int(state.counts.steps))}: {error}") from None
 
@@ -207,6 +208,16 @@ def start_policy(policy: NamedPolicy, env: PseudoSlamEnv, run_seed: int = 0) -> 
     """
     seed = policy_seed_at_start(run_seed, make_knowledge(env.simulator, env.state)["map"])
     return policy.factory(make_robot(env, policy.interface), seed)
+
+
+def gap_to_people(env: PseudoSlamEnv) -> float:
+    """Return the gap between the circles of the robot and of the nearest person, metres; infinite without people."""
+    people, params = placed_people(env.state.episode.bodies.people), env.simulator.params
+    if not len(people):
+        return math.inf
+    x, y, _ = env.state.pose_px.tolist()
+    away_px = float(np.hypot(people["x"] - x, people["y"] - y).min())
+    return (away_px - params.walk.radius_px - params.robot.radius_px) / env.config.pixels_per_metre
 
 
 def curve_sample_points(most: int) -> npt.NDArray[np.float64]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from array import array
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
@@ -15,6 +16,11 @@ Floats = npt.NDArray[np.float64]
 Values = dict[str, float | None]
 OVER: Final = ("steps", "metres")
 MEAN_DIGITS: Final = 6
+PERSONAL_M: Final = 1.2
+INTIMATE_M: Final = 0.45
+"""The outer limits of people's personal and intimate distance (Hall, The Hidden Dimension, 1966: 4 and 1.5 feet)."""
+TOUCH_M: Final = 0.1
+"""The largest gap between a robot that was stopped and the person that stopped it: both are drawn as whole cells."""
 
 
 @dataclass
@@ -31,9 +37,15 @@ class Trace:
     info: Mapping[str, Any] = field(default_factory=dict)
     metres_untouched: float = 0.0
     """The metres before the first collision."""
+    person_m: array[float] = field(default_factory=lambda: array("d"))
+    """The gap between the robot and the nearest person, infinite without people."""
+    person_collisions: int = 0
+    """The number of rows in which the robot has just been stopped by a person."""
 
-    def add(self, steps: int, metres: float, info: Mapping[str, Any], reward: float = 0.0) -> None:
-        """Add a row.
+    def add(
+        self, steps: int, metres: float, info: Mapping[str, Any], reward: float = 0.0, person_m: float = math.inf
+    ) -> None:
+        """Add a row; ``person_m`` is the gap between the robot and the nearest person.
 
         Raises
         ------
@@ -51,6 +63,8 @@ class Trace:
         self.steps.append(steps)
         self.metres.append(metres)
         self.coverage.append(coverage)
+        self.person_m.append(person_m)
+        self.person_collisions += bool(info.get("collided")) and person_m <= TOUCH_M
         self.reward += reward
         if not info["collisions"]:
             self.metres_untouched = metres
@@ -231,3 +245,35 @@ def measure_navigation(trace: Trace) -> Values:
         "steps": trace.steps[-1],
         "collisions": float(trace.info["collisions"]),
     }
+
+
+SOCIAL: Final = (
+    *NAVIGATION[:2],
+    Metric("seconds_to_goal", "time to the goal, s", "", "low"),
+    Metric("personal_s", f"time within {PERSONAL_M:g} m of people, s", "", "low"),
+    Metric("intimate_s", f"time within {INTIMATE_M:g} m of people, s", "", "low"),
+    Metric("person_collisions", "collisions with people", "", "low"),
+    *NAVIGATION[2:],
+)
+
+
+@dataclass(frozen=True)
+class SocialNavigation:
+    """Navigation among people: how long the robot was in their personal space, and how often one stopped it.
+
+    Gaps are between the robot's and the person's circles, at the ends of steps of ``step_s`` seconds.
+    """
+
+    step_s: float
+
+    def __call__(self, trace: Trace) -> Values:
+        """Return the values of an episode; the time to the goal is None if the robot did not get there."""
+        seconds = self.step_s * np.diff(np.frombuffer(trace.steps))
+        gaps = np.frombuffer(trace.person_m)[1:]
+        return {
+            **measure_navigation(trace),
+            "seconds_to_goal": float(seconds.sum()) if trace.info["is_success"] else None,
+            "personal_s": float(seconds[gaps < PERSONAL_M].sum()),
+            "intimate_s": float(seconds[gaps < INTIMATE_M].sum()),
+            "person_collisions": float(trace.person_collisions),
+        }

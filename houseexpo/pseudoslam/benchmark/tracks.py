@@ -180,6 +180,12 @@ TRACKS: Final = (
         measures.budget_metrics(BUDGETS), measures.CoverageAtBudgets(BUDGETS), (("steps", 800), ("metres", 200)),
     ),
     Track(
+        "social", "social-v1",
+        "Go to a place in a house whose map is known and in which up to eight people walk, and keep away from them.",
+        replace(Navigation.default, max_steps=1000, people=PeopleConfig(8)), "navigation", {},
+        measures.SOCIAL, measures.SocialNavigation(Navigation.default.step_s),
+    ),
+    Track(
         "slam", "exploration-slam-v2",
         "See as much of a house as a budget allows, on the map of a SLAM that corrects the odometry of `noisy`.",
         replace(_EXPLORER, noise=_NOISE, laser=_FINE_LASER, max_steps=2000), "exploration", {"success_coverage": 1.0},

@@ -63,6 +63,7 @@ def test_quality_has_no_way_to_what_was_never_reached() -> None:
         (measures.steps_to_coverage_metrics((50,)), measures.StepsToCoverage((50,))(trace_of(TURN_AND_GO))),
         (measures.AVOIDANCE, measures.measure_avoidance(trace_of(TURN_AND_GO))),
         (measures.NAVIGATION, measures.measure_navigation(trace_of(TURN_AND_GO, spl=0.5, is_success=True))),
+        (measures.SOCIAL, measures.SocialNavigation(0.5)(trace_of(TURN_AND_GO, spl=0.5, is_success=True))),
     ],
 )
 def test_each_metric_has_its_value(metrics: tuple[measures.Metric, ...], found: measures.Values) -> None:
@@ -87,6 +88,19 @@ def test_the_way_that_counts_for_avoidance_ends_at_the_first_collision() -> None
     }  # fmt: skip
     assert [found[name]["untouched"] for name in found] == [1.0, 0.0, 0.0, 1.0]
     assert (found["early"]["collisions"], found["early"]["metres"]) == (6.0, pytest.approx(2.1))
+
+
+def test_the_time_in_peoples_space_is_that_of_the_steps_that_end_there() -> None:
+    trace = Trace()
+    rows = [(0, 0.1, False), (1, 1.3, True), (2, 1.1, False), (3, 0.4, True), (5, 0.05, True), (6, 0.05, False)]
+    for steps, gap_m, collided in rows:
+        info = {"coverage": 0.5, "collisions": 0, "collided": collided, "spl": 0.0, "is_success": False}
+        trace.add(steps, 0.0, info, person_m=gap_m)
+    found = measures.SocialNavigation(0.5)(trace)
+    assert (found["personal_s"], found["intimate_s"], found["person_collisions"]) == (2.5, 2.0, 1.0)
+    assert found["seconds_to_goal"] is None
+    trace.info = {**trace.info, "is_success": True}
+    assert measures.SocialNavigation(0.5)(trace)["seconds_to_goal"] == 3.0
 
 
 def test_areas_agree_with_a_sum_over_single_steps() -> None:

@@ -12,7 +12,7 @@ import pytest
 from houseexpo.errors import ConfigError
 from houseexpo.plan.room_labels import LABELS
 from houseexpo.pseudoslam.agents.loading import load_policy
-from houseexpo.pseudoslam.agents.protocol import make_knowledge
+from houseexpo.pseudoslam.agents.protocol import Robot, make_knowledge
 from houseexpo.pseudoslam.benchmark.cases import Case
 from houseexpo.pseudoslam.benchmark.episodes import EpisodeRunner
 from houseexpo.pseudoslam.benchmark.tracks import find_track
@@ -137,6 +137,14 @@ def test_what_a_house_does_not_have_is_said() -> None:
         ConfigError, match=r"actions='frontier': expected a goal that is a place, found goal.kind='room'"
     ):
         NavigationEnv(flat(), to("room"), actions="frontier")
+
+
+def test_policies_for_another_kind_of_goal_say_so() -> None:
+    for name, track in (("greedy", "roomgoal"), ("a-star", "objectgoal"), ("wait", "roomgoal")):
+        with pytest.raises(ConfigError, match=r"goal: this policy expects a place \(goal.kind place\), found "):
+            load_policy(name).factory(Robot(find_track(track).config), 0)
+    with pytest.raises(ConfigError, match=r"expects a kind of room or furniture .*, found place"):
+        load_policy("seek").factory(Robot(find_track("pointgoal").config), 0)
 
 
 @pytest.mark.parametrize(

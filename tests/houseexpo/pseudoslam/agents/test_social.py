@@ -1,0 +1,100 @@
+"""Policies among people, by hand: who waits, who goes round, and what is measured of it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from houseexpo.errors import ConfigError
+from houseexpo.pseudoslam.agents.loading import load_policy
+from houseexpo.pseudoslam.agents.protocol import Knowledge, Robot
+from houseexpo.pseudoslam.agents.social import KeepingAway, Waiting
+from houseexpo.pseudoslam.benchmark.cases import Case
+from houseexpo.pseudoslam.benchmark.episodes import EpisodeRunner, gap_to_people
+from houseexpo.pseudoslam.benchmark.tracks import find_track
+from houseexpo.pseudoslam.config.moving_obstacles import PeopleConfig
+from houseexpo.pseudoslam.kernels.collision import placed_people
+from tests.builders.simulations import hall
+
+SOCIAL = find_track("social")
+METRE = SOCIAL.config.pixels_per_metre
+FORWARD, STAY = [1.0, 0.0], [0.0, 0.0]
+
+
+def knowing(height_m: float, *people: tuple[float, ...], x_m: float = 1.0, path_m: float = 0.0) -> Knowledge:
+    """A corridor of 6 m along x; the robot in its middle at x, heading for a goal at 5 m; people (x, y, vx, vy)."""
+    known = np.full((round(height_m * METRE), round(6 * METRE)), 127, np.uint8)
+    known[[0, -1]] = known[:, [0, -1]] = 255
+    middle = height_m * METRE / 2
+    moving = [(x * METRE, middle + y * METRE, 0.2 * METRE, vx * METRE, vy * METRE) for x, y, vx, vy in people]
+    return {
+        "map": known, "pose_px": np.array([x_m * METRE, middle, 0.0]), "collided": False, "steps": 0, "path_m": path_m,
+        "goal_px": np.array([5 * METRE, middle]), "moving_px": np.array(moving).reshape(-1, 5),
+    }  # fmt: skip
+
+
+def made(factory: Any) -> Any:
+    return factory(Robot(SOCIAL.config), 0)
+
+
+@pytest.mark.parametrize("factory", [Waiting, KeepingAway])
+def test_alone_a_robot_goes_straight_to_its_goal(factory: Any) -> None:
+    policy = made(factory)
+    assert [policy(None, knowing(1.0)).tolist() for _ in range(3)] == [FORWARD] * 3
+
+
+def test_a_robot_waits_for_who_is_in_the_way_but_not_for_ever() -> None:
+    policy, blocked = made(Waiting), knowing(6.0, (2.0, 0.0, 0.0, 0.0))
+    assert [policy(None, blocked).tolist() for _ in range(10)] == [STAY] * 10
+    assert abs(policy(None, blocked)[1]) == 1.0  # goes round
+    assert policy(None, {**blocked, "path_m": 0.3}).tolist() == STAY  # a step further it waits again
+    policy, blocked = made(Waiting), knowing(1.0, (2.0, 0.0, 0.0, 0.0))
+    assert [policy(None, blocked).tolist() for _ in range(25)] == [STAY] * 25  # there is no way round
+    coming = knowing(1.0, (3.0, 0.0, -1.2, 0.0))
+    assert made(Waiting)(None, coming).tolist() == STAY
+    assert made(Waiting)(None, knowing(1.0, (3.0, 0.0, 1.2, 0.0))).tolist() == FORWARD
+    assert made(Waiting)(None, knowing(1.0, (0.6, 0.0, 0.0, 0.0))).tolist() == FORWARD  # away from one behind
+
+
+def test_a_robot_keeps_away_where_there_is_room() -> None:
+    person = (2.8, 0.1, 0.0, 0.0)
+    assert abs(made(KeepingAway)(None, knowing(6.0, person))[1]) == 1.0  # turns, to go round
+    assert made(KeepingAway)(None, knowing(1.0, person)).tolist() == STAY  # no room
+    assert made(KeepingAway)(None, knowing(6.0, (3.0, 2.9, 0.0, 0.0))).tolist() == FORWARD  # not in the way
+
+
+def test_in_an_unknown_house_they_are_refused() -> None:
+    with pytest.raises(ConfigError, match=r"expected a task in a known house \(known_map\), found an unknown one"):
+        Waiting(Robot(replace(SOCIAL.config, known_map=False)), 0)
+
+
+def test_the_gap_is_that_of_the_circles() -> None:
+    track = replace(SOCIAL, config=replace(SOCIAL.config, people=PeopleConfig(3)))
+    runner = EpisodeRunner(track, load_policy("wait"), [hall(12.0, 8.0)])
+    runner.env.reset(seed=1)
+    frame, state = runner.env.simulator.world.frame, runner.env.state
+    people = placed_people(state.episode.bodies.people)
+    places = frame.points_from_pixels(np.stack([people["x"], people["y"]], axis=1))
+    robot = frame.points_from_pixels(state.pose_px[:2])
+    gaps = [math.dist(place, robot) - 0.4 for place in places.tolist()]
+    assert len(gaps) == 3
+    assert gap_to_people(runner.env) == pytest.approx(min(gaps), abs=1e-9)
+
+
+@pytest.mark.slow
+def test_who_is_polite_is_less_in_the_way() -> None:
+    """In a hall of 12 x 8 m with eight people, those who heed them run into fewer."""
+    found: dict[str, dict[str, float]] = {}
+    for name in ("shortest", "wait", "keep-away"):
+        runner = EpisodeRunner(SOCIAL, load_policy(name), [hall(12.0, 8.0)])
+        outcomes = [runner.run(Case("hall", seed)).values for seed in range(12)]
+        found[name] = {
+            key: float(np.mean([each[key] or 0.0 for each in outcomes])) for key in ("success", "person_collisions")
+        }
+    for name in ("wait", "keep-away"):
+        assert found[name]["success"] >= 0.8, found
+        assert found[name]["person_collisions"] < found["shortest"]["person_collisions"], found
