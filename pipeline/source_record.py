@@ -154,6 +154,9 @@ class SourceReader:
             tuple(sorted(takes)),
             next(iter(units)) if len(units) == 1 else None,
             tuple(self._names[:_MOST_NAMES]),
+            item.reader,
+            item.key,
+            item.options,
         )
 
     def _read(self, item: Input) -> None:

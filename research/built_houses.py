@@ -7,7 +7,6 @@ tells that the program has changed since: delete the folder after a change of ``
 
 from __future__ import annotations
 
-import hashlib
 import os
 import pickle
 from collections.abc import Callable, Iterator
@@ -15,41 +14,17 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from houseexpo.errors import ConfigError
-from houseexpo.floorplan import FloorPlan
-from pipeline.algorithm import run_stages
 from pipeline.config import PipelineConfig
+from pipeline.fitting.rows import Building, buildings_of
 from pipeline.rejection import Rejection
 from pipeline.sources import find, reader
-from pipeline.stages.confidence import FinalBuilding
-from pipeline.stages.quality_grounds import measure_quality_grounds
-from pipeline.stages.room_doubt import doubt_spaces
-from pipeline.stages.rooms import name_rooms
-from pipeline.values import Evidence, Layout, Level, RejectedLevel, Spaces
+from pipeline.values import Level, RejectedLevel
 from tests.builders.judged import damage_of
 from tests.builders.kinds.registry import make_member
 from tests.builders.shared import as_json
 from tests.corpus import runs
 from tests.corpus.manifest import File, checkout
-
-
-@dataclass(frozen=True, eq=False)
-class Building:
-    """What the stages found of a building, and its plan."""
-
-    evidence: Evidence
-    layout: Layout
-    spaces: Spaces
-    plan: FloorPlan
-
-    def rated(self, level: Level) -> FinalBuilding:
-        """Return what confidences are measured on; how doubtful its spaces are is told by the models of today."""
-        doubts = doubt_spaces(level, self.evidence, self.layout)
-        grounds = measure_quality_grounds(level, self.evidence, self.layout, self.spaces, doubts=doubts)
-        named = name_rooms(level, self.spaces)
-        return FinalBuilding(level, self.evidence, self.layout, self.spaces, named, grounds, doubts)
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,11 +62,6 @@ def built_file(file: File, checkouts: Path, kept: Path | None) -> BuiltHouse:
     return _keep(f"corpus {file.key}", kept, lambda: _build(file.place(checkouts), model_path=models))
 
 
-def built_path(path: Path, kept: Path | None) -> BuiltHouse:
-    """Return a file that somebody has reviewed, built without their corrections: these are what is known of it."""
-    return _keep(f"reviewed {hashlib.sha256(os.fsencode(path)).hexdigest()[:16]}", kept, lambda: _build(path))
-
-
 def _keep(name: str, folder: Path | None, build: Callable[[], BuiltHouse]) -> BuiltHouse:
     if folder is None:
         return build()
@@ -124,7 +94,9 @@ def _build(
                 rejected.append(_line(level.rejection))
             else:
                 changed = change(level) if change else level
-                storeys.append((changed, _buildings(changed, rejected)))
+                buildings, why = buildings_of(changed, PipelineConfig())
+                storeys.append((changed, tuple(buildings)))
+                rejected += map(_line, why)
     except Rejection as rejection:
         rejected.append(_line(rejection))
     except ConfigError:
@@ -135,28 +107,6 @@ def _build(
 def _levels(path: Path, model_path: str) -> Iterator[Level | RejectedLevel]:
     for item in find(str(path), **({"model_path": model_path} if model_path else {})):
         yield from reader(item.reader).read(item)
-
-
-def _buildings(level: Level, rejected: list[str]) -> tuple[Building, ...]:
-    """Return the buildings of a level that became plans; the others are added to ``rejected``."""
-    evidence = layout = spaces = None
-    found: list[Building] = []
-    try:
-        for result in run_stages(level, PipelineConfig(), np.random.default_rng(0)):
-            match result.value:
-                case Evidence():
-                    evidence = result.value
-                case Layout():
-                    layout = result.value
-                case Spaces():
-                    spaces = result.value
-                case RejectedLevel():
-                    rejected.append(_line(result.value.rejection))
-                case FloorPlan() if evidence and layout and spaces:
-                    found.append(Building(evidence, layout, spaces, result.value))
-    except Rejection as rejection:
-        rejected.append(_line(rejection))
-    return tuple(found)
 
 
 def _line(rejection: Rejection) -> str:

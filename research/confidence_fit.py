@@ -18,26 +18,30 @@ from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from pathlib import Path
-from typing import Any, TypeAlias, TypeVar, get_args
+from typing import Any, TypeVar
 
 import msgspec
 import numpy as np
 import numpy.typing as npt
 import shapely
 from rich.table import Table
-from scipy.optimize import minimize
 from shapely import Polygon
 
+from houseexpo.dataset.storey_labels import NEAR_WAY_M
 from houseexpo.errors import HouseExpoError
+from pipeline.config import PipelineConfig
 from pipeline.executors.local import Failure, Limits, run
+from pipeline.fitting.labels import SAME_EXTENT, read_labels
+from pipeline.fitting.rows import HouseRows, Origin, Part, Told, rows_of, rows_of_labels
 from pipeline.geometry.areas import intersect, unite
+from pipeline.geometry.openings import Opening
 from pipeline.rejection import Rejection
+from pipeline.source_record import extent_of
 from pipeline.sources import find, reader
-from pipeline.stages import confidence, room_doubt
-from pipeline.stages.logistic import LogisticModel
+from pipeline.stages.logistic import FITTED
 from pipeline.tolerances import MOST, SHEET_M
-from pipeline.values import Evidence, Layout, Level, Spaces
-from research.built_houses import Building, built_file, built_member, built_path
+from pipeline.values import Input, Level
+from research.built_houses import built_file, built_member
 from tests.builders.judged import area_under_curve
 from tests.builders.kinds.measuring import SAME_FLOOR_M, paired
 from tests.builders.matching import which_near
@@ -49,52 +53,9 @@ Found = TypeVar("Found")
 LIMITS = Limits(seconds=1800.0, memory=8 << 30)
 """Far more than any of the houses takes: a fit that lost some would not be the same again."""
 SAME_IOU = 0.7
-RIDGE = 1.5
-"""How strongly weights are kept small: the likelier of 1.5 and 5 for entrances of files left out of the fit."""
-SPACE = "space:"
 DRAWS = 1000
 """How often the calibration error of a model without fault is drawn."""
-OF_ROOM = frozenset({"odd_room", "jutting_wall"})
-"""What doors say of their rooms. Of entrances left out of the fit, it makes the probabilities worse."""
-PARTS: tuple[str, ...] = ("space", *get_args(confidence.Part))
 BINS = 10
-
-
-class Part(msgspec.Struct, frozen=True):
-    """A door, an entrance, a room or a space: where it comes from, whether it is true, and its features.
-
-    A room has the features of its space as well, each after ``SPACE``.
-    """
-
-    part: str
-    house: str
-    group: str
-    true: bool
-    features: dict[str, float]
-
-
-class PlanRow(msgspec.Struct, frozen=True):
-    """A plan: where it comes from, whether it is right (None: nobody knows), its grounds, and its parts.
-
-    ``spaces`` are the features of the spaces of its rooms; none if they are not doubted. ``file`` is "" for a made
-    house, whose name ``repository`` then is.
-    """
-
-    house: str
-    group: str
-    right: bool | None
-    grounds: dict[str, float]
-    spaces: list[dict[str, float]]
-    parts: list[Part]
-    repository: str = ""
-    file: str = ""
-
-
-class HouseRows(msgspec.Struct, frozen=True):
-    """The plans of a house, and the spaces of its levels as parts."""
-
-    plans: list[PlanRow]
-    spaces: list[Part]
 
 
 class Known(msgspec.Struct, frozen=True):
@@ -104,130 +65,44 @@ class Known(msgspec.Struct, frozen=True):
     entrances: Floats
     rooms: list[Polygon]
 
+    def judge_rooms(self, rooms: Sequence[Polygon]) -> list[bool | None]:
+        """Tell which rooms overlap a true one by ``SAME_IOU``, also one of several rooms that no wall parts."""
+        return [bool(each) for each in _alike(self.rooms, rooms)]
 
-Told: TypeAlias = Known | marks.Marked | bool
-"""What somebody knows of a storey; of a right or a wrong one whether it is right."""
+    def judge_spaces(self, spaces: Sequence[Polygon], rooms: Sequence[Polygon]) -> list[bool | None]:  # noqa: ARG002
+        """Tell which spaces lie in the true rooms."""
+        indoors = unite(room.buffer(SHEET_M) for room in self.rooms)
+        return [intersect(space, indoors).area > MOST * space.area for space in spaces]
 
-
-class Origin(msgspec.Struct, frozen=True):
-    """Where a house comes from: what all rows of it share."""
-
-    house: str
-    group: str
-    repository: str
-    file: str = ""
-
-
-def rows_of(
-    storeys: Sequence[tuple[Level, Sequence[Building], Sequence[Told], Sequence[bool | None]]], origin: Origin
-) -> HouseRows:
-    """Return the rows of a house's storeys: level, buildings, what somebody knows of it, and which plans are right."""
-    plans: list[PlanRow] = []
-    spaces: list[Part] = []
-    for level, buildings, told, right in storeys:
-        doubted = bool(buildings) and room_doubt.is_doubted(level, buildings[0].layout)
-        of_spaces = _space_rows(level, buildings[0].evidence, buildings[0].layout) if doubted else []
-        for building, is_right in zip(buildings, right, strict=True):
-            plans.append(_plan_row(level, building, told, of_spaces, origin, right=is_right))
-        if doubted:
-            for known in told:
-                judged = _judge_spaces(level, buildings[0], known)
-                spaces += [
-                    _part("space", origin, true, row)
-                    for row, true in zip(of_spaces, judged, strict=True)
-                    if true is not None
-                ]
-    return HouseRows(plans, spaces)
+    def judge_ways(self, middles: Floats, passages: Sequence[Opening]) -> list[bool | None]:
+        """Tell which passages are true ones; of entrances nobody knows where the truth has none."""
+        found: list[bool | None] = [None] * len(middles)
+        for outside, true in ((False, self.doors), (True, self.entrances)):
+            which = [k for k, passage in enumerate(passages) if passage.leads_outside == outside]
+            if outside and not len(true):
+                continue
+            for k, is_true in zip(which, which_near(true, middles[which], NEAR_WAY_M), strict=True):
+                found[k] = bool(is_true)
+        return found
 
 
-def _part(part: str, origin: Origin, true: bool, features: dict[str, float]) -> Part:
-    return Part(part, origin.house, origin.group, bool(true), features)
+class Verdict(msgspec.Struct, frozen=True):
+    """What is known of a plan of which somebody says only whether it is right."""
 
+    right: bool
 
-def _plan_row(
-    level: Level,
-    building: Building,
-    told: Sequence[Told],
-    of_spaces: list[dict[str, float]],
-    origin: Origin,
-    *,
-    right: bool | None,
-) -> PlanRow:
-    planned = building.rated(level)
-    spaces = planned.spaces
-    middles = truths.in_source(level, np.array([p.centre for p in spaces.passages]).reshape(-1, 2))
-    rooms = [_to_source(level, room.polygon) for room in planned.named]
-    numbers = np.arange(len(of_spaces), dtype=np.float64)
-    its = room_doubt.of_rooms(planned.layout, numbers, [room.polygon for room in planned.named]).astype(int).tolist()
-    parts: list[Part] = []
-    of_passages, of_rooms = confidence.passage_features(planned), confidence.room_features(planned)
-    for known in told:
-        for passage, row, true in zip(spaces.passages, of_passages, _judge_ways(spaces, middles, known), strict=True):
-            if true is not None:
-                parts.append(_part(confidence.model_for_passage(passage), origin, true, row))
-        for k, (row, true) in enumerate(zip(of_rooms, _judge_rooms(rooms, known), strict=True)):
-            if true is not None:
-                of_space = {SPACE + name: value for name, value in of_spaces[its[k]].items()} if of_spaces else {}
-                parts.append(_part("room", origin, true, row | of_space))
-    in_plan = sorted(set(room_doubt.of_rooms(planned.layout, numbers, spaces.rooms).astype(int).tolist()))
-    return PlanRow(
-        origin.house,
-        origin.group,
-        right,
-        {name: round(float(value), 4) for name, value in planned.grounds.items()},
-        [of_spaces[k] for k in in_plan] if of_spaces else [],
-        parts,
-        origin.repository,
-        origin.file,
-    )
+    def judge_rooms(self, rooms: Sequence[Polygon]) -> list[bool | None]:
+        """Tell that all rooms are as the plan."""
+        return [self.right] * len(rooms)
 
+    def judge_spaces(self, spaces: Sequence[Polygon], rooms: Sequence[Polygon]) -> list[bool | None]:
+        """Tell which spaces the right plan kept; of a wrong one that nobody has marked, nobody knows."""
+        kept = unite(room.buffer(0) for room in rooms)
+        return [intersect(space, kept).area > MOST * space.area if self.right else None for space in spaces]
 
-def _space_rows(level: Level, evidence: Evidence, layout: Layout) -> list[dict[str, float]]:
-    """Return the features of each space (``stages.room_doubt``)."""
-    table = room_doubt.space_features(level, evidence, layout)
-    return [{name: round(float(row[k]), 4) for name, row in table.items()} for k in range(len(layout.spaces))]
-
-
-def _judge_spaces(level: Level, building: Building, known: Told) -> Sequence[bool | None]:
-    """Tell which spaces of a layout are indoors. Of a wrong plan that nobody has marked, nobody knows."""
-    layout = building.layout
-    here = [_to_source(level, space).buffer(0) for space in layout.spaces]
-    if isinstance(known, bool):
-        kept = unite(layout.rooms)
-        return [intersect(space, kept).area > MOST * space.area if known else None for space in layout.spaces]
-    if isinstance(known, marks.Marked):
-        return known.judge_spaces(here)
-    indoors = unite(room.buffer(SHEET_M) for room in known.rooms)
-    return [intersect(space, indoors).area > MOST * space.area for space in here]
-
-
-def _judge_ways(spaces: Spaces, middles: Floats, known: Told) -> list[bool | None]:
-    """Return which passages (n, 2) are ways; None where nobody knows."""
-    if isinstance(known, bool):  # a right plan may have cuts where the source shows no door
-        return [None if known and passage.kind == "cut" else known for passage in spaces.passages]
-    if isinstance(known, marks.Marked):
-        return known.judge_ways(middles)
-    found: list[bool | None] = [None] * len(middles)
-    for outside, true in ((False, known.doors), (True, known.entrances)):
-        which = [k for k, passage in enumerate(spaces.passages) if passage.leads_outside == outside]
-        if outside and not len(true):
-            continue
-        for k, is_true in zip(which, which_near(true, middles[which], truths.NEAR_M), strict=True):
-            found[k] = bool(is_true)
-    return found
-
-
-def _judge_rooms(rooms: Sequence[Polygon], known: Told) -> list[bool | None]:
-    """Return which rooms, in the source's plan axes, are like true ones; None where nobody knows."""
-    if isinstance(known, bool):
-        return [known] * len(rooms)
-    if isinstance(known, marks.Marked):
-        return known.judge_rooms(rooms)
-    return [bool(each) for each in _alike(known.rooms, rooms)]
-
-
-def _to_source(level: Level, room: Polygon) -> Polygon:
-    return shapely.transform(room, lambda points: truths.in_source(level, points))
+    def judge_ways(self, middles: Floats, passages: Sequence[Opening]) -> list[bool | None]:  # noqa: ARG002
+        """Tell that all passages are as the plan; a right one may have cuts where the source shows no door."""
+        return [None if self.right and passage.kind == "cut" else self.right for passage in passages]
 
 
 def _alike(true: Sequence[Polygon], found: Sequence[Polygon]) -> npt.NDArray[np.bool_]:
@@ -291,19 +166,14 @@ def of_file(name: str, folder: Path, built: Path | None) -> HouseRows:
         elif marked is not None:
             told += [storey for storey in marked if storey.is_of(level)]
         elif verdict in {manifest.Verdict.RIGHT, manifest.Verdict.WRONG}:
-            told.append(verdict is manifest.Verdict.RIGHT)
+            told.append(Verdict(verdict is manifest.Verdict.RIGHT))
         storeys.append((level, buildings, told, [right] * len(buildings)))
     return rows_of(storeys, Origin(name, f"corpus {file.half}", file.repository.lower(), name))
 
 
-def of_reviewed(file: Path, labels: Path, built: Path | None) -> HouseRows:
-    """Return the rows of a file that somebody has reviewed (``houseexpo labels``)."""
-    marked = [each for storeys in marks.load(labels).values() for each in storeys if each.path == str(file)]
-    storeys = [
-        (level, buildings, [each for each in marked if each.is_of(level)], [None] * len(buildings))
-        for level, buildings in built_path(file, built).storeys
-    ]
-    return rows_of(storeys, Origin(str(file), "reviewed", str(file.parent), file.name))
+def of_reviewed(item: Input, labels: Path) -> HouseRows:
+    """Return the rows of an input that somebody has reviewed (``houseexpo labels``)."""
+    return rows_of_labels(item, read_labels(labels)[item], PipelineConfig())
 
 
 def _of_drawing(level: Level, storey: truths.Storey) -> Known:
@@ -324,7 +194,7 @@ def storeys_of(file: manifest.File, folder: Path) -> Iterator[tuple[Level, truth
 def _drawn_of(truth: truths.Truth | None, level: Level) -> list[truths.Storey]:
     """Return what somebody has drawn of a level."""
     storeys = [storey for storey in truth.storeys if storey.level == level.frame.level] if truth else []
-    return [s for s in storeys if np.allclose(truths.extent_of(level), s.extent, rtol=truths.SAME, atol=truths.SAME)]
+    return [s for s in storeys if np.allclose(extent_of(level), s.extent, rtol=SAME_EXTENT, atol=SAME_EXTENT)]
 
 
 def levels_of(path: Path) -> list[Level]:
@@ -336,23 +206,6 @@ def levels_of(path: Path) -> list[Level]:
     except Rejection:
         pass
     return found
-
-
-def fit(parts: Sequence[Part], names: Sequence[str], ridge: float = RIDGE) -> LogisticModel:
-    """Fit one model by greatest likelihood; a ridge keeps the weights of rare features small."""
-    table = np.array([[part.features.get(name, 0.0) for name in names] for part in parts])
-    true = np.array([part.true for part in parts])
-    weight = weights_of(parts)
-
-    def loss(x: Floats) -> tuple[float, Floats]:
-        z = x[0] + table @ x[1:]
-        value = (weight * np.logaddexp(0, np.where(true, -z, z))).sum() + ridge * (x[1:] ** 2).sum() / 2
-        slope = weight * (1 / (1 + np.exp(-z)) - true)
-        return float(value), np.concatenate([[slope.sum()], table.T @ slope + ridge * x[1:]])
-
-    x = minimize(loss, np.zeros(len(names) + 1), jac=True, method="L-BFGS-B", options={"maxiter": 2000}).x
-    kept = {name: round(float(w), 2) for name, w in zip(names, x[1:], strict=True) if abs(w) >= 0.05}
-    return LogisticModel(round(float(x[0]), 2), kept)
 
 
 def weights_of(parts: Sequence[Part]) -> Floats:
@@ -397,7 +250,7 @@ def table_of(scored: Sequence[tuple[Part, float]]) -> Table:
     table = Table(title="Confidence of spaces, doors, entrances and rooms")
     for k, heading in enumerate(("part", "of", "n", "true", "mean", "area", "Brier", "calibration error", "by chance")):
         table.add_column(heading, justify="right" if k > 1 else "left")
-    for name in PARTS:
+    for name in FITTED:
         for group in sorted({part.group for part, _ in scored}):
             chosen = [(part.true, score) for part, score in scored if (part.part, part.group) == (name, group)]
             if chosen:
@@ -430,8 +283,7 @@ def collect(
         files = [file for file in manifest.load() if (both_halves or file.half == 1) and file.is_in(corpus)]
         found += in_order(partial(of_file, folder=corpus, built=built), [file.name for file in files])
     if labels:
-        paths = sorted({Path(each.path) for storeys in marks.load(labels).values() for each in storeys if each.path})
-        found += in_order(partial(of_reviewed, labels=labels, built=built), paths)
+        found += in_order(partial(of_reviewed, labels=labels), list(read_labels(labels)))
     return found
 
 
@@ -448,14 +300,3 @@ def in_order(function: Callable[[Any], Found], items: Sequence[Any]) -> list[Fou
     if lost:
         raise HouseExpoError(f"{len(lost)} of {len(items)} houses gave nothing: {'; '.join(lost)[:500]}")
     return [results[item] for item in items]
-
-
-def is_of_model(name: str, part: str) -> bool:
-    """Whether the model of a part has a feature: doors weigh the grounds of the plan, others its quality (F5)."""
-    if name.startswith(SPACE):
-        return False
-    if name == "doubtful_plan":
-        return part in {"entrance", "room"}
-    if part == "entrance" and name in OF_ROOM:
-        return False
-    return part == "door" or not name.startswith("plan_")

@@ -25,9 +25,9 @@ from scipy.optimize import minimize
 
 from houseexpo.plan.parts import SURE
 from pipeline.quality import MAP_MOST, MAP_WHOLE, counted_of_map
-from pipeline.stages.logistic import LogisticModel, load_models
+from pipeline.stages.logistic import WEIGHTS, LogisticModel, load_models, source_of
 from research.built_houses import built_file
-from research.weights_fit import WEIGHTS, source_of
+from research.weights_fit import HEADING
 from tests.builders.judged import Bools, Floats, area_under_curve
 from tests.corpus import manifest, runs
 
@@ -133,11 +133,11 @@ def main() -> None:
         ):
             rows = rows_of(files, folder, given.built)
             console.print(told(name, scores_of(model, rows), _right(rows)))
-    text = source_of({**load_models(), "map": model})
+    text = source_of({**load_models(), "map": model}, HEADING)
     if given.write:
         WEIGHTS.write_text(text, encoding="utf-8")
     else:
-        console.print(source_of({"map": model}))
+        console.print(source_of({"map": model}, HEADING))
 
 
 if __name__ == "__main__":

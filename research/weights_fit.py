@@ -19,59 +19,36 @@ from __future__ import annotations
 
 import argparse
 import zlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
-import msgspec
 import numpy as np
 from rich.console import Console
 
-from pipeline.quality import doubt_plan, is_of_map, score_quality
-from pipeline.stages import confidence
-from pipeline.stages.logistic import LogisticModel, load_models
+from pipeline.fitting.models import fit, is_of_model
+from pipeline.fitting.rows import HouseRows, Part, parts_of, rated
+from pipeline.quality import is_of_map, score_quality
+from pipeline.stages.logistic import FITTED, WEIGHTS, LogisticModel, Models, load_models, source_of
 from research import quality_fit
-from research.confidence_fit import PARTS, SPACE, HouseRows, Part, PlanRow, collect, fit, is_of_model, table_of
+from research.confidence_fit import collect, table_of, weights_of
 from research.quality_fit import corpus_rows, quality_table
 from tests.builders import judged
 from tests.builders.judged import FOLDS, Judged
 from tests.builders.kinds.registry import KINDS
 
-WEIGHTS = Path(confidence.__file__).with_name("weights.toml")
+HEADING = "Written by python -m research.weights_fit; see pipeline/stages/confidence.py."
 SECOND = "corpus 2"
-Models = Mapping[str, LogisticModel]
 
 
 def fit_all(rows: Sequence[HouseRows]) -> Models:
     """Fit all models of ``weights.toml`` on houses."""
     space = _fit([part for row in rows for part in row.spaces], "space")
-    parts = [part for row in rows for plan in row.plans for part in rated(plan, space).parts]
-    return {"space": space} | {name: _fit(parts, name) for name in PARTS if name != "space"}
+    return {"space": space} | {name: _fit(parts_of(rows, name, space), name) for name in FITTED if name != "space"}
 
 
 def _fit(parts: Sequence[Part], name: str) -> LogisticModel:
-    its = [part for part in parts if part.part == name]
-    names = sorted({n for each in its for n, value in each.features.items() if value and is_of_model(n, name)})
-    return fit(its, names)
-
-
-def rated(plan: PlanRow, space: LogisticModel) -> PlanRow:
-    """Return a plan with the doubts that a model of spaces has of its rooms, in its grounds and its parts."""
-    doubtful = max((_doubt(space, features) for features in plan.spaces), default=0.0)
-    grounds = plan.grounds | {"doubtful_space": doubtful}
-    of_plan = {f"plan_{name}": value for name, value in grounds.items()} | {"doubtful_plan": doubt_plan(grounds)}
-    parts = []
-    for part in plan.parts:
-        features = part.features | of_plan
-        if part.part == "room":
-            of_space = {name[len(SPACE) :]: v for name, v in part.features.items() if name.startswith(SPACE)}
-            features["doubtful_space"] = _doubt(space, of_space) if of_space else 0.0
-        parts.append(msgspec.structs.replace(part, features=features))
-    return msgspec.structs.replace(plan, grounds=grounds, parts=parts)
-
-
-def _doubt(space: LogisticModel, features: Mapping[str, float]) -> float:
-    doubts = space.doubt({name: np.array([value]) for name, value in features.items()})
-    return float(np.atleast_1d(doubts)[0])
+    names = sorted({n for each in parts for n, value in each.features.items() if value and is_of_model(n, name)})
+    return fit(parts, names, weights_of(parts))
 
 
 def judged_plans(rows: Sequence[HouseRows], space: LogisticModel) -> list[Judged]:
@@ -108,18 +85,6 @@ def _is_real(row: HouseRows) -> bool:
     return any(plan.file for plan in row.plans)
 
 
-def source_of(models: Models) -> str:
-    """Return the text of ``weights.toml``."""
-    lines = [
-        "# Written by python -m research.weights_fit; see pipeline/stages/confidence.py.",
-        "",
-    ]
-    for name, model in models.items():
-        lines += [f"[{name}]", f"bias = {model.bias}", f"[{name}.weights]"]
-        lines += [f"{feature} = {weight}" for feature, weight in sorted(model.weights.items())] + [""]
-    return "\n".join(lines[:-1]) + "\n"
-
-
 def main() -> None:
     """Fit, show what comes of it on what was left out, and write the table."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -145,7 +110,7 @@ def main() -> None:
     second = [row for row in every if any(plan.group == SECOND for plan in row.plans)]
     rows = [row for row in every if row not in second]
     models = fit_all(rows)
-    text = source_of({**models, "map": load_models()["map"]})
+    text = source_of({**models, "map": load_models()["map"]}, HEADING)
     console = Console(width=120)
     parts = score([row for row in rows if not _is_real(row)], models) + left_out(rows) + score(second, models)
     console.print(table_of(parts))

@@ -98,7 +98,7 @@ _TO_DO: Final = {
 PANELS: Final = {
     "Make plans": ("demo", "build", "inspect", "assemble", "slurm", "fetch"),
     "Look at plans": ("info", "show", "serve", "review", "stats", "validate"),
-    "Use and pass on": ("export", "split", "release", "labels"),
+    "Use and pass on": ("export", "split", "release", "labels", "fit"),
     "Simulate": ("play", "record", "replay", "ros", "benchmark", "train", "observe", "collect", "prepare"),
 }
 """The commands in the groups of ``--help``; others, such as those of plug-ins, come after them."""
@@ -267,6 +267,7 @@ EXAMPLES: Final = {
         "build house.glb --out plans/house",
         "build houses/ --out plans/houses --min-quality 0.8",
         "build map.yaml --out plans/map",
+        "build houses/ --weights mine.toml --out plans/ours",
         "build procedural:20 --seed 7 --out plans/homes",
     ),
     "inspect": ("inspect house.glb --out pictures", "inspect houses/ --id villa_L1 --out pictures"),
@@ -287,6 +288,7 @@ EXAMPLES: Final = {
     "split": ("split plans/demo --train 0.7 --val 0.1 --test 0.2",),
     "release": ("release plans/demo --out release",),
     "labels": ("labels plans/demo --out labels.jsonl",),
+    "fit": ("fit labels.jsonl --out mine.toml",),
     "play": ("play plans/demo", "play map.yaml"),
     "record": ("record plans/demo --policy frontier --out run.gif",),
     "replay": ("replay run.mcap --out map",),

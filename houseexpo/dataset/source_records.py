@@ -91,6 +91,8 @@ class LevelSource(msgspec.Struct, frozen=True):
 class SourceRecord(msgspec.Struct, frozen=True):
     """An input, its file, its levels, and the reason if nothing could be read.
 
+    ``reader``, ``key`` and ``options`` are how its file was read, with what is said of the file.
+
     ``takes`` are the keys of ``overrides.toml`` that its reader supports. ``unit_m`` is the length of the file's unit,
     metres, or None if it is unknown. ``names`` are the names of its parts.
     """
@@ -102,6 +104,9 @@ class SourceRecord(msgspec.Struct, frozen=True):
     takes: tuple[str, ...] = ()
     unit_m: float | None = None
     names: tuple[str, ...] = ()
+    reader: str = ""
+    key: str = ""
+    options: tuple[tuple[str, str], ...] = ()
 
 
 def encode_source_record(record: SourceRecord) -> bytes:

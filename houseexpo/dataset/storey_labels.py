@@ -5,7 +5,13 @@ A review writes these lines (``houseexpo labels``), and so do people who mark pl
 
 from __future__ import annotations
 
+from typing import Final
+
 import msgspec
+
+NEAR_WAY_M: Final = 0.35
+"""Two passages whose middles are nearer than this are the same passage, metres, as when passages are matched with a
+drawn truth."""
 
 Place = tuple[float, float]
 Space = tuple[float, float, float]
@@ -15,7 +21,7 @@ class StoreyLabels(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit
     """The labels of one storey; places and areas are in metres along the source's plan axes.
 
     ``extent`` is the size of the bounds of its walls; another size means that the file was read in another way.
-    ``path`` is the file.
+    ``path`` is the file; ``reader``, ``key`` and ``options`` are how it was read, with what is said of the file.
     """
 
     file: str
@@ -27,3 +33,6 @@ class StoreyLabels(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit
     ways: list[Place]
     no_ways: list[Place]
     path: str = ""
+    reader: str = ""
+    key: str = ""
+    options: dict[str, str] = {}

@@ -30,6 +30,7 @@ from rich.console import Console
 from rich.table import Table
 from shapely import Polygon
 
+from houseexpo.grids.frame import source_points_from_plan
 from pipeline.config import PipelineConfig
 from pipeline.executors.local import Failure, Limits, run
 from pipeline.stages.closings import find_closing_candidates
@@ -144,8 +145,10 @@ def without_candidate(level: Level, doors: Sequence[npt.ArrayLike], zones: Seque
     planes = find_planes(level, evidence, config.planes)
     closing = [each.polygon for each in find_closing_candidates(level, planes, config.layout)]
     shapes = shapely.union_all([*closing, *evidence.leaves, *(d.polygon for d in evidence.doorways)])
-    shapes = shapely.transform(shapes, partial(truths.in_source, level))
-    walls = shapely.union_all([shapely.transform(evidence.walls, partial(truths.in_source, level)), shapes])
+    shapes = shapely.transform(shapes, partial(source_points_from_plan, level.frame))
+    walls = shapely.union_all(
+        [shapely.transform(evidence.walls, partial(source_points_from_plan, level.frame)), shapes]
+    )
     found["doors"] = len(doors)
     found["doors missing"] = sum(shapely.Point(door).distance(shapes) > DOOR_M for door in doors)
     for zone in zones:

@@ -37,7 +37,10 @@ import shapely
 from scipy.optimize import linear_sum_assignment
 from shapely import Polygon
 
+from houseexpo.dataset.storey_labels import NEAR_WAY_M
 from houseexpo.errors import ConfigError
+from houseexpo.grids.frame import source_points_from_plan
+from pipeline.fitting.labels import SAME_EXTENT
 from pipeline.source_record import extent_of
 from pipeline.values import Level
 from tests.builders.matching import found_near
@@ -45,8 +48,6 @@ from tests.builders.matching import found_near
 TRUTHS: Final = Path(__file__).parent / "truths"
 HEIGHTS_M: Final = (0.6, 1.2, 1.9)
 FOUND_IOU: Final = 0.6
-NEAR_M: Final = 0.35
-SAME: Final = 0.02
 MARGIN_M: Final = 0.5
 CELL_M: Final = 0.02
 JAMB_M: Final = 0.05
@@ -162,18 +163,12 @@ def walls_of(level: Level, storey: Storey) -> Floats:
     from tests.corpus.page import section  # a picture's module, which needs more than this one
 
     cuts = np.concatenate([section(level.walls, height) for height in storey.heights])
-    cuts = in_source(level, cuts.reshape(-1, 2)).reshape(-1, 2, 2)
+    cuts = source_points_from_plan(level.frame, cuts.reshape(-1, 2)).reshape(-1, 2, 2)
     middle = cuts.mean(axis=1)
     for x0, y0, x1, y1 in storey.ignore:
         inside = ((middle >= np.minimum((x0, y0), (x1, y1))) & (middle <= np.maximum((x0, y0), (x1, y1)))).all(axis=1)
         cuts, middle = cuts[~inside], middle[~inside]
     return cuts
-
-
-def in_source(level: Level, points: Floats) -> Floats:
-    """Points (n, 2) of a level's frame in the source's plan axes."""
-    matrix = np.asarray(level.frame.matrix)
-    return np.asarray(points @ matrix[:, :2].T + matrix[:, 2])
 
 
 def rooms_of(level: Level, storey: Storey) -> list[Polygon]:
@@ -225,7 +220,7 @@ def compare(truth: Truth, levels: Sequence[Level], plans: Sequence[Mapping[str, 
         doors = [door for door in storey.doors if door.interior]
         level = next((each for each in levels if each.frame.level == storey.level), None)
         of_it = [plan for plan in plans if plan["frame"]["level"] == storey.level]
-        if level is None or not np.allclose(extent_of(level), storey.extent, rtol=SAME, atol=SAME):
+        if level is None or not np.allclose(extent_of(level), storey.extent, rtol=SAME_EXTENT, atol=SAME_EXTENT):
             of_it = []
         found = [_ring(plan, room) for plan in of_it for room in plan["rooms"]]
         lines = [
@@ -237,7 +232,7 @@ def compare(truth: Truth, levels: Sequence[Level], plans: Sequence[Mapping[str, 
             int((ious >= FOUND_IOU).sum()),
             len(found),
             len(doors),
-            found_near([door.middle for door in doors], [line.mean(axis=0) for line in lines], NEAR_M),
+            found_near([door.middle for door in doors], [line.mean(axis=0) for line in lines], NEAR_WAY_M),
             len(lines),
             float(ious.sum()),
         )

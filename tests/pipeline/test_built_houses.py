@@ -6,11 +6,12 @@ from pathlib import Path
 
 import pytest
 
+from pipeline.fitting.rows import HouseRows, Part, PlanRow, rated
 from pipeline.quality import doubt_plan
-from pipeline.stages.logistic import LogisticModel
+from pipeline.stages.logistic import LogisticModel, source_of
 from research import built_houses, weights_fit
 from research.built_houses import built_member
-from research.confidence_fit import HouseRows, Part, PlanRow, of_member
+from research.confidence_fit import of_member
 from tests.builders.shared import needs_shared
 
 TASK = ("artist_named", 0)
@@ -55,7 +56,7 @@ def test_grounds_that_rest_on_weights_are_measured_anew(kept: Path, tmp_path: Pa
 def test_the_doubt_of_spaces_comes_from_the_model_that_is_fitted() -> None:
     part = Part("room", "h", "corpus 1", true=True, features={"space:tiny": 1.0, "plan_doubtful_space": 0.9})
     plan = PlanRow("h", "corpus 1", True, {"doubtful_space": 0.9, "sealed": 1.0}, [{"tiny": 1.0}], [part], "a/b", "h")
-    doubted = weights_fit.rated(plan, LogisticModel(0.0, {"tiny": -1.0}))
+    doubted = rated(plan, LogisticModel(0.0, {"tiny": -1.0}))
     assert doubted.grounds == {"doubtful_space": 0.46, "sealed": 1.0}
     assert doubted.parts[0].features == {
         "space:tiny": 1.0,
@@ -71,7 +72,7 @@ def test_the_doubt_of_spaces_comes_from_the_model_that_is_fitted() -> None:
 def test_all_weights_come_from_one_fit_and_are_the_same_each_time(kept: Path, tmp_path: Path) -> None:
     made = [of_member(TASK, 0, tmp_path, kept), of_member(("solids", 2), 0, tmp_path, None)]
     rows = [row for row in made for _ in range(3)]
-    first, again = (weights_fit.source_of(weights_fit.fit_all(rows)) for _ in range(2))
+    first, again = (source_of(weights_fit.fit_all(rows), "") for _ in range(2))
     assert first == again
     assert [line for line in first.splitlines() if line.startswith("[") and "." not in line] == [
         "[space]",

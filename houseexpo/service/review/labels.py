@@ -1,4 +1,4 @@
-"""Write the findings of a review about real houses as labels, which ``research.weights_fit`` reads.
+"""Write the findings of a review about real houses as labels, which ``houseexpo fit`` reads.
 
 R1  A kept house is right as corrected: all its rooms and passages exist, those that only the uncorrected plan has do
     not exist, and the spaces that it leaves out are not rooms.
@@ -18,7 +18,7 @@ import numpy as np
 import shapely
 from shapely import Polygon
 
-from houseexpo.dataset.storey_labels import Place, Space, StoreyLabels
+from houseexpo.dataset.storey_labels import NEAR_WAY_M, Place, Space, StoreyLabels
 from houseexpo.errors import ConfigError
 from houseexpo.floorplan import FloorPlan
 from houseexpo.grids.frame import source_points_from_plan
@@ -30,8 +30,6 @@ from houseexpo.service.review.sources import SourceView
 _ALIKE_SHARE: Final = 0.9
 """Two rooms that share at least this part of their union are the same room."""
 _MOST_OF_ROOM: Final = 0.5
-_NEAR_WAY_M: Final = 0.35
-"""Two passages nearer than this are the same passage, metres, as when passages are matched with a drawn truth."""
 
 
 def review_labels(collection: Collection) -> Iterator[StoreyLabels | str]:
@@ -93,6 +91,9 @@ def labels_of(view: SourceView, told: FloorPlan, *, is_kept: bool) -> StoreyLabe
         ways=sorted(ways if is_kept else spoken),
         no_ways=sorted(place for place in old if not _is_near(place, kept)),
         path=view.record.path,
+        reader=view.record.reader,
+        key=view.record.key,
+        options=dict(view.record.options),
     )
 
 
@@ -114,7 +115,7 @@ def _middle(plan: FloorPlan, segment: Sequence[Sequence[float]]) -> Place:
 
 
 def _is_near(place: Place, places: Sequence[Place]) -> bool:
-    return any(np.hypot(place[0] - x, place[1] - y) <= _NEAR_WAY_M for x, y in places)
+    return any(np.hypot(place[0] - x, place[1] - y) <= NEAR_WAY_M for x, y in places)
 
 
 def _is_among(room: Polygon, rooms: Sequence[Polygon]) -> bool:

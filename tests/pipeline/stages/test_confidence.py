@@ -14,6 +14,8 @@ from houseexpo.floorplan import FloorPlan, load_plan
 from houseexpo.plan import DoorKind, Frame
 from pipeline.algorithm import plan_largest_building
 from pipeline.config import PipelineConfig
+from pipeline.fitting.models import fit
+from pipeline.fitting.rows import Part
 from pipeline.geometry.areas import OUTSIDE
 from pipeline.geometry.openings import Opening
 from pipeline.quality import doubt_plan
@@ -28,7 +30,7 @@ from pipeline.stages.confidence import (
 from pipeline.stages.connectivity import NO_EVIDENCE
 from pipeline.stages.logistic import LogisticModel, load_models
 from pipeline.values import Evidence, Layout, Level, Mesh, NamedRoom, SourceRoom, Spaces
-from research.confidence_fit import Part, fit, measures, weights_of
+from research.confidence_fit import measures, weights_of
 from tests.builders import houses
 from tests.builders.kinds.registry import make_member
 
@@ -233,7 +235,7 @@ def parts(rng: np.random.Generator, count: int, group: str) -> list[Part]:
 
 def test_the_fit_finds_the_odds_that_made_the_doors() -> None:
     rng = np.random.default_rng(1)
-    model = fit(parts(rng, 8000, "solids"), ["narrow", "wide"])
+    model = fit(parts(rng, 8000, "solids"), ["narrow", "wide"], np.ones(8000))
     assert (model.bias, model.weights["narrow"]) == (pytest.approx(3.0, abs=0.2), pytest.approx(-4.0, abs=0.3))
     assert "wide" not in model.weights  # no door is wide
     others = parts(rng, 8000, "solids")

@@ -25,12 +25,12 @@ from houseexpo.service.review.session import DecisionRequest, Review, told_corre
 from houseexpo.service.review.sources import SourceView
 from pipeline.batch.listing import list_inputs
 from pipeline.cli_common import load_build_config
+from pipeline.fitting.labels import Marked, read_labels
 from pipeline.source_record import SourceReader
 from pipeline.sources import reader
 from pipeline.values import Level
 from research.confidence_fit import of_reviewed
 from tests.builders.bungalow import FILE
-from tests.corpus.marks import Marked
 
 
 @pytest.fixture(scope="module")
@@ -107,7 +107,8 @@ def test_the_command_writes_what_the_fits_read(tmp_path: Path, monkeypatch: pyte
     found = msgspec.json.decode(line, type=StoreyLabels)
     assert len(found.no_rooms) >= 1
     assert len(found.rooms) == len(plan.rooms) - 1
-    rows = of_reviewed(Path(found.path), labels, None)
+    (item,) = read_labels(labels)
+    rows = of_reviewed(item, labels)
     rooms = [part for part in rows.plans[0].parts if part.part == "room"]
     assert sorted(part.true for part in rooms) == [False, *[True] * (len(plan.rooms) - 1)]
 
