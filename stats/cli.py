@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Mapping
 from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -68,6 +69,10 @@ def stats(
     check_report_paths(files)
     if radius is not None and not list_bad:
         raise ConfigError("--radius: the report is for fixed radii, another one is for --list-bad; add that")
+    if list_bad or audit:
+        _check_alone(
+            {"--list-bad": list_bad, "--audit": audit, "--out": out, "--compare": compare, "--unusable": unusable}
+        )
     listed = None if unusable is None else read_list(unusable)
     with ExitStack() as opened:
         for path in files:
@@ -94,6 +99,13 @@ def stats(
         for path in files:
             write_report(report, one.data_set, path)
             print_name_and_text(make_console(stderr=json), "written", str(path))
+
+
+def _check_alone(given: Mapping[str, object]) -> None:
+    """Refuse a list of plans beside what only the report has, or beside another list."""
+    names = [name for name, value in given.items() if value]
+    if len(names) > 1:
+        raise ConfigError(f"{names[0]}: prints a list and no report; leave out {' and '.join(names[1:])}")
 
 
 def _list_bad(one: MeasuredDataSet, radius_m: float, workers: int | None, *, json: bool) -> None:

@@ -83,12 +83,16 @@ def is_data_set(name: str | Path) -> bool:
 def parse_ids(words: Sequence[str] | None) -> list[str]:
     """Return the ids in ``words``, each once, in order: separated by commas, or ``@FILE`` with one id per line.
 
-    Raise ConfigError if a file cannot be read.
+    Raise ConfigError if a file cannot be read, or if there are words and no id is in them.
     """
     found: list[str] = []
     for word in words or ():
         found += _lines(Path(word[1:])) if word.startswith("@") else word.split(",")
-    return list(dict.fromkeys(name.strip().removesuffix(".json") for name in found if name.strip()))
+    ids = list(dict.fromkeys(name.strip().removesuffix(".json") for name in found if name.strip()))
+    if words and not ids:
+        said = ", ".join(word.removeprefix("@") if word.startswith("@") else repr(word) for word in words)
+        raise ConfigError(f"{said}: expected one id or more, found none; to take all plans, leave out --ids")
+    return ids
 
 
 def load_plans(names: Sequence[str], data: Path | None) -> list[FloorPlan]:

@@ -95,7 +95,8 @@ def ros(
     ] = None,
     seed: Annotated[int, typer.Option(min=0, help="Seed of starts, people and noise.")] = 0,
     seconds: Annotated[
-        float | None, typer.Option("--for", help="Simulated seconds after which to end.", show_default="at Ctrl-C")
+        float | None,
+        typer.Option("--for", min=0.0, help="Simulated seconds after which to end.", show_default="at Ctrl-C"),
     ] = None,
 ) -> None:
     """Put simulated robots into a running ROS 2 graph, in place of Gazebo and without a ROS installation.

@@ -129,7 +129,7 @@ def write_split(found: Split, folder: Path, *, replace: bool = False) -> list[Pa
     """
     home = folder / "splits"
     lists = {home / f"{name}.txt": encode_id_list(ids) for name, ids in found.parts.items()}
-    former = _lists_of_former(home)
+    former = {file for file, unchanged in find_split_lists(home).items() if unchanged}
     if not replace:
         for file, data in lists.items():
             if file.exists() and file not in former and file.read_bytes() != data:
@@ -151,13 +151,16 @@ def write_split(found: Split, folder: Path, *, replace: bool = False) -> list[Pa
     return written
 
 
-def _lists_of_former(home: Path) -> set[Path]:
-    """Return the lists in a folder that are as a former split wrote them, which ``splits.json`` says."""
+def find_split_lists(home: Path) -> dict[Path, bool]:
+    """Return the lists in a folder ``splits`` that ``splits.json`` names, and whether each is as the split wrote it.
+
+    Other lists are somebody's own.
+    """
     try:
         said = read_json(home / "splits.json", _Former).lists
-        return {file for file in home.glob("*.txt") if file.stem in said and sha256_of(file) == said[file.stem].sha256}
+        return {file: sha256_of(file) == said[file.stem].sha256 for file in home.glob("*.txt") if file.stem in said}
     except (OSError, msgspec.DecodeError):
-        return set()
+        return {}
 
 
 class _FormerList(msgspec.Struct):

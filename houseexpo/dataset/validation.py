@@ -19,6 +19,7 @@ import msgspec
 import numpy as np
 
 from houseexpo.dataset.store import files_at
+from houseexpo.dataset.store.catalogue import plans_beside_index
 from houseexpo.dataset.store.stored_plans import StoredPlan, read_stored_plans
 from houseexpo.errors import DatasetError, PlanError
 from houseexpo.files import decode_json, read_json, sha256_of
@@ -229,6 +230,7 @@ RULES: Final[dict[str, str]] = {
     },
     "area": "A room's area is its polygon's.",
     "manifest": "The files of a data set folder have the SHA-256 that its manifest gives.",
+    "index": "The index of a data set folder has a row for each plan, and no other rows.",
 }
 """Every rule with its description."""
 
@@ -297,6 +299,7 @@ def validate_dataset(path: Path, workers: int = 1) -> ValidationReport:
                     )
                 )
     findings += _against_manifest(path)
+    findings += _against_index(path)
     return ValidationReport(count, tuple(findings))
 
 
@@ -379,3 +382,9 @@ def _against_manifest(path: Path) -> Iterator[RuleViolation]:
             yield RuleViolation(
                 name, "", "manifest", name, "expected the SHA-256 that the manifest gives, found another"
             )
+
+
+def _against_index(path: Path) -> Iterator[RuleViolation]:
+    """Look for plans in a folder that its index does not list, so that none opens them, and for rows without plans."""
+    for each in plans_beside_index(path) if path.is_dir() else ():
+        yield RuleViolation(each.place, each.place.removesuffix(".json"), "index", "id", each.problem)

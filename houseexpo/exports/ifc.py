@@ -18,6 +18,7 @@ from houseexpo.exports.storeys import FLOOR_M, Storey, stack_storeys
 from houseexpo.floorplan import FloorPlan
 from houseexpo.grids.raster import all_rings
 from houseexpo.plan import Room
+from houseexpo.plan.room_labels import UNLABELLED
 from houseexpo.tolerances import CRUMB_M2, SAME_M2, WELD_M
 
 if TYPE_CHECKING:
@@ -212,7 +213,10 @@ class _Writer:
 
     def _space(self, room: Room, built: PlanBodies) -> Any:
         space = self._element("IfcSpace", f"room {room.id}", str(room.id), room.polygon, 0.0, built.wall_height)
-        space.LongName = valid_xml_text(next(iter(room.source_labels), room.label))
+        words = room.source_labels  # of several, none says what the whole room is
+        has_name = len(words) == 1 or (words and room.label == UNLABELLED)
+        space.LongName = valid_xml_text(words[0] if has_name else room.label)
+        space.Description = valid_xml_text(" / ".join(words)) if len(words) > 1 else None
         space.ObjectType = room.label
         space.CompositionType, space.PredefinedType = "ELEMENT", "INTERNAL"
         return space

@@ -27,6 +27,7 @@ from houseexpo.analysis.similarity import SYMMETRIES, PairSearchResult, SimilarP
 from houseexpo.corrections import Override
 from houseexpo.cpu_cores import count_cores
 from houseexpo.dataset.index import index_row, index_table
+from houseexpo.dataset.splits import find_split_lists
 from houseexpo.files import encode_json, sha256_of, sync_folder, write_atomically
 from houseexpo.floorplan import FloorPlan, decode
 from houseexpo.plan.json_codec import FORMAT, encode
@@ -100,7 +101,7 @@ class AssemblyParts:
         outcomes = [(entry.plans, entry.refused, entry.versions, entry.transient) for entry in self.entries]
         words = {name: asdict(override) for name, override in self.overrides.items()}
         lists = [
-            (str(file.relative_to(self.folder.root)), file.read_bytes()) for file in find_split_lists(self.folder.root)
+            (str(file.relative_to(self.folder.root)), file.read_bytes()) for file in find_split_files(self.folder.root)
         ]
         sources = (names_without_folders(self.sources), self.rights)
         how = (_parameters(self.config), self.config.build.keep_stages)
@@ -299,7 +300,7 @@ def _lines(values: Iterable[dict[str, Any]]) -> bytes:
 
 def _manifest(parts: AssemblyParts, own: Mapping[str, str], stats: Mapping[str, Any]) -> dict[str, Any]:
     root = parts.folder.root
-    lists = sorted(path.relative_to(root).as_posix() for path in find_split_lists(root))
+    lists = sorted(path.relative_to(root).as_posix() for path in find_split_files(root))
     files = {name: sha256_of(root / name) for name in (*_BESIDE, *lists)}
     others = {
         entry.input: entry.versions for entry in parts.entries if entry.plans and entry.versions != library_versions()
@@ -529,25 +530,30 @@ def _picture(name: str) -> str:
     return f"stages/{name}.png"
 
 
-# Lists of ids that an earlier ``houseexpo split`` left in a data set folder: kept while they speak of its plans.
+# Lists of ids that an earlier ``houseexpo split`` left in a data set folder: kept while they speak of its plans. Lists
+# of one's own beside them are no part of the data set.
 
 
-def find_split_lists(root: Path) -> list[Path]:
-    """Return those of the lists of ``houseexpo split`` that lie beside the plans."""
-    return [*(root / "splits").glob("*.txt"), *(root / "splits").glob("splits.json")]
+def find_split_files(root: Path) -> list[Path]:
+    """Return the lists of ``houseexpo split`` that lie beside the plans, and its record."""
+    home = root / "splits"
+    return [*find_split_lists(home), *home.glob("splits.json")]
 
 
 def split_by_plan_id(root: Path, ids: Iterable[str]) -> dict[str, str]:
     """Return the list that each plan stands in, by id.
 
-    Lists that do not name exactly these ids, each once, are of other plans: they are removed, and the answer is empty.
+    Lists of a split that do not name exactly these ids, each once, are of other plans: they are removed, but for those
+    that somebody has changed since, and the answer is empty.
     """
-    named = [(name, file.stem) for file in find_split_lists(root) if file.suffix == ".txt" for name in _ids_in(file)]
+    home = root / "splits"
+    lists = find_split_lists(home)
+    named = [(name, file.stem) for file in lists for name in _ids_in(file)]
     if sorted(name for name, _ in named) == sorted(ids):
         return dict(named)
-    for file in find_split_lists(root):
-        file.unlink()
-    home = root / "splits"
+    for file in find_split_files(root):
+        if lists.get(file, True):
+            file.unlink()
     if home.is_dir() and not any(home.iterdir()):
         home.rmdir()
     return {}

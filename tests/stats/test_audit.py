@@ -284,6 +284,16 @@ def test_the_command_lists_what_breaks_a_rule(homes: Path) -> None:
     assert told == {"audited": 2, "break_a_rule": {"small": ["room 0 (bedroom): 4.84 m², at least 5"]}, "broken": []}
 
 
+def test_a_list_beside_what_it_would_drop_is_refused(homes: Path, tmp_path: Path) -> None:
+    for words in (
+        ("--list-bad", "--audit"),
+        ("--audit", "--out", tmp_path / "a.html"),
+        ("--list-bad", "--compare", homes),
+    ):
+        assert f"leave out {words[1]}" in " ".join(run(homes, *words, code=2).split())
+    assert not (tmp_path / "a.html").exists()
+
+
 def test_the_report_shows_the_data_set_beside_the_public_ones(homes: Path) -> None:
     shown = run(homes, "--workers", "1")
     assert "50.00%" in next(line for line in shown.splitlines() if "Any of these" in line)

@@ -189,6 +189,28 @@ def _own_index(path: Path) -> tuple[Any, tuple[BrokenPlan, ...]]:
             f"{file}: expected one row for each file in json/, found {len(ids)} rows that differ in {len(odd)}: "
             f"{', '.join(odd[:3])}; build again, or delete index.parquet to read the plans alone"
         )
-    faults = ("index.parquet lists it, and it is not there", "index.parquet does not list it; build again")
-    left_out = tuple(BrokenPlan(name, faults[name in files]) for name in odd)
+    left_out = _odd_plans(odd, files)
     return (table.filter(pa.array(there)) if left_out else table), left_out
+
+
+def plans_beside_index(path: Path) -> tuple[BrokenPlan, ...]:
+    """Return the plans of a folder that its index, if it has one, does not list, and those that it lists in vain.
+
+    An index that cannot be read lists nothing wrong.
+    """
+    import pyarrow.parquet as pq
+
+    file = path / "index.parquet"
+    try:
+        ids = pq.read_table(file, columns=["id"]).column("id").to_pylist() if file.is_file() else None
+    except (pa.ArrowException, OSError, KeyError):
+        ids = None
+    if ids is None:
+        return ()
+    files = set(plan_file_names(plan_folder(path)))
+    return _odd_plans(sorted({f"{name}.json" for name in ids} ^ files), files)
+
+
+def _odd_plans(odd: list[str], files: set[str]) -> tuple[BrokenPlan, ...]:
+    faults = ("index.parquet lists it, and it is not there", "index.parquet does not list it; build again")
+    return tuple(BrokenPlan(name, faults[name in files]) for name in odd)

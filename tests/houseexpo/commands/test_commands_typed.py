@@ -263,6 +263,14 @@ def unread(*words: str | Path) -> tuple[int, str]:
     return done.returncode, done.stderr
 
 
+def test_a_list_without_an_id_is_refused_and_means_not_all(data: Path, tmp_path: Path) -> None:
+    (tmp_path / "bad.txt").write_text("# nothing is bad\n")
+    for words in (["--ids", f"@{tmp_path / 'bad.txt'}"], ["--ids", ","]):
+        for command in (["export", data, "--to", "json", "--out", tmp_path / "out"], ["info", data]):
+            assert "expected one id or more, found none" in " ".join(call(*command, *words, code=2).split())
+    assert not (tmp_path / "out").exists()
+
+
 def test_findings_are_told_by_the_exit_code(tmp_path: Path) -> None:
     assert unread("validate", pack(tmp_path, "zip", houses(6)), "--workers", "1") == (0, "")
     other_name = pack(tmp_path, "folder", {"b": encode(house("a"))})

@@ -286,6 +286,7 @@ def test_of_an_index_with_other_plans_the_common_ones_are_kept(tmp_path):
         "c.json: index.parquet lists it, and it is not there",
         "d.json: index.parquet does not list it; build again",
     ]
+    assert [f.place for f in validate_dataset(path).findings if f.rule == "index"] == ["c.json", "d.json"]
     with pytest.raises(DatasetError, match="expected a whole data set"):
         choose_plan_ids(plans, "test", 1)
 

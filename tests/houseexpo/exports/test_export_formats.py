@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 from collections import Counter
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -52,6 +53,17 @@ def test_ifc_through_ifcopenshell(plans):
             assert np.allclose(points[:, :2].min(axis=0), room.polygon.bounds[:2], atol=1e-3)
             assert np.allclose(points[:, 2].max(), 2.5)
         assert len({thing.GlobalId for thing in model.by_type("IfcRoot")}) == len(model.by_type("IfcRoot"))
+
+
+def test_the_long_name_of_a_space_is_no_word_among_several(plans):
+    pytest.importorskip("ifcopenshell")
+    plan = next(plan for plan in plans if plan.rooms)
+    room = replace(plan.rooms[0], label="Bathroom", source_labels=("Küche", "Bad"))
+    text = ifc(replace(plan, rooms=(room, *plan.rooms[1:])))[f"{plan.id}.ifc"].decode()
+    import ifcopenshell
+
+    spaces = {each.Name: each for each in ifcopenshell.file.from_string(text).by_type("IfcSpace")}
+    assert (spaces[str(room.id)].LongName, spaces[str(room.id)].Description) == ("Bathroom", "Küche / Bad")
 
 
 def test_dxf_through_ezdxf(plans):

@@ -102,13 +102,21 @@ def test_lists_of_other_plans_are_removed(street: Path, tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_a_list_of_ones_own_beside_them_is_not_removed(street: Path, tmp_path: Path) -> None:
+def test_what_is_ones_own_beside_them_is_not_removed(street: Path, tmp_path: Path) -> None:
     out = tmp_path / "out"
     run_build([street], out)
     divided(out)
+    lists = {file.name for file in (out / "splits").iterdir()}
     (out / "splits" / "notes.md").write_text("why")
+    (out / "splits" / "mine.txt").write_text("a\n")
+    run_build([street], out, overrides={"b": Override(h_g=0.3)})
+    assert {file.name for file in (out / "splits").iterdir()} == lists | {"notes.md", "mine.txt"}
+    assert set(open_dataset(out).splits) == {"train", "test", "mine"}
+    assert "splits/mine.txt" not in msgspec.json.decode((out / "manifest.json").read_bytes())["files"]
+    (out / "splits" / "test.txt").write_text("a\nb\n")  # a list of a split that somebody has changed is his own
     run_build([street], out, limit=1)
-    assert [file.name for file in (out / "splits").iterdir()] == ["notes.md"]
+    assert {file.name for file in (out / "splits").iterdir()} == {"notes.md", "mine.txt", "test.txt"}
+    assert open_dataset(out).split("mine").ids == ["a"]
 
 
 def test_an_interrupted_build_has_no_manifest_and_goes_on(street: Path, tmp_path: Path) -> None:
