@@ -44,7 +44,7 @@ import numpy as np
 import numpy.typing as npt
 
 from houseexpo.errors import ConfigError
-from houseexpo.files import encode_json, write_atomically
+from houseexpo.files import encode_json, read_file, write_atomically
 
 Grid = npt.NDArray[np.uint8]
 Bools = npt.NDArray[np.bool_]
@@ -55,6 +55,8 @@ CELL_M: Final = 0.1
 """The side of the network's cells, metres."""
 FORMAT: Final = "houseexpo predictor 1"
 WEIGHTS: Final = "predictor.npz"
+_LARGEST: Final = 16 << 20
+"""Largest size of a file of weights that is read, bytes; the project's has 80 kB."""
 _STRAIGHT: Final = 3
 """Cells: what is seen of a wall through a door is short."""
 _FAR: Final = 200
@@ -427,7 +429,7 @@ def read_network(file: Path) -> tuple[Network, dict[str, Any]]:
         The file cannot be read, holds no weights of a predictor, or those of another layout.
     """
     try:
-        with np.load(io.BytesIO(file.read_bytes()), allow_pickle=False) as found:
+        with np.load(io.BytesIO(read_file(file, _LARGEST)), allow_pickle=False) as found:
             arrays = {name: found[name] for name in found.files}
         card = msgspec.json.decode(arrays.pop("card").tobytes(), type=_Card)
     except (OSError, KeyError, ValueError, EOFError, zipfile.BadZipFile, zlib.error, msgspec.MsgspecError) as error:

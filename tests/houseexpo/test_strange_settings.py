@@ -13,6 +13,7 @@ from houseexpo.commands.arguments import parse_ids
 from houseexpo.configuration import read_toml
 from houseexpo.errors import ConfigError, PlanError, TrainingError
 from houseexpo.floorplan import load_plan
+from houseexpo.inference.map_prediction import read_network
 from houseexpo.pseudoslam import SimulatorConfig
 from houseexpo.pseudoslam.benchmark.result import read_result
 from houseexpo.pseudoslam.learning.weights import read_weights
@@ -30,7 +31,7 @@ def trained(file: Path) -> Any:
 READERS: list[Callable[[Path], Any]] = [
     read_toml, SimulatorConfig.from_yaml, read_result, read_weights, read_list, trained,
     lambda file: parse_ids([f"@{file}"]),
-    lambda file: load_overrides(None, file),
+    lambda file: load_overrides(None, file), read_network,
 ]  # fmt: skip
 NESTED = b"[" * 100_000
 
