@@ -8,6 +8,7 @@ seeds; the policy ``chooser`` has the first of them.
 from __future__ import annotations
 
 import hashlib
+import math
 from functools import cached_property
 from pathlib import Path
 from typing import Any, Final
@@ -18,12 +19,14 @@ import numpy as np
 from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.agents.explorers import Explorer, Grid
 from houseexpo.pseudoslam.agents.protocol import Interface, Knowledge, Policy, Robot, Training
+from houseexpo.pseudoslam.kernels.explore import FORWARD, LEFT, RIGHT, find_unseen_in_sight
 from houseexpo.pseudoslam.kernels.planning.frontier_features import (
     FEATURES,
     LOOKED_AT,
     compute_features,
     score_frontiers,
 )
+from houseexpo.pseudoslam.kernels.tolerances import LOOK_ROUND_M
 from houseexpo.pseudoslam.kernels.types import Floats, Rows
 from houseexpo.pseudoslam.learning.environments import make_simulator_config
 from houseexpo.pseudoslam.learning.policy_file import EpisodeActor, read_policy
@@ -87,17 +90,69 @@ class FrontierChooser(Explorer):
         return int(score_frontiers(self._outlooks, n, self._weights, self._scores))
 
 
+class LookAround(FrontierChooser):
+    """A chooser that looks round before it goes on, since turns cost no metres (R5 of ``kernels.explore``)."""
+
+    def __init__(self, robot: Robot, seed: int, weights: Floats) -> None:
+        super().__init__(robot, seed, weights)
+        self._half_fov_rad = math.radians(robot.config.laser.fov_deg) / 2
+        self._turn_rad = math.radians(robot.config.robot.turn_deg)
+        self._came_rad: float | None = None
+        """The heading at which the robot came to where it is; its choices depend on this one."""
+        self._turns = self._leftmost = self._rightmost = 0
+        """The turns since then, to the left."""
+
+    def __call__(self, observation: Any, info: Knowledge) -> int | None:
+        """Return the next turn to something unknown in sight, otherwise what the chooser does."""
+        if self._came_rad is None:
+            self._came_rad = float(info["pose_px"][2])
+        action = self._look(info)
+        if action is None:
+            action = super().__call__(observation, info)
+        if action == FORWARD:
+            self._came_rad = float(info["pose_px"][2])
+            self._turns = self._leftmost = self._rightmost = 0
+        elif action is not None:
+            self._turns += 1 if action == LEFT else -1
+            self._leftmost = max(self._leftmost, self._turns)
+            self._rightmost = min(self._rightmost, self._turns)
+        return action
+
+    def _look(self, info: Knowledge) -> int | None:
+        """Return a turn to something unknown in sight, None if there is too little, or a step is planned."""
+        state = self._memory.state[0]
+        if state.looks > 0 or state.turns != 0 or state.goes != 0 or self._came_rad is None:
+            return None
+        self.decided = False
+        x, y, heading = info["pose_px"].tolist()
+        right = self._came_rad - self._half_fov_rad + self._rightmost * self._turn_rad
+        left = self._came_rad + self._half_fov_rad + self._leftmost * self._turn_rad
+        if left - right >= 2 * math.pi:
+            return None
+        cells, to_left, to_right = find_unseen_in_sight(
+            info["map"], x, y, heading, self._half_fov_rad, self.range_px, (right, left), self.scratch
+        )
+        if cells < LOOK_ROUND_M * self.metre:
+            return None
+        return LEFT if to_left <= to_right else RIGHT
+
+    def choose(self, known: Grid, frontiers: Rows, info: Knowledge) -> int:
+        """Return the chooser's choice at the heading at which the robot came here."""
+        x, y, _ = info["pose_px"].tolist()
+        return super().choose(known, frontiers, {**info, "pose_px": np.array([x, y, self._came_rad])})
+
+
 class ChooserFactory:
     """A factory of choosers with the weights of a file."""
 
     interface = Interface(tasks=("exploration",))
 
-    def __init__(self, file: Path) -> None:
-        self.file = file
+    def __init__(self, file: Path, kind: type[FrontierChooser] = FrontierChooser) -> None:
+        self.file, self._kind = file, kind
 
     def __call__(self, robot: Robot, seed: int) -> Policy:
         """Return the explorer for an episode."""
-        return FrontierChooser(robot, seed, self._weights_and_notes[0])
+        return self._kind(robot, seed, self._weights_and_notes[0])
 
     @property
     def training(self) -> Training:
@@ -118,3 +173,5 @@ def chooser_weights_path(seed: int) -> Path:
 chooser_0, chooser_1, chooser_2 = (ChooserFactory(chooser_weights_path(seed)) for seed in range(3))
 finisher = ChooserFactory(Path(__file__).with_name("finisher.json"))
 """Searched by ``research.finisher_training`` for short ways to 90% and to 99%."""
+look_around = ChooserFactory(Path(__file__).with_name("look-around.json"), LookAround)
+"""Searched by the same script for a robot that sees all round."""

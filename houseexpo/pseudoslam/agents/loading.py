@@ -32,6 +32,7 @@ NAMES: Final = {
     "chooser-1": f"{_HERE}.learned:chooser_1",
     "chooser-2": f"{_HERE}.learned:chooser_2",
     "finisher": f"{_HERE}.learned:finisher",
+    "look-around": f"{_HERE}.learned:look_around",
     "oracle": f"{_HERE}.oracle:Oracle",
     "seek": f"{_HERE}.seeking:Seeker",
     "shortest": f"{_HERE}.seeking:ShortestWay",

@@ -8,6 +8,8 @@ R2  It chooses again when the frontier is known or given up. It then descends th
 R3  If it cannot get closer, it turns to the frontier; a frontier that is still unknown after that is given up. So is
     one on the way to which the robot is blocked repeatedly.
 R4  It is done when no frontier is left.
+R5  An explorer that counts metres and not turns looks round first: where it has gone a step, it turns to the unknown
+    cells in sight that its laser has not swept there (``find_unseen_in_sight``), by the smaller turn that sees all.
 """
 
 from __future__ import annotations
@@ -19,11 +21,12 @@ import numpy as np
 from numba import njit
 
 from houseexpo.pseudoslam.kernels.episode import Episode, StepParams, slice_episode
-from houseexpo.pseudoslam.kernels.mapping import UNKNOWN
+from houseexpo.pseudoslam.kernels.mapping import FREE, UNKNOWN
 from houseexpo.pseudoslam.kernels.planning.frontier_features import FeatureRules, compute_features, score_frontiers
 from houseexpo.pseudoslam.kernels.planning.frontiers import find_frontiers
 from houseexpo.pseudoslam.kernels.planning.paths import NO_TURN, choose_turns, find_distances
 from houseexpo.pseudoslam.kernels.planning.planner_types import FRONTIER, FrontierRules
+from houseexpo.pseudoslam.kernels.sensing.sector import sector_scan
 from houseexpo.pseudoslam.kernels.step import move_nothing, scan_sector_into_map, step
 from houseexpo.pseudoslam.kernels.types import (
     Cells,
@@ -219,6 +222,42 @@ def descent_action(
         return act
     state.goes = 0
     return FORWARD
+
+
+@njit(cache=True, nogil=True)
+def find_unseen_in_sight(
+    known: Grid, x: float, y: float, heading: float, half_fov: float, range_px: float, swept: tuple[float, float],
+    scratch: Scratch,
+) -> tuple[int, float, float]:  # fmt: skip
+    """Return the number of unknown cells in sight outside of a sector, and the turns to the left and right for all.
+
+    A cell is in sight if it is the first one that is not free on some line from the robot, as an obstacle is in
+    ``sector_scan``. In the robot's row and column it may count twice.
+
+    Parameters
+    ----------
+    known
+        (rows, cols), the map.
+    half_fov
+        Half the angle of the laser's fan, radians.
+    swept
+        The sector, from its right edge to its left edge, radians; it is the whole circle if they are a full turn apart.
+    """
+    cols, circle = known.shape[1], 2.0 * math.pi
+    closed = known ^ np.uint8(FREE)
+    _, n_hit = sector_scan(closed, x, y, 0.0, math.pi, range_px, scratch.runs, scratch.hit, scratch.slopes)
+    n, left, right = 0, 0.0, 0.0
+    for i in range(n_hit):
+        row, col = scratch.hit[i] // cols, scratch.hit[i] % cols
+        if known[row, col] != UNKNOWN:
+            continue
+        angle = math.atan2(y - row - 0.5, col + 0.5 - x)
+        if (angle - swept[0]) % circle <= swept[1] - swept[0]:
+            continue
+        n += 1
+        left = max(left, (angle - heading - half_fov) % circle)
+        right = max(right, (heading - half_fov - angle) % circle)
+    return n, left, right
 
 
 @njit(cache=True, nogil=True)

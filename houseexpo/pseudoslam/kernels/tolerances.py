@@ -86,6 +86,9 @@ FOLLOWED_M = 0.4
 ARC_RAD = math.pi / 6
 """The angle between two steps of the circle in which that policy looks for the wall again, radians."""
 
+LOOK_ROUND_M = 0.12
+"""Length of the unknown cells in sight for which an explorer turns round, metres: three cells at 25 px/m."""
+
 # Decisions: which frontier it chooses
 
 LARGE_M = 0.4

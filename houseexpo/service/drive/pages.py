@@ -32,6 +32,7 @@ EXPLORERS: Final = {
     "chooser-1": "trained with another seed",
     "chooser-2": "trained with a third seed",
     "finisher": "learned for short ways to the end",
+    "look-around": "the same, and looks round as it goes",
     "oracle": "knows the house",
 }
 """The explorers, described in a few words."""

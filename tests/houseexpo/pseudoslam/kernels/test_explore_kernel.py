@@ -13,11 +13,14 @@ from houseexpo.pseudoslam.agents.explorers import Explorer, NearestFrontier
 from houseexpo.pseudoslam.agents.learned import FrontierChooser
 from houseexpo.pseudoslam.agents.protocol import Robot, make_knowledge
 from houseexpo.pseudoslam.config import NoiseConfig, SimulatorConfig
-from houseexpo.pseudoslam.kernels.explore import ENDED, NOTHING
+from houseexpo.pseudoslam.kernels.explore import ENDED, NOTHING, find_unseen_in_sight
+from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE, UNKNOWN
 from houseexpo.pseudoslam.kernels.planning.frontier_features import FEATURES, score_frontiers
 from houseexpo.pseudoslam.kernels.types import Floats
 from houseexpo.pseudoslam.learning.chooser_training import INFORMATION, NEAREST, HouseExplorer
 from houseexpo.pseudoslam.simulator import ACTIONS, Simulator
+from houseexpo.pseudoslam.step_kernels import make_scratch
+from tests.builders.scans import slow_sector
 
 CONFIG = SimulatorConfig(pixels_per_metre=12.5)
 ANGLE = FloorPlan("angle", [(0, 0), (0, 8), (3, 8), (3, 2), (9, 2), (9, 0)], 1, {})
@@ -114,3 +117,28 @@ def test_the_way_to_90_percent_is_told_and_what_is_left_is_charged_for() -> None
 def test_what_it_cannot_do_is_refused() -> None:
     with pytest.raises(ConfigError, match="expected a laser that scans sectors without noise"):
         HouseExplorer(SimulatorConfig(noise=NoiseConfig(laser_m=0.01)), 100)
+
+
+def test_what_is_unseen_in_sight_is_what_its_twin_says() -> None:
+    rng, circle = np.random.default_rng(3), 2 * math.pi
+    scratch = make_scratch(CONFIG)
+    beside = 0
+    for _ in range(30):
+        known = rng.choice([UNKNOWN, FREE, OBSTACLE], (24, 31), p=[0.05, 0.9, 0.05]).astype(np.uint8)
+        x, y, heading, range_px = rng.uniform((1, 1, -4, 3), (30, 23, 4, 13))
+        known[int(y), int(x)] = FREE
+        half, before, after = rng.uniform((0.2, 0, 0), (1.5, 1.5, 1.5))
+        swept = heading - half - before, heading + half + after
+        _, hit = slow_sector((known != FREE).astype(np.uint8), x, y, 0.0, math.pi, range_px)
+        unknown = [(row, col) for row, col in hit if known[row, col] == UNKNOWN]
+        angles = [math.atan2(y - row - 0.5, col + 0.5 - x) for row, col in unknown]
+        outside = [a for a in angles if (a - swept[0]) % circle > swept[1] - swept[0]]
+        found, left, right = find_unseen_in_sight(known, x, y, heading, half, range_px, swept, scratch)
+        on_axes = sum(row == int(y) or col == int(x) for row, col in unknown)
+        assert len(outside) <= found <= len(outside) + on_axes
+        assert left == pytest.approx(max(((a - heading - half) % circle for a in outside), default=0.0))
+        assert right == pytest.approx(max(((heading - half - a) % circle for a in outside), default=0.0))
+        beside += len(outside)
+    assert beside > 50
+    everywhere = find_unseen_in_sight(known, x, y, heading, half, range_px, (heading, heading + circle), scratch)
+    assert everywhere == (0, 0.0, 0.0)
