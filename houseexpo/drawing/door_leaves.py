@@ -4,7 +4,8 @@ A plan records where a door is, not which way it opens. The choice follows what 
 
 D1  A door of up to 1.25 m has one leaf, a door of up to 2.4 m two. A wider door, an ``opening`` or a ``cut`` has no
     leaf.
-D2  A leaf opens where its swing is free of walls, furniture and leaves that are there already.
+D2  A leaf opens where its swing is free of walls, furniture and the swings of other leaves; doors are hung again until
+    none would hang otherwise beside the others.
 D3  A leaf opens into a room rather than into a passage or outdoors; of two equal rooms, into the smaller room.
 D4  The opened leaf stands against a wall.
 """
@@ -12,7 +13,7 @@ D4  The opened leaf stands against a wall.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
@@ -35,6 +36,8 @@ _AT_M: Final = 0.02  # a room this close to the wall's face begins there
 _FREE_SWING: Final = 0.94  # the least free share of the swing: walls are drawn on a grid of 1 cm
 _PASSAGES: Final = frozenset({"Hallway", "Hall", "Lobby", "Entryway"})
 _OUTDOORS: Final = frozenset({"Balcony", "Terrace", "Loggia"})
+_WEIGHT: Final = 8.0  # of a free swing, against a liking of about 1
+_ROUNDS: Final = 6  # nearly all plans are settled after three
 _CUPBOARD_M2: Final = 1.5  # in a smaller room a person and a leaf do not fit
 
 
@@ -68,22 +71,45 @@ def door_leaves(plan: PlanData) -> dict[int, tuple[Leaf, ...]]:
     import shapely
 
     rooms = {room.id: (room, valid_shape(room.polygon)) for room in plan.rooms}
-    hung: list[Polygon] = []
-    leaves: dict[int, tuple[Leaf, ...]] = {}
-    for door in plan.doors:
-        if not has_leaf(door):
-            continue
-        ways = [way for way in _ways(door, rooms) if way.room in rooms]
-        if not ways:
-            continue
-        swings = [shapely.union_all([leaf.swing for leaf in way.leaves]) for way in ways]
-        free = shapely.area(shapely.intersection(swings, [rooms[way.room][1] for way in ways]))
-        taken = [sum(float(swing.intersection(other).area) for other in hung) for swing in swings]
-        share = (free - taken) / shapely.area(swings)  # D2
-        best = max(range(len(ways)), key=lambda i: (8 * min(share[i] / _FREE_SWING, 1.0) + ways[i].liked, -i))
-        leaves[door.id] = ways[best].leaves
-        hung.append(swings[best])
-    return leaves
+    doors = {door.id: ways for door in plan.doors if has_leaf(door) and (ways := list(_ways(door, rooms)))}
+    furniture = shapely.union_all([valid_shape(thing.polygon) for thing in plan.objects])
+    floors = {name: shapely.union(shape, furniture) for name, (_, shape) in rooms.items()}
+    hangs = [_Hang(ways, floors, furniture) for ways in doors.values()]
+    tree = shapely.STRtree([hang.reach for hang in hangs])
+    beside = [sorted({*tree.query(hang.reach).tolist()} - {k}) for k, hang in enumerate(hangs)]
+    for _ in range(_ROUNDS):  # of the first, each door sees those before it; of the others, all
+        before = [hang.best for hang in hangs]
+        for hang, others in zip(hangs, beside, strict=True):
+            hang.choose([hangs[k].swings[best] for k in others if (best := hangs[k].best) is not None])
+        if [hang.best for hang in hangs] == before:
+            break
+    return {name: ways[hang.best or 0].leaves for (name, ways), hang in zip(doors.items(), hangs, strict=True)}
+
+
+class _Hang:
+    """The ways to hang a door, the floor over which its leaves turn in each, and the best of them so far."""
+
+    def __init__(self, ways: Sequence[_Way], floors: Mapping[int, BaseGeometry], furniture: BaseGeometry) -> None:
+        import shapely
+
+        self.swings: list[BaseGeometry] = [shapely.union_all([leaf.swing for leaf in way.leaves]) for way in ways]
+        self.reach = shapely.union_all(self.swings)
+        self.best: int | None = None
+        self._areas = shapely.area(self.swings)
+        free = shapely.area(shapely.intersection(self.swings, [floors[way.room] for way in ways])) / self._areas
+        self._liked = _WEIGHT * np.minimum(free / _FREE_SWING, 1.0) + [way.liked for way in ways]  # D3, D4
+        self._liked -= self._share(furniture)
+
+    def choose(self, others: Sequence[BaseGeometry]) -> None:
+        """Choose the best way beside the swings of other doors (D2)."""
+        self.best = int(np.argmax(self._liked - sum(map(self._share, others))))
+
+    def _share(self, taken: BaseGeometry) -> Points:
+        """Return what counts against each way where its swing meets something (D2)."""
+        import shapely
+
+        shares: Points = shapely.area(shapely.intersection(self.swings, taken)) / self._areas
+        return _WEIGHT * shares
 
 
 def has_leaf(door: Door) -> bool:

@@ -212,6 +212,24 @@ def test_a_leaf_opens_into_the_room_against_a_wall():
     assert door_leaves(replace(plan, doors=(replace(door, kind="opening"),))) == {}
 
 
+def test_leaves_hang_so_that_later_doors_have_room_too():
+    """Alone, the front door opens to the right, where the leaf of a shallow cupboard has its only place."""
+    entry = Room(0, "Entryway", np.array([(-1, 0), (-1, 1.3), (2.2, 1.3), (2.2, 0.0)]))
+    cupboard = Room(1, "Storage", np.array([(2.3, 0), (2.3, 1.3), (2.7, 1.3), (2.7, 0.0)]))
+    gap = np.array([(0.9, 0), (0.9, -0.3), (1.8, -0.3), (1.8, 0)])
+    front = Door(0, "entrance", ((0.9, -0.15), (1.8, -0.15)), 0.9, gap, (0, None))
+    gap = np.array([(2.2, 0.45), (2.2, 1.15), (2.3, 1.15), (2.3, 0.45)])
+    inner = Door(1, "door", ((2.25, 0.45), (2.25, 1.15)), 0.7, gap, (0, 1))
+    ring = [(-1, 0), (-1, 1.3), (2.7, 1.3), (2.7, 0)]
+    plan = FloorPlan("entry", ring, 2, {}, rooms=(entry, cupboard), doors=(front, inner))
+    (alone,) = door_leaves(replace(plan, doors=(front,)))[0]
+    assert alone.hinge.tolist() == [1.8, 0.0]
+    for doors in ((front, inner), (inner, front)):
+        (one,), (other,) = door_leaves(replace(plan, doors=doors)).values()
+        assert one.swing.intersection(other.swing).area < 0.01
+        assert {tuple(one.hinge.tolist()), tuple(other.hinge.tolist())} == {(0.9, 0.0), (2.2, 1.15)}
+
+
 def check_names(plan: FloorPlan, size: int) -> int:
     """Assert that all names lie in a room with its furniture, and apart from each other; return their number."""
     scene = lay_out_plan(plan, None, size)
