@@ -378,15 +378,16 @@ def correct_level(level: Level, override: Override) -> Level:
     return replace(level, corrections=(*level.corrections, *override.corrections), provenance=told)
 
 
-def level_without_walls(item: Input, override: Override) -> Level:
+def level_without_walls(item: Input, override: Override, sha256: str) -> Level:
     """Return the level of an input in which no rooms are found: nothing stands in it but what a person says.
 
-    Its axes are those of the source, metres.
+    Its axes are those of the source, metres. ``sha256`` is of the input's content, "" if it is not known.
     """
     path, options = Path(item.path), dict(item.options)
     up = override.up or (frame_convention(path).up if item.reader == "mesh_file" else "z")
     frame = Frame(((1.0, 0.0, 0.0), (0.0, 1.0 if up == "z" else -1.0, 0.0)), "z" if up == "z" else "y", 0.0, 0)
     provenance = {"source": item.reader, "file": options.get("file", path.name)}
+    provenance |= {"sha256": sha256} if sha256 else {}
     return Level(item.id, NO_MESH, USUAL_STOREY_M, frame, provenance=provenance)
 
 

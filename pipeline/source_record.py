@@ -36,7 +36,6 @@ from houseexpo.dataset.source_records import (
     Stroke,
 )
 from houseexpo.errors import ConfigError
-from houseexpo.files import sha256_of
 from houseexpo.floorplan import FloorPlan
 from houseexpo.grids.frame import plan_points_from_source, source_points_from_plan
 from houseexpo.grids.robot_map import MapError, RobotMap
@@ -44,6 +43,7 @@ from houseexpo.plan import Box, Frame
 from houseexpo.plan.json_codec import encode
 from houseexpo.tolerances import SAME_M2
 from pipeline.algorithm import StageResult, run_stages
+from pipeline.batch.file_records import InputFiles
 from pipeline.batch.job import level_rng
 from pipeline.batch.listing import list_inputs
 from pipeline.config_file import BuildConfig
@@ -117,7 +117,7 @@ class SourceReader:
             raise ConfigError(f"{name}: expected an id of this build, found no such input")
         longest = max(len(item.id) for item in known)
         same = [item for item in known if len(item.id) == longest]
-        own = [item for item in same if name.endswith(f"_{_sha256_at(item)[:8]}")] if len(same) > 1 else same
+        own = [item for item in same if name.endswith(f"_{_sha256_of(item)[:8]}")] if len(same) > 1 else same
         self._found, self._is_alone = (own or same)[0], len(same) == 1
         self._read_as: tuple[Any, ...] = ()
         self._levels: list[Level | RejectedLevel] = []
@@ -136,13 +136,17 @@ class SourceReader:
         """
         said = overrides_by_input(settle_override_ids(overrides, self._inputs)).get(self._found.id, {})
         item = correct_input(self._found, said)
-        sha256 = _sha256_at(item)
+        sha256 = _sha256_of(item)
         if (now := (item, _state_of(Path(item.path)))) != self._read_as:
             self._read(item)
             self._read_as = now
-        levels = [self._of_level(level, item, LevelOverride.of(level.id, said, sha256).own) for level in self._levels]
+        levels = [
+            self._of_level(level, item, LevelOverride.of(level.id, said, _content_of(level, sha256)).own)
+            for level in self._levels
+        ]
         if not levels and not self._whole.is_empty:
-            levels = [_of_file(item, LevelOverride.of(item.id, said, sha256).own, self._whole, self._why, self._config)]
+            override = LevelOverride.of(item.id, said, sha256).own
+            levels = [_of_file(item, override, self._whole, self._config, sha256=sha256, why=self._why)]
         units = {level.unit_m for level in self._levels if isinstance(level, Level)}
         takes = {*OVERRIDABLE.get(self._found.reader, ()), "keep"} - (set() if self._names else {"drop_nodes"})
         takes = takes if self._is_alone else set()  # what is said under their id would be of all of them
@@ -183,9 +187,13 @@ class SourceReader:
         return msgspec.structs.replace(found.source, plans=tuple(plans), rejected=why)
 
 
-def _sha256_at(item: Input) -> str:
-    path = Path(item.path)
-    return sha256_of(path) if path.is_file() else ""
+def _sha256_of(item: Input) -> str:
+    return InputFiles(item).own_sha256()
+
+
+def _content_of(level: Level | RejectedLevel, sha256: str) -> str:
+    """Return what tells a level from another of the same id; ``sha256`` is that of its input."""
+    return level.content if isinstance(level, Level) else sha256
 
 
 def _state_of(path: Path) -> tuple[int, int]:
@@ -262,9 +270,11 @@ def _ifc_contents(path: Path, *, is_read: bool) -> tuple[_Whole, list[str]]:
     return _Whole(merge_meshes([part.mesh for part in parts]) if parts else None), names
 
 
-def _of_file(item: Input, override: Override, whole: _Whole, why: str, config: BuildConfig) -> LevelSource:
+def _of_file(
+    item: Input, override: Override, whole: _Whole, config: BuildConfig, *, sha256: str, why: str
+) -> LevelSource:
     """Return what can be shown of a file whose levels could not be found: all of it, from above (R6)."""
-    level = level_without_walls(item, override)
+    level = level_without_walls(item, override, sha256)
     pictures: list[Picture] = []
     strokes: tuple[Stroke, ...] = ()
     if whole.mesh is not None:

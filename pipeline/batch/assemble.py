@@ -233,7 +233,7 @@ def _settle_ids(entries: Sequence[Entry]) -> tuple[list[tuple[str, StoredPlan]],
     plans = [(number, kept) for number, entry in enumerate(entries) for kept in entry.plans]
     own = {(number, kept.id) for number, kept in plans}
     others = {
-        (number, refused.id): _content(entry)
+        (number, refused.id): refused.content or _content(entry)
         for number, entry in enumerate(entries)
         for refused in entry.refused
         if (number, refused.id) not in own

@@ -39,7 +39,10 @@ class StoredPlan(msgspec.Struct, frozen=True, omit_defaults=True):
 
 
 class StoredRejection(msgspec.Struct, frozen=True, order=True):
-    """An input, or a level of one, that gave no plan; ``picture`` is a PNG of it, or nothing."""
+    """An input, or a level of one, that gave no plan.
+
+    ``picture`` is a PNG of it, or nothing. ``content`` is the SHA-256 of what the source holds of it, or "".
+    """
 
     id: str
     stage: str
@@ -47,12 +50,13 @@ class StoredRejection(msgspec.Struct, frozen=True, order=True):
     detail: str
     advice: str = ""
     picture: bytes = b""
+    content: str = ""
 
     @classmethod
-    def of(cls, name: str, rejection: Rejection) -> StoredRejection:
+    def of(cls, name: str, rejection: Rejection, content: str = "") -> StoredRejection:
         """Record a rejection under the id that it concerns."""
         detail, advice = printable(rejection.detail), printable(rejection.advice)
-        return cls(printable(name), rejection.stage, str(rejection.reason), detail, advice, rejection.picture)
+        return cls(printable(name), rejection.stage, str(rejection.reason), detail, advice, rejection.picture, content)
 
     def line(self) -> dict[str, str]:
         """Return its line of ``rejected.jsonl``."""

@@ -52,6 +52,13 @@ class InputFiles:
             self._opened = {str(file.relative_to(self._folder)) for file in files}
         return self.described()
 
+    def own_sha256(self) -> str:
+        """Return the SHA-256 of the input's own file, or of its part of a file of many houses; "" if it has none."""
+        try:
+            return self._sha256_of(self._path) if self._path.is_file() else ""
+        except (OSError, Rejection):
+            return ""
+
     def look_like(self, known: Sequence[FileRecord]) -> bool:
         """Tell whether files have the size and the time that they had; nothing is read."""
         return all(_look(self._folder / path_from_text(file.name)) == (file.size, file.mtime_ns) for file in known)

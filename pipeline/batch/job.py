@@ -152,7 +152,7 @@ def _outcomes(job: Job, settings: JobSettings) -> Iterator[Outcome]:
             levels.append(level.id)
             if isinstance(level, RejectedLevel):
                 _raise_transient(level.rejection)
-                yield StoredRejection.of(level.id, level.rejection)
+                yield StoredRejection.of(level.id, level.rejection, InputFiles(job.item).own_sha256())
             else:
                 told = replace(level, provenance={**level.provenance, "format": note}) if note else level
                 yield from _of_level(told, job, settings)
@@ -178,7 +178,7 @@ def _of_level(level: Level, job: Job, settings: JobSettings) -> Iterator[Outcome
         rejection = _as_rejection(error, job.item)
         if rejection is error and rejection.reason is not Reason.DROPPED_BY_HAND:
             rejection = add_losses(rejection, level.provenance).with_picture(draw_top_view(level.walls))
-        outcomes = [StoredRejection.of(level.id, rejection)]
+        outcomes = [StoredRejection.of(level.id, rejection, level.content)]
     yield from outcomes
 
 
@@ -214,7 +214,7 @@ def _of_building(found: Planned, level: Level, said: LevelOverride, settings: Jo
                 raise
             kept_from = kept_from or str(doubt.reason)
     except Rejection as rejection:
-        return StoredRejection.of(plan.id, rejection.with_picture(draw_top_view(level.walls)))
+        return StoredRejection.of(plan.id, rejection.with_picture(draw_top_view(level.walls)), level.content)
     plan = said.named(_furnish(plan, settings))
     plan = replace(plan, provenance={**(plan.provenance or {}), **settings.stamp})
     kept = settings.plans.put(plan.id, level.content, encode(plan) + b"\n", picture)
@@ -223,16 +223,17 @@ def _of_building(found: Planned, level: Level, said: LevelOverride, settings: Jo
 
 def _of_unread(rejection: Rejection, job: Job, settings: JobSettings) -> Sequence[Outcome]:
     """Return what came of an input of which no level could be read: a person may drop it, or say its rooms."""
-    override = LevelOverride.of(job.item.id, job.overrides, "").own
+    content = InputFiles(job.item).own_sha256()
+    override = LevelOverride.of(job.item.id, job.overrides, content).own
     outcomes: list[Outcome] = []
     try:
         check_not_dropped(override)
         if rejection.reason in _WITHOUT_ROOMS and override.corrections:
-            outcomes = list(_of_level(level_without_walls(job.item, override), job, settings))
+            outcomes = list(_of_level(level_without_walls(job.item, override, content), job, settings))
     except Rejection as dropped:
         rejection = dropped
     made = any(isinstance(each, StoredPlan) for each in outcomes)
-    return outcomes if made else [StoredRejection.of(job.item.id, rejection)]
+    return outcomes if made else [StoredRejection.of(job.item.id, rejection, content)]
 
 
 _WITHOUT_ROOMS = (Reason.NO_LEVEL, Reason.NO_INTERIOR)

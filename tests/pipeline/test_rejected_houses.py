@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +12,7 @@ from typer.testing import CliRunner
 
 from houseexpo.commands.app import make_app
 from houseexpo.dataset import open_dataset
+from houseexpo.files import sha256_of
 from houseexpo.floorplan import FloorPlan
 from houseexpo.grids.frame import source_points_from_plan
 from tests.builders.batch import lines
@@ -101,3 +103,25 @@ def test_a_facade_that_a_person_keeps_is_read(tmp_path: Path) -> None:
     assert [round(room.area) for room in plan.rooms] == [63]
     assert (plan.provenance or {})["kept_from"] == "no_interior"
     assert "correction without effect" not in output
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("make", [two_walls, slab])
+def test_what_is_said_of_one_of_two_rejected_houses_of_equal_names_is_of_this_one(
+    tmp_path: Path, make: Callable[[Path], Path]
+) -> None:
+    folder = tmp_path / "houses"
+    folder.mkdir()
+    make(folder / "ruin.ply")
+    box((0, 0, 3, 2), -0.2, 0.0).export(folder / "ruin.obj")
+    rejected, _, _ = build(folder, tmp_path / "before")
+    names = [each["id"] for each in rejected]
+    own = sha256_of(folder / "ruin.ply")[:8]
+    assert [name for name in names if name.endswith(own)] == [f"ruin_{own}"]
+    (tmp_path / "mine.toml").write_text(f"[ruin_{own}]\n{ROOM}\n")
+    words = ["build", str(folder), "--out", str(tmp_path / "out"), "--workers", "1", "--units", "m", "--up", "z"]
+    CliRunner().invoke(make_app(), [*words, "--overrides", str(tmp_path / "mine.toml")])
+    (plan,) = open_dataset(tmp_path / "out")
+    assert [round(room.area, 1) for room in plan.rooms] == [42.6]
+    (left,) = lines(tmp_path / "out" / "rejected.jsonl")
+    assert left["id"].startswith("ruin_")
