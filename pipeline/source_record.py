@@ -307,7 +307,7 @@ def _searched(level: Level, item: Input, whole: _Whole, override: Override, conf
         frame=level.frame,
         pictures=tuple(_pictures(level, item, walls, is_plan=not why)),
         edges=tuple(_rings(wall) for wall in _simplified(walls)),
-        places=tuple(_places(evidence, layout)),
+        places=tuple(_places(evidence, layout, is_map=item.reader == "occupancy_map")),
         rejected=why,
         guesses=level.guesses,
         extent=extent_of(level),
@@ -407,8 +407,11 @@ def _rings(polygon: BaseGeometry) -> Rings:
     return tuple(tuple((round(x, 4), round(y, 4)) for x, y in ring.coords[:-1]) for ring in rings)
 
 
-def _places(evidence: Evidence | None, layout: Layout | None) -> Iterator[Place]:
-    """Yield what may close, once each: what is named first, then what closes for the layout."""
+def _places(evidence: Evidence | None, layout: Layout | None, *, is_map: bool) -> Iterator[Place]:
+    """Yield what may close, once each: what is named first, then what closes for the layout.
+
+    A robot's map names nothing: all that its walls show are gaps.
+    """
     kinds: list[tuple[str, Polygon]] = []
     if evidence is not None:
         kinds += [(each.closed_by or "opening", each.polygon) for each in evidence.doorways]
@@ -426,7 +429,7 @@ def _places(evidence: Evidence | None, layout: Layout | None) -> Iterator[Place]
         seen.append(centre)
         half = box.along * box.width / 2
         ends = np.round([centre - half, centre + half], 3).tolist()
-        yield Place(kind, ((ends[0][0], ends[0][1]), (ends[1][0], ends[1][1])))
+        yield Place("gap" if is_map else kind, ((ends[0][0], ends[0][1]), (ends[1][0], ends[1][1])))
 
 
 # ---------------------------------------------------------------------------------------------------------------------

@@ -2,7 +2,9 @@
 
 R1  A cut was made because nothing showed a way between two parts of the plan: either a door is there, or no door.
 R2  A passage or a room that is rated below ``ASKED_BELOW`` is asked about.
-R3  Rooms that meet without a wall are one room, or they stay two; only where nobody has drawn a wall.
+R3  Rooms that meet without a wall are one room, or they stay two; only where nobody has drawn a wall. If the source is
+    known, the same is asked of rooms that several passages join, or one that is as wide as what lies at its sides:
+    there, one space may have been parted. Passages in which the source shows a door or a lintel do not count.
 R4  A question that a person has answered or skipped is not asked again. Answers are words of the storey, as if drawn.
 R5  If the source is known, two more things are asked about: a space between walls that the plan left out and that is
     large enough for a room, and a door or a gap in the source, in a wall of a room, where the plan has no passage.
@@ -27,7 +29,7 @@ from shapely.ops import split
 
 from houseexpo.corrections import Correction
 from houseexpo.corrections.apply import correct_plan
-from houseexpo.corrections.vocabulary import checked_values
+from houseexpo.corrections.vocabulary import WORDS, checked_values
 from houseexpo.errors import ConfigError
 from houseexpo.floorplan import FloorPlan
 from houseexpo.grids.frame import source_points_from_plan
@@ -42,6 +44,15 @@ _CUT: Final = 0.95
 """Doubt of a cut that is not rated: its place is a guess."""
 _OPEN: Final = 0.35
 """Doubt of rooms that meet without a wall: most sources that name both rooms mean two rooms."""
+_NARROW: Final = {"several": 0.4, "wide": 0.3}
+"""Doubt of rooms that passages join. In maps that people judged, 4 of 15 pairs with several passages were one room, and
+3 of 36 with a wide one; an answer is seen at a glance, so the doubts are higher than these shares."""
+_MOST_NARROW: Final = 6
+_WIDE: Final = 0.6
+"""A passage that takes this share of the edges at which two rooms face each other has no wall beside it: the rest lies
+before the ends of the walls that it meets."""
+_FACING_M: Final = 0.4
+"""Rooms that are nearer to each other face each other, metres: across the walls of homes."""
 _MEETING_M: Final = 1.0
 """Rooms whose common border is shorter have a passage between them, metres."""
 _NEAR_M: Final = 0.01
@@ -61,6 +72,7 @@ _CORNER: Final = 0.25
 _MOST_CORNERS: Final = 6
 _LEAST: Final = 0.25
 """The value of a passage itself: as if it concerned a quarter of the plan."""
+_ORDER: Final = {word: number for number, word in enumerate(WORDS)}
 _GUESSED: Final = {"units": "the unit", "scale": "the scale", "up": "the upward axis", "levels": "the floors"}
 
 
@@ -112,6 +124,7 @@ def questions(
         dx, dy = np.subtract(source.origin, source.origin_of(plan)).round(3).tolist()
         found += [
             *_guesses(plan, source),
+            *_parted(plan, source, (dx, dy)),
             *_spaces_left_out(plan, source, (dx, dy), closed),
             *_places(plan, source, (dx, dy), closed),
         ]
@@ -179,22 +192,59 @@ def _meetings(plan: FloorPlan) -> Iterator[Question]:
         yield Question(_key(plan, "meet", at), at, says, answers, _OPEN, min(one.area, other.area))
 
 
-def with_effect(plan: FloorPlan, asked: list[Question]) -> list[Question]:
+def _parted(plan: FloorPlan, source: SourceView, shift: tuple[float, float]) -> Iterator[Question]:
+    """R3."""
+    shown = [LineString(np.add(ends, shift)) for kind, ends in source.places if kind in {"door", "lintel"}]
+    between: dict[tuple[int, int], list[Door]] = {}
+    for door in plan.doors:
+        one, other = door.rooms
+        if one is not None and other is not None and all(line.distance(door.polygon) > _NEAR_M for line in shown):
+            between.setdefault((min(one, other), max(one, other)), []).append(door)
+    asked: list[Question] = []
+    for (a, b), doors in between.items():
+        first, second, widest = plan.rooms[a], plan.rooms[b], max(doors, key=lambda door: door.width)
+        if len(doors) > 1:
+            why, doubt = f"{len(doors)} passages join them", _NARROW["several"]
+        elif widest.kind != "cut" and widest.width >= _WIDE * _facing_m(first, second, widest):
+            why, doubt = f"They are open to each other for {widest.width:.2f} m", _NARROW["wide"]
+        else:
+            continue
+        at = _middle(widest)
+        names = " and ".join(f"{_name(room)} of {room.area:.1f} m²" for room in (first, second))
+        says = f"Are {names} one room? {why}."
+        answers = Answer("One room", "one_room", (_inside(first), _inside(second))), Answer("Two rooms")
+        asked.append(Question(_key(plan, "parted", at), at, says, answers, doubt, min(first.area, second.area)))
+    yield from sorted(asked, key=lambda each: (-each.doubt, -each.area, each.key))[:_MOST_NARROW]
+
+
+def _facing_m(one: Room, other: Room, door: Door) -> float:
+    """Return the length of the edge at which two rooms face each other across a wall, including the door in it."""
+    near = max(door.polygon.area / max(door.width, _NEAR_M), _FACING_M)
+    edges = [(one.polygon.boundary, other.polygon), (other.polygon.boundary, one.polygon)]
+    return float(
+        min(shapely.intersection(edge, shapely.buffer(room, near, quad_segs=1)).length for edge, room in edges)
+    )
+
+
+def with_effect(
+    plan: FloorPlan, asked: list[Question], said: Sequence[Correction] = (), source: SourceView | None = None
+) -> list[Question]:
     """Return questions without the leading questions of each kind whose first answer has no effect (R5, R6).
 
+    ``said`` are the corrections that made ``plan`` from the plan of its ``source``: an answer must not contradict them.
     Only the questions up to the first one with an effect are tried, since an answer changes the effects of the others.
     """
     kept: list[Question] = []
     tried: set[tuple[str, ...]] = set()
     for question in asked:
         is_place = question.key.startswith(("place", "corner"))
-        if question.kind in tried or not is_place or _parts_or_joins(plan, question):
+        if question.kind in tried or not is_place or _parts_or_joins(plan, question, said, source):
             tried.add(question.kind)
             kept.append(question)
     return kept
 
 
-def _parts_or_joins(plan: FloorPlan, question: Question) -> bool:
+def _parts_or_joins(plan: FloorPlan, question: Question, said: Sequence[Correction], source: SourceView | None) -> bool:
     answer = question.answers[0]
     frame: Any = plan.frame
     ends = source_points_from_plan(frame, answer.points).round(3).tolist()  # rounded as in a decision
@@ -202,9 +252,15 @@ def _parts_or_joins(plan: FloorPlan, question: Question) -> bool:
         (value,) = checked_values(answer.action, [ends])  # type: ignore[arg-type]  # places and corners have words
     except ConfigError:
         return False
-    found = correct_plan(plan, [Correction(answer.action, value)], measure=False)  # type: ignore[arg-type]
+    new = Correction(answer.action, value)  # type: ignore[arg-type]
+    if source is not None and source.plan is not None:
+        words = sorted([*said, new], key=lambda each: _ORDER[each.word])
+        found = correct_plan(source.plan, words, source.spaces, source.standing, walls=source.walls, measure=False)
+    else:
+        found = correct_plan(plan, [new], measure=False)
+    outcome = next(effect.outcome for effect in found.effects if effect.correction == new)
     more = len(found.plan.rooms) > len(plan.rooms) or not question.key.startswith("corner")
-    return found.effects[0].outcome == "done" and more
+    return outcome == "done" and more
 
 
 def _guesses(plan: FloorPlan, source: SourceView) -> Iterator[Question]:

@@ -422,7 +422,8 @@ class Review:
         effects = said_corrections(plan, told)
         ghosts, size = self._mark_ghosts(name, plan, effects, left)
         closed = [tuple(each["points"][0]) for each in effects if each["word"] in _DENIED]
-        asked = msgspec.to_builtins(with_effect(told.plan, questions(told.plan, left, source, closed)))
+        said = () if source is None or source.is_founded else corrections_in(table)
+        asked = msgspec.to_builtins(with_effect(told.plan, questions(told.plan, left, source, closed), said, source))
         return {
             **plan_facts(told.plan),
             "plan": name,  # the source's plan may have another id, that of its input alone

@@ -19,11 +19,12 @@ from starlette.testclient import TestClient
 
 from houseexpo import build, open_dataset
 from houseexpo.corrections import Override
+from houseexpo.corrections.preview import preview
 from houseexpo.dataset.source_records import LevelSource, Place, PlanSource, SourceRecord
 from houseexpo.errors import ConfigError
 from houseexpo.floorplan import FloorPlan
 from houseexpo.grids.frame import source_points_from_plan
-from houseexpo.plan import Room
+from houseexpo.plan import Door, Room
 from houseexpo.plan.json_codec import encode
 from houseexpo.service.app import make_app
 from houseexpo.service.collection import Collection
@@ -308,3 +309,52 @@ def test_the_source_lies_under_a_plan_that_starts_elsewhere() -> None:
     assert [x - moved for x, _ in after["ends"]] == pytest.approx([x for x, _ in before["ends"]])
     x1, *_ = view.bounds_around(plan)
     assert view.bounds_around(larger)[0] == pytest.approx(x1 + moved)
+
+
+def arena(*spans: tuple[float, float], shows: tuple[Place, ...] = ()) -> tuple[FloorPlan, SourceView]:
+    """Two rooms of 4 x 6 m with a wall between them, at x = 4.0 to 4.1, which is open from y to y for each span."""
+    rooms = tuple(Room(k, "Unlabelled", box(x, 0.0, x + 4.0, 6.0)) for k, x in enumerate((0.0, 4.1)))
+    doors = tuple(
+        Door(k, "opening", ((4.05, a), (4.05, b)), round(b - a, 2), box(4.0, a, 4.1, b), (0, 1), 0.98)
+        for k, (a, b) in enumerate(spans)
+    )
+    whole = shapely.union_all([each.polygon for each in (*rooms, *doors)])
+    holes = tuple(list(ring.coords[:-1]) for ring in whole.interiors)
+    plan = FloorPlan("house", list(whole.exterior.coords[:-1]), 2, {}, holes, rooms=rooms, doors=doors, frame=FRAME)
+    wall = shapely.difference(shapely.box(4.0, 0.0, 4.1, 6.0), shapely.union_all([door.polygon for door in doors]))
+    walls = tuple((tuple(part.exterior.coords[:-1]),) for part in shapely.get_parts(wall).tolist())
+    found = PlanSource("house", msgspec.Raw(encode(plan)), walls=walls)
+    level = LevelSource("house", FRAME, places=shows, plans=(found,))
+    return plan, SourceView(SourceRecord("house", levels=(level,)), level, found)
+
+
+def test_rooms_that_are_open_to_each_other_may_be_one() -> None:
+    assert asked_of(*arena((2.0, 2.9))) == []
+    assert asked_of(*arena((0.0, 5.0))) == ["parted"]
+    plan, view = arena((0.5, 1.4), (4.0, 5.5))
+    (asked,) = questions(plan, (), view)
+    assert "2 passages join them" in asked.says
+    assert [answer.action for answer in asked.answers] == ["one_room", "leave"]
+    assert questions(plan) == []  # what the source shows is not known
+    assert questions(plan, [asked.key], view) == []
+    one, other = source_points_from_plan(plan.frame, asked.answers[0].points).tolist()
+    joined = plan.corrected(Override(one_room=[one, other])).plan
+    assert len(joined.rooms) == 1
+    assert "parted" not in asked_of(joined, view)
+
+
+def test_rooms_between_which_the_source_shows_doors_are_not_asked_about() -> None:
+    one, other = Place("door", ((4.05, 0.5), (4.05, 1.4))), Place("lintel", ((4.05, 4.0), (4.05, 5.5)))
+    assert asked_of(*arena((0.5, 1.4), (4.0, 5.5), shows=(one, other))) == []
+    assert asked_of(*arena((0.0, 5.0), shows=(Place("lintel", ((4.05, 0.0), (4.05, 5.0))),))) == []
+    gap = Place("gap", ((4.05, 0.5), (4.05, 1.4)))
+    assert asked_of(*arena((0.5, 1.4), (4.0, 5.5), shows=(gap,))) == ["parted"]
+
+
+def test_what_was_said_to_be_one_room_is_not_asked_about_as_a_narrow_place() -> None:
+    plan, view = arena((4.0, 5.5))
+    said = Override(one_room=source_points_from_plan(plan.frame, [[1.0, 1.0], [6.0, 1.0]]).tolist()).corrections
+    joined = preview(plan, said, view.plan, view.spaces, view.standing, walls=view.walls).plan
+    narrow = [each for each in questions(joined, (), view) if each.key.startswith("corner")]
+    assert narrow
+    assert with_effect(joined, narrow, said, view) == []
