@@ -183,7 +183,7 @@ class SourceReader:
         if why and override.corrections:
             results, why = _stages(correct_level(level, override), override, self._config)
             is_founded = True
-        plans = (_plan_source(plan, results, found.layout, is_founded=is_founded) for plan in _plans_of(results))
+        plans = (_plan_source(level, plan, results, found.layout, is_founded=is_founded) for plan in _plans_of(results))
         return msgspec.structs.replace(found.source, plans=tuple(plans), rejected=why)
 
 
@@ -293,7 +293,7 @@ def _of_file(
         strokes = _strokes(whole.lines, level, _shown_unit(whole.lines, override))
         pictures.append(_lines_picture(strokes))
     results, again = _stages(correct_level(level, override), override, config) if override.corrections else ([], why)
-    plans = tuple(_plan_source(plan, results, None, is_founded=True) for plan in _plans_of(results))
+    plans = tuple(_plan_source(level, plan, results, None, is_founded=True) for plan in _plans_of(results))
     return LevelSource(item.id, level.frame, tuple(pictures), plans=plans, rejected=again, strokes=strokes)
 
 
@@ -380,14 +380,14 @@ def _plans_of(results: Sequence[StageResult]) -> list[FloorPlan]:
 
 
 def _plan_source(
-    plan: FloorPlan, results: Sequence[StageResult], layout: Layout | None, *, is_founded: bool
+    level: Level, plan: FloorPlan, results: Sequence[StageResult], layout: Layout | None, *, is_founded: bool
 ) -> PlanSource:
     doors = next((each.value for each in results if each.stage == "doors"), None)
     rooms = doors.rooms if isinstance(doors, Spaces) else ()
     spaces = layout.spaces if layout is not None else ()
     evidence = next((each.value for each in results if isinstance(each.value, Evidence)), None)
     standing = standing_walls(evidence, layout) if layout is not None and evidence is not None else []
-    walls = shown_walls(evidence) if evidence is not None else []
+    walls = shown_walls(level, evidence) if evidence is not None else []
     return PlanSource(
         plan.id,
         msgspec.Raw(encode(plan)),

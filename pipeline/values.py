@@ -104,7 +104,8 @@ class Level:
     ``guesses`` names what the reader had to guess: "units", "up", "scale", "levels", EDGE where rooms end, CUT_OFF
     where walls end. ``unit_m`` is the length of the file's own unit, metres, with all that a person says of its size.
     ``signs`` are grounds of the plan's quality that the reader measured itself, by name, 0 to 1: of a robot's map, what
-    its cells say against the plan. Any other source has none.
+    its cells say against the plan. Any other source has none. ``seen_walls`` returns the area of the walls that the
+    source shows, where the reader closes their gaps in ``walls`` itself (a robot's map).
     """
 
     id: str
@@ -126,6 +127,7 @@ class Level:
     unit_m: float = 1.0
     signs: Mapping[str, float] = field(default_factory=dict)
     measure_signs: Callable[[Sequence[Polygon], Sequence[Polygon]], Mapping[str, float]] | None = None
+    seen_walls: Callable[[], BaseGeometry] | None = None
     rooms: tuple[SourceRoom, ...] = ()
     room_count: int | None = None
     openings: tuple[Opening, ...] = ()

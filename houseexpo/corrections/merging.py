@@ -95,17 +95,18 @@ def _invented(draft: Draft, whole: Polygon, parts: Sequence[Polygon], others: Ba
         return []
     drawn = [wall.shape for wall in draft.walls]
     between = shapely.difference(_closing([whole], _REACHES_M[-1]), shapely.union_all([others, *drawn]))
+    between = shapely.union_all(_between(between, parts))
     walls = shapely.union_all([wall for wall in draft.source_walls if wall.intersects(between)])
-    far = shapely.difference(between, walls.buffer(STEP_M, join_style="mitre"))
-    unseen = shapely.intersection(between, far.buffer(STEP_M, join_style="mitre"))
-    return _between(shapely.difference(unseen, walls), parts)
+    far = shapely.union_all(split_pieces(shapely.difference(between, shapely.buffer(walls, STEP_M, quad_segs=2))))
+    open_ = shapely.union_all(split_pieces(shapely.difference(between, walls)))
+    return _between(shapely.intersection(open_, shapely.buffer(far, STEP_M, quad_segs=2)), parts)
 
 
 def _closing(parts: Sequence[Polygon], reach_m: float) -> BaseGeometry:
     """Return what lies between parts, or in notches of one, and is at most twice ``reach_m`` wide."""
     whole = shapely.union_all(list(parts))
     closed = whole.buffer(reach_m, join_style="mitre").buffer(-reach_m, join_style="mitre")
-    return shapely.difference(closed, whole)
+    return shapely.union_all(split_pieces(shapely.difference(closed, whole)))
 
 
 def _between(filling: BaseGeometry, parts: Iterable[Polygon]) -> list[Polygon]:

@@ -71,7 +71,7 @@ def correct(
     spaces = [Space(_moved(room, shift), reachable=False) for room in unreached]
     spaces += [Space(_moved(space, shift)) for space in layout.spaces]
     standing = [_moved(wall, shift) for wall in standing_walls(evidence, layout)]
-    walls = [_moved(wall, shift) for wall in shown_walls(evidence)]
+    walls = [_moved(wall, shift) for wall in shown_walls(level, evidence)]
     corrected = correct_plan(plan, said, spaces, standing, walls=walls)
     told: dict[str, Any] = {"corrections": [effect.as_record() for effect in corrected.effects]}
     if corrected.followed:
@@ -86,9 +86,10 @@ def standing_walls(evidence: Evidence, layout: Layout) -> list[Polygon]:
     return [part for part in polygons_of(shapely.simplify(closed, _SCAN_CORNER_M)) if part.is_valid]
 
 
-def shown_walls(evidence: Evidence) -> list[Polygon]:
+def shown_walls(level: Level, evidence: Evidence) -> list[Polygon]:
     """Return the walls that a level's source shows: what remains between rooms that a person merges (R3)."""
-    shown = shapely.simplify(unite([evidence.walls, evidence.rails]), _SCAN_CORNER_M)
+    walls = unite([evidence.walls, evidence.rails]) if level.seen_walls is None else level.seen_walls()
+    shown = shapely.simplify(walls, _SCAN_CORNER_M)
     return [part for part in polygons_of(shown) if part.is_valid]
 
 

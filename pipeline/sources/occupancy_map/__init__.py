@@ -137,7 +137,8 @@ def read(item: Input) -> Iterator[Level]:
     for level in levels_from_drawing(item, drawing, path, name):
         again = partial(measure_signs, found.free, found.occupied, found.resolution_m) if level.signs else None
         frame, unit_m = _frame_in_map(level.frame, found), (units or 1.0) * scale
-        yield replace(level, frame=frame, guesses=_guesses(level), unit_m=unit_m, measure_signs=again)
+        seen = partial(_occupied_area, found.occupied, found.resolution_m)
+        yield replace(level, frame=frame, guesses=_guesses(level), unit_m=unit_m, measure_signs=again, seen_walls=seen)
 
 
 def scaled_map(path: Path, resolution: float | None, units: float | None, scale: float) -> RobotMap:
@@ -550,6 +551,12 @@ def _exact_area(mask: Bools, corner: tuple[int, int], cell_m: float, height_m: f
     """R7: return what ``_trace_cells`` does, without its bevels of half a cell."""
     x, y = corner
     return affine_transform(area_of_cells(mask), [cell_m, 0.0, 0.0, cell_m, x * cell_m, height_m - y * cell_m])
+
+
+def _occupied_area(occupied: Bools, cell_m: float) -> BaseGeometry:
+    """Return the occupied cells (rows, cols) as an area, m, y up, without the steps of its cells."""
+    area = _exact_area(occupied, (0, 0), cell_m, occupied.shape[0] * cell_m)
+    return shapely.simplify(area, cell_m / 2)
 
 
 def _unseen_shares(parts: Segmentation, free: Bools, occupied: Bools, cell_m: float) -> tuple[float, int]:
