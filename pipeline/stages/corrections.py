@@ -35,6 +35,8 @@ from pipeline.geometry.openings import ClosedBy, Opening
 from pipeline.tolerances import MOST, SHEET_M, STAND_M
 from pipeline.values import Evidence, Layout, Level, Spaces
 
+_RECORDED_DIGITS: Final = 4
+"""Decimals of metres in the record of a source (``source_record``): a preview from it gives the plan of the build."""
 _SCAN_CORNER_M: Final = 0.005
 """Walls of scans have many corners; half of a plan's grid tells them apart, metres."""
 
@@ -89,7 +91,7 @@ def standing_walls(evidence: Evidence, layout: Layout) -> list[Polygon]:
 def shown_walls(level: Level, evidence: Evidence) -> list[Polygon]:
     """Return the walls that a level's source shows: what remains between rooms that a person merges (R3)."""
     walls = unite([evidence.walls, evidence.rails]) if level.seen_walls is None else level.seen_walls()
-    shown = shapely.simplify(walls, _SCAN_CORNER_M)
+    shown = shapely.transform(shapely.simplify(walls, _SCAN_CORNER_M), lambda points: points.round(_RECORDED_DIGITS))
     return [part for part in polygons_of(shown) if part.is_valid]
 
 
