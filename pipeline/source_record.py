@@ -206,10 +206,10 @@ def _state_of(path: Path) -> tuple[int, int]:
 
 @dataclass(frozen=True, eq=False)
 class _Whole:
-    """What a file holds, whatever is made of it: triangles or points, lines of a drawing, or a robot's map."""
+    """What a file holds, whatever is made of it: triangles or points, a drawing's lines by storeys, a robot's map."""
 
     mesh: Mesh | None = None
-    lines: Sequence[tuple[str, Any]] = ()
+    lines: Sequence[Sequence[tuple[str, Any]]] = ()
     cells: RobotMap | None = None
 
     @property
@@ -246,8 +246,8 @@ def _contents(item: Input, *, is_read: bool) -> tuple[_Whole, list[str]]:
         if item.reader == "ifc":
             return _ifc_contents(path, is_read=is_read)
         if item.reader == "vector_plans":
-            lines = drawing_lines(path, item.key)
-            return _Whole(lines=lines), sorted({kind for kind, _ in lines})
+            lines, parts = drawing_lines(item)
+            return _Whole(lines=lines), parts
         if item.reader == "occupancy_map" and not is_read:
             units, scale = said_size(options)
             given = float(options["resolution"]) if options.get("resolution") else None
@@ -290,7 +290,8 @@ def _of_file(
         level = replace(level, frame=_map_frame(level, whole.cells))
         pictures.append(_map_picture(whole.cells, level))
     else:
-        strokes = _strokes(whole.lines, level, _shown_unit(whole.lines, override))
+        lines = whole.lines[0]
+        strokes = _strokes(lines, level, _shown_unit(lines, override))
         pictures.append(_lines_picture(strokes))
     results, again = _stages(correct_level(level, override), override, config) if override.corrections else ([], why)
     plans = tuple(_plan_source(level, plan, results, None, is_founded=True) for plan in _plans_of(results))
@@ -301,6 +302,7 @@ def _searched(level: Level, item: Input, whole: _Whole, override: Override, conf
     results, why = _stages(level, override, config)
     evidence = next((each.value for each in results if isinstance(each.value, Evidence)), None)
     layout = next((each.value for each in results if isinstance(each.value, Layout)), None)
+    lines = whole.lines
     walls = [] if evidence is None else [*polygons_of(evidence.walls), *polygons_of(evidence.rails)]
     source = LevelSource(
         id=level.id,
@@ -311,7 +313,7 @@ def _searched(level: Level, item: Input, whole: _Whole, override: Override, conf
         rejected=why,
         guesses=level.guesses,
         extent=extent_of(level),
-        strokes=_strokes(whole.lines, level, level.unit_m),
+        strokes=_strokes(lines[level.frame.level] if level.frame.level < len(lines) else (), level, level.unit_m),
         solid=_solid(level),
     )
     return _Searched(source, results)

@@ -16,10 +16,12 @@ from PIL import Image
 
 from houseexpo import build, open_dataset
 from houseexpo.corrections import Correction, Override
+from houseexpo.corrections.apply import correct_plan
 from houseexpo.corrections.preview import preview
 from houseexpo.dataset.source_records import SourceRecord, decode_source_record, encode_source_record
 from houseexpo.errors import ConfigError
 from houseexpo.floorplan import decode
+from houseexpo.grids.frame import source_points_from_plan
 from houseexpo.service.review.sources import SourceView, _view
 from pipeline.algorithm import plan_largest_building
 from pipeline.batch.job import level_rng
@@ -29,6 +31,7 @@ from pipeline.source_record import SECTIONS_M, SourceReader
 from pipeline.sources import reader
 from pipeline.values import Level
 from tests.builders.bungalow import FILE
+from tests.pipeline.sources.test_vector_plans_scenes import collection
 
 
 def config_of(path: Path) -> Any:
@@ -203,3 +206,24 @@ def test_inputs_of_one_id_are_told_apart_by_their_content(tmp_path: Path) -> Non
     build([str(file) for file in files], tmp_path / "ds", workers=1)
     labels = {name: [room.label for room in open_dataset(tmp_path / "ds")[name].rooms] for name in names}
     assert labels == {name: ["Office" if name == longer else "Unlabelled"] for name in names}
+
+
+def test_a_line_that_a_geojson_file_calls_otherwise_can_be_said_to_be_a_wall(tmp_path: Path) -> None:
+    found = collection()
+    line = {"type": "LineString", "coordinates": [[4.2, 2.0], [8.2, 2.0]]}
+    found["features"].append({"type": "Feature", "properties": {"category": "folding screen"}, "geometry": line})
+    (tmp_path / "rooms.geojson").write_text(json.dumps(found))
+    record = SourceReader(config_of(tmp_path / "rooms.geojson"), id_of(tmp_path / "rooms.geojson")).record({})
+    assert "drop_nodes" not in record.takes
+    (level,) = record.levels
+    view = SourceView(record, level, level.plans[0])
+    drawn = view.drawn_under(None)["strokes"]
+    assert {"room", "door", "folding screen"} <= {each["kind"] for each in drawn}
+    (points,) = [each["points"] for each in drawn if each["kind"] == "folding screen"]
+    plan = view.plan
+    assert plan is not None
+    assert plan.frame is not None
+    said = source_points_from_plan(plan.frame, points).round(3).tolist()
+    corrected = correct_plan(plan, [Correction("wall", tuple(map(tuple, said)))], view.spaces)
+    assert [effect.outcome for effect in corrected.effects] == ["done"]
+    assert len(corrected.plan.rooms) == len(plan.rooms) + 1

@@ -11,7 +11,7 @@ patterns of names; they are keywords of ``read_drawing``.
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from fnmatch import fnmatchcase
 from functools import cache
@@ -19,13 +19,14 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any, Protocol, cast
 
+import numpy as np
 import shapely
 
 from houseexpo.file_kinds import HEAD_BYTES
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.files import check_file, id_from_file_name, input_from_file, slug
 from pipeline.sources.storeys.scale import said_size
-from pipeline.sources.vector_plans.drawing import Drawing, levels_from_drawing, scale_drawing
+from pipeline.sources.vector_plans.drawing import Drawing, Line, levels_from_drawing, scale_drawing, storeys_drawn
 from pipeline.values import Input, Level
 
 FAMILIES = (
@@ -115,11 +116,24 @@ def _read(family: Any, path: Path, item: Input) -> Drawing:
     return replace(drawing if factor == 1.0 else scale_drawing(drawing, factor), idle=idle)
 
 
-def drawing_lines(path: Path, key: str = "") -> list[tuple[str, Any]]:
-    """Return the name and the points (n, 2) of each line of a drawing, in its unit; none where its family has none."""
+def drawing_lines(item: Input) -> tuple[list[Sequence[Line]], list[str]]:
+    """Return the lines of each storey of a drawing, lowest first, in its unit, and the names of parts to leave out.
+
+    The lines are along the source's plan axes. Those of a DXF file are all that it draws, also if it cannot be read;
+    those of other files are what the reader made ``Feature`` values of.
+    """
+    path = Path(item.path)
     with path.open("rb") as stream:
         family: Any = _family(path, stream.read(HEAD_BYTES))
-    return family.drawn_lines(path, key) if hasattr(family, "drawn_lines") else []
+    if hasattr(family, "drawn_lines"):
+        lines: Sequence[Line] = family.drawn_lines(path, item.key)
+        return [lines] if lines else [], sorted({name for name, _ in lines})
+    try:
+        drawing = _read(family, path, item)
+        to_file = np.array([1.0, -1.0 if drawing.y_up else 1.0]) / drawing.unit_m
+        return [[(name, points * to_file) for name, points in each.lines()] for each in storeys_drawn(drawing)], []
+    except (Rejection, *_FAULTS):
+        return [], []
 
 
 def _family(path: Path, head: bytes) -> PlanFormat | None:

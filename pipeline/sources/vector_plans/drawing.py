@@ -58,6 +58,8 @@ from pipeline.sources.tolerances import (
 from pipeline.values import IDLE, Input, Level, Mesh, SourceObject, SourceRoom
 
 Point = tuple[float, float]
+Line = tuple[str, Any]
+"""The name and the points (n, 2) of a line that a drawing shows."""
 Floats = npt.NDArray[np.float64]
 
 
@@ -80,12 +82,14 @@ class Feature:
     name                                                  a point in the room; ``words`` has the text
     object   a piece of furniture
     floor    what is floor, of a room or of none
+    other    what the reader passes over; people see its  the same
+             lines, and ``words`` names them
     =======  ===========================================  ====================================================
 
     Attributes
     ----------
     kind
-        One of the words above. What a file calls otherwise, a reader passes over.
+        One of the words above.
     shape
         In the file's unit, x right and y up. An area may cross itself, and both may be of many parts.
     words, labels
@@ -118,7 +122,8 @@ class DrawnStorey:
 
     ``all_named``: the drawing names each passage, so that a gap without a name is not a passage.
     ``unnamed_gaps``: a wide gap is a passage, although the drawing names doors.
-    ``about`` is for the plan's provenance, ``signs`` are those of the level.
+    ``about`` is for the plan's provenance, ``signs`` are those of the level. ``lines`` returns all lines of the storey,
+    metres, for people to look at.
     """
 
     walls: tuple[Wall, ...] = ()
@@ -131,6 +136,7 @@ class DrawnStorey:
     unnamed_gaps: bool = False
     about: Mapping[str, Any] = field(default_factory=dict)
     signs: Mapping[str, float] = field(default_factory=dict)
+    lines: Callable[[], Sequence[Line]] = tuple
 
 
 @dataclass(frozen=True, eq=False)
@@ -330,7 +336,7 @@ def levels_from_drawing(item: Input, drawing: Drawing, path: Path, name: str) ->
     Rejection
         NO_LEVEL where nothing is drawn, BAD_UNITS where it is larger than any building.
     """
-    drawn = [storey for storey in drawing.storeys if storey.walls or any(each.polygon for each in storey.rooms)]
+    drawn = storeys_drawn(drawing)
     if not drawn:
         detail = f"{name}: expected {drawing.wanted}, found none"
         detail += f"; left out: {drawing.left_out.note}" if drawing.left_out else ""
@@ -341,7 +347,7 @@ def levels_from_drawing(item: Input, drawing: Drawing, path: Path, name: str) ->
         "sha256": sha256_of(path),
     } | drawing.left_out.provenance
     provenance |= {IDLE: list(drawing.idle)} if drawing.idle else {}
-    for number, storey in enumerate(sorted(drawn, key=lambda each: each.height_m)):
+    for number, storey in enumerate(drawn):
         made = _level(storey, name)
         yield replace(
             made,
@@ -352,6 +358,12 @@ def levels_from_drawing(item: Input, drawing: Drawing, path: Path, name: str) ->
             signs=storey.signs,
             provenance={**provenance, **storey.about},
         )
+
+
+def storeys_drawn(drawing: Drawing) -> list[DrawnStorey]:
+    """Return the storeys that become levels, lowest first."""
+    drawn = [storey for storey in drawing.storeys if storey.walls or any(each.polygon for each in storey.rooms)]
+    return sorted(drawn, key=lambda each: each.height_m)
 
 
 def _flip_y(frame: Frame) -> Frame:
@@ -444,4 +456,5 @@ def _placed(storey: DrawnStorey, to: Callable[[Floats], Floats]) -> DrawnStorey:
         rooms=tuple(map(room, storey.rooms)),
         floor=moved(storey.floor),
         furniture=tuple(map(thing, storey.furniture)),
+        lines=lambda: [(name, to(points)) for name, points in storey.lines()],
     )

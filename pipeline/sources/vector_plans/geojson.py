@@ -1,7 +1,7 @@
 """Read GeoJSON of walls, rooms and doors: our own export, and what else names its features so.
 
 R1  A feature is what its ``kind``, ``type``, ``class``, ``category``, ``feature_type`` or ``layer`` says, or where it
-    has none of these, its ``name``. Others are passed over.
+    has none of these, its ``name``. Others are passed over, but a person can see their lines.
 R2  Coordinates are metres where ``crs`` says so, or where they are no degrees; degrees become metres about the middle.
     What is neither, and larger than any site, is in centimetres or millimetres, whichever makes the areas as large as
     rooms; the plan says that this is a guess.
@@ -13,7 +13,7 @@ R4  In a file without walls, areas that are called by the function of a room (cl
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any, Final
 
@@ -94,6 +94,9 @@ def read_drawing(path: Path) -> Drawing:
         detail = f"{path.name}: expected features that are called wall or room, found none of {len(found.features)}"
         raise Rejection("source", Reason.NO_LEVEL, detail, f"name them by one of {', '.join(_KEYS)}")
     to_metres, guesses = _to_metres(shapes, found.crs)
+    for name, other in _passed_over(known):
+        if name in levels:
+            levels[name].append(other)
     storeys = [
         storey_from_features(level, STOREY_HEIGHT_M * n, to_metres)
         for n, (_, level) in enumerate(sorted(levels.items()))
@@ -117,6 +120,18 @@ def _with_rooms_by_function(known: _Known) -> _Known:
         (number, feature, "room" if not kind and word and (found or (rooms and are_all)) else kind)
         for (number, feature, kind), word, found in zip(known, said, by_function, strict=True)
     ]
+
+
+def _passed_over(known: _Known) -> Iterator[tuple[str, Feature]]:
+    """Yield the level and the lines of each feature that is neither read nor a mark of our own export."""
+    for _, feature, kind in known:
+        if kind or not isinstance(feature, dict):
+            continue
+        about = _properties(feature)
+        words = [str(each) for key in _keys_of(about) if (each := about.get(key))]
+        shape = None if _OWN_MARKS & set(words) else shape_of(feature)
+        if shape is not None:
+            yield _level(about), Feature("other", shape, tuple(words) or ("feature",))
 
 
 def _word_of_area(feature: Any) -> str:

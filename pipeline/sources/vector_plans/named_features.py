@@ -23,7 +23,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
-from functools import lru_cache
+from functools import lru_cache, partial
 from itertools import pairwise
 from typing import Any, Final
 
@@ -57,6 +57,7 @@ from pipeline.sources.tolerances import (
 from pipeline.sources.vector_plans.drawing import (
     DrawnStorey,
     Feature,
+    Line,
     Point,
     deepen_to_jambs,
     deepen_to_walls,
@@ -229,7 +230,8 @@ def storey_from_features(
     to_metres
         The metres in a unit, or a function of points (n, 2) that turns them into metres.
     """
-    drawn = _Drawn.sorted(features, to_metres)
+    features = [*features]
+    drawn = _Drawn.sorted((each for each in features if each.kind != "other"), to_metres)
     top = float(np.median(drawn.tops)) if drawn.tops else WALL_HEIGHT_M
     rooms = _with_holes(drawn)
     if drawn.spaces:
@@ -255,7 +257,21 @@ def storey_from_features(
             for shape, each in drawn.objects
         ),
         height_m=height_m,
+        lines=partial(_lines_of, features, to_metres),
     )
+
+
+def _lines_of(features: Sequence[Feature], to_metres: float | ToMetres) -> list[Line]:
+    """Return the name and the points (n, 2), metres, of each line and of each ring of each area."""
+    to = to_metres if callable(to_metres) else lambda points: points * to_metres
+    found: list[Line] = []
+    for each in features:
+        name = each.words[0] if each.kind in {"object", "other"} and each.words else each.kind
+        parts = shapely.get_parts(each.shape)
+        rings = [shapely.boundary(part) if isinstance(part, Polygon) else part for part in parts]
+        lines = [shapely.get_coordinates(line) for line in shapely.get_parts(rings)]
+        found += [(name, to(points)) for points in lines if len(points) > 1]
+    return found
 
 
 def _walls(drawn: _Drawn, rooms: Sequence[Area]) -> list[Polygon]:
