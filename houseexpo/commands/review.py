@@ -43,6 +43,10 @@ def review(
     workers: Annotated[
         int | None, typer.Option(min=1, help="Number of processes of the build.", show_default="one per core")
     ] = None,
+    weights: Annotated[
+        Path | None,
+        typer.Option(help="File of weights for the build, from houseexpo fit.", show_default="those of houseexpo"),
+    ] = None,
     open_page: Annotated[bool, typer.Option("--open/--no-open", help="Open the page in the browser.")] = True,
     port: Annotated[int, typer.Option(min=0, max=65535, help="Port; 0 for any free one.")] = 0,
     with_token: Annotated[
@@ -58,7 +62,7 @@ def review(
         from houseexpo.service.collection import open_collections
         from houseexpo.service.service import Service
 
-        dataset = data_set_of(sources, out, workers)
+        dataset = data_set_of(sources, out, workers, weights)
         service = Service(open_collections([dataset.path]), settings)
         announce(service)
         address = browser_address(settings, f"{next(iter(service.collections))}/review")
@@ -68,7 +72,9 @@ def review(
         run_service(service, listening)
 
 
-def data_set_of(sources: Sequence[str], out: Path | None, workers: int | None = None) -> Dataset:
+def data_set_of(
+    sources: Sequence[str], out: Path | None, workers: int | None = None, weights: Path | None = None
+) -> Dataset:
     """Return the data set that is named, or that of the named houses, which are built if they are not yet.
 
     If no house became a plan, the reasons are printed; the page opens the houses all the same.
@@ -76,7 +82,7 @@ def data_set_of(sources: Sequence[str], out: Path | None, workers: int | None = 
     Raises
     ------
     ConfigError
-        A source does not exist, ``out`` holds something else, or it is given with a data set.
+        A source does not exist, ``out`` holds something else, or it or ``weights`` is given with a data set.
     """
     from houseexpo import build
     from houseexpo.dataset.store import files_at
@@ -84,10 +90,12 @@ def data_set_of(sources: Sequence[str], out: Path | None, workers: int | None = 
     if len(sources) == 1 and (found := opened(files_at(sources[0], "review"))) is not None:
         if out is not None:
             raise ConfigError(f"--out: {sources[0]} is built already, and its corrections go there; leave --out out")
+        if weights is not None:
+            raise ConfigError(f"--weights: {sources[0]} is built already; build it again: houseexpo build --weights")
         return found
     folder = out or build_folder(sources)
     typer.echo(f"builds {folder}")
-    made = build(list(sources), folder, workers=workers)
+    made = build(list(sources), folder, workers=workers, weights=weights)
     if not len(made):
         for each in made.rejected[:_SHOWN]:
             typer.secho(f"{each['id']}: {each['reason'].replace('_', ' ')}: {each['detail']}", fg="red", err=True)

@@ -65,6 +65,20 @@ def test_a_data_set_has_no_out(tmp_path: Path, started: list[Service]) -> None:
     assert not started
 
 
+def test_a_data_set_is_not_built_again_with_weights(tmp_path: Path, started: list[Service]) -> None:
+    with pytest.raises(ConfigError, match="built already; build it again: houseexpo build --weights"):
+        run(built(tmp_path / "homes", some_plans()), "--weights", tmp_path / "mine.toml")
+    assert not started
+
+
+def test_weights_that_are_none_are_told_before_anything_is_built(tmp_path: Path, started: list[Service]) -> None:
+    (tmp_path / "mine.toml").write_text("[door]\n")
+    with pytest.raises(ConfigError, match=r"mine\.toml: door\.bias: expected a value"):
+        run(FOLDER, "--weights", tmp_path / "mine.toml", "--out", tmp_path / "out")
+    assert not started
+    assert not (tmp_path / "out" / "manifest.json").exists()
+
+
 def test_what_does_not_exist_is_said(tmp_path: Path, started: list[Service]) -> None:
     with pytest.raises(ConfigError, match=r"nothing\.ifc"):
         run(tmp_path / "nothing.ifc")
