@@ -178,22 +178,21 @@ def _on_common_edge(draft: Draft, strip: Strip, rooms: tuple[DraftRoom, DraftRoo
 
 
 def _shared_on(strip: Strip, one: Polygon, other: Polygon) -> tuple[float, float]:
-    """Return the part of a line that lies on the common edge of two rooms: its ends, in metres from its middle."""
-    beside = replace(strip, depth=2 * _BESIDE_M).polygon()
-    edge = shapely.intersection(shapely.intersection(one.boundary, other.buffer(2 * MEETS_M)), beside)
-    low, high = math.inf, -math.inf
-    spans = sorted(
-        (float(at.min()), float(at.max()))
-        for part in shapely.get_parts(edge)
-        for at in [(shapely.get_coordinates(part) - strip.centre) @ strip.along]
-    )
-    for start, end in spans:
-        if start > high + STEP_M:
-            if low <= 0.0 <= high:
-                break
-            low, high = start, end
-        low, high = min(low, start), max(high, end)
-    return max(low, -strip.length / 2), min(high, strip.length / 2)
+    """Return the part of a line with one room on its right and the other on its left: its ends, metres from its middle.
+
+    It is the part around the middle; its length is 0 if there is none.
+    """
+    low, high = -strip.length / 2, strip.length / 2
+    for side, room in ((-1, one), (1, other)):
+        beside = shapely.LineString(strip.ends + side * strip.across * 2 * _BESIDE_M)
+        spans = [
+            ((shapely.get_coordinates(part) - strip.centre) @ strip.along).tolist()
+            for part in shapely.get_parts(shapely.intersection(beside, room))
+            if part.length > 0
+        ]
+        found = next(((min(span), max(span)) for span in spans if min(span) <= 0 <= max(span)), (0.0, 0.0))
+        low, high = max(low, found[0]), min(high, found[1])
+    return low, high
 
 
 def _over_post(draft: Draft, strip: Strip, room: DraftRoom, placed: Placed) -> Said:
