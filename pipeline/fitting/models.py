@@ -57,7 +57,9 @@ def fit(
     start
         The model near which the ridge keeps bias and weights; by default only the weights are kept, near 0.
     """
-    table = np.array([[part.features.get(name, 0.0) for name in names] for part in parts]).reshape(len(parts), -1)
+    table = np.array([[part.features.get(name, 0.0) for name in names] for part in parts]).reshape(
+        len(parts), len(names)
+    )
     true = np.array([part.true for part in parts])
     near = np.zeros(len(names) + 1)
     stiff = np.append(0.0, np.full(len(names), ridge))

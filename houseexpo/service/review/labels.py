@@ -1,7 +1,7 @@
 """Write the findings of a review about real houses as labels, which ``houseexpo fit`` reads.
 
 R1  A kept house is right as corrected: all its rooms and passages exist, those that only the uncorrected plan has do
-    not exist, and the spaces that it leaves out are not rooms.
+    not exist, and the spaces that it leaves out are not rooms, unless they are rooms of another building of the level.
 R2  For a house that was corrected but not kept, labels cover only the parts that corrections changed or named.
 R3  A removed room is labelled ``unlike`` if rooms of the corrected plan cover most of it: it is several rooms, or a
     part of one. Otherwise it is labelled as no room. A passage is labelled at its middle. A cut is no evidence of a
@@ -20,7 +20,7 @@ from shapely import Polygon
 
 from houseexpo.dataset.storey_labels import NEAR_WAY_M, Place, Space, StoreyLabels
 from houseexpo.errors import ConfigError
-from houseexpo.floorplan import FloorPlan
+from houseexpo.floorplan import FloorPlan, decode
 from houseexpo.grids.frame import source_points_from_plan
 from houseexpo.plan import Frame
 from houseexpo.service.collection import Collection
@@ -69,7 +69,9 @@ def labels_of(view: SourceView, told: FloorPlan, *, is_kept: bool) -> StoreyLabe
     unlike = [room for room in gone if room.intersection(all_now).area > _MOST_OF_ROOM * room.area]
     no_rooms = [room for room in gone if not room.intersection(all_now).area > _MOST_OF_ROOM * room.area]
     if is_kept:
+        beside = shapely.union_all(list(_rooms_of_other_buildings(view)))
         left = [_in_source(base, space.shape) for space in view.spaces]
+        left = [space for space in left if not space.intersection(beside).area > _MOST_OF_ROOM * space.area]
         no_rooms += [
             s for s in left if s.intersection(all_now).area < (1 - _ALIKE_SHARE) * s.area and not _is_among(s, no_rooms)
         ]
@@ -95,6 +97,14 @@ def labels_of(view: SourceView, told: FloorPlan, *, is_kept: bool) -> StoreyLabe
         key=view.record.key,
         options=dict(view.record.options),
     )
+
+
+def _rooms_of_other_buildings(view: SourceView) -> Iterator[Polygon]:
+    """Yield the rooms of the level's other plans: what this plan leaves out of the level may be a room of them."""
+    for other in view.level.plans:
+        if other is not view.found:
+            plan = decode(bytes(other.plan))
+            yield from (_in_source(plan, room.polygon) for room in plan.rooms)
 
 
 def _frame(plan: FloorPlan) -> Frame:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from houseexpo.errors import ConfigError
-from pipeline.fitting.models import FEWEST, fit_own_models, root_weights
+from pipeline.fitting.models import FEWEST, fit, fit_own_models, root_weights
 from pipeline.fitting.rows import HouseRows, Part, PlanRow
 from pipeline.stages.logistic import load_models
 
@@ -99,3 +99,8 @@ def test_few_houses_are_refused_with_what_to_do() -> None:
 def test_a_house_counts_with_the_root_of_its_parts() -> None:
     parts = [Part("door", name, "reviewed", True, {}) for name in "aaaab"]
     assert root_weights(parts).tolist() == [0.5] * 4 + [1.0]
+
+
+def test_without_labels_the_model_stays_as_it_is() -> None:
+    start = load_models()["entrance"]
+    assert fit([], sorted(start.weights), np.zeros(0), start=start) == start

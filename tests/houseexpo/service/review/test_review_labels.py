@@ -8,6 +8,7 @@ from typing import Any
 
 import msgspec
 import pytest
+import trimesh
 
 pytest.importorskip("starlette")
 
@@ -31,6 +32,7 @@ from pipeline.sources import reader
 from pipeline.values import Level
 from research.confidence_fit import of_reviewed
 from tests.builders.bungalow import FILE
+from tests.builders.houses import Hole, shell
 
 
 @pytest.fixture(scope="module")
@@ -76,6 +78,25 @@ def test_a_correction_tells_what_was_wrong(view: SourceView) -> None:
     assert found.rooms == []  # nobody spoke of the others
     every = labels_of(view, told, is_kept=True)
     assert len(every.rooms) == len(plan.rooms) - 1
+
+
+def test_rooms_of_the_building_beside_are_not_told_to_be_none(tmp_path: Path) -> None:
+    door = [Hole(1.0, 1.9)]
+    two = [*shell((0.0, 0.0, 6.0, 4.0), front=door), *translated(shell((0.0, 0.0, 6.0, 5.0), front=door), 20.0)]
+    trimesh.util.concatenate(two).export(tmp_path / "two.ply")
+    config = load_build_config(None, {"sources": (str(tmp_path / "two.ply"),)})
+    record = SourceReader(config, next(iter(list_inputs(config))).id).record({})
+    (level,) = record.levels
+    assert len(level.plans) == 2
+    for found in level.plans:
+        view = SourceView(record, level, found)
+        told = labels_of(view, plan_of(view), is_kept=True)
+        assert len(view.spaces) >= 2
+        assert (len(told.rooms), told.no_rooms) == (1, [])
+
+
+def translated(parts: list[trimesh.Trimesh], along_x_m: float) -> list[trimesh.Trimesh]:
+    return [part.copy().apply_translation((along_x_m, 0.0, 0.0)) for part in parts]
 
 
 def test_labels_are_marks_of_the_storey_as_it_is_read(view: SourceView) -> None:
