@@ -203,6 +203,8 @@ def _parted(plan: FloorPlan, source: SourceView, shift: tuple[float, float]) -> 
     asked: list[Question] = []
     for (a, b), doors in between.items():
         first, second, widest = plan.rooms[a], plan.rooms[b], max(doors, key=lambda door: door.width)
+        if any(door.confidence == 1.0 for door in doors):  # a person has said it, or nothing is surer
+            continue
         if len(doors) > 1:
             why, doubt = f"{len(doors)} passages join them", _NARROW["several"]
         elif widest.kind != "cut" and widest.width >= _WIDE * _facing_m(first, second, widest):

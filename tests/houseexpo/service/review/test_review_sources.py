@@ -337,6 +337,8 @@ def test_rooms_that_are_open_to_each_other_may_be_one() -> None:
     assert [answer.action for answer in asked.answers] == ["one_room", "leave"]
     assert questions(plan) == []  # what the source shows is not known
     assert questions(plan, [asked.key], view) == []
+    sure = tuple(replace(door, confidence=1.0) for door in plan.doors)
+    assert questions(replace(plan, doors=sure), (), view) == []  # somebody has said that they are passages
     one, other = source_points_from_plan(plan.frame, asked.answers[0].points).tolist()
     joined = plan.corrected(Override(one_room=[one, other])).plan
     assert len(joined.rooms) == 1
