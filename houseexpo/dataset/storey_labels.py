@@ -22,6 +22,7 @@ class StoreyLabels(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit
 
     ``extent`` is the size of the bounds of its walls; another size means that the file was read in another way.
     ``path`` is the file; ``reader``, ``key`` and ``options`` are how it was read, with what is said of the file.
+    ``right`` is whether the plan was right as it was built; None if nobody knows.
     """
 
     file: str
@@ -36,3 +37,4 @@ class StoreyLabels(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit
     reader: str = ""
     key: str = ""
     options: dict[str, str] = {}
+    right: bool | None = None

@@ -178,7 +178,8 @@ def rows_of_labels(item: Input, marked: Sequence[Marked], config: PipelineConfig
         told = [each for each in marked if each.is_of(level)] if isinstance(level, Level) else []
         if told and isinstance(level, Level):
             buildings = buildings_of(level, config)[0]
-            storeys.append((level, buildings, told, [None] * len(buildings)))
+            right = told[0].right if len(told) == len(buildings) == 1 else None
+            storeys.append((level, buildings, told, [right] * len(buildings)))
     return rows_of(storeys, Origin(f"{item.id} {item.path}", "reviewed", item.path, item.id))
 
 

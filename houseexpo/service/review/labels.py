@@ -6,7 +6,8 @@ R2  For a house that was corrected but not kept, labels cover only the parts tha
 R3  A removed room is labelled ``unlike`` if rooms of the corrected plan cover most of it: it is several rooms, or a
     part of one. Otherwise it is labelled as no room. A passage is labelled at its middle. A cut is no evidence of a
     passage.
-R4  A dropped house gives no labels: nobody said which part of it is wrong.
+R4  A plan was right as built if it was kept and no correction changed its rooms or passages, and not right if one did.
+R5  A dropped house gives no labels: nobody said which part of it is wrong.
 """
 
 from __future__ import annotations
@@ -83,6 +84,8 @@ def labels_of(view: SourceView, told: FloorPlan, *, is_kept: bool) -> StoreyLabe
         if door.kind != "cut" and (door.confidence == 1.0 or not _is_near(_middle(told, door.segment), old))
     ]
     kept = [_middle(told, door.segment) for door in told.doors]
+    no_ways = sorted(place for place in old if not _is_near(place, kept))
+    is_changed = view.is_founded or bool(gone or new or no_ways) or not all(_is_near(way, old) for way in ways)
     return StoreyLabels(
         file=view.record.id,
         level=frame.level,
@@ -91,11 +94,12 @@ def labels_of(view: SourceView, told: FloorPlan, *, is_kept: bool) -> StoreyLabe
         unlike=_spaces(unlike),
         no_rooms=_spaces(no_rooms),
         ways=sorted(ways if is_kept else spoken),
-        no_ways=sorted(place for place in old if not _is_near(place, kept)),
+        no_ways=no_ways,
         path=view.record.path,
         reader=view.record.reader,
         key=view.record.key,
         options=dict(view.record.options),
+        right=False if is_changed else True if is_kept else None,
     )
 
 

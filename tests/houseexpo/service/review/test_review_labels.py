@@ -68,6 +68,8 @@ def test_a_house_that_was_kept_tells_of_all_its_parts(view: SourceView) -> None:
     )
     assert len(found.ways) == sum(door.kind != "cut" for door in plan.doors)
     assert (found.unlike, found.no_ways) == ([], [])
+    assert found.right is True
+    assert labels_of(view, plan, is_kept=False).right is None
 
 
 def test_a_correction_tells_what_was_wrong(view: SourceView) -> None:
@@ -77,6 +79,7 @@ def test_a_correction_tells_what_was_wrong(view: SourceView) -> None:
     assert [area for *_, area in found.no_rooms] == pytest.approx([plan.rooms[0].polygon.area], abs=0.01)
     assert found.rooms == []  # nobody spoke of the others
     every = labels_of(view, told, is_kept=True)
+    assert (found.right, every.right) == (False, False)
     assert len(every.rooms) == len(plan.rooms) - 1
 
 
@@ -131,6 +134,7 @@ def test_the_command_writes_what_the_fits_read(tmp_path: Path, monkeypatch: pyte
     (item,) = read_labels(labels)
     rows = of_reviewed(item, labels)
     rooms = [part for part in rows.plans[0].parts if part.part == "room"]
+    assert rows.plans[0].right is False
     assert sorted(part.true for part in rooms) == [False, *[True] * (len(plan.rooms) - 1)]
 
 
