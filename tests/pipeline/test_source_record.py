@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import json
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -227,3 +228,25 @@ def test_a_line_that_a_geojson_file_calls_otherwise_can_be_said_to_be_a_wall(tmp
     corrected = correct_plan(plan, [Correction("wall", tuple(map(tuple, said)))], view.spaces)
     assert [effect.outcome for effect in corrected.effects] == ["done"]
     assert len(corrected.plan.rooms) == len(plan.rooms) + 1
+
+
+def test_a_geojson_file_of_no_plan_shows_its_lines_of_which_a_person_makes_one(tmp_path: Path) -> None:
+    corners = [[0.0, 0.0], [5.0, 0.0], [5.0, 4.0], [0.0, 4.0], [0.0, 0.0]]
+    sides = [list(side) for side in pairwise(corners)]
+    features = [
+        {"type": "Feature", "properties": {"name": "trait"}, "geometry": {"type": "LineString", "coordinates": side}}
+        for side in sides
+    ]
+    (tmp_path / "a.geojson").write_text(json.dumps({"type": "FeatureCollection", "features": features}))
+    read = SourceReader(config_of(tmp_path / "a.geojson"), id_of(tmp_path / "a.geojson"))
+    record = read.record({})
+    assert "expected features that are called wall or room" in record.rejected
+    (level,) = record.levels
+    assert [(each.kind, [list(point) for point in each.points]) for each in level.strokes] == [
+        ("trait", side) for side in sides
+    ]
+    assert len(level.pictures) == 1
+    walls = tuple(tuple(map(tuple, side)) for side in sides)
+    (level,) = read.record({record.id: Override(wall=walls)}).levels
+    (found,) = level.plans
+    assert [room.area for room in decode(bytes(found.plan)).rooms] == pytest.approx([4.9 * 3.9], rel=0.05)

@@ -119,21 +119,28 @@ def _read(family: Any, path: Path, item: Input) -> Drawing:
 def drawing_lines(item: Input) -> tuple[list[Sequence[Line]], list[str]]:
     """Return the lines of each storey of a drawing, lowest first, in its unit, and the names of parts to leave out.
 
-    The lines are along the source's plan axes. Those of a DXF file are all that it draws, also if it cannot be read;
-    those of other files are what the reader made ``Feature`` values of.
+    The lines are along the source's plan axes. They are what the reader made ``Feature`` values of. A family may also
+    have ``drawn_lines(path, key)``, all lines of a file, whatever they are called: those of a file with named parts
+    (``TAKES``) are shown in any case, others where the file gives no level.
     """
     path = Path(item.path)
     with path.open("rb") as stream:
         family: Any = _family(path, stream.read(HEAD_BYTES))
-    if hasattr(family, "drawn_lines"):
-        lines: Sequence[Line] = family.drawn_lines(path, item.key)
-        return [lines] if lines else [], sorted({name for name, _ in lines})
+    has_parts = "without" in getattr(family, "TAKES", ())
+    if not has_parts and (read := _lines_read(family, path, item)):
+        return read, []
+    lines: Sequence[Line] = family.drawn_lines(path, item.key) if hasattr(family, "drawn_lines") else []
+    return [lines] if lines else [], sorted({name for name, _ in lines}) if has_parts else []
+
+
+def _lines_read(family: Any, path: Path, item: Input) -> list[Sequence[Line]]:
+    """Return the lines of the storeys that a file gives; none if it cannot be read."""
     try:
         drawing = _read(family, path, item)
         to_file = np.array([1.0, -1.0 if drawing.y_up else 1.0]) / drawing.unit_m
-        return [[(name, points * to_file) for name, points in each.lines()] for each in storeys_drawn(drawing)], []
+        return [[(name, points * to_file) for name, points in each.lines()] for each in storeys_drawn(drawing)]
     except (Rejection, *_FAULTS):
-        return [], []
+        return []
 
 
 def _family(path: Path, head: bytes) -> PlanFormat | None:

@@ -32,11 +32,12 @@ from pipeline.sources.tolerances import (
     LONGEST_SITE_M,
     STOREY_HEIGHT_M,
 )
-from pipeline.sources.vector_plans.drawing import Drawing, Feature, Floats
+from pipeline.sources.vector_plans.drawing import Drawing, Feature, Floats, Line
 from pipeline.sources.vector_plans.named_features import (
     ToMetres,
     function_of_room,
     kind_from_name,
+    lines_of_features,
     simple_parts,
     storey_from_features,
 )
@@ -102,6 +103,18 @@ def read_drawing(path: Path) -> Drawing:
         for n, (_, level) in enumerate(sorted(levels.items()))
     ]
     return Drawing("geojson", tuple(storeys), left_out, guesses)
+
+
+def drawn_lines(path: Path, key: str = "") -> list[Line]:  # noqa: ARG001
+    """Return the lines of all features, metres, whatever they are called; none if the file is damaged."""
+    try:
+        found = read_collection(path)
+    except Rejection:
+        return []
+    every = [feature for *_, feature in _passed_over([(0, each, "") for each in found.features])]
+    if not every:
+        return []
+    return lines_of_features(every, _to_metres([each.shape for each in every], found.crs)[0])
 
 
 _Known = list[tuple[int, Any, str]]

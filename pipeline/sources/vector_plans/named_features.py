@@ -257,11 +257,11 @@ def storey_from_features(
             for shape, each in drawn.objects
         ),
         height_m=height_m,
-        lines=partial(_lines_of, features, to_metres),
+        lines=partial(lines_of_features, features, to_metres),
     )
 
 
-def _lines_of(features: Sequence[Feature], to_metres: float | ToMetres) -> list[Line]:
+def lines_of_features(features: Sequence[Feature], to_metres: float | ToMetres) -> list[Line]:
     """Return the name and the points (n, 2), metres, of each line and of each ring of each area."""
     to = to_metres if callable(to_metres) else lambda points: points * to_metres
     found: list[Line] = []

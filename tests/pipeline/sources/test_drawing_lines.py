@@ -88,3 +88,12 @@ def test_a_file_that_cannot_be_read_shows_none(tmp_path: Path) -> None:
     item = next(iter(find(str(written(tmp_path / "model.svg", FILES["model.svg"][0]())))))
     (tmp_path / "model.svg").write_text('<svg><g class="Wall"><polygon points="0,0 1,0 1,1"/></g></svg>')
     assert drawing_lines(item) == ([], [])
+
+
+def test_a_damaged_geojson_file_shows_none(tmp_path: Path) -> None:
+    (tmp_path / "rooms.geojson").write_text(json.dumps(collection()))
+    (item,) = find(str(tmp_path / "rooms.geojson"))
+    (tmp_path / "rooms.geojson").write_text('{"type": "FeatureCollection", "features": [')
+    assert drawing_lines(item) == ([], [])
+    (tmp_path / "rooms.geojson").write_text('{"type": "FeatureCollection", "features": [1, {}, {"geometry": {}}]}')
+    assert drawing_lines(item) == ([], [])
