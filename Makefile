@@ -13,7 +13,7 @@ EXPERIMENTS := avoidance exploration exploration-view-10m exploration-view-10m-c
 PLANS   ?= 500
 FEW     ?= 100
 PUBLISHED ?=
-EXPLORERS := chooser chooser-1 chooser-2 finisher frontier random-frontier information tour oracle random forward wall
+EXPLORERS := chooser chooser-1 chooser-2 finisher look-around frontier random-frontier information tour oracle random forward wall
 RESULTS ?= $(EXPLORERS:%=budget:%) $(EXPLORERS:%=quality:%) $(patsubst %,avoidance:%,spin random forward wall) \
   $(foreach track,navigation pointgoal,$(patsubst %,$(track):%,a-star greedy random forward)) \
   $(patsubst %,roomgoal:%,seek shortest random) \

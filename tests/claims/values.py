@@ -100,6 +100,20 @@ def mapex_table() -> list[str]:
     return wrong
 
 
+def looking_round() -> list[str]:
+    """docs/pseudoslam/experiments.md: the rows are those of the results on the track `quality`."""
+    text = "\n".join(block.text for block in _section("docs/pseudoslam/experiments.md", "Looking round"))
+    wrong = []
+    for name in ("look-around", "finisher", "frontier"):
+        summary = _summary(RESULTS / f"exploration-quality-v1-{name}.json")
+        metres = (summary[f"metres_to_{share}"] for share in (90, 95, 99))
+        cells = [f"{each['mean']:.1f} [{each['low']:.1f}, {each['high']:.1f}]" for each in metres]
+        steps, number = summary["steps_to_99"]["mean"], summary["metres_to_99"]["number"]
+        row = f"| `{name}` | {' | '.join(cells)} | {steps:.0f} | {number:.0f} |"
+        wrong += [] if row in text else [f"docs/pseudoslam/experiments.md: {row!r} is missing"]
+    return wrong
+
+
 def slam_in_the_loop() -> list[str]:
     """docs/pseudoslam/slam.md: the ranges are those of the track's results, whose actions were played again."""
     files = sorted(RESULTS.glob("exploration-slam-*.json"))
