@@ -11,9 +11,7 @@ import typer
 from houseexpo.errors import NOT_DONE, HouseExpoError
 from houseexpo.words import count_noun
 from pipeline.cli_common import end_cleanly, load_build_config, resolve_manifest, show_outcomes
-
-_NAMED = 8
-"""How many houses are named that a shard has not done."""
+from pipeline.display import LISTED
 
 
 def assemble(
@@ -138,7 +136,7 @@ def assemble_and_show(out: str, check: Callable[[], None], *, partial: bool) -> 
 def _show_left(left: Mapping[int, Sequence[str]], shards: int, what: str) -> None:
     """Name on standard error what the shards have not done, and what to do about it, also with -q."""
     for number, ids in left.items():
-        named = ", ".join(ids[:_NAMED]) + (", ..." if len(ids) > _NAMED else "")
+        named = ", ".join(ids[:LISTED]) + (", ..." if len(ids) > LISTED else "")
         said = f"shard {number}/{shards}: {what}: {count_noun(len(ids), 'house')}: {named}"
         typer.secho(said, fg=typer.colors.YELLOW, err=True)
     count = sum(map(len, left.values()))

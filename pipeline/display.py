@@ -22,6 +22,8 @@ from houseexpo.words import count_noun
 from pipeline.batch.entry import Entry
 
 _REASONS = 3
+LISTED = 8
+"""How many things of a kind are named one by one."""
 _LOG = logging.getLogger("pipeline")
 
 

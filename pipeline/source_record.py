@@ -71,24 +71,18 @@ from pipeline.sources.storeys.scale import UNITS as _UNITS
 from pipeline.sources.storeys.scale import said_size
 from pipeline.sources.vector_plans import drawing_lines
 from pipeline.stages.corrections import shown_walls, standing_walls
+from pipeline.tolerances import AROUND_M, BESIDE_M, CM_M, SHEET_M
 from pipeline.values import Evidence, Input, Layout, Level, RejectedLevel, Spaces
 
 SECTIONS_M: Final = (1.1, 1.9)
 _OFF_M: Final = 0.0007
 """Sections avoid round heights, at which a model has its corners, metres."""
-_SLAB_M: Final = 0.05
-"""Points this near to a section's height are in it, metres: a scan has one each centimetre or two."""
 ROOF_M: Final = 2.0
 SOURCE_SIDE_PX: Final = 1400
 """The longer side of a section: 1.4 cm in a house of 20 m."""
-TOP_PX: Final = 700
+TOP_PX: Final = SOURCE_SIDE_PX // 2
 _TOP_SAMPLES: Final = 1_500_000
 """Three points a pixel of the top view."""
-_ROUND_M: Final = 1.0
-"""What lies so near to the walls is shown too, metres."""
-_FINE_M: Final = 0.01
-_SAME_PLACE_M: Final = 0.3
-"""Places nearer to each other are one."""
 _LEAST_M: Final = 0.3
 _COLOURS: Final = ((36, 90, 141), (196, 84, 30))
 _MOST_NAMES: Final = 400
@@ -339,7 +333,8 @@ def _strokes(lines: Sequence[tuple[str, Any]], level: Level, unit_m: float) -> t
 def _lines_picture(strokes: Sequence[Stroke]) -> Picture:
     """Return the lines of a drawing from which no level was made, as a layer."""
     points = np.concatenate([np.asarray(stroke.points) for stroke in strokes])
-    low, high = points.min(axis=0) - _ROUND_M, points.max(axis=0) + _ROUND_M
+    # what lies so near to the walls is shown too
+    low, high = points.min(axis=0) - AROUND_M, points.max(axis=0) + AROUND_M
     sheet = _Sheet((float(low[0]), float(low[1]), float(high[0]), float(high[1])), SOURCE_SIDE_PX)
     mask = Image.new("L", sheet.size, 0)
     pen = ImageDraw.Draw(mask)
@@ -350,9 +345,9 @@ def _lines_picture(strokes: Sequence[Stroke]) -> Picture:
 
 def _simplified(walls: Sequence[Polygon]) -> list[BaseGeometry]:
     """Return walls to snap to, as fine as a browser takes them."""
-    fine_m = _FINE_M
+    fine_m = CM_M
     found = [shapely.simplify(wall, fine_m) for wall in walls]
-    while sum(shapely.get_num_coordinates(found)) > _MOST_SNAP_CORNERS and fine_m < _SAME_PLACE_M:
+    while sum(shapely.get_num_coordinates(found)) > _MOST_SNAP_CORNERS and fine_m < BESIDE_M:
         fine_m *= 2
         found = [shapely.simplify(wall, fine_m) for wall in walls]
     return found
@@ -426,7 +421,7 @@ def _places(evidence: Evidence | None, layout: Layout | None, *, is_map: bool) -
     seen: list[Floats] = []
     for (kind, _), box in zip(kinds, boxes_around_polygons([polygon for _, polygon in kinds]), strict=True):
         centre = box.centre
-        if box.width < _LEAST_M or any(np.hypot(*(centre - other)) < _SAME_PLACE_M for other in seen):
+        if box.width < _LEAST_M or any(np.hypot(*(centre - other)) < BESIDE_M for other in seen):
             continue
         seen.append(centre)
         half = box.along * box.width / 2
@@ -486,7 +481,7 @@ def _pictures(level: Level, item: Input, walls: Sequence[Polygon], *, is_plan: b
     shown = [*walls, *polygons_of(level.floor)] if level.floor is not None and not is_plan else walls
     around = [each for area in shown for each in (area.bounds[:2], area.bounds[2:])]
     if around:
-        low, high = np.min(around, axis=0) - _ROUND_M, np.max(around, axis=0) + _ROUND_M
+        low, high = np.min(around, axis=0) - AROUND_M, np.max(around, axis=0) + AROUND_M
         bounds = (float(low[0]), float(low[1]), float(high[0]), float(high[1]))
     else:
         bounds = _bounds_of([whole])
@@ -527,7 +522,7 @@ def _bounds_of(meshes: Iterable[Mesh]) -> Box:
     if not len(vertices):
         return (0.0, 0.0, 1.0, 1.0)
     low, high = np.quantile(vertices[:, :2], [0.001, 0.999], axis=0)
-    return (float(low[0]) - _FINE_M, float(low[1]) - _FINE_M, float(high[0]) + _FINE_M, float(high[1]) + _FINE_M)
+    return (float(low[0]) - CM_M, float(low[1]) - CM_M, float(high[0]) + CM_M, float(high[1]) + CM_M)
 
 
 def _section(mesh: Mesh, height: float, sheet: _Sheet) -> Image.Image:
@@ -540,7 +535,8 @@ def _section(mesh: Mesh, height: float, sheet: _Sheet) -> Image.Image:
                 pen.polygon([tuple(at) for at in sheet.pixels(shapely.get_coordinates(ring)).tolist()], fill=fill)
         return mask
     if mesh.is_cloud:
-        near = mesh.vertices[np.abs(mesh.vertices[:, 2] - height) < _SLAB_M]
+        # a scan has a point each centimetre or two
+        near = mesh.vertices[np.abs(mesh.vertices[:, 2] - height) < SHEET_M]
         columns, rows = np.floor(sheet.pixels(near[:, :2])).astype(np.int64).T
         inside = (columns >= 0) & (rows >= 0) & (columns < mask.width) & (rows < mask.height)
         image = np.zeros((mask.height, mask.width), np.uint8)
@@ -574,7 +570,7 @@ def _top_view(mesh: Mesh, bounds: Box, roof_m: float) -> Picture | None:
     tallest = grey_dilation(tallest, (3, 3))  # between the points, and where none fell on the highest face
     seen = np.isfinite(tallest)
     low, high = (0.0, roof_m) if np.isfinite(roof_m) else np.quantile(tallest[seen], [0.02, 0.98]).tolist()
-    shade = np.clip((np.where(seen, tallest, low) - low) / max(high - low, _FINE_M), 0.0, 1.0)
+    shade = np.clip((np.where(seen, tallest, low) - low) / max(high - low, CM_M), 0.0, 1.0)
     grey = (_FLOOR + (_HIGH - _FLOOR) * shade).astype(np.uint8)
     image = np.dstack([grey, grey, grey, np.where(seen, 255, 0).astype(np.uint8)])
     return sheet.picture("top", "From above, without roof" if np.isfinite(roof_m) else "From above", image)

@@ -29,6 +29,7 @@ from houseexpo.plan.parts import SURE
 from houseexpo.words import count_noun
 from pipeline.batch.assemble import BuildResult, make_unique_ids
 from pipeline.batch.entry import Entry, StoredRejection
+from pipeline.display import LISTED
 from pipeline.overrides import is_id_of_input, level_id_from, outcomes_of_corrections
 from pipeline.quality import main_grounds_in_words
 from pipeline.sources import is_path
@@ -36,10 +37,8 @@ from pipeline.sources.files import describe_links
 from pipeline.sources.reader_choice import how_to_export
 
 _LISTED: Final = 12
-"""So many plans are listed one by one; of more the first ``_FIRST`` are."""
+"""So many plans are listed one by one; of more the first ``LISTED`` are."""
 
-_FIRST: Final = 8
-_REFUSED: Final = 8
 _SLOW: Final = 10
 """The number of inputs that are listed as the slowest."""
 
@@ -80,7 +79,7 @@ def read_index_rows(root: Path) -> list[dict[str, Any]]:
     columns = ["id", "rooms", "doors", "area", "quality"]
     rows: list[dict[str, Any]] = with_current_columns(pq.read_table(root / "index.parquet")).select(columns).to_pylist()
     doubtful = [row for row in rows if row["quality"] is not None and row["quality"] < SURE]
-    for row in doubtful if len(doubtful) <= _REFUSED else ():
+    for row in doubtful if len(doubtful) <= LISTED else ():
         with contextlib.suppress(HouseExpoError, OSError):
             quality = load_plan(root / "json" / f"{row['id']}.json").quality
             grounds = main_grounds_in_words(quality) if quality is not None else []
@@ -157,7 +156,7 @@ def plans_table(data_set: BuildResult, rows: Sequence[Mapping[str, Any]], out: s
     """List the plans by id (R2), those of this build first, each with the file that it was read from, if any."""
     files = _files(data_set)
     own = sorted(rows, key=lambda row: (row["id"] not in files, row["id"]))
-    shown = own if len(own) <= _LISTED else own[:_FIRST]
+    shown = own if len(own) <= _LISTED else own[:LISTED]
     named = any(files.get(row["id"]) for row in shown)
     table = new_table()
     table.add_column("plan", overflow="fold")
@@ -195,7 +194,7 @@ def doubt_lines(rows: Sequence[Mapping[str, Any]]) -> Iterator[Text]:
 def duplicate_lines(data_set: BuildResult) -> Iterator[Text]:
     """Say which plans were left out as duplicates, and how to keep them; of many (R2) their file does."""
     dropped = data_set.duplicates
-    if not dropped or len(dropped) > _REFUSED:
+    if not dropped or len(dropped) > LISTED:
         return
     for each in dropped:
         yield Text.assemble(("duplicate ", "yellow"), (each.id, "bold"), f": its plan repeats {each.kept_id}")
@@ -206,7 +205,7 @@ def duplicate_lines(data_set: BuildResult) -> Iterator[Text]:
 
 def rejection_lines(data_set: BuildResult, out: str) -> Iterator[Text]:
     """Say why each input was rejected and what to do; of many (R2) say how many for which reason, and where more is."""
-    if len(data_set.refused) > _REFUSED:
+    if len(data_set.refused) > LISTED:
         reasons = data_set.stats["outcomes"]["reasons"]
         said = ", ".join(f"{reason} {count:,}" for reason, count in reasons.items())
         yield Text.assemble((f"rejected: {said}", "red"), f"; why, and what to do: {out}/rejected.jsonl")
@@ -334,8 +333,6 @@ MAX_ROOM_M2: Final = 500.0
 MIN_ROOM_M2: Final = 2.5
 ADVICE: Final = "check --units, --scale and --storey-height"
 
-_NAMED = 8
-
 
 def describe_oddity(rooms: int, area_m2: float) -> str:
     """Say what is odd about a plan with this number of rooms and this free area, or return an empty text."""
@@ -349,7 +346,7 @@ def describe_oddity(rooms: int, area_m2: float) -> str:
 def oddity_lines(rows: Sequence[Mapping[str, Any]]) -> Iterator[str]:
     """Yield a line for each plan that is no house, by the rows of the index, and one that counts those left out."""
     found = [(row["id"], odd) for row in rows if (odd := describe_oddity(row["rooms"] or 1, row["area"]))]
-    for name, odd in found[:_NAMED]:
+    for name, odd in found[:LISTED]:
         yield f"implausible: {name}: {odd}; {ADVICE}"
-    if len(found) > _NAMED:
-        yield f"implausible: {len(found) - _NAMED} more"
+    if len(found) > LISTED:
+        yield f"implausible: {len(found) - LISTED} more"

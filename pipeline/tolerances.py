@@ -15,6 +15,7 @@ from houseexpo import tolerances
 # Numerics: below these, a difference comes from rounding and means nothing.
 
 OVERLAY_GRID_M: Final = tolerances.SAME_M  # the grid of an overlay that fails without one
+SAME: Final = 1e-6  # numbers that differ by less are equal: shares, sines, metres; a smaller area is left over
 HAIR_M: Final = 1e-5  # areas that share an edge are grown by this, so that rounding leaves no crack between them
 POINT_M: Final = tolerances.WELD_M  # corners of a mesh and ends of segments that are closer are one point
 MM_M: Final = 1e-3  # the grid of footprints and ceilings; shapes closer than this touch
@@ -49,11 +50,13 @@ UNNAMED_WAY_M: Final = 1.5  # a hole in a wall beside named openings is a way; t
 DOORWAY_M: Final = (0.5, 2.5)  # the width of any doorway: ``DoorsConfig.widest_m``
 HALL_M: Final = 8.0  # the widest place at which two rooms meet, or that is the open front of one
 FOOT_M: Final = 0.3  # what stands on the floor begins lower, whatever plinth or threshold is under it
-HEAD_M: Final = 1.8  # a person's height, and where lintels begin: ``EvidenceConfig.head_m``
+KNEE_M: Final = 0.5  # an opening that starts higher is a window; a part that starts higher does not stand on the floor
+HEAD_M: Final = 1.8  # a person's height, that of a room at least; where lintels begin: ``EvidenceConfig.head_m``
 SHOULDERS_M: Final = 0.6  # a person's width: what is narrower nobody passes or stands in
 STUB_M: Final = 0.5  # a wall that juts out by less is a pilaster; a passage that is shorter is none
 SPECK_M2: Final = 0.05  # a smaller area between walls is a crack of them
 PATCH_M2: Final = 0.5  # a smaller face is bedding and not a roof, a smaller part of a floor belongs to its neighbour
+ROOMY_M2: Final = 4.0  # a smaller level surface is a landing, a table or a bed, a smaller room has no mouths
 
 # Decisions: how near is beside, how much is most.
 
@@ -63,7 +66,7 @@ AROUND_M: Final = 1.0  # what is farther away has no influence on a strip, a lea
 SPECK: Final = 0.02  # a share that comes from rounding
 HARDLY: Final = 0.15  # a share of noise: a place is free, or a shape ragged, with less than this
 SOME: Final = 0.3  # a share from which two things have to do with each other
-OPEN_EDGE: Final = 0.35  # a share of free edge: three walls seldom leave more, two walls and their diagonal do
+THIRD: Final = 0.35  # a share: about a third; three walls seldom leave more edge free, two walls and their diagonal do
 STANDS: Final = 0.4  # a share from which something is seen although a part of it is hidden
 MOST: Final = 0.5  # a share that is more than half
 LARGELY: Final = 0.7  # a share that leaves room for what every drawing lacks

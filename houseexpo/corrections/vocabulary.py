@@ -26,7 +26,7 @@ FARTHEST_M: Final = 1e7
 FILE_WORDS: Final = ("up", "units", "scale", "distance", "storey_height", "floors", "drop_nodes")
 """The keys that concern a whole file; the file's reader applies them."""
 LOWEST_STOREY_M: Final = 1.8
-"""The lowest storey, metres: ``pipeline.sources.tolerances.CLEAR_M``."""
+"""The lowest storey, metres: ``pipeline.tolerances.HEAD_M``."""
 UNITS: Final = ("m", "cm", "mm", "in", "ft")
 """The names that ``units`` accepts, as does the option ``--units`` of a build."""
 

@@ -258,7 +258,9 @@ def _store_renamed(parts: AssemblyParts, plans: Iterable[tuple[str, StoredPlan]]
     for name, kept in plans:
         found[name] = kept
         if name != kept.id:
-            renamed = parts.plans.put(name, kept.content, encode(replace(_load(parts, kept), id=name)) + b"\n")
+            renamed = parts.plans.put(
+                name, kept.content, encode(replace(decode(parts.plans.get(kept)), id=name)) + b"\n"
+            )
             found[name] = msgspec.structs.replace(
                 renamed, stages=kept.stages, by_hand=kept.by_hand, kept_from=kept.kept_from
             )
@@ -269,10 +271,6 @@ def _content(entry: Entry) -> str:
     """Return a hash of what an input held, by which it can be told from another of the same id."""
     held = [(file.name, file.sha256) for file in entry.files] or [("", entry.input)]
     return hashlib.sha256(msgspec.json.encode(held)).hexdigest()
-
-
-def _load(parts: AssemblyParts, kept: StoredPlan) -> FloorPlan:
-    return decode(parts.plans.get(kept))
 
 
 def _override(name: str, kept: StoredPlan, overrides: Mapping[str, Override]) -> Override:
@@ -548,7 +546,9 @@ def split_by_plan_id(root: Path, ids: Iterable[str]) -> dict[str, str]:
     """
     home = root / "splits"
     lists = find_split_lists(home)
-    named = [(name, file.stem) for file in lists for name in _ids_in(file)]
+    named = [
+        (name, file.stem) for file in lists for name in file.read_text(encoding="utf-8", errors="replace").splitlines()
+    ]
     if sorted(name for name, _ in named) == sorted(ids):
         return dict(named)
     for file in find_split_files(root):
@@ -557,10 +557,6 @@ def split_by_plan_id(root: Path, ids: Iterable[str]) -> dict[str, str]:
     if home.is_dir() and not any(home.iterdir()):
         home.rmdir()
     return {}
-
-
-def _ids_in(file: Path) -> list[str]:
-    return file.read_text(encoding="utf-8", errors="replace").splitlines()
 
 
 # The licences stated for a data set's sources, one by one, and the licence that all share.
@@ -601,7 +597,7 @@ def stated_licences(rights: Mapping[str, Rights]) -> tuple[str, ...]:
     """Return the licences that sources state, each once; with "" if a source that could state one does not."""
     found: dict[str, str] = {}
     for source, each in sorted(rights.items()):
-        if each.licence or not _is_made(source):
+        if each.licence or not source.startswith(f"{MADE}:"):
             found.setdefault(each.licence.casefold(), each.licence)
     return tuple(found.values())
 
@@ -611,7 +607,3 @@ def common_rights(rights: Mapping[str, Rights]) -> Rights:
     found = stated_licences(rights)
     credit = dict.fromkeys(each.credit for _, each in sorted(rights.items()) if each.credit)
     return Rights(found[0] if len(found) == 1 else "", "; ".join(credit))
-
-
-def _is_made(source: str) -> bool:
-    return source.startswith(f"{MADE}:")

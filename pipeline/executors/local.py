@@ -105,7 +105,6 @@ _GRACE_S = 10.0
 _LONGEST_TIMER_S = 1e8
 _WALL_CLOCK_PER_CPU = 20.0  # wall clock for a second of processor time at most: twenty others share each core
 _IDLE = 0.05  # share of the wall clock: a worker that computed less waits for something; one of twenty has as much
-_SOONEST_LOOK_S = 0.05
 _LONGEST_FOLDER = 75  # bytes: a socket's path has 107, and 32 of them are multiprocessing's
 
 
@@ -148,7 +147,7 @@ class Worker(Generic[Item]):
         used, passed = spent - self.spent, now - self.since
         if used >= limits.seconds or used < _IDLE * passed or passed > _WALL_CLOCK_PER_CPU * limits.seconds:
             return True
-        self.due = now + max(limits.seconds - used, _SOONEST_LOOK_S)
+        self.due = now + max(limits.seconds - used, _POLL_S)
         return False
 
     def kill(self) -> None:

@@ -117,8 +117,6 @@ def doorway_around_leaf(box: Box, walls: BaseGeometry) -> Box | None:
         if turned is not None:
             return turned
         low, high = min(faces, key=lambda f: f[1] - f[0])  # R2
-    if high < -box.thickness / 2 - SLIVER_M or low > box.thickness / 2 + SLIVER_M:
-        return None
     centre = box.centre + (ends[1] - ends[0]) / 2 * box.along + (low + high) / 2 * box.across
     return Box(centre, box.along, ends[0] + ends[1], high - low, box.low, box.high)
 
@@ -239,7 +237,9 @@ def leaves_in_recesses(lintels: BaseGeometry, walls: BaseGeometry) -> list[Polyg
     wall that goes on makes no recess.
     """
     found = [pair for pair in _door_recesses(lintels, walls, DOORWAY_M) if _has_jambs(pair[0], walls)]
-    return polygons_of(unite(_with_lintel(leaf, lintel) for lintel, leaf in found))
+    return polygons_of(
+        unite(buffer_mitred(buffer_mitred(unite([leaf, lintel]), CM_M), -CM_M) for lintel, leaf in found)
+    )
 
 
 def _has_jambs(lintel: Polygon, walls: BaseGeometry) -> bool:
@@ -298,11 +298,6 @@ def _places_beside(boxes: Sequence[Box]) -> Shapes:
     return strips_beside(boxes, widths, off_m=-CM_M - HALF_CM_M, depth_m=THIN_WALL_M + CM_M)
 
 
-def _with_lintel(leaf: Polygon, lintel: Polygon) -> BaseGeometry:
-    """A leaf and the lintel beside it as one area."""
-    return buffer_mitred(buffer_mitred(unite([leaf, lintel]), CM_M), -CM_M)
-
-
 def _thickness_beside(box: Box, sign: float, walls: BaseGeometry) -> float | None:
     """Return the thickness, metres, of the wall at one long side; None without a wall or if too thick for a leaf."""
     across = sign * box.across
@@ -344,8 +339,8 @@ def _leaf(box: Box, sign: float, thickness: float, walls: BaseGeometry) -> list[
 # R3  A leaf that is one body with its wall is found by the recess under its lintel, as above.
 # R4  An opening that the source names is a doorway, whatever stands in it. So is a door that it names in a wall. Where
 #     the wall leans or bulges, a rest of it thinner than a sheet at a face of the doorway is cut away too.
-# R5  A leaf stands ajar, named or not, if one of its ends lies at a lintel about as wide, at an angle to it, and no
-#     lintel of its own hangs over it. Its free end may come near a crossing wall and so seem to close a doorway.
+# R5  A named leaf stands ajar if one of its ends lies at a lintel about as wide, at an angle to it, and no lintel of
+#     its own hangs over it. Its free end may come near a crossing wall and so seem to close a doorway.
 # R6  A named leaf in a wall without a hole for it, or at a face of that wall, is a door in the wall. Exception: a leaf
 #     beside a doorway or a lintel as wide, which may be the open leaf of that doorway.
 # ---------------------------------------------------------------------------------------------------------------------
@@ -362,7 +357,7 @@ class JudgedLeaves:
 
 
 def judge_leaves(leaves: Sequence[Leaf], walls: BaseGeometry, hanging: BaseGeometry) -> JudgedLeaves:
-    """Judge the bodies shaped like doors (R1, R2, R5); ``walls`` and ``hanging`` do not contain them."""
+    """Judge the bodies shaped like doors (R1, R2); ``walls`` and ``hanging`` do not contain them."""
     doorways: list[Opening] = []
     found: list[Polygon] = []
     pieces: list[int] = []
@@ -372,9 +367,6 @@ def judge_leaves(leaves: Sequence[Leaf], walls: BaseGeometry, hanging: BaseGeome
         plan = box_polygon(leaf.box, depth=max(leaf.box.thickness, SHEET_M))
         over = _is_under_wall(leaf.box, hanging)
         is_wall = leaf.ends_with_walls and not (leaf.has_handle or over)  # R2
-        if leaf.box.thickness <= HAND_M and not is_wall and _stands_ajar(leaf.box, hanging):  # R5
-            found.append(plan)
-            continue
         is_proud = way is not None and leaf.box.thickness >= way.thickness + SLIVER_M and leaf.plate_m < way.thickness
         if way is not None and (is_proud or over or not _ends_beside_lintel(leaf.box, hanging)):  # R1
             doorways.append(Opening.closing(box_polygon(way), "door", "leaf"))

@@ -10,16 +10,9 @@ import numpy as np
 import numpy.typing as npt
 import shapely
 
-from pipeline.geometry.areas import (
-    dot_product,
-)
+from pipeline.geometry.areas import dot_product
 from pipeline.geometry.groups import connected_groups
-from pipeline.geometry.meshes import (
-    Bodies,
-    Box,
-    box_around,
-    box_polygon,
-)
+from pipeline.geometry.meshes import Bodies, Box, box_around, box_polygon
 from pipeline.geometry.prisms import Prisms
 from pipeline.tolerances import (
     CM_M,

@@ -22,6 +22,7 @@ from pipeline.tolerances import (
     MM_M,
     PARTITION_M,
     PATCH_M2,
+    SAME,
     SHEET_M,
     SPECK,
 )
@@ -39,9 +40,6 @@ from pipeline.tolerances import (
 
 STEEP = 0.5
 """A face whose unit normal has |z| below this is upright: a wall, not a floor, a roof or a slope."""
-
-UPRIGHT = 1e-6
-"""A face whose unit normal has |z| below this leans by less than ``POINT_M`` over a storey."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,7 +115,8 @@ class MeshSlicer:
         bottom, top = self._span
         crossing = (bottom < high) & (top > low)
         within = crossing & ((bottom >= low) | (top <= high))
-        return not within.any() and bool((np.abs(self._normals[crossing, 2]) < UPRIGHT).all())
+        # leaning by less than ``POINT_M`` over a storey
+        return not within.any() and bool((np.abs(self._normals[crossing, 2]) < SAME).all())
 
     def may_end_between(self, low: float, high: float) -> bool:
         """Return whether a body that stands at the lower height may end below the higher one."""

@@ -14,12 +14,7 @@ from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
 from pipeline.geometry.areas import EMPTY, Shapes, drop_lines_and_points
-from pipeline.tolerances import (
-    MANY_FACES,
-    MM_M,
-    POINT_M,
-    SPECK,
-)
+from pipeline.tolerances import MANY_FACES, MM_M, POINT_M, SPECK
 
 # ---------------------------------------------------------------------------------------------------------------------
 # Triangles in space.

@@ -482,10 +482,10 @@ def close_plane(door: BaseGeometry, candidates: Iterable[Opening]) -> BaseGeomet
     return unite([door, *(c.polygon for c in candidates)])
 
 
-def area_outside(plane: BaseGeometry, wide_m: float = 1.0) -> BaseGeometry:
-    """Return the area outside a house, up to ``wide_m`` metres around its bounding box."""
+def area_outside(plane: BaseGeometry) -> BaseGeometry:
+    """Return the area outside a house, up to ``AROUND_M`` around its bounding box."""
     house = fill_enclosed(plane)
-    return subtract(shapely.box(*shapely.bounds(house)).buffer(wide_m), house)
+    return subtract(shapely.box(*shapely.bounds(house)).buffer(AROUND_M), house)
 
 
 def assign_sides(candidates: list[Opening], rooms: list[Polygon], plane: BaseGeometry) -> list[Opening]:

@@ -12,24 +12,8 @@ from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
 from houseexpo.tolerances import SAME_M2
-from pipeline.geometry.areas import (
-    buffer_mitred,
-    drop_thin_parts,
-    intersect,
-    polygons_of,
-    subtract,
-    unite,
-)
-from pipeline.tolerances import (
-    CRACK_M,
-    HARDLY,
-    MOST,
-    PATCH_M2,
-    SHOULDERS_M,
-    STAND_M,
-    STUB_M,
-    WALL_M,
-)
+from pipeline.geometry.areas import buffer_mitred, drop_thin_parts, intersect, polygons_of, subtract, unite
+from pipeline.tolerances import CRACK_M, HARDLY, MOST, PATCH_M2, SHOULDERS_M, STAND_M, STUB_M, WALL_M
 
 # ---------------------------------------------------------------------------------------------------------------------
 # Holes in a storey's floor through which the storey below shows: there is no free space over them.

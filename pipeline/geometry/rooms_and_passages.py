@@ -13,23 +13,11 @@ from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
 from houseexpo.analysis.navigability import erode
-from pipeline.geometry.areas import (
-    OUTSIDE,
-    Indices,
-    drop_lines_and_points,
-    polygons_of,
-    subtract_pairs,
-    unite,
-)
+from pipeline.geometry.areas import OUTSIDE, Indices, drop_lines_and_points, polygons_of, subtract_pairs, unite
 from pipeline.geometry.groups import connected_groups
 from pipeline.geometry.openings import Opening, strips_of
 from pipeline.geometry.wall_sections import close_cracks
-from pipeline.tolerances import (
-    CM_M,
-    MM_M,
-    THIN_WALL_M,
-    TINY_M2,
-)
+from pipeline.tolerances import CM_M, MM_M, THIN_WALL_M, TINY_M2
 
 # ---------------------------------------------------------------------------------------------------------------------
 # A house as rooms and the ways between them.

@@ -14,6 +14,7 @@ from pipeline.tolerances import (
     AROUND_M,
     BLUR_PX,
     CM_M,
+    GROUP,
     HAND_M,
     HARDLY,
     LARGELY,
@@ -37,8 +38,6 @@ from pipeline.tolerances import (
 #     that the cut touches, and their neighbours: noise moves a wall from height to height.
 # ---------------------------------------------------------------------------------------------------------------------
 
-DENSE_M = 0.35
-"""The faces of a scan have shorter edges; the walls of a drawn house have few and large faces."""
 SAMPLE = 30000
 CLOSE_DEG = np.arange(-4.0, 4.1, 0.25)
 MAX_SCAN_CELLS = 4_000_000
@@ -112,7 +111,8 @@ def is_scan(mesh: Mesh) -> bool:
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     area = np.linalg.norm(normal, axis=1)
     upright = np.abs(normal[:, 2]) < 0.5 * area
-    return bool(area[upright & (edges < DENSE_M)].sum() > LARGELY * area[upright].sum() > 0)
+    # the faces of a scan have shorter edges
+    return bool(area[upright & (edges < RUN_M)].sum() > LARGELY * area[upright].sum() > 0)
 
 
 def columns_of_mesh(mesh: Mesh, low_m: float, high_m: float, cell_m: float) -> Columns:
@@ -274,12 +274,11 @@ def _blur(image: Floats, sigma_px: float) -> Floats:
 # The columns of a point cloud: what stands over each spot of it, height by height, as of a scanned surface.
 #
 # R1  The raster lies in the direction in which the points above the floor fall on the fewest rows and columns.
-# R2  A layer of heights is thick enough that a wall has ENOUGH_POINTS in each of its cells: a sparse cloud has few and
-#     thick layers.
+# R2  A layer of heights is thick enough that a wall has GROUP points in each of its cells: a sparse cloud has
+#     few and thick layers.
 # R3  Ground is where the points near the floor's height are as dense as most of them; outliers lie far apart.
 # ---------------------------------------------------------------------------------------------------------------------
 
-ENOUGH_POINTS = 3.0
 TURNS_DEG = np.arange(0.0, 90.0, 1.5)
 
 
@@ -317,7 +316,7 @@ def _step(cells: npt.NDArray[np.int64], height_m: float) -> float:
         return STAND_M
     beside = 2 * CUT_SPREAD_CELLS + 1
     per_metre = beside * float(np.quantile(mass[mass > 0], ALMOST_ALL)) / max(height_m, STAND_M)
-    return float(np.clip(ENOUGH_POINTS / per_metre, STAND_M, THIN_WALL_M))
+    return float(np.clip(GROUP / per_metre, STAND_M, THIN_WALL_M))
 
 
 def _ground_points(floor: Floats, raster: Raster) -> Bools:

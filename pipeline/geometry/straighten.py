@@ -24,11 +24,9 @@ from shapely import Polygon
 
 from houseexpo.tolerances import SAME_M
 from pipeline.geometry.areas import dot_product, polygons_of
-from pipeline.tolerances import AROUND_M, RUN_M
+from pipeline.tolerances import AROUND_M, RUN_M, SAME
 
 Floats = npt.NDArray[np.float64]
-SAME_ANGLE = 1e-6
-"""Edges are parallel if the sine of half the angle between them is less."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,7 +82,7 @@ def _have_near_lines(line: Floats, low: Floats, high: Floats, apart_m: float) ->
 
 def straighten_outlines(rooms: list[Polygon], *, offset_m: float, angle_deg: float) -> list[Polygon]:
     """Return the same rooms with straight faces; none moves by more than about ``offset_m`` metres."""
-    cleaned = [shapely.orient_polygons(_simple(room, offset_m / 4)) for room in rooms]
+    cleaned = [shapely.orient_polygons(polygons_of(shapely.simplify(room, offset_m / 4))[0]) for room in rooms]
     rings = [shapely.get_coordinates(ring)[:-1] for room in cleaned for ring in (room.exterior, *room.interiors)]
     if not rings:
         return rooms
@@ -103,10 +101,6 @@ def straighten_outlines(rooms: list[Polygon], *, offset_m: float, angle_deg: flo
         result.append(_accept_if_sound(room, drawn[at : at + count], offset_m))
         at += count
     return result
-
-
-def _simple(room: Polygon, tolerance_m: float) -> Polygon:
-    return polygons_of(shapely.simplify(room, tolerance_m))[0]
 
 
 def _shared_angles(edges: _Edges, offset_m: float, tolerance: float) -> Floats:
@@ -154,7 +148,7 @@ def _shared_lines(edges: _Edges, angle: Floats, normal: Floats, offset_m: float)
             if leader not in free or len(free) == 1:
                 continue
             near = [k for k in free if abs(offsets[k] - offsets[leader]) <= offset_m]
-            same = [k for k in near if abs(math.sin((angles[k] - angles[leader]) / 2)) < SAME_ANGLE]
+            same = [k for k in near if abs(math.sin((angles[k] - angles[leader]) / 2)) < SAME]
             group = _within_reach(spans, same, leader) if len(same) > 1 else same
             for k in group:
                 del free[k]
@@ -174,7 +168,7 @@ def _may_share_lines(angle: Floats, own: Floats, low: Floats, high: Floats, offs
     widest = int(np.diff(around, append=around[0] + 2 * np.pi).argmax())
     turned = (angle - around[(widest + 1) % len(around)]) % (2 * np.pi)  # from the widest step on
     for first, last, step in (
-        (turned, turned, 4 * SAME_ANGLE),
+        (turned, turned, 4 * SAME),  # edges are parallel if the sine of half the angle between them is less
         (own, own, 2 * offset_m),
         (np.minimum(low, high), np.maximum(low, high), 2 * AROUND_M),
     ):

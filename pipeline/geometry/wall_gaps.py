@@ -41,6 +41,7 @@ from pipeline.tolerances import (
     NEARLY_ALL,
     PARALLEL,
     PARTITION_M,
+    ROOMY_M2,
     SHEET_M,
     SHOULDERS_M,
     SINGLE_DOOR_M,
@@ -322,7 +323,6 @@ WIDER = 1.5
 """The disc in a crossing of four corridors of one width is 1.41 times as wide as they are."""
 LOOK_M = (0.5, 2.0)
 """How far behind a mouth its breadth is measured: as far as the mouth is wide, within these limits."""
-MOUTH_ROOM_M2 = 4.0
 HALL_M2 = 1.5
 """The least hall: what a person needs to turn between doors."""
 
@@ -414,7 +414,7 @@ def _distance_beside(end: WallEnd, aside: npt.NDArray[np.float64], walls: BaseGe
 def _part_at_mouths(room: Polygon, row: Sequence[_Mouth]) -> tuple[float, list[Polygon]] | None:
     """Return the mouths' width as a share of the breadth behind them, and the two parts; None by R2 or R3."""
     mouths = [mouth.opening for mouth in row]
-    parts = [p for p in polygons_of(subtract(room, unite(m.polygon for m in mouths))) if p.area >= MOUTH_ROOM_M2]
+    parts = [p for p in polygons_of(subtract(room, unite(m.polygon for m in mouths))) if p.area >= ROOMY_M2]
     if len(parts) < 2:
         return None
     narrowest, between = 0.0, set()
@@ -536,7 +536,7 @@ def _hall_end(strip: Opening, room: Polygon, inner: BaseGeometry) -> _HallEnd | 
         return None
     far, share = parts[behind[0]], strip.width / behind[1]
     is_end = share <= MOST < strip.width / before[1]  # if both sides are broad, it is a mouth by R2
-    is_end = is_end and far.area >= MOUTH_ROOM_M2 and not shapely.dwithin(far, inner, CRACK_M)
+    is_end = is_end and far.area >= ROOMY_M2 and not shapely.dwithin(far, inner, CRACK_M)
     is_end = is_end and _holds_wider_disc(far, strip, shapely.points(strip.centre))
     return _HallEnd(strip, parts[before[0]], share) if is_end else None
 

@@ -98,7 +98,7 @@ def _describe_no_house(path: Path) -> str:
     found = "no file in it is a house that houseexpo can read" if path.is_dir() else "houseexpo cannot read this file"
     if links := links_left_out(path):
         found += f"; {describe_links(links)}"
-    if advice := how_to_export(file.suffix for file in _files_at(path)):
+    if advice := how_to_export(file.suffix for file in (walk_source_files(path) if path.is_dir() else (path,))):
         return found + advice
     if not path.is_dir() and (drawn := _DRAWN.get(path.suffix.lower())):
         return f"{found}; {drawn}"
@@ -119,10 +119,6 @@ def made_count(source: str) -> int | None:
 def reader(name: str) -> Reader:
     """Return the reader of that name: it is loaded only where it is needed."""
     return cast("Reader", import_module(f"pipeline.sources.{name}"))
-
-
-def _files_at(path: Path) -> Iterator[Path]:
-    return walk_source_files(path) if path.is_dir() else iter((path,))
 
 
 def _readers(source: str) -> tuple[str, ...]:

@@ -7,7 +7,7 @@ R1  A hole that starts at the knee or lower and ends above a person's head is a 
 R2  A passage takes its part out of every wall that it crosses; what is under it (a sill) and over it (a lintel) stays.
 R3  Walls of the same two heights are united first, so that a wall drawn once for each of its two rooms stands once.
 R4  A drawn room without walls or other rooms around it is open air: a terrace, a garden.
-R5  If rooms are drawn as areas, the space between them and the walls is wall where it is narrower than THICKEST_WALL_M;
+R5  If rooms are drawn as areas, the space between them and the walls is wall where it is narrower than THICK_WALL_M;
     wider space is a room that nobody drew. But if a wall ends between two rooms and leaves a way without a door or
     window, this is a passage (``geometry.wall_gaps``).
 R6  If rooms are drawn between the walls, and not over them, a wall that reaches into a room, deeper than HAND_M, ends
@@ -30,21 +30,21 @@ from pipeline.geometry.areas import Shapes, buffer_mitred, clip_to_box, drop_thi
 from pipeline.geometry.meshes import Mesh
 from pipeline.geometry.prisms import Prism, Prisms, WallsWithOpenings
 from pipeline.geometry.wall_gaps import find_doorless_openings
-from pipeline.sources.tolerances import (
+from pipeline.sources.tolerances import DEEPEST_WALL_M, FILE_GRID_M, LINE_WALL_M, LOWEST_HEAD_M, STOREYS_APART_M, TINY
+from pipeline.tolerances import (
+    BESIDE_M,
     CRACK_M,
-    DEEPEST_WALL_M,
-    FILE_GRID_M,
+    HAND_M,
+    HARDLY,
     KNEE_M,
-    LEFTOVER_M2,
-    LINE_WALL_M,
-    LOWEST_HEAD_M,
-    SAME_DOOR_M,
-    STOREYS_APART_M,
-    THICKEST_WALL_M,
-    TINY,
-    WALLS_COVERED,
+    MM_M,
+    MOSTLY,
+    SAME,
+    SPECK_M2,
+    THICK_WALL_M,
+    THIRD,
+    WALL_M,
 )
-from pipeline.tolerances import BESIDE_M, HAND_M, HARDLY, MM_M, MOSTLY, SPECK_M2
 from pipeline.values import Opening, SourceRoom
 
 
@@ -169,7 +169,7 @@ def subtract_rooms_from_walls(rooms: Sequence[SourceRoom], walls: Sequence[Wall]
     """R6: return the walls without their parts in rooms; unchanged if rooms are drawn over the walls."""
     shapes = [room.polygon for room in rooms if room.polygon is not None]
     area, standing_ = shapely.union_all(shapes), shapely.union_all([wall.shape for wall in walls])
-    if shapely.intersection(area, standing_).area > WALLS_COVERED * standing_.area:
+    if shapely.intersection(area, standing_).area > THIRD * standing_.area:
         return list(walls)
     # a wall that reaches deeper into a room ends at the room's edge
     deep = shapely.union_all([shapely.buffer(shape, -HAND_M, join_style="mitre") for shape in shapes])
@@ -197,7 +197,7 @@ def walls_between_rooms(
     taken = shapely.union_all([*shapes, *(wall.shape for wall in walls)], grid_size=FILE_GRID_M)
     whole = shapely.union_all([Polygon(part.exterior) for part in polygons_of(taken)])
     free = polygons_of(shapely.difference(whole, taken))
-    slits = shapely.union_all([part for part in free if drop_thin_parts(part, THICKEST_WALL_M).is_empty])
+    slits = shapely.union_all([part for part in free if drop_thin_parts(part, THICK_WALL_M).is_empty])
     deeper = [_through(hole, slits) if hole.is_passage else hole for hole in holes]
     top = float(np.median([wall.top_m for wall in walls]))
     standing_ = shapely.union_all([wall.shape for wall in walls])
@@ -211,7 +211,7 @@ def walls_between_rooms(
 
 def _through(hole: Hole, slits: BaseGeometry) -> Hole:
     """Let a hole go on through what is left between its wall and the rooms."""
-    step = np.array(hole.across) * THICKEST_WALL_M
+    step = np.array(hole.across) * THICK_WALL_M
     lane = shapely.convex_hull(shapely.union_all([translate(hole.shape, *step), translate(hole.shape, *-step)]))
     beside = shapely.buffer(hole.shape, MM_M)
     parts = [part for part in polygons_of(shapely.intersection(slits, lane)) if part.intersects(beside)]
@@ -238,13 +238,13 @@ def polygon_from_ring(ring: Iterable[Sequence[float]]) -> Polygon | None:
     parts = shapely.get_parts(shapely.make_valid(Polygon(points)))
     polygons = [part for part in parts if isinstance(part, Polygon)]
     largest = max(polygons, key=lambda part: part.area, default=Polygon())
-    return largest if largest.area > LEFTOVER_M2 else None
+    return largest if largest.area > SAME else None  # a leftover of a Boolean operation
 
 
 # Walls of which a source shows the surfaces only: their bodies are what lies between and around the rooms' floors.
 #
 # R1  Rooms whose floors meet have no wall between them; cracks of rounding are none either.
-# R2  What is narrower than THICKEST_WALL_M between floors is wall, and so is whatever they enclose (a shaft, a pillar).
+# R2  What is narrower than THICK_WALL_M between floors is wall, and so is whatever they enclose (a shaft, a pillar).
 # R3  Around all of it goes an outer wall of LINE_WALL_M.
 # R4  A door's hole goes on to the floors on both sides of it. One that each of its rooms has for itself is one.
 
@@ -253,7 +253,7 @@ def walls_around(floors: Sequence[Polygon], top_m: float) -> list[Wall]:
     """Return the walls of a storey, from its floor to ``top_m``."""
     floor = shapely.union_all(floors, grid_size=FILE_GRID_M)
     whole = buffer_mitred(buffer_mitred(floor, CRACK_M / 2), -CRACK_M / 2)  # R1
-    closed = buffer_mitred(buffer_mitred(whole, THICKEST_WALL_M / 2), -THICKEST_WALL_M / 2)  # R2
+    closed = buffer_mitred(buffer_mitred(whole, THICK_WALL_M / 2), -THICK_WALL_M / 2)  # R2
     filled = shapely.union_all([Polygon(part.exterior) for part in polygons_of(shapely.union(closed, whole))])
     solid = shapely.difference(buffer_mitred(filled, LINE_WALL_M), whole)  # R3
     return [Wall(part, 0.0, top_m) for part in polygons_of(solid)]
@@ -307,7 +307,7 @@ def merge_parallel_holes(holes: Sequence[Hole]) -> list[Hole]:
     if not holes:
         return []
     shapes = [hole.shape for hole in holes]
-    near = shapely.STRtree(shapes).query(shapes, predicate="dwithin", distance=SAME_DOOR_M).T.tolist()
+    near = shapely.STRtree(shapes).query(shapes, predicate="dwithin", distance=WALL_M).T.tolist()
     same = {(i, k) for i, k in near if k < i and _is_one(shapes[k], shapes[i])}
     groups: list[list[int]] = []
     for i in range(len(shapes)):
@@ -321,8 +321,8 @@ def merge_parallel_holes(holes: Sequence[Hole]) -> list[Hole]:
 
 
 def _is_one(one: Polygon, other: Polygon) -> bool:
-    shared = shapely.intersection(shapely.buffer(one, SAME_DOOR_M), other).area
-    back = shapely.intersection(shapely.buffer(other, SAME_DOOR_M), one).area
+    shared = shapely.intersection(shapely.buffer(one, WALL_M), other).area
+    back = shapely.intersection(shapely.buffer(other, WALL_M), one).area
     # two doors are one of which most lies near the other
     return bool(shared > MOSTLY * other.area and back > MOSTLY * one.area)
 

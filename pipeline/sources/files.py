@@ -29,7 +29,7 @@ import numpy.typing as npt
 from houseexpo.file_kinds import format_suffix
 from houseexpo.files import real_path, without_mark
 from pipeline.rejection import Reason, Rejection
-from pipeline.sources.tolerances import LONGEST_LENGTH_M
+from pipeline.sources.tolerances import DEEPEST, LARGEST_BYTES, LONGEST_LENGTH_M
 from pipeline.values import Input
 
 BUILT = ".build"
@@ -311,10 +311,6 @@ def _unreadable(path: Path, error: Exception) -> Rejection:
 
 
 Element = ET.Element
-DEEPEST: Final = 100
-"""How deep trees of XML, YAML and scenes may be nested."""
-LARGEST_BYTES: Final = 1 << 28
-"""The largest text of a plan or a scene that is read: 256 MB."""
 
 
 def parse_xml(data: bytes, name: str, left_out: LeftOutParts | None = None) -> Element:
@@ -337,7 +333,7 @@ def parse_xml(data: bytes, name: str, left_out: LeftOutParts | None = None) -> E
     def start(tag: str, attributes: dict[str, str]) -> None:
         nonlocal depth
         depth += 1
-        if depth > DEEPEST:
+        if depth > DEEPEST:  # how deep trees of XML, YAML and scenes may be nested
             raise _broken_xml(name, f"is nested more than {DEEPEST} deep")
         builder.start(tag, attributes)
 

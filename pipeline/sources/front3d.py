@@ -44,9 +44,16 @@ from pipeline.sources.drawn_storeys import (
     walls_around,
 )
 from pipeline.sources.files import LeftOutParts, check_file, check_lengths, decode_document, input_from_file, level_id
-from pipeline.sources.reader_choice import LONGEST_JSON
 from pipeline.sources.roles import labels_for
-from pipeline.sources.tolerances import CLEAR_M, DRAWN_SHEET_M, FILE_GRID_M, FRONT3D_WALL_M, STOREYS_APART_M, UPRIGHT_M2
+from pipeline.sources.tolerances import (
+    DRAWN_SHEET_M,
+    FILE_GRID_M,
+    FRONT3D_WALL_M,
+    LARGEST_BYTES,
+    STOREYS_APART_M,
+    UPRIGHT_M2,
+)
+from pipeline.tolerances import HEAD_M
 from pipeline.values import Input, Level, Mesh, SourceObject, SourceRoom
 
 FLOOR = "Floor"
@@ -81,7 +88,6 @@ class _Child(msgspec.Struct, frozen=True):
 
 class _Room(msgspec.Struct, frozen=True):
     type: str = ""
-    instanceid: str = ""
     children: list[msgspec.Raw] = []
 
 
@@ -228,7 +234,7 @@ def read(item: Input) -> Iterator[Level]:
     path = Path(item.path)
     name = dict(item.options).get("file", path.name)
     check_file(path)
-    data = path.read_bytes() if path.stat().st_size < LONGEST_JSON else b""
+    data = path.read_bytes() if path.stat().st_size < LARGEST_BYTES else b""
     left_out = LeftOutParts()
     rooms = parse_scene(data, path.name, left_out)
     floors = [found for room in rooms if (found := _floor(room)) is not None]
@@ -314,7 +320,7 @@ def _top(rooms: Sequence[SceneRoom], height: float, above: float) -> float:
     """Return how high the walls stand: the median over the sheets that stand on this floor."""
     sheets = [surface.mesh for room in rooms for surface in room.surfaces if surface.kind.startswith("WallInner")]
     tops = [float(mesh.vertices[:, 1].max()) - height for mesh in sheets if abs(mesh.vertices[:, 1].min() - height) < 1]
-    top = float(np.median([each for each in tops if each > CLEAR_M] or [FRONT3D_WALL_M]))
+    top = float(np.median([each for each in tops if each > HEAD_M] or [FRONT3D_WALL_M]))
     return min(top, above - height)
 
 

@@ -37,8 +37,8 @@ from pipeline.sources.named_scene import NamedBody, NamedScene, divide_among_lev
 from pipeline.sources.roles import Role, names_furniture_with_doors, part_room_words, role_from_name, split_words
 from pipeline.sources.storeys.levels import FoundLevel, Shift, find_levels, shift_to_origin
 from pipeline.sources.storeys.surfaces import Surfaces
-from pipeline.sources.tolerances import CLEAR_M, WALL_HEIGHT_M
-from pipeline.tolerances import BESIDE_M, HAND_M, MOST
+from pipeline.sources.tolerances import WALL_HEIGHT_M
+from pipeline.tolerances import BESIDE_M, HAND_M, HEAD_M, MOST
 from pipeline.values import Input, Level, Mesh, SourceObject
 
 _GROUND = (Role.FLOOR, Role.THRESHOLD)
@@ -67,7 +67,7 @@ def read(item: Input) -> Iterator[Level]:
         provenance["missing"] = ", ".join(scene.missing)
     guesses: tuple[str, ...] = ()
     low, high = (float(z) for z in np.quantile(parts.building.vertices[:, 2], (0.0, 1.0)))
-    if HAND_M <= high - low < CLEAR_M:  # R4
+    if HAND_M <= high - low < HEAD_M:  # R4
         parts = _stretch_bodies(parts, low, WALL_HEIGHT_M / (high - low))
         guesses = ("wall height",)
         provenance["wall_height"] = f"stretched from {high - low:.2f} m to {WALL_HEIGHT_M} m"
@@ -231,7 +231,7 @@ def _stands_in(body: ModelBody, main: ModelBody) -> bool:
 def _is_storey_below(body: ModelBody, main: ModelBody) -> bool:
     """R1: head high, and all of it under the building's foot."""
     (low, high), (floor, _) = _box(body.mesh), _box(main.mesh)
-    return bool(high[2] - low[2] >= CLEAR_M and high[2] <= floor[2] + BESIDE_M)
+    return bool(high[2] - low[2] >= HEAD_M and high[2] <= floor[2] + BESIDE_M)
 
 
 def _box(mesh: Mesh) -> tuple[np.ndarray, np.ndarray]:

@@ -49,7 +49,8 @@ from pipeline.rejection import Reason, Rejection
 from pipeline.sources.drawn_storeys import polygon_from_ring
 from pipeline.sources.files import Element, LeftOutParts, parse_xml
 from pipeline.sources.meshes.formats import MAX_FACES, SUFFIXES, frame_convention, load_scene
-from pipeline.sources.tolerances import FILE_GRID_M, LONGEST_PLACEMENT_M, LONGEST_SOLID_M, ROUND_SIDES, SAME, TINY
+from pipeline.sources.tolerances import FILE_GRID_M, LONGEST_PLACEMENT_M, LONGEST_SOLID_M, MOST_FILES, ROUND_SIDES, TINY
+from pipeline.tolerances import SAME
 from pipeline.values import Mesh
 
 Matrix = npt.NDArray[np.float64]
@@ -276,7 +277,6 @@ _MAKERS: dict[str, Callable[[Element, str], Mesh]] = {
     "polyline": _polyline,
 }
 
-MAX_MODELS = 5_000
 _ADVICE = "correct it, or leave the model out"
 
 
@@ -349,8 +349,8 @@ class SceneReader:
 
     def _model(self, model: Element, name: str, place: _Place, pose: Matrix) -> Iterator[ModelBody]:
         self._met += 1
-        if self._met > MAX_MODELS:
-            detail = f"{self._path.name} holds more than {MAX_MODELS:,} models"
+        if self._met > MOST_FILES:
+            detail = f"{self._path.name} holds more than {MOST_FILES:,} models"
             raise Rejection("source", Reason.TOO_LARGE, detail, "leave models out")
         fixed = place.fixed or _is_true(model.findtext("static"))  # R3
         here = _Place(place.folder, place.files, model_pose(model, pose, name), fixed)
@@ -498,7 +498,6 @@ def _is_true(text: str | None) -> bool:
 # R3  A host is never asked, and a path that leaves these folders, by ``..`` or by a link, is not opened.
 
 
-MAX_FOLDERS = 20_000
 VARIABLES = ("GAZEBO_MODEL_PATH", "GZ_SIM_RESOURCE_PATH")
 
 
@@ -544,7 +543,7 @@ class ModelFinder:
         found: dict[str, list[Path]] = {}
         for count, (folder, inner, _) in enumerate(os.walk(self._roots[0])):
             inner.sort()
-            if count >= MAX_FOLDERS:
+            if count >= MOST_FILES:
                 break
             found.setdefault(Path(folder).name, []).append(Path(folder))
         return {name: sorted(each, key=lambda p: (len(p.parts), p)) for name, each in found.items()}

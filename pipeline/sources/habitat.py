@@ -25,10 +25,10 @@ from houseexpo.files import sha256_of
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources import mesh_file
 from pipeline.sources.files import KEY, check_file, decode_document, file_inside, input_from_file
+from pipeline.sources.tolerances import LARGEST_BYTES
 from pipeline.values import Input, Level
 
 MOST_FOLDERS: Final = 3
-LARGEST_SCENE_BYTES: Final = 1 << 27
 _CONFIG: Final = ".stage_config.json"
 _MESHES: Final = (".glb", ".gltf", ".ply", ".obj")
 _ADVICE: Final = "copy the data set's folder stages beside the scenes, or build the stage's mesh itself"
@@ -84,8 +84,8 @@ def read(item: Input) -> Iterator[Level]:
 
 
 def _bytes_of(path: Path) -> bytes:
-    if path.stat().st_size > LARGEST_SCENE_BYTES:
-        detail = f"{path.name} has {path.stat().st_size >> 20} MB, expected {LARGEST_SCENE_BYTES >> 20} MB at most"
+    if path.stat().st_size > LARGEST_BYTES:
+        detail = f"{path.name} has {path.stat().st_size >> 20} MB, expected {LARGEST_BYTES >> 20} MB at most"
         raise Rejection("source", Reason.TOO_LARGE, detail, "copy it again from the data set")
     return path.read_bytes()
 

@@ -92,7 +92,7 @@ def read(item: Input) -> Iterator[Level]:
     except Rejection as rejection:
         shell = None if wish.is_about_size or keeps else reject_exterior(_turn_upright(raw.mesh, up.up), path.name)
         raise (shell or rejection).with_picture(draw_top_view(raw.mesh, UPS[up.up])) from None
-    upright = _turn_and_scale(raw.mesh, found)
+    upright = _turn_upright(Mesh(raw.mesh.vertices * found.metres, raw.mesh.faces), found.up)
     if found.cut_off:
         upright = _raise_walls(upright, *found.cut_off)
     shift, kept_from = shift_to_origin(upright.vertices), ""
@@ -166,11 +166,6 @@ def _requested_size(options: Mapping[str, str]) -> SizeOptions:
     return SizeOptions(
         up, metres_per_unit(units), scale, parse_positive_option("storey_height", storey) if storey else None
     )
-
-
-def _turn_and_scale(raw: Mesh, found: AxisAndUnit) -> Mesh:
-    """Turn a mesh z-up and scale it to metres."""
-    return _turn_upright(Mesh(raw.vertices * found.metres, raw.faces), found.up)
 
 
 def _raise_walls(mesh: Mesh, foot: float, top: float) -> Mesh:

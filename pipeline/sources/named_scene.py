@@ -39,21 +39,17 @@ from pipeline.sources.roles import (
 from pipeline.sources.storeys.surfaces import Surfaces, cut_at_height
 from pipeline.sources.tolerances import (
     AJAR_M,
-    CLEAR_M,
     DEEPEST_WALL_M,
     DOOR_SHAPE,
     FILE_GRID_M,
     HORIZONTAL,
     HOUSE_M2,
-    KNEE_M,
     LEAF_HEIGHT_M,
-    LEFT_FACES,
     LOWEST_HEAD_M,
     MIN_DOORS,
     NAMED_DOOR_M,
     NARROWEST_DOOR_M,
-    ROUGH_M,
-    SAME,
+    SCARCELY,
     SPACE_HEIGHT_M,
     TERRAIN_BEYOND,
     TINY,
@@ -61,7 +57,21 @@ from pipeline.sources.tolerances import (
     WAIST_M,
     WIDEST_DOOR_BODY_M,
 )
-from pipeline.tolerances import FOOT_M, HAND_M, HARDLY, MOST, NEARLY_ALL, PATCH_M2, SINGLE_DOOR_M, STAND_M, STUB_M
+from pipeline.tolerances import (
+    FOOT_M,
+    HAND_M,
+    HARDLY,
+    HEAD_M,
+    KNEE_M,
+    MM_M,
+    MOST,
+    NEARLY_ALL,
+    PATCH_M2,
+    SAME,
+    SINGLE_DOOR_M,
+    STAND_M,
+    STUB_M,
+)
 from pipeline.values import Mesh, Opening, SourceObject, SourceRoom
 
 Floats = npt.NDArray[np.float64]
@@ -156,7 +166,7 @@ def is_whole_house(mesh: Mesh, faces: Indices, low: npt.NDArray[np.float64], hig
     area = float(np.prod((highest - lowest)[:2]))
     # it covers most of the plan box
     # what is as high as a room and fills the plan is the house
-    return bool(highest[2] - lowest[2] > CLEAR_M and area > MOST * float(np.prod((high - low)[:2])))
+    return bool(highest[2] - lowest[2] > HEAD_M and area > MOST * float(np.prod((high - low)[:2])))
 
 
 def plan_sides(mesh: Mesh, faces: Indices) -> tuple[float, float]:
@@ -233,7 +243,7 @@ def structural_mesh(scene: Scene) -> Mesh:
 
 def _is_building(mesh: Mesh, chosen: Bools) -> bool:
     """R5, in a mesh whose axis and unit are not known: terrain and trees have many more faces than walls."""
-    if chosen.sum() >= LEFT_FACES * len(chosen):
+    if chosen.sum() >= SCARCELY * len(chosen):  # so much names leave standing, at least
         return True
     surfaces = Surfaces.of(mesh)
     upright = [surfaces.walls(axis) for axis in (1, 2)]
@@ -475,7 +485,7 @@ def _rooms(body: NamedBody) -> list[SourceRoom]:
     """Rooms of a body, one for each part of its plan."""
     corners = body.mesh.vertices[body.mesh.faces][:, :, :2]
     triangles = shapely.polygons(corners)
-    area = shapely.union_all(triangles[shapely.area(triangles) > UPRIGHT_M2], grid_size=ROUGH_M)
+    area = shapely.union_all(triangles[shapely.area(triangles) > UPRIGHT_M2], grid_size=MM_M)
     parts = [
         # a smaller named area is no room
         part
@@ -515,7 +525,7 @@ def _opening(mesh: Mesh, leaves: Sequence[SourceObject]) -> Opening:
 
 def _hull(mesh: Mesh) -> Polygon:
     """Plan hull, given a millimetre of width where the mesh is a sheet."""
-    return shapely.multipoints(mesh.vertices[:, :2]).convex_hull.buffer(ROUGH_M, join_style="mitre")
+    return shapely.multipoints(mesh.vertices[:, :2]).convex_hull.buffer(MM_M, join_style="mitre")
 
 
 def _over_thresholds(bodies: Sequence[NamedBody], solid: Mesh, z: float) -> Iterator[Opening]:

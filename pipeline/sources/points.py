@@ -11,8 +11,8 @@ R1  A level is the middles of the voxels between its floor and its ceiling, with
 **Voxels**: a cloud is kept as the voxels that it fills, put together while its file is read.
 
 V1  Points that are not finite are passed over; a cloud without finite points is rejected.
-V2  A cloud longer than LONGEST_CLOUD_M, or with more than MAX_VOXELS, is no flat. But a sensor sees through windows and
-    in mirrors: the few points that lie farther are passed over, and so are those beyond all others (``_near``).
+V2  A cloud longer than LONGEST_CLOUD_M, or with more voxels than LARGEST_GRID, is no flat. But a sensor sees through
+    windows and in mirrors: the few points that lie farther are passed over, as are those beyond all others (``_near``).
 V3  Up is z, unless the fullest level layer along y is clearly fuller: floors and ceilings are the largest faces.
 V4  A sensor that is held askew writes a cloud that is. It is turned to where its fullest level layer is the fullest, if
     this holds LEVELLED times as much as before.
@@ -21,7 +21,7 @@ V5  The unit is the metre. Where the cloud is too large for metres, it is the fi
 
 **Storeys**, from the histogram of heights.
 
-S1  A layer is level where it is as full as LEVEL_LAYER of the fullest: floors and ceilings are, table tops are not.
+S1  A layer is level where it is as full as QUARTER of the fullest: floors and ceilings are, table tops are not.
 S2  A storey goes from a level layer to the next one that is CLOUD_STOREY_M higher; what lies between is furniture.
 S3  The noise of a ceiling hangs below it: it begins where a layer holds more than the walls do, CEILING_EDGE of theirs.
 S4  Above the last layer a storey goes up to where the cloud ends: a scan without a ceiling.
@@ -49,14 +49,14 @@ from pipeline.sources.points_file import read_blocks
 from pipeline.sources.storeys.scale import UNITS, said_size
 from pipeline.sources.tolerances import (
     CEILING_EDGE,
-    CEILING_NOISE_M,
     CLOUD_STOREY_M,
     CLOUD_TOP,
     FEWEST_VOXELS,
-    LEVEL_LAYER,
+    LARGEST_GRID,
     LEVELLED,
     LONGEST_CLOUD_M,
     LOWEST_HEAD_M,
+    QUARTER,
     SLAB_BETWEEN_M,
     STRAY,
     STRAY_M,
@@ -64,10 +64,9 @@ from pipeline.sources.tolerances import (
     WALLS_ONLY_M,
     Y_IS_UP,
 )
-from pipeline.tolerances import HAND_M
+from pipeline.tolerances import HAND_M, THIN_WALL_M
 from pipeline.values import Input, Level, Mesh
 
-MAX_VOXELS = 30_000_000
 TILT_SAMPLE = 20_000
 TILTS = ((0.2, 12.0, 2.0), (0.1, 2.0, 1.0), (0.06, 1.0, 0.5), (0.06, 0.5, 0.25))
 """Searches for the tilt, each about what the one before found: layers so thick (m), so far, in such steps (degrees)."""
@@ -115,7 +114,7 @@ def fill_voxels(blocks: Iterable[npt.NDArray[np.float64]], metres: float, up: st
         waiting.append(np.unique(packed))
         if sum(map(len, waiting)) > max(len(keys), 4_000_000):
             keys, waiting = np.unique(np.concatenate([keys, *waiting])), []
-            if len(keys) > MAX_VOXELS:
+            if len(keys) > LARGEST_GRID:
                 raise _too_large(name, len(keys))
     if far > STRAY * seen:
         detail = f"{name} has points {farthest:.4g} m from its middle, expected {LONGEST_CLOUD_M:.0f} m at most"
@@ -124,7 +123,7 @@ def fill_voxels(blocks: Iterable[npt.NDArray[np.float64]], metres: float, up: st
     if origin is None:
         reason, what = (Reason.NOT_FINITE, "no point that is finite") if seen else (Reason.EMPTY, "no point")
         raise Rejection("source", reason, f"{name} has {what}", "export the cloud again")
-    if len(keys) > MAX_VOXELS:
+    if len(keys) > LARGEST_GRID:
         raise _too_large(name, len(keys))
     if len(keys) < FEWEST_VOXELS:
         detail = f"{name} fills {len(keys):,} voxels of 2 cm, expected {FEWEST_VOXELS} at least"
@@ -186,7 +185,7 @@ def _fullest(layer: npt.NDArray[np.int32]) -> int:
 
 
 def _too_large(name: str, count: int) -> Rejection:
-    detail = f"{name} fills {count:,} voxels of 2 cm, expected {MAX_VOXELS:,} at most"
+    detail = f"{name} fills {count:,} voxels of 2 cm, expected {LARGEST_GRID:,} at most"
     return Rejection("source", Reason.TOO_LARGE, detail, "cut the flat out of the cloud")
 
 
@@ -222,7 +221,7 @@ def find_storeys(voxels: Voxels) -> list[StoreyHeights]:
         lowest = round(float(np.quantile(z - low, 1 - CLOUD_TOP)))
         depth = (peaks[-1] - lowest) * VOXEL_M
         walls = float(np.median(counts[lowest : peaks[-1]])) if depth > 0 else np.inf
-        if LOWEST_HEAD_M <= depth <= CLOUD_STOREY_M[1] and walls < LEVEL_LAYER * counts[peaks[-1]]:
+        if LOWEST_HEAD_M <= depth <= CLOUD_STOREY_M[1] and walls < QUARTER * counts[peaks[-1]]:
             found.append((peaks[-1] - round(max(depth, CLOUD_STOREY_M[0]) / VOXEL_M), peaks[-1]))
     bottom = float(voxels.origin[2]) + (low + 0.5) * VOXEL_M
     plain = np.bincount(z - low, minlength=len(counts))
@@ -234,7 +233,7 @@ def find_storeys(voxels: Voxels) -> list[StoreyHeights]:
 
 def _peaks(counts: np.ndarray) -> list[int]:
     """S1: the fullest layer of each run of full ones, lowest first."""
-    full = np.flatnonzero(counts >= LEVEL_LAYER * counts.max())
+    full = np.flatnonzero(counts >= QUARTER * counts.max())
     # full layers that are farther apart in height are two
     runs = np.split(full, np.flatnonzero(np.diff(full) > HAND_M / VOXEL_M) + 1)
     return [int(run[np.argmax(counts[run])]) for run in runs]
@@ -245,7 +244,7 @@ def _edge(counts: np.ndarray, floor: float, ceiling: float) -> float:
     low, high = max(0, round(floor)), min(round(ceiling), len(counts) - 1)
     margin = round(WALLS_ONLY_M / VOXEL_M)
     usual = float(np.median(counts[low + margin : high - margin]))
-    below = np.arange(high - round(CEILING_NOISE_M / VOXEL_M), high + 1)
+    below = np.arange(high - round(THIN_WALL_M / VOXEL_M), high + 1)
     full = below[counts[below] > CEILING_EDGE * usual]
     return float(full[0]) - 0.5 if len(full) else high + 0.5
 
@@ -309,7 +308,8 @@ def _guessed_floor(voxels: Voxels, storeys: list[StoreyHeights]) -> tuple[str, .
     """S5."""
     z = voxels.index[:, 2]
     begins = float(voxels.origin[2]) + float(np.quantile(z, 1 - CLOUD_TOP)) * VOXEL_M
-    return ("floor",) if storeys and storeys[0].floor_m < begins - CEILING_NOISE_M else ()
+    # a ceiling has so much noise below it
+    return ("floor",) if storeys and storeys[0].floor_m < begins - THIN_WALL_M else ()
 
 
 def _height(voxels: Voxels) -> float:

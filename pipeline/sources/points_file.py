@@ -30,6 +30,7 @@ from houseexpo.errors import MissingDependencyError, install_command
 from houseexpo.file_kinds import HEAD_BYTES
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.files import check_file
+from pipeline.sources.tolerances import CHUNK_BYTES
 
 
 def decompress_lzf(data: bytes, size: int) -> bytes:
@@ -73,7 +74,6 @@ def _copy(found: bytearray, start: int, length: int) -> None:
 Points = npt.NDArray[np.float64]
 BLOCK = 1_000_000
 LARGEST_PACKED = 1 << 29
-LINE_BYTES = 1 << 25
 _NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?|nan|[-+]?inf")
 _PLY = {"char": "i1", "uchar": "u1", "short": "i2", "ushort": "u2", "int": "i4", "uint": "u4", "float": "f4",
         "double": "f8", "int8": "i1", "uint8": "u1", "int16": "i2", "uint16": "u2", "int32": "i4", "uint32": "u4",
@@ -193,8 +193,8 @@ def _binary(stream: BinaryIO, kind: np.dtype[Any], count: int) -> Iterator[Point
 def _text(stream: BinaryIO, columns: tuple[int, ...], count: int | None = None) -> Iterator[Points]:
     """Lines of numbers divided by spaces, tabs, commas or semicolons."""
     left = np.inf if count is None else count
-    while left > 0 and (data := stream.read(LINE_BYTES)):
-        lines = (data + stream.readline(LINE_BYTES)).translate(bytes.maketrans(b",;\t", b"   "))
+    while left > 0 and (data := stream.read(CHUNK_BYTES)):
+        lines = (data + stream.readline(CHUNK_BYTES)).translate(bytes.maketrans(b",;\t", b"   "))
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # a block of comments only
             found = np.loadtxt(io.BytesIO(lines), usecols=columns, ndmin=2, comments=["#", "//"])

@@ -33,24 +33,16 @@ from houseexpo.plan import Frame
 from houseexpo.plan.room_labels import canonical
 from pipeline.geometry.prisms import extrude_polygon
 from pipeline.rejection import Reason, Rejection
-from pipeline.sources.drawn_storeys import (
-    Hole,
-    Wall,
-    passage_openings,
-    polygon_from_ring,
-    unite_rooms,
-    wall_mesh,
-)
+from pipeline.sources.drawn_storeys import Hole, Wall, passage_openings, polygon_from_ring, unite_rooms, wall_mesh
 from pipeline.sources.files import check_lengths, decode_document, id_from_file_name
 from pipeline.sources.reader_choice import (
-    LONGEST_JSON,
     begins_with_list,
     has_house_lines,
     objects_in_list,
     open_unpacked,
     reader_for_json,
 )
-from pipeline.sources.tolerances import DRAWN_SHEET_M
+from pipeline.sources.tolerances import DRAWN_SHEET_M, LARGEST_BYTES, LARGEST_TEXT_BYTES
 from pipeline.values import Input, Level, SourceObject, SourceRoom
 
 _ADVICE = "copy it again from the data set"
@@ -144,8 +136,6 @@ def _shapes(house: House) -> Iterable[list[Corner]]:
     yield from ([thing.box.center, thing.box.size] for thing in house.objects if thing.box is not None)
 
 
-LONGEST_LINE = 1 << 26
-"""Bytes of one house; the largest of ProcTHOR-10k has a hundredth of it."""
 _STREAMS: dict[tuple[str, int], gzip.GzipFile] = {}  # this process's one open packed file
 
 
@@ -196,7 +186,7 @@ def read_house_bytes(item: Input) -> bytes:
     try:
         if not item.key:
             with open_unpacked(Path(item.path)) as stream:
-                data = bytes(stream.read(LONGEST_LINE))
+                data = bytes(stream.read(LARGEST_TEXT_BYTES))
         else:
             start, length = (int(part) for part in item.key.split(":"))
             data = _part(item.path, start, length)
@@ -205,8 +195,8 @@ def read_house_bytes(item: Input) -> bytes:
     except (OSError, EOFError, zlib.error) as error:
         detail = f"{name} cannot be unpacked to its end: {type(error).__name__}"
         raise Rejection("source", Reason.UNREADABLE, detail, _ADVICE) from None
-    if len(data) >= LONGEST_LINE:
-        detail = f"{name}: a house of {LONGEST_LINE >> 20} MB or more"
+    if len(data) >= LARGEST_TEXT_BYTES:  # bytes of one house; the largest of ProcTHOR-10k has a hundredth of it
+        detail = f"{name}: a house of {LARGEST_TEXT_BYTES >> 20} MB or more"
         raise Rejection("source", Reason.TOO_LARGE, detail, "expected one house a file, or one a line")
     return data
 
@@ -232,7 +222,7 @@ def _parts(file: Path) -> Iterable[tuple[int, int]] | None:
     with contextlib.suppress(OSError, EOFError, zlib.error):
         if begins_with_list(file):
             with open_unpacked(file) as stream:
-                data = bytes(stream.read(LONGEST_JSON))
+                data = bytes(stream.read(LARGEST_BYTES))
             if not has_house_lines(file) or reader_for_json(data) == "procthor":
                 return list(objects_in_list(data)) or None
     lines = _lines(file)
@@ -249,12 +239,12 @@ def _lines(file: Path) -> Iterator[tuple[int, int]]:
     start = 0
     try:
         with open_unpacked(file) as stream:
-            while line := stream.readline(LONGEST_LINE):
+            while line := stream.readline(LARGEST_TEXT_BYTES):
                 if line.strip():
                     yield start, len(line)
                 start += len(line)
     except (OSError, EOFError, zlib.error):
-        yield start, LONGEST_LINE - 1
+        yield start, LARGEST_TEXT_BYTES - 1
 
 
 def _is_house(file: Path, line: tuple[int, int]) -> bool:

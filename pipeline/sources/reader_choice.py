@@ -30,12 +30,10 @@ from houseexpo.files import without_mark
 from houseexpo.grids.robot_map import BAGS, WORLD, YAMLS, drop_map_pictures, is_map_file, is_map_yaml
 from houseexpo.grids.stage_world import is_stage_world
 from pipeline.sources.files import walk_source_files
+from pipeline.sources.tolerances import LARGEST_BYTES
 from pipeline.sources.vector_plans import is_vector_plan
 from pipeline.sources.vector_plans.imdf import is_part_of_archive
 from pipeline.values import Input
-
-LONGEST_JSON = 1 << 28
-"""Bytes of one JSON document; the largest 3D-FRONT scene has a tenth of it."""
 
 _MESHES = frozenset({".dae", ".glb", ".gltf", ".obj", ".off", ".stl"})
 """Suffixes that no family of drawn plans claims, so that none of them is asked."""
@@ -165,10 +163,10 @@ def read_first_document(path: Path) -> bytes:
     """Return the whole of a JSON file, or the first line of a file that has one house a line; gzip is unpacked."""
     try:
         with open_unpacked(path) as stream:
-            line = bytes(stream.readline(LONGEST_JSON))
+            line = bytes(stream.readline(LARGEST_BYTES))
             while line and not line.strip():
-                line = bytes(stream.readline(LONGEST_JSON))
-            return line if _is_whole(line) else line + bytes(stream.read(LONGEST_JSON - len(line)))
+                line = bytes(stream.readline(LARGEST_BYTES))
+            return line if _is_whole(line) else line + bytes(stream.read(LARGEST_BYTES - len(line)))
     except (OSError, EOFError, zlib.error):
         return b""
 

@@ -43,13 +43,12 @@ from pipeline.sources.drawn_storeys import (
     walls_around,
 )
 from pipeline.sources.files import check_file, input_from_file, level_id
-from pipeline.sources.reader_choice import LONGEST_JSON
 from pipeline.sources.roles import labels_for
 from pipeline.sources.roomplan_scan import Floor, LabelledSection, Scan, UprightBox, parse_scan
 from pipeline.sources.tolerances import (
     DRAWN_SHEET_M,
     FILE_GRID_M,
-    NAME_BOX_M,
+    LARGEST_BYTES,
     NARROWEST_DOOR_M,
     ROOMPLAN_WALL_M,
     STOREYS_APART_M,
@@ -98,7 +97,7 @@ def _scan(path: Path) -> Scan:
         from pipeline.sources.roomplan_scan import load_usdz
 
         return load_usdz(path)
-    if path.stat().st_size > LONGEST_JSON:
+    if path.stat().st_size > LARGEST_BYTES:
         detail = f"{path.name} has {path.stat().st_size >> 20} MB"
         raise Rejection("source", Reason.TOO_LARGE, detail, "expected the JSON of one scan")
     return parse_scan(path.read_bytes(), path.name)
@@ -222,7 +221,7 @@ def _rooms(floors: Sequence[Floor], sections: Sequence[LabelledSection]) -> tupl
     for section in free:
         if section.label.lower() not in UNKNOWN:
             x, y = section.at
-            box = (x - NAME_BOX_M, y - NAME_BOX_M, x + NAME_BOX_M, y + NAME_BOX_M)
+            box = (x - HAND_M, y - HAND_M, x + HAND_M, y + HAND_M)
             rooms.append(SourceRoom((section.label,), labels_for((section.label,)), box=box))
     return tuple(rooms)
 

@@ -28,9 +28,17 @@ from houseexpo.errors import MissingDependencyError, install_command
 from pipeline.geometry.areas import drop_thin_parts, polygons_of
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.drawn_storeys import polygon_from_ring
-from pipeline.sources.files import LARGEST_BYTES, archive_members, check_lengths, decode_document, quiet_usd, usd_fault
+from pipeline.sources.files import archive_members, check_lengths, decode_document, quiet_usd, usd_fault
 from pipeline.sources.meshes.scene import NamedPiece, PartNames, transform_triangles, triangulate_polygons
-from pipeline.sources.tolerances import DRAWN_SHEET_M, FILE_GRID_M, NARROWEST_DOOR_M, ROOMPLAN_WALL_M, UPRIGHT_M2
+from pipeline.sources.tolerances import (
+    DRAWN_SHEET_M,
+    FILE_GRID_M,
+    LARGEST_BYTES,
+    MOST_FILES,
+    NARROWEST_DOOR_M,
+    ROOMPLAN_WALL_M,
+    UPRIGHT_M2,
+)
 
 _ADVICE = "export the scan again"
 
@@ -201,7 +209,6 @@ def _word(surface: _Surface) -> str:
 # R6  What is below ``Section_grp`` are the middles of sections, and called by their labels.
 
 
-MAX_MESHES = 20_000
 _SECTIONS = "Section_grp"
 _KINDS = ("wall", "door", "opening", "window", "floor")
 _USDZ_ADVICE = "export the scan again"
@@ -308,7 +315,7 @@ def _check_whole(path: Path) -> None:
     except (OSError, zipfile.BadZipFile, EOFError, RuntimeError, ValueError) as error:
         detail = f"{path.name} is damaged: {str(error)[:120]}"
         raise Rejection("source", Reason.UNREADABLE, detail, _USDZ_ADVICE) from None
-    if total > LARGEST_BYTES:
+    if total > LARGEST_BYTES:  # the largest text of a plan or a scene that is read: 256 MB
         raise Rejection("source", Reason.TOO_LARGE, f"{path.name} holds {total >> 20} MB", "leave its textures out")
     if not stored or broken is not None:
         what = f"{broken} is damaged" if broken else "its members are packed, USDZ has them stored"
@@ -336,8 +343,8 @@ def _read(stage: Any, geometry: Any, name: str) -> Scan:
     holes: list[UprightBox] = []
     cache = geometry.XformCache()
     for count, prim in enumerate(prim for prim in stage.Traverse() if _is_body(geometry, prim)):
-        if count >= MAX_MESHES:
-            raise Rejection("source", Reason.TOO_LARGE, f"{name} has more than {MAX_MESHES:,} meshes", _USDZ_ADVICE)
+        if count >= MOST_FILES:
+            raise Rejection("source", Reason.TOO_LARGE, f"{name} has more than {MOST_FILES:,} meshes", _USDZ_ADVICE)
         body = _body(geometry, prim)
         matrix = np.array(cache.GetLocalToWorldTransform(prim), np.float64)
         x, y, z = ((body.points @ matrix[:3, :3] + matrix[3, :3]) * metres).T

@@ -28,7 +28,8 @@ from houseexpo.plan.room_labels import canonical
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.files import displayable_name, record_file
 from pipeline.sources.meshes import obj
-from pipeline.sources.tolerances import FAR_FROM_ORIGIN_M, LONGEST_LENGTH_M, SUNCG_GRID_M, TINY
+from pipeline.sources.tolerances import FAR_FROM_ORIGIN_M, LONGEST_LENGTH_M, TINY
+from pipeline.tolerances import HAIR_M
 from pipeline.values import Input, Level, Mesh, RejectedLevel, SourceObject, SourceRoom
 
 _ADVICE = "copy it again from the data set"
@@ -275,7 +276,7 @@ def _plan_area(mesh: Mesh) -> shapely.Polygon | shapely.MultiPolygon | None:
     upward = ab[:, 0] * ac[:, 1] - ab[:, 1] * ac[:, 0] > TINY  # a closed slab's top alone covers it
     if not upward.any():
         return None
-    area = shapely.union_all(shapely.polygons(corners[upward]), grid_size=SUNCG_GRID_M)
+    area = shapely.union_all(shapely.polygons(corners[upward]), grid_size=HAIR_M)
     return area if isinstance(area, shapely.Polygon | shapely.MultiPolygon) else None
 
 

@@ -68,39 +68,28 @@ from pipeline.sources.drawn_storeys import (
     wall_mesh,
     walls_between_rooms,
 )
-from pipeline.sources.files import (
-    LARGEST_BYTES,
-    Element,
-    LeftOutParts,
-    check_file,
-    input_from_file,
-    level_id,
-    parse_xml,
-    read_member,
-)
+from pipeline.sources.files import Element, LeftOutParts, check_file, input_from_file, level_id, parse_xml, read_member
 from pipeline.sources.roles import Role, labels_for, role_from_name, split_words, word_role
 from pipeline.sources.tolerances import (
     ALONG,
     ARC_STEP_RAD,
-    IN_WALL,
-    KNEE_M,
+    DEEPEST,
+    FEW,
+    LARGEST_BYTES,
+    LONGEST_LENGTH_M,
     NAMED_DOOR_M,
     NARROWEST_DOOR_M,
-    ROUGH_M,
     SHARPEST,
     SLOPE_STEPS,
     SWEETHOME_WALL_CM,
-    THICKEST_WALL_M,
     TINY,
     TURN_RAD,
     WALL_HEIGHT_M,
     WIDEST_DOOR_BODY_M,
 )
-from pipeline.tolerances import HAND_M, HEAD_M, MOST, SHOULDERS_M
+from pipeline.tolerances import CM_M, HAND_M, HEAD_M, KNEE_M, MM_M, MOST, SHOULDERS_M, THICK_WALL_M
 from pipeline.values import Input, Level, SourceObject, SourceRoom
 
-CM = 0.01
-LARGEST_CM = 100_000.0
 WALKED_THROUGH: Final = re.compile(r"french|slid|schieb|coulissant|corredera|scorrevol", re.IGNORECASE)  # H7
 PIECES = frozenset({"pieceOfFurniture", "light", "shelfUnit"})
 _ADVICE = "save it again in Sweet Home 3D"
@@ -189,13 +178,13 @@ def parse_home(root: Element, name: str, left_out: LeftOutParts) -> Home:
     if root.tag != "home":
         detail = f"{name}: expected <home>, found <{root.tag[:40]}>"
         raise Rejection("source", Reason.UNREADABLE, detail, _ADVICE)
-    usual = _length(root, "wallHeight", WALL_HEIGHT_M / CM)
+    usual = _length(root, "wallHeight", WALL_HEIGHT_M / CM_M)
     storeys = [
         Storey(
             each.get("id", ""),
             each.get("name", ""),
             _length(each, "elevation"),
-            _length(each, "height", WALL_HEIGHT_M / CM),
+            _length(each, "height", WALL_HEIGHT_M / CM_M),
             _flag(each, "visible", True),
         )
         for each in root.findall("level")
@@ -240,7 +229,7 @@ def _visible(element: Element) -> Iterator[Element]:
 
 def _wall(element: Element, usual: float) -> DrawnWall:
     """H2."""
-    height = _length(element, "height", usual / CM)
+    height = _length(element, "height", usual / CM_M)
     return DrawnWall(
         key=element.get("id", ""),
         level=element.get("level", ""),
@@ -248,7 +237,7 @@ def _wall(element: Element, usual: float) -> DrawnWall:
         end=(_length(element, "xEnd"), _length(element, "yEnd")),
         thickness_m=abs(_length(element, "thickness", SWEETHOME_WALL_CM)),
         height_m=height,
-        end_height_m=_length(element, "heightAtEnd", height / CM),
+        end_height_m=_length(element, "heightAtEnd", height / CM_M),
         arc_rad=_number(element, "arcExtent", 0.0),
         joined=(element.get("wallAtStart", ""), element.get("wallAtEnd", "")),
     )
@@ -304,7 +293,7 @@ def _called_door(piece: FurniturePiece, walls: Sequence[DrawnWall]) -> DoorOrWin
     if named is None or named.role is not Role.DOOR or piece.elevation_m > KNEE_M:
         return None
     high = NAMED_DOOR_M[0] <= piece.height_m <= NAMED_DOOR_M[1]
-    if not (high and NARROWEST_DOOR_M <= piece.width_m <= WIDEST_DOOR_BODY_M and piece.depth_m <= THICKEST_WALL_M):
+    if not (high and NARROWEST_DOOR_M <= piece.width_m <= WIDEST_DOOR_BODY_M and piece.depth_m <= THICK_WALL_M):
         return None
     door = DoorOrWindow(
         **vars(piece),
@@ -332,7 +321,7 @@ def _room(element: Element) -> DrawnRoom:
 
 def _length(element: Element, key: str, usual: float = 0.0) -> float:
     """Return metres."""
-    return _number(element, key, usual, LARGEST_CM) * CM
+    return _number(element, key, usual, LONGEST_LENGTH_M / CM_M) * CM_M
 
 
 def _number(element: Element, key: str, usual: float, most: float = 1000.0) -> float:
@@ -370,7 +359,7 @@ def wall_strips(walls: Sequence[DrawnWall]) -> list[WallStrip]:
     found = []
     for wall in walls:
         line = _middle(wall)
-        if math.dist(wall.start, wall.end) > ROUGH_M and wall.thickness_m > ROUGH_M:
+        if math.dist(wall.start, wall.end) > MM_M and wall.thickness_m > MM_M:
             shape = LineString(line).buffer(wall.thickness_m / 2, cap_style="flat", join_style="mitre")
             found.append(WallStrip(wall, line, max(polygons_of(shape), key=lambda part: part.area)))
     return found
@@ -392,11 +381,11 @@ def door_hole(door: DoorOrWindow, found: Sequence[WallStrip]) -> Hole | None:
     cut = []
     for strip in found:
         runs = [direction for direction in _directions(strip.line) if abs(np.dot(direction, along)) > ALONG]
-        if runs and shapely.intersection(frame, strip.shape).area > IN_WALL * min(frame.area, _share(strip, frame)):
+        if runs and shapely.intersection(frame, strip.shape).area > FEW * min(frame.area, _share(strip, frame)):
             reach = strip.wall.thickness_m + door.depth_m
             lane = _quad(door.at, along, across, u, (v - reach, v + door.wall_thickness * door.depth_m + reach))
             cut.append(shapely.intersection(lane, strip.shape))
-    parts = [part for part in polygons_of(shapely.union_all(cut)) if part.distance(frame) < ROUGH_M]
+    parts = [part for part in polygons_of(shapely.union_all(cut)) if part.distance(frame) < MM_M]
     if not parts:
         return None
     shape = shapely.convex_hull(shapely.union_all(parts))
@@ -419,7 +408,7 @@ def piece_footprint(piece: FurniturePiece) -> Polygon:
 
 def _share(strip: WallStrip, frame: Polygon) -> float:
     """Area that a frame could have in a wall thinner than itself."""
-    longest = max(frame.length / 2 - strip.wall.thickness_m, ROUGH_M)
+    longest = max(frame.length / 2 - strip.wall.thickness_m, MM_M)
     return float(longest * strip.wall.thickness_m)
 
 
@@ -481,7 +470,7 @@ def _corner(a: Any, u: Any, b: Any, v: Any, halves: tuple[float, float]) -> Poly
             if abs(t) < SHARPEST * 2 * max(halves):
                 points.append(p + t * u)
     hull = shapely.convex_hull(shapely.MultiPoint(np.array(points)))
-    return hull if isinstance(hull, Polygon) and hull.area > ROUGH_M**2 else None
+    return hull if isinstance(hull, Polygon) and hull.area > MM_M**2 else None
 
 
 def _directions(line: Any) -> Any:
@@ -503,7 +492,6 @@ MODEL: Final = "com.eteks.sweethome3d.model."
 _NOT_JAVA: Final = "open it in Sweet Home 3D 5.3 or newer and save it"
 _LISTS: Final = ("furnitureWithGroups", "furnitureWithDoorsAndWindows", "furniture")
 """Where the furniture stands, from 2.3 on, from 1.8 on, and before."""
-_DEEPEST_GROUP: Final = 50
 
 
 def parse_home_xml(data: bytes, name: str) -> Element:
@@ -544,7 +532,7 @@ class _Writer:
 
     def _piece(self, parent: Element, piece: Any, deep: int) -> None:
         kind = piece.classdesc.name.removeprefix(MODEL)
-        if kind == "HomeFurnitureGroup" and deep < _DEEPEST_GROUP:
+        if kind == "HomeFurnitureGroup" and deep < DEEPEST:
             group = self._object(parent, "furnitureGroup", piece)
             for inner in _fields(piece).get("furniture") or ():
                 self._piece(group, inner, deep + 1)
@@ -627,7 +615,7 @@ def _walls_of_ring(number: int, room: DrawnRoom, level: Storey) -> Iterator[Draw
     count = len(room.ring)
     for k, (start, end) in enumerate(zip(room.ring, room.ring[1:] + room.ring[:1], strict=True)):
         joined = (f"{number} {(k - 1) % count}", f"{number} {(k + 1) % count}")
-        height, thickness = level.height_m, SWEETHOME_WALL_CM * CM
+        height, thickness = level.height_m, SWEETHOME_WALL_CM * CM_M
         yield DrawnWall(f"{number} {k}", level.key, start, end, thickness, height, height, 0.0, joined)
 
 

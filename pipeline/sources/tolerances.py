@@ -2,8 +2,8 @@
 
 Names end in the unit: ``_M`` metres, ``_M2`` square metres, ``_RAD`` radians; shares, cosines, counts and weights
 have none. A number that several readers use stands here once; those of the stages that mean the same here stand in
-``pipeline.tolerances``. Limits on the size of files, in bytes, faces or lines,
-stand beside the code that they protect. What ``homes`` and ``sound_homes`` draw at random stands there: it describes
+``pipeline.tolerances``. Limits on what is read stand here
+where several readers share them. What ``homes`` and ``sound_homes`` draw at random stands there: it describes
 the houses that they make, not what is true of houses. The stages have numbers of their own. Those that divide a
 robot's map were fitted or chosen together and stand in ``occupancy_map``. What a format gives to a part of which a file
 does not say it stands beside the reader of the format.
@@ -17,21 +17,27 @@ from typing import Final
 # Numerics: below these, a difference comes from rounding and means nothing.
 
 TINY: Final = 1e-9  # lengths, areas and weights are at least this where something is divided by them
-SAME: Final = 1e-6  # numbers that differ by less are equal: units, as a share, and coordinates, in metres
 # lengths that differ by less are equal; grid on which areas are united: files have tenths of a millimetre
 FILE_GRID_M: Final = 1e-4
-# the same for shadows of meshes and for drawings, whose corners are only as exact as people place them
-ROUGH_M: Final = 1e-3
-SUNCG_GRID_M: Final = 1e-5  # the same for the slabs of SUNCG, which are exact
 UPRIGHT_M2: Final = 1e-8  # a triangle with a smaller area stands upright
-LEFTOVER_M2: Final = 1e-6  # a smaller area is a leftover of a Boolean operation on polygons
 LOOP_M2: Final = 1e-4  # a smaller face between the lines of a drawing is a gap between their ends
 TURN_RAD: Final = 1e-3  # a smaller turn counts as 0: a wall is not an arc, and two walls are in line
-CRACK_M: Final = 0.02  # drawn floors that are closer touch, and so do a hole and the wall beside it
 # coordinates beyond this lose tenths of a millimetre in single precision: the level is moved to the origin
 FAR_FROM_ORIGIN_M: Final = 500.0
 PARALLEL: Final = 0.01  # sine of the angle up to which two lines of a drawing are parallel
 EARTH_M: Final = 6_371_008.8  # the mean radius of the Earth (IUGG), for coordinates in degrees
+
+# What is read at most: more is damage or an attack, or takes more memory than a computer has.
+
+LARGEST_BYTES: Final = 1 << 28  # the text of a plan, a scene or a mesh of one, where it is read in whole: 256 MB
+LARGEST_TEXT_BYTES: Final = 1 << 26  # the same where each word becomes an object of Python: YAML, worlds
+CHUNK_BYTES: Final = 1 << 24  # so much of a longer text is read at a time; a longer line is none
+DEEPEST: Final = 100  # how deep documents, nodes, blocks, groups and placements may be nested; deeper is a circle
+MOST_PARTS: Final = 1_000_000  # nodes, prims, and entities of a drawing, each counted as often as it is shown
+MOST_BODIES: Final = 200_000  # bodies of a robot's scene, each counted as often as it is shown
+MOST_FILES: Final = 20_000  # files and folders that one scene takes in
+LARGEST_GRID: Final = 30_000_000  # cells of a grid, voxels of a cloud
+LARGEST_COORDINATE: Final = 1e15  # beyond this a square overflows, or says nothing
 
 # What a house may measure at most. Larger things have another unit, or are no houses.
 
@@ -41,19 +47,17 @@ LONGEST_SITE_M: Final = 2000.0  # a plan of lines and areas: an airport, a campu
 LONGEST_LENGTH_M: Final = 1000.0  # a single length in a file
 LONGEST_CLOUD_M: Final = 200.0  # from the middle of a cloud of points to its farthest point
 LARGEST_FLOOR_M2: Final = 1e7  # the floor of one plan
-HIGHEST_OBJECT_M: Final = 100.0  # an object in a GeoJSON file; one that is said to be higher has no stated height
 
 # Dimensions of houses. Building codes ask for rooms of 2.1 to 2.5 m and for doors of 1.9 to 2.1 m clear height; where
 # no other source is named, the value lies outside of all that was met in the models that tests and benchmarks list.
 
-CLEAR_M: Final = 1.8  # clear height of a room, and height of a wall, at least
-KNEE_M: Final = 0.5  # an opening that starts higher is a window; a part that starts higher does not stand on the floor
 # passages end higher: doors of old houses and cellars are low, and no window that starts at the knee ends lower
 LOWEST_HEAD_M: Final = 1.6
 IFC_DOOR_M: Final = (0.9, 2.0, 0.1)  # width, height and depth of an IFC door with neither a body nor a size
 DOOR_HEIGHT_M: Final = 2.1  # height of a door of which the file says nothing
 # the median width of doors in a plan without a scale: ISO and national series of leaves lie around it
 DOOR_WIDTH_M: Final = 0.8
+OBJECT_HEIGHT_M: Final = 1.0  # of furniture whose height is not known: more than a robot's laser
 NARROWEST_DOOR_M: Final = 0.3  # a narrower line or body is no door
 WIDEST_DOOR_BODY_M: Final = 4.0  # a wider body is no door: gates of garages are narrower
 SWING_M: Final = (0.4, 2.0)  # radius of the arc that a door's leaf draws
@@ -87,34 +91,33 @@ USUAL_HEAD_M: Final = 2.06  # usual height at which openings end: doors of 2.0 t
 HEADS_M: Final = (1.8, 2.75)  # heights at which openings end in a file in metres
 HIGHEST_LINTEL_M: Final = 3.0  # a beam that starts lower closes an opening
 WALL_THICKNESS_M: Final = (0.06, 0.6)  # from a panel to old masonry: walls that are drawn by their two faces
-THICKEST_WALL_M: Final = 0.6  # what is narrower between floors, or between lines of a drawing, is wall
 MASSIVE_WALL_M: Final = 1.5  # a drawn wall that is wider, with something in it, is the outline of a house
 DEEPEST_WALL_M: Final = 0.7  # an opening goes through no thicker wall; the two faces of a wall are no farther apart
 LINE_WALL_M: Final = 0.1  # thickness of a wall that is drawn as a line without one, or not at all: around rooms
 DRAWN_SHEET_M: Final = 0.02  # thickness of a wall that is drawn as a sheet, or as a line in a plan with other walls
 SWEETHOME_WALL_CM: Final = 7.5  # thickness that Sweet Home 3D gives to a wall without one
 ROOMPLAN_WALL_M: Final = 0.06  # thickness of the walls of a RoomPlan scan, which are sheets
-ROOMY_M2: Final = 4.0  # a smaller level surface is a landing, a table or a bed
+USUAL_ROOM_M2: Final = 20.0  # the median of rooms in a plan without a scale; this much area of a slab votes as one door
 SHED_M2: Final = 10.0  # a smaller block that stands apart is a shed
 HOUSE_M2: Final = 40.0  # this much upright area is a house, however much else was left out
-HALF_ROOM_M: Final = 0.4  # half the width of a room: narrower level surfaces are wall tops, sills, shelves and steps
 SPACE_HEIGHT_M: Final = (1.8, 12.0)  # height of a body that the source calls a space
 CABIN_M: Final = 7.0  # the cabin of a vehicle is shorter
 
 # Decisions about any mesh: what stands, what lies level (``storeys``).
 
+SCARCELY: Final = 0.1  # a share that counts as nothing
+FEW: Final = 0.2  # a share that is the smaller part by far
+QUARTER: Final = 0.25  # a share from which a part tells of the whole
 VERTICAL: Final = 0.2  # vertical part of a wall's unit normal, at most: within 11.5 degrees, as scans lean
 HORIZONTAL: Final = 0.985  # vertical part of a floor's unit normal, at least: within 10 degrees
-BIN_M: Final = 0.01  # step of profiles over the height
 GRID_CELL_M: Final = 0.1  # side of the cells of a grid over a plan
-COVER_MARGIN_M: Final = 0.05  # what is measured over a floor or under a cover stays this far from it
-BARELY_STANDING: Final = 0.1  # share of the greatest wall length from which walls stand at a height
+COVER_MARGIN_M: Final = 0.05  # measures over a floor, under a cover, beside a door's ends keep off by so much
+MANY_BODY_FACES: Final = 20_000  # more are looked at by cells, or a part of them
 
 # Decisions about floors and levels (``storeys.levels``).
 
 # walls are also cut at this height, since lintels over wide windows stand for the wall there
 LINTEL_CUT_M: Final = 2.15
-SMALL_STOREY: Final = 0.1  # share of the house's plan; a smaller upper floor is the head of a stair, or shelves
 LAYER_HALF_M: Final = 0.06  # half the range of heights in which faces make one level surface: coverings, scans
 FLOOR_FACES: Final = (0.1, 0.9)  # shares of a level surface's area that tell its underside and its top
 OUTSIDE_SHARE: Final = 0.005  # share of the wall area that may stand outside of the house on each side
@@ -135,8 +138,6 @@ ODD_STOREY_WEIGHT: Final = 2.0
 NO_UNIT_WEIGHT: Final = 3.0  # ... and at most this: one in twenty such models is in no known unit
 PLINTH: Final = 0.04  # share of the upright area that the side of the base adds on which a model stands
 PROFILE_BINS: Final = 400  # steps of the profile over the whole height
-STOREY_STANDS: Final = 0.2  # share of the greatest, or the usual, wall length from which a storey's walls stand
-DIVIDES: Final = 0.35  # share of what the walls span from which level faces divide storeys
 HEAD_GROWTH: Final = 0.03  # share of the usual wall length that a door or two of a house add over their heads
 HEADS_AT: Final = (0.5, 0.96)  # shares of a storey's height between which openings end
 LOW_HEADS_AT: Final = (0.15, 0.5)  # the same in its lower half: a storey that is two
@@ -145,7 +146,6 @@ MAX_HEADS: Final = 2  # heights of heads that are looked at, in each half of a s
 SCALES: Final = (10.0, 15.0, 20.0, 25.0, 50.0, 100.0)  # scales of models
 NEAR_HEAD: Final = 0.09  # difference in the logarithm up to which an opening ends at the usual height
 SCALED: Final = 0.03  # how much nearer a scaled unit must come than a bare one, in the same measure
-INCHES: Final = 0.02  # more than the heads and the storey of two such models differ, so that inches come last
 SLACK: Final = 6.0  # how much more freely storeys differ than heads
 
 # Decisions about the scale by the sizes of things (``storeys.size_evidence``). Odds are natural logarithms.
@@ -168,13 +168,9 @@ FREE_SCALE: Final = 0.5  # how often they have any other scale, as a multiple of
 LAID_DOWN: Final = 0.5  # how much likelier a unit is that the format lays down
 LIKE: Final = 0.12  # difference of the logarithm up to which scales are one answer
 CLEARLY: Final = 1.0  # by how much another scale must be likelier
-HEARD: Final = 3  # named things count as this many kinds at most, and openings of so many widths count most
 SAME_SIZE: Final = 0.06  # share by which sizes differ at least if they count apart
-OPENING_CUT: Final = 0.3  # share of a storey's height at which openings are looked at: over seats, under tables
 OPENING: Final = (0.15, 0.9)  # width of an opening as a share of the storey's height
 JAMB: Final = (0.012, 0.25)  # thickness of a wall as a share of the storey's height
-JAMB_ASIDE: Final = 0.2  # share of a jamb's length by which the other stands aside at most
-MAX_JAMBS: Final = 3_000  # a scan has more
 LINE_TURN: Final = 0.05  # radians: faces of one line, and the two jambs of one opening, differ by less
 LINE_WIDE: Final = 0.002  # share of a storey's height: faces of one line lie apart by less
 
@@ -182,12 +178,10 @@ LINE_WIDE: Final = 0.002  # share of a storey's height: faces of one line lie ap
 
 CHEST_AND_HEAD_M: Final = (1.1, 1.7)  # heights at which walls are cut: nearer to the floor other things stand too
 SAMPLE_M: Final = 0.2  # distance of sample points along walls
-STANDING: Final = 0.25  # share of the outline along which walls stand
 MANY_BLOCKS: Final = 5  # blocks that stand apart and make a city
-MAX_SAMPLES: Final = 2_000  # sample points of the outline that are looked at
+MAX_SAMPLES: Final = 2_000  # points of an outline, or lines of a drawing, that are looked at
 FACES_FACING: Final = 0.7  # cosine of the angle between two faces of one wall; the most that the walls of a scan lean
 BALL_FACES: Final = 48  # the coarsest ball that is drawn as one has so many triangles
-OUT_OF_ROUND: Final = 0.1  # of its radius: corners and faces of a ball lie no farther off it
 SKY_HEIGHTS: Final = 3.0  # so many times as high as all in it is the radius of a sky; a dome is lower
 STRAY_REACH: Final = 1000.0  # so many times as far as the rest reaches no part of a house, nor the ground around it
 INNER_M: Final = 1.5  # length of inner walls in a house, at least
@@ -198,33 +192,20 @@ INNER_PER_M2: Final = 0.08  # the same, for each square metre; dwellings have 0.
 # Decisions about names in meshes (``named_scene``).
 
 MIN_DOORS: Final = 2  # named doors that are sure of their height
-LEFT_FACES: Final = 0.1  # share of the faces that names leave standing, at least, while nobody knows which way is up
 TERRAIN_BEYOND: Final = 1.15  # a ground this many times as long as the rest is terrain
 
 # Decisions about drawn storeys (``drawn_storeys``).
 
-# share of the walls' area that rooms cover; rooms drawn to the middles of walls cover nearly all of it
-WALLS_COVERED: Final = 0.35
-SAME_DOOR_M: Final = 0.4  # doors that are closer may be one, drawn for both of its rooms
-NAME_BOX_M: Final = 0.1  # half the side of the box about the point at which a room's name stands
 
 # Decisions about lines and areas (``vector_plans``).
 
-SHORTEST_M: Final = 0.01  # a shorter door, or a thinner wall, has no stated size
 LARGEST_THING_M2: Final = 12.0  # a named box that covers more is a carpet, a ceiling or a group of things
 THICKEST_LINE_M: Final = 2.0  # a thicker wall has no stated thickness
-DOOR_END_M: Final = 0.05  # beside a door's ends, its wall is looked for this far along it
-OFF_LINE_M: Final = 0.02  # a door's line may lie this far outside of its wall
-THROUGH_WALL: Final = 0.5  # share of a drawn hole that the wall must keep, to be as deep as the wall
 DRAWN_UNITS_M: Final = (0.001, 1.0, 0.01, 0.0254, 0.3048)  # units of a DXF file that states none, the likeliest first
-LINES_BESIDE: Final = 0.5  # share of the shorter of two lines along which they are the faces of one wall
-SHAFT_M: Final = 0.05  # the shaft of a lift is wider than its cabin by this on each side
 
 # Decisions about IFC files (``ifc``, ``rooms_and_openings``).
 
 SLABS_M: Final = (1.0, 0.3)  # slabs this far under and over a floor are steps of it, or its structure
-SLAB_M2: Final = 20.0  # this much area of a slab votes as one door
-SLAB_VOTES: Final = 3.0  # votes of a slab, at most
 STOREY_WALLS_M: Final = 4.0  # a storey without spaces has walls of this length at least
 
 # Decisions about scenes of robots, Sweet Home 3D and RoomPlan.
@@ -234,7 +215,6 @@ SLOPE_STEPS: Final = 40  # a wall with a sloping top goes up in this many steps 
 ARC_STEP_RAD: Final = math.radians(7.5)  # angle of each chord of a round wall
 SHARPEST: Final = 3.0  # a corner is filled up to this many times the walls' thickness
 ALONG: Final = math.cos(math.radians(20))  # a door lies along a wall if their directions differ by less
-IN_WALL: Final = 0.2  # share of a door's frame, or of its part of the wall, that lies in a wall that it cuts
 
 # Decisions about clouds of points (``points``).
 
@@ -244,9 +224,7 @@ STRAY: Final = 0.002  # share of the points, or of the voxels, that a sensor saw
 STRAY_M: Final = 4.0  # what lies farther than this from the rest was seen so
 Y_IS_UP: Final = 1.4  # y is up where its fullest layer holds this many times as much as that of z
 LEVELLED: Final = 1.25  # a cloud is turned upright where its fullest layer then holds this many times as much
-LEVEL_LAYER: Final = 0.25  # share of the fullest layer from which a layer is a floor or a ceiling; table tops hold less
 CEILING_EDGE: Final = 1.6  # a ceiling's noise begins where a layer holds this many times as much as the walls do
-CEILING_NOISE_M: Final = 0.16  # and this far below the ceiling at most
 WALLS_ONLY_M: Final = 0.4  # layers this far from floor and ceiling hold walls, and no noise of either
 SLAB_BETWEEN_M: Final = 0.8  # a level layer this near over a ceiling is the floor of the next storey
 CLOUD_TOP: Final = 0.995  # share of the voxels under the top of a cloud without a ceiling

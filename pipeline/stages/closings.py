@@ -54,9 +54,7 @@ from pipeline.geometry.wall_gaps import (
     gap_fillings,
     wall_ends,
 )
-from pipeline.stages.habitable import (
-    part_under_cover,
-)
+from pipeline.stages.habitable import part_under_cover
 from pipeline.tolerances import (
     BESIDE_M,
     CRACK_M,

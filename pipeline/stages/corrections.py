@@ -32,13 +32,11 @@ from houseexpo.grids.frame import plan_points_from_source, source_points_from_pl
 from houseexpo.plan import Door
 from pipeline.geometry.areas import OUTSIDE, Floats, overlaps, polygons_of, unite
 from pipeline.geometry.openings import ClosedBy, Opening
-from pipeline.tolerances import MOST, SHEET_M, STAND_M
+from pipeline.tolerances import HALF_CM_M, MOST, SHEET_M, STAND_M
 from pipeline.values import Evidence, Layout, Level, Spaces
 
 _RECORDED_DIGITS: Final = 4
 """Decimals of metres in the record of a source (``source_record``): a preview from it gives the plan of the build."""
-_SCAN_CORNER_M: Final = 0.005
-"""Walls of scans have many corners; half of a plan's grid tells them apart, metres."""
 
 
 def corrections_by_building(level: Level, buildings: Sequence[tuple[Level, Spaces]]) -> list[tuple[Level, Spaces]]:
@@ -85,13 +83,14 @@ def standing_walls(evidence: Evidence, layout: Layout) -> list[Polygon]:
     """Return the walls of a level and what may close their gaps: what a person's wall may close a space with (R3)."""
     gaps = (*evidence.doorways, *layout.candidates, *layout.ways)
     closed = unite([layout.door, *(each.polygon for each in gaps)])
-    return [part for part in polygons_of(shapely.simplify(closed, _SCAN_CORNER_M)) if part.is_valid]
+    # walls of scans have many corners
+    return [part for part in polygons_of(shapely.simplify(closed, HALF_CM_M)) if part.is_valid]
 
 
 def shown_walls(level: Level, evidence: Evidence) -> list[Polygon]:
     """Return the walls that a level's source shows: what remains between rooms that a person merges (R3)."""
     walls = unite([evidence.walls, evidence.rails]) if level.seen_walls is None else level.seen_walls()
-    shown = shapely.transform(shapely.simplify(walls, _SCAN_CORNER_M), lambda points: points.round(_RECORDED_DIGITS))
+    shown = shapely.transform(shapely.simplify(walls, HALF_CM_M), lambda points: points.round(_RECORDED_DIGITS))
     return [part for part in polygons_of(shown) if part.is_valid]
 
 

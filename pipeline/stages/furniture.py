@@ -1,6 +1,6 @@
 """Subtract furniture that stands on the floor from the rooms, if the build asks for it, and return it as obstacles.
 
-R1  An object is an obstacle if it begins below ``STEP_OVER_M``. A hanging lamp is not an obstacle.
+R1  An object is an obstacle if it begins below ``KNEE_M``. A hanging lamp is not an obstacle.
 R2  If furniture divides a room, its largest part in the main piece of the floor stays.
 R3  Furniture without a name is what the evidence took for furniture, and what is thin and low and bounds no room. Its
     height is that of what stands there.
@@ -18,10 +18,9 @@ from shapely.geometry.base import BaseGeometry
 from pipeline.geometry.areas import drop_thin_parts, intersect, polygons_of, subtract, unite
 from pipeline.geometry.meshes import footprint
 from pipeline.geometry.rooms_and_passages import walkable_floor
-from pipeline.tolerances import SLIVER_M, TINY_M2
+from pipeline.tolerances import KNEE_M, SLIVER_M, TINY_M2
 from pipeline.values import Evidence, Level, Obstacle, Spaces
 
-STEP_OVER_M = 0.5
 UNNAMED = "object"
 
 
@@ -49,7 +48,7 @@ def _named_obstacles(level: Level) -> list[Obstacle]:
     found = []
     for each in level.furniture:
         z = each.mesh.vertices[:, 2]
-        if len(z) and z.min() < STEP_OVER_M:
+        if len(z) and z.min() < KNEE_M:
             word = each.words[0] if each.words else UNNAMED
             found += [Obstacle(p, float(z.max()), word) for p in polygons_of(footprint(each.mesh))]
     return [obstacle for obstacle in found if obstacle.polygon.area > TINY_M2]

@@ -22,7 +22,7 @@ R1  A room that the source names is a room. Any other space is a room unless one
     - It is under the sky, the source keeps slabs and roofs apart, the other spaces surround it, and it is twice as
       large as most of them (a court).
     - It is under the sky, a fence or a lower wall bounds it, and it is larger than all others together (a garden).
-    - ``OPEN_EDGE`` of its edge is open to the outside or to another such space, at the edge of the floor or under
+    - ``THIRD`` of its edge is open to the outside or to another such space, at the edge of the floor or under
       lintels too wide for a door with one leaf (a porch, a terrace, a strip under eaves), unless this holds for all
       spaces. The edge of the floor does not count if the rooms with ``HARDLY`` of their edge at it are most of the
       house: then the house is cut open. A space is a hall, and stays, if two rooms or more that nothing else joins
@@ -76,12 +76,12 @@ from pipeline.tolerances import (
     MOST,
     MOSTLY,
     NEARLY_ALL,
-    OPEN_EDGE,
     PASSABLE_M,
     SHOULDERS_M,
     SINGLE_DOOR_M,
     SOME,
     STANDS,
+    THIRD,
     TINY_M2,
     TWICE,
     WALL_M,
@@ -213,7 +213,7 @@ def _without_boards(planes: Planes) -> BaseGeometry:
 
 
 def _porches(rooms: list[Polygon], candidates: list[Opening], edge: BaseGeometry) -> set[int]:
-    """Return which spaces lie open for ``OPEN_EDGE`` of their edge to the outside or each other.
+    """Return which spaces lie open for ``THIRD`` of their edge to the outside or each other.
 
     The edge is open under a wide lintel and at the ``edge`` of the floor. If a space has a single opening, no wider
     than a door with two leaves, that is its doorway and does not count. If the result would be all spaces, it is empty:
@@ -234,7 +234,7 @@ def _porches(rooms: list[Polygon], candidates: list[Opening], edge: BaseGeometry
         open_m = [
             sum(each) if len(each) > 1 or max(each, default=0.0) > DOORWAY_M[1] else 0.0 for each in widths.values()
         ]
-        found = {k for k in range(len(rooms)) if at_edge[k] + open_m[k] > OPEN_EDGE * length[k]} - outside
+        found = {k for k in range(len(rooms)) if at_edge[k] + open_m[k] > THIRD * length[k]} - outside
         if not found:
             break
         outside |= found

@@ -49,18 +49,7 @@ from pipeline.rejection import Reason, Rejection
 from pipeline.stages.closings import bands_around_open_house, bands_at_open_fronts, boundaries, find_closing_candidates
 from pipeline.stages.habitable import clip_rooms_to_floor, filled_spaces, keep_habitable_spaces, part_under_cover
 from pipeline.stages.separation import Division, part_spaces
-from pipeline.tolerances import (
-    AROUND_M,
-    CRACK_M,
-    FOOT_M,
-    GROUP,
-    LAP_M,
-    LARGELY,
-    MOST,
-    MOSTLY,
-    SOME,
-    TWICE,
-)
+from pipeline.tolerances import AROUND_M, CRACK_M, FOOT_M, GROUP, LAP_M, LARGELY, MOST, MOSTLY, SOME, TWICE
 from pipeline.values import Evidence, Layout, Level, Planes
 
 

@@ -26,7 +26,7 @@ R14 ``rail_share``: railings and low walls beside the rooms, of all walls: terra
 R15 ``small``: how far all rooms together are from the size of a home: a closet, a niche, a part of a house.
 R16 R13 to R15, R17 and R19 are left out if the source marks each door (``Level.sills``): that is a storey for certain.
 R17 ``open_border``: 1 if a map's border or unseen space, not wall, bounds most of it (``EDGE`` among the guesses), or
-    if only guesses close more than ``OPEN_EDGE`` of the edges of all rooms together, and no room has a name: a house on
+    if only guesses close more than ``THIRD`` of the edges of all rooms together, and no room has a name: a house on
     posts or with two walls, or a stage. The ends of a scan do not count: it is not seen whole.
 R18 ``doubtful_space``: the doubt that the most doubtful room is a room of the house (``stages.room_doubt``).
 R19 ``bare``: 1 if a sealed plan (R11) has nothing that shows its use: the source names neither walls, furniture nor
@@ -61,18 +61,7 @@ from pipeline.geometry.areas import (
 from pipeline.geometry.meshes import boxes_around_polygons
 from pipeline.geometry.room_shapes import are_rooms_misshapen, have_jutting_walls
 from pipeline.stages.room_doubt import doubt_spaces, of_rooms
-from pipeline.tolerances import (
-    BESIDE_M,
-    CRACK_M,
-    GROUP,
-    HAND_M,
-    MOST,
-    OPEN_EDGE,
-    SHOULDERS_M,
-    SOME,
-    SPECK,
-    THICK_WALL_M,
-)
+from pipeline.tolerances import BESIDE_M, CRACK_M, GROUP, HAND_M, MOST, SHOULDERS_M, SOME, SPECK, THICK_WALL_M, THIRD
 from pipeline.values import EDGE, Evidence, Layout, Level, Opening, Spaces
 
 Floats = npt.NDArray[np.float64]
@@ -142,7 +131,7 @@ def _as_a_storey(
         "tall": 0.0 if evidence.scanned else _tall(level),
         "rail_share": _rails(evidence.rails, rooms, layout.ground),
         "small": _share(max(SMALL_PLAN_M2[0] - rooms.area, 0.0), SMALL_PLAN_M2[1]),
-        "open_border": float(EDGE in level.guesses or _open_share(level, evidence, layout) > OPEN_EDGE),
+        "open_border": float(EDGE in level.guesses or _open_share(level, evidence, layout) > THIRD),
         "bare": float(_is_sealed(level, spaces) and not _shows_its_use(level, evidence, rooms)),
     }
 

@@ -32,13 +32,12 @@ from pipeline.geometry.areas import enclosed_pieces
 from pipeline.geometry.meshes import Mesh, merge_meshes
 from pipeline.geometry.prisms import Prism, Prisms, extrude_polygon
 from pipeline.rejection import Rejection
-from pipeline.stages.vectorise import MARGIN_M, shifted_frame
+from pipeline.stages.vectorise import shifted_frame
+from pipeline.tolerances import CRACK_M, HAND_M
 from pipeline.values import Layout, Level, Spaces
 
 FOUNDING: Final = ("wall", "room", "room_outline")
 """The words that can make a plan of a storey that the search has rejected."""
-_POINTS_M: Final = 0.02
-"""The spacing of the points of an added wall in a point cloud: less than a scanner's."""
 
 
 def may_be_founded(level: Level) -> bool:
@@ -77,8 +76,8 @@ def level_with_walls(level: Level, walls: Sequence[Polygon]) -> Level:
 
 def _cloud_of(wall: Polygon, top_m: float) -> np.ndarray:
     ring = wall.exterior
-    at = shapely.line_interpolate_point(ring, np.arange(0.0, ring.length, _POINTS_M))
-    heights = np.arange(0.0, top_m, _POINTS_M)
+    at = shapely.line_interpolate_point(ring, np.arange(0.0, ring.length, CRACK_M))  # less than a scanner's
+    heights = np.arange(0.0, top_m, CRACK_M)
     plan = np.repeat(shapely.get_coordinates(at), len(heights), axis=0)
     return np.column_stack([plan, np.tile(heights, len(at))])
 
@@ -122,7 +121,7 @@ def _room_of(level: Level, said: Correction, closed: Sequence[Polygon]) -> Polyg
 
 
 def _plan_of(level: Level, shape: Polygon) -> FloorPlan:
-    shift = MARGIN_M - np.array(shape.bounds[:2])
+    shift = HAND_M - np.array(shape.bounds[:2])  # ``min(verts)`` of every plan, as published
     ring = np.round(shapely.get_coordinates(shapely.orient_polygons(shape).exterior)[:-1] + shift, 2)
     holes = tuple(np.round(shapely.get_coordinates(hole)[:-1] + shift, 2) for hole in shape.interiors)
     return FloorPlan(

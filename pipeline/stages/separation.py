@@ -75,6 +75,7 @@ from pipeline.tolerances import (
     MOST,
     MOSTLY,
     PARALLEL,
+    PARTITION_M,
     PASSABLE_M,
     SOME,
     THICK_WALL_M,
@@ -82,7 +83,6 @@ from pipeline.tolerances import (
 from pipeline.values import Evidence, Level, Planes
 
 CLOSET_M2 = 0.9
-SLIT_M = 0.25
 WHOLE_BREADTH = 0.85
 WAYS = KNOWN | {"lintel", "gap", "mouth"}
 """What leads from one space to another, not over a sill or a railing."""
@@ -498,10 +498,10 @@ def _parts_two(way: Opening, held: Sequence[bool]) -> bool:
 
 def _impassable_slits(room: Polygon, least_m2: float) -> list[Polygon]:
     """Return the slits that join parts of a room of ``least_m2`` or more (R3)."""
-    pieces = polygons_of(buffer_mitred(room, -SLIT_M / 2))
+    pieces = polygons_of(buffer_mitred(room, -PARTITION_M / 2))
     if len(pieces) < 2:
         return []
-    parts = [intersect(buffer_mitred(piece, SLIT_M / 2 + HAIR_M), room) for piece in pieces]
+    parts = [intersect(buffer_mitred(piece, PARTITION_M / 2 + HAIR_M), room) for piece in pieces]
     large = [part for part in parts if part.area >= least_m2]
     if len(large) < 2:
         return []

@@ -23,11 +23,8 @@ from houseexpo.tolerances import GRID_M
 from pipeline.geometry.areas import OUTSIDE, polygons_of, unite
 from pipeline.geometry.openings import openings_as_arrays, turn_left
 from pipeline.geometry.rooms_and_passages import polygons_between_rooms
-from pipeline.tolerances import AROUND_M, STAND_M
+from pipeline.tolerances import AROUND_M, HAND_M, STAND_M
 from pipeline.values import Level, NamedRoom, Obstacle, Opening, Spaces
-
-MARGIN_M = 0.1
-"""``min(verts)`` of every plan, as published."""
 
 
 def vectorise(
@@ -40,7 +37,7 @@ def vectorise(
     """Return the plan of docs/format.md; if the free space falls into parts on the grid, only the largest part."""
     tiles = _in_one_piece(spaces, named)
     outline = tiles.outline
-    shift = MARGIN_M - np.array(outline.bounds[:2])
+    shift = HAND_M - np.array(outline.bounds[:2])
     (verts, holes), *rings = snap_polygons([outline, *tiles.rooms, *tiles.doors], shift)
     rooms = [_room(k, *shape, name) for k, (shape, name) in enumerate(zip(rings, tiles.named, strict=False))]
     doors = [

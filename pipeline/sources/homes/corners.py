@@ -18,6 +18,7 @@ import numpy.typing as npt
 import shapely
 
 from pipeline.sources.homes.values import Door, Rect
+from pipeline.tolerances import RUN_M, SHOULDERS_M
 
 _CLEAR_M, _BESIDE_M = 0.45, 0.05
 _WAYS_M = (0.9, 0.5)
@@ -31,7 +32,6 @@ _CORNER_WIDE_M, _WIDE_M, _DEEP_M = (0.15, 2.5), (0.15, 0.9), (0.1, 0.6)
 _NIB_M = (0.25, 3.0)
 _FLANK_M, _BAY_M, _NOSE_M = 1.2, 4.0, 1.5
 _CHAMFER_M = (0.06, 0.25)
-_LEFT_M = 0.3
 _SHARPEST_RAD = np.radians(160.0)
 
 
@@ -215,10 +215,10 @@ def _draw_position(
 ) -> float | None:
     """Draw where along a side something as wide stands, or None if it has no room, or at the end of a wall."""
     far = float(np.hypot(*steps[side])) - width_m
-    if far < _LEFT_M:
+    if far < RUN_M:
         return None
     if not in_corner:
-        return float(rng.uniform(_LEFT_M / 2, far - _LEFT_M / 2))
+        return float(rng.uniform(RUN_M / 2, far - RUN_M / 2))
     end = int(rng.integers(2))
     before, after = steps[side - 1 + end], steps[(side + end) % len(steps)]
     return end * far if before[0] * after[1] > before[1] * after[0] else None
@@ -230,8 +230,6 @@ def _draw_position(
 _WELCOME: Final = {"Entryway": 4.0, "Lobby": 3.0, "Hall": 2.5, "Hallway": 2.0, "Living_Room": 1.5, "Kitchen": 0.5}
 _WIDTH_M: Final = 0.9
 _FROM_CORNER_M: Final = 0.2
-_BEFORE_M: Final = 0.6
-"""So much room is before it."""
 _SECOND: Final = 0.25
 
 
@@ -247,7 +245,7 @@ def draw_front_doors(
         places = [
             rect
             for rect, before in _places(spaces[k], wall_m, rng)
-            if all(shapely.box(*rect).distance(other) > wall_m + _BEFORE_M for other in others)
+            if all(shapely.box(*rect).distance(other) > wall_m + SHOULDERS_M for other in others)
             and not spaces[k].intersects(shapely.box(*before))  # a wall that ends in the room is no outer one
         ]
         if places:
@@ -274,7 +272,7 @@ def _places(space: shapely.Polygon, wall_m: float, rng: np.random.Generator) -> 
         b = a[0] + dx * _WIDTH_M + dy * (wall_m + 1e-3), a[1] + dy * _WIDTH_M - dx * (wall_m + 1e-3)
         a = a[0] - dy * 1e-3, a[1] + dx * 1e-3
         c = x1 + dx * at + dy * wall_m / 2, y1 + dy * at - dx * wall_m / 2
-        d = c[0] + dx * _WIDTH_M + dy * _BEFORE_M, c[1] + dy * _WIDTH_M - dx * _BEFORE_M
+        d = c[0] + dx * _WIDTH_M + dy * SHOULDERS_M, c[1] + dy * _WIDTH_M - dx * SHOULDERS_M
         found.append((_rect(a, b), _rect(c, d)))
     return found
 

@@ -20,6 +20,7 @@ from houseexpo.plan.room_labels import canonical
 from pipeline.geometry.areas import polygons_of, triangulate
 from pipeline.geometry.meshes import Mesh
 from pipeline.sources.homes.values import Home
+from pipeline.sources.tolerances import LOOP_M2
 from pipeline.values import MADE, Level, SourceRoom
 
 WALL_TOP_M: Final = 2.73
@@ -29,8 +30,6 @@ DOOR_HEAD_M: Final = 2.12
 
 Meshed: TypeAlias = tuple[npt.NDArray[np.float64], npt.NDArray[np.float64], npt.NDArray[np.int64]]
 """Points (n, 3): plan x, plan y, height, metres; texture (n, 2); faces (m, 3), outward in that frame."""
-
-_MIN_M2: Final = 1e-4
 
 
 def level_from_home(home: Home) -> Level:
@@ -69,8 +68,8 @@ def _walls(home: Home) -> Mesh:
     solid = shapely.difference(shell, spaces)
     gaps = shapely.box(*np.array([door.rect for door in (*home.doors, *home.fronts)]).reshape(-1, 4).T)
     open_ = shapely.union_all(gaps)
-    standing = [(each, 0.0, WALL_TOP_M) for each in _pieces(shapely.difference(solid, open_))]
-    crossed = _pieces(shapely.intersection(solid, open_))
+    standing = [(each, 0.0, WALL_TOP_M) for each in pieces_of(shapely.difference(solid, open_))]
+    crossed = pieces_of(shapely.intersection(solid, open_))
     hanging = [(each, *heights) for each in crossed for heights in ((0.0, SILL_M), (DOOR_HEAD_M, WALL_TOP_M))]
     return prisms_mesh([*standing, *hanging])
 
@@ -85,8 +84,9 @@ def prisms_mesh(prisms: Sequence[tuple[shapely.Polygon, float, float]]) -> Mesh:
     )
 
 
-def _pieces(shape: shapely.Geometry) -> list[shapely.Polygon]:
-    return [each for each in polygons_of(shape) if each.area > _MIN_M2]
+def pieces_of(shape: shapely.Geometry) -> list[shapely.Polygon]:
+    """Return the polygons of a shape that are no gaps between lines."""
+    return [each for each in polygons_of(shape) if each.area > LOOP_M2]
 
 
 def prism_mesh(polygon: shapely.Polygon, low: float, high: float) -> Meshed:

@@ -11,9 +11,10 @@ from typing import TypeAlias
 
 import numpy as np
 
-from pipeline.sources.homes.slicing import ABUT_M, shared_borders
+from pipeline.sources.homes.slicing import shared_borders
 from pipeline.sources.homes.values import Rect, snap_wall_line
 from pipeline.sources.homes.wishes import extra_doors
+from pipeline.tolerances import SAME
 
 DOOR_CORNER_M = 0.06
 """A door's jamb stands so far from a wall's face, or is flush with it."""
@@ -137,7 +138,7 @@ def _instead(clear_m: float, widths: tuple[float, ...]) -> float:
 def _are_aligned(rects: list[Rect], pair: tuple[int, int], upright: bool, first: bool) -> bool:
     """Return whether both rectangles of a border end where it starts (``first``) or ends."""
     side = (1 if upright else 0) + (0 if first else 2)
-    return abs(rects[pair[0]][side] - rects[pair[1]][side]) < ABUT_M
+    return abs(rects[pair[0]][side] - rects[pair[1]][side]) < SAME
 
 
 def _draw_position(rng: np.random.Generator) -> float:
@@ -268,7 +269,7 @@ def _divide_by_stub(found: ShapedRooms, wall_m: float, rng: np.random.Generator)
 def _covers_side(rect: Rect, low: float, high: float, upright: bool) -> bool:
     """Return whether a border takes up a whole side of a rectangle."""
     side = (rect[1], rect[3]) if upright else (rect[0], rect[2])
-    return abs(side[0] - low) < ABUT_M and abs(side[1] - high) < ABUT_M
+    return abs(side[0] - low) < SAME and abs(side[1] - high) < SAME
 
 
 def _rect(x1: float, y1: float, x2: float, y2: float) -> Rect:

@@ -13,13 +13,11 @@ import numpy as np
 import shapely
 
 from pipeline.sources.homes.values import Rect
+from pipeline.tolerances import SAME, SPECK
 
-ABUT_M = 1e-6
 MIN_SIDE_M = 0.9
 _HUB = 0.4
 """How much it counts that no room has a border with all others."""
-_FULL = 0.02
-"""Of a box that is so nearly full, the rest are walls: houses have no recess of a few centimetres."""
 _NEAR_ENOUGH = 0.04
 """A layout this near to what is asked is taken at once."""
 
@@ -66,7 +64,7 @@ def shared_borders(rects: list[Rect]) -> dict[tuple[int, int], tuple[float, floa
     found = {}
     for upright, a1, a2, b1, b2 in ((True, x1, x2, y1, y2), (False, y1, y2, x1, x2)):
         low, high = np.maximum(b1[:, None], b1), np.minimum(b2[:, None], b2)
-        meets = (np.abs(a2[:, None] - a1) < ABUT_M) & (high - low > ABUT_M)  # the first ends where the second begins
+        meets = (np.abs(a2[:, None] - a1) < SAME) & (high - low > SAME)  # the first ends where the second begins
         for i, j in np.argwhere(meets).tolist():
             found[min(i, j), max(i, j)] = (float(a2[i]), float(low[i, j]), float(high[i, j]), upright)
     return dict(sorted(found.items()))
@@ -94,7 +92,7 @@ def _attempt(asked: WantedRectangles, rng: np.random.Generator) -> list[Rect]:
     blocks = share if n == 1 else share * float(rng.uniform(0.3, 1.0)) if n_voids else 0.0
     cuts = rng.dirichlet(np.full(n_voids, 1.5)) * blocks if n_voids else np.zeros(0)
     pulls = np.zeros(n)
-    if share - cuts.sum() > _FULL:
+    if share - cuts.sum() > SPECK:  # the rest are walls: houses have no recess of a few centimetres
         chosen = rng.random(n) < rng.uniform(0.25, 0.8)
         chosen[int(rng.integers(n))] = True
         pulls = chosen * rng.uniform(0.2, 1.0, n) * np.array(asked.areas_m2)
@@ -105,7 +103,7 @@ def _attempt(asked: WantedRectangles, rng: np.random.Generator) -> list[Rect]:
     rects = [placed[k] for k in range(n)]
     _pull(rects, pulls, asked, rng)
     x1, y1, x2, y2 = _bounds(rects)
-    if x1 > ABUT_M or y1 > ABUT_M or asked.width_m - x2 > ABUT_M or asked.height_m - y2 > ABUT_M:
+    if x1 > SAME or y1 > SAME or asked.width_m - x2 > SAME or asked.height_m - y2 > SAME:
         rects = _fill_box(rects, asked)
     return rects
 
@@ -139,7 +137,7 @@ def _pull(rects: list[Rect], pulls: np.ndarray, asked: WantedRectangles, rng: np
     box = (0.0, 0.0, asked.width_m, asked.height_m)
     for k in np.flatnonzero(pulls > 0).tolist():
         rect = rects[k]
-        outer = [side for side in range(4) if abs(rect[side] - box[side]) < ABUT_M]
+        outer = [side for side in range(4) if abs(rect[side] - box[side]) < SAME]
         if not outer:
             continue
         side = outer[int(rng.integers(len(outer)))]

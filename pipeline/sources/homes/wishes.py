@@ -53,7 +53,6 @@ def distributions_digest() -> str:
 
 
 _KIND_DRAWS: Final = 48
-_HALF: Final = 0.5
 _LEAST_RANK: Final = 1e-4
 _Floats = npt.NDArray[np.float64]
 
@@ -117,7 +116,7 @@ def _scores(counts: dict[str, int], stratum: int, rng: np.random.Generator) -> _
     found = []
     for name in COUNTED:
         known = np.array(quantiles[name]) + 1e-9 * np.arange(len(shares))
-        low, high = np.interp([counts[name] - _HALF, counts[name] + _HALF], known, shares, left=0.0, right=1.0)
+        low, high = np.interp([counts[name] - 0.5, counts[name] + 0.5], known, shares, left=0.0, right=1.0)
         found.append(rng.uniform(low, high))
     return np.asarray(ndtri(np.clip(found, _LEAST_RANK, 1.0 - _LEAST_RANK)))
 

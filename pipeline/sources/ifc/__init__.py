@@ -69,20 +69,30 @@ from pipeline.sources.storeys.levels import Shift, shift_to_origin
 from pipeline.sources.storeys.scale import said_size
 from pipeline.sources.storeys.surfaces import Surfaces, WallProfile
 from pipeline.sources.tolerances import (
-    CLEAR_M,
     COMMON_STOREY_M,
     COVER_MARGIN_M,
     HIGHEST_BUILDING_M,
     HIGHEST_LINTEL_M,
-    KNEE_M,
     NAMED_DOOR_M,
     OFF_FLOOR_M,
-    ROUGH_M,
     SLABS_M,
     STOREY_M,
-    THICKEST_WALL_M,
 )
-from pipeline.tolerances import BESIDE_M, CRACK_M, FOOT_M, GROUP, HAND_M, MOST, PATCH_M2, SHEET_M, SOME
+from pipeline.tolerances import (
+    BESIDE_M,
+    CRACK_M,
+    FOOT_M,
+    GROUP,
+    HAND_M,
+    HEAD_M,
+    KNEE_M,
+    MM_M,
+    MOST,
+    PATCH_M2,
+    SHEET_M,
+    SOME,
+    THICK_WALL_M,
+)
 from pipeline.values import Input, Level, Mesh, Opening, SourceObject, SourceRoom
 
 
@@ -124,7 +134,7 @@ def find_levels(building: Building) -> list[IfcLevelParts]:
 
 def _with_high_spaces(building: Building) -> Building:
     """L11."""
-    if any(space.top - space.bottom >= CLEAR_M for space in building.spaces):
+    if any(space.top - space.bottom >= HEAD_M for space in building.spaces):
         return building
     floors = [(space, largest_footprint(space.mesh)) for space in building.spaces]
     spaces = tuple(
@@ -138,7 +148,7 @@ def _with_high_spaces(building: Building) -> Building:
 def _with_high_walls(building: Building) -> Building:
     """L12."""
     low = [part for part in building.walls if part.top > part.bottom]
-    if len(low) < GROUP or not building.spaces or any(part.top - part.bottom >= CLEAR_M for part in low):
+    if len(low) < GROUP or not building.spaces or any(part.top - part.bottom >= HEAD_M for part in low):
         return building
     foot, top = min(part.bottom for part in low), max(part.top for part in low)
     spaces = (_moved(space, foot - space.bottom) if space.bottom > top else space for space in building.spaces)
@@ -214,17 +224,17 @@ def _level(
     standing_walls = WallFootprints([part.mesh for part in here])
     panes = window_hole_fillings(building.windows, building.holes, standing_walls, floor, standing.above)  # L5
     rooms = find_rooms(spaces, standing_walls)
-    beams = [part.mesh for part in building.beams if _is_lintel(part, floor)]
+    beams = [part.mesh for part in building.beams if floor + HEAD_M <= part.bottom < floor + HIGHEST_LINTEL_M]
     if not (building.named_openings or building.holes) and _carry_floor(beams, rooms):
         beams = []
     walls = merge_meshes([*(part.mesh for part in here), *beams, *panes])
     surfaces = Surfaces.of(walls)
     # skirtings end below the height from which walls are measured
-    top = WallProfile.of(surfaces, surfaces.walls()).end_above(floor + CLEAR_M, floor + FOOT_M)
+    top = WallProfile.of(surfaces, surfaces.walls()).end_above(floor + HEAD_M, floor + FOOT_M)
     return IfcLevelParts(
         name=standing.storey.name,
         floor_z=floor,
-        ceiling_m=max(min(top, standing.above - COVER_MARGIN_M) - floor, CLEAR_M),
+        ceiling_m=max(min(top, standing.above - COVER_MARGIN_M) - floor, HEAD_M),
         walls=walls,
         floor=_floor(building, standing),
         below=_below(building, floor, floors),
@@ -261,14 +271,9 @@ def _stands_in(leaf: ElementBody, hole: WallHole) -> bool:
 
 def _runs_through(part: ElementBody, floor: float, above: float) -> bool:
     """L1."""
-    stands_above = part.bottom >= above - OFF_FLOOR_M and part.top >= above + CLEAR_M
+    stands_above = part.bottom >= above - OFF_FLOOR_M and part.top >= above + HEAD_M
     # a part that reaches so far into a storey stands in it
     return part.bottom < above - HAND_M and part.top > floor + HAND_M and not stands_above
-
-
-def _is_lintel(beam: ElementBody, floor: float) -> bool:
-    """L2."""
-    return floor + CLEAR_M <= beam.bottom < floor + HIGHEST_LINTEL_M
 
 
 def _carry_floor(beams: Sequence[Mesh], rooms: Sequence[SourceRoom]) -> bool:
@@ -279,7 +284,7 @@ def _carry_floor(beams: Sequence[Mesh], rooms: Sequence[SourceRoom]) -> bool:
 
 def _is_wall(part: ElementBody, floor: float) -> bool:
     """L3."""
-    if part.bottom > floor + KNEE_M or part.top < floor + CLEAR_M:
+    if part.bottom > floor + KNEE_M or part.top < floor + HEAD_M:
         return False
     points = part.mesh.vertices
     middle = (part.bottom + part.top) / 2
@@ -289,7 +294,7 @@ def _is_wall(part: ElementBody, floor: float) -> bool:
     sides = np.hypot(*np.diff(corners[:3], axis=0).T)
     # the head of an upright part stands over its foot
     # an unspecified part that is upright and as thin is a wall
-    return bool(leans < BESIDE_M and len(sides) > 1 and sides.min() < THICKEST_WALL_M)
+    return bool(leans < BESIDE_M and len(sides) > 1 and sides.min() < THICK_WALL_M)
 
 
 def _screens(parts: Sequence[ElementBody], spaces: Sequence[ElementBody]) -> list[ElementBody]:
@@ -322,21 +327,21 @@ def _is_on(part: ElementBody, standing: LevelStorey, floors: Sequence[float]) ->
 def _floor(building: Building, standing: LevelStorey) -> Polygon | MultiPolygon | None:
     """Slabs whose top lies at the floor, whichever storey contains them."""
     tops = [part for part in building.slabs if abs(part.top - standing.floor_z) < OFF_FLOOR_M]
-    return _area(shapely.union_all([largest_footprint(part.mesh) for part in tops], grid_size=ROUGH_M))
+    return _area(shapely.union_all([largest_footprint(part.mesh) for part in tops], grid_size=MM_M))
 
 
 def _below(building: Building, floor: float, floors: Sequence[float]) -> Polygon | MultiPolygon | None:
     """L6."""
-    lower = [each for each in floors if each < floor - CLEAR_M]
+    lower = [each for each in floors if each < floor - HEAD_M]
     tops = [part for part in building.slabs if any(abs(part.top - each) < OFF_FLOOR_M for each in lower)]
     near = [part for part in building.slabs if part.top > floor - SLABS_M[0] and part.bottom < floor + SLABS_M[1]]
     shown, hidden = (shapely.union_all([project_to_plan(part.mesh) for part in parts]) for parts in (tops, near))
-    return _area(shapely.difference(shown, hidden, grid_size=ROUGH_M))
+    return _area(shapely.difference(shown, hidden, grid_size=MM_M))
 
 
 def _stairs(building: Building, floor: float, floors: Sequence[float]) -> Polygon | MultiPolygon | None:
     """L6."""
-    below = max((each for each in floors if each < floor - CLEAR_M), default=np.inf)
+    below = max((each for each in floors if each < floor - HEAD_M), default=np.inf)
     found = [part for part in building.stairs if below - OFF_FLOOR_M <= part.bottom < floor - KNEE_M]
     return _area(unite(project_to_plan(part.mesh) for part in found))
 
@@ -345,8 +350,8 @@ def _cover(building: Building, floor: float) -> Polygon | MultiPolygon | None:
     """L8."""
     plates = (part for part in (*building.walls, *building.loose) if part.kind == "IfcPlate")
     parts = (*building.slabs, *building.roofs, *plates)
-    over = [project_to_plan(part.mesh) for part in parts if part.bottom >= floor + CLEAR_M]
-    return _area(shapely.union_all(over, grid_size=ROUGH_M))
+    over = [project_to_plan(part.mesh) for part in parts if part.bottom >= floor + HEAD_M]
+    return _area(shapely.union_all(over, grid_size=MM_M))
 
 
 def _outdoors(spaces: Sequence[ElementBody], rooms: Sequence[SourceRoom]) -> Polygon | MultiPolygon | None:
@@ -396,7 +401,11 @@ def read(item: Input) -> Iterator[Level]:
     building = scale_building(building, factor) if factor != 1.0 else building
     if floors := json.loads(options.get("floors", "[]")):
         building = _on_floors(building, floors)
-    found = [each for each in find_levels(building) if not floors or _is_at_one_of(each.floor_z, floors)]
+    found = [
+        each
+        for each in find_levels(building)
+        if not floors or any(abs(each.floor_z - floor) <= OFF_FLOOR_M for floor in floors)
+    ]
     if not found:
         names = ", ".join(list(dict.fromkeys(storey.name for storey in building.storeys))[:8])
         storeys = f"none of its storeys ({names}) has" if names else "there is no IfcBuildingStorey, and no floor has"
@@ -420,10 +429,6 @@ def read(item: Input) -> Iterator[Level]:
             replace(level, guesses=guesses), shift, level_id(item.id, number, len(found)), number, provenance
         )
         yield replace(made, unit_m=unit_m)
-
-
-def _is_at_one_of(height: float, floors: Sequence[float]) -> bool:
-    return any(abs(height - each) <= OFF_FLOOR_M for each in floors)
 
 
 def _on_floors(building: Building, floors: Sequence[float]) -> Building:

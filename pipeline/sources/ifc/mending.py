@@ -19,7 +19,7 @@ from typing import Any, Final
 import numpy as np
 
 from pipeline.sources.ifc.elements import has_body, has_parent_cycle, of_type
-from pipeline.sources.tolerances import NAMED_DOOR_M
+from pipeline.sources.tolerances import DEEPEST, NAMED_DOOR_M
 
 
 def mend_model(model: Any, metres: float) -> None:
@@ -89,8 +89,6 @@ def _is_closed(line: Any) -> bool:
 DAMAGED: Final = (AttributeError, LookupError, TypeError, ValueError, ZeroDivisionError)
 """What reading damaged attributes raises."""
 
-DEEPEST_PLACEMENT = 100  # placements within placements; more is a circle
-
 
 class SoundnessChecker:
     """Remembers what has been looked at: products share placements and representations."""
@@ -107,7 +105,7 @@ class SoundnessChecker:
         if not product or not product.is_a("IfcProduct"):
             return False
         placement, shape = product.ObjectPlacement, product.Representation
-        return self._is_placed(placement, DEEPEST_PLACEMENT) and (shape is None or self._check_once(shape, _is_shape))
+        return self._is_placed(placement, DEEPEST) and (shape is None or self._check_once(shape, _is_shape))
 
     def _is_placed(self, placement: Any, depth: int) -> bool:
         if placement is None:

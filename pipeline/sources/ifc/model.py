@@ -31,15 +31,8 @@ from pipeline.sources.ifc.elements import (
 )
 from pipeline.sources.ifc.mending import DAMAGED, SoundnessChecker, mend_model
 from pipeline.sources.ifc.step_file import open_model
-from pipeline.sources.tolerances import (
-    IFC_DOOR_M,
-    NAMED_DOOR_M,
-    NARROWEST_DOOR_M,
-    THICKEST_WALL_M,
-    VERTICAL,
-    WIDEST_DOOR_BODY_M,
-)
-from pipeline.tolerances import HAND_M, MOST
+from pipeline.sources.tolerances import IFC_DOOR_M, NAMED_DOOR_M, NARROWEST_DOOR_M, VERTICAL, WIDEST_DOOR_BODY_M
+from pipeline.tolerances import HAND_M, HEAD_M, MOST, THICK_WALL_M
 from pipeline.values import Mesh
 
 FRENCH_WINDOW = re.compile(
@@ -47,7 +40,6 @@ FRENCH_WINDOW = re.compile(
     r"|(?<!out)\bdoors?\b|t(ü|ue)r(e?n)?\b",
     re.IGNORECASE,
 )
-FRENCH_WINDOW_M: Final = 1.9  # a lower window is no door, whatever its name
 KERNEL: Final = "hybrid-cgal-simple-opencascade"  # flat-faced bodies go a quick way, the rest through OCC
 
 
@@ -261,7 +253,7 @@ def _is_as_large_as_door(mesh: Mesh) -> bool:
     """Return whether a body is as high and as wide as a door, and no deeper than a wall (E8)."""
     box = box_around(mesh.vertices)
     is_high = NAMED_DOOR_M[0] <= box.high - box.low <= NAMED_DOOR_M[1]
-    return is_high and NARROWEST_DOOR_M <= box.width <= WIDEST_DOOR_BODY_M and box.thickness <= THICKEST_WALL_M
+    return is_high and NARROWEST_DOOR_M <= box.width <= WIDEST_DOOR_BODY_M and box.thickness <= THICK_WALL_M
 
 
 def _fillings(elements: ElementsByKind, meshes: dict[int, Mesh]) -> dict[int, list[Any]]:
@@ -324,7 +316,7 @@ def _french_windows(
 
 
 def _is_high(mesh: Mesh) -> bool:
-    return float(np.ptp(mesh.vertices[:, 2])) >= FRENCH_WINDOW_M
+    return float(np.ptp(mesh.vertices[:, 2])) >= HEAD_M  # a lower window is no door, whatever its name
 
 
 def _holes(

@@ -45,11 +45,13 @@ from shapely.geometry.base import BaseGeometry
 
 from pipeline.sources.ifc.model import ElementBody, WallHole
 from pipeline.sources.roles import is_attic_space, labels_for
-from pipeline.sources.tolerances import CLEAR_M, KNEE_M, LOWEST_HEAD_M, STOREYS_APART_M, THICKEST_WALL_M, TINY, WAIST_M
+from pipeline.sources.tolerances import LOWEST_HEAD_M, STOREYS_APART_M, TINY, WAIST_M
 from pipeline.tolerances import (
     ALMOST_ALL,
     FOOT_M,
     HAND_M,
+    HEAD_M,
+    KNEE_M,
     LAP_M,
     MM_M,
     MOST,
@@ -59,6 +61,7 @@ from pipeline.tolerances import (
     SOME,
     SPECK_M2,
     STAND_M,
+    THICK_WALL_M,
 )
 from pipeline.values import Mesh, Opening, SourceRoom
 
@@ -137,7 +140,7 @@ class _Found:
 
 def is_room(space: ElementBody) -> bool:
     """R2."""
-    return space.top - space.bottom >= CLEAR_M and not is_attic_space(space.words)
+    return space.top - space.bottom >= HEAD_M and not is_attic_space(space.words)
 
 
 def find_rooms(spaces: Sequence[ElementBody], walls: WallFootprints) -> tuple[SourceRoom, ...]:
@@ -150,7 +153,7 @@ def find_rooms(spaces: Sequence[ElementBody], walls: WallFootprints) -> tuple[So
 
 def _at_walls(found: list[_Found], walls: WallFootprints) -> list[_Found]:
     """R5: return the rooms that stand at walls; all of them if no room does."""
-    shapes = [each.shape.buffer(THICKEST_WALL_M / 2, join_style="mitre") for each in found]
+    shapes = [each.shape.buffer(THICK_WALL_M / 2, join_style="mitre") for each in found]
     groups = [group for group in shapely.get_parts(shapely.union_all(shapes)) if walls.reach(group)]
     kept = [each for each in found if any(each.shape.intersects(group) for group in groups)]
     return kept or found
@@ -277,7 +280,7 @@ class WallFootprints:
     def near(self, mesh: Mesh) -> BaseGeometry:
         """Return what stands about a body, as one plan shape."""
         # the wall may go on so far beyond a hole
-        low, high = mesh.vertices.min(axis=0) - THICKEST_WALL_M, mesh.vertices.max(axis=0) + THICKEST_WALL_M
+        low, high = mesh.vertices.min(axis=0) - THICK_WALL_M, mesh.vertices.max(axis=0) + THICK_WALL_M
         touching = (self._boxes[:, :3] <= high).all(axis=1) & (self._boxes[:, 3:] >= low).all(axis=1)
         return shapely.union_all([self._shadow(int(k)) for k in np.flatnonzero(touching)])
 
@@ -321,12 +324,12 @@ def _in_wall(hole: WallHole) -> list[Polygon]:
     """H5: return the part of a hole's body in its wall, for a body deeper than any wall; empty without a wall there."""
     body = largest_footprint(hole.mesh)
     shorter = min(_sides(body))
-    if hole.host is None or shorter <= THICKEST_WALL_M:
+    if hole.host is None or shorter <= THICK_WALL_M:
         return []
     found = []
     for piece in shapely.get_parts(body.intersection(project_to_plan(hole.host))):
         thin, long = sorted(_sides(piece))
-        if TINY < thin <= THICKEST_WALL_M and long >= MOST * shorter:
+        if TINY < thin <= THICK_WALL_M and long >= MOST * shorter:
             found.append(shapely.oriented_envelope(piece))
     return found
 
@@ -423,7 +426,7 @@ def _beside(place: _Place, standing: BaseGeometry) -> Span | None:
 def _before(place: _Place, hole: WallHole, host: BaseGeometry) -> Span | None:
     """H6."""
     near, far = place.across
-    if not hole.has_door or far - near > THICKEST_WALL_M:
+    if not hole.has_door or far - near > THICK_WALL_M:
         return None
     return _over(replace(place, across=(2 * near - far, 2 * far - near)), host)
 
@@ -431,7 +434,7 @@ def _before(place: _Place, hole: WallHole, host: BaseGeometry) -> Span | None:
 def _standing_at(place: _Place, strip: Span, standing: BaseGeometry) -> Span | None:
     """Spans of what stands in a strip across the wall that touch the hole, as one, with the leaves right behind."""
     across = place.across
-    reach = across[0] - THICKEST_WALL_M, across[1] + THICKEST_WALL_M
+    reach = across[0] - THICK_WALL_M, across[1] + THICK_WALL_M
     pieces = shapely.get_parts(standing.intersection(place.axis.box(strip, reach)))
     turned = place.axis.quarter_turn()
     spans = sorted(turned.span(shapely.get_coordinates(piece)) for piece in pieces if piece.area > 0)

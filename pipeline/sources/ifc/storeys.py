@@ -48,17 +48,14 @@ from pipeline.sources.ifc.model import Building, ElementBody, Storey
 from pipeline.sources.ifc.rooms_and_openings import is_room, largest_footprint, merge_parts
 from pipeline.sources.storeys.surfaces import Surfaces, cut_at_height
 from pipeline.sources.tolerances import (
-    CLEAR_M,
     COMMON_STOREY_M,
     COVER_MARGIN_M,
     OFF_FLOOR_M,
-    ROUGH_M,
-    SLAB_M2,
-    SLAB_VOTES,
     SPLIT_LEVEL_M,
     STOREY_WALLS_M,
+    USUAL_ROOM_M2,
 )
-from pipeline.tolerances import HAND_M, MOST, MOSTLY
+from pipeline.tolerances import GROUP, HAND_M, HEAD_M, MM_M, MOST, MOSTLY
 from pipeline.values import Mesh
 
 
@@ -104,7 +101,7 @@ def _without_false_storeys(building: Building) -> Building:
     named = bool(building.spaces) or any(hole.has_door for hole in building.holes)
     alone = len({part.storey for part in building.walls}) == 1
     in_one = named and alone
-    feet = np.array([part.bottom for part in building.walls if alone and part.top - part.bottom >= CLEAR_M])
+    feet = np.array([part.bottom for part in building.walls if alone and part.top - part.bottom >= HEAD_M])
     upper = [slab.top for slab in building.slabs if (np.abs(feet - slab.top) <= OFF_FLOOR_M).any()]
 
     def correct(part: ElementBody) -> ElementBody:
@@ -114,10 +111,10 @@ def _without_false_storeys(building: Building) -> Building:
         others = [each for each in building.storeys if each.building == storey.building]
         others = [each for each in others if _stands_on(part.bottom, each.elevation_m)]
         lies_under = part.top <= storey.elevation_m + COVER_MARGIN_M
-        higher = [each for each in others if each.elevation_m >= storey.elevation_m + CLEAR_M]
+        higher = [each for each in others if each.elevation_m >= storey.elevation_m + HEAD_M]
         lies_over = in_one and any(part.bottom >= each.elevation_m - COVER_MARGIN_M for each in higher)
         drawn_in_one = any(
-            abs(part.bottom - top) <= OFF_FLOOR_M and top >= storey.elevation_m + CLEAR_M for top in upper
+            abs(part.bottom - top) <= OFF_FLOOR_M and top >= storey.elevation_m + HEAD_M for top in upper
         )
         if (others and (lies_under or lies_over)) or drawn_in_one:
             return replace(part, storey=None, building=storey.building)
@@ -156,7 +153,7 @@ def _floors_of(parts: Sequence[ElementBody]) -> list[float]:
     for floor in sorted(part.bottom for part in parts if part.kind == "IfcSpace" and is_room(part)):
         if all(abs(floor - other) > OFF_FLOOR_M for other in found):
             found.append(floor)
-    for foot in sorted(part.bottom for part in parts if part.kind != "IfcSpace" and part.top - part.bottom >= CLEAR_M):
+    for foot in sorted(part.bottom for part in parts if part.kind != "IfcSpace" and part.top - part.bottom >= HEAD_M):
         if not any(_stands_on(foot, floor) for floor in found):
             found.append(foot)
     return found
@@ -164,7 +161,7 @@ def _floors_of(parts: Sequence[ElementBody]) -> list[float]:
 
 def _stands_on(height: float, floor: float) -> bool:
     """N1: whether what starts at a height stands on a floor, or on what lies under it or on it."""
-    return -OFF_FLOOR_M <= height - floor < CLEAR_M
+    return -OFF_FLOOR_M <= height - floor < HEAD_M
 
 
 @dataclass(frozen=True)
@@ -180,7 +177,11 @@ def floor_height(building: Building, storey: Storey) -> float:
     votes += [_Vote(float(hole.mesh.vertices[:, 2].min()), 1.0) for hole in building.holes if hole.has_door]
     votes += [_Vote(space.bottom, 1.0) for space in building.spaces if space.storey == storey.key and is_room(space)]
     near = [vote for vote in votes if abs(vote.height - given) <= OFF_FLOOR_M]
-    near += [_slab(slab) for slab in building.slabs if abs(slab.top - given) <= OFF_FLOOR_M]
+    near += [
+        _Vote(slab.top, min(largest_footprint(slab.mesh).area / USUAL_ROOM_M2, GROUP))
+        for slab in building.slabs
+        if abs(slab.top - given) <= OFF_FLOOR_M
+    ]
     best = max(near, key=lambda vote: (_support(near, vote.height), -abs(vote.height - given)))
     if _support(near, best.height) <= _support(near, given):
         return given
@@ -191,7 +192,7 @@ def floor_height(building: Building, storey: Storey) -> float:
 
 def _floor_of_walls(walls: Sequence[ElementBody], storey: Storey) -> float:
     """H1."""
-    own = [part for part in walls if part.storey == storey.key and part.top - part.bottom >= CLEAR_M]
+    own = [part for part in walls if part.storey == storey.key and part.top - part.bottom >= HEAD_M]
     own = [part for part in own if part.kind.startswith("IfcWall")] or own
     middle = _middle_foot(own) if own else storey.elevation_m
     return middle if abs(middle - storey.elevation_m) > OFF_FLOOR_M else storey.elevation_m
@@ -203,10 +204,6 @@ def _middle_foot(walls: Sequence[ElementBody]) -> float:
     lengths = np.array([float(np.hypot(*np.ptp(wall.mesh.vertices[:, :2], axis=0))) for wall in walls])
     order = np.argsort(feet)
     return float(feet[order][np.searchsorted(np.cumsum(lengths[order]), lengths.sum() / 2)])
-
-
-def _slab(slab: ElementBody) -> _Vote:
-    return _Vote(slab.top, min(largest_footprint(slab.mesh).area / SLAB_M2, SLAB_VOTES))
 
 
 def _support(votes: Sequence[_Vote], height: float) -> float:
@@ -263,7 +260,7 @@ def _standing(
         return None
     if not has_rooms and (not own or _wall_length(building.walls, floor) < STOREY_WALLS_M):
         return None
-    if not any(part.bottom < floor + CLEAR_M and part.top > floor + COVER_MARGIN_M for part in building.walls):
+    if not any(part.bottom < floor + HEAD_M and part.top > floor + COVER_MARGIN_M for part in building.walls):
         return None
     keys, buildings = frozenset({storey.key}), frozenset({storey.building})
     return LevelStorey(storey, floor, keys, buildings, has_rooms, _wall_length(own, floor))
@@ -279,7 +276,7 @@ def _is_walled(building: Building, storey: Storey, own: Sequence[ElementBody], f
 
 def _high(walls: Iterable[ElementBody], floor: float) -> list[ElementBody]:
     """S2: the walls that stand on a floor and are high enough for rooms."""
-    return [part for part in walls if part.bottom < floor + CLEAR_M and part.top > floor + COMMON_STOREY_M[0]]
+    return [part for part in walls if part.bottom < floor + HEAD_M and part.top > floor + COMMON_STOREY_M[0]]
 
 
 def _most_enclosed(building: Building, rooms: Sequence[ElementBody]) -> float:
@@ -291,7 +288,7 @@ def _most_enclosed(building: Building, rooms: Sequence[ElementBody]) -> float:
 
 
 def _enclosed_area(walls: Iterable[ElementBody]) -> float:
-    return float(fill_enclosed(unite(buffer_mitred(largest_footprint(part.mesh), ROUGH_M) for part in walls)).area)
+    return float(fill_enclosed(unite(buffer_mitred(largest_footprint(part.mesh), MM_M) for part in walls)).area)
 
 
 def _is_in(space: ElementBody, storey: Storey, floor: float) -> bool:
@@ -304,17 +301,17 @@ def _is_entered(mesh: Mesh, floor: float) -> bool:
 
 def _are_one(one: LevelStorey, other: LevelStorey) -> bool:
     """S3."""
-    return abs(one.floor_z - other.floor_z) < (SPLIT_LEVEL_M if one.has_rooms and other.has_rooms else CLEAR_M)
+    return abs(one.floor_z - other.floor_z) < (SPLIT_LEVEL_M if one.has_rooms and other.has_rooms else HEAD_M)
 
 
 def _above(one: LevelStorey, levels: Sequence[LevelStorey]) -> float:
     """S4."""
     higher = (other.floor_z for other in levels if other.buildings & one.buildings)
-    return min((height for height in higher if height >= one.floor_z + CLEAR_M), default=np.inf)
+    return min((height for height in higher if height >= one.floor_z + HEAD_M), default=np.inf)
 
 
 def _wall_length(parts: Iterable[ElementBody], floor: float) -> float:
     """Length in plan of the walls that reach 1.8 m over a floor; half of it, since a wall has two faces."""
     surfaces = Surfaces.of(merge_parts(parts))
-    segments = cut_at_height(surfaces, surfaces.walls(), floor + CLEAR_M - COVER_MARGIN_M)
+    segments = cut_at_height(surfaces, surfaces.walls(), floor + HEAD_M - COVER_MARGIN_M)
     return float(np.linalg.norm(segments[:, 1] - segments[:, 0], axis=1).sum()) / 2

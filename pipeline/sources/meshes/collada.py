@@ -18,11 +18,10 @@ import numpy.typing as npt
 
 from houseexpo.file_kinds import HEAD_BYTES
 from pipeline.rejection import Reason, Rejection
-from pipeline.sources.meshes.scene import MAX_NODES, NamedPiece, PartNames, transform_triangles, triangulate_polygons
+from pipeline.sources.meshes.scene import NamedPiece, PartNames, transform_triangles, triangulate_polygons
+from pipeline.sources.tolerances import DEEPEST, MOST_PARTS
 
 Floats = npt.NDArray[np.float64]
-
-MAX_DEEP = 200
 
 
 def load(path: Path, max_faces: int) -> Iterator[NamedPiece]:
@@ -73,8 +72,8 @@ def _instances(
     while stack:
         node, names, above = stack.pop()
         seen += 1
-        if len(names) > MAX_DEEP or seen > MAX_NODES:
-            raise ValueError(f"its nodes are nested more than {MAX_DEEP} deep, or more than {MAX_NODES:,}")
+        if len(names) > DEEPEST or seen > MOST_PARTS:
+            raise ValueError(f"its nodes are nested more than {DEEPEST} deep, or more than {MOST_PARTS:,}")
         matrix = above @ _matrix(node)
         path = (*names, node.get("name") or node.get("id") or "")
         for placed_here in children_by_tag(node, "instance_geometry", "instance_controller"):

@@ -29,18 +29,14 @@ from pipeline.sources.files import check_file
 from pipeline.sources.meshes import collada, gltf, obj
 from pipeline.sources.meshes.scene import NamedPiece, PartNames, Scene, triangulate_polygons
 from pipeline.sources.named_scene import drop_default_cube
+from pipeline.sources.tolerances import CHUNK_BYTES, LARGEST_COORDINATE
+from pipeline.tolerances import SPECK
 
 SUFFIXES = (".dae", ".glb", ".gltf", ".obj", ".off", ".ply", ".stl")
 MAX_FACES = 5_000_000
 """A mesh with more ends as TOO_LARGE, before it is read where its header says so; 1.7 million need 0.5 GB here."""
 
 GLTF = frozenset({".glb", ".gltf"})
-
-FEW_FACES = 0.02
-"""Share of the faces that may have no place: more than that, and it is not known what is missing."""
-
-LARGEST_COORDINATE = 1e15
-"""In any unit: with larger coordinates areas and volumes are no numbers any more."""
 
 
 @dataclass(frozen=True)
@@ -182,15 +178,12 @@ def _check_scene(path: Path, scene: Scene, declared: int | None, max_faces: int)
         return scene
     keep: npt.NDArray[np.bool_] = np.asarray(good[faces].all(axis=1))
     detail = f"{path.name} has {int((~good).sum()):,} vertices that are NaN, infinite or beyond {LARGEST_COORDINATE:g}"
-    if (~keep).sum() > FEW_FACES * len(faces):
+    if (~keep).sum() > SPECK * len(faces):  # if more have no place, it is not known what is missing
         raise Rejection("source", Reason.NOT_FINITE, detail, "repair the mesh, or export it again")
     return scene.of_faces(keep, "" if keep.all() else f"{detail}; {int((~keep).sum()):,} faces are left out")
 
 
 # How many faces a mesh file declares, read from its header before anything is loaded.
-
-
-CHUNK_BYTES = 1 << 24
 
 
 def declared_face_count(path: Path) -> int | None:

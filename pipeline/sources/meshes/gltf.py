@@ -19,7 +19,8 @@ import numpy.typing as npt
 from houseexpo.files import real_path
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.meshes.meshopt import decode_view
-from pipeline.sources.meshes.scene import MAX_NODES, NamedPiece, PartNames, transform_triangles
+from pipeline.sources.meshes.scene import NamedPiece, PartNames, transform_triangles
+from pipeline.sources.tolerances import MOST_PARTS
 
 Floats = npt.NDArray[np.float64]
 
@@ -115,8 +116,8 @@ def _nodes(tree: dict[str, Any]) -> Iterator[tuple[tuple[str, ...], dict[str, An
     while stack:
         index, names, above, ancestors = stack.pop()
         seen += 1
-        if index in ancestors or seen > MAX_NODES:
-            raise ValueError(f"node {index} is its own ancestor, or there are more than {MAX_NODES:,}")
+        if index in ancestors or seen > MOST_PARTS:
+            raise ValueError(f"node {index} is its own ancestor, or there are more than {MOST_PARTS:,}")
         node = nodes[index]
         matrix = above @ _matrix(node)
         path = (*names, _name(node))

@@ -11,13 +11,10 @@ import manifold3d
 import numpy as np
 import numpy.typing as npt
 
-from pipeline.sources.tolerances import BALL_FACES, OUT_OF_ROUND, SKY_HEIGHTS, STRAY_REACH, TINY
+from pipeline.sources.tolerances import BALL_FACES, SCARCELY, SKY_HEIGHTS, STRAY_REACH, TINY
 from pipeline.values import Mesh
 
 Owners = npt.NDArray[np.int32]
-
-MAX_NODES = 1_000_000
-"""A scene with more nodes, instances counted, is refused: a few nodes that hold each other may stand for billions."""
 
 
 @dataclass(frozen=True)
@@ -131,7 +128,7 @@ class Scene:
         fit = np.linalg.lstsq(rows, (ball**2).sum(axis=1), rcond=None)[0]
         radius = float(np.sqrt(max(fit[3] + fit[:3] @ fit[:3], 0.0)))
         away = np.linalg.norm(np.concatenate([ball, corners.mean(axis=1)]) - fit[:3], axis=1)
-        if (np.abs(away - radius) > OUT_OF_ROUND * radius).any():  # the corners of a box lie on one, but not its sides
+        if (np.abs(away - radius) > SCARCELY * radius).any():  # the corners of a box lie on one, but not its sides
             return False
         rest = self.mesh.vertices[np.unique(self.mesh.faces[~faces])]
         inside = np.linalg.norm(rest - fit[:3], axis=1).max() < radius

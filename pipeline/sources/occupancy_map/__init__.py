@@ -58,12 +58,8 @@ from pipeline.rejection import Reason, Rejection
 from pipeline.sources.drawn_storeys import Hole, walls_around
 from pipeline.sources.files import LeftOutParts, check_file, input_from_file
 from pipeline.sources.occupancy_map.clutter import things_in_rooms
-from pipeline.sources.occupancy_map.gaps import (
-    THICKEST_M,
-    area_of_cells,
-)
+from pipeline.sources.occupancy_map.gaps import THICKEST_M, THINNEST_CELLS, area_of_cells
 from pipeline.sources.occupancy_map.rooms import (
-    DRAWN_ROOM_M2,
     SMALLEST_M2,
     RoomConnection,
     Segmentation,
@@ -75,9 +71,9 @@ from pipeline.sources.occupancy_map.rooms import (
 from pipeline.sources.occupancy_map.seen_walls import SeenSides, cut_walls, entrance_gaps, walls_in_rooms
 from pipeline.sources.occupancy_map.signs import measure_signs
 from pipeline.sources.storeys.scale import said_size
-from pipeline.sources.tolerances import DOOR_HEIGHT_M, FILE_GRID_M, LINE_WALL_M, WALL_HEIGHT_M
+from pipeline.sources.tolerances import DOOR_HEIGHT_M, FILE_GRID_M, LINE_WALL_M, OBJECT_HEIGHT_M, WALL_HEIGHT_M
 from pipeline.sources.vector_plans.drawing import Drawing, DrawnStorey, levels_from_drawing
-from pipeline.tolerances import CRACK_M, HAND_M, MOST, PARTITION_M, RUN_M, SHOULDERS_M, TWICE
+from pipeline.tolerances import CRACK_M, HAND_M, MOST, NEARLY_ALL, PARTITION_M, RUN_M, SHOULDERS_M, TWICE
 from pipeline.values import EDGE, Input, Level, SourceObject, SourceRoom
 
 Bools = npt.NDArray[np.bool_]
@@ -86,12 +82,8 @@ Floats = npt.NDArray[np.float64]
 DOOR_M: Final = 1.4
 STRAIGHT_M: Final = 0.12
 ANGLE_DEG: Final = 12.0
-THING_M: Final = 1.0
-"""R13: higher than a robot's laser; a map does not show the heights of things."""
 WAY_REACH_M: Final = 1.5
 """How far from the middle of a way its rooms may begin."""
-STEP_CELLS: Final = 1.5
-"""R7: the greatest distance of a straight face from the edge of its cells, in cells."""
 NARROWEST_PART_CELLS: Final = 3
 """R7: the least width of a part of a room, in cells."""
 _REASONS: Final = {
@@ -219,12 +211,12 @@ def _with_seen_walls(outlines: list[Polygon], free: Bools, occupied: Bools, cell
 
 
 def _things(outlines: list[Polygon], free: Bools, occupied: Bools, cell_m: float) -> Iterator[SourceObject]:
-    """R13: yield what stands in the rooms, each thing as high as ``THING_M``, without the steps of its cells."""
+    """R13: yield what stands in the rooms, each ``OBJECT_HEIGHT_M`` high, without the steps of its cells."""
     cells = things_in_rooms(_cells_inside(outlines, free.shape, cell_m), free, occupied, cell_m)
     area = affine_transform(area_of_cells(cells), [cell_m, 0.0, 0.0, cell_m, 0.0, free.shape[0] * cell_m])
     for thing in polygons_of(shapely.simplify(area, cell_m)):
         if thing.area > HAND_M**2:
-            yield SourceObject((), extrude_polygon(thing, 0.0, THING_M))
+            yield SourceObject((), extrude_polygon(thing, 0.0, OBJECT_HEIGHT_M))
 
 
 def _cells_inside(outlines: list[Polygon], shape: tuple[int, ...], cell_m: float) -> Bools:
@@ -312,10 +304,10 @@ class _Edges:
     def of_cells(cls, cell_m: float) -> _Edges:
         """R7."""
         return cls(
-            STEP_CELLS * cell_m,
+            THINNEST_CELLS * cell_m,  # no straight face lies farther from its cells
             NARROWEST_PART_CELLS * cell_m,
             (NARROWEST_PART_CELLS * cell_m) ** 2,
-            DRAWN_ROOM_M2,
+            NEARLY_ALL * SMALLEST_M2,
             exact=True,
         )
 

@@ -1,7 +1,7 @@
 """Tell clutter in the free space of a map from pieces of its walls, and noise from rooms; ``rooms`` divides the rest.
 
-R1  A piece that stands alone in free space, shorter than ``ALONE_M``, is clutter: the space goes on under it. A patch
-    of free cells smaller than ``SCRAP_M2`` is noise.
+R1  A piece that stands alone in free space, shorter than ``REACH_M``, is clutter: the space goes on under it. A patch
+    of free cells smaller than ``PATCH_M2`` is noise.
 R2  A piece of wall between two doors stands alone too. It is at least ``PIECE_M`` long, at most ``THICKEST_PIECE_M``
     thick, and at least ``SLENDER`` times as long as thick. Over ``REACH_M`` beyond its ends, its line is wall, or
     another such piece, for ``HARDLY`` of either side and ``STANDS`` of both together.
@@ -23,20 +23,13 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from pipeline.sources.occupancy_map.gaps import (
-    NARROWEST_GAP_M,
-    REACH_M,
-)
+from pipeline.sources.occupancy_map.gaps import NARROWEST_GAP_M, REACH_M
 from pipeline.sources.occupancy_map.narrow_places import Bools, Floats
-from pipeline.tolerances import BESIDE_M, HAND_M, HARDLY, RUN_M, STANDS
+from pipeline.tolerances import BESIDE_M, HAND_M, HARDLY, PATCH_M2, RUN_M, STANDS
 
-ALONE_M: Final = 3.0
-SCRAP_M2: Final = 0.5
 PIECE_M: Final = 0.8
 THICKEST_PIECE_M: Final = 0.4
 SLENDER: Final = 3.0
-SURROUNDED: Final = 0.85
-"""R5: nothing free is beside so much of the edge of what things and walls surround."""
 
 
 def fill_clutter(free: Bools, cell_m: float, occupied: Bools | None = None) -> Bools:
@@ -49,7 +42,7 @@ def fill_clutter(free: Bools, cell_m: float, occupied: Bools | None = None) -> B
     left, top, wide, high = stats[:, : cv2.CC_STAT_AREA].T
     inside = (left > 0) & (top > 0) & (left + wide < cols) & (top + high < rows)
     length_m = np.hypot(wide, high) * cell_m
-    alone = inside & (length_m < ALONE_M)
+    alone = inside & (length_m < REACH_M)
     alone[0] = False
     numbers, ends = slender_pieces(pieces, stats, np.flatnonzero(alone & (length_m >= PIECE_M)), cell_m)
     if len(numbers):
@@ -66,7 +59,7 @@ def _hanging_walls(
     pieces: npt.NDArray[Any], stats: npt.NDArray[Any], alone: Bools, taken: Bools, cell_m: float
 ) -> Bools:
     """R4: return the cells (rows, cols) on the lines of walls that hang on others; ``alone`` is by piece."""
-    thin = alone & (stats[:, [cv2.CC_STAT_WIDTH, cv2.CC_STAT_HEIGHT]].min(axis=1) * cell_m <= ALONE_M / 2)
+    thin = alone & (stats[:, [cv2.CC_STAT_WIDTH, cv2.CC_STAT_HEIGHT]].min(axis=1) * cell_m <= REACH_M / 2)
     numbers = np.flatnonzero(thin & (np.hypot(stats[:, 2], stats[:, 3]) * cell_m >= RUN_M))
     _, ends = slender_pieces(pieces, stats, numbers, cell_m, RUN_M)
     dashes, wall = _thickened(alone[pieces], cell_m), taken & ~alone[pieces]
@@ -130,7 +123,7 @@ def free_beside_dashes(free: Bools, clear: Bools, cell_m: float) -> Bools:
 def drop_scraps(clear: Bools, cell_m: float) -> Bools:
     """Return the free cells without scraps; R1."""
     _, pieces, stats, _ = cv2.connectedComponentsWithStats(clear.view(np.uint8), connectivity=4)
-    large = stats[:, cv2.CC_STAT_AREA] * cell_m**2 >= SCRAP_M2
+    large = stats[:, cv2.CC_STAT_AREA] * cell_m**2 >= PATCH_M2
     large[0] = False
     return np.asarray(large[pieces])
 
@@ -150,7 +143,7 @@ def things_in_rooms(rooms: Bools, free: Bools, occupied: Bools, cell_m: float) -
     inner = cv2.erode((pieces > 0).view(np.uint8), cross, borderValue=0).view(bool)
     edge = np.bincount(pieces[~inner], minlength=count)
     open_edge = np.bincount(pieces[cv2.dilate(free.view(np.uint8), cross).view(bool)], minlength=count)
-    shut = open_edge <= (1.0 - SURROUNDED) * edge
+    shut = open_edge <= HARDLY * edge  # R5: things and walls surround it
     shut[0] = False
     return np.asarray(things | shut[pieces])
 

@@ -8,12 +8,13 @@ R1  A cell is enclosed if at least ``MOST`` of the lines from it over free cells
     directions all around. A line ends at a wall if an occupied cell is ``PARTITION_M`` or nearer to its end, or if it
     ends less than ``THICKEST_M`` before other space, both of which are wider than that: in the inside of a wall.
     Lines that end at the picture's border count neither way: people crop maps.
-R2  A piece of free space that is not enclosed is a fan if it is at least ``FOOT_M`` wide and ``SCRAP_M2`` large.
+R2  A piece of free space that is not enclosed is a fan if it is at least ``FOOT_M`` wide and ``PATCH_M2`` large.
     Smaller pieces are corners, and places at gaps.
 R3  A fan has enclosed space on one side only. A piece that leads from one enclosed space to another is not a fan, if
     both are at least as large as the piece and ``SPACE_M2``.
 R4  A room of which more than half is a fan is outside, and so are enclosed spaces behind it. Any other room ends where
-    its fans begin. If less than ``SMALL`` of all rooms would be left, the walls of this map enclose nothing: all stays.
+    its fans begin. If less than ``SCARCELY`` of all rooms would be left, the walls of this map enclose nothing, and
+    all stays.
 R5  A map of which less than ``FEW`` of the edge of free space is occupied does not show its walls: it has no fans.
 R6  A room is a fan, too, if most of its edge is at no wall, unless it is the largest.
 """
@@ -28,15 +29,13 @@ import numpy as np
 import numpy.typing as npt
 
 from pipeline.geometry.groups import connected_groups
-from pipeline.sources.occupancy_map.clutter import SCRAP_M2
 from pipeline.sources.occupancy_map.gaps import THICKEST_M
 from pipeline.sources.occupancy_map.narrow_places import Bools, Labels
-from pipeline.tolerances import FOOT_M, MOST, PARTITION_M
+from pipeline.sources.tolerances import FEW, SCARCELY
+from pipeline.tolerances import FOOT_M, MOST, PARTITION_M, PATCH_M2
 
 DIRECTIONS: Final = 32
 SPACE_M2: Final = 5.0
-SMALL: Final = 0.1
-FEW: Final = 0.2
 ENCLOSURE_CELLS: Final = 1_000_000
 """Of larger maps, blocks of cells are looked at."""
 _SQUARE: Final = np.ones((3, 3), np.uint8)
@@ -55,7 +54,7 @@ def find_fans(clear: Bools, occupied: Bools, cell_m: float) -> Bools:
     disc = np.asarray(cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size)), np.uint8)
     wide = cv2.morphologyEx(bare, cv2.MORPH_OPEN, disc)
     _, pieces, stats, _ = cv2.connectedComponentsWithStats(wide, connectivity=8)
-    large = stats[:, cv2.CC_STAT_AREA] * cell_m**2 >= SCRAP_M2
+    large = stats[:, cv2.CC_STAT_AREA] * cell_m**2 >= PATCH_M2
     large[0] = False
     _, space, sizes, _ = cv2.connectedComponentsWithStats((clear & (bare == 0)).view(np.uint8), connectivity=4)
     beside = 2 * size + 1  # what was opened away lies between
@@ -83,7 +82,7 @@ def without_fans(
         is_fan |= (open_shares(label, occupied, cell_m) > MOST) & (np.arange(count) != largest)  # R6
     is_fan &= is_room
     kept = is_room & ~is_fan
-    if not (is_fan | (is_room & (bare > 0))).any() or float((area - bare)[kept].sum()) < SMALL * float(
+    if not (is_fan | (is_room & (bare > 0))).any() or float((area - bare)[kept].sum()) < SCARCELY * float(
         area[is_room].sum()
     ):
         return None, frozenset()
@@ -159,11 +158,11 @@ def _votes(kinds: npt.NDArray[Any]) -> npt.NDArray[np.uint8]:
 # Tell rooms from unreached spaces: closed blocks, and spaces that a robot saw through a window or a pane of glass.
 #
 # U1  Rooms joined by ways form a group. The largest group by area was reached, and so was each group of at least
-#     ``SMALL`` of its area.
+#     ``SCARCELY`` of its area.
 # U2  Unreached spaces are not rooms if together they are less than ``FEW`` of all rooms: the rooms that a robot drove
 #     through hang together, so such a space is the inside of a wall or of furniture, or was seen through a pane. If
-#     more is unreached, a person drew the map without its doors; then only spaces with ``SMALL`` of their edge or more
-#     away from walls are not rooms.
+#     more is unreached, a person drew the map without its doors; then only spaces with ``SCARCELY`` of their edge or
+#     more away from walls are not rooms.
 # U3  A block that stands free in one room (a pillar, a counter, a box) is not a room, with all spaces closed in it.
 
 
@@ -179,9 +178,9 @@ def unreached_rooms(
         return frozenset()
     sizes = [int(area[group].sum()) for group in groups]
     apart = [number for group, size in zip(groups, sizes, strict=True) if size < max(sizes) for number in group]
-    small = [k for group, size in zip(groups, sizes, strict=True) if size < SMALL * max(sizes) for k in group]
+    small = [k for group, size in zip(groups, sizes, strict=True) if size < SCARCELY * max(sizes) for k in group]
     if area[small].sum() >= FEW * sum(sizes):
-        seen_in = open_shares(label, occupied, cell_m) >= SMALL
+        seen_in = open_shares(label, occupied, cell_m) >= SCARCELY
         small = [number for number in small if seen_in[number]]
     return frozenset(small) | _blocks(label, apart)
 

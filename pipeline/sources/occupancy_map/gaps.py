@@ -7,7 +7,7 @@ al., 2022) divides maps along the lines of their walls; here a line counts only 
 R1  Lines run along the main direction of the map's walls, or across it. A face is the edge of free cells, ``RUN_M``
     long or longer; all faces within ``HAND_M`` of each other are on one line. So are those of what stands alone: a wall
     that a robot saw as dashes is told from clutter by its line.
-R2  A gap is free along the line for ``NARROWEST_GAP_M`` to ``WIDEST_M``, or free but for what is unseen between rays.
+R2  A gap is free along the line for ``NARROWEST_GAP_M`` to ``REACH_M``, or free but for what is unseen between rays.
 R3  Faces make up ``MOST`` of the line over ``REACH_M`` before the gap and behind it, and ``SOME`` of either.
 R4  On the side of the face, the space goes on along the wall, and on the other side it is wider than the gap. Neither
     holds where the walls of rooms are in line across a corridor.
@@ -29,14 +29,13 @@ from shapely.geometry.base import BaseGeometry
 
 from pipeline.geometry.areas import polygons_of
 from pipeline.sources.tolerances import NARROWEST_DOOR_M, TURN_RAD
-from pipeline.tolerances import AROUND_M, BESIDE_M, HAND_M, MOST, RUN_M, SOME
+from pipeline.tolerances import AROUND_M, BESIDE_M, HAND_M, MOST, RUN_M, SOME, TWICE
 
 Bools = npt.NDArray[np.bool_]
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
 
 NARROWEST_GAP_M: Final = 0.5
-WIDEST_M: Final = 3.0
 REACH_M: Final = 3.0
 BEHIND_M: Final = (0.3, 0.6, 1.0)
 """R4: how far from the line the space before a gap is looked at, and that behind it."""
@@ -115,7 +114,7 @@ def _gaps_below_faces(grids: list[Bools], cell_m: float) -> list[_Gap]:
     found: list[_Gap] = []
     for open_ in (free, seen):
         at, first, end = _runs(open_[rows] > of_rows)
-        wide = ((end - first) * cell_m >= NARROWEST_GAP_M) & ((end - first) * cell_m <= WIDEST_M)  # R2
+        wide = ((end - first) * cell_m >= NARROWEST_GAP_M) & ((end - first) * cell_m <= REACH_M)  # R2
         at, first, end = at[wide], first[wide], end[wide]
         before = (total[at, first] - total[at, np.maximum(first - reach, 0)]) / reach
         after = (total[at, np.minimum(end + reach, lines.shape[1])] - total[at, end]) / reach
@@ -201,7 +200,7 @@ def _apart(found: list[_Gap], apart: float) -> list[_Gap]:
 #
 # R1  A wall's end is an edge of the free cells, ``THINNEST_CELLS`` to ``THICKEST_M`` long, at which the wall turns a
 #     corner on both sides. A pillar, which is hardly longer than it is wide, has no ends.
-# R2  A doorway lies between two ends that face each other, ``NARROWEST_DOOR_M`` to ``WIDEST_M`` apart, with free cells
+# R2  A doorway lies between two ends that face each other, ``NARROWEST_DOOR_M`` to ``REACH_M`` apart, with free cells
 #     between them.
 # R3  An end that faces no other end, but the face of a crossing wall at most ``WIDEST_SIDE_DOOR_M`` away, has a doorway
 #     too.
@@ -211,8 +210,6 @@ def _apart(found: list[_Gap], apart: float) -> list[_Gap]:
 THINNEST_CELLS: Final = 1.5
 THICKEST_M: Final = 0.5
 WIDEST_SIDE_DOOR_M: Final = 2.0
-PILLAR: Final = 2.0
-"""R1: a pillar's length, in widths."""
 CORNER: Final = 0.8
 """R1: the least sine of the turn at a corner."""
 ENDS_FACING: Final = 0.95
@@ -283,7 +280,7 @@ def _is_pillar(hole: LinearRing) -> bool:
     """R1."""
     sides = np.diff(shapely.get_coordinates(shapely.minimum_rotated_rectangle(hole))[:3], axis=0)
     wide, long = sorted(np.hypot(*sides.T).tolist())
-    return bool(long < PILLAR * wide)
+    return bool(long < TWICE * wide)  # R1: a pillar's length, in widths
 
 
 def _between_ends(free: Bools, ends: Floats, looks: Floats, cell_m: float) -> list[tuple[float, Floats]]:
@@ -298,7 +295,7 @@ def _between_ends(free: Bools, ends: Floats, looks: Floats, cell_m: float) -> li
         shared = (length + length[k]) / 2 - np.abs(off @ along)
         # R2: ends overlap by most of the shorter one
         faces = (looks @ looks[k] < -ENDS_FACING) & (shared >= MOST * np.minimum(length, length[k]))
-        faces &= (away * cell_m >= NARROWEST_DOOR_M) & (away * cell_m <= WIDEST_M)
+        faces &= (away * cell_m >= NARROWEST_DOOR_M) & (away * cell_m <= REACH_M)
         faces &= (np.arange(len(ends)) > k) & (away - SKEW_CELLS <= _free_for(free, middle[k], looks[k]))
         found += [(float(away[i]), np.concatenate([ends[k], ends[i]])) for i in np.flatnonzero(faces).tolist()]
     return found

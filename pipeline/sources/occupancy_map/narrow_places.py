@@ -20,7 +20,7 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from pipeline.sources.occupancy_map.gaps import WIDEST_M
+from pipeline.sources.occupancy_map.gaps import REACH_M
 from pipeline.tolerances import AROUND_M, HAND_M, NEARLY_ALL, THIN_WALL_M
 
 Bools = npt.NDArray[np.bool_]
@@ -252,7 +252,7 @@ def _measure_narrows(free: Bools, sides: Ints, half: Floats, jambs: Floats, cell
         for side, sign in enumerate((-1.0, 1.0)):
             start = middle + sign * across * (away_m / cell_m)
             for jamb, way in enumerate((-1.0, 1.0)):
-                found[jamb, side] = run(start, way * along, WIDEST_M, step_m, wanted=False) - width / 2
+                found[jamb, side] = run(start, way * along, REACH_M, step_m, wanted=False) - width / 2
         return found
 
     thin = np.minimum(thick(one, -along), thick(other, along))

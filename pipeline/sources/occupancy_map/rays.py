@@ -1,13 +1,13 @@
 """Correct the rooms of a map by its rays: where the robot saw single rays, cells between them are unseen, not taken.
 
 R1  Through a window, a robot sees rays that end at nothing. What has fewer than ``FREE`` of its cells free, and less
-    than ``WALLED`` of its edge at occupied cells, is no room but outside.
+    than ``QUARTER`` of its edge at occupied cells, is no room but outside.
 R2  Free cells that no room has belong to the nearest room, ``AROUND_M`` away at most, around what is occupied. They
     are the ends of a fan of rays. Pieces of ``SPACE_M2`` or more are outside, as in R1.
 R3  What is unseen between rays, ``BETWEEN_M`` wide at most, is as open as they are, unless it is occupied. A ray is
     narrower than that: between two wide spaces, what is unseen is the inside of a wall.
-R5  An island of unseen space, with walls at less than ``WALLED`` of its edge, is floor at which nobody looked. Necks of
-    ``NARROWEST_GAP_M`` or less join it to nothing.
+R5  An island of unseen space, with walls at less than ``QUARTER`` of its edge, is floor at which nobody looked. Necks
+    of ``NARROWEST_GAP_M`` or less join it to nothing.
 R4  A cell that few rays passed is likely free, not surely. It belongs to the room whose cells it touches, itself or by
     other such cells, ``AROUND_M`` away at most. So it never joins rooms. Beside an occupied cell, its shade is that
     of both, in a picture that was scaled: it is left out.
@@ -24,10 +24,10 @@ import numpy.typing as npt
 from pipeline.sources.occupancy_map.enclosure import SPACE_M2
 from pipeline.sources.occupancy_map.gaps import NARROWEST_GAP_M
 from pipeline.sources.occupancy_map.narrow_places import Bools, Labels
+from pipeline.sources.tolerances import QUARTER
 from pipeline.tolerances import AROUND_M, PARTITION_M
 
 FREE: Final = 0.65
-WALLED: Final = 0.25
 BETWEEN_M: Final = 0.4
 _SQUARE: Final = np.ones((3, 3), np.uint8)
 
@@ -41,7 +41,7 @@ def rooms_of_rays(label: Labels, free: Bools, occupied: Bools, cell_m: float) ->
     rim[label > 0] = 0
     edge, walled = (np.bincount(rim[rim > 0].astype(np.int64), minlength=count) for rim in (rim, rim[near]))
     area, seen = (np.bincount(cells[cells > 0], minlength=count) for cells in (label, label[free]))
-    few = (walled < WALLED * edge) & (seen < FREE * area)
+    few = (walled < QUARTER * edge) & (seen < FREE * area)
     few[0] = False
     return np.flatnonzero(few)
 
@@ -71,7 +71,7 @@ def unseen_islands(clear: Bools, occupied: Bools, cell_m: float) -> Bools:
     around = cv2.dilate(np.where(island[pieces], pieces, 0).astype(np.float32), _SQUARE).astype(np.int64)
     around[wide > 0] = 0
     edge, walled = (np.bincount(each, minlength=len(island)) for each in (around.ravel(), around[near]))
-    found = (island & (walled < WALLED * edge))[pieces].view(np.uint8)
+    found = (island & (walled < QUARTER * edge))[pieces].view(np.uint8)
     return np.asarray(cv2.dilate(found, disc).view(bool) & ~clear)
 
 

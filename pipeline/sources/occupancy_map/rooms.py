@@ -12,9 +12,9 @@ R3  A room has space for a disc of SMALLEST_M across, and SMALLEST_M2 of area. W
     rooms by R5.
 R4  Where two rooms meet, the widest of the narrow places within WAYS_APART_M of each other is a way between them. So is
     every other place where free cells of both touch for SHOULDERS_M or more: two basins may meet beside a narrow place.
-R5  Furniture along a wall belongs to the room: what lies between two parts of a room, ALONE_M apart at
+R5  Furniture along a wall belongs to the room: what lies between two parts of a room, REACH_M apart at
     most, or in the rectangle around it, is filled, unless it is beside another room, deeper than DEEPEST_M, larger than
-    LARGEST_M2, or as thin as a wall. What is unseen is filled behind furniture, not behind a wall: where more than MOST
+    SPACE_M2, or as thin as a wall. What is unseen is filled behind furniture, not behind a wall: where more than MOST
     of what it shares with the room is occupied, more than MOST of its other edge is, too.
 R6  A gap in the line of a wall (``gaps``) parts what R2 joined, where it leaves SMALLEST_M2 or more on both sides: the
     cells are divided again, with the gap closed, and with the pieces of wall beside it that are clutter by R1.
@@ -25,7 +25,7 @@ R10 A corridor ends at a wall, or at a doorway, both of whose jambs stand out. W
     that.
 R9  Where it is known which cells are occupied, rays correct the rooms (``rays``).
 R8  Where all that is not free is wall, there is no clutter and no furniture, and the ways are the doorways between the
-    ends of walls (``gaps``) that part rooms of DRAWN_ROOM_M2 or more.
+    ends of walls (``gaps``) that part rooms of NEARLY_ALL of SMALLEST_M2 or more.
 R12 Where walls enclose a room, and the robot saw beyond them, the room ends there (``enclosure``). A room of which it
     saw a fan alone is outside. What no way leads to is no room where it is a closed block, or was seen through glass
     (``reach``).
@@ -46,9 +46,9 @@ import shapely
 from shapely import Polygon
 
 from pipeline.geometry.groups import Groups
-from pipeline.sources.occupancy_map.clutter import ALONE_M, SLENDER, drop_scraps, fill_clutter, free_beside_dashes
-from pipeline.sources.occupancy_map.enclosure import find_fans, is_marked, unreached_rooms, without_fans
-from pipeline.sources.occupancy_map.gaps import find_doorways, find_gaps
+from pipeline.sources.occupancy_map.clutter import SLENDER, drop_scraps, fill_clutter, free_beside_dashes
+from pipeline.sources.occupancy_map.enclosure import SPACE_M2, find_fans, is_marked, unreached_rooms, without_fans
+from pipeline.sources.occupancy_map.gaps import REACH_M, find_doorways, find_gaps
 from pipeline.sources.occupancy_map.narrow_places import (
     Basins,
     Bools,
@@ -66,18 +66,15 @@ from pipeline.sources.occupancy_map.rays import (
     with_likely_cells,
     with_scattered_cells,
 )
-from pipeline.sources.tolerances import ROOMY_M2, SAME
-from pipeline.tolerances import BESIDE_M, MOST, PARTITION_M, RAIL_M, SHOULDERS_M
+from pipeline.sources.tolerances import SCARCELY
+from pipeline.tolerances import BESIDE_M, MOST, NEARLY_ALL, PARTITION_M, RAIL_M, ROOMY_M2, SAME, SHOULDERS_M
 
 WIDE_M = 1.2
 WIDE_ODDS = 0.9
 SMALLEST_M = 0.7
 SMALLEST_M2 = 1.0
-DRAWN_ROOM_M2 = 0.9
-"""R8: that of SMALLEST_M2, less the cells on its edge."""
 WAYS_APART_M = 0.75
 DEEPEST_M = 1.2
-LARGEST_M2 = 5.0
 AS_WIDE = 0.6
 MOST_CELLS = 5_000_000
 """Larger maps are divided into blocks of cells first."""
@@ -85,8 +82,6 @@ _BORDER = (np.s_[0], np.s_[-1], np.s_[:, 0], np.s_[:, -1])
 BEYOND_CELLS = 2
 """R5: by so many cells, at most, furniture lies beyond the box around its room, and what decides on it: OpenCV closes
 with kernels of even length askew."""
-EDGE_SHARE = 0.1
-"""Where a room's side is: this share of its rows or columns reach at least as far."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -218,7 +213,7 @@ def _divide_at_wall_ends(clear: Bools, cell_m: float) -> tuple[Labels, tuple[Roo
     while True:
         left = clear & ~_cells_inside(doorways, clear.shape)
         _, pieces, stats, _ = cv2.connectedComponentsWithStats(left.view(np.uint8), connectivity=4)
-        room = stats[:, cv2.CC_STAT_AREA] * cell_m**2 >= DRAWN_ROOM_M2
+        room = stats[:, cv2.CC_STAT_AREA] * cell_m**2 >= NEARLY_ALL * SMALLEST_M2  # less the cells on its edge
         room[0] = False
         label = np.where(room, np.cumsum(room), 0)[pieces].astype(np.int32)
         jambs = np.stack([doorways[:, :2].mean(axis=1), doorways[:, 2:].mean(axis=1)], axis=1)
@@ -575,7 +570,7 @@ def _box_of(mask: Bools) -> tuple[slice, slice]:
 
 def _furniture_of_room(room: Bools, taken: Bools, walls: Bools, cell_m: float) -> Bools:
     """Return what R5 adds to a room (rows, cols) whose walls run along the rows and columns."""
-    wide = np.ones((1, round(ALONE_M / cell_m)), np.uint8)
+    wide = np.ones((1, round(REACH_M / cell_m)), np.uint8)
     pixels = np.zeros((room.shape[0] + 2 * wide.size, room.shape[1] + 2 * wide.size), np.uint8)
     middle = np.s_[wide.size : -wide.size, wide.size : -wide.size]
     pixels[middle] = room
@@ -593,7 +588,7 @@ def _furniture_of_room(room: Bools, taken: Bools, walls: Bools, cell_m: float) -
 def _furniture(missing: Bools, near_others: Bools, room: Bools, walls: Bools, cell_m: float) -> Bools:
     """Return those pieces of what a room misses that are furniture by R5; ``near_others`` is in or at other rooms."""
     count, pieces, stats, _ = cv2.connectedComponentsWithStats(missing.view(np.uint8), connectivity=4)
-    fill = stats[:, cv2.CC_STAT_AREA] * cell_m**2 < LARGEST_M2
+    fill = stats[:, cv2.CC_STAT_AREA] * cell_m**2 < SPACE_M2
     fill[0] = False
     fill[pieces[near_others]] = False
     if not fill.any():
@@ -634,6 +629,7 @@ def _sides(mask: Bools) -> tuple[int, int, int, int]:
         lines = every[every.any(axis=1)]
         first = lines.argmax(axis=1)
         last = lines.shape[1] - 1 - lines[:, ::-1].argmax(axis=1)
-        (low, _), (_, high) = np.quantile([first, last], (EDGE_SHARE, 1 - EDGE_SHARE), axis=1).T
+        # a room's side: so many of its rows or columns reach at least as far
+        (low, _), (_, high) = np.quantile([first, last], (SCARCELY, 1 - SCARCELY), axis=1).T
         found += [int(low), int(high)]
     return found[0], found[1], found[2], found[3]

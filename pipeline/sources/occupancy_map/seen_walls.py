@@ -23,11 +23,7 @@ import numpy.typing as npt
 import shapely
 from shapely import Polygon
 
-from pipeline.sources.occupancy_map.clutter import (
-    PIECE_M,
-    THICKEST_PIECE_M,
-    slender_pieces,
-)
+from pipeline.sources.occupancy_map.clutter import PIECE_M, THICKEST_PIECE_M, slender_pieces
 from pipeline.sources.occupancy_map.gaps import REACH_M
 from pipeline.sources.occupancy_map.narrow_places import Bools, Floats
 from pipeline.tolerances import BESIDE_M, HAND_M, MOSTLY, PARTITION_M, RUN_M, STANDS
@@ -35,7 +31,6 @@ from pipeline.tolerances import BESIDE_M, HAND_M, MOSTLY, PARTITION_M, RUN_M, ST
 LONG_M: Final = 1.5
 """W1: furniture that a laser sees as one thin line is shorter."""
 RAYS_HIT: Final = 0.6
-BESIDE_EDGE_M: Final = 0.4
 GAP_M: Final = (0.6, 1.5)
 BEHIND_M: Final = (0.2, 0.35, 0.5)
 """W4: walls are as thick."""
@@ -133,13 +128,13 @@ def _around(cells: Floats, line: Floats, thinnest: float) -> Floats:
 def cut_walls(room: Polygon, walls: Sequence[Polygon]) -> Polygon:
     """Return a room without the walls in it, metres; a wall that hangs on its edge leaves a slit (W3).
 
-    What runs along the room's edge, BESIDE_EDGE_M from it, is the edge itself, seen twice. A wall that would part the
-    room is left out: what parts rooms is told elsewhere.
+    What runs along the room's edge, THICKEST_PIECE_M from it, is the edge itself, seen twice. A wall that would part
+    the room is left out: what parts rooms is told elsewhere.
     """
     for wall in walls:
         if shapely.intersection(room, wall).area < wall.area / 2:
             continue
-        if shapely.intersection(wall, shapely.buffer(room.exterior, BESIDE_EDGE_M)).area > wall.area / 2:
+        if shapely.intersection(wall, shapely.buffer(room.exterior, THICKEST_PIECE_M)).area > wall.area / 2:
             continue
         left = shapely.difference(room, _hung(wall, room))
         if left.geom_type == "Polygon":

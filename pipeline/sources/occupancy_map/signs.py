@@ -2,7 +2,7 @@
 
 Only the finished rooms and doorways, and the map's own cells count. So it does not matter how the rooms were found.
 
-S1  ``half_seen_rooms``: the share of the rooms of whose edge more than ``UNSEEN`` shows no wall: no occupied cell is
+S1  ``half_seen_rooms``: the share of the rooms of whose edge more than ``FEW`` shows no wall: no occupied cell is
     ``PARTITION_M`` or nearer. Doorways do not count. Such a room ends where the robot saw no further.
 S2  ``beyond_rooms``: what the map shows and the plan lacks: the share of the free cells ``PARTITION_M`` or farther from
     the rooms, or that of the occupied cells ``PLACE_M`` or farther from them, whichever is more. Free cells
@@ -28,9 +28,9 @@ from shapely import Polygon
 
 from pipeline.sources.occupancy_map.narrow_places import Bools
 from pipeline.sources.occupancy_map.rooms import MOST_CELLS
+from pipeline.sources.tolerances import FEW
 from pipeline.tolerances import PARTITION_M, PLACE_M, THIN_WALL_M
 
-UNSEEN: Final = 0.2
 FREE_WALL_M: Final = (1.0, 4.0)
 _SUBPIXEL: Final = 8
 
@@ -102,7 +102,7 @@ def _half_seen(cells: _Cells, rooms: Sequence[Polygon], doorways: Sequence[Polyg
     for room in rooms:
         points = np.concatenate([_along(ring, cells.cell_m) for ring in (room.exterior, *room.interiors)])
         at_wall = cells.at(walls, points)[~cells.at(ways, points)]
-        few += bool(len(at_wall)) and float((~at_wall).mean()) > UNSEEN
+        few += bool(len(at_wall)) and float((~at_wall).mean()) > FEW
     return few / len(rooms)
 
 

@@ -48,6 +48,7 @@ from pipeline.sources.sound_homes.values import (
     Void,
     Window,
 )
+from pipeline.tolerances import SHEET_M
 
 LIT: Final = frozenset({"Living_Room", "Dining_Room", "Kitchen", "Bedroom", "Child_Room", "Office"})
 SLEEPING: Final = frozenset({"Bedroom", "Child_Room"})
@@ -78,8 +79,6 @@ _WAY_M: Final = 1.0
 """The least width of a hall, metres."""
 _OPEN_M: Final = 1.5
 """The least opening through which a kitchen has its light from another room, metres."""
-_RAILING_M: Final = 0.05
-_STAIR_JAMB_M: Final = 0.05
 _BAYS: Final = {
     "studio": 0.0,
     "flat": 0.06,
@@ -383,7 +382,7 @@ def _room(layout: Layout, room: int, wall_m: float) -> shapely.Geometry:
 
 def _foot(layout: Layout, stair: Stair, wall_m: float) -> Rect:
     """Return the opening in the wall between a stair and the hall, where one steps on the stair."""
-    half, jamb = wall_m / 2, wall_m / 2 + _STAIR_JAMB_M
+    half, jamb = wall_m / 2, wall_m / 2 + SHEET_M
     x1, y1, x2, y2 = stair.rect
     if stair.kind == "half":
         side: Side = "north"
@@ -404,8 +403,8 @@ def _void(stair: Stair, wall_m: float) -> Void:
     free = (x1 + x2) / 2 if stair.kind == "half" else x1
     return Void(
         shapely.box(x1, y1, x2, y2),
-        shapely.box(x1, y2 - _RAILING_M, free, y2) if free > x1 else shapely.Polygon(),
-        shapely.box(free, y2 - _RAILING_M, x2, y2),
+        shapely.box(x1, y2 - SHEET_M, free, y2) if free > x1 else shapely.Polygon(),
+        shapely.box(free, y2 - SHEET_M, x2, y2),
     )
 
 

@@ -13,17 +13,15 @@ from typing import Final
 import shapely
 
 from houseexpo.plan import Frame
-from pipeline.geometry.areas import polygons_of, subtract, unite
+from pipeline.geometry.areas import subtract, unite
 from pipeline.geometry.meshes import Mesh
 from pipeline.sources.files import level_id
-from pipeline.sources.homes.level import DOOR_HEAD_M, SILL_M, WALL_TOP_M, prisms_mesh
+from pipeline.sources.homes.level import DOOR_HEAD_M, SILL_M, WALL_TOP_M, pieces_of, prisms_mesh
 from pipeline.sources.sound_homes.stairs import STOREY_M
 from pipeline.sources.sound_homes.values import STAIRS, SoundHome, Storey
+from pipeline.sources.tolerances import FILE_GRID_M
 from pipeline.values import MADE, Level, Opening, SourceObject, SourceRoom
 
-_MIN_M2: Final = 1e-4
-_GRID_M: Final = 1e-4
-"""Walls lie on this grid, metres: a hairline that rounding leaves along a door would be cut as a sheet."""
 _PARAPET_M: Final = 1.0
 """What building codes ask of a parapet."""
 
@@ -86,26 +84,22 @@ def _walls(storey: Storey, home: SoundHome) -> Mesh:
     """Walls stand; in doors sills lie and lintels hang; windows stand between walls below and lintels."""
     shell = _shell(storey, home)
     void = shapely.Polygon() if storey.void is None else storey.void.area
-    solid = shapely.difference(shell, shapely.union_all([*storey.rooms, void]), grid_size=_GRID_M)
+    solid = shapely.difference(shell, shapely.union_all([*storey.rooms, void]), grid_size=FILE_GRID_M)
     doors = shapely.union_all([shapely.box(*door.rect) for door in (*storey.doors, *storey.fronts)])
     prisms = []
     for window in storey.windows:
-        for piece in _pieces(shapely.intersection(solid, shapely.box(*window.rect))):
+        for piece in pieces_of(shapely.intersection(solid, shapely.box(*window.rect))):
             prisms += [(piece, 0.0, window.sill_m), (piece, window.head_m, WALL_TOP_M)]
     panes = shapely.union_all([shapely.box(*window.rect) for window in storey.windows])
     inside = [room for k, room in enumerate(storey.rooms) if k not in storey.balconies]
     house = shapely.buffer([*inside, void], home.outer_m, join_style="mitre")
     parapets = shapely.difference(solid, shapely.union_all(house))
-    for piece in _pieces(parapets):
+    for piece in pieces_of(parapets):
         prisms += [(piece, 0.0, _PARAPET_M), (piece, DOOR_HEAD_M, WALL_TOP_M)]
-    standing = shapely.difference(solid, shapely.union_all([doors, panes, parapets]), grid_size=_GRID_M)
-    prisms += [(piece, 0.0, WALL_TOP_M) for piece in _pieces(standing)]
-    for piece in _pieces(shapely.intersection(solid, doors)):
+    standing = shapely.difference(solid, shapely.union_all([doors, panes, parapets]), grid_size=FILE_GRID_M)
+    prisms += [(piece, 0.0, WALL_TOP_M) for piece in pieces_of(standing)]
+    for piece in pieces_of(shapely.intersection(solid, doors)):
         prisms += [(piece, 0.0, SILL_M), (piece, DOOR_HEAD_M, WALL_TOP_M)]
     if storey.void is not None:
-        prisms += [(piece, 0.0, _PARAPET_M) for piece in _pieces(storey.void.railing)]
+        prisms += [(piece, 0.0, _PARAPET_M) for piece in pieces_of(storey.void.railing)]
     return prisms_mesh(prisms)
-
-
-def _pieces(shape: shapely.Geometry) -> list[shapely.Polygon]:
-    return [each for each in polygons_of(shape) if each.area > _MIN_M2]

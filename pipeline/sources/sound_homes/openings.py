@@ -30,7 +30,6 @@ DOORS_M: Final = {
 """Clear widths of doors by the room that they lead into, metres."""
 _DOOR_M: Final = (0.80, 0.90)
 FRONT_M: Final = (0.90, 1.00, 1.10)
-_FRONT_JAMB_M: Final = 0.15
 _JAMB_M: Final = 0.25
 _LEAST_JAMB_M: Final = 0.15
 """At the end of a corridor."""
@@ -72,7 +71,6 @@ _SHARED_M2: Final = 6.0
 _BALCONY_ASPECT: Final = 6.0
 _APART_M: Final = 0.4
 """What is free between two balconies, metres."""
-_BESIDE_DOOR_M: Final = 0.15
 WINDOW_HEAD_M: Final = DOOR_HEAD_M
 
 
@@ -166,9 +164,9 @@ def place_front_door(layout: Layout, inner_m: float, outer_m: float, rng: np.ran
     place, side = layout.entrance
     walls = [each for each in outer_stretches(layout.cells, place) if each.side == side]
     wall = max(walls, key=lambda each: each.high - each.low, default=None)
-    if wall is None or wall.high - wall.low < FRONT_M[0] + inner_m + 2 * _FRONT_JAMB_M:
+    if wall is None or wall.high - wall.low < FRONT_M[0] + inner_m + 2 * _LEAST_JAMB_M:
         return None
-    width = min(pick(FRONT_M, rng), wall.high - wall.low - inner_m - 2 * _FRONT_JAMB_M)
+    width = min(pick(FRONT_M, rng), wall.high - wall.low - inner_m - 2 * _LEAST_JAMB_M)
     middle = (wall.low + wall.high) / 2
     return [
         Doorway(
@@ -196,7 +194,7 @@ def place_windows(
             for shift in (0.0, -0.5, 0.5):
                 start = (wall.low + wall.high - width) / 2 + shift * (free - width)
                 rect = rect_in_wall(wall, start, start + width, inner_m, outer_m)
-                if not any(_is_near(rect, door, _BESIDE_DOOR_M) for door in taken):
+                if not any(_is_near(rect, door, _LEAST_JAMB_M) for door in taken):
                     found.append(Window(rect, cell.room, glazing.sill_m, WINDOW_HEAD_M))
                     break
     return found

@@ -40,6 +40,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from pipeline.geometry.meshes import SCAN_FACES
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.meshes.formats import FrameConvention
 from pipeline.sources.named_scene import DoorHeight
@@ -59,7 +60,7 @@ from pipeline.sources.tolerances import (
     COMMON_STOREY_M,
     CUSTOM_WEIGHT,
     DECLARED_WEIGHT,
-    DIVIDES,
+    FEW,
     FLATNESS_WEIGHT,
     HEAD_GROWTH,
     HEAD_LEVEL,
@@ -79,23 +80,19 @@ from pipeline.sources.tolerances import (
     OUTSIDE_SHARE,
     PLINTH,
     PROFILE_BINS,
-    SAME,
     SQUARE_WEIGHT,
     STOREY_M,
-    STOREY_STANDS,
     TINY,
     USUAL_DOOR_M,
     USUAL_STOREY_M,
     WIDTH_M,
 )
-from pipeline.tolerances import LARGELY, MOSTLY
+from pipeline.tolerances import LARGELY, MOSTLY, SAME, THIRD
 from pipeline.values import CUT_OFF, Mesh
 
 UPS = {"y": 1, "z": 2}
 TRIED = "tried scale"
 """Among the guesses: no unit fits, and a storey of the usual height was taken."""
-
-SAMPLED_FACES = 500_000  # of a larger mesh every second, third ... face is looked at
 
 
 @dataclass(frozen=True)
@@ -143,7 +140,7 @@ def find_axis_and_unit(
     Rejection
         BAD_UNITS where no unit, or not the given one, makes a house of the mesh.
     """
-    step = -(-len(mesh.faces) // SAMPLED_FACES)
+    step = -(-len(mesh.faces) // SCAN_FACES)  # of a larger mesh every second, third ... face is looked at
     surfaces = Surfaces.of(Mesh(mesh.vertices, mesh.faces[::step]))
     candidates = [wish.up] if wish.up in UPS else sorted(UPS)
     shapes = {axis: shape for axis in candidates if (shape := measure_upright_shape(surfaces, UPS[axis]))}
@@ -410,13 +407,13 @@ def _storey(
     """
     low, high = surfaces.low[walls, axis].min(), surfaces.high[walls, axis].max()
     profile = WallProfile.of(surfaces, walls, axis, float(high - low) / PROFILE_BINS)
-    standing = np.flatnonzero(profile.length >= STOREY_STANDS * profile.length.max())
+    standing = np.flatnonzero(profile.length >= FEW * profile.length.max())  # the walls of a storey stand from there
     foot, top = profile.edges[standing[0]], profile.edges[standing[-1] + 1]
     up = surfaces.normal[:, axis] > 0
     flats, middle = level > 0, (surfaces.low[:, axis] + surfaces.high[:, axis]) / 2
     looks = [_area_over_height(middle[chosen], level[chosen], profile.edges) for chosen in (flats & up, flats & ~up)]
     covered = np.maximum(*looks)  # not their sum: walls made in courses have faces of both kinds between these
-    layers = profile.edges[:-1][covered > DIVIDES * footprint]
+    layers = profile.edges[:-1][covered > THIRD * footprint]  # level faces that divide storeys
     stops = np.concatenate([[foot], layers[(layers > foot) & (layers < top)], [top]])
     stops = np.sort(stops)
     widest = int(np.diff(stops).argmax())
@@ -443,7 +440,7 @@ def _is_open_above(profile: WallProfile, covered: Floats, foot: float, storey: f
     ``covered`` is the level area (k,) at each step of the profile, ``footprint`` what the walls span.
     """
     heights = (profile.edges[:-1] - foot) / storey
-    if covered[heights > HEADS_AT[1]].max(initial=0.0) > DIVIDES * footprint:
+    if covered[heights > HEADS_AT[1]].max(initial=0.0) > THIRD * footprint:
         return False
     under_top, below = (
         profile.length[(heights > low) & (heights < high)]

@@ -32,20 +32,19 @@ from pipeline.sources.tolerances import (
     INNER_M,
     INNER_PER_M2,
     INNER_SHARE,
-    KNEE_M,
+    LARGEST_GRID,
     MANY_BLOCKS,
     MAX_SAMPLES,
+    QUARTER,
     SAMPLE_M,
     SHED_M2,
-    STANDING,
     TABLE_M2,
     TINY,
 )
-from pipeline.tolerances import CRACK_M, EDGE_BAND_M, LARGELY, MOST
+from pipeline.tolerances import CRACK_M, EDGE_BAND_M, KNEE_M, LARGELY, MOST
 from pipeline.values import Mesh
 
 ADVICE = "take a model with rooms inside, or cut the part that has them out"
-MAX_INTERIOR_CELLS = 40_000_000
 
 
 @dataclass(frozen=True)
@@ -65,7 +64,7 @@ class InteriorMeasures:
     @property
     def fault(self) -> str:
         """Say why this is no interior, or "" if it may be one."""
-        if self.standing_m < STANDING * self.outline_m:
+        if self.standing_m < QUARTER * self.outline_m:  # share of the outline along which walls stand
             return (
                 f"walls stand from chest to head height along {self.standing_m:.0f} m of an outline of "
                 f"{self.outline_m:.0f} m: a car, a sculpture or terrain"
@@ -114,7 +113,7 @@ def measure_interior(walls: Mesh) -> InteriorMeasures:
     if not len(sections[0][0]):
         return InteriorMeasures(1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0)
     low, high = ends.min(axis=0), ends.max(axis=0)
-    size = max(GRID_CELL_M, float(np.sqrt(np.prod(high - low + 2.0) / MAX_INTERIOR_CELLS)))
+    size = max(GRID_CELL_M, float(np.sqrt(np.prod(high - low + 2.0) / LARGEST_GRID)))
     grid = PlanGrid.over(low, high, size_m=size)
     traces = [grid.trace(segments) for segments, _ in sections]
     # and wave between the two heights

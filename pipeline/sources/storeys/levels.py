@@ -56,21 +56,16 @@ from pipeline.sources.storeys.surfaces import (
     weighted_quantile,
 )
 from pipeline.sources.tolerances import (
-    BIN_M,
     CHEST_AND_HEAD_M,
-    CLEAR_M,
     COVER_MARGIN_M,
     FAR_FROM_ORIGIN_M,
     FLOOR_FACES,
-    HALF_ROOM_M,
     LAYER_HALF_M,
     LINTEL_CUT_M,
     LONGEST_AT_LEAST_M,
+    MANY_BODY_FACES,
     OUTSIDE_SHARE,
-    ROOMY_M2,
-    ROUGH_M,
-    SAME,
-    SMALL_STOREY,
+    SCARCELY,
     SPLIT_LEVEL_M,
     THICKEST_SLAB_M,
     TINY,
@@ -80,31 +75,35 @@ from pipeline.sources.tolerances import (
 )
 from pipeline.tolerances import (
     AROUND_M,
+    CM_M,
     CRACK_M,
     FOOT_M,
     HAND_M,
     HARDLY,
+    HEAD_M,
+    MM_M,
     MOST,
     NEARLY_ALL,
     PLACE_M,
+    ROOMY_M2,
+    SAME,
     SOME,
     STANDS,
     THIN_WALL_M,
     TWICE,
+    WALL_M,
 )
 from pipeline.values import Mesh
 
-EXACT_TRIANGLES = 20_000
-
 
 def floor_polygon(triangles: Floats, region: Cells, grid: PlanGrid) -> Polygon | MultiPolygon | None:
-    """Unite plan triangles (k, 3, 2); beyond EXACT_TRIANGLES outline the grid's ``region`` instead."""
-    if len(triangles) > EXACT_TRIANGLES:
+    """Unite plan triangles (k, 3, 2); beyond MANY_BODY_FACES outline the grid's ``region`` instead."""
+    if len(triangles) > MANY_BODY_FACES:
         parts = _outlines(region, grid)
     else:
         parts = shapely.polygons(triangles)
         parts = parts[shapely.area(parts) > UPRIGHT_M2]
-    area = shapely.union_all(parts, grid_size=ROUGH_M)
+    area = shapely.union_all(parts, grid_size=MM_M)
     if area.area > TWICE * grid.area(region):  # ground that goes on outside, at the floor's own height
         hull = shapely.union_all(_outlines(region, grid)).convex_hull
         area = area.intersection(hull.buffer(PLACE_M, join_style="mitre"))  # the ground around is cut off
@@ -158,19 +157,19 @@ def find_layers(surfaces: Surfaces, grid: PlanGrid) -> list[LevelLayer]:
 
 def _peaks(heights: Floats, areas: Floats) -> list[float]:
     """Heights about which the most area gathers, the largest first, two windows apart."""
-    slot = np.floor((heights - heights.min()) / BIN_M).astype(np.int64)
+    slot = np.floor((heights - heights.min()) / CM_M).astype(np.int64)  # step of profiles over the height
     if slot.max() > 1_000_000:  # farther than 10 km from the rest: no part of a house
         keep = slot <= 1_000_000
         slot, areas = slot[keep], areas[keep]
-    reach = round(LAYER_HALF_M / BIN_M)
+    reach = round(LAYER_HALF_M / CM_M)
     single = np.bincount(slot, areas, minlength=2 * reach + 1)
     gathered = np.convolve(single, np.ones(2 * reach + 1), mode="same")
     peaks = []
-    while gathered.max() >= ROOMY_M2:
+    while gathered.max() >= ROOMY_M2:  # a smaller level surface is a landing, a table or a bed
         best = int(gathered.argmax())
         start = max(best - reach, 0)
         middle = start + int(single[start : best + reach + 1].argmax())  # where most of it lies
-        peaks.append(float(heights.min() + (middle + 0.5) * BIN_M))
+        peaks.append(float(heights.min() + (middle + 0.5) * CM_M))
         gathered[max(middle - 2 * reach, 0) : middle + 2 * reach + 1] = 0.0
         gathered[best] = 0.0
     return peaks
@@ -181,7 +180,7 @@ def _layer(surfaces: Surfaces, faces: Bools, heights: Floats, grid: PlanGrid) ->
         return None
     cells = grid.cover(surfaces.triangles(faces)[:, :, :2])
     # gaps in a level surface are closed
-    cells = grid.drop_narrow(grid.fill_gaps(cells, THIN_WALL_M), HALF_ROOM_M)
+    cells = grid.drop_narrow(grid.fill_gaps(cells, THIN_WALL_M), WALL_M)
     if grid.area(cells) < ROOMY_M2:
         return None
     height, area = heights[faces], surfaces.area[faces]
@@ -224,12 +223,12 @@ def _floor(
     """Judge one layer: what of it is clear overhead and lies among walls, and how much of its rim they line."""
     free = layer.cells.copy()
     for other in layers:
-        if layer.top + LAYER_HALF_M < other.top < layer.top + CLEAR_M:
+        if layer.top + LAYER_HALF_M < other.top < layer.top + HEAD_M:
             free[other.cells > 0] = 0
-    free = grid.drop_narrow(free, HALF_ROOM_M)
+    free = grid.drop_narrow(free, WALL_M)  # narrower level surfaces are wall tops, sills and steps
     # Lintels over wide windows stand for the wall there; a low storey has none at the second height.
     segments = np.concatenate(
-        [cut_at_height(surfaces, walls, layer.top + height) for height in (CLEAR_M - COVER_MARGIN_M, LINTEL_CUT_M)]
+        [cut_at_height(surfaces, walls, layer.top + height) for height in (HEAD_M - COVER_MARGIN_M, LINTEL_CUT_M)]
     )
     standing = grid.trace(segments) & grid.grow(free, PLACE_M)  # a wall this near to a floor's boundary stands along it
     region = _fill_holes(free & _hull(standing))
@@ -267,7 +266,7 @@ def open_area_below(
     surfaces: Surfaces, height: float, floors: Sequence[FloorSurface | None], grid: PlanGrid
 ) -> Polygon | MultiPolygon | None:
     """Return that area of the plan for the level at ``height``, or None if it is empty."""
-    lower = [floor.steps for floor in floors if floor is not None and floor.layer.top <= height - CLEAR_M]
+    lower = [floor.steps for floor in floors if floor is not None and floor.layer.top <= height - HEAD_M]
     if not lower:
         return None  # V2
     # what lies so far under and over the floor fills a void
@@ -324,7 +323,7 @@ def find_levels(
     foot = _storey_foot(surfaces, walls, profile) if profile else None
     if profile is None or foot is None:
         x, y, z = np.ptp(mesh.vertices, axis=0)
-        detail = f"no wall of {CLEAR_M} m stands among the {len(mesh.faces):,} faces, which are {z:.2f} m high in all "
+        detail = f"no wall of {HEAD_M} m stands among the {len(mesh.faces):,} faces, which are {z:.2f} m high in all "
         detail += f"on {x:.1f} x {y:.1f} m"
         advice = (
             "check the up axis and the units, or give --up and --units; --storey-height if the walls are cut off low"
@@ -343,7 +342,7 @@ def find_levels(
     if small and lowest and foot < lowest.layer.top - FOOT_M:
         floors = floors[1:]  # R2: tops of beds and tables
         lowest = floors[0] if floors else None
-    if lowest is None or foot < lowest.layer.top - CLEAR_M:
+    if lowest is None or foot < lowest.layer.top - HEAD_M:  # clear height of a room, and height of a wall, at least
         floors = [None, *floors]
     floors = _storeys(floors, foot, grid.area(enclosed))
     heights = [floor.layer.top if floor else foot for floor in floors]
@@ -395,7 +394,7 @@ def _join_parts_of_halls(levels: Sequence[FoundLevel]) -> tuple[FoundLevel, ...]
             kept.append(level)
             continue
         lasting = low if low.floor.area >= level.floor.area else level
-        floor = shapely.union_all([low.floor, level.floor], grid_size=ROUGH_M)
+        floor = shapely.union_all([low.floor, level.floor], grid_size=MM_M)
         kept[-1] = replace(lasting, floor=MultiPolygon(polygons_of(floor)))
     return tuple(kept)
 
@@ -419,7 +418,7 @@ def _storeys(floors: list[FloorSurface | None], foot: float, enclosed_m2: float)
             if over and floor.layer.top - height < LINTEL_CUT_M and floor.area_m2 < MOST * size:
                 continue
             # a smaller upper floor is the head of a stair, or a row of shelves
-            if floor.area_m2 < SMALL_STOREY * enclosed_m2:
+            if floor.area_m2 < SCARCELY * enclosed_m2:  # the head of a stair, or shelves
                 continue
         kept.append(floor)
     return kept
@@ -459,7 +458,7 @@ def _storey_foot(surfaces: Surfaces, walls: Bools, profile: WallProfile) -> floa
         return None
     standing = np.flatnonzero(profile.length >= usual / 2)
     bottom, top = profile.edges[standing[0]], profile.edges[standing[-1] + 1]
-    if top - bottom < CLEAR_M:
+    if top - bottom < HEAD_M:
         return None
     low = surfaces.low[walls, 2]
     near = np.abs(low - bottom) < CRACK_M  # walls that start this near to each other start at one height
@@ -477,7 +476,7 @@ def _profile_around(surfaces: Surfaces, walls: Bools, floor: FloorSurface | None
 def _next_floor(floor: FloorSurface | None, height: float, floors: list[FloorSurface | None]) -> float | None:
     """Height of the next floor over this one; in a split level the neighbour half a storey up is not over it."""
     for other in floors:
-        if other and other.layer.top >= height + CLEAR_M:
+        if other and other.layer.top >= height + HEAD_M:
             shared = np.count_nonzero(other.region & floor.region) if floor else 0
             # the higher of two floors lies over the other from such a share of the smaller one on
             if floor is None or shared >= SOME * min(np.count_nonzero(floor.region), np.count_nonzero(other.region)):
@@ -496,12 +495,12 @@ def _ceiling(
 ) -> float:
     """R3: height above the floor up to which this level's walls may be looked at."""
     # skirtings end below the height from which walls are measured
-    end = above if above is not None else profile.end_above(height + CLEAR_M, height + FOOT_M)
+    end = above if above is not None else profile.end_above(height + HEAD_M, height + FOOT_M)
     size = np.count_nonzero(region)
     covers = [
         layer
         for layer in layers
-        if height + CLEAR_M < layer.top <= end + HAND_M and np.count_nonzero(layer.cells & region) >= size / 2
+        if height + HEAD_M < layer.top <= end + HAND_M and np.count_nonzero(layer.cells & region) >= size / 2
     ]
     # a level surface so near to the top of the walls closes the level
     closing = [cover for cover in covers if end - cover.top < HAND_M]
@@ -515,7 +514,7 @@ def _ceiling(
     lower = [cover.bottom for cover in covers if slab.top - THICKEST_SLAB_M <= cover.bottom < slab.bottom]
     thin = slab.top - slab.bottom < CRACK_M  # a level surface that is thinner is one face of a slab
     underside = lower[-1] if thin and lower else slab.bottom
-    return float(max(underside - COVER_MARGIN_M, height + CLEAR_M) - height)
+    return float(max(underside - COVER_MARGIN_M, height + HEAD_M) - height)
 
 
 def _share_running_through(surfaces: Surfaces, walls: Bools, layer: LevelLayer) -> float:

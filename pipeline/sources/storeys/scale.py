@@ -9,7 +9,6 @@ from houseexpo.errors import ConfigError
 from pipeline.sources.tolerances import (
     COMMON_STOREY_M,
     HEADS_M,
-    INCHES,
     MODEL_STOREY_M,
     NEAR_HEAD,
     SCALED,
@@ -18,6 +17,7 @@ from pipeline.sources.tolerances import (
     USUAL_HEAD_M,
     USUAL_STOREY_M,
 )
+from pipeline.tolerances import SPECK
 
 UNITS = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254, "ft": 0.3048}
 
@@ -36,7 +36,8 @@ def unit_from_opening_heads(storey: float, heads: Sequence[float]) -> float | No
     """R2: return metres in a file's unit, or None if no head fits any usual scale."""
     candidates = [(unit, 0.0) for name, unit in UNITS.items() if name != "ft"]
     candidates += [
-        (unit * scale, SCALED + INCHES if name == "in" else SCALED)
+        # more than heads and storey of such models differ, so that inches come last
+        (unit * scale, SCALED + SPECK if name == "in" else SCALED)
         for name, unit in UNITS.items()
         if name != "ft"
         for scale in SCALES

@@ -5,7 +5,7 @@ its source. A scale makes the measured sizes more or less likely. The logarithms
 does that of how often files have the scale.
 
 E1  Each kind of measure is heard once: the mean over its distinct sizes, since a hundred doors are one author's.
-    Openings of several widths are heard a little louder, and named things as ``HEARD`` kinds at most.
+    Openings of several widths are heard a little louder, and named things as ``GROUP`` kinds at most.
 E2  Of the heads, the one that fits best is heard: windows end at other heights.
 E3  A scale is a known unit, a known unit by a power of ten, or free. Scales within ``LIKE`` of each other are one
     answer. A unit that the format lays down is likelier by ``LAID_DOWN``.
@@ -32,24 +32,20 @@ import numpy.typing as npt
 from pipeline.sources.storeys.surfaces import Surfaces, cut_faces_at_height
 from pipeline.sources.tolerances import (
     CLEARLY,
+    FEW,
     FREE_SCALE,
-    HEARD,
     JAMB,
-    JAMB_ASIDE,
     LAID_DOWN,
     LIKE,
     LINE_TURN,
     LINE_WIDE,
-    MAX_JAMBS,
     OPENING,
-    OPENING_CUT,
-    SAME,
     SAME_SIZE,
     SCALE_STEP,
     SCALES_RANGE,
     UNIT_ODDS,
 )
-from pipeline.tolerances import SOME
+from pipeline.tolerances import GROUP, MANY_FACES, SAME, SOME
 from pipeline.values import Mesh
 
 Floats = npt.NDArray[np.float64]
@@ -141,12 +137,12 @@ def _things(found: SizesFound, log_metres: Floats) -> Floats:
 
     widths = distinct_sizes(found.widths)
     total = mean("thickness", distinct_sizes(found.thicknesses))
-    total += math.sqrt(min(len(widths), HEARD)) * mean("width", widths)
+    total += math.sqrt(min(len(widths), GROUP)) * mean("width", widths)
     named: dict[str, list[float]] = defaultdict(list)
     for thing in found.things:
         named[thing.kind].append(thing.height if usual[thing.kind].side == "height" else thing.length)
     for kind, sizes in sorted(named.items()):
-        total += min(1.0, HEARD / len(named)) * mean(kind, distinct_sizes(sizes))
+        total += min(1.0, GROUP / len(named)) * mean(kind, distinct_sizes(sizes))
     return total
 
 
@@ -202,15 +198,15 @@ def weigh_scale(
 
 
 def find_openings(surfaces: Surfaces, axis: int, foot: float, storey: float) -> tuple[list[float], list[float]]:
-    """Return the widths of the openings at ``OPENING_CUT`` of a storey over its foot, and how thick their walls are."""
-    height = foot + OPENING_CUT * storey
+    """Return the widths of the openings at ``SOME`` of a storey over its foot, and how thick their walls are."""
+    height = foot + SOME * storey
     crossed = surfaces.walls(axis) & (surfaces.low[:, axis] < height) & (surfaces.high[:, axis] > height)
     order = [*(i for i in range(3) if i != axis), axis]
     upright = Surfaces.of(Mesh(surfaces.mesh.vertices[:, order], surfaces.mesh.faces[crossed]))
     lines = _joined(cut_faces_at_height(upright, upright.walls(), height)[0], storey)
     long = lines[:, 3] - lines[:, 2]
     jambs = lines[(long > JAMB[0] * storey) & (long < JAMB[1] * storey)]
-    if not 1 < len(jambs) <= MAX_JAMBS:
+    if not 1 < len(jambs) <= MANY_FACES:  # a scan has more
         return [], []
     ways = _directions(lines[:, 0])
     along, across = _directions(jambs[:, 0])
@@ -220,7 +216,7 @@ def find_openings(surfaces: Surfaces, axis: int, foot: float, storey: float) -> 
     for i in range(len(jambs)):
         way = middle - middle[i]
         apart = way @ across[i]
-        faces = (np.abs(along @ across[i]) < LINE_TURN) & (np.abs(way @ along[i]) < JAMB_ASIDE * long[i])
+        faces = (np.abs(along @ across[i]) < LINE_TURN) & (np.abs(way @ along[i]) < FEW * long[i])
         faces &= np.abs(long - long[i]) < SOME * long[i]  # two jambs are about equally long
         faces &= (apart > OPENING[0] * storey) & (apart < OPENING[1] * storey)
         if not faces.any():

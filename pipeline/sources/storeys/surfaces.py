@@ -8,18 +8,8 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from pipeline.sources.tolerances import (
-    BARELY_STANDING,
-    BIN_M,
-    FILE_GRID_M,
-    GRID_CELL_M,
-    HORIZONTAL,
-    SAME,
-    STOREY_STANDS,
-    TINY,
-    VERTICAL,
-)
-from pipeline.tolerances import AROUND_M, HAND_M, HARDLY, MOST, SPECK
+from pipeline.sources.tolerances import FEW, FILE_GRID_M, GRID_CELL_M, HORIZONTAL, SCARCELY, TINY, VERTICAL
+from pipeline.tolerances import AROUND_M, CM_M, HAND_M, HARDLY, MOST, SAME, SPECK
 from pipeline.values import Mesh
 
 Floats = npt.NDArray[np.float64]
@@ -82,7 +72,7 @@ class WallProfile:
     top: float
 
     @classmethod
-    def of(cls, surfaces: Surfaces, walls: Bools, axis: int = 2, step: float = BIN_M) -> WallProfile:
+    def of(cls, surfaces: Surfaces, walls: Bools, axis: int = 2, step: float = CM_M) -> WallProfile:
         """Integrate each wall's plan length (its area over its height) between the edges, exactly."""
         low, high = surfaces.low[walls, axis], surfaces.high[walls, axis]
         length = surfaces.area[walls] / (high - low)
@@ -94,7 +84,7 @@ class WallProfile:
     @property
     def usual(self) -> float:
         """Return the middle of the lengths at heights where walls stand."""
-        return float(np.median(self.length[self.length > BARELY_STANDING * self.length.max()]))
+        return float(np.median(self.length[self.length > SCARCELY * self.length.max()]))  # where walls barely stand
 
     def length_at(self, height: float) -> float:
         """Plan length of the walls at a height, 0 outside of the profile."""
@@ -106,7 +96,7 @@ class WallProfile:
         usual = float(np.median(self.length[(self.edges[:-1] >= foot) & (self.edges[1:] <= height)]))
         # walls may end a little under the height that they reach at least
         # the walls of a storey end where little of their usual length goes on
-        ended = (self.edges[:-1] >= height - HAND_M) & (self.length < STOREY_STANDS * usual)
+        ended = (self.edges[:-1] >= height - HAND_M) & (self.length < FEW * usual)  # no walls of a storey stand there
         return float(min(self.edges[np.flatnonzero(ended)[0]], self.top)) if ended.any() else self.top
 
 

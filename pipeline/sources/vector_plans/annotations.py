@@ -30,8 +30,8 @@ from pipeline.sources.files import PART_FAULTS, LeftOutParts, read_json_object
 from pipeline.sources.tolerances import DOOR_WIDTH_M, FILE_GRID_M, LOOP_M2, NARROWEST_DOOR_M, STOREY_HEIGHT_M
 from pipeline.sources.vector_plans.drawing import Drawing, DrawnStorey, Feature, Point, area_from_ring
 from pipeline.sources.vector_plans.named_features import storey_from_features
+from pipeline.tolerances import MM_M
 
-_MM = 0.001
 _NO_ROOMS: Final = frozenset({"door", "window", "outwall", "outdoor"})
 _ADVICE = "copy it again from the data set"
 
@@ -60,7 +60,7 @@ def read_drawing(path: Path) -> Drawing:
 def _structured3d(found: Mapping[str, Any], path: Path, left_out: LeftOutParts) -> DrawnStorey:
     """R1."""
     try:
-        points = np.array([each["coordinate"] for each in found["junctions"]], np.float64).reshape(-1, 3) * _MM
+        points = np.array([each["coordinate"] for each in found["junctions"]], np.float64).reshape(-1, 3) * MM_M
         lines = [np.flatnonzero(row) for row in found["planeLineMatrix"]]
         ends = [np.flatnonzero(row) for row in found["lineJunctionMatrix"]]
         planes, semantics = list(found["planes"]), list(found["semantics"])

@@ -3,7 +3,7 @@
 A reader says what it finds as ``Feature`` values; ``named_features.storey_from_features`` makes a ``DrawnStorey`` of
 them, with walls as bodies and holes through them. The frame: metres, x right and y up in the plan.
 
-R1  Two lines closer than THICKEST_WALL_M that enclose something are the faces of one wall: between them is wall.
+R1  Two lines closer than THICK_WALL_M that enclose something are the faces of one wall: between them is wall.
 R2  A door stands in a wall. Where its file leaves a gap in the wall, the gap is filled up to the wall's faces first, so
     that the door has a lintel; the wall's depth is that of the wall ends beside the door.
 R3  A drawing of rooms without walls has its walls between and around the rooms (``walls_around``).
@@ -39,22 +39,18 @@ from pipeline.sources.drawn_storeys import (
 )
 from pipeline.sources.files import LeftOutParts, level_id
 from pipeline.sources.tolerances import (
-    CRACK_M,
+    COVER_MARGIN_M,
     DEEPEST_WALL_M,
-    DOOR_END_M,
     DOOR_HEIGHT_M,
     FAR_FROM_ORIGIN_M,
     FILE_GRID_M,
     LINE_WALL_M,
     LONGEST_SITE_M,
-    OFF_LINE_M,
-    SHORTEST_M,
     THICKEST_LINE_M,
-    THICKEST_WALL_M,
-    THROUGH_WALL,
     TINY,
     WALL_HEIGHT_M,
 )
+from pipeline.tolerances import CM_M, CRACK_M, MOST, THICK_WALL_M
 from pipeline.values import IDLE, Input, Level, Mesh, SourceObject, SourceRoom
 
 Point = tuple[float, float]
@@ -182,7 +178,7 @@ def area_from_ring(ring: Iterable[Sequence[float]]) -> Polygon:
 
 def wall_thickness(said_m: float) -> float:
     """Return the thickness of a wall that is drawn as a line: what a file says, if that may be one."""
-    return said_m if SHORTEST_M < said_m < THICKEST_LINE_M else LINE_WALL_M
+    return said_m if CM_M < said_m < THICKEST_LINE_M else LINE_WALL_M
 
 
 def walls_along_lines(lines: Iterable[tuple[Point, Point]], thick_m: float) -> list[Polygon]:
@@ -198,7 +194,7 @@ def walls_between_faces(shapes: Iterable[Polygon]) -> list[Polygon]:
     body = shapely.union_all(list(shapes), grid_size=FILE_GRID_M)
     whole = shapely.union_all([Polygon(part.exterior) for part in polygons_of(body)])
     voids = polygons_of(shapely.difference(whole, body))
-    slits = [void for void in voids if drop_thin_parts(void, THICKEST_WALL_M).is_empty]
+    slits = [void for void in voids if drop_thin_parts(void, THICK_WALL_M).is_empty]
     return polygons_of(shapely.union_all([body, *slits], grid_size=FILE_GRID_M))
 
 
@@ -250,7 +246,7 @@ def door_hole(
     """
     a, b = np.asarray(start[:2], np.float64), np.asarray(end[:2], np.float64)
     length = float(np.hypot(*(b - a)))
-    if not SHORTEST_M < length < LONGEST_SITE_M:
+    if not CM_M < length < LONGEST_SITE_M:  # a shorter door, or a thinner wall, has no stated size
         return None
     along = (b - a) / length
     across = np.array([-along[1], along[0]])
@@ -279,7 +275,7 @@ def deepen_to_walls(holes: Sequence[Hole], walls: Sequence[Polygon]) -> list[Hol
 def deepen_to_wall(hole: Hole, walls: Sequence[Polygon]) -> Hole:
     """Return a hole that is as deep as the wall in which it is drawn; the same one where no wall is."""
     reached = deepen_to_wall_faces(hole, [Wall(wall, 0.0, hole.top_m) for wall in walls])
-    if reached is None or reached.shape.area < THROUGH_WALL * hole.shape.area:
+    if reached is None or reached.shape.area < MOST * hole.shape.area:
         return hole
     return reached
 
@@ -299,7 +295,7 @@ def deepen_to_jambs(hole: Hole, thick_m: float, walls: Sequence[Polygon]) -> Hol
 
 
 def _near(walls: Sequence[Polygon], line: LineString) -> BaseGeometry:
-    return shapely.union_all([wall for wall in walls if shapely.dwithin(wall, line, DOOR_END_M + SHORTEST_M)])
+    return shapely.union_all([wall for wall in walls if shapely.dwithin(wall, line, COVER_MARGIN_M + CM_M)])
 
 
 def _depth(walls: BaseGeometry, jambs: tuple[Floats, Floats], across: Floats, thick_m: float) -> tuple[float, float]:
@@ -307,7 +303,8 @@ def _depth(walls: BaseGeometry, jambs: tuple[Floats, Floats], across: Floats, th
     a, b = jambs
     along = np.array([across[1], -across[0]])
     middle = (a + b) / 2
-    probes = [middle, a - along * DOOR_END_M, b + along * DOOR_END_M, a + along * DOOR_END_M, b - along * DOOR_END_M]
+    end = along * COVER_MARGIN_M
+    probes = [middle, a - end, b + end, a + end, b - end]
     found = []
     for probe in probes:
         ray = LineString([probe - across * DEEPEST_WALL_M, probe + across * DEEPEST_WALL_M])
@@ -315,8 +312,8 @@ def _depth(walls: BaseGeometry, jambs: tuple[Floats, Floats], across: Floats, th
             ends = dot_product(shapely.get_coordinates(part) - probe, across)
             if (
                 len(ends)
-                and ends.min() <= OFF_LINE_M
-                and ends.max() >= -OFF_LINE_M
+                and ends.min() <= CRACK_M  # a door's line may lie this far outside of its wall
+                and ends.max() >= -CRACK_M
                 and ends.max() - ends.min() < DEEPEST_WALL_M
                 and np.abs(ends).max() < DEEPEST_WALL_M - FILE_GRID_M  # else the ray ends in a wall along it
             ):

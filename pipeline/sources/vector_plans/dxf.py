@@ -35,14 +35,16 @@ from houseexpo.errors import MissingDependencyError, install_command
 from houseexpo.file_kinds import format_suffix
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.drawn_storeys import polygon_from_ring
-from pipeline.sources.files import LARGEST_BYTES, LeftOutParts, archive_members, read_bytes, read_member
+from pipeline.sources.files import LeftOutParts, archive_members, read_bytes, read_member
 from pipeline.sources.tolerances import (
+    DEEPEST,
     DRAWING_M,
     DRAWN_UNITS_M,
-    LINES_BESIDE,
+    LARGEST_BYTES,
     LONGEST_SITE_M,
+    MAX_SAMPLES,
+    MOST_PARTS,
     PARALLEL,
-    SAME,
     SWING_M,
     WALL_THICKNESS_M,
 )
@@ -53,9 +55,8 @@ from pipeline.sources.vector_plans.named_features import (
     nest_rings,
     storey_from_features,
 )
+from pipeline.tolerances import HARDLY, MOST, SAME
 
-MOST_ENTITIES = 1_000_000
-DEEPEST_BLOCK = 20
 MOST_WALL_LINES = 20_000
 """Letters and patterns that a program took apart have more; the walls of a hospital have some thousand."""
 _UNITS: Final = {1: 0.0254, 2: 0.3048, 4: 0.001, 5: 0.01, 6: 1.0, 14: 0.1}
@@ -72,11 +73,7 @@ _PIECES: Final = 8
 _BOTH: Final = "door or window"
 _AROUND_HINGE: Final = 1.2
 """A leaf, its frame and its sill reach this far from the hinge, in widths of the leaf."""
-_OFF_HINGE: Final = 0.15
-"""A leaf ends this near to the hinge and to the end of its swing, in widths of the leaf."""
 _MOST_GUESSED: Final = 5_000
-_MOST_GUESSED_CORNERS: Final = 5_000
-"""A clinic of 52 rooms has 1,600; lines that are no walls make a tangle with more."""
 _OTHERS = re.compile(
     r"dim|defpoint|text|note|anno|title|frame|border|viewport|grid|axis|achse|cote|hatch|furn|equip|elec|plumb|sanit|"
     r"light|detail|legend|schedule|wire|site|plot|landscap|topo|tree|plant|roof|section|elev|stair|level|water|fire|"
@@ -222,9 +219,9 @@ def _check_storey(storey: DrawnStorey, name: str, layers: Sequence[str], *, is_w
         detail = f"{name}: expected layers that are called wall or room, found {', '.join(layers[:8]) or 'none'}"
         raise Rejection("source", Reason.NO_LEVEL, detail, advice)
     corners = sum(shapely.get_num_coordinates(wall.shape) for wall in storey.walls)
-    if is_guessed and corners > _MOST_GUESSED_CORNERS:
+    if is_guessed and corners > _MOST_GUESSED:
         detail = f"{name}: no layer is called wall or room, and the lines of the others are a tangle of "
-        detail += f"{corners:,} corners, expected {_MOST_GUESSED_CORNERS:,} at most"
+        detail += f"{corners:,} corners, expected {_MOST_GUESSED:,} at most"
         raise Rejection("source", Reason.NO_LEVEL, detail, advice)
 
 
@@ -294,9 +291,9 @@ def _entities(
 ) -> Iterator[tuple[str, Any, bool]]:
     """R2, R3: yield the kind of an entity, the entity, and whether it stands in a block."""
     for entity in space:
-        if next(numbers) >= MOST_ENTITIES:
+        if next(numbers) >= MOST_PARTS:
             detail = (
-                f"the drawing has more than {MOST_ENTITIES:,} entities, blocks within blocks counted as often as drawn"
+                f"the drawing has more than {MOST_PARTS:,} entities, blocks within blocks counted as often as drawn"
             )
             raise Rejection("source", Reason.TOO_LARGE, detail, "leave its furniture out")
         if entity.dxftype() != "INSERT":
@@ -304,7 +301,7 @@ def _entities(
             yield kind, entity, bool(within)
             continue
         block = str(entity.dxf.name)
-        if block in within or len(within) >= DEEPEST_BLOCK:
+        if block in within or len(within) >= DEEPEST:
             left_out.add(f"block {block[:60]} holds itself")
             continue
         if document.blocks.get(block) is None:
@@ -385,7 +382,7 @@ def _is_leaf(line: Any, swings: Sequence[tuple[Point, Point, Point]]) -> bool:
     """R4: return whether a line runs from the hinge of a swing to one of its ends, as exactly as people draw."""
     start, end = (line.dxf.start.x, line.dxf.start.y), (line.dxf.end.x, line.dxf.end.y)
     for hinge, *ends in swings:
-        off = _OFF_HINGE * math.dist(hinge, ends[0])
+        off = HARDLY * math.dist(hinge, ends[0])  # in widths of the leaf
         for near, far in ((start, end), (end, start)):
             if math.dist(near, hinge) <= off and any(math.dist(far, each) <= off for each in ends):
                 return True
@@ -515,7 +512,6 @@ def _filled(entity: Any, scale: float) -> list[Polygon]:
 #     and its doors say nothing.
 
 
-_MOST_LINES: Final = 2_000
 _METRIC: Final = (0.001, 0.01, 0.1, 1.0)
 TEXT_HEIGHT_M: Final = (0.05, 1.0)
 """Letters in drawings of houses: 2.5 to 5 mm on paper, at scales of 1:20 to 1:200."""
@@ -585,7 +581,7 @@ def _is_in(length_m: float, between: tuple[float, float]) -> bool:
 
 def _thickness(lines: Sequence[tuple[Point, Point]]) -> float:
     """Return the usual distance of a line from the nearest one beside and along it, in units; 0 if there are no two."""
-    ends = np.array(lines[:_MOST_LINES], np.float64).reshape(-1, 4)
+    ends = np.array(lines[:MAX_SAMPLES], np.float64).reshape(-1, 4)
     start, along = ends[:, :2], ends[:, 2:] - ends[:, :2]
     length = np.hypot(*along.T)
     start, along, length = start[length > 0], along[length > 0], length[length > 0]
@@ -596,7 +592,7 @@ def _thickness(lines: Sequence[tuple[Point, Point]]) -> float:
         first = (start - at) @ way
         last = first + along @ way
         shared = np.minimum(np.maximum(first, last), long) - np.maximum(np.minimum(first, last), 0.0)
-        near = away[(turned < PARALLEL) & (shared > LINES_BESIDE * np.minimum(length, long)) & (away > SAME * long)]
+        near = away[(turned < PARALLEL) & (shared > MOST * np.minimum(length, long)) & (away > SAME * long)]
         if len(near):
             beside.append(float(near.min()))
     return float(np.median(beside)) if beside else 0.0

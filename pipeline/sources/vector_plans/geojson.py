@@ -28,9 +28,10 @@ from pipeline.sources.roles import labels_for
 from pipeline.sources.tolerances import (
     DRAWING_M,
     EARTH_M,
-    HIGHEST_OBJECT_M,
+    HIGHEST_BUILDING_M,
     LONGEST_SITE_M,
     STOREY_HEIGHT_M,
+    USUAL_ROOM_M2,
 )
 from pipeline.sources.vector_plans.drawing import Drawing, Feature, Floats, Line
 from pipeline.sources.vector_plans.named_features import (
@@ -45,8 +46,6 @@ from pipeline.sources.vector_plans.named_features import (
 _KEYS: Final = ("kind", "type", "class", "category", "feature_type", "layer", "indoor")
 _LEVELS: Final = ("level", "level_id", "floor", "floor_id", "floorId", "levelId", "storey")
 _UNITS: Final = (0.01, 0.001)
-USUAL_ROOM_M2: Final = 20.0
-"""A room is about as large."""
 _OWN_MARKS: Final = frozenset({"label_box", "free_space"})
 """Kinds of our export that are neither walls nor rooms."""
 _ADVICE = "export it again as GeoJSON"
@@ -240,7 +239,7 @@ def _to_metres(shapes: list[Any], crs: Any) -> tuple[float | ToMetres, tuple[str
     areas = [part.area for shape in shapes for part in simple_parts(shape) if part.area > 0]
     fits = [unit for unit in _UNITS if long * unit <= DRAWING_M[1]]
     if long > LONGEST_SITE_M and areas and fits:
-        usual = math.sqrt(float(np.median(areas)) / USUAL_ROOM_M2)
+        usual = math.sqrt(float(np.median(areas)) / USUAL_ROOM_M2)  # a room is about as large
         unit = min(fits, key=lambda each: abs(math.log(each * usual)))
         return unit, ("units",)
     return 1.0, ()
@@ -268,7 +267,7 @@ def _feature(kind: str, shape: Any, about: Mapping[str, Any]) -> Feature:
         return Feature("room", shape, words, (label or exact or function,))
     if kind == "object":
         high = about.get("height")
-        top = float(high) if isinstance(high, int | float) and 0 < high < HIGHEST_OBJECT_M else None
+        top = float(high) if isinstance(high, int | float) and 0 < high < HIGHEST_BUILDING_M else None
         return Feature("object", shape, (str(about.get("label") or "object"),), top_m=top)
     if kind == "door" and about.get("door_kind") in {"opening", "cut"}:
         return Feature("opening", shape)

@@ -25,9 +25,9 @@ from pathlib import Path
 from typing import Any, Final
 
 from pipeline.rejection import Reason, Rejection
-from pipeline.sources.files import LARGEST_BYTES, LeftOutParts, archive_members, read_member
+from pipeline.sources.files import LeftOutParts, archive_members, read_member
 from pipeline.sources.roles import labels_for
-from pipeline.sources.tolerances import STOREY_HEIGHT_M
+from pipeline.sources.tolerances import LARGEST_BYTES, STOREY_HEIGHT_M
 from pipeline.sources.vector_plans.drawing import Drawing, Feature
 from pipeline.sources.vector_plans.geojson import decode_collection, degrees_to_metres, read_collection, shape_of
 from pipeline.sources.vector_plans.named_features import ROOM_FUNCTIONS, storey_from_features

@@ -32,10 +32,11 @@ from pipeline.geometry.areas import drop_lines_and_points, polygons_of
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.files import Element, LeftOutParts, parse_xml
 from pipeline.sources.roles import Role, role_from_name
-from pipeline.sources.tolerances import CLEAR_M, CRACK_M, FILE_GRID_M, IFC_DOOR_M
+from pipeline.sources.tolerances import FILE_GRID_M, IFC_DOOR_M
 from pipeline.sources.vector_plans.drawing import Drawing, DrawnStorey, Feature
 from pipeline.sources.vector_plans.geojson import degrees_to_metres
 from pipeline.sources.vector_plans.named_features import storey_from_features
+from pipeline.tolerances import CRACK_M, HEAD_M
 
 Floats = npt.NDArray[np.float64]
 _ROOT = re.compile(rb"<(\w+:)?IndoorFeatures[\s>]")
@@ -192,7 +193,7 @@ def _heights(floors: Sequence[float]) -> Iterator[tuple[float, float]]:
     """R5: yield from which height to which each storey has its floors."""
     low: float | None = None
     for floor in sorted(floors):
-        if low is not None and floor - low < CLEAR_M:
+        if low is not None and floor - low < HEAD_M:
             continue
         if low is not None:
             yield low, floor
@@ -203,7 +204,7 @@ def _heights(floors: Sequence[float]) -> Iterator[tuple[float, float]]:
 
 def _storey(found: _Map, low: float, high: float) -> DrawnStorey:
     here = [each for height, each in found.spaces if low <= height < high]
-    doors = [shape for height, shape in found.doors if low - CLEAR_M / 2 <= height < high - CLEAR_M / 2]
+    doors = [shape for height, shape in found.doors if low - HEAD_M / 2 <= height < high - HEAD_M / 2]
     if not found.doors:  # R4
         doors = list(_crossings([part for each in here for part in polygons_of(each.shape)], found.ways))
     return replace(storey_from_features([*here, *(Feature("door", shape) for shape in doors)], low), all_named=False)

@@ -39,19 +39,14 @@ from pipeline.geometry.prisms import extrude_polygon
 from pipeline.sources.drawn_storeys import Hole, Wall, merge_parallel_holes, unite_rooms, walls_around
 from pipeline.sources.roles import labels_for, names_furniture_with_doors
 from pipeline.sources.tolerances import (
-    CRACK_M,
     DEEPEST_WALL_M,
     DOOR_HEIGHT_M,
     DRAWN_SHEET_M,
     FILE_GRID_M,
-    LEFTOVER_M2,
     LINE_WALL_M,
     MASSIVE_WALL_M,
-    NAME_BOX_M,
-    OFF_LINE_M,
+    OBJECT_HEIGHT_M,
     PARALLEL,
-    ROUGH_M,
-    THICKEST_WALL_M,
     WALL_HEIGHT_M,
 )
 from pipeline.sources.vector_plans.drawing import (
@@ -67,7 +62,7 @@ from pipeline.sources.vector_plans.drawing import (
     walls_between_faces,
     walls_between_rooms,
 )
-from pipeline.tolerances import BESIDE_M
+from pipeline.tolerances import BESIDE_M, CRACK_M, HAND_M, MM_M, SAME, THICK_WALL_M
 from pipeline.values import SourceObject, SourceRoom
 
 _WORDS: Final = {
@@ -99,7 +94,6 @@ ROOM_FUNCTIONS: Final = {
 }
 """Words that indoor maps have for spaces, and our labels of those which are the names of no rooms in other files."""
 PASSAGES: Final = ("door", "opening")
-OBJECT_HEIGHT_M: Final = 1.0  # of furniture of which the file says nothing
 ToMetres = Callable[[npt.NDArray[np.float64]], npt.NDArray[np.float64]]
 _NO_WALLS: Final = frozenset({"stem", "footing", "foundation", "virtual", "shear"})
 """Words of walls that are under a floor, or nowhere."""
@@ -153,12 +147,12 @@ class _Drawn:
             self.tops.append(each.top_m)
         if each.kind == "object":
             shape = drop_lines_and_points(shapely.make_valid(shape))
-            self.objects += [(shape, each)] if shape.area > LEFTOVER_M2 else []
+            self.objects += [(shape, each)] if shape.area > SAME else []
             return
         for part in simple_parts(shape):
             if isinstance(part, Polygon):
                 for area in polygons_of(shapely.make_valid(part)):
-                    if area.area > LEFTOVER_M2:
+                    if area.area > SAME:
                         self._add_area(each, area)
             else:
                 self._add_line(each, [(float(x), float(y)) for x, y in shapely.get_coordinates(part)])
@@ -283,7 +277,7 @@ def _walls(drawn: _Drawn, rooms: Sequence[Area]) -> list[Polygon]:
     middles = [part for thick, each in sorted(drawn.wall_middles.items()) for part in walls_along_lines(each, thick)]
     shapes = [*areas, *drawn.wall_bodies, *panes, *walls_along_lines(lines, DRAWN_SHEET_M), *bodies, *middles]
     walls = walls_between_faces(shapes) if lines or panes or middles else shapes
-    return [shapely.simplify(wall, ROUGH_M) for wall in walls] if bodies else walls  # faces are nearly parallel
+    return [shapely.simplify(wall, MM_M) for wall in walls] if bodies else walls  # faces are nearly parallel
 
 
 def _of_spaces(drawn: _Drawn, top_m: float) -> tuple[list[Area], list[Polygon]]:
@@ -301,7 +295,7 @@ def _of_spaces(drawn: _Drawn, top_m: float) -> tuple[list[Area], list[Polygon]]:
     taken = shapely.union_all(walls)
     for area, each in sorted(drawn.spaces, key=lambda space: space[0].area):
         rest = polygons_of(shapely.difference(area, taken))
-        rooms += [(part, each) for part in rest if part.area > LEFTOVER_M2]
+        rooms += [(part, each) for part in rest if part.area > SAME]
         taken = shapely.union(taken, area)
     return rooms, [wall.shape for wall in walls_around([area for area, _ in rooms], top_m)] + walls
 
@@ -385,12 +379,12 @@ def _side_by_side(rings: Sequence[Polygon]) -> list[Polygon]:
     tree = shapely.STRtree(wide)
     inner = [ring for ring in wide if len(tree.query(ring, "contains")) <= 1]  # it contains itself
     near = shapely.STRtree(inner)
-    return [ring for ring in inner if len(near.query(ring, "dwithin", distance=THICKEST_WALL_M)) > 1]
+    return [ring for ring in inner if len(near.query(ring, "dwithin", distance=THICK_WALL_M)) > 1]
 
 
 def _is_beside(wall: Polygon, rings: Sequence[Polygon]) -> bool:
     """R5: return whether a body is one or several of such rings, or lies beside one and is wider than most walls."""
-    return any(shapely.dwithin(wall, ring, THICKEST_WALL_M) for ring in rings) and _is_wide(wall, THICKEST_WALL_M)
+    return any(shapely.dwithin(wall, ring, THICK_WALL_M) for ring in rings) and _is_wide(wall, THICK_WALL_M)
 
 
 def _is_wide(shape: Polygon, than_m: float) -> bool:
@@ -410,7 +404,7 @@ def _enclosed_rooms(drawn: _Drawn) -> list[Area]:
         [LineString(line) for line in drawn.room_lines if line[0] != line[1]], grid_size=FILE_GRID_M
     )
     found = shapely.get_parts(shapely.polygonize(shapely.get_parts(lines)))
-    return [(area, Feature("room", area)) for area in found if not drop_thin_parts(area, THICKEST_WALL_M).is_empty]
+    return [(area, Feature("room", area)) for area in found if not drop_thin_parts(area, THICK_WALL_M).is_empty]
 
 
 def _with_holes(drawn: _Drawn) -> list[Area]:
@@ -444,7 +438,7 @@ def _rooms(drawn: _Drawn, areas: Sequence[Area]) -> tuple[SourceRoom, ...]:
     for i, (text, (x, y)) in enumerate(drawn.texts):
         labels = labels_for((text,))
         if i not in used and labels:
-            box = (x - NAME_BOX_M, y - NAME_BOX_M, x + NAME_BOX_M, y + NAME_BOX_M)
+            box = (x - HAND_M, y - HAND_M, x + HAND_M, y + HAND_M)
             rooms.append(SourceRoom((text,), labels, box=box))
     return tuple(rooms)
 
@@ -478,8 +472,8 @@ def _head(each: Feature) -> float:
 def _of_arc(arc: tuple[Point, Point, Point], walls: Sequence[Polygon], solid: BaseGeometry) -> Hole | None:
     """R3."""
     hinge, *ends = arc
-    at_walls = [end for end in ends if shapely.dwithin(solid, shapely.Point(end), OFF_LINE_M)]
-    gaps = [end for end in at_walls if not shapely.dwithin(solid, LineString([hinge, end]).centroid, OFF_LINE_M)]
+    at_walls = [end for end in ends if shapely.dwithin(solid, shapely.Point(end), CRACK_M)]
+    gaps = [end for end in at_walls if not shapely.dwithin(solid, LineString([hinge, end]).centroid, CRACK_M)]
 
     def away(end: Point) -> float:
         return float(solid.distance(LineString([hinge, end]).centroid) + solid.distance(shapely.Point(end)))
@@ -512,25 +506,25 @@ the line of a measure or of a canopy is not."""
 def bodies_between_faces(lines: Sequence[tuple[Point, Point]]) -> list[Polygon]:
     """Return what lies between lines that are the two faces of one wall, over the length that they share.
 
-    Faces are parallel, up to THICKEST_WALL_M apart and longer than they are apart, so that the jambs of a narrow door
+    Faces are parallel, up to THICK_WALL_M apart and longer than they are apart, so that the jambs of a narrow door
     are none.
     """
     ends = np.asarray([(*a, *b) for a, b in lines], np.float64).reshape(-1, 4)
     start, along = ends[:, :2], ends[:, 2:] - ends[:, :2]
     length = np.hypot(*along.T)
-    kept = length > ROUGH_M
+    kept = length > MM_M
     start, length, way = start[kept], length[kept], along[kept] / length[kept, None]
     if len(start) < 2:
         return []
     segments = shapely.linestrings(np.stack([start, start + way * length[:, None]], axis=1))
-    one, other = shapely.STRtree(segments).query(segments, predicate="dwithin", distance=THICKEST_WALL_M)
+    one, other = shapely.STRtree(segments).query(segments, predicate="dwithin", distance=THICK_WALL_M)
     across = np.stack([-way[:, 1], way[:, 0]], axis=1)
     from_one = start[other] - start[one]
     first = dot_product(from_one, way[one])
     last = first + dot_product(way[other], way[one]) * length[other]
     low, high = np.maximum(np.minimum(first, last), 0.0), np.minimum(np.maximum(first, last), length[one])
     away = np.abs(dot_product(from_one, across[one]))
-    is_face = (np.abs(dot_product(way[other], across[one])) < PARALLEL) & (away > ROUGH_M) & (away <= THICKEST_WALL_M)
+    is_face = (np.abs(dot_product(way[other], across[one])) < PARALLEL) & (away > MM_M) & (away <= THICK_WALL_M)
     is_face &= high - low >= away
     one, other, low, high, away = one[is_face], other[is_face], low[is_face], high[is_face], away[is_face]
     nearest = _nearest_along(one, low, high, away)
@@ -560,7 +554,7 @@ def windows_from_lines(lines: Sequence[tuple[Point, Point]]) -> tuple[list[Polyg
     for group in groups:
         parts = [segments[i] for i in tree.query(group, predicate="covers")]
         box = shapely.minimum_rotated_rectangle(shapely.union_all(parts))
-        if isinstance(box, Polygon) and box.area > ROUGH_M * box.length:
+        if isinstance(box, Polygon) and box.area > MM_M * box.length:
             corners = shapely.get_coordinates(box)
             if np.hypot(*np.diff(corners[:3], axis=0).T).min() <= DEEPEST_WALL_M:
                 bodies.append(box)

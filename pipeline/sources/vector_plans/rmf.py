@@ -32,18 +32,24 @@ from houseexpo.files import decode_yaml
 from pipeline.geometry.areas import polygons_of
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.drawn_storeys import Wall, polygon_from_ring, unite_rooms
-from pipeline.sources.files import DEEPEST, LeftOutParts, read_bytes
+from pipeline.sources.files import LeftOutParts, read_bytes
 from pipeline.sources.roles import labels_for
-from pipeline.sources.tolerances import FILE_GRID_M, LINE_WALL_M, SHAFT_M, WALL_HEIGHT_M
+from pipeline.sources.tolerances import (
+    COVER_MARGIN_M,
+    DEEPEST,
+    FILE_GRID_M,
+    LARGEST_COORDINATE,
+    LARGEST_TEXT_BYTES,
+    LINE_WALL_M,
+    SCARCELY,
+    WALL_HEIGHT_M,
+)
 from pipeline.sources.vector_plans.drawing import Drawing, DrawnStorey, Feature, Point
 from pipeline.sources.vector_plans.named_features import storey_from_features
 from pipeline.values import SourceRoom
 
-LARGEST_BUILDING_BYTES = 1 << 26
 MOST_FIDUCIALS = 100
 """So many give the ratio of two scales as well as all of them do."""
-LARGEST_NUMBER = 1e12
-"""A drawing has no number beyond this."""
 _ADVICE = "save it again with traffic_editor"
 _LIFT = "Lift"
 
@@ -82,10 +88,6 @@ def read_drawing(path: Path, *, unit_m: float | None = None) -> Drawing:
             rooms, doors = _lifts(lifts, reference, scales, sheet)
             storeys.append(sheet.storey(rooms, doors))
     return Drawing("open-rmf", tuple(storeys), left_out, unit_m=scales.get(reference, 1.0))
-
-
-_NO_FLOOR = 0.1
-"""A place of which floors cover a smaller share has no floor."""
 
 
 class _Sheet:
@@ -154,7 +156,7 @@ class _Sheet:
         return [
             place
             for place in polygons_of(shapely.difference(whole, body))
-            if shapely.intersection(place, floor).area < _NO_FLOOR * place.area
+            if shapely.intersection(place, floor).area < SCARCELY * place.area  # a place without a floor
             and not place.intersects(seen)
             and not any(shapely.dwithin(place, door, FILE_GRID_M) for door in doors)
         ]
@@ -181,7 +183,7 @@ class _Sheet:
 
 
 def _document(path: Path) -> Mapping[str, Any]:
-    data = read_bytes(path, "expected one building", LARGEST_BUILDING_BYTES)
+    data = read_bytes(path, "expected one building", LARGEST_TEXT_BYTES)
     try:
         document = decode_yaml(data, DEEPEST)
     except ValueError as error:
@@ -271,7 +273,7 @@ def _lifts(
             continue
         yaw = _number(lift.get("yaw"), 0.0)
         turn = np.array([[math.cos(yaw), -math.sin(yaw)], [math.sin(yaw), math.cos(yaw)]])
-        half = np.array([width / 2 + SHAFT_M, depth / 2 + SHAFT_M])
+        half = np.array([width / 2 + COVER_MARGIN_M, depth / 2 + COVER_MARGIN_M])
         corners = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)]) * half @ turn.T + at
         box = shapely.bounds(Polygon(corners)).tolist()
         rooms.append(SourceRoom((f"{_LIFT} {name}",), ("Passenger_elevator",), box=(box[0], box[1], box[2], box[3])))
@@ -309,7 +311,7 @@ def _parameter(parameters: Mapping[str, Any], name: str, default: float) -> floa
 
 
 def _number(value: Any, default: float) -> float:
-    if not isinstance(value, int | float) or isinstance(value, bool) or not abs(value) < LARGEST_NUMBER:
+    if not isinstance(value, int | float) or isinstance(value, bool) or not abs(value) < LARGEST_COORDINATE:
         return default
     return float(value)
 

@@ -9,7 +9,7 @@ R5  Floors more than STOREYS_APART_M apart are storeys.
 R7  Two floors with one name that meet where no wall stands, as the rectangles of an L do, are one room.
 R8  Floors that are told apart by numbers alone, of which two meet where no wall stands, are pieces of one floor, and no
     rooms.
-R6  A wall whose faces are sheets, and cover nothing, is SHEET_WALL_M thick.
+R6  A wall whose faces are sheets, and cover nothing, is SHEET_M thick.
 """
 
 from __future__ import annotations
@@ -35,24 +35,19 @@ from pipeline.sources.files import LeftOutParts, file_inside
 from pipeline.sources.meshes.formats import frame_convention, load_scene
 from pipeline.sources.roles import labels_for, names_furniture_with_doors
 from pipeline.sources.tolerances import (
-    CRACK_M,
     FILE_GRID_M,
-    KNEE_M,
+    LARGEST_BYTES,
+    LARGEST_GRID,
     NARROWEST_DOOR_M,
     UPRIGHT_M2,
+    VOXEL_M,
     WALL_HEIGHT_M,
     WIDEST_DOOR_BODY_M,
 )
 from pipeline.sources.vector_plans.drawing import DrawnStorey, Feature
 from pipeline.sources.vector_plans.named_features import storey_from_features
-from pipeline.tolerances import HAND_M
+from pipeline.tolerances import CRACK_M, HAND_M, KNEE_M, SHEET_M
 
-MANY_BODY_FACES: Final = 20_000
-"""A piece of furniture with more is read by ``body_from_many_triangles``: to unite their triangles takes minutes."""
-SHEET_WALL_M: Final = 0.05
-BODY_CELL_M: Final = 0.02
-MOST_BODY_CELLS: Final = 100_000_000
-LARGEST_MESH: Final = 1 << 27
 _MESHES: Final = frozenset({".obj", ".stl", ".dae"})
 _KINDS: Final = (
     ("lintel", "wall"),
@@ -176,7 +171,7 @@ def bodies_from_sheets(
     for (low, high), rings in spans.items():
         if high > low:
             lines = shapely.union_all(shapely.linestrings(rings), grid_size=FILE_GRID_M)
-            parts = polygons_of(shapely.buffer(lines, SHEET_WALL_M / 2, cap_style="square", join_style="mitre"))
+            parts = polygons_of(shapely.buffer(lines, SHEET_M / 2, cap_style="square", join_style="mitre"))
             if parts:
                 yield SceneBody(names, parts[0] if len(parts) == 1 else MultiPolygon(parts), low, high)
 
@@ -184,25 +179,25 @@ def bodies_from_sheets(
 def body_from_many_triangles(
     names: tuple[str, ...], points: npt.NDArray[np.float64], faces: npt.NDArray[np.int64]
 ) -> SceneBody | None:
-    """Return a body of many faces, as ``body_from_triangles`` does, but with an edge in steps of ``BODY_CELL_M``.
+    """Return a body of many faces, as ``body_from_triangles`` does, but with an edge in steps of ``VOXEL_M``.
 
     Faces that are smaller than a cell fill the cells of their corners; the area of the others is united as it is.
     """
     a, b, c = (points[faces[:, k], :2] for k in range(3))
     low, high = np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c)
-    is_large = (high - low).max(axis=1) > BODY_CELL_M
+    is_large = (high - low).max(axis=1) > VOXEL_M
     large = body_from_triangles(names, points, faces[is_large]) if is_large.any() else None
     small = np.concatenate([a[~is_large], b[~is_large], c[~is_large]])
-    origin = np.floor(small.min(axis=0, initial=0.0) / BODY_CELL_M)
-    columns, rows = (np.floor(small / BODY_CELL_M) - origin).astype(np.int64).T
-    if len(small) and columns.max() * rows.max() > MOST_BODY_CELLS:
+    origin = np.floor(small.min(axis=0, initial=0.0) / VOXEL_M)
+    columns, rows = (np.floor(small / VOXEL_M) - origin).astype(np.int64).T
+    if len(small) and columns.max() * rows.max() > LARGEST_GRID:
         return body_from_triangles(names, points, faces)
     cells = np.zeros((columns.max(initial=0) + 1, rows.max(initial=0) + 1), np.bool_)
     cells[columns, rows] = True
     steps = np.diff(np.pad(cells, ((0, 0), (1, 1))).astype(np.int8), axis=1)
     (column, start), (_, end) = np.nonzero(steps == 1), np.nonzero(steps == -1)
-    x, y, top = (column + origin[0]) * BODY_CELL_M, (start + origin[1]) * BODY_CELL_M, (end + origin[1]) * BODY_CELL_M
-    strips = shapely.box(x, y, x + BODY_CELL_M, top)
+    x, y, top = (column + origin[0]) * VOXEL_M, (start + origin[1]) * VOXEL_M, (end + origin[1]) * VOXEL_M
+    strips = shapely.box(x, y, x + VOXEL_M, top)
     whole = shapely.union_all([*strips, *([large.shape] if large is not None else [])], grid_size=FILE_GRID_M)
     parts = polygons_of(shapely.make_valid(whole))
     if not parts:
@@ -228,7 +223,7 @@ def load_mesh_beside(
     file = file_inside(folder, name)
     if file is None or format_suffix(file) not in _MESHES:
         raise ValueError(f"its mesh {name[:80]!r} is not in the folder, or no .obj, .stl or .dae")
-    if file.stat().st_size > LARGEST_MESH:
+    if file.stat().st_size > LARGEST_BYTES:
         raise ValueError(f"its mesh has {file.stat().st_size >> 20} MB")
     try:
         scene, said = load_scene(file), frame_convention(file)

@@ -28,11 +28,10 @@ from shapely import LineString
 from shapely.affinity import rotate, translate
 
 from pipeline.sources.files import LeftOutParts, read_bytes
-from pipeline.sources.tolerances import LONGEST_SITE_M, TINY
+from pipeline.sources.tolerances import LARGEST_TEXT_BYTES, LONGEST_SITE_M, TINY
 from pipeline.sources.vector_plans.drawing import Drawing, Feature, wall_thickness
 from pipeline.sources.vector_plans.named_features import storey_from_features
 
-LARGEST_SCRIPT_BYTES = 1 << 24
 BINS, PLACES_M = 1280, 32.0
 _SPANS_M: Final = {"width": 25.6, "height": 25.6, "thickness": 25.6, "scale": 20.0}
 FEWEST_BINS = 50
@@ -56,7 +55,7 @@ def can_read(path: Path, head: bytes) -> bool:
 
 def read_drawing(path: Path) -> Drawing:
     """Read a layout; raise Rejection if it is too large."""
-    text = read_bytes(path, "expected a layout", LARGEST_SCRIPT_BYTES).decode("utf-8-sig", "replace")
+    text = read_bytes(path, "expected a layout", LARGEST_TEXT_BYTES).decode("utf-8-sig", "replace")
     left_out = LeftOutParts()
     things = _from_bins(list(_things(text, left_out)))
     walls, by_name, feet = list[Feature](), dict[str, Feature](), list[float]()

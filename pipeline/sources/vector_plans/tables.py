@@ -31,12 +31,12 @@ import shapely
 from pipeline.geometry.areas import drop_lines_and_points
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.files import LeftOutParts
-from pipeline.sources.tolerances import FILE_GRID_M, LARGEST_FLOOR_M2, LEFTOVER_M2
+from pipeline.sources.tolerances import FILE_GRID_M, LARGEST_FLOOR_M2
 from pipeline.sources.vector_plans.drawing import Drawing, Feature
 from pipeline.sources.vector_plans.named_features import storey_from_features
+from pipeline.tolerances import SAME
 
 LARGEST_TABLE_BYTES = 1 << 31
-MOST_ROWS = 10_000_000
 _ADVICE = "copy it again from the data set"
 _GEOMETRY: Final = ("geometry", "geom")
 _WALLS: Final = frozenset({"WALL", "COLUMN", "RAILING"})
@@ -109,11 +109,7 @@ def _table(path: Path) -> dict[str, list[tuple[str, str, str]]]:
     floors: dict[str, list[tuple[str, str, str]]] = {}
     try:
         with path.open(newline="", encoding="utf-8") as stream:
-            for number, row in enumerate(csv.DictReader(stream)):
-                if number > MOST_ROWS:
-                    raise Rejection(
-                        "source", Reason.TOO_LARGE, f"{path.name} has more than {MOST_ROWS:,} rows", "divide it"
-                    )
+            for row in csv.DictReader(stream):
                 shape = next((row[name] for name in _GEOMETRY if row.get(name)), "")
                 key = str(row.get("floor_id") or "")
                 floors.setdefault(key, []).append(
@@ -168,7 +164,7 @@ def _area(shape: Any) -> Any:
     if not isinstance(shape, shapely.Geometry) or shape.is_empty or not np.isfinite(shapely.bounds(shape)).all():
         return None
     found = drop_lines_and_points(shapely.make_valid(shapely.force_2d(shape)))
-    return found if found.area > LEFTOVER_M2 else None
+    return found if found.area > SAME else None
 
 
 class _Shape:

@@ -6,7 +6,7 @@ one above it, as Isaac Sim, GRScenes and InternScenes write them. USDZ archives 
 
 R1  Every layer lies in the file's folder or below it. One that names a layer elsewhere, on a network, or that is not
     there, is refused before the scene is put together.
-R2  A text in which more than ``MOST_DEPTH`` braces stand within each other is refused before the library reads it.
+R2  A text in which more than ``DEEPEST`` braces stand within each other is refused before the library reads it.
 R3  A scene in which no prim is called a wall or a room is refused with that reason.
 """
 
@@ -26,9 +26,9 @@ from houseexpo.plan.room_labels import canonical
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.files import LeftOutParts, quiet_usd, record_file, usd_fault
 from pipeline.sources.meshes.scene import triangulate_polygons
+from pipeline.sources.tolerances import DEEPEST, MANY_BODY_FACES, MOST_FILES, MOST_PARTS
 from pipeline.sources.vector_plans.drawing import Drawing
 from pipeline.sources.vector_plans.scene_bodies import (
-    MANY_BODY_FACES,
     SceneBody,
     body_from_many_triangles,
     body_from_triangles,
@@ -39,10 +39,6 @@ from pipeline.sources.vector_plans.scene_bodies import (
 
 MOST_FACES = 200_000_000
 """Instances counted as often as they stand. They are read one mesh at a time; a file of 1 GB may have 60 million."""
-MOST_PRIMS = 1_000_000
-MOST_LAYERS = 20_000
-MOST_DEPTH = 1_000
-"""Prims within each other. The library calls itself for each, and ends the process at some ten thousand."""
 _LAYERS = (".usd", ".usda", ".usdc")
 _ADVICE = "export the scene again, with all its layers beside it"
 _BRACE = re.compile(rb"[{}]")
@@ -92,10 +88,10 @@ def _check_layers(sdf: Any, path: Path) -> None:
         if file in seen:
             continue
         seen.add(file)
-        if len(seen) > MOST_LAYERS:
-            raise Rejection("source", Reason.TOO_LARGE, f"{path.name} has more than {MOST_LAYERS:,} layers", _ADVICE)
-        if _depth(file) > MOST_DEPTH:  # R2
-            told = f"has more than {MOST_DEPTH:,} prims within each other"
+        if len(seen) > MOST_FILES:
+            raise Rejection("source", Reason.TOO_LARGE, f"{path.name} has more than {MOST_FILES:,} layers", _ADVICE)
+        if _depth(file) > DEEPEST:  # R2
+            told = f"has more than {DEEPEST:,} prims within each other"
             raise Rejection("source", Reason.TOO_LARGE, f"{path.name}: {file.name} {told}", _ADVICE)
         layer = sdf.Layer.OpenAsAnonymous(str(file))
         if layer is None:
@@ -119,7 +115,7 @@ def _depth(file: Path) -> int:
     with file.open("rb") as stream:
         if stream.read(5) != b"#usda":
             return 0
-        while (data := stream.read(1 << 20)) and deepest <= MOST_DEPTH:
+        while (data := stream.read(1 << 20)) and deepest <= DEEPEST:
             for brace in _BRACE.findall(data):
                 depth += 1 if brace == b"{" else -1
                 deepest = max(deepest, depth)
@@ -131,8 +127,8 @@ def _bodies(usd: Any, geometry: Any, stage: Any, path: Path, left_out: LeftOutPa
     z_up = geometry.GetStageUpAxis(stage) == geometry.Tokens.z
     cache, count = geometry.XformCache(), 0
     for number, prim in enumerate(stage.Traverse(usd.TraverseInstanceProxies())):
-        if number >= MOST_PRIMS:
-            detail = f"{path.name} has more than {MOST_PRIMS:,} prims, instances counted as often as they stand"
+        if number >= MOST_PARTS:
+            detail = f"{path.name} has more than {MOST_PARTS:,} prims, instances counted as often as they stand"
             raise Rejection("source", Reason.TOO_LARGE, detail, "leave its furniture out")
         if not (prim.IsA(geometry.Mesh) or prim.IsA(geometry.Cube)):
             continue

@@ -32,8 +32,9 @@ import shapely
 
 from houseexpo.files import real_path
 from pipeline.rejection import Reason, Rejection
-from pipeline.sources.files import DEEPEST, LeftOutParts, read_bytes
+from pipeline.sources.files import LeftOutParts, read_bytes
 from pipeline.sources.roles import labels_for
+from pipeline.sources.tolerances import DEEPEST, LARGEST_TEXT_BYTES, MOST_BODIES
 from pipeline.sources.vector_plans.drawing import Drawing
 from pipeline.sources.vector_plans.scene_bodies import (
     SceneBody,
@@ -48,8 +49,6 @@ from pipeline.sources.vector_plans.scene_bodies import (
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
 
-LARGEST_WORLD: Final = 1 << 26
-MOST_NODES: Final = 100_000
 Z_UP_SINCE: Final = (2021, "c")
 DEFAULT_WALL_M: Final = (0.2, 1.0, 2.4)
 """Thickness, width and height of a Wall or Door that does not say them."""
@@ -114,7 +113,7 @@ def can_read(path: Path, head: bytes) -> bool:
 
 def read_drawing(path: Path) -> Drawing:
     """Read a world; raise Rejection if it cannot be read or nothing of it is named as a wall."""
-    text = read_bytes(path, "leave what is no wall out of the world", LARGEST_WORLD).decode("utf-8", "replace")
+    text = read_bytes(path, "leave what is no wall out of the world", LARGEST_TEXT_BYTES).decode("utf-8", "replace")
     left_out = LeftOutParts()
     nodes = _Parser(text, path.name).world()
     world = _World(path, text, nodes, left_out)
@@ -190,8 +189,8 @@ class _Parser:
         if not self._at("{"):
             raise self._fault()
         self._count += 1
-        if self._count > MOST_NODES or depth > DEEPEST:
-            detail = f"{self._file} has more than {MOST_NODES:,} nodes, or nodes more than {DEEPEST} deep"
+        if self._count > MOST_BODIES or depth > DEEPEST:
+            detail = f"{self._file} has more than {MOST_BODIES:,} nodes, or nodes more than {DEEPEST} deep"
             raise Rejection("source", Reason.TOO_LARGE, detail, "leave what is no wall out of the world")
         self._take()
         node = _Node(kind, name)
@@ -260,8 +259,8 @@ class _World:
     def bodies(self) -> Iterator[SceneBody]:
         """Every body of the world, z up."""
         shown = sum(node.count for node in self.nodes)
-        if shown > MOST_NODES:  # nodes that are used again and again
-            detail = f"the world shows {shown:,} nodes, expected {MOST_NODES:,} at most"
+        if shown > MOST_BODIES:  # nodes that are used again and again
+            detail = f"the world shows {shown:,} nodes, expected {MOST_BODIES:,} at most"
             raise Rejection("source", Reason.TOO_LARGE, detail, "leave what is no wall out of the world")
         waiting: list[tuple[_Node, Floats, tuple[str, ...]]] = [(node, np.eye(4), ()) for node in reversed(self.nodes)]
         while waiting:

@@ -486,7 +486,7 @@ def test_blocks_within_blocks_are_counted_as_often_as_drawn(tmp_path, monkeypatc
     ezdxf = pytest.importorskip("ezdxf")
     from pipeline.sources.vector_plans import dxf
 
-    monkeypatch.setattr(dxf, "MOST_ENTITIES", 1000)
+    monkeypatch.setattr(dxf, "MOST_PARTS", 1000)
     drawing = ezdxf.new("R2010")
     for number in range(12):
         block = drawing.blocks.new(f"WALL{number}")
@@ -524,7 +524,7 @@ def test_usd_of_instances_without_end(tmp_path, monkeypatch):
     pytest.importorskip("pxr")
     from pipeline.sources.vector_plans import usd
 
-    monkeypatch.setattr(usd, "MOST_PRIMS", 3)
+    monkeypatch.setattr(usd, "MOST_PARTS", 3)
     with pytest.raises(Rejection, match="more than 3 prims"):
         levels(tmp_path / "a.usda", USD + 'def "b" (references = </Side>) {\n}\n')
 

@@ -87,7 +87,7 @@ def test_a_default_is_read_by_all_of_its_function_and_a_body_by_everybody():
 
 def test_every_number_is_read_somewhere():
     found = numbers()
-    named = {"tolerances.LAP_M", "geometry.wall_gaps.WIDER", "stages.separation.SLIT_M"}
+    named = {"tolerances.LAP_M", "geometry.wall_gaps.WIDER", "stages.separation.CLOSET_M2"}
     assert named <= {number.title for number in found}
     assert not [number.title for number in found if number.lines is not None and not number.lines]
 
