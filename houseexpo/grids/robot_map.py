@@ -28,6 +28,8 @@ R7  The map of a bag is the last message of the topic ``/map``. Without this top
     maps; of several topics, from the one whose name ends with ``map`` and contains no ``costmap``.
 R8  The key ``walls_only`` of a ``map.yaml``, which map_server ignores, and a PNG's text of this name mean that every
     cell that is not free is wall: the map is a drawn plan without furniture and noise. Our exports of plans write it.
+    Such a PNG's texts ``resolution`` and ``origin`` are those of a ``map.yaml``; a resolution that is given stands
+    above the text.
 """
 
 from __future__ import annotations
@@ -84,6 +86,7 @@ STRETCHED: Final = 0.005
 """Cells of a world's bitmap count as square if their sides differ by less than this share."""
 _DEEPEST: Final = 20
 WALLS_ONLY: Final = "walls_only"
+_NO_ORIGIN: Final = (0.0, 0.0, 0.0)
 """The key of R8."""
 
 Occupancy = npt.NDArray[np.int8]
@@ -284,17 +287,19 @@ def _read(file: Path, resolution: float | None, topic: str | None, shading: _Sha
         return _from_yaml(file)
     if suffix == WORLD:
         return _from_world(file)
+    picture = None if suffix == ".npy" else _grey_of(file)
+    if resolution is None and picture is not None:
+        resolution = picture.resolution
     if resolution is None:
         told = next((each for each in map(file.with_suffix, YAMLS) if each.is_file()), None)
         beside = "" if told is None else f" (name {told.name}, which lies beside it, if that is its map)"
         found = f"{file.name}: expected the side of a cell, found none{beside}"
         raise MapError(found, "give the resolution", "bad_units")
     size = _number(resolution, "resolution", file.name)
-    if suffix == ".npy":
+    if picture is None:
         return RobotMap(_from_array(file), size, name=file.name)
-    picture = _grey_of(file)
     cells, unknown_shade = shading.occupancy(picture, file.name)
-    return RobotMap(cells, size, name=file.name, unknown_shade=unknown_shade, walls_only=picture.walls_only)
+    return RobotMap(cells, size, picture.origin, file.name, unknown_shade, picture.walls_only)
 
 
 def is_map_yaml(head: bytes) -> bool:
@@ -342,6 +347,8 @@ class _Picture:
     grey: npt.NDArray[np.uint8]
     clear: Bools | None = None
     walls_only: bool = False
+    resolution: float | None = None
+    origin: tuple[float, float, float] = _NO_ORIGIN
 
 
 @dataclass(frozen=True)
@@ -533,10 +540,10 @@ def _grey_of(file: Path) -> _Picture:
                 if image.mode in {"I;16", "I;16B", "I"}:
                     deep = np.asarray(image, np.int64)
                     return _Picture((deep >> (8 if deep.max(initial=0) > 255 else 0)).clip(0, 255).astype(np.uint8))
-                walls_only = WALLS_ONLY in image.info
+                told = _told_by(image.info, file.name)
                 has_alpha = "A" in image.getbands() or "transparency" in image.info
                 if not has_alpha and image.mode in {"L", "1"}:
-                    return _Picture(np.asarray(image.convert("L")), None, walls_only)
+                    return _Picture(np.asarray(image.convert("L")), None, *told)
                 colours = np.asarray(image.convert("RGBA" if has_alpha else "RGB"))
     except (
         UnidentifiedImageError,
@@ -549,7 +556,19 @@ def _grey_of(file: Path) -> _Picture:
         what = " ".join(str(error).split())[:160]
         raise MapError(f"{file.name} cannot be read as a picture: {what}", "save the map again") from None
     grey = colours[..., :3].sum(axis=2, dtype=np.uint16) // 3
-    return _Picture(grey.astype(np.uint8), colours[..., 3] == 0 if has_alpha else None, walls_only)
+    return _Picture(grey.astype(np.uint8), colours[..., 3] == 0 if has_alpha else None, *told)
+
+
+def _told_by(texts: Mapping[Any, Any], name: str) -> tuple[bool, float | None, tuple[float, float, float]]:
+    """Return what a picture's texts say: whether it has walls alone, its resolution and its origin (R8)."""
+    if WALLS_ONLY not in texts:
+        return False, None, _NO_ORIGIN
+    resolution = texts.get("resolution")
+    try:
+        origin = decode_yaml(str(texts.get("origin", list(_NO_ORIGIN))), _DEEPEST)
+    except ValueError:
+        origin = None
+    return True, None if resolution is None else _number(resolution, "resolution", name), _origin(origin, name)[0]
 
 
 def _from_array(file: Path) -> Occupancy:

@@ -191,6 +191,25 @@ def test_a_png_says_that_it_has_walls_alone(tmp_path: Path) -> None:
     assert not read_map(tmp_path / "other.png", 0.05).walls_only
 
 
+def test_a_png_of_walls_alone_says_where_it_lies(tmp_path: Path) -> None:
+    for name, texts in {
+        "drawn": {"walls_only": "true", "resolution": "0.02", "origin": "[-1.5, 2, 0.35]"},
+        "photo": {"resolution": "0.02", "origin": "[-1.5, 2, 0.35]"},
+        "odd": {"walls_only": "true", "resolution": "0.02", "origin": "[["},
+    }.items():
+        text = PngInfo()
+        for key, value in texts.items():
+            text.add_text(key, value)
+        Image.fromarray(SHADES).save(tmp_path / f"{name}.png", pnginfo=text)
+    found = read_map(tmp_path / "drawn.png")
+    assert (found.resolution_m, found.origin) == (0.02, (-1.5, 2.0, 0.35))
+    assert read_map(tmp_path / "drawn.png", 0.05).resolution_m == 0.05
+    with pytest.raises(MapError, match="expected the side of a cell"):
+        read_map(tmp_path / "photo.png")
+    with pytest.raises(MapError, match="origin"):
+        read_map(tmp_path / "odd.png")
+
+
 def test_negate_swaps_black_and_white(tmp_path: Path) -> None:
     found = read_map(saved(tmp_path, negate=1))
     assert found.occupancy.tolist() == [[100, 100, 0], [100, -1, 0]]
