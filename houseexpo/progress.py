@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import logging
+import os
 import sys
 import time
 from collections.abc import Iterable, Iterator
-from typing import TypeVar
+from typing import TextIO, TypeVar
 
 T = TypeVar("T")
 
@@ -37,9 +38,17 @@ def _in_lines(items: Iterable[T], what: str, total: int | None) -> Iterator[T]:
     for done, item in enumerate(items):  # the items before this one are done
         if time.monotonic() - last >= EVERY_S:
             last = time.monotonic()
-            sys.stderr.write(f"{what}: {done:,}" + ("\n" if total is None else f" of {total:,}\n"))
-            sys.stderr.flush()
+            try:
+                sys.stderr.write(f"{what}: {done:,}" + ("\n" if total is None else f" of {total:,}\n"))
+                sys.stderr.flush()
+            except BrokenPipeError:  # the work goes on without a reader (`2>&1 | head`)
+                discard_further(sys.stderr)
         yield item
+
+
+def discard_further(stream: TextIO) -> None:
+    """Discard what else is written to standard output or standard error, since its reader has gone."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
 
 
 def is_verbose() -> bool:

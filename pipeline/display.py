@@ -17,6 +17,7 @@ from rich.console import Console, RenderableType
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.text import Text
 
+from houseexpo.commands.printing import make_console
 from houseexpo.progress import EVERY_S, is_quiet, is_verbose
 from houseexpo.words import count_noun
 from pipeline.batch.entry import Entry
@@ -56,7 +57,7 @@ class OutcomeCounts:
 
 def make_display(check: Callable[[], None]) -> ProgressDisplay:
     """Return what shows a build on standard error, or nothing if the commands are quiet (``-q``)."""
-    return ProgressDisplay(Console(stderr=True, quiet=is_quiet()), check)
+    return ProgressDisplay(make_console(stderr=True, quiet=is_quiet()), check)
 
 
 class ProgressDisplay:

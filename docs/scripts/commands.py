@@ -15,8 +15,8 @@ PAGE = Path(__file__).parents[1] / "commands.md"
 HEAD = """# Commands
 
 This page lists all commands and options. `houseexpo COMMAND --help` shows the same. With `-v` a command reports what it
-does, with `-vv` in more detail; with `-q` it prints errors only. After `houseexpo --install-completion`, your shell
-completes commands, options, formats and policies.
+does, with `-vv` in more detail; with `-q` it shows no progress and no notes, and a build prints errors only. After
+`houseexpo --install-completion`, your shell completes commands, options, formats and policies.
 
 | exit code | meaning |
 |---|---|

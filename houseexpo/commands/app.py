@@ -18,8 +18,9 @@ import typer
 from typer.core import TyperCommand, TyperGroup
 
 from houseexpo import __version__
-from houseexpo.commands.printing import current_command_line, discard_output
+from houseexpo.commands.printing import current_command_line
 from houseexpo.errors import INTERRUPTED, NOT_DONE, HouseExpoError, MissingDependencyError, find_transient_fault
+from houseexpo.progress import discard_further
 from houseexpo.words import suggest_name
 
 GROUP = "houseexpo.commands"
@@ -67,7 +68,7 @@ class _Commands(TyperGroup):
         try:
             return super().invoke(ctx)
         except BrokenPipeError:  # `houseexpo info plans | head -1`: the reader has closed the pipe
-            discard_output()
+            discard_further(sys.stdout)
             raise typer.Exit(0) from None
         except KeyboardInterrupt:
             typer.echo(f"interrupted; the same command again: {current_command_line()}", err=True)
@@ -237,7 +238,7 @@ def _set_quiet(asked: bool) -> None:
 
 
 _MORE = "Report each action; -vv: report more."
-_LESS = "Report only errors, without progress bars."
+_LESS = "Report only results and errors, without progress bars and notes; of a build only errors."
 
 
 def _declare_verbosity(

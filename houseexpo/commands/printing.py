@@ -10,6 +10,8 @@ from pathlib import Path
 from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
+from houseexpo.progress import discard_further
+
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
@@ -40,8 +42,7 @@ def make_console(*, stderr: bool = False, quiet: bool = False) -> Console:
     class PipedConsole(Console):
         def on_broken_pipe(self) -> None:  # rich would exit with code 1
             self.quiet = True
-            if not self.stderr:
-                discard_output()
+            discard_further(sys.stderr if self.stderr else sys.stdout)
 
     return PipedConsole(stderr=stderr, quiet=quiet, markup=False, width=width)
 
@@ -96,11 +97,6 @@ def _side_by_side(widths: Sequence[int], room: int) -> list[list[int]]:
         parts[-1].append(i)
         left -= width + _PADDING
     return parts
-
-
-def discard_output() -> None:
-    """Discard further standard output, since its reader has gone."""
-    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def print_json(value: Any) -> None:  # any value that json accepts

@@ -134,6 +134,22 @@ def test_a_reader_who_has_seen_enough_is_no_error(data, tmp_path):
     assert done.stderr == ""
 
 
+def test_who_has_seen_enough_of_the_progress_ends_no_work(data, tmp_path):
+    """Reports came every ten seconds; the first one after the reader had gone ended a build, and an export with 0."""
+    (tmp_path / "often.py").write_text(
+        "import sys, time, houseexpo.progress, pipeline.display\n"
+        "houseexpo.progress.EVERY_S = pipeline.display.EVERY_S = 0.0\n"
+        "from houseexpo.commands.app import main\n"
+        "sys.stderr.write('begun\\n'); sys.stderr.flush(); time.sleep(1)\n"
+        "main()\n"
+    )
+    one_room(tmp_path / "in" / "villa.ply")
+    for words, made in (("build in --workers 1", "manifest.json"), (f"export {data} --to svg", f"{hexed(5)}.svg")):
+        out = tmp_path / words.split()[0]
+        done = shell(f'"$PYTHON" often.py {words} --out {out} 2> >(head -1 > {out}.txt)', tmp_path)
+        assert (done.returncode, (out / made).exists()) == (0, True), out.with_suffix(".txt").read_text()
+
+
 def test_the_version_is_said_alike():
     assert call("--version").strip() == f"houseexpo {houseexpo.__version__}"
 
