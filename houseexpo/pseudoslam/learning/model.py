@@ -130,7 +130,7 @@ class SetFeatures(BaseFeaturesExtractor):  # type: ignore[misc]  # as above
     def forward(self, observations: dict[str, torch.Tensor]) -> torch.Tensor:
         """Return the logits, and the features of the whole set."""
         ahead, left, way, length, valid = observations["frontiers"].unbind(dim=2)
-        far = (ahead.square() + left.square()).sqrt()  # ONNX has no hypot
+        far = torch.hypot(ahead, left)
         near = far.clamp(min=1e-6)
         seen = torch.stack(
             [ahead / near, left / near, torch.log1p(far), torch.log1p(way), torch.log1p(length), valid], dim=2

@@ -6,7 +6,7 @@ import io
 import warnings
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 import onnx
 import torch
@@ -47,6 +47,7 @@ def export_policy(file: Path, folder: Path, *, replace: bool = False) -> Path:
     outputs = list(output_shapes(trained.action_space, trained.config))
     several = {name: {1 if name.endswith(MEMORY) else 0: "N"} for name in (*inputs, *outputs)}
     packed = io.BytesIO()
+    torch.onnx.register_custom_op_symbolic("aten::hypot", _hypot, _OPSET)
     with warnings.catch_warnings(), torch.inference_mode():
         warnings.simplefilter("ignore")  # the exporter that needs no further package warns that there is another one
         torch.onnx.export(
@@ -66,6 +67,11 @@ def export_policy(file: Path, folder: Path, *, replace: bool = False) -> Path:
     make_folder(folder)
     write_atomically(out, model.SerializeToString(deterministic=True), durable=True)
     return out
+
+
+def _hypot(graph: Any, a: Any, b: Any) -> Any:  # values of the exporter, which has no types
+    """Return the length of a vector by ONNX's operators, which have none for it."""
+    return graph.op("Sqrt", graph.op("Add", graph.op("Mul", a, a), graph.op("Mul", b, b)))
 
 
 def write_card(trained: TrainedPolicy, sha256: str) -> str:
