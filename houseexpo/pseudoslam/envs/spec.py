@@ -19,11 +19,18 @@ from houseexpo.pseudoslam.config import SimulatorConfig
 from houseexpo.pseudoslam.config.checks import check_one_of, check_whole_number
 from houseexpo.pseudoslam.config.drive import DRIVES, Motion
 from houseexpo.pseudoslam.config.simulator import PRESETS, PlanningConfig, with_preset
-from houseexpo.pseudoslam.envs.pictures import Pictures, block_sides_px, count_channels, picture_side_px
+from houseexpo.pseudoslam.envs.pictures import (
+    Pictures,
+    block_sides_px,
+    count_channels,
+    near_pixel_width,
+    picture_side_px,
+)
 from houseexpo.pseudoslam.envs.planner_actions import PlannerSpec, make_planner_spec
 from houseexpo.pseudoslam.envs.reset_options import Order, PlanChooser, Pose
 from houseexpo.pseudoslam.kernels.action_masks import find_free_steps
 from houseexpo.pseudoslam.kernels.episode import Episode, StepParams
+from houseexpo.pseudoslam.kernels.map_pictures import draw_goal_views
 from houseexpo.pseudoslam.kernels.step import look_up_motions
 from houseexpo.pseudoslam.kernels.types import Counts, Scratch
 from houseexpo.pseudoslam.metrics import Bools, EpisodeConstants, Metrics
@@ -126,8 +133,9 @@ class EnvSpec:
         right edge of the fan.
         "graph": "map" as above, and a graph of the known area, see ``planner_actions.PlannerSpec``.
         With a goal, each of these is a dict that also has "goal", (2,) float32, metres ahead and to the left; or, if
-        the goal is a kind of room or furniture, "goal_number", its index in ``config.goal.names``. With a drive, each
-        also has "velocity" (2,) float32: m/s, and rad/s or the steering angle in radians.
+        the goal is a kind of room or furniture, "goal_number", its index in ``config.goal.names``, and "goal_map", a
+        picture like the (nearest) map, 255 for known cells in which the goal is reached. With a drive, each also has
+        "velocity" (2,) float32: m/s, and rad/s or the steering angle in radians.
         "scales": pictures (4, side, side) uint8: the map near the robot and the one ``observation.far_size_m`` wide
         around it, both with its heading up; the whole map around the start, with the plan's y up; and the mark of the
         robot's pose by odometry on the latter, 255, with a disc of 127 in front of it. With a goal, a fifth picture has
@@ -205,6 +213,7 @@ class EnvSpec:
             parts["goal"] = spaces.Box(-_FAR_M, _FAR_M, (2,), np.float32)
         if config.goal_region:
             parts["goal_number"] = spaces.Discrete(len(config.goal_region.names))
+            parts["goal_map"] = self.image_space(1, picture_side_px(config))
         if (drive := config.robot.drive) and not several:
             most = np.array([drive.max_speed_m_s, drive.most_turning], np.float32)
             parts["velocity"] = spaces.Box(-most, most, (2,), np.float32)
@@ -300,6 +309,11 @@ class EnvSpec:
             parts["goal"] = metrics.goal_ahead().astype(np.float32)
         if self.config.goal_region:
             parts["goal_number"] = metrics.constants.goal_number.astype(np.int64)
+            side = picture_side_px(self.config)
+            views = np.empty((len(sizes), side, side), np.uint8)
+            pixel = near_pixel_width(self.config)
+            draw_goal_views(episode.known, episode.paths.standing, sizes, episode.pose, pixel, views)
+            parts["goal_map"] = self.in_layout(views[:, None])
         if self.config.robot.drive and self.kind != "scales":
             parts["velocity"] = metrics.velocity().astype(np.float32)
         if self.planner:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+import numpy as np
 from numba import njit
 
 from houseexpo.pseudoslam.kernels.episode import BY_PICTURES, Blocks, forget_changes
@@ -18,6 +19,7 @@ from houseexpo.pseudoslam.kernels.mapping import (
     max_of_blocks,
     side_of_block,
 )
+from houseexpo.pseudoslam.kernels.planning.goal_paths import GOAL_CELL
 from houseexpo.pseudoslam.kernels.step import SKIP
 from houseexpo.pseudoslam.kernels.types import Counts, Floats, Grid, Rows, as_int64
 
@@ -108,3 +110,30 @@ def _draw_whole(
         x, y = (goal[0] - start.start_x) / pixel + middle, (goal[1] - start.start_y) / pixel + middle
         pictures[GOAL] = UNKNOWN
         draw_disc(pictures[GOAL], x, y, max(scales.goal_px / pixel, 1.0), as_int64(OBSTACLE))
+
+
+@njit(cache=True, nogil=True)
+def draw_goal_views(known: Grid, standing: Grid, sizes: Counts, pose: Rows, pixel: float, out: Grid) -> None:
+    """Draw the known cells of the goals' regions around the robots, headings up: 255 for such cells, 0 for others.
+
+    Parameters
+    ----------
+    known, standing
+        (N, cells), the maps and ``GoalPaths.standing`` of a pool.
+    sizes, pose
+        (N, 2) rows and columns, and (N, 1) ``POSE``.
+    pixel
+        The width of a pixel, cells.
+    out
+        (N, side, side).
+    """
+    seen = np.empty(out.shape[1:], np.uint8)
+    for i in range(len(out)):
+        rows, cols, at = sizes[i, 0], sizes[i, 1], pose[i, 0]
+        cos, sin = math.cos(at.seen_heading), math.sin(at.seen_heading)
+        draw_nearest_cells(known[i, : rows * cols].reshape((rows, cols)), at.seen_x, at.seen_y, cos, sin, pixel, seen)
+        region = standing[i, : rows * cols].reshape((rows, cols))
+        draw_nearest_cells(region, at.seen_x, at.seen_y, cos, sin, pixel, out[i])
+        for row in range(len(seen)):
+            for col in range(len(seen)):
+                out[i, row, col] = 255 if seen[row, col] != UNKNOWN and out[i, row, col] == GOAL_CELL else 0

@@ -16,8 +16,10 @@ from houseexpo.pseudoslam.agents.protocol import Robot, make_knowledge
 from houseexpo.pseudoslam.benchmark.cases import Case
 from houseexpo.pseudoslam.benchmark.episodes import EpisodeRunner
 from houseexpo.pseudoslam.benchmark.tracks import find_track
-from houseexpo.pseudoslam.config import GoalConfig, SimulatorConfig
+from houseexpo.pseudoslam.config import GoalConfig, ObservationConfig, SimulatorConfig
 from houseexpo.pseudoslam.envs.single import NavigationEnv
+from houseexpo.pseudoslam.kernels.mapping import draw_nearest_cells
+from houseexpo.pseudoslam.kernels.planning.goal_paths import GOAL_CELL
 from houseexpo.pseudoslam.tasks import Navigation
 from houseexpo.pseudoslam.worlds.goal_regions import cells_beside
 from houseexpo.pseudoslam.worlds.maps import map_house
@@ -39,7 +41,7 @@ def going(config: SimulatorConfig, x_m: float, y_m: float, heading_deg: float) -
 def test_a_robot_is_in_the_kitchen_when_its_centre_is() -> None:
     env, observation, info = going(to("room", "Kitchen"), 6.0, 2.0, 180.0)
     assert info["to_goal_m"] == pytest.approx(2.02, abs=0.021)  # to the first cell within 4 m
-    assert set(observation) == {"map", "goal_number"}
+    assert set(observation) == {"map", "goal_number", "goal_map"}
     assert env.observation_space.contains(observation)
     assert observation["goal_number"] == 0
     rewards = []
@@ -80,6 +82,23 @@ def test_a_policy_is_told_the_kind_and_what_it_sees_of_it() -> None:
         assert (len(rows) > 0) == sees
         assert (info["map"][rows, cols] != 0).all()
         assert (env.simulator.world.frame.points_from_pixels(np.stack([cols, rows], 1) + 0.5)[:, 0] < 4.0).all()
+
+
+@pytest.mark.parametrize("pixels", [None, 32])
+def test_the_view_of_the_goal_is_that_of_the_known_cells_of_its_region(pixels: int | None) -> None:
+    config = replace(to("room", "Kitchen"), observation=ObservationConfig(6.0, pixels=pixels))
+    env, observation, _ = going(config, 5.0, 2.0, 170.0)
+    for action in (0, 1, 0, 2, 2, 0):
+        state = env.state
+        region = state.episode.paths.standing.reshape(state.known.shape) == GOAL_CELL
+        x, y, heading = state.believed_px.tolist()
+        slow = np.empty_like(observation["goal_map"][0])
+        masked = np.where(region & (state.known != 0), 255, 0).astype(np.uint8)
+        draw_nearest_cells(masked, x, y, math.cos(heading), math.sin(heading), 150.0 / len(slow), slow)
+        assert slow.any()
+        np.testing.assert_array_equal(observation["goal_map"], slow[None])
+        assert observation["goal_map"].shape == observation["map"].shape
+        observation = env.step(action)[0]
 
 
 @pytest.mark.parametrize("kind", ["room", "object"])
