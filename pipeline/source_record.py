@@ -69,6 +69,7 @@ from pipeline.sources.occupancy_map import scaled_map
 from pipeline.sources.points_file import read_blocks
 from pipeline.sources.storeys.scale import UNITS as _UNITS
 from pipeline.sources.storeys.scale import said_size
+from pipeline.sources.tolerances import NARROWEST_DOOR_M
 from pipeline.sources.vector_plans import drawing_lines
 from pipeline.stages.corrections import shown_walls, standing_walls
 from pipeline.tolerances import AROUND_M, BESIDE_M, CM_M, SHEET_M
@@ -83,7 +84,6 @@ SOURCE_SIDE_PX: Final = 1400
 TOP_PX: Final = SOURCE_SIDE_PX // 2
 _TOP_SAMPLES: Final = 1_500_000
 """Three points a pixel of the top view."""
-_LEAST_M: Final = 0.3
 _COLOURS: Final = ((36, 90, 141), (196, 84, 30))
 _MOST_NAMES: Final = 400
 _MOST_STROKES: Final = 8_000
@@ -421,7 +421,7 @@ def _places(evidence: Evidence | None, layout: Layout | None, *, is_map: bool) -
     seen: list[Floats] = []
     for (kind, _), box in zip(kinds, boxes_around_polygons([polygon for _, polygon in kinds]), strict=True):
         centre = box.centre
-        if box.width < _LEAST_M or any(np.hypot(*(centre - other)) < BESIDE_M for other in seen):
+        if box.width < NARROWEST_DOOR_M or any(np.hypot(*(centre - other)) < BESIDE_M for other in seen):
             continue
         seen.append(centre)
         half = box.along * box.width / 2

@@ -23,13 +23,13 @@ from pathlib import Path, PurePosixPath
 from typing import Any
 
 from houseexpo.errors import ConfigError
+from houseexpo.file_kinds import HEAD_BYTES
 from houseexpo.files import PARTIAL
 from pipeline.batch.result_store import open_file_system, translate_store_errors
 
 _NAMES_ONLY, _BEGINNINGS, _WHOLE = 0o600, 0o620, 0o400
 """A file's mode says how much of it is here."""
 
-_HEAD_BYTES = 1 << 16
 _HEADS_AT_ONCE = 256
 _LOOK_FURTHER = (b"{", b"PK\x03\x04", b"\x1f\x8b")
 
@@ -92,7 +92,7 @@ class Mirror:
         places = [f"{path}/{file.relative_to(self.root).as_posix()}" for file in files]
         sizes = [file.stat().st_size for file in files]
         with translate_store_errors(self.url):
-            heads = system.cat_ranges(places, [0] * len(files), [min(size, _HEAD_BYTES) for size in sizes])
+            heads = system.cat_ranges(places, [0] * len(files), [min(size, HEAD_BYTES) for size in sizes])
         for file, head in zip(files, heads, strict=True):
             if isinstance(head, bytes):
                 with self._replacing(file, _WHOLE if len(head) == file.stat().st_size else _BEGINNINGS) as partial:

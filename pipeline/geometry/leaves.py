@@ -52,7 +52,7 @@ from pipeline.tolerances import (
 
 LEAF_WIDTH_M = (0.5, 1.7)
 HIGHEST_M = 3.4
-TOUCH_M = 0.06
+MEET_M = 0.06
 SQUARE_LEAVES = np.sin(np.deg2rad(10.0))
 
 
@@ -117,7 +117,7 @@ def _ends_with_walls(box: Box, bodies: Bodies) -> bool:
     wall = (low[:, 2] <= FOOT_M) & (np.abs(high[:, 2] - box.high) <= CRACK_M)
     wall &= (high - low)[:, :2].max(axis=1) > LEAF_WIDTH_M[1]
     near = shapely.box(low[wall, 0], low[wall, 1], high[wall, 0], high[wall, 1])
-    return bool(shapely.dwithin(near, box_polygon(box, depth=max(box.thickness, MM_M)), TOUCH_M).any())
+    return bool(shapely.dwithin(near, box_polygon(box, depth=max(box.thickness, MM_M)), MEET_M).any())
 
 
 def _with_handles(bodies: Bodies) -> dict[int, Box]:
@@ -176,7 +176,7 @@ def _touching(keys: list[int], parts: Mapping[int, Box]) -> list[list[int]]:
     """Return the parts in groups of those that touch."""
     boxes = [parts[k] for k in keys]
     shapes = np.array([box_polygon(box, depth=max(box.thickness, 1e-3)) for box in boxes], dtype=object)
-    pairs = shapely.STRtree(shapes).query(shapes, predicate="dwithin", distance=TOUCH_M).T.tolist()
+    pairs = shapely.STRtree(shapes).query(shapes, predicate="dwithin", distance=MEET_M).T.tolist()
     return [sorted(keys[k] for k in group) for group in connected_groups(len(keys), pairs)]
 
 
@@ -242,7 +242,7 @@ def _is_part(box: Box, bodies: Bodies, body: int) -> bool:
         return False
     if box.thickness <= HAND_M and box.width >= LEAF_WIDTH_M[0]:
         return True
-    return box.thickness <= TOUCH_M or _volume(bodies, body) < MOST * box.width * box.thickness * box.height
+    return box.thickness <= MEET_M or _volume(bodies, body) < MOST * box.width * box.thickness * box.height
 
 
 def _is_casing(box: Box, parts: Iterable[Box]) -> bool:
@@ -326,11 +326,11 @@ def _cubicle_doors(bodies: Bodies) -> Iterator[tuple[int, Box]]:
 def _is_held(plate: int, box: Box, bodies: Bodies, ceiling_m: float) -> bool:
     """R2."""
     low, high = bodies.low, bodies.high
-    near = (low[:, :2] <= high[plate, :2] + TOUCH_M).all(axis=1) & (high[:, :2] >= low[plate, :2] - TOUCH_M).all(axis=1)
+    near = (low[:, :2] <= high[plate, :2] + MEET_M).all(axis=1) & (high[:, :2] >= low[plate, :2] - MEET_M).all(axis=1)
     near &= (high[:, 2] >= box.high + SHEET_M) & (high[:, 2] <= ceiling_m - HAND_M) & (low[:, 2] < box.high)
     partitions = [box_polygon(each, depth=max(each.thickness, SHEET_M)) for each in _in_line(near, box, bodies)]
     ends = shapely.points([box.centre - box.width / 2 * box.along, box.centre + box.width / 2 * box.along])
-    return bool(partitions) and bool((shapely.distance(shapely.multipolygons(partitions), ends) <= TOUCH_M).all())
+    return bool(partitions) and bool((shapely.distance(shapely.multipolygons(partitions), ends) <= MEET_M).all())
 
 
 def _in_line(near: npt.NDArray[np.bool_], box: Box, bodies: Bodies) -> Iterator[Box]:

@@ -18,7 +18,7 @@ import numpy.typing as npt
 import shapely
 
 from pipeline.sources.homes.values import Door, Rect
-from pipeline.tolerances import RUN_M, SHOULDERS_M
+from pipeline.tolerances import PARTITION_M, RUN_M, SHOULDERS_M
 
 _CLEAR_M, _BESIDE_M = 0.45, 0.05
 _WAYS_M = (0.9, 0.5)
@@ -229,7 +229,6 @@ def _draw_position(
 
 _WELCOME: Final = {"Entryway": 4.0, "Lobby": 3.0, "Hall": 2.5, "Hallway": 2.0, "Living_Room": 1.5, "Kitchen": 0.5}
 _WIDTH_M: Final = 0.9
-_FROM_CORNER_M: Final = 0.2
 _SECOND: Final = 0.25
 
 
@@ -264,9 +263,9 @@ def _places(space: shapely.Polygon, wall_m: float, rng: np.random.Generator) -> 
     found = []
     for (x1, y1), (x2, y2) in zip(ring[:-1].tolist(), ring[1:].tolist(), strict=True):
         length = abs(x2 - x1) + abs(y2 - y1)
-        if min(abs(x2 - x1), abs(y2 - y1)) > 1e-6 or length < _WIDTH_M + 2 * _FROM_CORNER_M:
+        if min(abs(x2 - x1), abs(y2 - y1)) > 1e-6 or length < _WIDTH_M + 2 * PARTITION_M:
             continue
-        at = float(rng.uniform(_FROM_CORNER_M, length - _FROM_CORNER_M - _WIDTH_M))
+        at = float(rng.uniform(PARTITION_M, length - PARTITION_M - _WIDTH_M))
         dx, dy = (x2 - x1) / length, (y2 - y1) / length
         a = x1 + dx * at, y1 + dy * at
         b = a[0] + dx * _WIDTH_M + dy * (wall_m + 1e-3), a[1] + dy * _WIDTH_M - dx * (wall_m + 1e-3)

@@ -27,10 +27,10 @@ from tempfile import TemporaryDirectory
 from typing import Any, Final
 
 from houseexpo.errors import install_command
+from houseexpo.file_kinds import HEAD_BYTES
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.files import check_file
 
-HEADER_CHARACTERS = 65_536
 TAIL_CHARACTERS = 4_096
 SCHEMA = re.compile(r"FILE_SCHEMA\s*\(\s*\(\s*'([^()]*)'", re.IGNORECASE)
 FAMILIES = (  # T1
@@ -114,7 +114,7 @@ def _text(path: Path) -> str:
 
 
 def _schema(text: str, path: Path) -> re.Match[str]:
-    found = SCHEMA.search(text, 0, HEADER_CHARACTERS)
+    found = SCHEMA.search(text, 0, HEAD_BYTES)
     if not found:
         detail = f"{path.name} names no schema in its header (FILE_SCHEMA)"
         raise Rejection("source", Reason.UNREADABLE, detail, "export the file again")

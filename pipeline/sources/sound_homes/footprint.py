@@ -18,6 +18,7 @@ from shapely.affinity import affine_transform
 
 from pipeline.sources.homes.values import Rect
 from pipeline.sources.sound_homes.values import OUTDOORS, Storey
+from pipeline.sources.tolerances import QUARTER
 
 Keeps: TypeAlias = Callable[[str, shapely.Polygon], bool]
 """Say whether a room of a label keeps the limits."""
@@ -34,8 +35,6 @@ _ANGLE: Final = (0.06, 0.17)
 """The slope of an angled wall."""
 _CLEAR_M: Final = 0.35
 """What is free between an angled wall and doors and windows, and of a bay's walls, metres."""
-_MOST_CUT: Final = 0.25
-"""The largest part of a room's area that an angled wall cuts off."""
 
 
 def add_bay(storey: Storey, outer_m: float, keeps: Keeps, rng: np.random.Generator) -> Storey:
@@ -110,7 +109,8 @@ def angle_wall(storey: Storey, keeps: Keeps, rng: np.random.Generator) -> Storey
 
 def _is_whole(before: shapely.Polygon, after: shapely.Geometry) -> bool:
     """Return whether what is left of a room is one piece and most of it."""
-    return isinstance(after, shapely.Polygon) and after.area >= (1 - _MOST_CUT) * before.area
+    # no angled wall cuts off more
+    return isinstance(after, shapely.Polygon) and after.area >= (1 - QUARTER) * before.area
 
 
 def _rounded(bounds: tuple[float, float, float, float]) -> Rect:

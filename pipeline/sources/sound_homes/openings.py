@@ -18,6 +18,7 @@ import numpy as np
 from pipeline.sources.homes.level import DOOR_HEAD_M
 from pipeline.sources.homes.values import Rect
 from pipeline.sources.sound_homes.values import SIDES, STAIRS, Cell, Doorway, Join, Layout, Side, Window, pick
+from pipeline.tolerances import RUN_M
 
 DOORS_M: Final = {
     "Toilet": (0.70, 0.80),
@@ -58,7 +59,6 @@ WINDOWS: Final = {
     STAIRS: _Glazing(0.5, 1.0, 0.5, 1.2),
 }
 _WINDOW: Final = _Glazing(1.0, 2.0, 0.5, 0.9)
-_CORNER_M: Final = 0.3
 _BALCONY_BEDS: Final = frozenset({"Bedroom", "Child_Room"})
 _SHARED: Final = 0.85
 """How often a balcony goes on before a bedroom, where one lies beside the living room."""
@@ -185,7 +185,7 @@ def place_windows(
     for place, cell in enumerate(layout.cells):
         glazing = WINDOWS.get(layout.labels[cell.room], _WINDOW)
         for wall in outer_stretches(layout.cells, place):
-            free = wall.high - wall.low - inner_m - 2 * _CORNER_M
+            free = wall.high - wall.low - inner_m - 2 * RUN_M
             if wall.side not in light or free < glazing.least_m:
                 continue
             width = min(
@@ -283,5 +283,5 @@ def _way_out(wall: Stretch, room: int, walls_m: tuple[float, float], rng: np.ran
     """Return a glazed door in an outer wall; it is wide where the wall is long."""
     length = wall.high - wall.low - walls_m[0]
     door = pick((0.9, 1.0) if length < 3.2 else (1.4, 1.6, 1.8), rng)
-    start = wall.low + walls_m[0] / 2 + _CORNER_M
+    start = wall.low + walls_m[0] / 2 + RUN_M
     return Doorway(rect_in_wall(wall, start, start + door, *walls_m), (room, None))
