@@ -15,7 +15,7 @@ V2  A cloud longer than LONGEST_CLOUD_M, or with more voxels than LARGEST_GRID, 
     windows and in mirrors: the few points that lie farther are passed over, as are those beyond all others (``_near``).
 V3  Up is z, unless the fullest level layer along y is clearly fuller: floors and ceilings are the largest faces.
 V4  A sensor that is held askew writes a cloud that is. It is turned to where its fullest level layer is the fullest, if
-    this holds LEVELLED times as much as before.
+    this holds FULLER times as much as before.
 V5  The unit is the metre. Where the cloud is too large for metres, it is the first of the smaller units in which its
     storeys take more than half of its height.
 
@@ -52,17 +52,16 @@ from pipeline.sources.tolerances import (
     CLOUD_STOREY_M,
     CLOUD_TOP,
     FEWEST_VOXELS,
+    FULLER,
     LARGEST_GRID,
-    LEVELLED,
     LONGEST_CLOUD_M,
     LOWEST_HEAD_M,
     QUARTER,
-    SLAB_BETWEEN_M,
     STRAY,
     STRAY_M,
+    THICKEST_SLAB_M,
     VOXEL_M,
     WALLS_ONLY_M,
-    Y_IS_UP,
 )
 from pipeline.tolerances import HAND_M, THIN_WALL_M
 from pipeline.values import Input, Level, Mesh
@@ -144,7 +143,7 @@ def _drop_strays(index: npt.NDArray[np.int32]) -> npt.NDArray[np.int32]:
 
 def _turn_upright(index: npt.NDArray[np.int32], origin: npt.NDArray[np.float64], up: str, far: int) -> Voxels:
     """V3; a y-up cloud is turned by a quarter about x, so that y = -Z."""
-    axis = up if up in {"y", "z"} else "y" if _fullest(index[:, 1]) > Y_IS_UP * _fullest(index[:, 2]) else "z"
+    axis = up if up in {"y", "z"} else "y" if _fullest(index[:, 1]) > FULLER * _fullest(index[:, 2]) else "z"
     if axis == "z":
         return Voxels(index, origin, "z", far)
     turned = np.column_stack([index[:, 0], -1 - index[:, 2], index[:, 1]])
@@ -163,7 +162,7 @@ def _level_out(voxels: Voxels) -> Voxels:
         up = max(ways, key=lambda way: _fullest_layer(tried @ (way / np.linalg.norm(way)), layer_m))
     up /= np.linalg.norm(up)
     layer_m = TILTS[-1][0]
-    if _fullest_layer(tried @ up, layer_m) < LEVELLED * _fullest_layer(tried[:, 2], layer_m):
+    if _fullest_layer(tried @ up, layer_m) < FULLER * _fullest_layer(tried[:, 2], layer_m):
         return voxels
     axis = np.cross(up, (0.0, 0.0, 1.0))
     skew = np.array([[0.0, -axis[2], axis[1]], [axis[2], 0.0, -axis[0]], [-axis[1], axis[0], 0.0]])
@@ -212,7 +211,7 @@ def find_storeys(voxels: Voxels) -> list[StoreyHeights]:
         if over is not None:  # S2
             found.append((peaks[k], over))
             k = peaks.index(over)
-            k += 1 if k + 1 < len(peaks) and peaks[k + 1] - over < SLAB_BETWEEN_M / VOXEL_M else 0
+            k += 1 if k + 1 < len(peaks) and peaks[k + 1] - over < THICKEST_SLAB_M / VOXEL_M else 0
         else:
             if not found and top >= least:  # S4
                 found.append((peaks[k], min(top, most)))
