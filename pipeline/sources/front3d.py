@@ -48,10 +48,10 @@ from pipeline.sources.roles import labels_for
 from pipeline.sources.tolerances import (
     DRAWN_SHEET_M,
     FILE_GRID_M,
-    FRONT3D_WALL_M,
     LARGEST_BYTES,
     STOREYS_APART_M,
     UPRIGHT_M2,
+    WALL_HEIGHT_M,
 )
 from pipeline.tolerances import HEAD_M
 from pipeline.values import Input, Level, Mesh, SourceObject, SourceRoom
@@ -320,7 +320,7 @@ def _top(rooms: Sequence[SceneRoom], height: float, above: float) -> float:
     """Return how high the walls stand: the median over the sheets that stand on this floor."""
     sheets = [surface.mesh for room in rooms for surface in room.surfaces if surface.kind.startswith("WallInner")]
     tops = [float(mesh.vertices[:, 1].max()) - height for mesh in sheets if abs(mesh.vertices[:, 1].min() - height) < 1]
-    top = float(np.median([each for each in tops if each > HEAD_M] or [FRONT3D_WALL_M]))
+    top = float(np.median([each for each in tops if each > HEAD_M] or [WALL_HEIGHT_M]))
     return min(top, above - height)
 
 

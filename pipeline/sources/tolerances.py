@@ -66,7 +66,6 @@ AJAR_M: Final = 1.5  # a leaf that stands open in its frame is as deep as it is 
 LEAF_HEIGHT_M: Final = (1.7, 2.7)  # height of a piece whose name may mean a door
 DOOR_SHAPE: Final = (1.5, 4.5)  # height over width of doors that stand upright on an axis
 WALL_HEIGHT_M: Final = 2.5  # height of a wall of which the file says nothing
-FRONT3D_WALL_M: Final = 2.6  # the same for 3D-FRONT, whose walls are 2.6 or 2.8 m high
 STOREY_HEIGHT_M: Final = 3.0  # from floor to floor where the file only counts its floors
 STOREYS_APART_M: Final = 1.5  # floors that lie farther apart in height are two storeys
 SPLIT_LEVEL_M: Final = 0.9  # in meshes and IFC files: floors that lie closer are one storey with steps

@@ -34,7 +34,7 @@ from houseexpo.files import real_path
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.files import LeftOutParts, read_bytes
 from pipeline.sources.roles import labels_for
-from pipeline.sources.tolerances import DEEPEST, LARGEST_TEXT_BYTES, MOST_BODIES
+from pipeline.sources.tolerances import DEEPEST, LARGEST_TEXT_BYTES, MOST_BODIES, ROUND_SIDES
 from pipeline.sources.vector_plans.drawing import Drawing
 from pipeline.sources.vector_plans.scene_bodies import (
     SceneBody,
@@ -58,8 +58,6 @@ DEFAULT_FRAME_M: Final = 2.0
 STRUCTURE: Final = frozenset({"Wall", "Door", "Window"})
 HIDDEN: Final = "hidden"
 """Stands before a field in which Webots saved the state of a node inside a PROTO; its name is never read."""
-SIDES: Final = 16
-"""Sides of a cylinder."""
 _TOKEN: Final = re.compile(r'"((?:[^"\\]|\\.)*)"|#[^\n]*|([{}\[\]])|([^\s,{}\[\]"#]+)')
 _UNNAMED: Final = re.compile(r"(solid|robot)(\(\d+\))?")
 """What Webots calls a node to which nobody has given a name."""
@@ -364,7 +362,7 @@ class _World:
     def _cylinder(self, at: Floats, radius: float, height: float) -> tuple[Floats, Ints]:
         import trimesh
 
-        mesh: Any = trimesh.creation.cylinder(radius, height, sections=SIDES)
+        mesh: Any = trimesh.creation.cylinder(radius, height, sections=ROUND_SIDES)  # sides of a cylinder
         points = np.asarray(mesh.vertices) if self.z_up else np.asarray(mesh.vertices)[:, [0, 2, 1]]
         return _move(at, points), np.asarray(mesh.faces, np.int64)
 
