@@ -104,7 +104,7 @@ def add_query_check(route: Route) -> None:
     The answer is that of a ConfigError, 400; it names the most similar parameter that there is.
     """
     found = dict.fromkeys(name for call in CALLS if call.path == route.path for name in call.query)
-    known = [*found, *(_OF_PAGES if found.keys() >= set(_FILTER) else ())]
+    known = list(dict.fromkeys([*found, *(_OF_PAGES if found.keys() >= set(_FILTER) else ())]))
     answer = route.app
 
     async def check_parameters(scope: Scope, receive: Receive, send: Send) -> None:

@@ -60,6 +60,7 @@ def test_plans_come_by_the_page(client: TestClient) -> None:
         ("export/svg?idd=a1", "found 'idd'; did you mean 'ids'?"),
         ("plans/a1/reach?raduis=0.3", "query: expected radius; found 'raduis'; did you mean 'radius'?"),
         ("plans/a1/similar?most=3", "query: expected no parameter; found 'most'"),
+        ("plans?roms=4", "radius, sort, offset, limit, columns, view; found 'roms'; did you mean 'rooms'?"),
         ("plans/a1/reach?radius=0.2&radius=0.3", "radius: expected once, found 2 of it"),
     ],
 )
