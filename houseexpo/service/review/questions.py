@@ -2,6 +2,7 @@
 
 R1  A cut was made because nothing showed a way between two parts of the plan: either a door is there, or no door.
 R2  A passage or a room that is rated below ``ASKED_BELOW`` is asked about.
+    A room of a robot's map is also asked about if the map shows no wall along much of its edge.
 R3  Rooms that meet without a wall are one room, or they stay two; only where nobody has drawn a wall. If the source is
     known, the same is asked of rooms that several passages join, or one that is as wide as what lies at its sides:
     there, one space may have been parted. Passages in which the source shows a door or a lintel do not count.
@@ -44,6 +45,13 @@ _CUT: Final = 0.95
 """Doubt of a cut that is not rated: its place is a guess."""
 _OPEN: Final = 0.35
 """Doubt of rooms that meet without a wall: most sources that name both rooms mean two rooms."""
+_SEEN: Final = 0.75
+"""The least share of a room's edge beside which the source shows a wall or the plan has a passage. In right plans of
+robots' maps, all rooms have 0.83 or more; what only rays saw through glass or doors has 0.5 to 0.7."""
+_UNSEEN: Final = 0.5
+"""Doubt of a room of which the source shows less."""
+_BESIDE_M: Final = 0.3
+"""A wall this near to a room's edge is the wall of this edge, metres; a passage as well."""
 _NARROW: Final = {"several": 0.4, "wide": 0.3}
 """Doubt of rooms that passages join. In maps that people judged, 4 of 15 pairs with several passages were one room, and
 3 of 36 with a wide one; an answer is seen at a glance, so the doubts are higher than these shares."""
@@ -125,6 +133,7 @@ def questions(
         found += [
             *_guesses(plan, source),
             *_parted(plan, source, (dx, dy)),
+            *_seen_in_part(plan, source, (dx, dy)),
             *_spaces_left_out(plan, source, (dx, dy), closed),
             *_places(plan, source, (dx, dy), closed),
         ]
@@ -190,6 +199,32 @@ def _meetings(plan: FloorPlan) -> Iterator[Question]:
         says = f"{_name(one).capitalize()} and {_name(other)} meet without a wall for {edge.length:.1f} m. One room?"
         answers = Answer("One room", "one_room", (_inside(one), _inside(other))), Answer("Two rooms")
         yield Question(_key(plan, "meet", at), at, says, answers, _OPEN, min(one.area, other.area))
+
+
+def _seen_in_part(plan: FloorPlan, source: SourceView, shift: tuple[float, float]) -> Iterator[Question]:
+    """R2."""
+    if not (source.is_map and source.walls):
+        return
+    for room in plan.rooms:
+        if room.confidence == 1.0 or _doubt(room.confidence) is not None:
+            continue
+        ring = room.polygon.exterior
+        at = shapely.line_interpolate_point(ring, np.arange(_BESIDE_M / 2, ring.length, _BESIDE_M))
+        ways = [door.polygon for door in plan.doors if room.id in door.rooms]
+        seen = shapely.dwithin(
+            shapely.transform(at, lambda points: points - np.array(shift)), source.all_walls, _BESIDE_M
+        )
+        seen |= shapely.dwithin(at, shapely.union_all(ways), _BESIDE_M)
+        if (share := float(seen.mean())) >= _SEEN:
+            continue
+        point = _inside(room)
+        says = (
+            f"The source shows no wall along {1 - share:.0%} of the edge of this {_name(room)} of {room.area:.1f} m². "
+        )
+        answers = Answer("A room"), Answer("No room", "no_room", (point,))
+        yield Question(
+            _key(plan, "seen", point), point, f"{says}Is it a room of the house?", answers, _UNSEEN, room.area
+        )
 
 
 def _parted(plan: FloorPlan, source: SourceView, shift: tuple[float, float]) -> Iterator[Question]:

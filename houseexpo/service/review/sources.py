@@ -31,6 +31,7 @@ import msgspec
 import numpy as np
 import shapely
 from shapely import Polygon
+from shapely.geometry.base import BaseGeometry
 
 from houseexpo.corrections import Correction
 from houseexpo.corrections.apply import correct_plan
@@ -110,6 +111,18 @@ class SourceView:
     def walls(self) -> list[Polygon]:
         """The walls that the source shows."""
         return [] if self.found is None else self._moved(self.found.walls)
+
+    @property
+    def is_map(self) -> bool:
+        """Whether the source is a robot's map."""
+        return any(picture.name == "map" for picture in self.level.pictures)
+
+    @cached_property
+    def all_walls(self) -> BaseGeometry:
+        """The walls that the source shows, as one shape."""
+        walls = shapely.union_all(self.walls)
+        shapely.prepare(walls)
+        return walls
 
     def bounds_around(self, plan: FloorPlan | None) -> tuple[float, float, float, float]:
         """Return the bounds (x1, y1, x2, y2) of the pictures in the coordinates of a plan of the level, metres."""

@@ -243,7 +243,7 @@ const kindOf = ({ key, answers }) => JSON.stringify([key.split(" at ")[0], answe
 const KINDS = { // of one, and of several
   changed: ["of the file"], guess: ["of the file"], cut: ["cut", "cuts"], entrance: ["entrance", "entrances"], door: ["door", "doors"],
   opening: ["opening", "openings"], room: ["room", "rooms"], meet: ["pair of rooms that meet", "pairs of rooms that meet"],
-  parted: ["pair of rooms with a way", "pairs of rooms with a way"],
+  seen: ["space seen in part", "spaces seen in part"], parted: ["pair of rooms with a way", "pairs of rooms with a way"],
   space: ["space left out", "spaces left out"], place: ["place for a door", "places for doors"], corner: ["narrow place", "narrow places"],
   stroke: ["line", "lines"],
 };

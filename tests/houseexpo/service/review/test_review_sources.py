@@ -20,7 +20,7 @@ from starlette.testclient import TestClient
 from houseexpo import build, open_dataset
 from houseexpo.corrections import Override
 from houseexpo.corrections.preview import preview
-from houseexpo.dataset.source_records import LevelSource, Place, PlanSource, SourceRecord
+from houseexpo.dataset.source_records import LevelSource, Picture, Place, PlanSource, SourceRecord
 from houseexpo.errors import ConfigError
 from houseexpo.floorplan import FloorPlan
 from houseexpo.grids.frame import source_points_from_plan
@@ -311,8 +311,11 @@ def test_the_source_lies_under_a_plan_that_starts_elsewhere() -> None:
     assert view.bounds_around(larger)[0] == pytest.approx(x1 + moved)
 
 
-def arena(*spans: tuple[float, float], shows: tuple[Place, ...] = ()) -> tuple[FloorPlan, SourceView]:
-    """Two rooms of 4 x 6 m with a wall between them, at x = 4.0 to 4.1, which is open from y to y for each span."""
+def arena(*spans: tuple[float, float], shows: tuple[Place, ...] = (), sides: int = 4) -> tuple[FloorPlan, SourceView]:
+    """Two rooms of 4 x 6 m with a wall between them, at x = 4.0 to 4.1, which is open from y to y for each span.
+
+    The source shows this wall and ``sides`` of the outer walls; the last one is at the left.
+    """
     rooms = tuple(Room(k, "Unlabelled", box(x, 0.0, x + 4.0, 6.0)) for k, x in enumerate((0.0, 4.1)))
     doors = tuple(
         Door(k, "opening", ((4.05, a), (4.05, b)), round(b - a, 2), box(4.0, a, 4.1, b), (0, 1), 0.98)
@@ -322,9 +325,12 @@ def arena(*spans: tuple[float, float], shows: tuple[Place, ...] = ()) -> tuple[F
     holes = tuple(list(ring.coords[:-1]) for ring in whole.interiors)
     plan = FloorPlan("house", list(whole.exterior.coords[:-1]), 2, {}, holes, rooms=rooms, doors=doors, frame=FRAME)
     wall = shapely.difference(shapely.box(4.0, 0.0, 4.1, 6.0), shapely.union_all([door.polygon for door in doors]))
-    walls = tuple((tuple(part.exterior.coords[:-1]),) for part in shapely.get_parts(wall).tolist())
+    outer = [box(0.0, 6.0, 8.1, 6.1), box(0.0, -0.1, 8.1, 0.0), box(8.1, 0.0, 8.2, 6.0), box(-0.1, 0.0, 0.0, 6.0)]
+    parts = [*(list(part.exterior.coords[:-1]) for part in shapely.get_parts(wall).tolist()), *outer[:sides]]
+    walls = tuple((tuple(part),) for part in parts)
     found = PlanSource("house", msgspec.Raw(encode(plan)), walls=walls)
-    level = LevelSource("house", FRAME, places=shows, plans=(found,))
+    picture = Picture("map", "The map", plan.bbox, b"")
+    level = LevelSource("house", FRAME, (picture,), places=shows, plans=(found,))
     return plan, SourceView(SourceRecord("house", levels=(level,)), level, found)
 
 
@@ -343,6 +349,21 @@ def test_rooms_that_are_open_to_each_other_may_be_one() -> None:
     joined = plan.corrected(Override(one_room=[one, other])).plan
     assert len(joined.rooms) == 1
     assert "parted" not in asked_of(joined, view)
+
+
+def test_a_room_along_whose_edge_the_source_shows_no_wall_may_be_none() -> None:
+    assert asked_of(*arena((2.0, 2.9))) == []
+    plan, view = arena((2.0, 2.9), sides=3)  # a wall beside 14 of 20 m of the left room's edge
+    (asked,) = questions(plan, (), view)
+    assert "The map shows no wall along" in asked.says
+    assert asked.at[0] < 4.0
+    assert [answer.action for answer in asked.answers] == ["leave", "no_room"]
+    assert questions(plan, [asked.key], view) == []
+    said = tuple(replace(room, confidence=1.0) for room in plan.rooms)
+    assert questions(replace(plan, rooms=said), (), view) == []
+    assert questions(plan) == []
+    drawing = msgspec.structs.replace(view.level, pictures=())
+    assert questions(plan, (), SourceView(view.record, drawing, view.found)) == []
 
 
 def test_rooms_between_which_the_source_shows_doors_are_not_asked_about() -> None:
