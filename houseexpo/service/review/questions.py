@@ -218,9 +218,7 @@ def _seen_in_part(plan: FloorPlan, source: SourceView, shift: tuple[float, float
         if (share := float(seen.mean())) >= _SEEN:
             continue
         point = _inside(room)
-        says = (
-            f"The source shows no wall along {1 - share:.0%} of the edge of this {_name(room)} of {room.area:.1f} m². "
-        )
+        says = f"The map shows no wall along {1 - share:.0%} of the edge of this {_name(room)} of {room.area:.1f} m². "
         answers = Answer("A room"), Answer("No room", "no_room", (point,))
         yield Question(
             _key(plan, "seen", point), point, f"{says}Is it a room of the house?", answers, _UNSEEN, room.area
