@@ -101,7 +101,7 @@ pictures: setup ## draw the pictures of docs/algorithm.md anew
 screenshots: dataset ## take the pictures of the service's pages anew; needs Chromium
 	@$(BIN)/python docs/scripts/screenshots.py $(DATASET)
 
-results: learn ## run all policies of the leaderboard, on PLANS=500 plans, or FEW=100 on large, noisy, people, slam; TRACKS="large noisy" runs only these: hours; then `make leaderboard`
+results: learn ## run all policies of the leaderboard, on PLANS=500 plans, or FEW=100 on large, noisy, people, roomgoal, social, slam; TRACKS="large noisy" runs only these: hours; then `make leaderboard`
 	@for run in $(RESULTS) $(LEARNED); do \
 	  track=$${run%%:*}; case " $(TRACKS) " in *" $$track "*) ;; *) continue;; esac; policy=$${run#*:}; name=$$policy; folder=$$(basename $$(dirname $$policy)); \
 	  case $$policy in *.pt) name=learned-$${folder#*-};; esac; \
