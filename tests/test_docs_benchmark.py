@@ -86,9 +86,11 @@ def test_the_results_are_of_the_plans_that_are_written_down() -> None:
     assert len(files) >= 2
     for compared in read_results(files):
         for result in (result for entry in compared.entries for result in entry.results):
-            if compared.track.config.goal_region:  # those of them that have goals
+            if compared.track.name == "roomgoal":  # those of them that have goals
                 assert set(result.episodes["plan"]) <= set(read_test_ids()[:500])
-            elif compared.track.needs_plans and compared.track not in MAP_TRACKS:
+            elif (
+                compared.track.needs_plans and compared.track not in MAP_TRACKS and compared.track.name != "objectgoal"
+            ):
                 written = read_test_ids("large" if compared.track.largest else "test")
                 assert result.plans.ids_sha256 == ids_sha256(written[: result.plans.number])
             if result.policy.name == BOUND:
