@@ -231,7 +231,7 @@ def check_collection_folder(out: Path) -> None:
     """Raise ConfigError if a folder is no name for a data set, or is there already."""
     if not _NAME.fullmatch(out.name):
         raise ConfigError(
-            f"--out: expected a folder named as Minari names data sets, such as {out.with_name('frontier-v0')}, "
+            f"--out: expected a folder named as Minari names data sets, such as {out.parent / 'frontier-v0'}, "
             f"found {out.name!r}"
         )
     if out.exists():
@@ -249,7 +249,7 @@ def _cases(track: Track, plans: Dataset | None, settings: CollectSettings) -> tu
         ids = sorted(chosen.ids)
     order = [ids[place] for place in np.random.default_rng(settings.seed).permutation(len(ids)).tolist()]
     if track.config.goal_region and isinstance(chosen, Dataset):
-        order = plans_with_goals(track, chosen, order[: settings.episodes])
+        order = plans_with_goals(track, chosen, order, settings.episodes)
     names = [order[number % len(order)] for number in range(settings.episodes)]
     cases = [
         Case(name, seed_from_words(track.id, name, str(settings.seed), str(number)))

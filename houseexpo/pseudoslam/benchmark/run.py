@@ -140,8 +140,13 @@ def _cases(
     return find_cases(track, plans, ids, settings.split)
 
 
-def plans_with_goals(track: Track, plans: Dataset, ids: Sequence[str]) -> list[str]:
+def plans_with_goals(track: Track, plans: Dataset, ids: Sequence[str], most: int | None = None) -> list[str]:
     """Return the plans with two kinds of goals or more that a robot can reach, so that one is away from any start.
+
+    Parameters
+    ----------
+    most
+        The number of plans after which it stops; None for all.
 
     Raises
     ------
@@ -154,6 +159,8 @@ def plans_with_goals(track: Track, plans: Dataset, ids: Sequence[str]) -> list[s
         with suppress(ConfigError):  # it has none
             if len(worlds[number].regions) > 1:
                 found.append(name)
+        if len(found) == most:
+            break
     if not found:
         kind = track.config.goal.kind if track.config.goal else ""
         raise ConfigError(

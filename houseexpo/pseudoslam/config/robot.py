@@ -215,21 +215,22 @@ class GoalConfig:
         names: object = self.names
         if not isinstance(names, list | tuple) or not all(isinstance(name, str) for name in names):
             raise ConfigError(f"goal.names: expected a list of names, found {names!r}")
-        if len(set(names)) < len(names):
+        spelt = tuple(canonical(name) or name for name in names) if self.kind == "room" else tuple(names)
+        if len({name.casefold() for name in spelt}) < len(spelt):
             raise ConfigError(f"goal.names: expected each name once, found {list(names)}")
         if self.kind == "place" and names:
             raise ConfigError(f'goal.names: expected none for a place, found {list(names)}; set goal.kind to "room"')
         if self.kind == "object" and not names:
             raise ConfigError("goal.names: expected the kinds of furniture, such as bed, found none")
         if self.kind != "room":
-            return tuple(names)
+            return spelt
         for name in names:
             if canonical(name) is None:
                 raise ConfigError(
                     f"goal.names: expected labels of rooms ({', '.join(LABELS)}), found {name!r}"
                     + suggest_name(name, LABELS)
                 )
-        return tuple(canonical(name) or name for name in names) or LABELS
+        return spelt or LABELS
 
 
 @dataclass(frozen=True)

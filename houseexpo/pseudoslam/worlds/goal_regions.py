@@ -87,9 +87,11 @@ def cells_beside(marked: Cells, blocked: Cells, reach_px: float) -> Cells:
     targets[nearest[marked != 0]] = np.argwhere(marked)
     cells = np.argwhere((away <= reach_px) & (blocked == 0) & (marked == 0))
     ends = targets[nearest[tuple(cells.T)]]
-    shares = np.linspace(0.0, 1.0, _SAMPLES_PER_CELL * math.ceil(reach_px) + 1)[:, None, None]
-    rows, cols = np.moveaxis(np.rint(cells + shares * (ends - cells)).astype(np.int64), -1, 0)
-    hidden = ((blocked[rows, cols] != 0) & (marked[rows, cols] == 0)).any(axis=0)
+    hides = (blocked != 0) & (marked == 0)
+    for share in np.linspace(0.0, 1.0, _SAMPLES_PER_CELL * math.ceil(reach_px) + 1).tolist():
+        rows, cols = np.rint(cells + share * (ends - cells)).astype(np.int64).T
+        sees = ~hides[rows, cols]
+        cells, ends = cells[sees], ends[sees]
     found = np.zeros_like(marked)
-    found[tuple(cells[~hidden].T)] = 1
+    found[tuple(cells.T)] = 1
     return found

@@ -15,7 +15,7 @@ from houseexpo.pseudoslam.agents.protocol import Interface
 from houseexpo.pseudoslam.benchmark.collection import CollectSettings, collect_episodes
 from houseexpo.pseudoslam.benchmark.tracks import find_track
 from tests.builders.commands import call
-from tests.builders.simulations import HUTS, assert_same
+from tests.builders.simulations import HUTS, assert_same, flat
 from tests.houseexpo.pseudoslam.benchmark.test_benchmark_cases import data_set
 
 minari: Any = pytest.importorskip("minari")
@@ -142,6 +142,8 @@ def test_what_cannot_be_collected_is_said_at_once(
 ) -> None:
     with pytest.raises(ConfigError, match=r"--out: expected a folder .* as Minari .*frontier-v0, found 'greedy'"):
         collect(houses, tmp_path, name="greedy")
+    with pytest.raises(ConfigError, match=r"--out: expected a folder .* such as frontier-v0, found ''"):
+        collect_episodes(POINTGOAL, "greedy", houses, Path(), CollectSettings(2))
     with pytest.raises(ConfigError, match="track kth-v1: expected a track on plans, found one on maps"):
         collect(houses, tmp_path, "frontier", "kth")
     with pytest.raises(ConfigError, match="episodes: expected a whole number of at least 1, found 0"):
@@ -171,6 +173,14 @@ def test_a_policy_that_takes_no_action_leaves_nothing(houses: Dataset, tmp_path:
     with pytest.raises(PolicyError, match="step 0: expected an action, found none; there is nothing to learn from"):
         collect_episodes(POINTGOAL, f"{__name__}:idle", houses, tmp_path / NAME, CollectSettings(2))
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.slow
+def test_plans_without_goals_are_passed_over(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    plans = data_set(tmp_path / "plans", {"train": [*HUTS, *map(flat, "abc")]})
+    collect_episodes(find_track("roomgoal"), "shortest", plans, tmp_path / NAME, CollectSettings(3))
+    said = load(tmp_path, monkeypatch).storage.get_episode_metadata(range(3))
+    assert {each["options"]["plan_id"] for each in said} == set("abc")
 
 
 def idle(*_: Any) -> Any:

@@ -176,6 +176,8 @@ def test_policies_for_another_kind_of_goal_say_so() -> None:
             "goal.names: expected labels of rooms .* found 'Kitchn'; did you mean",
         ),
         ({"kind": "room", "names": ("Hall", "Hall")}, "goal.names: expected each name once"),
+        ({"kind": "room", "names": ("Living_Room", "living room")}, "goal.names: expected each name once"),
+        ({"kind": "object", "names": ("bed", "Bed")}, "goal.names: expected each name once"),
         ({"kind": "object"}, "goal.names: expected the kinds of furniture, such as bed, found none"),
         ({"names": ("Hall",)}, "goal.names: expected none for a place"),
     ],
