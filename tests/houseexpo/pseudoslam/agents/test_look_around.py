@@ -15,11 +15,13 @@ from houseexpo.pseudoslam.agents.protocol import Robot, make_knowledge
 from houseexpo.pseudoslam.config import LaserConfig, SimulatorConfig
 from houseexpo.pseudoslam.kernels.mapping import FREE, UNKNOWN
 from houseexpo.pseudoslam.kernels.planning.frontier_features import FEATURES
+from houseexpo.pseudoslam.kernels.sensing.sector import sector_scan
 from houseexpo.pseudoslam.learning.weights import read_weights
 from houseexpo.pseudoslam.simulator import ACTIONS, Simulator
-from tests.builders.scans import slow_sector
+from houseexpo.pseudoslam.worlds.world import new_scan_buffers
 
 CONFIG = SimulatorConfig(pixels_per_metre=12.5)
+RANGE_PX = CONFIG.laser.range_m * CONFIG.pixels_per_metre
 RIGHT_ROOM = [(4.2, 3.5), (4.2, 6), (9, 6), (9, 0), (4.2, 0), (4.2, 2.5)]
 HALL = FloorPlan("hall", [(0, 0), (0, 6), (4, 6), (4, 3.5), *RIGHT_ROOM, (4, 2.5), (4, 0)], 1, {})
 """Two rooms and a door between them: who comes in does not see the walls beside the door."""
@@ -47,6 +49,7 @@ def test_before_a_step_it_has_swept_all_that_is_unknown_in_sight(seed: int) -> N
     actions, maps, coverage = walk(LookAround(Robot(CONFIG), 0, WEIGHTS), CONFIG, seed)
     assert coverage > 0.99
     swept, looked = list[float](), 0
+    runs, hit, slopes = new_scan_buffers(RANGE_PX)
     shape = Simulator.of(HALL, CONFIG).world.occupied.shape
     before: int | None = None
     for action, seen in zip(actions, maps, strict=True):
@@ -57,8 +60,9 @@ def test_before_a_step_it_has_swept_all_that_is_unknown_in_sight(seed: int) -> N
         if action == 0 and before is not None and before != 0:  # a turn is over
             looked += 1
             known = seen[3:].reshape(shape)
-            _, hit = slow_sector((known != FREE).astype(np.uint8), x, y, 0.0, math.pi, 5.0 * 12.5)
-            unknown = [math.atan2(y - r - 0.5, c + 0.5 - x) for r, c in hit if known[r, c] == UNKNOWN]
+            _, n = sector_scan((known != FREE).astype(np.uint8), x, y, 0.0, math.pi, RANGE_PX, runs, hit, slopes)
+            rows, cols = np.divmod(np.unique(hit[:n]), shape[1])
+            unknown = np.arctan2(y - rows - 0.5, cols + 0.5 - x)[known[rows, cols] == UNKNOWN].tolist()
             missed = [a for a in unknown if all(math.cos(a - h) < -1e-6 for h in swept)]
             assert len(missed) < 2  # less than 0.12 m
         before = action

@@ -123,7 +123,7 @@ def test_what_is_unseen_in_sight_is_what_its_twin_says() -> None:
     rng, circle = np.random.default_rng(3), 2 * math.pi
     scratch = make_scratch(CONFIG)
     beside = 0
-    for _ in range(30):
+    for _ in range(12):
         known = rng.choice([UNKNOWN, FREE, OBSTACLE], (24, 31), p=[0.05, 0.9, 0.05]).astype(np.uint8)
         x, y, heading, range_px = rng.uniform((1, 1, -4, 3), (30, 23, 4, 13))
         known[int(y), int(x)] = FREE
@@ -139,6 +139,6 @@ def test_what_is_unseen_in_sight_is_what_its_twin_says() -> None:
         assert left == pytest.approx(max(((a - heading - half) % circle for a in outside), default=0.0))
         assert right == pytest.approx(max(((heading - half - a) % circle for a in outside), default=0.0))
         beside += len(outside)
-    assert beside > 50
+    assert beside > 20
     everywhere = find_unseen_in_sight(known, x, y, heading, half, range_px, (heading, heading + circle), scratch)
     assert everywhere == (0, 0.0, 0.0)
