@@ -61,7 +61,7 @@ LIMITS: Final = {
     "Office": (6.5, 2.2, 2.0),
     "Bathroom": (2.5, 1.45, 2.6),
     "Toilet": (1.52, 1.0, 2.7),
-    "Storage": (0.85, 0.6, 3.0),
+    "Storage": (0.6, 0.6, 3.0),
     "Wardrobe": (1.0, 0.8, 3.2),
     "Garage": (14.0, 3.0, 2.4),
     "Entryway": (1.4, 1.15, 3.2),
@@ -72,9 +72,9 @@ _TINY: Final = (1.5, 0.86)
 _MAY_BE_TINY: Final = frozenset({"flat", "shared flat", "studio"})
 """Where a storey may have one such room (H3)."""
 _MOST_RATIO: Final = 1.7
-_HALL_M2: Final = 1.1
+_HALL_M2: Final = 0.95
 """What a hall has for each room without being too large: 7.5 m2 for 6.8 rooms (Swiss Dwellings)."""
-_HALL_WEIGHT: Final = 9.0
+_HALL_WEIGHT: Final = 12.0
 _WAY_M: Final = 1.0
 """The least width of a hall, metres."""
 _OPEN_M: Final = 1.5

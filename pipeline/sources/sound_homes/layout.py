@@ -9,10 +9,10 @@ The method is a corridor-first subdivision with random restarts (``home`` judges
 L1  The corridor runs along x. Rows of rooms lie north and south of it; a studio has none in the south.
 L2  The living room ends the corridor in the east. It takes the whole depth of the home (``whole``), or that of the
     north row and the corridor (``beside``), or that of the north row alone (``behind``); then kitchen and dining room
-    lie south of it. Where they lie at the corridor's end (``behind``) one goes through them to the living room.
+    lie south of it. Where a dining room lies at the corridor's end (``behind``) one goes through it to the living room.
 L3  A south row without light holds what needs none: bath, toilet, store, entry; it is shallow then.
-L4  In the west a bedroom ends the corridor, and its own bath lies across from it; or the front door; or a store.
-    A door may part the entry from the corridor.
+L4  In the west a bedroom ends the corridor, and its own bath or a longer bedroom lies across from it; or the front
+    door; or a store. A door may part the entry from the corridor, or a vestibule from the entry.
 L5  Rows are stretched to one length; one that is much shorter leaves a recess where the house stands free.
 L6  Wet rooms lie side by side; the kitchen lies next to the living room or the dining room.
 L7  A garage stands before the house beside the entry, which comes forward as far as its door needs.
@@ -42,9 +42,9 @@ _OFF_LIVING: Final = frozenset({"flat", "bungalow"})
 _LEAST_M: Final = {
     "Toilet": 1.0,
     "Storage": 1.0,
-    "Bathroom": 1.5,
+    "Bathroom": 1.48,
     "Wardrobe": 1.3,
-    "Kitchen": 2.0,
+    "Kitchen": 1.77,
     "Dining_Room": 2.5,
     "Office": 2.5,
     "Living_Room": 3.3,
@@ -52,8 +52,11 @@ _LEAST_M: Final = {
 """The least width of a room in a row, metres; of a bedroom it is ``_BED_M``."""
 _BED_M: Final = 2.75
 _FIXED: Final = frozenset({"Toilet", "Storage", "Bathroom"})
-_ENTRY_M: Final = (1.2, 1.45)
-_NORTH_M: Final = {"studio": (2.6, 3.3), "whole": (3.5, 4.7), "beside": (3.5, 4.7), "behind": (3.9, 5.0)}
+_ENTRY_M: Final = (1.2, 1.4)
+_VESTIBULE_M: Final = (1.35, 1.7)
+_SMALL_VESTIBULES: Final = 0.4
+"""The depth of a small vestibule, before a part of the hall, and how often one that does not lie back is so small."""
+_NORTH_M: Final = {"studio": (2.6, 3.3), "whole": (3.5, 4.7), "beside": (3.5, 4.7), "behind": (3.6, 4.7)}
 """The depth of the north row, by where the day rooms lie."""
 _PATIO_M: Final = (2.8, 4.2)
 _PATIOS: Final = 0.4
@@ -64,9 +67,9 @@ _ALIKE: Final = 0.12
 _TRIED_FORMS: Final = 6
 """So many forms are drawn until the rows fit."""
 _RECESS_M: Final = (1.6, 4.5)
-_EAT_IN_M2: Final = 10.5
-"""Where people can eat in the kitchen, it may end the corridor, and the way to the living room (L2)."""
-CONTACT_M: Final = 1.2
+_EAT_IN_M2: Final = 10.0
+"""Where people can eat in the kitchen, it may be the way to the living room (L2)."""
+CONTACT_M: Final = 1.1
 """What a door and its jambs take of a wall between two rooms, metres."""
 _PORCH_M: Final = (0.6, 1.3)
 PORCH_WIDTH_M: Final = 1.05
@@ -76,21 +79,21 @@ _LEAST_ENTRY_M: Final = 1.2
 _WC_M: Final = (1.03, 1.35)
 _WC_AT_HALL_M: Final = (1.35, 1.45)
 """The widths of a toilet; beside a vestibule it is wide enough for a door to the corridor."""
-_STORE_M: Final = (0.6, 2.4)
+_STORE_M: Final = (0.6, 2.2)
 """The least and the largest depth of a store at the corridor's end, metres (L4)."""
-_CUPBOARDS: Final = 0.25
+_CUPBOARDS: Final = 0.6
 """How often it is a cupboard, of the least depth."""
+_SMALL_STORE_M2: Final = 1.8
+"""A store that asks for less takes the place of a wardrobe behind the toilet."""
 
 
 Day: TypeAlias = Literal["whole", "beside", "behind"]
 """Where the day rooms lie (L2)."""
-_DAYS: Final[dict[tuple[bool, bool], dict[Day, float]]] = {
-    (False, False): {"whole": 0.55, "beside": 0.45, "behind": 0.0},
-    (False, True): {"whole": 0.3, "beside": 0.1, "behind": 0.6},
-    (True, False): {"whole": 0.0, "beside": 0.2, "behind": 0.8},
-    (True, True): {"whole": 0.0, "beside": 0.2, "behind": 0.8},
+_DAYS: Final[dict[bool, dict[Day, float]]] = {
+    False: {"whole": 0.65, "beside": 0.35},
+    True: {"beside": 0.1, "behind": 0.9},
 }
-"""The shares of these, by whether there is a dining room, and whether people can eat in the kitchen."""
+"""The shares of these, by whether there is a dining room; a kitchen alone is too short for a living room behind it."""
 
 
 @dataclass
@@ -134,11 +137,9 @@ def draw_days(programme: Programme, rng: np.random.Generator) -> list[Day]:
     """Return where the day rooms may lie, first what the home is to have (L2)."""
     if programme.kind == "studio":
         return ["whole"]
-    (kitchen_m2,) = (each.area_m2 for each in programme.rooms if each.label == "Kitchen")
-    dining = any(each.label == "Dining_Room" for each in programme.rooms)
-    shares = _DAYS[dining, kitchen_m2 > _EAT_IN_M2]
-    fits = [day for day, share in shares.items() if share]
-    return [fits[k] for k in rng.choice(len(fits), len(fits), replace=False, p=[shares[day] for day in fits]).tolist()]
+    shares = _DAYS[any(each.label == "Dining_Room" for each in programme.rooms)]
+    days = list(shares)
+    return [days[k] for k in rng.choice(len(days), len(days), replace=False, p=list(shares.values())).tolist()]
 
 
 def lay_out_rooms(programme: Programme, day: Day, rng: np.random.Generator) -> Layout | None:
@@ -204,17 +205,20 @@ def _draw_form(programme: Programme, rooms: Rooms, day: Day, rng: np.random.Gene
     studio, free = kind == "studio", kind in _FREE
     lit = "south" in light
     beds = sum(label in _BEDS for label in rooms.labels)
-    service = not lit or bool(rng.random() < 0.3)  # L3
+    eats_south = day == "beside" and bool(rooms.of("Dining_Room"))
+    service = not lit or (not eats_south and bool(rng.random() < 0.5))  # L3
     north = float(rng.uniform(*_NORTH_M["studio" if studio else day])) + wall
     south = 0.0 if studio else float(rng.uniform(1.8, 2.4) if service else rng.uniform(2.6, 3.3)) + wall
-    ends_in_bedroom = bool(rooms.behind) or (not studio and kind != "practice" and rng.random() < 0.5)
+    if day == "behind":
+        north = _depth_of_living(rooms, south + programme.hall_m) + wall
+    ends_in_bedroom = bool(rooms.behind) or (not studio and kind != "practice" and rng.random() < 0.75)
     entry = not studio and (
         ends_in_bedroom or bool(rooms.of("Garage") or (rooms.of("Toilet") and not service) or rng.random() < 0.5)
     )
     kitchen: Literal["north", "south", "day"] = "day"
     if day == "whole":
         kitchen = "north" if studio or not lit or rng.random() < 0.3 else "south"
-    may_lie_back = (free and not service) or (kind in _FLATS and not rooms.of("Toilet"))
+    may_lie_back = (free and not service) or (kind in _FLATS and (service or not rooms.of("Toilet")))
     porch = may_lie_back and bool(rng.random() < 0.7)
     bumps = (0.0, 0.0, 0.9, 1.4) if free else (0.0,)
     return _Form(
@@ -231,13 +235,20 @@ def _draw_form(programme: Programme, rooms: Rooms, day: Day, rng: np.random.Gene
         recess=free and bool(rng.random() < 0.5),
         porch=porch,
         vestibule=programme.vestibule,
-        open=kind != "practice"
-        and (studio or (day == "behind" and not rooms.of("Dining_Room")) or bool(rng.random() < 0.8)),
+        open=kind != "practice" and (studio or bool(rng.random() < 0.8)),
         through=day == "behind" or bool(rng.random() < 0.9),
-        off_living=kind in _OFF_LIVING and bool(rng.random() < (0.33 if beds > 1 else 0.1)),
+        off_living=kind in _OFF_LIVING and bool(rng.random() < (0.42 if beds > 1 else 0.1)),
         bump_m=(pick(bumps, rng), 0.0 if rooms.of("Garage") else pick(bumps, rng)),
         patio_m=float(rng.uniform(*_PATIO_M)) if free and rng.random() < _PATIOS else 0.0,
     )
+
+
+def _depth_of_living(rooms: Rooms, day_m: float) -> float:
+    """Return the depth of a living room that is as long as the rooms of the clear depth ``day_m`` south of it, m."""
+    (living,), below = rooms.of("Living_Room"), [*rooms.of("Dining_Room"), *rooms.of("Kitchen")]
+    length = sum(max(rooms.areas[room] / day_m, _LEAST_M[rooms.labels[room]]) for room in below)
+    least, most = _NORTH_M["behind"]
+    return min(max(rooms.areas[living] / length, least), most)
 
 
 @dataclass
@@ -273,10 +284,7 @@ def _share_out(rooms: Rooms, form: _Form, rng: np.random.Generator) -> _Rows:
         rows.north = [column(room, form.north_m) for room in inside]
         return rows
     wet = _wet_columns(rooms, form, column, rng)
-    entry = []
-    if form.entry:
-        room = rooms.add(ENTRYWAY, 0.0) if form.vestibule else HALL
-        entry = [Column([room], [1.0], form.entry_m, False)]
+    entry = _entry_columns(rooms, form, rng)
     groups = [[*entry, *wet] if rng.random() < 0.5 else [*wet, *entry]]
     masters = sorted(set(rooms.behind.values()))
     rows.north = [column(room, form.north_m) for room in masters]
@@ -312,20 +320,38 @@ def _share_out(rooms: Rooms, form: _Form, rng: np.random.Generator) -> _Rows:
         else:
             rows.north.append(up)
     rows.north += last
-    rows.south = [*own, *(each for k in rng.permutation(len(groups)) for each in groups[k]), *east]
+    order = rng.permutation(len(groups)).tolist()
+    if form.ends_in_bedroom and not own:  # a room below that bedroom reaches beyond it to the corridor
+        order.sort(key=lambda k: -groups[k][0].width_m if k else 0.0)
+    rows.south = [*own, *(each for k in order for each in groups[k]), *east]
     return rows
+
+
+def _entry_columns(rooms: Rooms, form: _Form, rng: np.random.Generator) -> list[Column]:
+    """Return the column of the entry: a part of the hall, a vestibule, or a vestibule before a part of the hall."""
+    if not form.entry:
+        return []
+    if not form.vestibule:
+        return [Column([HALL], [1.0], form.entry_m, False)]
+    room = rooms.add(ENTRYWAY, 0.0)
+    if form.porch or rng.random() >= _SMALL_VESTIBULES:
+        return [Column([room], [1.0], form.entry_m, False)]
+    share = min((float(rng.uniform(*_VESTIBULE_M)) + form.wall_m) / form.south_m, 1.0)
+    return [Column([HALL, room], [1 - share, share], form.entry_m, False)]
 
 
 def _wet_columns(
     rooms: Rooms, form: _Form, column: Callable[[int, float], Column], rng: np.random.Generator
 ) -> list[Column]:
-    """Return bath, toilet and store side by side (L6); in a deep row the store lies behind the toilet, at the entry."""
+    """Return bath, toilet and store side by side (L6); in a deep row a wardrobe or small store lies behind a toilet."""
     columns = [column(room, form.south_m) for room in rooms.of("Bathroom")]
     toilets, stores = rooms.of("Toilet"), rooms.of("Storage")
     if toilets and form.entry and not form.service:
         wide = _WC_AT_HALL_M if form.vestibule else _WC_M
-        share = min(float(rng.uniform(1.5, 1.8)) / form.south_m, 0.75)
-        closet = rooms.add("Wardrobe", 0.0)
+        share = min(float(rng.uniform(1.5, 1.7)) / form.south_m, 0.75)
+        small = [room for room in stores if rooms.areas[room] < _SMALL_STORE_M2]
+        stores = [room for room in stores if room not in small]
+        closet = small[0] if small else rooms.add("Wardrobe", 0.0)
         columns += [column(room, form.south_m) for room in stores]
         return [*columns, Column([toilets[0], closet], [share, 1 - share], float(rng.uniform(*wide)), False)]
     return [*columns, *(column(room, form.south_m) for room in [*toilets, *stores])]
@@ -428,7 +454,8 @@ def _forward_m(rooms: Rooms, form: _Form, rng: np.random.Generator) -> float:
     if rooms.of("Garage"):
         return CONTACT_M + 0.2
     most = min(_PORCH_M[1], form.south_m - form.wall_m - _LEAST_ENTRY_M)
-    return -float(rng.uniform(min(_PORCH_M[0], most), most)) if form.porch and most > 0 else 0.0
+    least = most if form.vestibule else min(_PORCH_M[0], most)
+    return -float(rng.uniform(least, most)) if form.porch and most > 0 else 0.0
 
 
 def _garage(rooms: Rooms, entry: tuple[float, float], rng: np.random.Generator) -> Cell:
@@ -483,6 +510,11 @@ def _joins(rooms: Rooms, cells: tuple[Cell, ...], form: _Form) -> Iterator[Join]
     if not by_kitchen:
         yield Join(HALL, living)
     for room in sorted({cell.room for cell in cells} - {HALL, living, kitchen, *dining}):
-        off_living = form.off_living and not by_kitchen and rooms.labels[room] in _BEDS and adjoin(living, room)
+        off_living = (
+            form.off_living
+            and not (by_kitchen and through[0] == kitchen)
+            and rooms.labels[room] in _BEDS
+            and adjoin(living, room)
+        )
         entries = [entry for entry in rooms.of(ENTRYWAY) if not adjoin(HALL, room) and adjoin(entry, room)]
         yield Join(living if off_living else rooms.behind.get(room, entries[0] if entries else HALL), room)

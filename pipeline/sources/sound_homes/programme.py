@@ -23,17 +23,17 @@ class _Area(NamedTuple):
 
 
 AREAS: Final = {
-    "Living_Room": _Area(26.6, 0.3, 13.5, 44.0),
-    "Kitchen": _Area(7.7, 0.38, 3.5, 16.0),
-    "Dining_Room": _Area(11.5, 0.22, 8.0, 18.0),
+    "Living_Room": _Area(27.2, 0.35, 13.0, 44.0),
+    "Kitchen": _Area(7.45, 0.42, 3.5, 16.0),
+    "Dining_Room": _Area(11.5, 0.22, 8.0, 14.5),
     "Bedroom": _Area(15.0, 0.2, 11.0, 24.0),
     "Child_Room": _Area(12.5, 0.2, 9.0, 18.0),
     "Office": _Area(11.0, 0.22, 7.5, 18.0),
-    "Bathroom": _Area(3.6, 0.36, 2.6, 8.0),
+    "Bathroom": _Area(3.3, 0.39, 2.6, 8.0),
     "Toilet": _Area(1.7, 0.15, 1.55, 2.6),
-    "Storage": _Area(1.7, 0.85, 0.7, 8.0),
+    "Storage": _Area(2.4, 1.15, 0.7, 8.0),
     "Wardrobe": _Area(3.6, 0.25, 2.4, 6.0),
-    "Balcony": _Area(6.6, 0.8, 2.0, 27.0),
+    "Balcony": _Area(6.8, 0.8, 2.0, 27.0),
     "Terrace": _Area(14.0, 0.35, 8.0, 28.0),
     "Garage": _Area(20.0, 0.1, 17.0, 26.0),
 }
@@ -41,6 +41,7 @@ AREAS: Final = {
 _SIZES: Final = {
     ("studio", "Living_Room"): 0.85,
     ("studio", "Kitchen"): 0.55,
+    ("studio", "Storage"): 0.5,
 }
 """How much larger or smaller than in a flat rooms of other dwellings are."""
 
@@ -60,23 +61,23 @@ STOREYS: Final = {"row house": {2: 0.7, 3: 0.3}, "house": {2: 0.9, 3: 0.1}, "vil
 """The kinds with several storeys, and the shares of homes with so many."""
 
 _BEDROOMS: Final = {
-    "flat": (0.2, 0.38, 0.32, 0.1),
+    "flat": (0.25, 0.37, 0.30, 0.08),
     "bungalow": (0.08, 0.37, 0.40, 0.15),
     "shared flat": (0.0, 0.0, 0.5, 0.35, 0.15),
 }
-"""The shares of dwellings with one bedroom, two, ...; the mean of flats is 2.1, that of Swiss Dwellings 2.26."""
+"""The shares of dwellings with one bedroom, two, ...; that of Swiss Dwellings has 2.26 in the mean."""
 
 _SECOND_BALCONIES: Final = 0.3
 _UPPER_BALCONIES: Final = 0.4
 """How often a flat has a second balcony, and a house of several storeys one upstairs; not all find a place."""
 _TWO_BATHS: Final = 4
 """So many bedrooms need two bathrooms."""
-_VESTIBULES: Final = 0.26
+_VESTIBULES: Final = 0.2
 """How often a door parts the entry from the hall."""
 _SLEEP: Final = frozenset({"Bedroom", "Child_Room", "Office"})
 _TWO_SIDED: Final = 3
 """So many rooms to sleep and work in need light on two sides."""
-_CORRIDOR_M: Final = (1.02, 1.26)
+_CORRIDOR_M: Final = (1.1, 1.2)
 _SHORT_HALL_M: Final = (1.4, 1.8)
 _WIDE_HALL_M: Final = (1.5, 2.2)
 _INNER_M: Final = (0.10, 0.12, 0.14)
@@ -111,7 +112,7 @@ def draw_programme(kind: str, rng: np.random.Generator) -> Programme:
 
 def _hall(kind: str, rng: np.random.Generator) -> float:
     """Return the width of a hall: a corridor, or a hall in which furniture may stand."""
-    wide = {"practice": 1.0, "studio": 1.0, "flat": 0.08, "shared flat": 0.08, "bungalow": 0.15}.get(kind, 0.0)
+    wide = {"practice": 1.0, "studio": 1.0, "flat": 0.21, "shared flat": 0.21, "bungalow": 0.15}.get(kind, 0.0)
     if rng.random() >= wide:
         return float(rng.uniform(*_CORRIDOR_M))
     return float(rng.uniform(*(_SHORT_HALL_M if kind in {"practice", "studio"} else _WIDE_HALL_M)))
@@ -145,7 +146,7 @@ def _practice(rng: np.random.Generator) -> list[tuple[str, int | None]]:
 def _dwelling(kind: str, rng: np.random.Generator) -> list[tuple[str, int | None]]:
     bedrooms = 1 + int(rng.choice(len(_BEDROOMS[kind]), p=_BEDROOMS[kind]))
     found: list[tuple[str, int | None]] = [("Living_Room", None), ("Kitchen", None)]
-    if bedrooms >= 2 and kind != "shared flat" and rng.random() < {"flat": 0.35}.get(kind, 0.45):
+    if bedrooms >= 2 and kind != "shared flat" and rng.random() < {"flat": 0.72}.get(kind, 0.45):
         found.append(("Dining_Room", None))
     found.append(("Bedroom", None))
     master = len(found) - 1
@@ -157,13 +158,13 @@ def _dwelling(kind: str, rng: np.random.Generator) -> list[tuple[str, int | None
     found.append(("Bathroom", None))
     if bedrooms >= _TWO_BATHS:
         found.append(("Bathroom", None if kind == "shared flat" else master))
-    elif bedrooms >= 2 and rng.random() < (0.5 if bedrooms >= 3 else 0.2):
+    elif bedrooms >= 2 and rng.random() < (0.65 if bedrooms >= 3 else 0.5):
         found.append(("Bathroom", master))
     elif kind == "bungalow" and rng.random() < 0.4:
         found.append(("Wardrobe", master))
-    if bedrooms >= 2 and rng.random() < 0.8:
+    if bedrooms >= 2 and rng.random() < 0.9:
         found.append(("Toilet", None))
-    if rng.random() < 0.35:
+    if rng.random() < 0.25:
         found.append(("Storage", None))
     if rng.random() < {"bungalow": 0.3}.get(kind, 0.0):
         found.append(("Garage", None))

@@ -11,6 +11,7 @@ import pytest
 import shapely
 from shapely.affinity import translate
 
+from houseexpo.drawing.door_leaves import door_leaves
 from houseexpo.exports import export
 from houseexpo.floorplan import FloorPlan
 from pipeline.algorithm import plan_level
@@ -259,6 +260,21 @@ def test_the_storeys_of_an_exported_house_come_back(houses: list[SoundHome], tmp
     back = plans_of(file)
     assert [len(plan.rooms) for plan in back] == [len(plan.rooms) for plan in plans]
     assert all(likeness(one, other) > 0.99 for one, other in zip(plans, back, strict=True))
+
+
+@pytest.mark.slow
+def test_doors_swing_free_of_each_other_and_of_furniture() -> None:
+    """In 20 more homes, empty and furnished."""
+    for home in (make_sound_home(index, SEED + 1) for index in range(20)):
+        for level in levels_of_sound_home(home):
+            (empty,) = plan_level(level, PipelineConfig(), np.random.default_rng(0))
+            assert isinstance(empty, FloorPlan)
+            for plan in (empty, furnish_plan(empty, np.random.default_rng(0))):
+                swings = [leaf.swing for leaves in door_leaves(plan).values() for leaf in leaves]
+                things = [thing.polygon for thing in plan.objects]
+                one, other = shapely.STRtree([*swings, *things]).query(swings, predicate="intersects")
+                pairs = [(swings[i], [*swings, *things][k]) for i, k in zip(one, other, strict=True) if i != k]
+                assert all(first.intersection(second).area < 0.02 for first, second in pairs), plan.id
 
 
 @pytest.mark.slow
