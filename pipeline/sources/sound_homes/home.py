@@ -19,6 +19,7 @@ import numpy as np
 import shapely
 from shapely.affinity import affine_transform
 
+from houseexpo.tolerances import SAME_M2
 from pipeline.sources.homes.values import Rect, snap_wall_line
 from pipeline.sources.sound_homes.footprint import add_bay, angle_wall
 from pipeline.sources.sound_homes.houses import Frame, lay_out_ground, lay_out_upper
@@ -289,9 +290,10 @@ def _open_kitchens(layout: Layout, doors: list[Doorway], lit: set[int]) -> set[i
 
 def _is_one_way(hall: shapely.Geometry) -> bool:
     """Return whether people who are ``_WAY_M`` wide get everywhere in the hall (H1)."""
-    return isinstance(hall, shapely.Polygon) and isinstance(
-        hall.buffer(-_WAY_M / 2, join_style="mitre"), shapely.Polygon
-    )
+    middles = hall.buffer(-_WAY_M / 2, join_style="mitre")
+    if not (isinstance(hall, shapely.Polygon) and isinstance(middles, shapely.Polygon)):
+        return False
+    return bool(hall.area - middles.buffer(_WAY_M / 2, join_style="mitre").area < SAME_M2)
 
 
 def _on_grid(layout: Layout, wall_m: float) -> Layout:
