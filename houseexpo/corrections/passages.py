@@ -131,6 +131,9 @@ def _new_passage(draft: Draft, strip: Strip, placed: Placed) -> Said:
     if one is None and other is None:
         raise NoEffectError(far_from_rooms(draft, strip))
     if word == "entrance" and one is not None and one is other:  # the room goes on around what lies between its faces
+        along, across = sum(faces.clear) / 2, (faces.far[1] - faces.far[0]) / 2
+        if one.shape.distance(shapely.Point(strip.centre + along * strip.along + across * strip.across)) < MEETS_M:
+            raise NoEffectError(f"only an end of it lies at {draft.name(one)}; draw all of it in an outer wall")
         one, other = (one, None) if faces.far[0] <= faces.far[1] else (None, one)
     if one is not None and other is not None:
         if word == "entrance":

@@ -944,6 +944,14 @@ def test_a_window_for_an_entrance_says_nothing_of_the_ways_inside() -> None:
     assert kinds(parted.plan) == ["cut", "door", "entrance"]
 
 
+@pytest.mark.parametrize("line", [[[6.4, 2.9], [9.2, 2.9]], [[5.5, 2.8], [7.1, 3.5]], [[6.6, 1.0], [9.0, 1.0]]])
+def test_an_entrance_whose_middle_lies_beyond_a_corner_of_its_room_does_nothing(line: list[list[float]]) -> None:
+    found = corrected(entrance=line)
+    assert [effect.outcome for effect in found.effects] == ["none"]
+    assert "draw all of it in an outer wall" in found.effects[0].said
+    assert found.plan.doors == PLAN.doors
+
+
 def test_a_room_has_an_entrance_in_a_front_around_which_it_goes() -> None:
     ring = [(0.0, 0.0), (6.0, 0.0), (6.0, 6.0), (0.0, 6.0), (0.0, 3.0), (4.0, 3.0), (4.0, 2.6), (0.0, 2.6)]
     plan = FloorPlan("museum", ring, 1, {}, rooms=(Room(0, "Hall", ring),))
