@@ -1,8 +1,8 @@
 """Compute the network of a ``policy.onnx`` by ONNX Runtime, without PyTorch.
 
 A file may come from anybody. It is data: it has the standard operators alone, no graphs inside of graphs (loops), no
-weights in other files, and exactly the inputs and outputs that its description says. All of this is checked before it
-is used.
+weights that are sparse or in other files, and exactly the inputs and outputs that its description says. All of this is
+checked before it is used.
 """
 
 from __future__ import annotations
@@ -44,7 +44,9 @@ def _check_is_plain(model: onnx.ModelProto) -> None:
         raise ValueError(f"expected ONNX's own operators, found {'.'.join(operator)}")
     if model.functions or any(each.HasField("g") or each.graphs for each in values):
         raise ValueError("expected one graph of operators, found functions, loops or branches")
-    if graph.sparse_initializer or any(each.data_location == onnx.TensorProto.EXTERNAL for each in tensors):
+    if graph.sparse_initializer or any(each.HasField("sparse_tensor") or each.sparse_tensors for each in values):
+        raise ValueError("expected no sparse weights, found some")  # parts of them may be in other files
+    if any(each.data_location == onnx.TensorProto.EXTERNAL for each in tensors):
         raise ValueError("expected all weights in this file, found some that are in others")
 
 

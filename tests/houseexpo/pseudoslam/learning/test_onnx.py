@@ -215,6 +215,9 @@ def _spoiled(file: Path, how: str) -> None:
         first.data_location = TensorProto.EXTERNAL
         entry = first.external_data.add()
         entry.key, entry.value = "location", "../secret"
+    elif how == "sparse weights":
+        value = graph.node.add(op_type="Constant", output=["more"])
+        value.attribute.add(name="sparse_value", type=onnx.AttributeProto.SPARSE_TENSOR).sparse_tensor.dims.append(2)
     elif how == "not finite":
         (first,) = (each for each in graph.initializer if each.name.endswith("action_net.bias"))
         first.raw_data = np.full(len(first.raw_data) // 4, np.nan, np.float32).tobytes()
@@ -234,6 +237,7 @@ def _spoiled(file: Path, how: str) -> None:
         ("custom operator", r"expected ONNX's own operators, found their.own\.Gemm"),
         ("loop", "expected one graph of operators, found functions, loops or branches"),
         ("other files", "expected all weights in this file, found some that are in others"),
+        ("sparse weights", "expected no sparse weights, found some"),
         ("weights of another size", "ONNX Runtime: "),
     ],
 )
