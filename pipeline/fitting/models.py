@@ -33,7 +33,7 @@ Floats = npt.NDArray[np.float64]
 RIDGE: Final = 1.5
 """How strongly weights are kept small: the likelier of 1.5 and 5 for entrances of files left out of the fit."""
 FOLDS: Final = 8
-FEWEST: Final = 10
+FEWEST_HOUSES: Final = 10
 """With fewer labelled houses, the standard error of their differences is no better than a guess."""
 _OF_ROOM: Final = frozenset({"odd_room", "jutting_wall"})
 """What doors say of their rooms. Of entrances left out of the fit, it makes the probabilities worse."""
@@ -120,7 +120,7 @@ class Comparison:
     @property
     def is_untried(self) -> bool:
         """Whether too few houses have labels of it for a fit."""
-        return self.houses < FEWEST
+        return self.houses < FEWEST_HOUSES
 
     @property
     def is_better(self) -> bool:
@@ -142,7 +142,7 @@ def fit_own_models(rows: Sequence[HouseRows], seed: int = 0) -> OwnModels:
     Raises
     ------
     ConfigError
-        Fewer than ``FEWEST`` houses have labels of any one sort of part.
+        Fewer than ``FEWEST_HOUSES`` houses have labels of any one sort of part.
     """
     shipped = load_models()
     every = sorted(rows, key=_house)
@@ -170,7 +170,7 @@ def fit_own_models(rows: Sequence[HouseRows], seed: int = 0) -> OwnModels:
     if all(comparison.is_untried for comparison in comparisons):
         most = max(comparison.houses for comparison in comparisons)
         raise ConfigError(
-            f"labels: expected labelled doors, entrances, rooms or spaces of {FEWEST} houses or more, found "
+            f"labels: expected labelled doors, entrances, rooms or spaces of {FEWEST_HOUSES} houses or more, found "
             f"{count_noun(most, 'house')}; review more of them, and press Keep where a house is right"
         )
     return OwnModels(models, tuple(comparisons))

@@ -50,7 +50,7 @@ _SEEN: Final = 0.75
 robots' maps, all rooms have 0.83 or more; what only rays saw through glass or doors has 0.5 to 0.7."""
 _UNSEEN: Final = 0.5
 """Doubt of a room of which the source shows less."""
-_BESIDE_M: Final = 0.3
+_OF_EDGE_M: Final = 0.3
 """A wall this near to a room's edge is the wall of this edge, metres; a passage as well."""
 _NARROW: Final = {"several": 0.4, "wide": 0.3}
 """Doubt of rooms that passages join. In maps that people judged, 4 of 15 pairs with several passages were one room, and
@@ -209,12 +209,12 @@ def _seen_in_part(plan: FloorPlan, source: SourceView, shift: tuple[float, float
         if room.confidence == 1.0 or _doubt(room.confidence) is not None:
             continue
         ring = room.polygon.exterior
-        at = shapely.line_interpolate_point(ring, np.arange(_BESIDE_M / 2, ring.length, _BESIDE_M))
+        at = shapely.line_interpolate_point(ring, np.arange(_OF_EDGE_M / 2, ring.length, _OF_EDGE_M))
         ways = [door.polygon for door in plan.doors if room.id in door.rooms]
         seen = shapely.dwithin(
-            shapely.transform(at, lambda points: points - np.array(shift)), source.all_walls, _BESIDE_M
+            shapely.transform(at, lambda points: points - np.array(shift)), source.all_walls, _OF_EDGE_M
         )
-        seen |= shapely.dwithin(at, shapely.union_all(ways), _BESIDE_M)
+        seen |= shapely.dwithin(at, shapely.union_all(ways), _OF_EDGE_M)
         if (share := float(seen.mean())) >= _SEEN:
             continue
         point = _inside(room)

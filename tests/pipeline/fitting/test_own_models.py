@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from houseexpo.errors import ConfigError
-from pipeline.fitting.models import FEWEST, fit, fit_own_models, root_weights
+from pipeline.fitting.models import FEWEST_HOUSES, fit, fit_own_models, root_weights
 from pipeline.fitting.rows import HouseRows, Part, PlanRow
 from pipeline.stages.logistic import load_models
 
@@ -89,8 +89,8 @@ def test_rooms_are_rated_by_the_space_model_that_is_kept() -> None:
 
 
 def test_few_houses_are_refused_with_what_to_do() -> None:
-    few = houses(FEWEST - 1, "entrance", lambda row, _: row["barred"] == 1.0)
-    with pytest.raises(ConfigError, match=rf"of {FEWEST} houses or more, found 9 houses; review more of them"):
+    few = houses(FEWEST_HOUSES - 1, "entrance", lambda row, _: row["barred"] == 1.0)
+    with pytest.raises(ConfigError, match=rf"of {FEWEST_HOUSES} houses or more, found 9 houses; review more of them"):
         fit_own_models(few)
     with pytest.raises(ConfigError, match="found 0 houses"):
         fit_own_models([])
