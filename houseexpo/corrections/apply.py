@@ -12,7 +12,8 @@ R3  ``door``, ``opening``: in a wall between two rooms, it joins them. In an out
     still waits goes on straight, over floor that is no longer than the line itself.
 R4  ``entrance``: a door to the outside, whatever lies there. ``wall``: parts the rooms that it crosses. Spaces that it
     encloses together with the source's walls, rooms and other drawn walls become rooms. A wall that encloses no space
-    waits. A wall over a passage, or just before it, shuts it.
+    waits. A wall over a passage, or just before it, shuts it. An entrance in which a line ends becomes one entrance for
+    each of the rooms that the line parts.
 R5  ``one_room``: the rooms become one, together with the passages and walls between them (``merging``). Rooms that only
     the extension of a passage has parted are joined again. ``no_wall``: the rooms on
     both sides of a line in a wall become one, joined by the drawn part of the wall. ``no_door``: the passage becomes

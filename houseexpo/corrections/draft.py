@@ -28,7 +28,7 @@ from houseexpo.plan import Door, Room
 from houseexpo.plan.model import PlanData, shift_plan
 from houseexpo.plan.parts import Box, DoorKind, PlanObject
 from houseexpo.plan.room_labels import UNLABELLED
-from houseexpo.tolerances import GRID_M, ROUNDED_M2, SAME_M2, SMALLEST_ROOM_M2, SMALLEST_SAID_ROOM_M2
+from houseexpo.tolerances import GRID_M, MIN_DOOR_M, ROUNDED_M2, SAME_M2, SMALLEST_ROOM_M2, SMALLEST_SAID_ROOM_M2
 
 Vector = npt.NDArray[np.float64]
 
@@ -194,7 +194,10 @@ class Draft:
         self.doors = kept
 
     def replace_room(self, room: DraftRoom, parts: Sequence[Polygon]) -> list[DraftRoom]:
-        """Replace a room by parts, sorted by area. The largest keeps the name; a passage goes to the nearest part."""
+        """Replace a room by parts, sorted by area. The largest keeps the name; a passage goes to the nearest part.
+
+        An entrance before several parts becomes one entrance for each.
+        """
         ordered = sorted(parts, key=lambda part: -part.area)
         made = [DraftRoom(part, confidence=room.confidence) for part in ordered]
         made[0].label, made[0].words = room.label, room.words
@@ -207,6 +210,7 @@ class Draft:
                 one, other = (nearest if side is room else side for side in door.rooms)
                 assert one is not None  # noqa: S101  # the first side of a door is a room
                 door.rooms = (one, other)
+        self.doors = [each for door in self.doors for each in _divided(door, made)]
         return made
 
     @property
@@ -325,6 +329,23 @@ class Draft:
             if not told["cuts"]:
                 del told["cuts"]
         return told or self.plan.provenance
+
+
+def _divided(door: DraftDoor, rooms: Sequence[DraftRoom]) -> list[DraftDoor]:
+    """Return an entrance as one entrance for each of the rooms behind it, if there are several; else the door."""
+    if door.rooms[1] is not None or not any(door.rooms[0] is room for room in rooms):
+        return [door]
+    middle, behind = door.ends.mean(axis=0), door.shape.buffer(GRID_M, join_style="mitre")
+    found = []
+    for room in rooms:
+        at = (shapely.get_coordinates(shapely.intersection(behind, room.shape)) - middle) @ door.along
+        at = np.clip(at, -door.width / 2, door.width / 2)
+        if len(at) and np.ptp(at) > MIN_DOOR_M - GRID_M:
+            ends = middle + np.array([[at.min()], [at.max()]]) * door.along
+            beside = shapely.LineString(ends).buffer(door.shape.length, cap_style="flat")
+            pieces = split_pieces(shapely.intersection(door.shape, beside))
+            found += [replace(door, shape=piece, ends=ends, rooms=(room, None), before=None) for piece in pieces[:1]]
+    return found if len(found) > 1 else [door]
 
 
 def split_pieces(shape: shapely.Geometry) -> list[Polygon]:

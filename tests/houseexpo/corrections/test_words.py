@@ -944,6 +944,18 @@ def test_a_window_for_an_entrance_says_nothing_of_the_ways_inside() -> None:
     assert kinds(parted.plan) == ["cut", "door", "entrance"]
 
 
+def test_a_wall_that_ends_in_an_entrance_makes_two_of_it() -> None:
+    hall = box(0.0, 0.0, 8.0, 4.0)
+    entrance = Door(0, "entrance", ((3.0, -0.1), (4.78, -0.1)), 1.78, box(3.0, -0.2, 4.78, 0.0), (0, None))
+    plan = FloorPlan("house", hall, 1, {}, rooms=(Room(0, "Hall", hall),), doors=(entrance,))
+    for word in ("wall", "opening"):
+        found = corrected(plan, **{word: [[4.26, 0.0], [4.26, 4.0]]})
+        ways = [(door.rooms, door.width) for door in found.plan.doors if door.kind == "entrance"]
+        assert ways == [((0, None), pytest.approx(1.21, abs=0.01)), ((1, None), pytest.approx(0.47, abs=0.01))]
+    beside = corrected(plan, wall=[[4.6, 0.0], [4.6, 4.0]])  # what is left of it is no door
+    assert [door.width for door in beside.plan.doors if door.kind == "entrance"] == [1.78]
+
+
 @pytest.mark.parametrize("line", [[[6.4, 2.9], [9.2, 2.9]], [[5.5, 2.8], [7.1, 3.5]], [[6.6, 1.0], [9.0, 1.0]]])
 def test_an_entrance_whose_middle_lies_beyond_a_corner_of_its_room_does_nothing(line: list[list[float]]) -> None:
     found = corrected(entrance=line)
