@@ -12,7 +12,9 @@ R6  A level that cannot become a plan is recorded as far as its stages came, an 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
+from itertools import chain
 from pathlib import Path
 from typing import Any, Final
 
@@ -111,8 +113,7 @@ class SourceReader:
             raise ConfigError(f"{name}: expected an id of this build, found no such input")
         longest = max(len(item.id) for item in known)
         same = [item for item in known if len(item.id) == longest]
-        own = [item for item in same if name.endswith(f"_{_sha256_of(item)[:8]}")] if len(same) > 1 else same
-        self._found, self._is_alone = (own or same)[0], len(same) == 1
+        self._found, self._is_alone = _named_by_content(name, same) if len(same) > 1 else same[0], len(same) == 1
         self._read_as: tuple[Any, ...] = ()
         self._levels: list[Level | RejectedLevel] = []
         self._why = ""
@@ -183,6 +184,20 @@ class SourceReader:
 
 def _sha256_of(item: Input) -> str:
     return InputFiles(item).own_sha256()
+
+
+def _named_by_content(name: str, same: Sequence[Input]) -> Input:
+    """Return the one of inputs of one id whose content an id ends with: that of its file, else that of its levels."""
+    own = (item for item in same if name.endswith(f"_{_sha256_of(item)[:8]}"))
+    ends = ((item, _contents_of_levels(item)) for item in same)
+    read = (item for item, found in ends if any(name.endswith(f"_{content[:8]}") for content in found))
+    return next(chain(own, read), same[0])
+
+
+def _contents_of_levels(item: Input) -> Iterator[str]:
+    """Yield what tells the levels of an input from others: a robot's world is all the files that it consists of."""
+    with suppress(Rejection):
+        yield from (level.content for level in reader(item.reader).read(item) if isinstance(level, Level))
 
 
 def _content_of(level: Level | RejectedLevel, sha256: str) -> str:

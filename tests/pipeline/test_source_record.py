@@ -32,6 +32,7 @@ from pipeline.source_record import SECTIONS_M, SourceReader
 from pipeline.sources import reader
 from pipeline.values import Level
 from tests.builders.bungalow import FILE
+from tests.builders.formats.gazebo import cube, house, world
 from tests.pipeline.sources.test_vector_plans_scenes import collection
 
 
@@ -181,6 +182,16 @@ def test_a_robots_map_is_shown_itself(tmp_path: Path) -> None:
 def test_an_unknown_house_is_named(tmp_path: Path) -> None:
     with pytest.raises(ConfigError, match="nobody: expected an id of this build"):
         SourceReader(config_of(FILE), "nobody").record({})
+
+
+def test_worlds_of_one_id_are_told_apart_by_all_that_they_consist_of(tmp_path: Path) -> None:
+    (tmp_path / "house.sdf").write_text(world(house()))
+    (tmp_path / "house.world").write_text(world(house(), cube("crate", "1 1 0.3 0 0 0")))
+    config = config_of(tmp_path)
+    for item in list_inputs(config):
+        (level,) = reader(item.reader).read(item)
+        assert isinstance(level, Level)
+        assert SourceReader(config, f"{item.id}_{level.content[:8]}").record({}).path == item.path
 
 
 def test_inputs_of_one_id_are_told_apart_by_their_content(tmp_path: Path) -> None:
