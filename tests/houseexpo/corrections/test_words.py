@@ -837,6 +837,14 @@ def around_a_block() -> FloorPlan:
     return FloorPlan("house", ring, 1, {}, block, rooms=(Room(0, "Kitchen", ring, block),))
 
 
+def test_rooms_that_are_joined_again_have_their_entrance_whole() -> None:
+    way = Door(0, "entrance", ((9.1, 3.0), (9.1, 5.0)), 2.0, box(9.0, 3.0, 9.2, 5.0), (0, None))
+    found = corrected(
+        replace(around_a_block(), doors=(way,)), opening=[[0.0, 4.0], [4.5, 4.0]], one_room=[[8.0, 1.0], [8.0, 7.0]]
+    )
+    assert [door.width for door in found.plan.doors if door.kind == "entrance"] == [2.0]
+
+
 def test_a_room_that_a_line_makes_beyond_its_ends_can_be_joined_again() -> None:
     line = [[0.0, 4.0], [4.5, 4.0]]  # beyond the block it goes on, and closes a space behind the wall
     beyond = corrected(around_a_block(), opening=line)
