@@ -519,11 +519,13 @@ def _mesh_of(level: Level) -> Mesh:
 def _solid(level: Level) -> Solid | None:
     """R5."""
     mesh = _mesh_of(level)
-    if isinstance(mesh, Prisms) or not len(mesh.faces):
+    if isinstance(mesh, Prisms):
         return None
     low, high = _SHOWN_HEIGHTS_M
     heights = mesh.vertices[mesh.faces, 2]
     faces = mesh.faces[(heights.max(axis=1) > low) & (heights.min(axis=1) < high)]
+    if not len(faces):
+        return None
     if len(faces) > _MOST_TRIANGLES:
         a, b, c = mesh.vertices[faces].swapaxes(0, 1)
         areas = np.linalg.norm(np.cross(b - a, c - a), axis=1)
