@@ -18,6 +18,8 @@ import typer
 from houseexpo.commands.app import make_app
 from houseexpo.dataset import open_dataset
 from houseexpo.dataset.splits import split_plans, write_split
+from houseexpo.pseudoslam.benchmark.collection import CollectSettings, collect_episodes
+from houseexpo.pseudoslam.benchmark.tracks import find_track
 from houseexpo.release import release
 from pipeline.algorithm import plan_level
 from tests.builders.batch import run_build
@@ -58,6 +60,7 @@ INSTALLED_BY = {
     "sb3_contrib": "make learn",
     "geopandas": "make readers",
     "datasets": "make readers",
+    "minari": "make learn",
 }
 PUFFER = Path(sys.prefix) / "puffer"
 OWN_PROCESS = {"torchrl": ["torchrl"], "ray": ["ray", "tree"], "pufferlib": []}
@@ -95,6 +98,11 @@ def test_lines_of_python_run(lines: str, folder: Path, address: str, monkeypatch
             return
     monkeypatch.chdir(folder)
     monkeypatch.setenv("HF_HOME", str(folder / "cache"))
+    if "import minari" in lines:
+        monkeypatch.setenv("MINARI_DATASETS_PATH", "")  # the lines set it
+        plans, out = open_dataset(folder / "plans" / "demo"), folder / "collected" / "frontier-v0"
+        out.parent.mkdir(exist_ok=True)
+        collect_episodes(find_track("budget"), "frontier", plans, out, CollectSettings(episodes=2))
     lines = lines.replace("http://127.0.0.1:8000/demo", address)
     names: dict[str, object] = {}
     exec(compile(lines, "a page", "exec"), names)  # noqa: S102 - our own words

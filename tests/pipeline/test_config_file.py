@@ -193,7 +193,7 @@ def test_a_manifest_that_comes_with_the_project_is_known_by_its_name(
         ("dmeo", "did you mean --config demo?"),
         ("data_manifests/demo.toml", "did you mean --config demo?"),
         ("zzz.toml", "check the path"),
-        ("benchmark", "known by name: demo, free35k, free40k, suncg"),  # nothing can be built from it
+        ("benchmark", "known by name: demo, free35k, free40k, furnished, suncg"),  # nothing can be built from it
     ],
 )
 def test_a_manifest_that_is_not_there_is_answered_with_the_nearest(

@@ -32,7 +32,7 @@ def pool_of(rng: np.random.Generator) -> Episode:
 def test_each_is_what_its_twin_says(seed: int) -> None:
     rng = np.random.default_rng(seed)
     pool, constants = pool_of(rng), new_episode_constants(N)
-    constants.rows[:] = rng.normal(0.0, 10.0, (N, 10))
+    constants.rows[:] = rng.normal(0.0, 10.0, constants.rows.shape)
     constants.rows[:, [2, 5]], constants.rows[:, 6] = 0.0, rng.integers(1, 2000, N)
     found = Metrics.of(constants, pool, CONFIG)
     for part, dtype in ((pool.counts, COUNTS), (pool.readings, READINGS), (pool.pose, POSE)):
