@@ -164,8 +164,11 @@ function showSolid() {
   if (!sheet.switches.some(({ name, on }) => name === SOLID && on)) { solid.hide(); return; }
   if (solid.source === source) { solid.mark(now.shape, sheet.asked); return; }
   solid.source = source;
+  say("Drawing the source in three dimensions…");
   ask(`solid?${new URLSearchParams({ plan })}`).then((found) => {
-    if (sheet.source === source && found.corners) solid.show(found, now.shape, sheet.asked);
+    if (sheet.source !== source || !found.corners) return;
+    if (at("said").textContent.startsWith("Drawing")) say("");
+    solid.show(found, now.shape, sheet.asked);
   }).catch((error) => say(error.message, "bad"));
 }
 

@@ -31,7 +31,10 @@ export class Solid {
   constructor(box, canvas, cut) {
     Object.assign(this, { box, canvas, cut, source: null, turn: 0.5, tilt: 0.9, far: 20, target: [0, 0, 1], triangles: 0, lines: [], waits: false });
     if (!canDrawSolids) return;
-    cut.addEventListener("input", () => this.#draw());
+    cut.addEventListener("input", () => {
+      cut.nextElementSibling.textContent = `${cut.valueAsNumber.toFixed(1)} m`;
+      this.#draw();
+    });
     this.#prepare();
     this.#listen();
     new ResizeObserver(() => this.#draw()).observe(canvas);
@@ -50,8 +53,9 @@ export class Solid {
     gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, indices, gl.STATIC_DRAW);
     const [x1, y1, x2, y2] = shape.bounds;
     this.box.hidden = false;
-    this.far = (0.8 * Math.max(x2 - x1, y2 - y1, 4)) / Math.min(this.canvas.clientWidth / Math.max(this.canvas.clientHeight, 1), 1);
+    this.far = Math.hypot(x2 - x1, y2 - y1, 4) / Math.min(this.canvas.clientWidth / Math.max(this.canvas.clientHeight, 1), 1);
     this.target = [(x1 + x2) / 2, (y1 + y2) / 2, 1];
+    this.aimed = String(asked?.at); // the whole level is shown at first
     this.mark(shape, asked);
   }
 
