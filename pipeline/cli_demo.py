@@ -9,6 +9,8 @@ from typing import Annotated, Final
 
 import typer
 
+from houseexpo.commands.arguments import Processes
+
 PLANS: Final = 30
 """How many homes are made and built: enough for a gallery, a matter of seconds."""
 _SEED: Final = 2019
@@ -19,9 +21,7 @@ def demo(
         Path, typer.Argument(metavar="DIR", help="Folder to write to.", show_default="the current folder")
     ] = Path(),
     plans: Annotated[int, typer.Option(min=0, help="Number of homes to make and build in plans/demo.")] = PLANS,
-    workers: Annotated[
-        int | None, typer.Option(min=1, help="Number of processes.", show_default="one per core")
-    ] = None,
+    workers: Processes = None,
     replace: Annotated[bool, typer.Option("--replace", help="Overwrite files that houseexpo did not write.")] = False,
 ) -> None:
     """Write the example houses of the documentation, and build plans of made homes.

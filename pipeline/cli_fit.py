@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from houseexpo.commands.arguments import Processes
 from pipeline.cli_common import end_cleanly, load_build_config, resolve_manifest
 
 if TYPE_CHECKING:
@@ -37,9 +38,7 @@ def fit(
         ),
     ] = None,
     seed: Annotated[int, typer.Option(min=0, help="Seed by which houses are left out.")] = 0,
-    workers: Annotated[
-        int | None, typer.Option(min=1, help="Number of processes.", show_default="one per core")
-    ] = None,
+    workers: Processes = None,
     replace: Annotated[bool, typer.Option("--replace", help="Overwrite a file that houseexpo did not write.")] = False,
 ) -> None:
     """Fit weights for houses of one kind on labels of reviewed houses.

@@ -52,6 +52,14 @@ POLICIES = (
     *("seek", "shortest", "wait", "keep-away", "greedy", "a-star"),
 )
 """The policies of the project. Their table would import the simulator; a test compares the two."""
+PolicyName = Annotated[
+    str,
+    typer.Option(
+        help="A name, a file (FILE.py, FILE.py:name, RUN/policy.pt), or module:name.",
+        show_default=False,
+        autocompletion=make_completion(*POLICIES),
+    ),
+]
 IDS_HELP = "Ids, by commas, or @FILE with one a line; may be repeated."
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from houseexpo.commands.arguments import POLICIES, ReplaceOption, make_completion
+from houseexpo.commands.arguments import PolicyName, Processes, ReplaceOption, make_completion
 from houseexpo.errors import ConfigError
 
 if TYPE_CHECKING:
@@ -23,7 +23,6 @@ benchmark = typer.Typer(
 Resolution = Annotated[
     float | None, typer.Option(help="Side of a cell of maps without a yaml, metres.", show_default="the track's")
 ]
-Workers = Annotated[int | None, typer.Option(min=1, help="Number of processes.", show_default="one per core")]
 
 TRACK_NAMES = (
     *("budget", "quality", "avoidance", "navigation", "pointgoal", "roomgoal", "objectgoal"),
@@ -34,14 +33,7 @@ TRACK_NAMES = (
 
 @benchmark.command()
 def run(
-    policy: Annotated[
-        str,
-        typer.Option(
-            help="A name, a Python file (FILE.py, FILE.py:name), or module:name.",
-            show_default=False,
-            autocompletion=make_completion(*POLICIES),
-        ),
-    ],
+    policy: PolicyName,
     out: Annotated[Path, typer.Option(help="The result, a JSON file.", show_default=False)],
     track: Annotated[
         str,
@@ -68,7 +60,7 @@ def run(
         ),
     ] = None,
     seed: Annotated[int, typer.Option(min=0, help="Seed of the policy; starts are the same for all.")] = 0,
-    workers: Workers = None,
+    workers: Processes = None,
     decision_limit: Annotated[float, typer.Option(min=0.001, help="Time limit of an action, seconds.")] = 60.0,
     prediction: Annotated[
         str | None,
@@ -121,7 +113,7 @@ def verify(
         Path | None, typer.Option(help="Folder of the maps of the results, instead of a data set.", show_default="none")
     ] = None,
     resolution: Resolution = None,
-    workers: Workers = None,
+    workers: Processes = None,
 ) -> None:
     """Play the actions that results store again, and compare every value; mark the results whose values are right.
 

@@ -7,19 +7,12 @@ from typing import Annotated
 
 import typer
 
-from houseexpo.commands.arguments import POLICIES, FetchedDataSet, Processes, make_completion, open_data_set
+from houseexpo.commands.arguments import FetchedDataSet, PolicyName, Processes, make_completion, open_data_set
 from houseexpo.commands.benchmark import TRACK_NAMES
 
 
 def collect(
-    policy: Annotated[
-        str,
-        typer.Option(
-            help="A name, a file (FILE.py, FILE.py:name, RUN/policy.pt), or module:name.",
-            show_default=False,
-            autocompletion=make_completion(*POLICIES),
-        ),
-    ],
+    policy: PolicyName,
     out: Annotated[Path, typer.Option(help="Folder to write, named as Minari does: NAME-v0.", show_default=False)],
     dataset: FetchedDataSet = None,
     track: Annotated[
