@@ -117,8 +117,26 @@ def made_count(source: str) -> int | None:
 
 
 def reader(name: str) -> Reader:
-    """Return the reader of that name: it is loaded only where it is needed."""
-    return cast("Reader", import_module(f"pipeline.sources.{name}"))
+    """Return the reader of that name: it is loaded only where it is needed.
+
+    Raises
+    ------
+    ConfigError
+        There is no such reader: the name comes from a file of another version.
+    """
+    module = f"pipeline.sources.{name}"
+    try:
+        found = import_module(module)
+    except ModuleNotFoundError as error:
+        if not module.startswith(error.name or " "):  # a package that the reader needs
+            raise
+        found = None
+    if not hasattr(found, "read"):
+        raise ConfigError(
+            f"reader {name!r}: this version has no such reader; use the version that wrote the name, or review the "
+            "house again"
+        )
+    return cast("Reader", found)
 
 
 def _readers(source: str) -> tuple[str, ...]:

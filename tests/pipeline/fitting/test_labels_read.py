@@ -12,6 +12,7 @@ from houseexpo.errors import ConfigError
 from pipeline.config_file import BuildConfig
 from pipeline.fitting.labels import read_labels
 from pipeline.fitting.rows import rows_of_houses
+from pipeline.sources import reader
 from pipeline.values import Input
 
 PLACES: dict[str, Any] = {"rooms": [], "unlike": [], "no_rooms": [], "ways": [], "no_ways": [[1.0, 2.0]]}
@@ -71,3 +72,9 @@ def test_a_house_that_is_gone_or_cannot_be_read_is_told(tmp_path: Path) -> None:
     rows, left_out = rows_of_houses(read_labels(file), BuildConfig(), workers=1)
     assert rows == []
     assert [sentence[:3] for sentence in left_out] == ["a: ", "b: "]
+
+
+@pytest.mark.parametrize("name", ["mesh_flie", "files", "mesh_file.nothing", ""])
+def test_a_reader_that_this_version_lacks_is_told_in_a_sentence(name: str) -> None:
+    with pytest.raises(ConfigError, match=rf"reader '{name}': this version has no such reader"):
+        reader(name)
