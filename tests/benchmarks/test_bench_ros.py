@@ -16,7 +16,6 @@ from rich.console import Console
 
 from houseexpo import FloorPlan
 from tests.builders.needs import need
-from tests.builders.ros.client import answers
 from tests.builders.ros.judge import ended, judged, started
 
 SECONDS = float(os.environ.get("HOUSEEXPO_BENCH_SECONDS", "60"))
@@ -44,24 +43,3 @@ def test_how_late_and_how_many(tmp_path: Path, rate: int) -> None:
         )
     printed.print(f"load of the machine at the end: {', '.join(f'{load:.1f}' for load in os.getloadavg())}")
     assert found["counts"]["odom"] > 0.9 * SECONDS * rate
-
-
-@pytest.mark.timeout(300)
-def test_how_fast_services_answer(tmp_path: Path) -> None:
-    need(modules=["cyclonedds", "rclpy"], how="make ros")
-    folder = tmp_path / "plans"
-    folder.mkdir()
-    for plan in (HALL, FloorPlan("other", HALL.verts, 1, {})):
-        plan.save(folder / f"{plan.id}.json")
-    process = started(folder, "--plan", "hall", "--start", "2,2")
-    try:
-        found = answers(["nowhere"] * 500 + ["other", "hall"] * 20)
-    finally:
-        ended(process)
-    short, houses = np.array(found["late_ms"][:500]), np.array(found["late_ms"][500:])
-    assert [answer[0] for answer in found["answers"]] == [1] * 500 + [0] * 40
-    width, height = found["answers"][-1][1:3]
-    Console(width=120).print(
-        f"a refusal: {np.median(short):.1f} ms in the median, 99%: {np.percentile(short, 99):.1f}; another house and "
-        f"its map of {width} x {height} cells: {np.median(houses):.0f} ms, worst {houses.max():.0f}"
-    )

@@ -29,11 +29,13 @@ import numpy as np
 from houseexpo.errors import ConfigError, MissingDependencyError, install_command
 from houseexpo.pseudoslam.io.robot_topics import TopicQuality
 from houseexpo.pseudoslam.io.ros_messages import FIELDS, Fields, Message, empty_fields
+from houseexpo.pseudoslam.ros.control import RequestQueue, ServiceCall
 from houseexpo.pseudoslam.ros.dds import Subscription
-from houseexpo.pseudoslam.ros.services import RequestQueue, ServiceCall
-from houseexpo.pseudoslam.ros.threads import describe_error, start_lasting_thread
 
 _RETRY_S: Final = 1.0
+"""The time before a connection is tried again, and a thread that failed begins again, seconds."""
+_ERROR_LETTERS: Final = 200
+"""The most characters of an error's text."""
 _CLOSE_S, _POLL_S = 1.0, 0.2
 _OPTIONS: Final[dict[str, Any]] = {
     "open_timeout": 5.0, "close_timeout": _CLOSE_S, "max_size": 16 * 2**20, "compression": None, "proxy": None
@@ -210,10 +212,10 @@ class _Line:
         self._connections = 0
         first: queue.Queue[Exception | None] = queue.Queue()
         self._threads = [
-            start_lasting_thread(
+            _start_lasting_thread(
                 partial(self._stay, first.put), f"{url}: listening", closed=self._closed, warn=warn_once
             ),
-            start_lasting_thread(self._write_all, f"{url}: sending", closed=self._closed, warn=warn_once),
+            _start_lasting_thread(self._write_all, f"{url}: sending", closed=self._closed, warn=warn_once),
         ]
         if (refused := first.get()) is not None:
             self._closed.set()
@@ -309,7 +311,41 @@ class _Line:
             elif operation is not None:
                 self._take(operation, found)
         except Exception as error:  # noqa: BLE001 - a message from the network costs itself, whatever it holds
-            self._warn_once(f"{self._url}: {describe_error(error)}: {said[:40]!r} was left out")
+            self._warn_once(f"{self._url}: {_describe_error(error)}: {said[:40]!r} was left out")
+
+
+def _start_lasting_thread(
+    work: Callable[[], None], name: str, *, closed: threading.Event, warn: Callable[[str], None]
+) -> threading.Thread:
+    """Start a daemon thread that does ``work`` until it returns, and begins it again a second after an error.
+
+    Parameters
+    ----------
+    name
+        What the thread does, for the sentence that ``warn`` gets.
+    closed
+        Set by whoever needs the thread no longer.
+    """
+
+    def last() -> None:
+        while True:
+            try:
+                work()
+            except Exception as error:  # noqa: BLE001 - whatever it was, the command goes on and needs its network
+                warn(f"{name}: {_describe_error(error)}; it begins again in {_RETRY_S:g} s")
+            else:
+                return
+            if closed.wait(_RETRY_S):
+                return
+
+    thread = threading.Thread(target=last, name=name, daemon=True)
+    thread.start()
+    return thread
+
+
+def _describe_error(error: Exception) -> str:
+    """Return the kind and the text of an error in one short line."""
+    return f"{type(error).__name__}: {error}"[:_ERROR_LETTERS]
 
 
 def _refusals() -> type[Exception]:

@@ -1,4 +1,4 @@
-"""Serve the ROS services by which other programs control the simulation: simulation_interfaces, and two older ones.
+"""Serve the ROS services by which programs control the simulation through a rosbridge.
 
 Their names are in ``/houseexpo``; types without a package are those of simulation_interfaces 2, the ROS standard for
 simulators, whose definitions say what they do:
@@ -24,7 +24,9 @@ Robots are the entities ``robot``, or ``robot1``, ``robot2`` and so on.
 from __future__ import annotations
 
 import math
+from collections import deque
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Final, Literal, Protocol, TypeAlias
 
 from houseexpo.errors import ConfigError, HouseExpoError
@@ -37,7 +39,6 @@ from houseexpo.pseudoslam.io.ros_messages import (
     heading_from_quaternion,
 )
 from houseexpo.pseudoslam.ros.fleet import Fleet, Velocity
-from houseexpo.pseudoslam.ros.services import RequestQueue, ServiceCall
 
 Time: TypeAlias = Literal["playing", "paused", "stopped"]
 
@@ -54,6 +55,34 @@ _UNIT: Final = 0.01
 """How far a quaternion's length may be from 1."""
 
 _SIM: Final = "simulation_interfaces/srv"
+_CALLS_MOST: Final = 100
+"""The most requests of a service that wait; older ones make room."""
+
+
+@dataclass(eq=False)
+class ServiceCall:
+    """A request of a service; call ``answer`` once to answer it."""
+
+    fields: Fields
+    answer: Callable[[Fields], None]
+
+
+class RequestQueue:
+    """The received requests of a service that have not been taken yet."""
+
+    def __init__(self) -> None:
+        self._arrived: deque[ServiceCall] = deque(maxlen=_CALLS_MOST)
+
+    def add(self, call: ServiceCall) -> None:
+        """Add a request; called by the network's thread."""
+        self._arrived.append(call)
+
+    def take(self) -> list[ServiceCall]:
+        """Return the requests since the last call, the oldest first."""
+        found = []
+        while self._arrived:
+            found.append(self._arrived.popleft())
+        return found
 
 
 class ControlledNode(Protocol):
@@ -99,7 +128,7 @@ class _NoSuchRobotError(ConfigError):
 class ControlServices:
     """The services of a node; ``serve`` answers what was asked since the last time.
 
-    ``offer`` offers a service of a type by its name (``node.RosGraph``).
+    ``offer`` offers a service of a type by its name (``bridge.Bridge``).
     """
 
     def __init__(self, offer: Callable[[str, str], RequestQueue], node: ControlledNode) -> None:

@@ -13,15 +13,18 @@ from __future__ import annotations
 import os
 import re
 import time
+import types
 from collections import deque
 from collections.abc import Callable, Collection, Mapping
+from dataclasses import dataclass
+from functools import cache
 from typing import Any, Final
+
+import numpy as np
 
 from houseexpo.errors import ConfigError, MissingDependencyError, install_command
 from houseexpo.pseudoslam.io.robot_topics import TopicQuality
-from houseexpo.pseudoslam.io.ros_messages import Fields, Message
-from houseexpo.pseudoslam.ros.idl import dds_struct, dds_type, message_fields
-from houseexpo.pseudoslam.ros.services import RequestQueue, ServiceServer
+from houseexpo.pseudoslam.io.ros_messages import FIELDS, Fields, Message
 
 _LOCAL: Final = (
     '<CycloneDDS><Domain><General><Interfaces><NetworkInterface address="127.0.0.1"/></Interfaces>'
@@ -46,6 +49,8 @@ _WAITING: Final = 100
 """Messages of a subscription that are kept until they are taken."""
 _QOS_POLICIES: Final = {2: "durability", 11: "reliability", 8: "liveliness", 4: "deadline"}
 """Numbers of the policies that may not fit, in DDS."""
+_NUMBERS: Final = ("int8", "uint8", "uint16", "int32", "uint32", "int64", "uint64", "float32", "float64")
+_PLAIN: Final = {"bool": bool, "string": str}
 
 
 class Network:
@@ -93,14 +98,13 @@ class Network:
             del os.environ["CYCLONEDDS_URI"]
             if given is not None:
                 os.environ["CYCLONEDDS_URI"] = given
-        self.domain, self._local = number, _is_local() if local is None else local
+        self.domain = number
         self._warn = warn
         self._writers: dict[str, tuple[str, Any]] = {}
         self._heard: dict[str, set[str]] = {}
         self._readers: list[Any] = []
         self._neighbours = Neighbours(self._participant)
         self._looked_s = self._began_s = time.monotonic()
-        self._services: ServiceServer | None = None
 
     def advertise(self, topic: str, kind: str, quality: TopicQuality) -> None:
         """Offer messages of a type on a topic, such as ``/robot1/scan``."""
@@ -120,7 +124,7 @@ class Network:
         kind, writer = self._writers[topic]
         assert message.type == kind, (topic, message.type)  # noqa: S101  # our own topics
         try:
-            writer.write(dds_struct(message.type, message.fields))
+            writer.write(_dds_struct(message.type, message.fields))
         except DDSException as error:
             if error.code != DDSException.DDS_RETCODE_TIMEOUT:
                 raise
@@ -162,16 +166,8 @@ class Network:
                 "--domain"
             )
 
-    def offer(self, name: str, kind: str) -> RequestQueue:
-        """Offer a service of a type, such as ``/houseexpo/reset``."""
-        if self._services is None:
-            self._services = ServiceServer(self.domain, local=self._local, warn=self._warn)
-        return self._services.offer(name, kind)
-
     def close(self) -> None:
         """Leave the graph."""
-        if self._services is not None:
-            self._services.close()
         self._readers.clear()
         self._writers.clear()
         del self._participant
@@ -179,7 +175,7 @@ class Network:
     def _topic(self, topic: str, kind: str) -> Any:
         from cyclonedds.topic import Topic
 
-        return Topic(self._participant, f"rt{topic}", dds_type(kind))
+        return Topic(self._participant, f"rt{topic}", _dds_type(kind))
 
 
 class Subscription:
@@ -236,7 +232,7 @@ def _listener(warn: Callable[[str], None], topic: str, kind: str, subscription: 
         def on_data_available(self, reader: Any) -> None:
             for sample in reader.take(_WAITING):
                 if subscription is not None and sample.sample_info.valid_data:
-                    subscription.add(message_fields(kind, sample))
+                    subscription.add(_message_fields(kind, sample))
 
         def on_requested_incompatible_qos(self, _reader: Any, status: Any) -> None:
             unfit(status, "publisher")
@@ -245,6 +241,56 @@ def _listener(warn: Callable[[str], None], topic: str, kind: str, subscription: 
             unfit(status, "subscriber")
 
     return Heard()
+
+
+@cache
+def _dds_type(kind: str) -> Any:
+    """Return CycloneDDS's type of a ROS type: a final struct with the mapped name, which keeps ``msg`` or ``srv``."""
+    from cyclonedds.idl import IdlStruct
+    from cyclonedds.idl.annotations import final
+
+    package, part, name = kind.split("/")
+    fields = {field: _field_type(of) for field, of in FIELDS[kind].items()}
+
+    def fill(namespace: dict[str, Any]) -> None:
+        namespace["__annotations__"] = fields
+        namespace["__module__"] = __name__
+
+    made = types.new_class(name, (IdlStruct,), {"typename": f"{package}::{part}::dds_::{name}_"}, fill)
+    return final(dataclass(made))
+
+
+def _field_type(kind: str) -> Any:
+    from cyclonedds.idl import types as idl
+
+    if found := re.fullmatch(r"(.+)\[(\d*)\]", kind):
+        inner, size = _field_type(found[1]), found[2]
+        return idl.array[inner, int(size)] if size else idl.sequence[inner]
+    return getattr(idl, kind) if kind in _NUMBERS else _PLAIN.get(kind) or _dds_type(kind)
+
+
+def _dds_struct(kind: str, fields: Mapping[str, Any]) -> Any:
+    """Return a message as CycloneDDS's type."""
+    return _dds_type(kind)(**{name: _value(FIELDS[kind][name], value) for name, value in fields.items()})
+
+
+def _value(kind: str, value: Any) -> Any:
+    if isinstance(value, Mapping):
+        return _dds_struct(kind, value)
+    if isinstance(value, np.ndarray):
+        return value.tolist()
+    return [_value(kind.removesuffix("[]"), one) for one in value] if isinstance(value, list) else value
+
+
+def _message_fields(kind: str, sample: Any) -> Fields:
+    """Return the fields of a message of CycloneDDS; lists stay lists."""
+    return {name: _plain(of, getattr(sample, name)) for name, of in FIELDS[kind].items()}
+
+
+def _plain(kind: str, value: Any) -> Any:
+    if kind in FIELDS:
+        return _message_fields(kind, value)
+    return [_plain(kind.removesuffix("[]"), one) for one in value] if kind.removesuffix("[]") in FIELDS else value
 
 
 # Find other programs on the simulator's topics in a DDS domain, and return warnings of second publishers or types.

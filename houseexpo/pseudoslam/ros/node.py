@@ -18,7 +18,7 @@ topic              type                                            what
 
 For all robots: ``/clock`` (Clock) out; ``/houseexpo/reset`` (Empty), ``/houseexpo/house`` (String: the id of another
 plan) and, while time is paused, ``/houseexpo/step`` (UInt32: ticks to go on) in; ``/houseexpo/event`` (String) out,
-which says what came of them. Services do the same and more, see ``control``.
+which says what came of them. Through a rosbridge, services do the same and more, see ``control``.
 
 ``map`` to ``odom`` is exact: it is the localisation of a SLAM that never fails.
 """
@@ -59,11 +59,10 @@ from houseexpo.pseudoslam.io.ros_messages import (
     transforms_message,
     velocity_message,
 )
-from houseexpo.pseudoslam.ros.control import STEPS_MOST, ControlServices, Time
+from houseexpo.pseudoslam.ros.control import STEPS_MOST, ControlServices, RequestQueue, Time
 from houseexpo.pseudoslam.ros.dds import Subscription
 from houseexpo.pseudoslam.ros.fleet import Fleet, Velocity
 from houseexpo.pseudoslam.ros.policy_driver import PolicyDriver
-from houseexpo.pseudoslam.ros.services import RequestQueue
 from houseexpo.pseudoslam.simulator import OccupancyGrid
 from houseexpo.pseudoslam.worlds.maps import MapHouse
 
@@ -99,9 +98,6 @@ class RosGraph(Protocol):
 
     def subscribe(self, topic: str, kind: str, quality: TopicQuality | None = None) -> Subscription:
         """Listen to messages of a type on a topic."""
-
-    def offer(self, name: str, kind: str) -> RequestQueue:
-        """Offer a service of a type."""
 
     def look(self) -> None:
         """Warn about mismatches in the graph; called often."""
@@ -180,6 +176,8 @@ class Node:
         Called with a fleet whenever an episode begins, and with ``tell``; returns the policy that drives each robot.
         Then ``cmd_vel`` is what the robots do; who drives one by ``cmd_vel_teleop`` has it until a second after the
         last command.
+    offer
+        Called with the name and the type of a service; returns its requests. None: the graph has no services.
     say
         Called with a sentence about what happened.
     """
@@ -192,6 +190,7 @@ class Node:
         *,
         house: Callable[[str], Fleet] | None = None,
         drivers: Drivers | None = None,
+        offer: Callable[[str, str], RequestQueue] | None = None,
         say: Callable[[str], None] = lambda _: None,
     ) -> None:
         self._graph, self.fleet, self._config, self._house, self._say = graph, fleet, config, house, say
@@ -212,7 +211,7 @@ class Node:
         if not config.wall_time:
             self._advertise("", "clock")
         self._published_map: list[bytes] = [b""] * len(self._ends)
-        self._control = ControlServices(graph.offer, self)
+        self._control = ControlServices(offer, self) if offer else None
         self.drivers = self._start_drivers()
         self._report()
 
@@ -378,7 +377,8 @@ class Node:
             self._try("/houseexpo/house", partial(self.move_to_house, str(message.fields["data"])))
         for message in self._steps.take():
             self._try("/houseexpo/step", partial(self._step, int(message.fields["data"])))
-        self._control.serve()
+        if self._control:
+            self._control.serve()
 
     def _start_drivers(self) -> Sequence[PolicyDriver]:
         return self._make_drivers(self.fleet, self.publish_and_log) if self._make_drivers else ()

@@ -158,6 +158,30 @@ def disturb(seconds: float) -> None:
         rclpy.spin_once(node, timeout_sec=0.05)
 
 
+def move(house: str) -> None:
+    """Ask for another house on its topic; print the size and the occupied cells of each map that comes latched."""
+    import rclpy
+    from nav_msgs.msg import OccupancyGrid
+    from rclpy.qos import DurabilityPolicy, QoSProfile
+    from std_msgs.msg import String
+
+    rclpy.init()
+    node, came = rclpy.create_node("mover"), list[list[int]]()
+
+    def heard(grid: Any) -> None:
+        came.append([grid.info.width, grid.info.height, sum(cell == 100 for cell in grid.data)])
+
+    latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+    node.create_subscription(OccupancyGrid, "map", heard, latched)
+    chosen = node.create_publisher(String, "houseexpo/house", 10)
+    until = time.monotonic() + 60.0
+    while len(came) < 2 and time.monotonic() < until:
+        if came:
+            chosen.publish(String(data=house))
+        rclpy.spin_once(node, timeout_sec=0.5)
+    sys.stdout.write(json.dumps(came) + "\n")
+
+
 def listen() -> None:
     """Listen reliably until killed; print a line at the first message."""
     import rclpy

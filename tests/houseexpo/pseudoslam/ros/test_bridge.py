@@ -23,7 +23,6 @@ from houseexpo.errors import ConfigError, MissingDependencyError
 from houseexpo.pseudoslam.config import LaserConfig, NoiseConfig, SimulatorConfig
 from houseexpo.pseudoslam.io.ros_messages import FIELDS, Message, empty_fields, heading_from_quaternion
 from houseexpo.pseudoslam.ros import bridge as bridge_module
-from houseexpo.pseudoslam.ros import threads
 from houseexpo.pseudoslam.ros.bridge import Bridge
 from houseexpo.pseudoslam.ros.fleet import Fleet
 from houseexpo.pseudoslam.ros.node import COMMANDS, Node, NodeConfig
@@ -41,7 +40,9 @@ class Robot:
         self.said: list[str] = []
         self.bridge = Bridge(server.url, warn=self.said.append)
         fleet = Fleet(HALL, CONFIG, starts=[(2.0, 2.0, 0.5)])
-        self.node = Node(self.bridge, fleet, NodeConfig(commands=COMMANDS[:1], maps="house", **config))
+        self.node = Node(
+            self.bridge, fleet, NodeConfig(commands=COMMANDS[:1], maps="house", **config), offer=self.bridge.offer
+        )
         self._ended = threading.Event()
         self._thread = threading.Thread(target=self.node.run, kwargs={"until": self._ended.is_set})
         self._thread.start()
@@ -148,7 +149,7 @@ def test_hostile_messages_cost_themselves_and_the_robot_listens_on(server: Rosbr
 
 
 def test_a_thread_that_ends_by_an_error_says_so_and_begins_again(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(threads, "_AGAIN_S", 0.01)
+    monkeypatch.setattr(bridge_module, "_RETRY_S", 0.01)
     said, times = list[str](), list[int]()
 
     def work() -> None:
@@ -156,7 +157,7 @@ def test_a_thread_that_ends_by_an_error_says_so_and_begins_again(monkeypatch: py
         if len(times) < 3:
             raise RuntimeError("as told")
 
-    thread = threads.start_lasting_thread(work, "listening", closed=threading.Event(), warn=said.append)
+    thread = bridge_module._start_lasting_thread(work, "listening", closed=threading.Event(), warn=said.append)
     thread.join(5.0)
     assert not thread.is_alive()
     assert len(times) == 3

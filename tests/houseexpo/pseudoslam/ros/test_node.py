@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 import signal
 import subprocess
@@ -14,6 +15,7 @@ import numpy as np
 import pytest
 
 from houseexpo import FloorPlan
+from houseexpo.exports.rasters import WALL, occupancy_picture
 from tests.builders.needs import need
 from tests.builders.ros.judge import ended, judged, started, surroundings
 
@@ -59,6 +61,28 @@ def to_walls(x: float, y: float, angles: np.ndarray[Any, np.dtype[np.float64]]) 
         along = (4.0 - y) / up if up > 1e-12 else -y / up if up < -1e-12 else math.inf
         ways.append(min(across, along))
     return ways
+
+
+@pytest.mark.slow
+def test_rclpy_chooses_a_house_and_gets_its_map_over_topics(tmp_path: Path) -> None:
+    large = FloorPlan("large", [(0, 0), (0, 20), (30, 20), (30, 0)], 1, {})
+    for plan in (HALL, large):
+        plan.save(tmp_path / f"{plan.id}.json")
+    process = started(tmp_path, "--plan", "hall", "--map", "house")
+    try:
+        code = "from tests.builders.ros.judge import move; move('large')"
+        words = [sys.executable, "-c", code]
+        found = subprocess.run(words, env=surroundings(), capture_output=True, text=True, timeout=120, check=True)
+    finally:
+        said = ended(process)
+    assert json.loads(found.stdout.splitlines()[-1]) == [size_and_walls(HALL), size_and_walls(large)]
+    assert "house large" in said
+
+
+def size_and_walls(plan: FloorPlan) -> list[int]:
+    """Return the width, height and occupied cells of the map of a plan, cells of 4 cm."""
+    pixels, _ = occupancy_picture(plan, 0.04, 0.04, "world")
+    return [pixels.shape[1], pixels.shape[0], int((pixels == WALL).sum())]
 
 
 @pytest.mark.slow

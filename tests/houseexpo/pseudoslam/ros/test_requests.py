@@ -18,10 +18,10 @@ from houseexpo.pseudoslam.io.poses import Pose
 from houseexpo.pseudoslam.io.robot_topics import TopicQuality
 from houseexpo.pseudoslam.io.ros_messages import FIELDS, Message, heading_from_quaternion
 from houseexpo.pseudoslam.ros import node as node_module
+from houseexpo.pseudoslam.ros.control import RequestQueue, ServiceCall
 from houseexpo.pseudoslam.ros.dds import Subscription
 from houseexpo.pseudoslam.ros.fleet import Fleet
 from houseexpo.pseudoslam.ros.node import Node, NodeConfig
-from houseexpo.pseudoslam.ros.services import RequestQueue, ServiceCall
 
 HALL = FloorPlan("hall", [(0, 0), (0, 4), (8, 4), (8, 0)], 1, {})
 OTHER = FloorPlan("other", [(0, 0), (0, 3), (3, 3), (3, 0)], 1, {})
@@ -77,7 +77,8 @@ class Recorded:
 def made(config: NodeConfig | None = None, robots: int = 1, **given: Any) -> tuple[Recorded, Node]:
     graph = Recorded()
     starts = [(2.0, 2.0, 0.5), (6.0, 2.0, 0.0)][:robots]
-    return graph, Node(graph, Fleet(HALL, CONFIG, robots=robots, starts=starts), config or NodeConfig(), **given)
+    fleet = Fleet(HALL, CONFIG, robots=robots, starts=starts)
+    return graph, Node(graph, fleet, config or NodeConfig(), offer=graph.offer, **given)
 
 
 def drive(graph: Recorded, ahead: float, turning: float = 0.0, topic: str = "/cmd_vel") -> None:
