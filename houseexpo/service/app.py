@@ -14,13 +14,11 @@ from starlette.staticfiles import StaticFiles
 from houseexpo.errors import HouseExpoError
 from houseexpo.service import (
     api,
-    compare_page,
     dataset_pages,
     drive,
     plan_page,
     rejections_page,
     review,
-    similarity_map,
     statistics,
 )
 from houseexpo.service.api.openapi import add_query_check
@@ -29,7 +27,7 @@ from houseexpo.service.guard import Guard
 from houseexpo.service.responses import error_response
 from houseexpo.service.service import PARTS, Service
 
-AREAS: Final = (rejections_page, statistics, compare_page, similarity_map, api, review, drive, plan_page, dataset_pages)
+AREAS: Final = (rejections_page, statistics, api, review, drive, plan_page, dataset_pages)
 """Modules with ``routes(service)``. A fixed path must come before a pattern that also matches it."""
 
 

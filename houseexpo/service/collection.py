@@ -106,7 +106,7 @@ class Collection:
         """Return the data set as it is now, and the plans that a query finds; for errors see ``PlanSearch.find``."""
         now = self._now
         try:
-            now.views.set_tags(self.tags.now().tags)
+            now.views.set_tags(self.tags.now())
         except ConfigError:
             if query.tags:  # without tags in the query, a damaged file of tags only costs the tags
                 raise

@@ -10,7 +10,7 @@ from starlette.responses import Response
 from starlette.routing import BaseRoute, Route
 
 from houseexpo.service.build_lists import duplicate_picture_path, rejection_picture_path
-from houseexpo.service.responses import file_response, json_response
+from houseexpo.service.responses import file_response
 from houseexpo.service.search import parse_whole_number
 from houseexpo.service.service import Service
 
@@ -19,7 +19,7 @@ _FARTHEST: Final = 10**7
 
 
 def routes(service: Service) -> list[BaseRoute]:
-    """Return the routes of ``/DATA/refused`` and of its data."""
+    """Return the routes of ``/DATA/refused`` and of its pictures."""
 
     def page(request: Request) -> Response:
         shown, given = service.collection(request), request.query_params
@@ -47,21 +47,6 @@ def routes(service: Service) -> list[BaseRoute]:
             there=now.numbers,
         )
 
-    def list_refused(request: Request) -> Response:
-        given = request.query_params
-        offset, records = parse_whole_number(given, "offset", 0, _FARTHEST), service.collection(request).now.records
-        found = records.of(given.get("stage", ""), given.get("reason", ""))
-        listed = {"found": len(found), "refused": found[offset : offset + _PAGE], "broken": records.broken}
-        return json_response(request, listed)
-
-    def list_duplicates(request: Request) -> Response:
-        records, offset = (
-            service.collection(request).now.records,
-            parse_whole_number(request.query_params, "offset", 0, _FARTHEST),
-        )
-        listed = {"found": len(records.repeated), "duplicates": records.repeated[offset : offset + _PAGE]}
-        return json_response(request, listed)
-
     def picture(request: Request) -> Response:
         shown, name = service.collection(request), request.path_params["plan"]
         known = any(each.id == name for each in shown.now.records.repeated)
@@ -80,8 +65,6 @@ def routes(service: Service) -> list[BaseRoute]:
 
     return [
         Route("/{data}/refused", page),
-        Route("/api/{data}/refused", list_refused),
         Route("/api/{data}/refused/picture.png", refused_picture),
-        Route("/api/{data}/duplicates", list_duplicates),
         Route("/api/{data}/duplicates/{plan}/picture.png", picture),
     ]

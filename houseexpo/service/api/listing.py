@@ -1,13 +1,9 @@
-"""Serve lists below ``/api``: data sets, pages of plans, counts, ids, splits, and tables as Parquet files.
-
-Readers may fetch parts of a Parquet file.
-"""
+"""Serve lists below ``/api``: data sets, pages of plans, counts, ids, splits, and the index, in parts if asked so."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
@@ -22,7 +18,7 @@ from houseexpo.errors import ConfigError
 from houseexpo.exports import FORMATS
 from houseexpo.plan.room_labels import LABELS, label_colour
 from houseexpo.service.collection import Collection, OpenedDataset
-from houseexpo.service.responses import file_response, hash_tagged_response, json_response, range_response
+from houseexpo.service.responses import hash_tagged_response, json_response, range_response
 from houseexpo.service.search import GROUPS, MEASURES, NAMES, PAGING, RADII, Query, parse_query, parse_whole_number
 from houseexpo.service.service import Service
 
@@ -79,16 +75,6 @@ def routes(service: Service) -> list[BaseRoute]:
         data, tag = service.collection(request).now.index
         return range_response(request, data, tag, PARQUET)
 
-    def tables(request: Request) -> Response:
-        return json_response(request, {"tables": sorted(_files(service.collection(request).path))})
-
-    def table(request: Request) -> Response:
-        files = _files(service.collection(request).path)
-        file = files.get(request.path_params["name"])
-        if file is None:
-            raise HTTPException(404, f"no such table; the tables: {', '.join(sorted(files)) or 'none'}")
-        return file_response(request, file, PARQUET)
-
     return [
         Route("/api/data", data_sets),
         Route("/api/{data}", data_set),
@@ -97,8 +83,6 @@ def routes(service: Service) -> list[BaseRoute]:
         Route("/api/{data}/ids.txt", ids),
         Route("/api/{data}/splits/{name}", split),
         Route("/api/{data}/index.parquet", index),
-        Route("/api/{data}/tables", tables),
-        Route("/api/{data}/tables/{name}", table),
     ]
 
 
@@ -156,10 +140,3 @@ def _lines(
             if not math.isnan(value):
                 line[name] = value
     return lines
-
-
-def _files(path: Path) -> dict[str, Path]:
-    """Return the Parquet files in a data set's folder, by name, without links, which may lead elsewhere."""
-    if not path.is_dir():
-        return {}
-    return {file.name: file for file in path.glob("*.parquet") if file.is_file() and not file.is_symlink()}

@@ -19,7 +19,7 @@ from houseexpo.errors import ConfigError
 from houseexpo.exports import FORMATS
 from houseexpo.service.api.analysis import LARGEST_ROBOT_M
 from houseexpo.service.api.listing import MAX_LIMIT
-from houseexpo.service.api.tags import SavedView, Tagging
+from houseexpo.service.api.tags import Tagging
 from houseexpo.service.responses import json_response
 from houseexpo.service.search import JOINED, MEASURES, PAGE, RADII, SORTS, TOKEN
 from houseexpo.service.service import Service
@@ -54,19 +54,11 @@ CALLS: Final = (
     ApiCall("/api/{data}/statistics", "Statistics of the plans found.", query=(*_FILTER, "against")),
     ApiCall("/api/{data}/splits/{name}", "A list of ids that comes with the data set.", "text/plain"),
     ApiCall("/api/{data}/index.parquet", "One row a plan, with the SHA-1 of its JSON; ranges.", _PARQUET),
-    ApiCall("/api/{data}/tables", "The names of the data set's Parquet files."),
-    ApiCall("/api/{data}/tables/{name}", "A Parquet file of the data set; ranges.", _PARQUET),
-    ApiCall("/api/{data}/refused", "Inputs that gave no plan.", query=("stage", "reason", "offset")),
     ApiCall("/api/{data}/refused/picture.png", "What was found of an input that gave no plan.", "image/png", ("id",)),
-    ApiCall("/api/{data}/duplicates", "Plans that were dropped, with the kept ones.", query=("offset",)),
     ApiCall("/api/{data}/duplicates/{plan}/picture.png", "The picture of a dropped plan.", "image/png"),
     ApiCall("/api/{data}/export/{form}", "The plans found, in another format.", "application/zip", (*_FILTER, "ids")),
-    ApiCall(
-        "/api/{data}/map", "Where each plan lies on a map of likeness; which of them meet the filter.", query=_FILTER
-    ),
-    ApiCall("/api/{data}/tags", "The tags that people gave to plans, and the views that they saved."),
+    ApiCall("/api/{data}/tags", "The tags that people gave to plans."),
     ApiCall("/api/{data}/tags", "Give a tag to plans, or take it away.", body=Tagging),
-    ApiCall("/api/{data}/views", "Save a view under a name, or forget it.", body=SavedView),
     ApiCall("/api/{data}/plans/{plan}", "A plan's JSON as it is packed; its tag is the SHA-1 of its bytes."),
     ApiCall("/api/{data}/plans/{plan}/thumbnail.svg", "A small picture.", "image/svg+xml"),
     ApiCall("/api/{data}/plans/{plan}/picture.svg", "A picture with labels and scale.", "image/svg+xml"),

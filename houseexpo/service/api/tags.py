@@ -1,9 +1,8 @@
-"""List and change a data set's tags and saved views below ``/api``; ``houseexpo.service.tags`` stores them."""
+"""List and change a data set's tags below ``/api``; ``houseexpo.service.tags`` stores them."""
 
 from __future__ import annotations
 
 from typing import Annotated, Any
-from urllib.parse import urlencode
 
 from msgspec import Meta, Struct
 from starlette.concurrency import run_in_threadpool
@@ -14,9 +13,9 @@ from starlette.routing import BaseRoute, Route
 from houseexpo.errors import ConfigError
 from houseexpo.service.collection import Collection
 from houseexpo.service.responses import JsonResponse, decode_body, json_response
-from houseexpo.service.search import PAGE, parse_query
+from houseexpo.service.search import parse_query
 from houseexpo.service.service import Service
-from houseexpo.service.tags import TagsAndViews
+from houseexpo.service.tags import Tags
 
 
 class Tagging(Struct, frozen=True, forbid_unknown_fields=True):
@@ -28,21 +27,13 @@ class Tagging(Struct, frozen=True, forbid_unknown_fields=True):
     remove: bool = False
 
 
-class SavedView(Struct, frozen=True, forbid_unknown_fields=True):
-    """Save a view under a name, as its address holds it; None deletes it."""
-
-    name: Annotated[str, Meta(max_length=200)]
-    query: dict[str, str] | None
-
-
 def routes(service: Service) -> list[BaseRoute]:
     """Return the routes."""
 
-    def description(shown: Collection, found: TagsAndViews) -> dict[str, Any]:
+    def description(shown: Collection, found: Tags) -> dict[str, Any]:
         file = shown.tags.file
         return {
-            "tags": {name: len(ids) for name, ids in found.tags.items()},
-            "views": dict(found.views),
+            "tags": {name: len(ids) for name, ids in found.items()},
             "file": None if file is None else file.name,
             "writable": file is not None and not service.settings.read_only,
         }
@@ -54,7 +45,7 @@ def routes(service: Service) -> list[BaseRoute]:
     async def tag_plans(request: Request) -> Response:
         shown, asked = service.collection(request), decode_body(await request.body(), Tagging)
 
-        def change() -> TagsAndViews:
+        def change() -> Tags:
             if (asked.ids is None) == (asked.query is None):
                 raise ConfigError("request: expected either ids or a query, found both or neither")
             if asked.ids is not None:
@@ -66,19 +57,7 @@ def routes(service: Service) -> list[BaseRoute]:
 
         return JsonResponse(description(shown, await run_in_threadpool(change)))
 
-    async def save_view(request: Request) -> Response:
-        shown, asked = service.collection(request), decode_body(await request.body(), SavedView)
-        query = None if asked.query is None else "&".join(_address(asked.query))
-        found = await run_in_threadpool(shown.tags.save_view, asked.name, query)
-        return JsonResponse(description(shown, found))
-
     return [
         Route("/api/{data}/tags", list_tags),
         Route("/api/{data}/tags", tag_plans, methods=["POST"]),
-        Route("/api/{data}/views", save_view, methods=["POST"]),
     ]
-
-
-def _address(query: dict[str, str]) -> list[str]:
-    parts = [str(parse_query(query)), urlencode({name: query[name][:300] for name in PAGE if query.get(name)})]
-    return [part for part in parts if part]

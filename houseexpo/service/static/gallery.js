@@ -2,11 +2,10 @@
 import { ask, count, counted, element, rounded, say } from "./api.js";
 import { Brush } from "./brush.js";
 import { Grid, plansFound } from "./grid.js";
-import { SavedViews, Selection, SelectionBar } from "./selection.js";
+import { Selection, SelectionBar } from "./selection.js";
 
 const place = document.getElementById("gallery"), { name } = place.dataset;
 const selection = new Selection(name), grid = new Grid(document.getElementById("plans"), document.getElementById("head"), name, selection);
-const views = new SavedViews(document.getElementById("views"), name, () => state);
 const PAGE = ["view", "columns"], USUAL = ["rooms", "source_rooms", "area", "doors", "quality", "source", "labels"]; // the page's own: they say how, not which
 const sort = document.getElementById("sort"), descending = document.getElementById("descending");
 const text = document.getElementById("text"), radiusOf = new Set(["reach", "narrowest"]);
@@ -71,7 +70,6 @@ function draw(facets, total, radius) {
   descending.setAttribute("aria-pressed", by.startsWith("-"));
   if (document.activeElement !== text) text.value = state.get("text") ?? "";
   const query = asking();
-  document.getElementById("as-map").href = `/${name}/map${query ? `?${query}` : ""}`;
   document.getElementById("as-statistics").href = `/${name}/statistics${query ? `?${query}` : ""}`;
   document.getElementById("as-ids").href = `/api/${name}/ids.txt${query ? `?${query}` : ""}`;
 }
@@ -179,8 +177,8 @@ async function start() {
     mark.style.background = colour;
     document.getElementById("door-colours").append(element("span", {}, mark, kind));
   }
-  bar = new SelectionBar(document.getElementById("selection"), selection, about, asking, (notes) => { noted(notes); whole = null; show(); grid.again(); });
-  ask(`/api/${name}/tags`).then(noted).catch((error) => say(error.message));
+  bar = new SelectionBar(document.getElementById("selection"), selection, about, asking, (notes) => { bar.notes(notes); whole = null; show(); grid.again(); });
+  ask(`/api/${name}/tags`).then((notes) => bar.notes(notes)).catch((error) => say(error.message));
   sort.append(element("option", { value: "id" }, "id"), ...about.measures.map((each) => element("option", { value: each.name }, each.title)));
   for (const measure of about.measures) {
     const brush = new Brush(measure, radiusOf.has(measure.name) ? about.radii : null, (key, chosen, radius) => {
@@ -194,7 +192,6 @@ async function start() {
   await show();
 }
 
-function noted(notes) { bar.notes(notes); views.show(notes); }
 
 let typing = 0, typed = false; // a word is one step back, not each of its letters
 text.addEventListener("input", () => {

@@ -1,4 +1,4 @@
-// Plans that a person selected, and what is done with them: tag, compare, download. The browser keeps them for its tab.
+// Plans that a person selected, and what is done with them: tag, download. The browser keeps them for its tab.
 import { ask, counted, element, say } from "./api.js";
 
 const FEW = 400, LONGEST = 12000; // ids in one address
@@ -60,9 +60,6 @@ export class SelectionBar {
     const { size } = this.selection.ids;
     this.bar.hidden = size === 0;
     this.said.textContent = `${counted(size, "plan")} selected`;
-    const compare = this.part("compare"), two = [...this.selection.ids].map(encodeURIComponent);
-    compare.hidden = size !== 2;
-    compare.href = `/${this.selection.data}/compare?plans=${two.join(",")}`;
     document.body.classList.toggle("selecting", size > 0);
   }
 
@@ -85,31 +82,6 @@ export class SelectionBar {
       this.part("done").textContent = remove ? `“${name}” taken from ${whom}.` : `${whom} tagged “${name}”, in ${notes.file}.`;
       this.retagged(notes);
     } catch (error) { say(error.message); }
-  }
-}
-
-// The menu of saved views: each is a link; what is on show can be kept under a name.
-export class SavedViews {
-  constructor(menu, data, address) {
-    Object.assign(this, { menu, data, address });
-    const form = menu.querySelector("form");
-    form.addEventListener("submit", (event) => { event.preventDefault(); this.save(form.elements.name.value.trim()); });
-  }
-
-  show({ views, writable }) {
-    const names = Object.keys(views).sort();
-    this.menu.hidden = !writable && !names.length;
-    this.menu.querySelector("form").hidden = !writable;
-    this.menu.querySelector("ul").replaceChildren(...names.map((name) => element("li", {},
-      element("a", { href: `/${this.data}/?${views[name]}` }, name),
-      ...(writable ? [element("button", { type: "button", class: "quiet", "aria-label": `Delete the view ${name}`, on: { click: () => this.save(name, true) } }, "×")] : []))));
-    if (!names.length) this.menu.querySelector("ul").append(element("li", { class: "muted" }, "No saved views."));
-  }
-
-  async save(name, forget = false) {
-    if (!name) return;
-    try { this.show(await post(`/api/${this.data}/views`, { name, query: forget ? null : Object.fromEntries(this.address()) })); }
-    catch (error) { say(error.message); }
   }
 }
 

@@ -83,7 +83,7 @@ def test_every_address_refuses_parameters_that_it_does_not_take(client: TestClie
 
 
 def test_parameters_of_a_page_may_stand_in_its_filter(client: TestClient) -> None:
-    for name in ("plans", "facets", "ids.txt", "map", "statistics"):
+    for name in ("plans", "facets", "ids.txt", "statistics"):
         assert client.get(f"/api/homes/{name}?view=table&columns=area&sort=-area&token=").status_code == 200, name
     assert client.get("/api/openapi.json?x=1").status_code == 400
 
@@ -114,17 +114,6 @@ def test_the_index_is_a_parquet_file_that_is_read_in_parts(client: TestClient) -
     assert client.get("/api/homes/index.parquet", headers=changed).content == whole.content
 
 
-def test_parquet_files_of_the_folder_are_tables(client: TestClient, folder: Path, tmp_path: Path) -> None:
-    (tmp_path / "outside.parquet").write_bytes(b"secret")
-    (folder / "link.parquet").symlink_to(tmp_path / "outside.parquet")
-    assert client.get("/api/homes/tables").json() == {"tables": ["index.parquet"]}
-    data = (folder / "index.parquet").read_bytes()
-    assert client.get("/api/homes/tables/index.parquet").content == data
-    part = client.get("/api/homes/tables/index.parquet", headers={"range": "bytes=0-3"})
-    assert (part.status_code, part.content) == (206, b"PAR1")
-    assert client.get("/api/homes/tables/link.parquet").status_code == 404
-
-
 def test_statistics_follow_the_filter_and_stand_beside_another_set(client: TestClient) -> None:
     found = client.get("/api/homes/statistics?quality=0.8..&against=published").json()
     assert (found["found"], found["total"]) == (2, 4)
@@ -138,13 +127,6 @@ def test_statistics_follow_the_filter_and_stand_beside_another_set(client: TestC
     beside = [4 * (3 + i / 2) for i in range(12)]
     assert area["other"]["mean"] == pytest.approx(np.mean(beside))
     assert area["distance"] == pytest.approx(abs(area["mean"] - np.mean(beside)) / np.std(beside), abs=0.001)
-
-
-def test_what_was_refused_is_listed(client: TestClient) -> None:
-    assert client.get("/api/homes/refused").json()["found"] == 3
-    chosen = client.get("/api/homes/refused?stage=reading&reason=no_floor").json()["refused"]
-    assert [each["id"] for each in chosen] == ["car"]
-    assert client.get("/api/homes/duplicates").json()["duplicates"][0]["kept_id"] == "a1"
 
 
 @pytest.mark.parametrize(
@@ -230,9 +212,8 @@ def test_every_answer_has_a_tag_and_is_sent_once(client: TestClient, folder: Pat
     (folder / "stages" / "a1.png").write_bytes(b"\x89PNG")
     for path in ["/api/openapi.json", *(call.path for call in CALLS if call.body is None)]:
         plan = "twin" if path.endswith("picture.png") else "a1"
-        name = "index.parquet" if "tables" in path else "train"
         ends = "?from=1,1&to=2,2" if path.endswith("way") else "?id=car" if "refused/" in path else ""
-        asked = path.format(data="homes", plan=plan, name=name, form="sdf") + ends
+        asked = path.format(data="homes", plan=plan, name="train", form="sdf") + ends
         first = client.get(asked)
         again = client.get(asked, headers={"if-none-match": first.headers["etag"], "range": "bytes=0-3"})
         assert (first.status_code, again.status_code, again.content) == (200, 304, b""), asked

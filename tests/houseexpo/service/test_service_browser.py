@@ -24,9 +24,7 @@ LOOKS: dict[str, dict[str, Any]] = {
 }
 PAGES = {
     "start": "/",
-    "map": "/published/map",
     "about": "/homes/about",
-    "compare": "/homes/compare?plans=a1,b2",
     "gallery": "/homes/",
     "plan": "/homes/plan/a1",
     "refused": "/homes/refused",
@@ -311,11 +309,6 @@ def test_plans_are_selected_tagged_and_found_by_their_tag(chromium: Any, address
         assert download.value.suggested_filename == "homes-geojson.zip"
         page.click('[data-does="clear"]')
         assert not page.is_visible("#selection")
-        page.click("#views summary")
-        page.fill("#view-name", "drives")
-        page.keyboard.press("Enter")
-        page.click("#views a:has-text('drives')")
-        said(page, "#count", "3 of 4 plans")
 
 
 def test_another_data_set_is_one_choice_away(chromium: Any, address: str) -> None:

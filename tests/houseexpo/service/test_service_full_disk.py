@@ -17,7 +17,7 @@ from tests.builders.clusters import disks
 from tests.builders.services import BASE, judged_later, service_of
 
 PAGES = ("", "plan/doubtful", "refused", "statistics", "review", "review/state?reviewer=ann")
-ASKED = ("plans", "plans/doubtful", "plans/doubtful/thumbnail.svg", "plans/doubtful/export/ros", "facets", "tables")
+ASKED = ("plans", "plans/doubtful", "plans/doubtful/thumbnail.svg", "plans/doubtful/export/ros", "facets")
 
 
 @pytest.fixture
