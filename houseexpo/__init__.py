@@ -38,12 +38,4 @@ import lazy_loader  # noqa: E402
 
 __version__ = "0.3.0"
 
-_get_public_name, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
-
-
-def __getattr__(name: str) -> object:
-    if name in __all__:
-        return _get_public_name(name)
-    from houseexpo.foreign_names import unknown_attribute
-
-    raise unknown_attribute("houseexpo", name, sys.modules[__name__])
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -5,7 +5,6 @@ from .corrections import Correction, Override
 from .dataset import Dataset, open_dataset
 from .dataset.build_from_python import build
 from .dataset.fetch import fetch
-from .deprecated_names import door_mask, room_mask
 from .drawing import contact_sheet, draw_plan, svg
 from .errors import (
     ConfigError,
@@ -57,7 +56,6 @@ __all__ = [
     "contact_sheet",
     "decode",
     "door_ids",
-    "door_mask",
     "draw_plan",
     "encode",
     "export",
@@ -69,7 +67,6 @@ __all__ = [
     "open_dataset",
     "predict_map",
     "room_ids",
-    "room_mask",
     "rooms_graph",
     "save_plan",
     "svg",

@@ -20,7 +20,6 @@ import numpy.typing as npt
 
 from houseexpo.errors import ConfigError, PlanError
 from houseexpo.files import is_device
-from houseexpo.foreign_names import unknown_attribute
 from houseexpo.plan import json_codec
 from houseexpo.plan.model import PlanData, shift_plan
 from houseexpo.plan.parts import Navigability, NavigabilityByRadius
@@ -157,11 +156,6 @@ class FloorPlan(PlanData):
         super().__post_init__()
         space = partial(even_odd_polygons, self.verts, self.holes)  # no method of self: a cycle would delay freeing it
         self._set("navigability", MeasuredNavigability(self.navigability, space))
-
-    if not TYPE_CHECKING:
-
-        def __getattr__(self, name: str) -> Any:
-            raise unknown_attribute("a FloorPlan", name, self)
 
     def corrected(self, said: Override) -> Corrected[FloorPlan]:
         """Apply a person's corrections; return the corrected plan and the effect of each correction.

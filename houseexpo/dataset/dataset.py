@@ -21,7 +21,6 @@ from houseexpo.errors import (
     install_command,
 )
 from houseexpo.floorplan import FloorPlan, decode
-from houseexpo.foreign_names import names_arguments, unknown_attribute
 from houseexpo.words import count_noun, unknown_name_message
 
 if TYPE_CHECKING:
@@ -163,11 +162,6 @@ class Dataset(Sequence[FloorPlan]):
             return Dataset(self._catalogue, self._rows[chosen])
         return self.only(chosen.tolist())
 
-    if not TYPE_CHECKING:
-
-        def __getattr__(self, name: str) -> Any:
-            raise unknown_attribute("a Dataset", name, self)
-
     def __iter__(self) -> Iterator[FloorPlan]:
         return map(self._plan, self._rows.tolist())
 
@@ -241,9 +235,8 @@ class Dataset(Sequence[FloorPlan]):
             There is no such column.
         """
         from houseexpo.dataset.store.columns import read_column
-        from houseexpo.deprecated_names import current_column
 
-        return read_column(self._catalogue, self._rows, current_column(str(name)), compute=compute)
+        return read_column(self._catalogue, self._rows, str(name), compute=compute)
 
     def index(self, item: Any, start: int = 0, stop: int | None = None) -> int:
         """Return the number of a plan, given the plan or its id: ``plans[plans.index(item)]`` is that plan.
@@ -390,7 +383,6 @@ class Dataset(Sequence[FloorPlan]):
 
         return measure_cached(self._catalogue, self._rows.tolist(), name, measure, workers)
 
-    @names_arguments
     def select(
         self,
         *,
@@ -506,7 +498,6 @@ class Dataset(Sequence[FloorPlan]):
         rows = [row for found in lists[name] if (row := row_of.get(found, -1)) in here]
         return Dataset(self._catalogue, np.array(rows, dtype=np.int64))
 
-    @names_arguments
     def head(self, n: int = 5) -> Dataset:
         """Return the first ``n`` plans.
 
@@ -517,7 +508,6 @@ class Dataset(Sequence[FloorPlan]):
         """
         return self[:n]
 
-    @names_arguments
     def sort(self, by: str, *, descending: bool = False) -> Dataset:
         """Return the plans sorted by a column. Plans without a value come last; equal plans keep their order.
 
@@ -557,7 +547,6 @@ class Dataset(Sequence[FloorPlan]):
         names = [ids] if isinstance(ids, str) else ids
         return Dataset(self._catalogue, np.array([self._row(name) for name in names], dtype=np.int64))
 
-    @names_arguments
     def sample(self, n: int, seed: int | np.random.Generator) -> Dataset:
         """Return ``n`` different plans drawn at random; the same seed always gives the same plans.
 

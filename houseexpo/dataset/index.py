@@ -9,11 +9,12 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from houseexpo.analysis.measures import MEASURES, Measure
-from houseexpo.deprecated_names import OLD_COLUMNS
 from houseexpo.floorplan import FloorPlan
 from houseexpo.plan import RADII_M
 
 _MEASURED = tuple(measure for measure in MEASURES if measure.column)
+_OLD_COLUMNS = {"room_num": "source_rooms", "n_doors": "doors", "n_cuts": "cuts"}
+"""The columns that version 0.2.0 named differently."""
 _LATER = ("quality", "rooms", "copies")
 """Columns that a later version added to the index."""
 _REACH = pa.struct([("components", pa.int32()), ("largest_share", pa.float64()), ("narrowest", pa.float64())])
@@ -46,7 +47,7 @@ def with_current_columns(table: Any) -> Any:
     pyarrow.ArrowException, KeyError
         It is not an index.
     """
-    table = table.rename_columns([OLD_COLUMNS.get(name, name) for name in table.column_names])
+    table = table.rename_columns([_OLD_COLUMNS.get(name, name) for name in table.column_names])
     for name in _LATER:
         if name not in table.column_names:
             table = table.append_column(name, pa.nulls(table.num_rows, SCHEMA.field(name).type))

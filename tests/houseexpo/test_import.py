@@ -38,7 +38,7 @@ DOCUMENTED = {
         *("UnknownPlanError", "WorkerError"),
         *("fetch", "load_plan", "save_plan", "GridFrame", "navigability", "rooms_graph", "with_rooms", "Door"),
         *("FloorPlan", "Frame", "Navigability", "PlanObject", "Quality", "Room", "decode", "encode", "door_ids"),
-        *("free_mask", "room_ids", "room_mask", "door_mask", "Repair", "find_duplicates", "build", "export"),
+        *("free_mask", "room_ids", "Repair", "find_duplicates", "build", "export"),
         *("Correction", "Override", "predict_map", "PredictedMap"),
     ],
     "houseexpo.exports": ["export"],

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 import shapely
 
-import houseexpo
 from houseexpo.analysis.graph import distance_matrix
 from houseexpo.analysis.navigability import navigability
 from houseexpo.errors import ConfigError, PlanError
@@ -96,11 +95,3 @@ def test_navigability_is_what_is_recorded_and_what_is_measured(two_rooms):
         recorded.navigability(float("inf"))
     with pytest.raises(PlanError, match=r"found -0\.1"):
         navigability(two_rooms, (0.2, -0.1))
-
-
-@pytest.mark.parametrize(("old", "new"), [("room_mask", "room_ids"), ("door_mask", "door_ids")])
-def test_old_names_return_the_same_and_warn(old: str, new: str, two_rooms) -> None:
-    plan = two_rooms
-    with pytest.warns(DeprecationWarning, match=f"houseexpo.{new}"):
-        found = getattr(houseexpo, old)(plan, plan.grid_frame())
-    np.testing.assert_array_equal(found, getattr(houseexpo, new)(plan, plan.grid_frame()))

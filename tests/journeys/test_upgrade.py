@@ -47,8 +47,6 @@ def test_a_data_set_of_the_last_version_opens(home: Path) -> None:
     assert plans.to_arrow()["rooms"].to_pylist() == rooms
     assert plans.select(rooms=(3, None)).ids == IDS[1:]
     assert [len(plans.split(name)) for name in ("train", "test")] == [1, 2]
-    with pytest.warns(DeprecationWarning, match="'room_num' is now 'source_rooms'"):
-        assert plans.column("room_num") == rooms
 
 
 def test_the_cache_of_the_last_version_is_used(home: Path) -> None:

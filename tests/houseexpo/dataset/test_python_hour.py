@@ -2,16 +2,11 @@
 
 from __future__ import annotations
 
-import copy
 import json
-import pickle
-import re
 import subprocess
 import sys
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -19,7 +14,6 @@ import shapely
 
 import houseexpo
 from houseexpo import ConfigError, Dataset, FloorPlan, Quality, open_dataset, save_plan
-from houseexpo.foreign_names import FOREIGN_NAMES
 from houseexpo.plan.room_labels import UNLABELLED
 from houseexpo.words import count_noun
 from pipeline.algorithm import plan_level
@@ -191,45 +185,6 @@ def test_shares_divide_the_plans(plans: Dataset) -> None:
             plans.split(**wrong)
     with pytest.raises(ConfigError, match="the name of a list, or shares"):
         plans.split("train", test=1.0)  # type: ignore[call-overload]
-
-
-def test_names_of_other_libraries_lead_to_ours(plans: Dataset) -> None:
-    def function(plan: FloorPlan) -> bool:
-        return plan.area > 50
-
-    for owner, found in (("a Dataset", plans), ("a FloorPlan", plans[0]), ("houseexpo", houseexpo)):
-        for name, ours in FOREIGN_NAMES[owner].items():
-            with pytest.raises(AttributeError, match=f"{owner} has no '{name}'; use {re.escape(ours)}"):
-                getattr(found, name)
-    assert list(plans.select(where=function)) == [plan for plan in plans if function(plan)]
-    assert sorted(plans.sample(len(plans), seed=0).ids) == sorted(plans.ids)
-    with pytest.raises(AttributeError, match="a Dataset has no 'areas'"):
-        plans.areas  # noqa: B018
-    assert pickle.loads(pickle.dumps(plans)).ids == copy.copy(plans).ids == plans.ids  # noqa: S301
-
-
-def test_wrong_arguments_lead_to_ours(plans: Dataset) -> None:
-    def function(plan: FloorPlan) -> bool:
-        return plan.area > 50
-
-    wrong: list[tuple[Callable[..., Any], tuple[Any, ...], dict[str, Any], str]] = [
-        (plans.sort, ("area",), {"reverse": True}, "'reverse'; expected sort(by, *, descending=False)"),
-        (plans.sort, ("area",), {"ascending": False}, "descending=False"),
-        (plans.sample, (2,), {}, "'seed'; expected sample(n, seed)"),
-        (plans.sample, (2,), {"random_state": 0}, "expected sample(n, seed)"),
-        (plans.select, (), {"room": 3}, "'room'; expected select(*, rooms=None, source_rooms=None, area=None"),
-        (plans.select, (function,), {}, "where=None)"),
-        (plans.head, (), {"k": 2}, "expected head(n=5)"),
-        (Dataset, ("plans/demo",), {}, "found a path; use open_dataset(path)"),
-    ]
-    for method, args, named, ours in wrong:
-        with pytest.raises(TypeError, match=re.escape(ours)):
-            method(*args, **named)
-    for shares in ([0.7, 0.3], 0.7, {"train": 0.7}):
-        with pytest.raises(
-            ConfigError, match=rf"shares such as train=0\.7, test=0\.3; found {re.escape(repr(shares))}"
-        ):
-            plans.split(shares)  # type: ignore[call-overload]
 
 
 def test_a_quality_that_no_plan_has_is_said(plans: Dataset, tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
