@@ -131,7 +131,7 @@ def reader(name: str) -> Reader:
         if not module.startswith(error.name or " "):  # a package that the reader needs
             raise
         found = None
-    if not hasattr(found, "read"):
+    if not hasattr(found, "read") and name not in _OPTIONS:
         raise ConfigError(
             f"reader {name!r}: this version has no such reader; use the version that wrote the name, or review the "
             "house again"

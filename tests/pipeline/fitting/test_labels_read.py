@@ -78,3 +78,4 @@ def test_a_house_that_is_gone_or_cannot_be_read_is_told(tmp_path: Path) -> None:
 def test_a_reader_that_this_version_lacks_is_told_in_a_sentence(name: str) -> None:
     with pytest.raises(ConfigError, match=rf"reader '{name}': this version has no such reader"):
         reader(name)
+    assert reader("reader_choice")  # lists files, and has them read by others
