@@ -8,16 +8,15 @@ R2  Words are applied in the order of ``WORDS``, so the order of a table's keys 
 R3  ``door``, ``opening``: in a wall between two rooms, it joins them. In an outer wall, it leads outside. On a floor,
     it parts the room (``openings``) if walls lie at most 1 m beyond its ends. A door wider than ``WIDEST_DOOR_M``
     becomes an opening. A passage that was found in its place is removed. A space behind it that nothing led into
-    becomes a room. A line that parts no room by itself waits: several waiting lines may part a room together. What then
-    still waits goes on straight, over floor that is no longer than the line itself.
+    becomes a room. A line that parts no room by itself waits: several waiting lines may part a room together. A line
+    opens nothing beyond its ends.
 R4  ``entrance``: a door to the outside, whatever lies there. ``wall``: parts the rooms that it crosses. Spaces that it
     encloses together with the source's walls, rooms and other drawn walls become rooms. A wall that encloses no space
     waits. A wall over a passage, or just before it, shuts it. An entrance in which a line ends becomes one entrance for
     each of the rooms that the line parts.
-R5  ``one_room``: the rooms become one, together with the passages and walls between them (``merging``). Rooms that only
-    the extension of a passage has parted are joined again. ``no_wall``: the rooms on
-    both sides of a line in a wall become one, joined by the drawn part of the wall. ``no_door``: the passage becomes
-    wall, or else the cut through the wall there. ``window``: the same, since plans have no windows.
+R5  ``one_room``: the rooms become one, together with the passages and walls between them (``merging``). ``no_wall``:
+    the rooms on both sides of a line in a wall become one, joined by the drawn part of the wall. ``no_door``: the
+    passage becomes wall, or else the cut through the wall there. ``window``: the same, since plans have no windows.
 R6  ``room``: a space between walls that the plan lacks becomes a room. ``room_outline``: the free part of an area
     becomes a room; it parts a room that takes more than a fifth of it. Entrances that lead to the place of a new room
     lead into it. ``no_room``: the room is removed, and its doors to other rooms lead outside. ``outside``: the same,
@@ -39,7 +38,7 @@ from shapely import Polygon
 
 from houseexpo.corrections.draft import Draft, Space, Vector
 from houseexpo.corrections.joining import settle
-from houseexpo.corrections.passages import part_onward, part_together, place_passage, remove_passage
+from houseexpo.corrections.passages import part_together, place_passage, remove_passage
 from houseexpo.corrections.rooms import (
     add_room,
     close_spaces,
@@ -227,7 +226,7 @@ def _join_again(draft: Draft, placed: Sequence[Placed], effects: list[Effect]) -
 
 
 def _apply_waiting(draft: Draft, placed: Sequence[Placed], effects: list[Effect]) -> None:
-    """Part rooms along waiting lines (R3): along several together, else along each one extended straight."""
+    """Part rooms along several waiting lines together (R3)."""
     waiting = [k for k, effect in enumerate(effects) if effect.waits and effect.correction.word in _PARTING]
     while True:
         before = draft.state()
@@ -243,9 +242,6 @@ def _apply_waiting(draft: Draft, placed: Sequence[Placed], effects: list[Effect]
     for number, at in enumerate(waiting):
         if number in together:
             effects[at] = Effect(placed[at].correction, "done", together[number].text)
-        else:
-            onward = _apply(draft, placed[at], part_onward)
-            effects[at] = onward if onward.outcome == "done" or onward.waits else effects[at]
 
 
 def _parted_again(draft: Draft) -> dict[str, str]:

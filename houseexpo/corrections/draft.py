@@ -58,7 +58,6 @@ class DraftDoor:
     """A passage; ``ends`` (2, 2) are its jambs, metres, ``rooms`` the rooms on its sides, the second None for outside.
 
     ``before`` is the plan's door, None if the passage is new. ``said`` is the correction that states it, or "".
-    ``whole`` is the entrance that a line has divided, of which it is a part.
     """
 
     kind: DoorKind
@@ -68,7 +67,6 @@ class DraftDoor:
     confidence: float | None = None
     before: Door | None = None
     said: str = ""
-    whole: DraftDoor | None = None
 
     @property
     def width(self) -> float:
@@ -215,15 +213,6 @@ class Draft:
         self.doors = [each for door in self.doors for each in _divided(door, made)]
         return made
 
-    def join_entrances(self, room: DraftRoom) -> None:
-        """Make the entrances of a room one again that a line has divided, if all parts are its own and as they were."""
-        for whole in [door.whole for door in self.doors if door.whole is not None and door.rooms[0] is room]:
-            parts = [door for door in self.doors if door.whole is whole]
-            if len(parts) > 1 and all(part.rooms[0] is room and part.said == whole.said for part in parts):
-                place = self.doors.index(parts[0])
-                self.doors[place] = replace(whole, rooms=(room, None))
-                self.doors = [door for door in self.doors if all(door is not part for part in parts)]
-
     @property
     def is_surer(self) -> bool:
         """Whether a person's words have changed the confidence of a room or passage that keeps its shape."""
@@ -355,7 +344,7 @@ def _divided(door: DraftDoor, rooms: Sequence[DraftRoom]) -> list[DraftDoor]:
             ends = middle + np.array([[at.min()], [at.max()]]) * door.along
             beside = shapely.LineString(ends).buffer(door.shape.length, cap_style="flat")
             pieces = split_pieces(shapely.intersection(door.shape, beside))
-            part = replace(door, ends=ends, rooms=(room, None), before=None, whole=door)
+            part = replace(door, ends=ends, rooms=(room, None), before=None)
             found += [replace(part, shape=piece) for piece in pieces[:1]]
     return found if len(found) > 1 else [door]
 

@@ -63,7 +63,6 @@ def merge_rooms(draft: Draft, rooms: Sequence[DraftRoom], text: str, *, gap: Pol
         one_side, other_side = (made if any(side is room for room in rooms) else side for side in door.rooms)
         assert one_side is not None  # noqa: S101  # the first side of a door is a room
         door.rooms = (one_side, other_side)
-    draft.join_entrances(made)
     also = [f"the {door.kind} of {door.width:.2f} m between them is part of it" for door in inner]
     if filled:
         also.append("the wall between them is gone")

@@ -3,15 +3,15 @@
 R1  A line within ``SNAP_M`` of a wall, and roughly parallel to it, is moved into the wall and turned parallel to it. A
     wall between two different spaces takes precedence over a nearer wall inside one room, such as a door leaf.
 R2  In a wall, the opening is the clear part of the line: there, both faces are as far apart as in the middle.
-R3  On a floor, both ends of the line are extended to the walls, if these are at most ``ONWARD_M`` away, and the line
-    parts the room.
+R3  On a floor, the line ends at the walls that it crosses. Its ends are extended to the walls, if these are at most
+    ``ONWARD_M`` away, and the line parts the room.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
@@ -208,10 +208,25 @@ def squared(strip: Strip, shape: Polygon) -> Strip:
 
 
 def drawn_on(strip: Strip, shape: Polygon) -> tuple[Strip, tuple[float, float]] | None:
-    """Return the line extended to the walls of a room, and by how much at both ends, metres (R3).
+    """Return the line from wall to wall of a room, and how far the walls lie beyond its ends, metres (R3).
 
-    Its depth is that of the wall ends that it meets, else ``SAID_WALL_M``. The result is None if a wall is too far.
+    Its depth is that of the wall ends that it meets, else ``SAID_WALL_M``. A line that passes by a wall's end within
+    ``SNAP_M`` is moved beside it. The result is None if a wall is too far.
     """
+    if (found := _from_wall_to_wall(strip, shape)) is not None:
+        return found
+    for end in strip.ends:
+        _, near = shapely.get_coordinates(shapely.shortest_line(shapely.Point(end), shape.boundary))
+        aside = dot(near - end, strip.across)
+        if 0 < abs(aside) <= SNAP_M:
+            aside += math.copysign(_AT_WALL_M, aside)
+            beside = replace(strip, centre=strip.centre + strip.across * aside)
+            if (found := _from_wall_to_wall(beside, shape)) is not None:
+                return found
+    return None
+
+
+def _from_wall_to_wall(strip: Strip, shape: Polygon) -> tuple[Strip, tuple[float, float]] | None:
     onward, depths, asides = [], [], []
     for side in (-1, 1):
         end = strip.centre + side * strip.along * strip.length / 2
@@ -221,6 +236,9 @@ def drawn_on(strip: Strip, shape: Polygon) -> tuple[Strip, tuple[float, float]] 
         places = [np.array(p) for p in shapely.get_coordinates(hit)]
         if hit.is_empty and shape.boundary.distance(shapely.Point(end)) <= _AT_WALL_M:
             places = [end]  # at a corner, along its edge: the ray just misses it
+        if not shape.covers(shapely.Point(inner)):  # drawn past the wall
+            back = shapely.intersection(shapely.LineString([inner, strip.centre]), shape.boundary)
+            places = list(shapely.get_coordinates(back))
         if not places:
             return None
         first = min(places, key=lambda place: math.dist(inner, place))

@@ -38,8 +38,6 @@ from houseexpo.tolerances import MIN_DOOR_M, ROUNDED_M2, SMALLEST_SAID_ROOM_M2
 
 WIDEST_DOOR_M: Final = 2.5
 """A wider passage is an opening, metres: ``pipeline.config.DoorsConfig.widest_m``."""
-_ONWARD_FAR_M: Final = 5.0
-"""How far a line with free ends is extended to reach walls, metres: across a hall."""
 _PAST_FACE_M: Final = 0.01
 """How far a line that was drawn on a wall's face is moved into the wall, metres: the thinnest walls are 2 cm thick."""
 _BESIDE_M: Final = 0.03
@@ -364,122 +362,21 @@ def _on_floor(draft: Draft, strip: Strip, room: DraftRoom, placed: Placed) -> Sa
     sides = _sides_of(passage, parts)
     if sides[0] is sides[1]:
         raise PartsNothingError(f"its line parts nothing: {draft.name(room)} goes on around it")
-    said = _parted(draft, room, parts, [passage], placed)
+    if small := next((part for part in sides if not may_be_room(part)), None):
+        least = f"a room has {SMALLEST_SAID_ROOM_M2} m2 or more"
+        raise NoEffectError(f"it would part off {small.area:.1f} m2 only, {least}")
+    made = draft.replace_room(room, [part for part in parts if is_room_sized(part) or any(part is s for s in sides)])
+    one, other = (next(each for each in made if each.shape is side) for side in sides)
+    door = _passage_on(passage, room.shape, (one, other), placed)
+    draft.doors.append(door)
+    for part in made:
+        part.confidence = 1.0 if part.confidence is not None else None
+    width = f"{with_article(door.kind)} of {door.width:.2f} m"
+    said = Said(f"{width} parts a room into {draft.name(one)} and {draft.name(other)}")
+    said.also += narrowed(strip, passage)
     if max(onward) > STEP_M:
         said.also.append(f"a wall of {max(onward[0], 0) + max(onward[1], 0):.2f} m closes its line")
     return said
-
-
-def _parted(draft: Draft, room: DraftRoom, parts: Sequence[Polygon], passages: Sequence[Strip], placed: Placed) -> Said:
-    """Replace a room by its parts, with passages between them; the first passage is the one that a person stated."""
-    sides = [_sides_of(passage, parts) for passage in passages]
-    if small := next((part for part in sides[0] if not may_be_room(part)), None):
-        least = f"a room has {SMALLEST_SAID_ROOM_M2} m2 or more"
-        raise NoEffectError(f"it would part off {small.area:.1f} m2 only, {least}")
-    kept = [part for part in parts if is_room_sized(part) or any(part is side for side in sides[0])]
-    made = draft.replace_room(room, kept)
-    for passage, beside in zip(passages, sides, strict=True):
-        joins = [next((each for each in made if each.shape is side), None) for side in beside]
-        if joins[0] is not None and joins[1] is not None:
-            draft.doors.append(_passage_on(passage, room.shape, (joins[0], joins[1]), placed))
-            if passage is not passages[0]:  # nobody has said it
-                draft.doors[-1].kind, draft.doors[-1].said = "opening", ""
-    for part in made:
-        part.confidence = 1.0 if part.confidence is not None else None
-    one, other = (next(each for each in made if each.shape is side) for side in sides[0])
-    kind = with_article(_kind(placed.correction.word, passages[0].length))
-    return Said(f"{kind} of {passages[0].length:.2f} m parts a room into {draft.name(one)} and {draft.name(other)}")
-
-
-def part_onward(draft: Draft, placed: Placed) -> Said:
-    """Part a room along a line with free ends: extend it straight, past posts, until it parts the room.
-
-    A stretch of floor on the extension that lies beyond a post, or is longer than a wall beside a door may be, becomes
-    an opening too. Nobody has said this opening, so a stretch longer than the line itself is not taken: the line waits.
-
-    Raises
-    ------
-    PartsNothingError
-        The line parts the room only if it goes on too far.
-    NoEffectError
-        The line lies in a wall, or parts nothing within ``_ONWARD_FAR_M`` of its ends.
-    """
-    strip = in_its_wall(draft, strip_of(*placed.points))
-    room = draft.room_at(strip.centre)
-    if room is None or placed.correction.word == "entrance":
-        raise NoEffectError("it lies in a wall")
-    strip = squared(strip, room.shape)
-    floors = _floor_on_line(strip, room.shape)
-    half = strip.length / 2
-    lows = [low for low, high in floors if low <= SNAP_M - half]
-    highs = [high for _, high in floors if high >= half - SNAP_M]
-    tries = sorted(((low, high) for low in lows for high in highs), key=lambda ends: (ends[1] - ends[0], ends))
-    too_far = math.inf
-    for low, high in tries:
-        whole = Strip(strip.centre + strip.along * (low + high) / 2, strip.along, high - low, SAID_WALL_M)
-        parts = split_pieces(shapely.difference(room.shape, whole.polygon(longer_m=STEP_M)))
-        spans, walls = _spans(floors, (low, high), half)
-        passages = [Strip(strip.centre + strip.along * (a + b) / 2, strip.along, b - a, SAID_WALL_M) for a, b in spans]
-        if any(one is other for one, other in (_sides_of(passage, parts) for passage in passages)):
-            continue
-        onward = max((passage.length for passage in passages[1:]), default=0.0)
-        if onward > strip.length + SNAP_M:
-            too_far = min(too_far, onward)
-            continue
-        said = _parted(draft, room, parts, passages, placed)
-        if len(passages) > 1:
-            more = sum(passage.length for passage in passages[1:])
-            said.also.append(f"its line goes on to the walls beyond: it is open there too, for {more:.2f} m")
-        if walls > STEP_M:
-            said.also.append(f"a wall of {walls:.2f} m closes its line")
-        return said
-    if too_far < math.inf:
-        raise PartsNothingError(
-            f"it parts {draft.name(room)} only if its line goes on over {too_far:.2f} m of floor, which is longer than "
-            "the line; draw it from wall to wall"
-        )
-    raise NoEffectError(f"its line parts nothing: {draft.name(room)} goes on around it")
-
-
-def _floor_on_line(strip: Strip, floor: Polygon) -> list[tuple[float, float]]:
-    """Return the stretches of floor on the extended line of a strip, in order, interrupted by posts at most.
-
-    A stretch is (low, high), in metres along the line from the strip's middle.
-    """
-    reach = strip.along * (strip.length / 2 + _ONWARD_FAR_M)
-    line = shapely.LineString([strip.centre - reach, strip.centre + reach])
-    ends = [
-        sorted(dot(point - strip.centre, strip.along) for point in shapely.get_coordinates(part)[[0, -1]])
-        for part in shapely.get_parts(shapely.intersection(line, floor))
-        if part.length > STEP_M
-    ]
-    spans = sorted((low, high) for low, high in ends)
-    far = strip.length / 2 + _ONWARD_FAR_M - MEETS_M
-    kept = [span for span in spans if span[1] > -strip.length / 2 and span[0] < strip.length / 2]
-    for span in [each for each in spans if each[0] >= strip.length / 2]:
-        if kept and span[0] - kept[-1][1] <= WALL_REACH_M:
-            kept.append(span)
-    for span in [each for each in spans if each[1] <= -strip.length / 2][::-1]:
-        if kept and kept[0][0] - span[1] <= WALL_REACH_M:
-            kept.insert(0, span)
-    return [(low, high) for low, high in kept if low > -far and high < far]
-
-
-def _spans(
-    floors: Sequence[tuple[float, float]], ends: tuple[float, float], half_m: float
-) -> tuple[list[tuple[float, float]], float]:
-    """Return the passages in a line, the stated one first, and the length of its floor that becomes wall, metres."""
-    spans, walls = [(-half_m, half_m)], 0.0
-    for low, high in floors:
-        for a, b in ((low, min(high, -half_m)), (max(low, half_m), high)):
-            if b - a < STEP_M or a < ends[0] - MEETS_M or b > ends[1] + MEETS_M:
-                continue
-            is_beside = low < half_m and high > -half_m
-            if b - a < MIN_DOOR_M or (is_beside and b - a <= ONWARD_M):
-                walls += b - a
-            else:
-                spans.append((a, b))
-    return spans, walls
 
 
 def _line_on_floor(draft: Draft, strip: Strip, room: DraftRoom, word: Word) -> tuple[Strip, Strip, tuple[float, float]]:
@@ -494,8 +391,8 @@ def _line_on_floor(draft: Draft, strip: Strip, room: DraftRoom, word: Word) -> t
             "a wall, or draw the wall first"
         )
     whole, onward = found
-    jambs = strip.ends + whole.across * dot(whole.centre - strip.centre, whole.across)
-    return whole, Strip((jambs[0] + jambs[1]) / 2, strip.along, strip.length, whole.depth), onward
+    middle = whole.centre + strip.along * (max(onward[0], 0.0) - max(onward[1], 0.0)) / 2
+    return whole, Strip(middle, strip.along, whole.length - sum(max(each, 0.0) for each in onward), whole.depth), onward
 
 
 def _sides_of(passage: Strip, parts: Sequence[Polygon]) -> tuple[Polygon, Polygon]:

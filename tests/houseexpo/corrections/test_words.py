@@ -490,10 +490,14 @@ def test_openings_of_which_none_parts_a_room_alone_part_it_together() -> None:
     assert [effect.outcome for effect in both.effects] == ["done", "done"]
     assert len(both.plan.rooms) == 2
     assert kinds(both.plan) == ["opening", "opening"]
-    free = [[1.0, 4.0], [2.8, 4.0]]  # between no walls: it goes on to the next ones, and the others are none the worse
+    free = [[1.2, 4.0], [2.8, 4.0]]  # between no walls: it waits, and the others are none the worse
     three = corrected(plan, opening=[north, free, south])
-    assert [effect.outcome for effect in three.effects] == ["done", "done", "done"]
-    assert len(three.plan.rooms) == 3
+    assert [(effect.outcome, effect.waits) for effect in three.effects] == [
+        ("done", False),
+        ("none", True),
+        ("done", False),
+    ]
+    assert len(three.plan.rooms) == 2
 
 
 def test_an_opening_from_a_corner_along_its_edge_meets_the_corner() -> None:
@@ -587,27 +591,48 @@ def test_three_slanted_parts_keep_one_outline(rings: list[list[tuple[float, floa
 
 
 @pytest.mark.parametrize("word", ["door", "opening"])
-def test_a_passage_with_free_ends_parts_the_space_as_far_as_its_line_goes(word: str) -> None:
-    found = corrected(**{word: [[1.0, 1.5], [2.6, 1.5]]})
-    assert [effect.outcome for effect in found.effects] == ["done"]
-    assert kinds(found.plan) == sorted(["door", word, "opening"])  # the wall goes on for 0.9 m, an opening for 1.5 m
-    assert len(found.plan.rooms) == 3
-    assert "it is open there too, for 1.50 m" in found.effects[0].sentence
-    assert "a wall of 0.90 m closes its line" in found.effects[0].sentence
-    assert not found.followed
-
-
-def test_a_passage_between_a_wall_and_a_post_takes_the_way_beyond_the_post_too() -> None:
+def test_a_passage_acts_from_its_first_to_its_last_point(word: str) -> None:
+    free = corrected(**{word: [[1.0, 1.5], [2.6, 1.5]]})  # 1.5 m of floor are left beyond its end
+    assert (free.effects[0].outcome, free.effects[0].waits) == ("none", True)
+    assert encode(free.plan) == encode(PLAN)
     plan = hall((4.9, 3.9, 5.1, 4.1))
-    found = corrected(plan, opening=[[5.0, 0.1], [5.0, 3.9]])
+    beside_a_post = [[5.0, 0.1], [5.0, 3.9]]
+    assert corrected(plan, **{word: beside_a_post}).effects[0].waits
+    both = corrected(plan, **{word: [beside_a_post, [[5.0, 4.1], [5.0, 8.1]]]})
+    assert [effect.outcome for effect in both.effects] == ["done", "done"]
+    assert len(both.plan.rooms) == 2
+
+
+def test_a_passage_that_ends_at_a_party_wall_leaves_the_room_behind_it() -> None:
+    """Two wards and a hall north of them are one space; the line lies between the west ward and the hall."""
+    ring = box(0.0, 0.0, 10.0, 6.0)
+    party = (box(4.9, 1.0, 5.1, 3.1),)
+    plan = FloorPlan("wards", ring, 1, {}, party, rooms=(Room(0, "Room", ring, party),))
+    found = corrected(plan, opening=[[0.0, 3.0], [5.0, 3.0]])
+    assert found.effects[0].waits
+    assert encode(found.plan) == encode(plan)
+    closed = corrected(plan, opening=[[0.0, 3.0], [5.0, 3.0]], wall=[[5.0, 0.0], [5.0, 1.0]])
+    assert [effect.outcome for effect in closed.effects] == ["done", "done"]
+    assert areas(closed.plan) == pytest.approx([14.6, 44.4], abs=0.6)
+
+
+@pytest.mark.parametrize("beside", [-0.2, -0.05, 0.0, 0.05, 0.2])
+def test_a_passage_that_is_drawn_a_hand_s_breadth_beside_walls_ends_lies_between_them(beside: float) -> None:
+    bays = [(0.0, 0.0), (9.0, 0.0), (9.0, 6.0), (6.1, 6.0), (6.1, 3.0), (6.0, 3.0), (6.0, 6.0)]
+    bays += [(3.1, 6.0), (3.1, 3.0), (3.0, 3.0), (3.0, 6.0), (0.0, 6.0)]
+    plan = FloorPlan("bays", bays, 1, {}, rooms=(Room(0, "Room", bays),))
+    found = corrected(plan, opening=[[3.05, 3.0 + beside], [6.05, 3.0 + beside]])
     assert [effect.outcome for effect in found.effects] == ["done"]
-    assert kinds(found.plan) == ["opening", "opening"]
-    assert sorted(door.width for door in found.plan.doors) == pytest.approx([3.8, 4.0], abs=0.02)
-    assert len(found.plan.rooms) == 2
-    posts = hall((4.9, 2.6, 5.1, 2.8), (4.9, 5.3, 5.1, 5.5))
-    between = corrected(posts, opening=[[5.0, 2.8], [5.0, 5.3]])
-    assert kinds(between.plan) == ["opening"] * 3
-    assert len(between.plan.rooms) == 2
+    assert areas(found.plan)[0] == pytest.approx(2.9 * 3.0, abs=0.9)
+
+
+@pytest.mark.parametrize("beyond", [0.1, 0.4, 0.9])
+def test_a_passage_drawn_past_the_walls_ends_at_them(beyond: float) -> None:
+    found = corrected(opening=[[2.0, 0.1 - beyond], [2.0, 3.1 + beyond]])
+    assert [effect.outcome for effect in found.effects] == ["done"]
+    assert areas(found.plan) == [5.55, 6.15, 9.0]
+    (way,) = [door for door in found.plan.doors if door.kind == "opening"]
+    assert way.width == pytest.approx(3.0, abs=0.02)
 
 
 def test_a_closet_that_a_person_says_is_a_room() -> None:
@@ -702,7 +727,7 @@ def behind_a_door(*pillars: tuple[float, float, float, float]) -> Space:
 @pytest.mark.parametrize("later", [False, True])
 def test_lines_in_a_space_wait_for_the_door_into_it_whatever_the_order(later: bool) -> None:
     way = [[7.25, 1.0], [7.25, 1.9]]
-    free = [[[10.3, 2.0], [10.3, 4.2]]]
+    free = [[[10.3, 0.1], [10.3, 6.1]]]
     pair = [[[10.3, 0.1], [10.3, 2.5]], [[10.3, 3.5], [10.3, 6.1]]]
     for space, lines in ((behind_a_door(), free), (behind_a_door((10.2, 2.5, 10.4, 3.5)), pair)):
         words = Override(door=[*lines, way] if later else [way, *lines], label=[8.0, 1.0, "Office"]).corrections
@@ -830,48 +855,8 @@ def test_the_only_room_of_a_plan_is_replaced_by_one_that_a_person_draws() -> Non
     assert not found.plan.doors
 
 
-def around_a_block() -> FloorPlan:
-    """A hall of 9 x 8 m with a block in its middle, and a wall that ends beside the line through this block."""
-    ring = [(0.0, 0.0), (7.0, 0.0), (7.0, 3.97), (7.2, 3.97), (7.2, 0.0), (9.0, 0.0), (9.0, 8.0), (0.0, 8.0)]
-    block = (box(4.5, 3.5, 5.5, 4.5),)
-    return FloorPlan("house", ring, 1, {}, block, rooms=(Room(0, "Kitchen", ring, block),))
-
-
-def test_rooms_that_are_joined_again_have_their_entrance_whole() -> None:
-    way = Door(0, "entrance", ((9.1, 3.0), (9.1, 5.0)), 2.0, box(9.0, 3.0, 9.2, 5.0), (0, None))
-    found = corrected(
-        replace(around_a_block(), doors=(way,)), opening=[[0.0, 4.0], [4.5, 4.0]], one_room=[[8.0, 1.0], [8.0, 7.0]]
-    )
-    assert [door.width for door in found.plan.doors if door.kind == "entrance"] == [2.0]
-
-
-def test_a_room_that_a_line_makes_beyond_its_ends_can_be_joined_again() -> None:
-    line = [[0.0, 4.0], [4.5, 4.0]]  # beyond the block it goes on, and closes a space behind the wall
-    beyond = corrected(around_a_block(), opening=line)
-    assert [effect.outcome for effect in beyond.effects] == ["done"]
-    assert areas(beyond.plan) == pytest.approx([7.1, 27.2, 35.1], abs=0.1)
-    assert "it is open there too" in beyond.effects[0].sentence
-    joined = corrected(around_a_block(), opening=line, one_room=[[8.0, 1.0], [8.0, 7.0]])
-    assert [effect.outcome for effect in joined.effects] == ["done", "done"]
-    assert areas(joined.plan) == pytest.approx([27.2, 42.56], abs=0.1)
-    against = corrected(around_a_block(), opening=line, one_room=[[1.0, 1.0], [1.0, 7.0]])
-    assert [effect.outcome for effect in against.effects] == ["none", "done"]
-    assert "parts them, and is said too" in against.effects[0].said
-
-
-def test_a_line_goes_on_no_farther_than_it_is_long() -> None:
-    found = corrected(hall(), opening=[[4.0, 4.0], [5.0, 4.0]])
-    assert (found.effects[0].outcome, found.effects[0].waits) == ("none", True)
-    post = hall((4.9, 3.9, 5.1, 4.1))
-    short = corrected(post, opening=[[5.0, 4.1], [5.0, 7.5]])
-    assert short.effects[0].waits
-    assert "longer than the line" in short.effects[0].sentence
-    both = corrected(post, opening=[[[5.0, 4.1], [5.0, 8.1]], [[5.0, 3.9], [5.0, 0.1]]])
-    assert [effect.outcome for effect in both.effects] == ["done", "done"]
-
-
 def test_a_line_that_was_said_stays_where_it_is_when_another_crosses_it() -> None:
-    first = [[0.1, 4.0], [6.0, 4.0]]
+    first = [[0.1, 4.0], [10.1, 4.0]]
     alone = corrected(hall(), opening=first)
     both = corrected(hall(), opening=[first, [[4.0, 0.1], [4.0, 3.0]]])
     assert [effect.outcome for effect in both.effects] == ["done", "done"]
