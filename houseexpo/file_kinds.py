@@ -43,7 +43,6 @@ _ROOTS: Final[dict[bytes, tuple[str, ...]]] = {
     b"COLLADA": (".dae",),
     b"svg": (".svg",),
     b"mujoco": (".mjcf", ".xml"),
-    b"IndoorFeatures": (".gml", ".xml", ".indoorgml"),
     b"sdf": (".sdf", ".world"),
 }
 """The root elements of XML formats, without a prefix."""

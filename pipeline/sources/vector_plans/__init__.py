@@ -37,11 +37,9 @@ FAMILIES = (
     "scene_state",
     "dxf",
     "imdf",
-    "indoorgml",
     "geojson",
     "scene_text",
-    "interior_gs",
-    "annotations",
+    "structured3d",
     "svg",
     "tables",
 )

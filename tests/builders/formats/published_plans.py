@@ -70,48 +70,6 @@ def structured3d() -> str:
     return json.dumps({**document, "planeLineMatrix": plane_lines, "lineJunctionMatrix": line_junctions})
 
 
-def interior_gs() -> str:
-    """Lines of walls of 0.1 m, rooms, a door and a window as upright polygons, and boxes."""
-    ends = [((-0.05, -0.05), (8.15, -0.05)), ((8.15, -0.05), (8.15, 4.05)), ((8.15, 4.05), (-0.05, 4.05))]
-    ends += [((-0.05, 4.05), (-0.05, -0.05)), ((4.05, -0.05), (4.05, 4.05))]
-    rooms = [("Kitchen", KITCHEN), ("Master Bedroom", BEDROOM)]
-    door = [[4.05, 1.5, 0.0], [4.05, 2.4, 0.0], [4.05, 2.4, 2.1], [4.05, 1.5, 2.1]]
-    window = [[1.0, -0.05, 1.0], [2.0, -0.05, 1.0], [2.0, -0.05, 2.0], [1.0, -0.05, 2.0]]
-    return json.dumps(
-        {
-            "rooms": [{"profile": list(shape.exterior.coords), "room_type": word} for word, shape in rooms],
-            "walls": [{"location": end, "thickness": 0.1, "height": 2.8} for end in ends],
-            "holes": [
-                {"profile": door, "thickness": 0.1, "type": "DOOR"},
-                {"profile": window, "thickness": 0.1, "type": "WINDOW"},
-            ],
-            "ins": [
-                {"label": "Sofa", "position": [1.0, 1.0, 0.4], "size": [1.8, 0.8, 0.8]},
-                {"label": "Curtain", "position": [1.5, 0.05, 1.2], "size": [1.2, 0.1, 2.4]},
-            ],
-        }
-    )
-
-
-def zind(scale: float | None = 2.0) -> str:
-    """A floor of ``redraw``; its door is drawn in both of its rooms, as pairs of points."""
-    by = scale or 2.0
-
-    def points(ring: list[tuple[float, float]]) -> list[list[float]]:
-        return [[x / by, y / by] for x, y in ring]
-
-    rooms = {
-        f"room_0{i}": {
-            "vertices": points(list(shape.exterior.coords)[:-1]),
-            "doors": [points([(x, 1.5), (x, 2.4)])],
-            "windows": [],
-            "pins": [{"label": name, "position": [0, 0]}],
-        }
-        for i, (name, shape, x) in enumerate((("kitchen", KITCHEN, 4.0), ("bedroom", BEDROOM, 4.1)))
-    }
-    return json.dumps({"scale_meters_per_coordinate": {"floor_01": scale}, "redraw": {"floor_01": rooms}, "merger": {}})
-
-
 def cubicasa() -> str:
     """Walls, doors and spaces as groups with polygons, 100 pixels a metre; y down."""
 

@@ -10,9 +10,9 @@ import pytest
 from shapely import MultiPolygon, box
 
 from pipeline.sources.vector_plans import dxf, geojson, scene_state, scene_text, tables
-from pipeline.sources.vector_plans.annotations import read_drawing as read_annotations
 from pipeline.sources.vector_plans.drawing import DrawnStorey, Feature
 from pipeline.sources.vector_plans.named_features import storey_from_features
+from pipeline.sources.vector_plans.structured3d import read_drawing as read_structured3d
 
 SQUARE = [[0, 0, 0], [4000, 0, 0], [4000, 4000, 0], [0, 4000, 0]]
 
@@ -51,7 +51,7 @@ def test_a_room_without_a_floor_is_left_out_and_a_door_that_ends_at_zero_is_one(
             {"ID": 2, "type": "door", "planeID": [1]},
         ],
     }
-    drawing = read_annotations(written(tmp_path / "annotation_3d.json", found))
+    drawing = read_structured3d(written(tmp_path / "annotation_3d.json", found))
     assert "semantics[1]" in drawing.left_out.note
     assert "no floor" in drawing.left_out.note
     assert len(drawing.storeys[0].rooms) == 1

@@ -16,7 +16,6 @@ from houseexpo.plan.room_labels import UNLABELLED
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources import find, reader
 from pipeline.sources.drawn_storeys import Hole, Wall, deepen_to_wall_faces
-from pipeline.sources.vector_plans import is_vector_plan
 from pipeline.sources.vector_plans.tables import list_plan_names
 from tests.builders.batch import plans_of
 from tests.builders.damage import rejected
@@ -27,8 +26,6 @@ FILES = {
     "layout.txt": (published.spatiallm, set()),
     "ase_scene_language.txt": (published.aria, set()),
     "annotation_3d.json": (published.structured3d, NAMED),
-    "structure.json": (published.interior_gs, NAMED),
-    "zind_data.json": (published.zind, NAMED),
     "model.svg": (published.cubicasa, NAMED),
     "geometries.csv": (published.swiss_dwellings, NAMED),
     "ResPlan.pkl": (published.resplan, NAMED),
@@ -79,30 +76,6 @@ def test_a_table_and_a_pickle_hold_many_plans(tmp_path):
     assert [item.key for item in find(str(path))] == ["0", "1", "2", "3"]
     assert len({plan.id for plan in plans_of(path)}) == 4
     assert len(plans_of(written(tmp_path / "msd.csv", published.swiss_dwellings(1, "geom")))) == 1
-
-
-def test_a_floor_plan_of_interiorgs_names_its_furniture_and_what_it_leaves_out(tmp_path):
-    document = json.loads(published.interior_gs())
-    document["walls"] += [{"location": [[0, 0]], "thickness": 0.1, "height": 2.8}, "nonsense"]
-    document["holes"] = 3
-    document["ins"] += [{"label": "Lamp", "position": [1, 1, 2.5], "size": [0.3, 0.3, 0.3]}, {"label": "Sofa"}]
-    path = written(tmp_path / "scene.json", json.dumps(document))
-    (level,) = reader("vector_plans").read(next(find(str(path))))
-    assert [thing.words for thing in level.furniture] == [("Sofa",)]
-    for part in ("walls[5]", "walls[6]", "ins[3]", "holes: expected a list, found int"):
-        assert part in level.provenance["left_out"]
-
-
-def test_a_json_of_another_kind_is_not_interiorgs(tmp_path):
-    path = written(tmp_path / "structure.json", json.dumps({"rooms": [{"type": "kitchen"}], "walls": []}))
-    assert not is_vector_plan(path, path.read_bytes())
-
-
-def test_a_scale_that_is_missing_is_guessed_from_doors(tmp_path):
-    (plan,) = plans_of(written(tmp_path / "zind_data.json", published.zind(None)))
-    assert plan.doors[0].width == pytest.approx(0.8, abs=0.02)
-    (level,) = reader("vector_plans").read(next(find(str(tmp_path / "zind_data.json"))))
-    assert level.guesses == ("scale",)
 
 
 class Code:
@@ -158,7 +131,6 @@ def test_svg_with_entities_is_refused(tmp_path):
         ("layout.txt", "wall_0=Wall(a,b)\n", "no level|walls"),
         ("annotation_3d.json", "{", "no JSON"),
         ("annotation_3d.json", '{"junctions": 1}', "KeyError|TypeError"),
-        ("zind_data.json", '{"redraw": {}}', "redraw"),
         ("model.svg", '<svg><g class="Wall"><polygon points="0,0 1,0 1,1"/></g></svg>', "door"),
         (
             "geometries.csv",
@@ -416,15 +388,6 @@ def mujoco(body, before=""):
             ),
         ),
         ("a.svg", SVG.format('<path d="L1 1 2 2 3 3 H 1 V 2 Z"/>')),
-        (
-            "zind_data.json",
-            json.dumps(
-                {
-                    "redraw": {"1": {"r": {"vertices": SQUARE}, "q": {"vertices": [[BIG, 0], [0, 1], [1, 1]]}}},
-                    "scale_meters_per_coordinate": {"1": 1},
-                }
-            ),
-        ),
     ],
 )
 def test_a_part_with_impossible_numbers_is_left_out(tmp_path, name, text):
