@@ -12,15 +12,16 @@ R3  ``door``, ``opening``: in a wall between two rooms, it joins them. In an out
     opens nothing beyond its ends.
 R4  ``entrance``: a door to the outside, whatever lies there. ``wall``: parts the rooms that it crosses. Spaces that it
     encloses together with the source's walls, rooms and other drawn walls become rooms. A wall that encloses no space
-    waits. A wall over a passage, or just before it, shuts it. An entrance in which a line ends becomes one entrance for
-    each of the rooms that the line parts.
+    waits. Walls over more than half of a passage, or just before it, shut it. A passage in which a line ends becomes
+    one passage for each of the rooms that the line parts.
 R5  ``one_room``: the rooms become one, together with the passages and walls between them (``merging``). ``no_wall``:
     the rooms on both sides of a line in a wall become one, joined by the drawn part of the wall. ``no_door``: the
     passage becomes wall, or else the cut through the wall there. ``window``: the same, since plans have no windows.
 R6  ``room``: a space between walls that the plan lacks becomes a room. ``room_outline``: the free part of an area
-    becomes a room; it parts a room that takes more than a fifth of it. Entrances that lead to the place of a new room
-    lead into it. ``no_room``: the room is removed, and its doors to other rooms lead outside. ``outside``: the same,
-    and rooms that meet the area without a wall are open to it. ``label``: names a room.
+    becomes a room; it parts a room that takes more than a fifth of it, or replaces its outline if both nearly agree.
+    Entrances that lead to the place of a new room lead into it. ``no_room``: the room is removed, and its doors to
+    other rooms lead outside. ``outside``: the same, and rooms that meet the area without a wall are open to it.
+    ``label``: names a room.
 R7  Finally, a cut joins parts that words have separated, unless a person says that there is no way (``joining``). A
     word without an effect may deny this cut. A message reports the others.
 R8  A part that a person has stated has confidence 1.
@@ -48,6 +49,8 @@ from houseexpo.corrections.rooms import (
     place_wall,
     remove_room,
     remove_wall,
+    shut_together,
+    wall_text,
 )
 from houseexpo.corrections.saying import (
     AlreadySoError,
@@ -207,7 +210,12 @@ _DENYING: Final = frozenset({"no_door", "window"})
 
 
 def _close_with_walls(draft: Draft, placed: Sequence[Placed], effects: list[Effect]) -> None:
-    """Make rooms of the spaces that walls enclose outside all rooms (R4)."""
+    """Shut passages that walls cover together, and make rooms of the spaces that they enclose outside rooms (R4)."""
+    walls = [k for k, effect in enumerate(effects) if effect.correction.word == "wall"]
+    for number, shut in shut_together(draft, [placed[k] for k in walls]).items():
+        at = walls[number]
+        known = effects[at].also if effects[at].outcome == "done" else ()
+        effects[at] = Effect(placed[at].correction, "done", wall_text(placed[at]), (*known, *shut))
     loose = [k for k, effect in enumerate(effects) if effect.correction.word == "wall" and effect.outcome != "done"]
     for number, said in close_spaces(draft, [placed[k] for k in loose]).items():
         effects[loose[number]] = Effect(placed[loose[number]].correction, "done", said.text, tuple(said.also))
@@ -229,6 +237,7 @@ def _apply_waiting(draft: Draft, placed: Sequence[Placed], effects: list[Effect]
     """Part rooms along several waiting lines together (R3)."""
     waiting = [k for k, effect in enumerate(effects) if effect.waits and effect.correction.word in _PARTING]
     while True:
+        draft.beside = []
         before = draft.state()
         together = part_together(draft, [placed[at] for at in waiting])
         again = _parted_again(draft)
@@ -241,7 +250,8 @@ def _apply_waiting(draft: Draft, placed: Sequence[Placed], effects: list[Effect]
         waiting = [at for at in waiting if at not in refused]
     for number, at in enumerate(waiting):
         if number in together:
-            effects[at] = Effect(placed[at].correction, "done", together[number].text)
+            also, draft.beside = tuple(draft.beside), []
+            effects[at] = Effect(placed[at].correction, "done", together[number].text, also)
 
 
 def _parted_again(draft: Draft) -> dict[str, str]:
@@ -256,6 +266,7 @@ def _parted_again(draft: Draft) -> dict[str, str]:
 
 def _apply(draft: Draft, placed: Placed, word: Callable[[Draft, Placed], Said]) -> Effect:
     correction = placed.correction
+    draft.beside = []
     before = draft.state()
     try:
         done = word(draft, placed)
@@ -270,7 +281,7 @@ def _apply(draft: Draft, placed: Placed, word: Callable[[Draft, Placed], Said]) 
     except NoEffectError as refused:
         draft.restore(before)
         return Effect(correction, "none", str(refused))
-    return Effect(correction, "done", done.text, tuple(done.also))
+    return Effect(correction, "done", done.text, (*done.also, *draft.beside))
 
 
 _WORDS: Final[Mapping[Word, Callable[[Draft, Placed], Said]]] = {

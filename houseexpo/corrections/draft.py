@@ -133,6 +133,8 @@ class Draft:
         """The rooms that a person has removed."""
         self.joined: list[Place] = []
         """The areas between rooms that a person has merged."""
+        self.beside: list[str] = []
+        """Sentences on what the latest word has changed beside what it states."""
         self.denied: list[BaseGeometry] = []
         """The areas of passages that a person has removed."""
 
@@ -196,7 +198,7 @@ class Draft:
     def replace_room(self, room: DraftRoom, parts: Sequence[Polygon]) -> list[DraftRoom]:
         """Replace a room by parts, sorted by area. The largest keeps the name; a passage goes to the nearest part.
 
-        An entrance before several parts becomes one entrance for each.
+        A passage before several parts becomes one passage for each.
         """
         ordered = sorted(parts, key=lambda part: -part.area)
         made = [DraftRoom(part, confidence=room.confidence) for part in ordered]
@@ -210,7 +212,15 @@ class Draft:
                 one, other = (nearest if side is room else side for side in door.rooms)
                 assert one is not None  # noqa: S101  # the first side of a door is a room
                 door.rooms = (one, other)
-        self.doors = [each for door in self.doors for each in _divided(door, made)]
+        divided = [(door, _divided(door, made)) for door in self.doors]
+        self.doors = [each for _, parts in divided for each in parts]
+        counts = {2: "two", 3: "three"}
+        self.beside += [
+            f"the {door.kind} of {door.width:.2f} m is {counts.get(len(parts), len(parts))} now, of "
+            + " and ".join(f"{part.width:.2f} m" for part in parts)
+            for door, parts in divided
+            if len(parts) > 1
+        ]
         return made
 
     @property
@@ -332,8 +342,9 @@ class Draft:
 
 
 def _divided(door: DraftDoor, rooms: Sequence[DraftRoom]) -> list[DraftDoor]:
-    """Return an entrance as one entrance for each of the rooms behind it, if there are several; else the door."""
-    if door.rooms[1] is not None or not any(door.rooms[0] is room for room in rooms):
+    """Return a passage as one for each of the rooms at one of its sides, if there are several, else as it is."""
+    side = next((k for k in (0, 1) if any(door.rooms[k] is room for room in rooms)), None)
+    if side is None:
         return [door]
     middle, behind = door.ends.mean(axis=0), door.shape.buffer(GRID_M, join_style="mitre")
     found = []
@@ -344,8 +355,9 @@ def _divided(door: DraftDoor, rooms: Sequence[DraftRoom]) -> list[DraftDoor]:
             ends = middle + np.array([[at.min()], [at.max()]]) * door.along
             beside = shapely.LineString(ends).buffer(door.shape.length, cap_style="flat")
             pieces = split_pieces(shapely.intersection(door.shape, beside))
-            part = replace(door, ends=ends, rooms=(room, None), before=None)
-            found += [replace(part, shape=piece) for piece in pieces[:1]]
+            one, other = (room if k == side else each for k, each in enumerate(door.rooms))
+            assert one is not None  # noqa: S101  # the first side of a door is a room
+            found += [replace(door, ends=ends, rooms=(one, other), before=None, shape=piece) for piece in pieces[:1]]
     return found if len(found) > 1 else [door]
 
 

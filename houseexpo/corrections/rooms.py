@@ -77,7 +77,7 @@ def place_wall(draft: Draft, placed: Placed) -> Said:
     if not crossed and shut:
         drawn = shapely.union_all([strip.polygon(), *(door.shape for door in shut)])
         draft.walls.append(Place(drawn, str(placed.correction)))
-        return Said(f"a wall of {strip.length:.2f} m stands there", _shut(draft, shut, strip.polygon()))
+        return Said(wall_text(placed), _shut(draft, shut, strip.polygon()))
     if not crossed:
         _place_outside_rooms(draft, strip, placed)
     strip = squared(strip, crossed[0].shape)
@@ -98,7 +98,7 @@ def place_wall(draft: Draft, placed: Placed) -> Said:
     also += _shut(draft, shut, area)
     if not wanted and not shut:
         raise AlreadySoError("no floor is there: it lies in a wall already")
-    return Said(f"a wall of {strip.length:.2f} m stands there", also)
+    return Said(wall_text(placed), also)
 
 
 def _wall_in(draft: Draft, room: DraftRoom, area: Polygon, length_m: float) -> list[str]:
@@ -130,15 +130,45 @@ def _wall_in(draft: Draft, room: DraftRoom, area: Polygon, length_m: float) -> l
 
 def _shut_by(draft: Draft, strip: Strip) -> list[DraftDoor]:
     """Return the passages that a wall shuts: it lies in or just before each, along it, and covers most of its width."""
-    wall, area, found = shapely.LineString(strip.ends), strip.polygon(), []
-    for door in draft.doors:
-        way = strip_of(*door.ends, depth_m=door.shape.area / max(door.width, STEP_M))
-        before = replace(way, depth=way.depth + 2 * SNAP_M)
-        covered = shapely.intersection(wall, before.polygon(longer_m=MEETS_M)).length
-        is_along = abs(dot(way.along, strip.along)) > ALONG
-        if (is_along and covered > door.width / 2) or area.intersection(door.shape).area > door.shape.area / 2:
-            found.append(door)
-    return found
+    area = strip.polygon()
+    return [
+        door
+        for door in draft.doors
+        if _covered(door, [strip]) > door.width / 2 or area.intersection(door.shape).area > door.shape.area / 2
+    ]
+
+
+def _covered(door: DraftDoor, walls: Sequence[Strip]) -> float:
+    """Return how much of a passage's width is covered by walls that lie in or just before it, along it, metres."""
+    way = strip_of(*door.ends, depth_m=door.shape.area / max(door.width, STEP_M) + 2 * SNAP_M)
+    before, spans = way.polygon(longer_m=MEETS_M), []
+    for wall in walls:
+        part = shapely.intersection(shapely.LineString(wall.ends), before)
+        if abs(dot(way.along, wall.along)) > ALONG and part.length > 0:
+            at = (shapely.get_coordinates(part) - way.centre) @ way.along
+            spans.append(shapely.LineString([(at.min(), 0.0), (at.max(), 0.0)]))
+    return float(shapely.union_all(spans).length)
+
+
+def shut_together(draft: Draft, walls: Sequence[Placed]) -> dict[int, list[str]]:
+    """Shut passages that only several walls cover; return sentences by the number of the wall (R4)."""
+    said: dict[int, list[str]] = {}
+    strips = [strip_of(*each.points, depth_m=SAID_WALL_M) for each in walls]
+    for door in [door for door in draft.doors if not door.said]:
+        over = [k for k, strip in enumerate(strips) if _covered(door, [strip]) > 0]
+        if len(over) < 2 or _covered(door, [strips[k] for k in over]) <= door.width / 2:
+            continue
+        area = shapely.union_all([strips[k].polygon() for k in over])
+        sentences = _shut(draft, [door], area)
+        draft.walls.append(Place(shapely.union(area, door.shape), str(walls[over[0]].correction)))
+        for k in over:
+            said.setdefault(k, []).extend(sentences)
+    return said
+
+
+def wall_text(placed: Placed) -> str:
+    """Return the sentence about a wall that a person has drawn."""
+    return f"a wall of {math.dist(*placed.points):.2f} m stands there"
 
 
 def _shut(draft: Draft, shut: Sequence[DraftDoor], wall: Polygon) -> list[str]:
@@ -298,10 +328,6 @@ def draw_room(draft: Draft, placed: Placed) -> Said:
     drawn = Polygon(placed.points)
     shares = [(shapely.intersection(room.shape, drawn).area / drawn.area, room) for room in draft.rooms]
     most, there = max(shares, key=itemgetter(0), default=(0.0, None))
-    if there is not None and most > 1 - _SAME and drawn.area > (1 - _SAME) * there.shape.area:
-        there.confidence = None if there.confidence is None else 1.0
-        there.said = there.said or str(placed.correction)
-        raise AlreadySoError(f"{draft.name(there)} is there already")
     others, parted = sum(share for share, _ in shares) - most, None
     if there is not None and most + others > _SAME:
         if others > _SAME:
@@ -309,14 +335,18 @@ def draw_room(draft: Draft, placed: Placed) -> Said:
                 f"{draft.name(there)} takes {100 * most:.0f}% of it, and other rooms {100 * others:.0f}%; to join "
                 "rooms, say one_room"
             )
-        if there.said:
-            raise contradiction(there.said)
         parted = there
     walled = shapely.union_all([room.shape for room in draft.rooms if room is not parted])
     free = free_part(draft, shapely.difference(drawn, walled.buffer(SAID_WALL_M, join_style="mitre")), parted)
     shape = free if free is None or parted is None else _at_its_walls(free, parted.shape)
     if shape is None or not may_be_room(shape):
         raise NoEffectError("other rooms and passages take all of it")
+    if parted is not None and shapely.symmetric_difference(shape, parted.shape).area < TILE_M2:
+        parted.confidence = None if parted.confidence is None else 1.0
+        parted.said = parted.said or str(placed.correction)
+        raise AlreadySoError(f"{draft.name(parted)} is there already")
+    if parted is not None and parted.said:
+        raise contradiction(parted.said)
     far = min((float(each.shape.distance(drawn)) for each in draft.rooms), default=math.inf)
     if far > FARTHEST_ROOM_M:
         raise NoEffectError(f"it lies {far:,.1f} m from the nearest room; draw it at the house")
@@ -339,18 +369,29 @@ def _put_in(draft: Draft, shape: Polygon, parted: DraftRoom | None) -> tuple[Dra
     if parted is None:
         draft.rooms.append(DraftRoom(shape))
         return draft.rooms[-1], []
-    name = draft.name(parted)
+    name, shared = draft.name(parted), shapely.intersection(parted.shape, shape).area
     left = split_pieces(shapely.difference(parted.shape, shape.buffer(SAID_WALL_M, join_style="mitre")))
-    wide = [part for part in left if is_room_sized(part) and not part.buffer(-SNAP_M).is_empty]
+    is_its_outline = shared > (1 - _SAME) * max(shape.area, parted.shape.area)
+    wide = [] if is_its_outline else left
+    wide = [part for part in wide if is_room_sized(part) and not part.buffer(-SNAP_M).is_empty]
     made = draft.replace_room(parted, [shape, *wide])
-    draft.doors = [
+    lost = [
         door
         for door in draft.doors
-        if all(side is None or side not in made or side.shape.distance(door.shape) < STEP_M for side in door.rooms)
+        if any(side in made and side.shape.distance(door.shape) >= STEP_M for side in door.rooms if side is not None)
     ]
+    draft.doors = [door for door in draft.doors if all(door is not each for each in lost)]
+    draft.beside += [f"the {door.kind} of {door.width:.2f} m is gone" for door in lost]
     rest = [each for each in made if each.shape is not shape]
-    now = f"the rest of {name} is {_names(draft, rest)} now; say no_room there if that is no room"
-    return next(each for each in made if each.shape is shape), [now if rest else f"{name} is gone"]
+    if is_its_outline:
+        now = f"it replaces the outline of {name}"
+        cut_off = sum(part.area for part in left)
+        also = [now, *([f"{cut_off:.1f} m2 of it are in no room now"] if cut_off > TILE_M2 else [])]
+    elif rest:
+        also = [f"the rest of {name} is {_names(draft, rest)} now; say no_room there if that is no room"]
+    else:
+        also = [f"{name} is gone"]
+    return next(each for each in made if each.shape is shape), also
 
 
 def _lead_in(draft: Draft, room: DraftRoom) -> list[str]:
