@@ -17,9 +17,9 @@ from houseexpo.pseudoslam.config.robot import LaserConfig, NoiseConfig
 YOU: Final = "you"
 FRAMES_PER_S: Final = 30
 MOST_STEPS_PER_S: Final = 120
-"""Steps per second of an explorer or a replay: four per frame."""
-LONGEST_MESSAGE: Final = 61_000
-"""Characters of a message; only that of a replay is long."""
+"""Steps per second of an explorer: four per frame."""
+LONGEST_MESSAGE: Final = 2_000
+"""Characters of a message."""
 MAX_STEPS: Final = 50_000
 """Steps of an episode in the browser: half an hour without a pause."""
 
@@ -70,12 +70,6 @@ class StartDrive(
         return replace(common, robot=robot, step_s=1 / FRAMES_PER_S)
 
 
-class ReplayDrive(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag="replay", tag_field="do"):
-    """Place a robot and replay a recording (``recordings.Recording.as_text``)."""
-
-    recording: Annotated[str, Meta(max_length=LONGEST_MESSAGE)]
-
-
 class MoveRobot(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag="move", tag_field="do"):
     """Move until the next message, at shares of the full speed, forward and to the left."""
 
@@ -84,7 +78,7 @@ class MoveRobot(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag="mo
 
 
 class SetPace(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag="pace", tag_field="do"):
-    """Set the steps per second of an explorer or a replay; 0 is a pause."""
+    """Set the steps per second of an explorer; 0 is a pause."""
 
     steps_per_s: Annotated[float, Meta(ge=0, le=MOST_STEPS_PER_S)]
 
@@ -103,7 +97,7 @@ class FinishDrive(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag="
     """End the drive and send its results."""
 
 
-Message: TypeAlias = StartDrive | ReplayDrive | MoveRobot | SetPace | FrameDrawn | SendPathAndMap | FinishDrive
+Message: TypeAlias = StartDrive | MoveRobot | SetPace | FrameDrawn | SendPathAndMap | FinishDrive
 
 
 def decode_message(text: str) -> Message:

@@ -1,4 +1,4 @@
-"""Simulate one robot in a plan, driven by a person, an explorer, a server's policy or a recording, and make its frames.
+"""Simulate one robot in a plan, driven by a person, an explorer or a server's policy, and make its frames.
 
 It does not know the socket.
 """
@@ -26,7 +26,6 @@ from houseexpo.pseudoslam.render.sight import measure_sight
 from houseexpo.pseudoslam.simulator import ACTIONS
 from houseexpo.service.drive.frames import COLLIDED, ENDED, SUCCESS, RobotReport, SentMap, encode_frame
 from houseexpo.service.drive.messages import YOU, StartDrive
-from houseexpo.service.drive.recordings import FULL_SPEED, DriveEnd, Recorder, Recording, hash_geometry
 
 BEAMS: Final = 181
 """Beams of the laser that the browser draws."""
@@ -57,8 +56,6 @@ class DrivenRobot:
 
     Parameters
     ----------
-    replayed
-        What it does, where it replays a drive; ``start`` is the recording's then.
     policies
         The server's own policies: the names of files or functions, by the names of drivers.
 
@@ -74,15 +71,14 @@ class DrivenRobot:
         self,
         plan: FloorPlan,
         start: StartDrive,
-        replayed: Recording | None = None,
         policies: Mapping[str, str] | None = None,
     ) -> None:
-        self._start, self._replayed = start, replayed
+        self._start = start
         self._by_hand = start.driver == YOU
         self._opened, self._mind = ExitStack(), None
         with ExitStack() as undone:
             undone.callback(self.close)
-            policy = None if self._by_hand or replayed else self._load(start.driver, policies or {})
+            policy = None if self._by_hand else self._load(start.driver, policies or {})
             shown = Interface("continuous") if self._by_hand else policy.interface if policy else Interface()
             config = start.config if shown.view is None else replace(start.config, observation=shown.view)
             self._env = ExplorationEnv(
@@ -90,12 +86,9 @@ class DrivenRobot:
                 action_mask=shown.action_mask,
             )  # fmt: skip
             self._drive = DriveSession(self._env, start.seed)
-            self._script = replayed.actions() if replayed else iter(())
             if policy is not None:
                 self._mind = self._ask(lambda: start_policy(policy, self._env))
             undone.pop_all()
-        self._is_same_house = replayed is None or replayed.shape == hash_geometry(plan)
-        self._recorder = Recorder(start, plan)
         self._done = False
         self._sent = SentMap(self._env.state.known.shape)
         self._number, self._steps, self._bumps = 0, 0, BumpCounter()
@@ -121,19 +114,12 @@ class DrivenRobot:
             "fov_deg": config.laser.fov_deg,
             "beams": BEAMS,
             "step_s": config.step_s,
-            "replay": self._describe_replay(),
         }
-
-    def _describe_replay(self) -> dict[str, Any] | None:
-        if self._replayed is None:
-            return None
-        options = {name: getattr(self._start, name) for name in self._start.__struct_fields__}
-        return {"options": options, "steps": self._replayed.steps, "same_house": self._is_same_house}
 
     @property
     def goes_by_itself(self) -> bool:
-        """Whether an explorer or a recording moves it, not a person."""
-        return not self._by_hand or self._replayed is not None
+        """Whether an explorer moves it, not a person."""
+        return not self._by_hand
 
     @property
     def ended(self) -> bool:
@@ -143,15 +129,15 @@ class DrivenRobot:
     def move(self, linear: float, angular: float) -> bool:
         """Move at shares of the full speed for a frame; return whether a step was taken: at rest, time stands still.
 
-        Where there are people, it goes on. Shares are taken to the nearest 127th, so that a recording holds them.
+        Where there are people, it goes on.
         """
         if self.ended or (not linear and not angular and not self._start.people):
             return False
-        self._act((round(linear * FULL_SPEED), round(angular * FULL_SPEED)))
+        self._act((linear, angular))
         return True
 
     def advance(self) -> bool:
-        """Take the next step of the explorer or the recording, and return whether there was one.
+        """Take the next step of the explorer, and return whether there was one.
 
         Raises
         ------
@@ -160,9 +146,7 @@ class DrivenRobot:
         """
         if self.ended:
             return False
-        action = self._decide() if self._mind is not None else next(self._script, None)
-        if action is not None and self._mind is None and not self._by_hand:
-            action = action[0]
+        action = self._decide()
         if action is None:
             self._done = True
         else:
@@ -199,20 +183,11 @@ class DrivenRobot:
     def _act(self, action: Any) -> None:
         before_m = self._path_m
         if self._by_hand:
-            linear, angular = action[0] / FULL_SPEED, action[1] / FULL_SPEED
-            self._drive.act(np.array([linear, angular]), _name(linear, angular))
-            self._recorder.add(action)
+            self._drive.act(np.array(action), _name(*action))
         else:
             self._ask(lambda: self._drive.act(action, str(action)))
-            if self._is_recorded:
-                self._recorder.add((int(action), 0))
         self._steps += 1
         self._bumps.step(blocked=bool(self._drive.info["collided"]), moved_m=self._path_m - before_m)
-
-    @property
-    def _is_recorded(self) -> bool:
-        """Whether a recording can hold the actions."""
-        return self._by_hand or self._env.actions == "discrete"
 
     @property
     def _path_m(self) -> float:
@@ -231,21 +206,14 @@ class DrivenRobot:
         return encode_frame(report, self._sent.update(state.known), measure_sight(self._env.simulator, state, BEAMS))
 
     def finish(self) -> dict[str, Any]:
-        """End the drive; return its results, and its recording as text ("" if it is too long for a link).
+        """End the drive, and return its results.
 
         ``why`` says how it ended: "seen" (all of the house), "steps" (the most that an episode has), "done" (the
-        explorer or the recording has no more to do) or "you". ``replay`` is None, or whether a recording ended where it
-        had ended before: "same", "another place", or "not yet".
+        explorer has no more to do) or "you".
         """
         info = self._drive.info
         ended_before, self._done = self.ended, True
         why = "seen" if info["is_success"] else "steps" if self._drive.ended else "done" if ended_before else "you"
-        x, y, _ = self._env.simulator.pose(self._env.state)
-        end = DriveEnd(x, y, info["coverage"])
-        replay = None
-        if self._replayed is not None:
-            whole = self._steps >= self._replayed.steps
-            replay = ("same" if end.is_near(self._replayed.end) else "another place") if whole else "not yet"
         return {
             "why": why,
             "coverage": info["coverage"],
@@ -254,8 +222,6 @@ class DrivenRobot:
             "path_m": self._path_m,
             "bumps": self._bumps.count,
             "time_s": self._steps * self._env.config.step_s,
-            "recording": self._recorder.recording(end).as_text() if replay is None and self._is_recorded else "",
-            "replay": replay,
         }
 
     def archive(self) -> bytes:

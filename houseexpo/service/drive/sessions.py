@@ -33,13 +33,11 @@ from houseexpo.service.drive.messages import (
     FinishDrive,
     FrameDrawn,
     MoveRobot,
-    ReplayDrive,
     SendPathAndMap,
     SetPace,
     StartDrive,
     decode_message,
 )
-from houseexpo.service.drive.recordings import decode_recording
 from houseexpo.service.drive.robots import DrivenRobot
 
 WINDOW: Final = 6
@@ -117,8 +115,8 @@ class DriveSession:
         first = None
         with anyio.move_on_after(GONE_S):
             first = await self._receive()
-        if not isinstance(first, StartDrive | ReplayDrive):
-            raise _EndError("message: expected a start or a replay first", REFUSED)
+        if not isinstance(first, StartDrive):
+            raise _EndError("message: expected a start first", REFUSED)
         try:
             async with anyio.create_task_group() as group:
                 group.start_soon(self._explain)
@@ -130,12 +128,9 @@ class DriveSession:
         except BaseExceptionGroup as several:
             raise several.exceptions[0] from None
 
-    def _place(self, first: StartDrive | ReplayDrive) -> DrivenRobot:
-        if isinstance(first, StartDrive):
-            self._robot = DrivenRobot(self._plan_of(first.plan), first, policies=self._policies)
-            return self._robot
-        recording = decode_recording(first.recording)
-        return DrivenRobot(self._plan_of(recording.start.plan), recording.start, recording)
+    def _place(self, first: StartDrive) -> DrivenRobot:
+        self._robot = DrivenRobot(self._plan_of(first.plan), first, self._policies)
+        return self._robot
 
     async def _explain(self) -> None:
         """Report long work to the browser (R5)."""
@@ -165,7 +160,7 @@ class DriveSession:
                     await self._send(bytes([SAVED]) + data)
                 case FinishDrive():
                     await self._finish(robot)
-                case StartDrive() | ReplayDrive():
+                case StartDrive():
                     raise _EndError("message: there is a robot already; open another socket for the next one", REFUSED)
 
     async def _show(self, robot: DrivenRobot) -> None:

@@ -26,7 +26,7 @@ function options() {
   };
 }
 
-function addPanel(driver, recording = "") {
+function addPanel(driver) {
   const panel = new Panel(template, { address: root.dataset.socket, plan: root.dataset.plan }, driver);
   panels.push(panel);
   panel.element.setAttribute("aria-label", `Robot ${panels.length}`);
@@ -35,7 +35,6 @@ function addPanel(driver, recording = "") {
   panel.driver.addEventListener("pointerdown", () => { pointed = true; });
   panel.driver.addEventListener("keydown", () => { pointed = false; });
   panel.driver.addEventListener("change", () => { if (pointed) panel.driver.blur(); remember(); panel.begin(options()); });
-  panel.element.addEventListener("replayed", ({ detail }) => showOptions(detail));
   for (const button of panel.element.querySelectorAll("[data-move]")) {
     const hold = (event) => { event.preventDefault(); button.setPointerCapture?.(event.pointerId); down.add(button.dataset.move); steer(); };
     const free = () => { down.delete(button.dataset.move); steer(); };
@@ -47,10 +46,7 @@ function addPanel(driver, recording = "") {
     button.addEventListener("keyup", (event) => { if (event.key === " " || event.key === "Enter") free(); });
     button.addEventListener("blur", free);
   }
-  if (recording) {
-    panel.options = options();
-    panel.replay(recording);
-  } else panel.begin(options());
+  panel.begin(options());
 }
 
 function beginAll() {
@@ -87,14 +83,6 @@ function recall() {
   }
 }
 
-// The form shows what a recorded drive was set down with: "set down" drives there with the same options.
-function showOptions({ range_m, fov_deg, ...others }) {
-  const sensor = `${range_m} ${fov_deg}`, field = fields.get("sensor");
-  if (![...field.options].some((each) => each.value === sensor)) field.append(new Option(`${range_m} m, ${fov_deg}°`, sensor));
-  field.value = sensor;
-  for (const [name, value] of Object.entries(others)) if (fields.has(name)) fields.get(name).value = value;
-}
-
 document.addEventListener("keydown", (event) => {
   if (event.ctrlKey || event.metaKey || event.altKey || event.target.matches("input, select, dialog *")) return;
   const key = event.key.toLowerCase();
@@ -111,7 +99,6 @@ document.addEventListener("keyup", (event) => {
 });
 window.addEventListener("blur", () => { down.clear(); steer(); }); // keys that are let go elsewhere
 window.addEventListener("pagehide", () => { for (const panel of panels) panel.end(); });
-window.addEventListener("hashchange", () => location.reload()); // another link to a replay
 form.addEventListener("submit", (event) => { event.preventDefault(); document.activeElement?.blur?.(); beginAll(); });
 document.getElementById("any-seed").addEventListener("click", () => {
   fields.get("seed").value = Math.floor(Math.random() * 100_000);
@@ -125,7 +112,6 @@ two.addEventListener("change", () => {
 if (matchMedia("(max-width: 900px)").matches) document.getElementById("more").open = false;
 
 recall();
-const recorded = new URLSearchParams(location.hash.slice(1)).get("replay") ?? "";
-addPanel(query.get("driver") ?? "you", recorded);
-two.checked = query.has("other") && !recorded;
+addPanel(query.get("driver") ?? "you");
+two.checked = query.has("other");
 lay();

@@ -14,38 +14,27 @@ export class Panel {
     this.one = (name) => this.element.querySelector(name);
     this.driver = this.one(".driver");
     this.scene = new Scene(this.one(".map"));
-    Object.assign(this, { address, plan, hello: null, held: false, moving: "0 0", recording: "", replaying: "" });
+    Object.assign(this, { address, plan, hello: null, held: false, moving: "0 0" });
     this.driver.value = driver;
     for (const [name, work] of Object.entries({
-      save: () => this.save(), hold: () => this.hold(), finish: () => this.finish(), replay: () => this.replay(this.recording || this.replaying),
-      copy: () => this.copy(), again: () => this.again(), retry: () => this.again(),
+      save: () => this.save(), hold: () => this.hold(), finish: () => this.finish(), again: () => this.again(), retry: () => this.again(),
     })) for (const button of this.element.querySelectorAll(`.${name}`)) button.addEventListener("click", work);
   }
 
-  get byHand() { return this.driver.value === "you" && !this.replaying; }
+  get byHand() { return this.driver.value === "you"; }
 
   // Sets the robot down anew; `options` are those of the form.
   begin(options) {
     const { pace, ...told } = options;
-    this.replaying = "";
     this.options = options;
     this.#open(pace, { do: "start", plan: this.plan, driver: this.driver.value, ...told });
   }
 
-  // Does again what a recording says.
-  replay(recording, pace = this.options?.pace) {
-    this.replaying = recording;
-    this.#open(pace ?? 30, { do: "replay", recording });
-  }
-
-  again() {
-    if (this.replaying) this.replay(this.replaying);
-    else this.begin(this.options);
-  }
+  again() { this.begin(this.options); }
 
   #open(pace, first) {
     this.end();
-    Object.assign(this, { hello: null, pace, held: false, moving: "0 0", failed: false, recording: "" });
+    Object.assign(this, { hello: null, pace, held: false, moving: "0 0", failed: false });
     this.scene.clear();
     Object.assign(this.element.dataset, { state: "waiting", frame: 0 });
     this.#facts({ coverage: 0, explored: 0, path: 0, bumps: 0, steps: 0 });
@@ -53,11 +42,9 @@ export class Panel {
     this.one(".result").hidden = true;
     this.one(".announced").textContent = "";
     this.one(".hint").hidden = true;
-    this.one(".badge").hidden = !this.replaying;
     this.#wait("Placing the robot…");
     Object.assign(this.one(".hold"), { hidden: this.byHand, textContent: "Pause", disabled: false });
-    Object.assign(this.one(".finish"), { hidden: Boolean(this.replaying), disabled: true });
-    this.one(".pad").hidden = Boolean(this.replaying);
+    this.one(".finish").disabled = true;
     const socket = new WebSocket(new URL(this.address, location.href.replace(/^http/, "ws")));
     socket.binaryType = "arraybuffer";
     let opened = false; // a server that has no room for another socket does not open it, and cannot say why
@@ -84,7 +71,7 @@ export class Panel {
   // Moves by shares of the full speed, ahead and to the left; an explorer's robot is taken over meanwhile.
   move(linear, angular) {
     const moving = `${linear} ${angular}`;
-    if (this.replaying || !this.hello || moving === this.moving) return;
+    if (!this.hello || moving === this.moving) return;
     this.moving = moving;
     this.one(".hint").hidden = true;
     this.#send({ do: "move", linear, angular });
@@ -102,24 +89,7 @@ export class Panel {
   }
 
   finish() {
-    if (this.hello && this.element.dataset.state === "driving" && !this.replaying) this.#send({ do: "finish" });
-  }
-
-  get link() {
-    const recording = this.recording || this.replaying;
-    return recording && `${location.origin}${location.pathname}?plan=${encodeURIComponent(this.plan)}#replay=${recording}`;
-  }
-
-  async copy() {
-    try {
-      await navigator.clipboard.writeText(this.link);
-      this.#say("Link copied. It replays this drive for everyone who can reach this server.");
-    } catch { // the clipboard is open to pages of https and of this machine only
-      const field = this.one(".link");
-      Object.assign(field, { hidden: false, value: this.link });
-      field.select();
-      this.#say("Copy the link from the field.");
-    }
+    if (this.hello && this.element.dataset.state === "driving") this.#send({ do: "finish" });
   }
 
   #send(message) {
@@ -176,13 +146,6 @@ export class Panel {
     this.scene.begin(hello);
     this.element.dataset.state = "driving";
     this.one(".finish").disabled = false;
-    if (hello.replay) {
-      const { options, steps, same_house: same } = hello.replay;
-      this.driver.value = options.driver;
-      this.total = steps;
-      if (!same) this.#say("This house has changed since the drive was recorded, so the replay will differ.", true);
-      this.element.dispatchEvent(new CustomEvent("replayed", { detail: options }));
-    }
     if (!this.byHand) this.#send({ do: "pace", steps_per_s: this.pace });
   }
 
@@ -205,24 +168,17 @@ export class Panel {
     this.one(".way").textContent = `${path.toFixed(1)} m`;
     this.one(".bumps").textContent = bumps;
     this.one(".time").textContent = duration(steps * (this.hello?.step_s ?? 0));
-    if (this.replaying && this.total) this.one(".badge").textContent = `Replay, ${percent(steps / this.total)}`;
   }
 
   #finished(found) {
     this.element.dataset.state = "ended";
-    this.recording = found.recording;
-    const words = this.replaying ? "The replay is over" : WHYS[found.why];
+    const words = WHYS[found.why];
     const counts = [
       [percent(found.coverage), "seen"], [`${found.explored_m2.toFixed(1)} m²`, "mapped"], [`${found.path_m.toFixed(1)} m`, "driven"],
       [found.bumps, found.bumps === 1 ? "bump" : "bumps"], [found.steps.toLocaleString("en"), "steps"], [duration(found.time_s), "time"],
     ];
     this.one(".result-words").textContent = words;
     this.one(".figures").replaceChildren(...counts.map(([value, name]) => figure(value, name)));
-    this.one(".result-doubt").textContent = found.replay === "another place"
-      ? "The replay ended at another place than the drive: the house or the simulator has changed." : "";
-    this.one(".replay").disabled = this.one(".copy").disabled = !this.link;
-    this.one(".copy").title = this.link ? "" : "A link cannot hold this drive; save its path and map instead.";
-    this.one(".link").hidden = true;
     this.one(".hint").hidden = true;
     this.one(".result").hidden = false;
     this.one(".finish").disabled = this.one(".hold").disabled = true;
