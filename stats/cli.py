@@ -41,9 +41,6 @@ def stats(
         ),
     ] = None,
     compare: Annotated[Path | None, typer.Option(help="Another data set for comparison.", show_default=False)] = None,
-    unusable: Annotated[
-        Path | None, typer.Option(help="Compare with a list of plans that somebody found unusable.", show_default=False)
-    ] = None,
     geometry: Annotated[
         bool, typer.Option("--geometry", help="Find rooms and doors of plans without them; takes some minutes, once.")
     ] = False,
@@ -59,7 +56,6 @@ def stats(
     """
     from houseexpo.commands.printing import make_console, print_json, print_name_and_text
     from houseexpo.outputs import CommandOutput
-    from stats.bad_plans import compare_with_list, read_list
     from stats.html_report import check_report_paths, write_report
     from stats.measure import open_and_measure
     from stats.report import Report
@@ -70,13 +66,10 @@ def stats(
     if radius is not None and not list_bad:
         raise ConfigError("--radius: the report is for fixed radii, another one is for --list-bad; add that")
     if list_bad or audit:
-        _check_alone(
-            {"--list-bad": list_bad, "--audit": audit, "--out": out, "--compare": compare, "--unusable": unusable}
-        )
-    listed = None if unusable is None else read_list(unusable)
+        _check_alone({"--list-bad": list_bad, "--audit": audit, "--out": out, "--compare": compare})
     with ExitStack() as opened:
         for path in files:
-            opened.enter_context(CommandOutput(path, [dataset, compare, unusable], replace=replace))
+            opened.enter_context(CommandOutput(path, [dataset, compare], replace=replace))
         one = opened.enter_context(open_and_measure(dataset, geometry=geometry, workers=workers))
         _say_broken(one)
         if list_bad:
@@ -90,14 +83,13 @@ def stats(
             if compare is None
             else opened.enter_context(open_and_measure(compare, geometry=geometry, workers=workers))
         )
-        verdict = None if listed is None or unusable is None else compare_with_list(one.records, listed, unusable.name)
-        report = Report(one.total(), None if other is None else other.total(), verdict, one.broken)
+        report = Report(one.total(), None if other is None else other.total(), one.broken)
         if json:
             print_json(report.values())
         for table in () if json else report_tables(report):
             make_console().print(table)
         for path in files:
-            write_report(report, one.data_set, path)
+            write_report(report, path)
             print_name_and_text(make_console(stderr=json), "written", str(path))
 
 

@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
 from houseexpo.analysis.measures import Measure
-from houseexpo.analysis.navigability import disc_centre_areas
-from houseexpo.drawing.draw import svg_path_data
 from houseexpo.drawing.plots import INK, MUTED, ONE, OTHER, embedded_svg, svg_axes
-from houseexpo.floorplan import FloorPlan
-from houseexpo.grids.raster import Space, all_rings
 from stats.summary import Reach
 from stats.tally import Tally
 
@@ -98,26 +94,6 @@ def draw_reach(reach: Mapping[str, Reach], other: Mapping[str, Reach] | None, *,
     return embedded_svg(out)
 
 
-def draw_reachable_places(plan: FloorPlan, radius_m: float) -> str:
-    """Draw a plan with the places where a robot can stand, and mark the places that it cannot reach.
-
-    x points right and y up; the page sets the width.
-    """
-    x1, y1, x2, y2 = plan.bbox
-    pieces = disc_centre_areas(plan.free_space, radius_m)
-    side, edge = max(x2 - x1, y2 - y1), 0.02 * max(x2 - x1, y2 - y1)
-    left, top = (x1 + x2 - side) / 2 - edge, -(y1 + y2 + side) / 2 - edge
-    return "".join(
-        (
-            f'<svg role="img" viewBox="{left:.2f} {top:.2f} {side + 2 * edge:.2f} {side + 2 * edge:.2f}">',
-            _path([plan.free_space], "floor"),
-            _path(pieces[:1], "stand"),
-            _path(pieces[1:], "shut"),
-            "</svg>",
-        )
-    )
-
-
 def _heights(tally: Tally, edges: npt.NDArray[np.float64], step: float) -> npt.NDArray[np.float64]:
     """Return the height of each bin; the last one includes everything beyond it."""
     values, counts = tally.values()
@@ -149,9 +125,3 @@ def _count_axis(axes: Axes, *, percent: bool) -> None:
     axes.yaxis.set_major_locator(MaxNLocator(4, integer=not percent))
     axes.yaxis.set_major_formatter("{x:g}%" if percent else "{x:,.0f}")
     axes.margins(y=0.14)
-
-
-def _path(shapes: Iterable[Space], name: str) -> str:
-    rings = [ring for shape in shapes for ring in all_rings(shape)]
-    steps = svg_path_data((ring * (1.0, -1.0) for ring in rings), "{:.2f}".format)
-    return f'<path class="{name}" fill-rule="evenodd" d="{steps}"/>' if steps else ""

@@ -5,17 +5,15 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 from houseexpo.analysis.audit import RULES
 from houseexpo.analysis.measures import Measure
-from houseexpo.dataset import Dataset
 from houseexpo.errors import ConfigError
 from houseexpo.files import encode_json, write_atomically
-from houseexpo.floorplan import FloorPlan
+from houseexpo.tolerances import ROBOT_M
 from stats import figures
 from stats.audit import CONNECTIONS, AuditSummary, Connection
-from stats.bad_plans import RADIUS
 from stats.public_sets import CITED, PUBLIC, SHARES, SIZES
 from stats.record import BY_KEY
 from stats.report import Report, audited_data_sets, count_leaks
@@ -23,6 +21,7 @@ from stats.terminal_tables import format_mean, format_number
 
 _CARD = (4.3, 2.7)
 _WIDE = (5.0, 2.7)
+_ROBOT = f"{ROBOT_M:.2f}"
 
 
 @dataclass(frozen=True)
@@ -35,8 +34,8 @@ class MeasurePlot:
     rows: Sequence[tuple[str, str]] = ()
 
 
-def report_html(report: Report, plans: dict[str, FloorPlan] | None = None) -> str:
-    """Return the page; ``plans`` are drawn because a list and the measurement disagree on them."""
+def report_html(report: Report) -> str:
+    """Return the page."""
     from jinja2 import Environment, PackageLoader, StrictUndefined
 
     environment = Environment(
@@ -66,8 +65,6 @@ def report_html(report: Report, plans: dict[str, FloorPlan] | None = None) -> st
         ],
         leaks=count_leaks(report.one),
         distances=report.distances,
-        verdict=report.verdict,
-        drawn=_example_plans(report, plans or {}),
     )
 
 
@@ -112,12 +109,12 @@ def _reach(report: Report) -> Iterator[MeasurePlot]:
     about = "Share of the plans in which a round robot gets to every place that it fits into."
     drawing = figures.draw_reach(one.reach, None if other is None else other.reach, size=_CARD)
     yield MeasurePlot("Navigable plans", about, drawing, rows)
-    here, there = (None if s is None else s.reach[RADIUS].narrowest for s in (one, other))
+    here, there = (None if s is None else s.reach[_ROBOT].narrowest for s in (one, other))
     if here is not None and here.count:
         measure = Measure("narrowest", "Narrowest passage", lambda _: None, "m", here.step, here.bin_width)
         found = here.report()
         rows = [(key, format_number(found[key], "m")) for key in ("mean", "median", "min", "max")]
-        about = f"That a robot of {RADIUS} m radius has to take to get about; the width of a house of one space."
+        about = f"That a robot of {_ROBOT} m radius has to take to get about; the width of a house of one space."
         yield MeasurePlot(measure.title, about, figures.draw_histogram(measure, here, there, size=_CARD), rows)
 
 
@@ -145,21 +142,6 @@ def _connections(report: Report, kind: Connection) -> tuple[list[str], list[tupl
     return [*(each.name for each in audited), *public], rows
 
 
-def _example_plans(report: Report, plans: dict[str, FloorPlan]) -> list[tuple[str, list[tuple[str, str]]]]:
-    if report.verdict is None:
-        return []
-    titles = ("Only the measure calls these bad", "Only the list calls these bad")
-    groups: list[Any] = []
-    for title, ids in zip(titles, report.verdict.sample(), strict=True):
-        groups.append(
-            (
-                title,
-                [(name, figures.draw_reachable_places(plans[name], float(RADIUS))) for name in ids if name in plans],
-            )
-        )
-    return [group for group in groups if group[1]]
-
-
 def check_report_paths(files: Iterable[Path]) -> None:
     """Raise ConfigError if a report cannot be written under a file name."""
     for path in files:
@@ -167,20 +149,12 @@ def check_report_paths(files: Iterable[Path]) -> None:
             raise ConfigError(f"--out: expected a file that ends in {' or '.join(_WRITERS)}, found {path.name!r}")
 
 
-def write_report(report: Report, data_set: Dataset, path: Path) -> None:
+def write_report(report: Report, path: Path) -> None:
     """Write the page or the numbers, depending on the file's extension."""
-    _WRITERS[path.suffix](report, data_set, path)
+    write_atomically(path, _WRITERS[path.suffix](report))
 
 
-def write_page(report: Report, data_set: Dataset, path: Path) -> None:
-    """Write the HTML page; plans on which a list and the measurement disagree are read from ``data_set`` and drawn."""
-    ids = [] if report.verdict is None else [name for group in report.verdict.sample() for name in group]
-    write_atomically(path, report_html(report, {name: data_set[name] for name in ids}).encode())
-
-
-def write_json(report: Report, data_set: Dataset, path: Path) -> None:  # noqa: ARG001 - called as write_page is
-    """Write the numbers, including histograms."""
-    write_atomically(path, encode_json(report.values()))
-
-
-_WRITERS: Final[dict[str, Callable[[Report, Dataset, Path], None]]] = {".html": write_page, ".json": write_json}
+_WRITERS: Final[dict[str, Callable[[Report], bytes]]] = {
+    ".html": lambda report: report_html(report).encode(),
+    ".json": lambda report: encode_json(report.values()),
+}

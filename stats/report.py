@@ -1,4 +1,4 @@
-"""Measure a data set for its report, compare it with other data sets or a list of bad plans; return plain values."""
+"""Measure a data set for its report, compare it with another data set; return plain values."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ from itertools import permutations
 from typing import Any
 
 from houseexpo.dataset.store.stored_plans import BrokenPlan
-from stats.bad_plans import ListComparison
 from stats.measure import DataSetSummary
 from stats.public_sets import PublicSet, public_row
 from stats.record import MEASURES
@@ -18,14 +17,13 @@ from stats.tally import Tally
 
 @dataclass(frozen=True)
 class Report:
-    """The report on one data set, optionally compared with another one and with a list of unusable plans.
+    """The report on one data set, optionally compared with another one.
 
     ``broken`` are the plans of the first data set that cannot be read.
     """
 
     one: DataSetSummary
     other: DataSetSummary | None = None
-    verdict: ListComparison | None = None
     broken: tuple[BrokenPlan, ...] = ()
 
     @property
@@ -41,8 +39,6 @@ class Report:
         if self.other is not None:
             found["compared_with"] = _values(self.other)
             found["distances"] = distances_report(self.distances)
-        if self.verdict is not None:
-            found["list"] = self.verdict.report()
         return found
 
 

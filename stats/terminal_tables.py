@@ -10,7 +10,6 @@ from houseexpo.analysis.audit import RULES
 from houseexpo.commands.printing import new_table
 from houseexpo.words import count_noun
 from stats.audit import AuditSummary
-from stats.bad_plans import ListComparison
 from stats.measure import DataSetSummary
 from stats.public_sets import CITED, PUBLIC
 from stats.record import MEASURES
@@ -36,8 +35,6 @@ def report_tables(report: Report) -> Iterator[Table]:
         yield splits_table(report.one)
     if report.other is not None:
         yield comparison_table(report)
-    if report.verdict is not None:
-        yield unusable_list_table(report.verdict)
 
 
 def format_number(value: float, unit: str = "") -> str:
@@ -151,15 +148,6 @@ def comparison_table(report: Report) -> Table:
         means = (format_mean(value, d) for value in (d.one, d.other))
         relative = "" if d.deviations is None else format_number(d.deviations)
         table.add_row(d.title, *means, format_number(round(d.value, 3), d.unit), d.kind, relative)
-    return table
-
-
-def unusable_list_table(verdict: ListComparison) -> Table:
-    """Show the comparison of a list of plans with the measurement."""
-    found = verdict.report()
-    table = _table(f"Not connected at 0.20 m, against {verdict.name}", "", "")
-    for key in ("listed", "measured", "both", "precision", "recall"):
-        table.add_row(key, format_number(found[key]))
     return table
 
 

@@ -21,7 +21,7 @@ from houseexpo.service import (
     review,
     statistics,
 )
-from houseexpo.service.api.openapi import add_query_check
+from houseexpo.service.api.addresses import add_query_check
 from houseexpo.service.computations import limit_threads
 from houseexpo.service.guard import Guard
 from houseexpo.service.responses import error_response

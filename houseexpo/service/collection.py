@@ -24,7 +24,7 @@ from houseexpo.service.search import FoundPlans, PlanSearch, Query, measure_tabl
 from houseexpo.service.tags import TagStore
 from houseexpo.service.thumbnails import draw_thumbnail
 
-RESERVED: Final = frozenset({"api", "static", "data", "openapi.json"})
+RESERVED: Final = frozenset({"api", "static", "data"})
 """Names in the service's own addresses (``/static``, ``/api/data``), which no data set may have."""
 
 _LOG = logging.getLogger(__name__)

@@ -1,4 +1,4 @@
-"""Serve statistics of the plans that a query finds, alone or beside another data set, and the report of ``stats``.
+"""Serve statistics of the plans that a query finds, alone or beside another data set.
 
 As in ``houseexpo stats --compare``, the distance of two means is in standard deviations of the other data set, and that
 of labels is their total variation (half the sum of the differences of the shares).
@@ -6,41 +6,32 @@ of labels is their total variation (half the sum of the differences of the share
 
 from __future__ import annotations
 
-from importlib.metadata import entry_points
 from typing import Any, Final
 
 import numpy as np
-from starlette.exceptions import HTTPException
 from starlette.requests import Request
-from starlette.responses import HTMLResponse, Response
+from starlette.responses import Response
 from starlette.routing import BaseRoute, Route
 
 from houseexpo.analysis.measures import Measure
 from houseexpo.errors import ConfigError
 from houseexpo.plan.room_labels import LABELS
 from houseexpo.service.collection import OpenedDataset
-from houseexpo.service.computations import compute_in_turn
 from houseexpo.service.responses import json_response
 from houseexpo.service.search import MEASURES, HistogramBins, Numbers, Query, choose_bins, parse_query
 from houseexpo.service.service import Service
 
-REPORTS: Final = "houseexpo.reports"
-"""The group of entry points that take a ``Dataset`` and return an HTML page."""
-
-_MAX_PLANS: Final = 3000
-"""Plans of one report: more would take minutes."""
 _BESIDE: Final = ("against",)
-_REPORT_POLICY: Final = "default-src 'none'; style-src 'unsafe-inline'; img-src data:; sandbox"
 
 
 def routes(service: Service) -> list[BaseRoute]:
-    """Return the routes of the page, its numbers and the report."""
+    """Return the routes of the page and of its numbers."""
 
     def page(request: Request) -> Response:
         shown, query = service.collection(request), parse_query(request.query_params, _BESIDE)
         against = _against(service, request)
         others = [name for name in service.collections if name != shown.name]
-        given: dict[str, Any] = {"query": str(query), "others": others, "against": against, "reports": bool(_reports())}
+        given: dict[str, Any] = {"query": str(query), "others": others, "against": against}
         return service.page(request, "statistics.html", shown=shown, here="statistics", **given)
 
     def numbers(request: Request) -> Response:
@@ -50,22 +41,8 @@ def routes(service: Service) -> list[BaseRoute]:
         other = service.collections[against].now if against else None
         return json_response(request, query_statistics(now, query, other))
 
-    async def report(request: Request) -> Response:
-        now, view = service.collection(request).find(parse_query(request.query_params))
-        made = _reports()
-        if not made:
-            raise HTTPException(404, "no installed package makes reports; reinstall houseexpo")
-        rows = view.rows
-        if not 0 < len(rows) <= _MAX_PLANS:
-            text = f"report: expected 1 to {_MAX_PLANS} plans, found {len(rows)}; narrow the filter"
-            raise ConfigError(f"{text}, or run houseexpo stats")
-        ids = [now.views.table.ids[row] for row in rows.tolist()]
-        html = await compute_in_turn(request, lambda: made[0].load()(now.data.only(ids)))
-        return HTMLResponse(html, headers={"content-security-policy": _REPORT_POLICY})
-
     return [
         Route("/{data}/statistics", page),
-        Route("/{data}/statistics/report", report),
         Route("/api/{data}/statistics", numbers),
     ]
 
@@ -130,7 +107,3 @@ def _against(service: Service, request: Request) -> str:
     if name and name not in service.collections:
         raise ConfigError(f"against: expected one of {', '.join(service.collections)}, found {name[:40]!r}")
     return name
-
-
-def _reports() -> list[Any]:
-    return sorted(entry_points(group=REPORTS), key=lambda entry: entry.name)

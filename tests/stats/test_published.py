@@ -7,7 +7,6 @@ from pathlib import Path
 import pytest
 
 from houseexpo.dataset import open_dataset
-from stats.bad_plans import compare_with_list, read_list
 from stats.measure import measure_plans, summarise_records
 
 DATA = Path(__file__).resolve().parents[3] / "shared" / "data" / "houseexpo"
@@ -34,6 +33,3 @@ def test_the_published_plans(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
         1008,
         131,
     )
-    verdict = compare_with_list(measured, read_list(DATA / "bad_layouts.txt"), "bad_layouts.txt")
-    assert verdict.precision > 0.55
-    assert verdict.recall > 0.75

@@ -1,16 +1,16 @@
-"""Serve ``/api``, data sets for programs, described by an OpenAPI document; the pages use the same addresses."""
+"""Serve ``/api``, data sets for programs; the pages use the same addresses."""
 
 from __future__ import annotations
 
 from starlette.routing import BaseRoute
 
-from houseexpo.service.api import analysis, listing, openapi, plans, tags
+from houseexpo.service.api import addresses, analysis, listing, plans, tags
 from houseexpo.service.service import Service
 
 
 def routes(service: Service) -> list[BaseRoute]:
     """Return the routes of ``/api``."""
     found: list[BaseRoute] = []
-    for part in (openapi, listing, plans, analysis, tags):
+    for part in (addresses, listing, plans, analysis, tags):
         found += part.routes(service)
     return found

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from importlib.metadata import EntryPoint
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +11,6 @@ from starlette.testclient import TestClient
 
 from houseexpo.dataset.index import index_table
 from houseexpo.dataset.store.folders import rejected_picture_path
-from houseexpo.service import statistics
 from houseexpo.service.app import make_app
 from tests.builders.services import BASE, lines, published, service_of
 
@@ -155,17 +153,3 @@ def test_a_fault_is_told_without_a_traceback(client: TestClient, monkeypatch: py
     assert found.status_code == 500
     assert "inside" not in found.text
     assert client.get("/homes/").status_code == 200
-
-
-def test_the_report_is_made_of_the_plans_found(client: TestClient, monkeypatch: pytest.MonkeyPatch) -> None:
-    asked = []
-    entry = EntryPoint("plans", "tests.nowhere:report", statistics.REPORTS)
-    monkeypatch.setattr(EntryPoint, "load", lambda _: lambda data: asked.append(data.ids) or "<p>made</p>")
-    monkeypatch.setattr(statistics, "entry_points", lambda **_: [entry])
-    found = client.get("/homes/statistics/report?quality=0.8..")
-    assert found.text == "<p>made</p>"
-    assert asked == [["a1", "d 4&é"]]
-    assert "script" not in found.headers["content-security-policy"]
-    assert "narrow the filter" in client.get("/homes/statistics/report?quality=..0.1").json()["error"]
-    monkeypatch.setattr(statistics, "entry_points", lambda **_: [])
-    assert client.get("/homes/statistics/report").status_code == 404
