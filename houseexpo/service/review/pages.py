@@ -26,6 +26,7 @@ from houseexpo.service.review.session import (
     SIZE_PX,
     DecisionRequest,
     FileRequest,
+    GapRequest,
     RebuildRequest,
     ReplaceRequest,
     Review,
@@ -101,6 +102,10 @@ def routes(service: Service) -> list[BaseRoute]:
 
         return answer
 
+    def gap(request: Request) -> Response:
+        asked = decode_body(request.query_params.get("asked", "").encode(), GapRequest)
+        return JsonResponse(review(request).gap(asked.plan, asked.points), headers={"cache-control": "no-store"})
+
     def status(request: Request) -> Response:
         return JsonResponse(review(request).building.status(), headers={"cache-control": "no-store"})
 
@@ -121,6 +126,7 @@ def routes(service: Service) -> list[BaseRoute]:
         Route("/{data}/review/pictures/{plan}.svg", picture),
         Route("/{data}/review/source", source_with(SourceView.drawn_under)),
         Route("/{data}/review/solid", source_with(SourceView.solid_over)),
+        Route("/{data}/review/gap", gap),
         Route("/{data}/review/file", post(_say_of_file), methods=["POST"]),
         Route("/{data}/review/decide", post(_decide), methods=["POST"]),
         Route("/{data}/review/replace", post(_replace), methods=["POST"]),

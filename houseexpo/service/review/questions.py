@@ -18,6 +18,7 @@ R8  An answer's value is the question's doubt times (``_LEAST`` + the share of t
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Iterator, Sequence
 from itertools import combinations
 from typing import Any, Final
@@ -138,6 +139,18 @@ def questions(
             *_places(plan, source, (dx, dy), closed),
         ]
     return _in_order([each for each in found if each.key not in left], plan.area)
+
+
+def gap_question(ends: tuple[tuple[float, float], tuple[float, float]]) -> Question:
+    """Return the question about the gap (two ends) by which a space stays open after a word (``corrections.leaks``)."""
+    (ax, ay), (bx, by) = ends
+    at = round((ax + bx) / 2, 3), round((ay + by) / 2, 3)
+    says = (
+        f"The space is still open here: a gap of {math.dist(*ends):.2f} m leads on. Does a wall shut it? Click it, or "
+        "answer."
+    )
+    answers = Answer("A wall", "wall", ends), Answer("It stays open")
+    return Question(f"gap at {at[0]}, {at[1]}", at, says, answers, 1.0)
 
 
 def _in_order(asked: Sequence[Question], area: float) -> list[Question]:

@@ -10,8 +10,11 @@ from typing import Annotated, Any, Final, Literal, NamedTuple
 import msgspec
 import numpy as np
 from msgspec import Meta
+from shapely import LineString, Polygon
 
 from houseexpo.corrections import Correction, Override
+from houseexpo.corrections.leaks import find_gap
+from houseexpo.corrections.openings import SAID_WALL_M
 from houseexpo.corrections.preview import Preview, preview
 from houseexpo.corrections.vocabulary import FILE_WORDS, WORDS, Word, author_key, checked_values
 from houseexpo.dataset.store.folders import overrides_path
@@ -26,7 +29,7 @@ from houseexpo.service.collection import Collection
 from houseexpo.service.plan_page import room_names_beside
 from houseexpo.service.review.changes import list_items, replacement
 from houseexpo.service.review.decisions import DecisionStore, NothingHereError, PlanDecisions
-from houseexpo.service.review.questions import Answer, Question, questions, with_effect
+from houseexpo.service.review.questions import Answer, Question, gap_question, questions, with_effect
 from houseexpo.service.review.queue import ReviewQueue, summarise_review
 from houseexpo.service.review.rebuild import Rebuild
 from houseexpo.service.review.sources import Sources, SourceView
@@ -93,6 +96,13 @@ class FileRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     reviewer: Name
     value: Annotated[str, Meta(max_length=4000)] = ""
     points: Annotated[list[Point], Meta(max_length=2)] = []
+
+
+class GapRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """A question where a space is open: ``points`` are the ends of a wall, or a point in the space, in plan metres."""
+
+    plan: Id
+    points: Annotated[list[Point], Meta(min_length=1, max_length=2)]
 
 
 class RebuildRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -544,6 +554,30 @@ class Review:
         boxes = np.array([plan.bbox, source.bounds_around(plan)])
         low, high = boxes[:, :2].min(axis=0).tolist(), boxes[:, 2:].max(axis=0).tolist()
         return Ground(name, plan.frame, (*low, *high))
+
+    def gap(self, name: str, points: Sequence[Point]) -> dict[str, Any]:
+        """Return a question about the gap by which a space stays open (``GapRequest``), {} if there is none.
+
+        Raises
+        ------
+        ConfigError
+            There is no such plan, a point is outside it, or its source has not been read.
+        """
+        ground, source = self._ground(name), self.source(name) or self._sources.latest(name)
+        _check_inside(points, ground)
+        if ground.frame is None:
+            return {}
+        plan, table, standing = self.base(name, source), self.decisions.table(name), list[Polygon]()
+        for value in list_items(table.get("wall"), "wall"):
+            line = LineString(plan_points_from_source(ground.frame, value))
+            standing.append(line.buffer(SAID_WALL_M / 2, cap_style="square"))
+        rooms: list[Polygon] = []
+        if plan is not None:
+            rooms = [room.polygon for room in self.told(plan, table, self.source(name)).plan.rooms]
+        if source is not None:
+            standing += source.standing_in(plan)
+        found = find_gap(points, rooms, standing)
+        return {} if found is None else msgspec.to_builtins(gap_question(found))
 
     def _plan(self, name: str) -> FloorPlan:
         """Return the plan to correct; the plan of a rejected house comes from its source."""

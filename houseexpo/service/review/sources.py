@@ -107,6 +107,13 @@ class SourceView:
         """The walls, and whatever may close their gaps."""
         return [] if self.found is None else self._moved(self.found.standing)
 
+    def standing_in(self, plan: FloorPlan | None) -> list[Polygon]:
+        """Return ``standing`` in the coordinates of a plan of the level; the walls of a level without a plan."""
+        if self.found is None:
+            return self._moved(self.level.edges)
+        shift = np.subtract(self.origin, self.origin_of(plan))
+        return [shapely.transform(shape, lambda points: points + shift) for shape in self.standing]
+
     @cached_property
     def walls(self) -> list[Polygon]:
         """The walls that the source shows."""

@@ -11,6 +11,7 @@ const readOnly = root.dataset.readOnly === "yes";
 const LOOK_MS = 700;
 const MOST_ALIKE = 200; // places of which the same is said at once
 const FIRST_LAYER = 4; // the key of the first layer: 1 to 3 answer
+const OF_SPACE = { wall: 2, room: 1 }; // words that may leave a space open, and the points that each takes
 const at = (id) => document.getElementById(id);
 const tools = JSON.parse(root.dataset.tools); // the words of a storey, each with its key and the points that it asks for
 const titles = {
@@ -248,7 +249,7 @@ const KINDS = { // of one, and of several
   opening: ["opening", "openings"], room: ["room", "rooms"], meet: ["pair of rooms that meet", "pairs of rooms that meet"],
   seen: ["space seen in part", "spaces seen in part"], parted: ["pair of rooms with a way", "pairs of rooms with a way"],
   space: ["space left out", "spaces left out"], place: ["place for a door", "places for doors"], corner: ["narrow place", "narrow places"],
-  stroke: ["line", "lines"],
+  stroke: ["line", "lines"], gap: ["gap"],
 };
 
 // All that is asked, what is asked now first: lines that were clicked, then what is on the screen, then the kind that was chosen.
@@ -410,9 +411,24 @@ function decide(action, { points = [], text = "", more = [] } = {}) {
   leaving = leaves;
   return inTurn(async () => {
     const words = { keep: "Kept", drop: "Dropped", note: "Note saved for", leave: "Left a question about" };
-    sayEffect(await send("decide", plan, { action, points, text, more }), plan, `${words[action]} ${plan}.`);
+    try {
+      sayEffect(await send("decide", plan, { action, points, text, more }), plan, `${words[action]} ${plan}.`);
+    } finally {
+      if (now?.plan === plan) askOfGap(plan, action, points);
+    }
     if (leaves) go("open", plan);
   }).then(() => busy).finally(() => { leaving = false; });
+}
+
+// Where the space is still open after a wall, or a room that could not be made: the gap is asked about, and one more wall shuts it.
+function askOfGap(plan, action, points) {
+  if (!OF_SPACE[action] || points.length !== OF_SPACE[action]) return;
+  const { seen: when } = now;
+  ask(`gap?${new URLSearchParams({ asked: JSON.stringify({ plan, points }) })}`).then((found) => {
+    if (!found.key || now?.plan !== plan || now.seen !== when || strokes.length) return;
+    strokes = [found];
+    showQuestions();
+  }).catch(() => {}); // it is an offer
 }
 
 // Something that is said is named by its word and value: others may stand before it when the request is sent.

@@ -259,7 +259,8 @@ export class Sheet {
     if (!this.tool) {
       const mark = this.#markAt(point, event), place = mark < 0 ? this.#placeAt(point, event) : null;
       const stroke = mark < 0 && !place ? this.#strokeAt(point, event) : null;
-      if (place) this.hooks.take(this.#wordOf(place), place.ends);
+      if (this.#gap && farFrom(this.#gap, point) <= this.#reach(event)) this.hooks.take("wall", this.#gap);
+      else if (place) this.hooks.take(this.#wordOf(place), place.ends);
       else if (stroke) this.#askOf(stroke);
       else this.choose(mark);
       return;
@@ -303,6 +304,9 @@ export class Sheet {
     const like = this.strokes.filter((each) => each.kind === kind && each.ends[0] !== ends[0] && apart(...each.ends) >= SHORTEST_M);
     this.hooks.stroke([ends, ...like.map((each) => each.ends)], kind);
   }
+
+  // The gap by which a space is still open, if it is asked about.
+  get #gap() { return this.asked?.key.startsWith("gap") ? this.asked.answers[0].points : null; }
 
   #markAt(point, event) {
     const all = this.plan.effects.map(({ points }, i) => [farFrom(points, point), i]).sort((one, other) => one[0] - other[0]);
@@ -350,6 +354,7 @@ export class Sheet {
       }
       if (this.asked) marks.push(dot(this.asked.at, 16, "asked-at"));
       if (this.asked?.key.startsWith("stroke")) marks.push(line(this.asked.answers[0].points, "like"));
+      if (this.#gap) marks.push(line(this.#gap, "gap"));
     }
     for (const points of this.waiting) sketch.push(points.length > 1 ? line(points, "waiting", points.length > 2) : dot(points[0], 9, "waiting"));
     sketch.push(...this.points.map((each) => dot(each, 4, "point")));

@@ -434,3 +434,21 @@ def test_it_works_on_a_phone_in_the_dark(folder: Path) -> None:
         page.tap("#keep")
         shows(page, "sure")
         assert overrides(folder) == {"middling": {"keep": True}}
+
+
+def test_a_wall_that_closes_nothing_shows_the_gap_and_one_key_or_click_shuts_it(page: Any, folder: Path) -> None:
+    def draw(*points: tuple[float, float]) -> None:
+        page.keyboard.press("w")
+        click(page, *points)
+        page.wait_for_selector(".marks .gap", state="attached")
+        assert "still open" in page.inner_text("#question")
+
+    draw((2.0, 0.1), (2.0, 1.6))
+    look(page, "review-gap")
+    page.keyboard.press("1")
+    says(page, "it parts a room")
+    assert page.locator(".marks .gap").count() == 0
+    draw((6.7, 0.1), (6.7, 1.6))
+    click(page, (6.7, 2.4))
+    says(page, "it parts a room")
+    assert len(overrides(folder)["doubtful"]["wall"]) == 4

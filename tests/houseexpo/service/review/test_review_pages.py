@@ -10,6 +10,7 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import pytest
 
 pytest.importorskip("starlette")
@@ -204,6 +205,30 @@ def test_without_review_there_are_no_such_pages(folder: Path) -> None:
     with served(folder, review=False) as client:
         assert client.get("/houses/review/state").status_code == 404
         assert client.post("/houses/review/decide", json={}).status_code in {404, 405}
+
+
+def test_after_a_wall_that_parts_nothing_the_gap_is_asked_about_until_it_is_shut(client: TestClient) -> None:
+    def gap(*points: tuple[float, float], status: int = 200, plan: str = "doubtful") -> dict[str, Any]:
+        asked = msgspec.json.encode({"plan": plan, "points": points}).decode()
+        answer = client.get("/houses/review/gap", params={"asked": asked})
+        assert answer.status_code == status, answer.text
+        return dict(answer.json())
+
+    wall = [(2.0, 0.1), (2.0, 1.6)]
+    asked = {"plan": "doubtful", "action": "wall", "reviewer": "ann"}
+    client.post("/houses/review/decide", json={**asked, "points": wall})
+    found = gap(*wall)
+    assert [each["action"] for each in found["answers"]] == ["wall", "leave"]
+    assert "1.4" in found["says"]
+    line = found["answers"][0]["points"]
+    assert sorted(y for _, y in line) == pytest.approx([1.65, 3.1], abs=0.1)
+    parted = client.post("/houses/review/decide", json={**asked, "points": line, "seen": 1}).json()
+    assert len(parted["shape"]["rooms"]) == 3
+    assert gap(*wall) == gap(*line) == {}
+    assert gap((3.0, 2.0)) == {}
+    gap((99.0, 2.0), status=400)
+    gap(status=400)
+    gap((1.0, 1.0), plan="nobody", status=404)
 
 
 @pytest.mark.parametrize("move", ["here", "open", "next", "previous"])
