@@ -104,11 +104,11 @@ def ros(
     Topics and frames are those of nav2's loopback simulator: cmd_vel and initialpose in; clock, tf, odom, scan and map
     out.
     """
-    from contextlib import ExitStack
+    from contextlib import closing
     from dataclasses import replace
 
     from houseexpo.commands.printing import make_console
-    from houseexpo.pseudoslam.benchmark.policy_process import PolicyProcess
+    from houseexpo.pseudoslam.agents.loading import load_policy
     from houseexpo.pseudoslam.ros.bridge import Bridge
     from houseexpo.pseudoslam.ros.dds import Network
     from houseexpo.pseudoslam.ros.fleet import Fleet
@@ -139,7 +139,10 @@ def ros(
     if config is None and isinstance(houses.first, MapHouse):
         simulated = replace(simulated, pixels_per_metre=houses.first.pixels_per_metre)
 
-    processes: list[PolicyProcess] = []
+    named = load_policy(policy) if policy else None
+    if named:
+        check_interface(named)
+        simulated = replace(simulated, observation=named.interface.view or simulated.observation)
 
     def fleet_in(one: House, starts: list[Pose]) -> Fleet:
         if policy and not starts:
@@ -148,20 +151,13 @@ def ros(
 
     def drivers_of(fleet: Fleet, tell: Callable[[str], None]) -> list[PolicyDriver]:
         return [
-            PolicyDriver(process.policy, fleet, k, seed=seed, step_s=simulated.step_s, say=tell)
-            for k, process in enumerate(processes)
+            PolicyDriver(named, fleet, k, seed=seed, step_s=simulated.step_s, say=tell) for k in range(robots) if named
         ]
 
     network = Bridge(bridge, warn=say) if bridge else Network(domain, local=True if local else None, warn=say)
     where = f"rosbridge {network.url}" if isinstance(network, Bridge) else f"ROS domain {network.domain}"
-    with ExitStack() as opened:
-        opened.callback(network.close)
+    with closing(network):
         with shown.status("making the house ready"):
-            for _ in range(robots if policy else 0):
-                processes.append(opened.enter_context(PolicyProcess(str(policy))))
-                check_interface(processes[-1].policy)
-            if processes and (view := processes[0].policy.interface.view):
-                simulated = replace(simulated, observation=view)
             fleet = fleet_in(houses.first, starts)
             if isinstance(network, Network):
                 network.refuse_second(EVENTS)

@@ -116,13 +116,12 @@ def announce(service: Service) -> None:
 def _check_policies(names: Sequence[str]) -> dict[str, str]:
     """Return policies by the names of drivers, their last folder and file, so that the page shows no paths."""
     from houseexpo.errors import ConfigError
-    from houseexpo.pseudoslam.benchmark.policy_process import PolicyProcess
+    from houseexpo.pseudoslam.agents.loading import load_policy
     from houseexpo.pseudoslam.ros.policy_driver import check_interface
 
     found: dict[str, str] = {}
     for name in names:
-        with PolicyProcess(name) as process:
-            check_interface(process.policy)
+        check_interface(load_policy(name))
         shown = "/".join(Path(name).parts[-2:])
         if shown in found:
             raise ConfigError(f"--policy: {found[shown]} and {name} would both be called {shown}; rename a folder")

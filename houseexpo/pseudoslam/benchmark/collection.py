@@ -27,9 +27,9 @@ from houseexpo import __version__
 from houseexpo.dataset import Dataset
 from houseexpo.errors import ConfigError, MissingDependencyError, PolicyError, install_command
 from houseexpo.progress import show_progress
+from houseexpo.pseudoslam.agents.loading import load_policy
 from houseexpo.pseudoslam.benchmark.cases import Case, seed_from_words
 from houseexpo.pseudoslam.benchmark.episodes import EpisodeOutcome, EpisodeRunner, Note
-from houseexpo.pseudoslam.benchmark.policy_process import PolicyProcess
 from houseexpo.pseudoslam.benchmark.run import check_task, make_policy_record, plans_with_goals
 from houseexpo.pseudoslam.benchmark.supervise import run_cases
 from houseexpo.pseudoslam.benchmark.tracks import TRACKS, Houses, Track, find_track
@@ -176,11 +176,11 @@ def collect_episodes(
     check_collection_folder(out)
     if track not in TRACKS:
         raise ConfigError(f"track {track.id}: expected a track on plans, found one on maps; choose another --track")
-    with PolicyProcess(policy_name) as process:
-        check_task(process.policy, track)
-        record = msgspec.to_builtins(make_policy_record(process.policy, settings.seed))
-        houses, cases = _cases(track, plans, settings)
-        env = track.environment(houses, process.policy.interface)
+    policy = load_policy(policy_name)
+    check_task(policy, track)
+    record = msgspec.to_builtins(make_policy_record(policy, settings.seed))
+    houses, cases = _cases(track, plans, settings)
+    env = track.environment(houses, policy.interface)
     done = run_cases(
         partial(_make_runner, track.id, policy_name, houses, settings.seed),
         cases, settings.workers, settings.decision_limit_s, policy_name,
@@ -259,8 +259,7 @@ def _cases(track: Track, plans: Dataset | None, settings: CollectSettings) -> tu
 
 
 def _make_runner(track_id: str, policy_name: str, plans: Houses, seed: int) -> EpisodeRunner:
-    process = PolicyProcess(policy_name, limit_s=None)  # the supervisor of this process times the steps
-    return _CollectingRunner(find_track(track_id), process.policy, plans, seed, process)
+    return _CollectingRunner(find_track(track_id), load_policy(policy_name), plans, seed)
 
 
 def _in_order(done: Iterable[tuple[int, Any]]) -> Iterator[CollectedEpisode]:

@@ -16,7 +16,6 @@ from houseexpo.pseudoslam.agents.loading import NamedPolicy, describe_exception,
 from houseexpo.pseudoslam.agents.protocol import Policy, make_knowledge, make_robot
 from houseexpo.pseudoslam.benchmark.cases import Case, policy_seed_at_start
 from houseexpo.pseudoslam.benchmark.measures import MEAN_DIGITS, Trace
-from houseexpo.pseudoslam.benchmark.policy_process import PolicyProcess, PolicyProcessError
 from houseexpo.pseudoslam.benchmark.prediction import (
     OF_POLICY,
     PREDICTORS,
@@ -64,8 +63,6 @@ class EpisodeRunner:
     ----------
     policy_seed
         The seed of the policies; each episode's is made of it and of the robot's first map (``policy_seed_at_start``).
-    process
-        The process of the policy, if it is not in this one.
     prediction
         The predicted map that is scored (``prediction``): "policy", or one of ``PREDICTORS``; "" for none.
     """
@@ -76,11 +73,10 @@ class EpisodeRunner:
         policy: NamedPolicy,
         plans: Houses,
         policy_seed: int = 0,
-        process: PolicyProcess | None = None,
         *,
         prediction: str = "",
     ) -> None:
-        self.track, self.policy, self.policy_seed, self.process = track, policy, policy_seed, process
+        self.track, self.policy, self.policy_seed = track, policy, policy_seed
         self.prediction = prediction
         if prediction:
             check_predictor_name(prediction)
@@ -143,7 +139,7 @@ class EpisodeRunner:
                 took.append(ms)
             if action is None:
                 return trace
-            actions.append(action.tolist() if isinstance(action, np.generic | np.ndarray) else action)
+            actions.append(np.asarray(action).tolist())
             observation, reward, terminated, truncated, info = self._step(case, step, action)
             self._add(trace, case, info, reward)
             if scoring is not None:
@@ -183,8 +179,6 @@ class EpisodeRunner:
     def _ask(self, case: Case, step: int, question: Callable[[], Answer]) -> Answer:
         try:
             return question()
-        except PolicyProcessError as error:
-            raise PolicyError(f"{self._where(case, step)}: {error}") from None
         except (Exception, SystemExit) as error:
             raise PolicyError(f"{self._where(case, step)}: it raised {describe_exception(error, __file__)}") from error
 

@@ -20,7 +20,7 @@ from houseexpo import __version__
 from houseexpo.dataset import Dataset
 from houseexpo.errors import ConfigError
 from houseexpo.progress import show_progress
-from houseexpo.pseudoslam.agents.loading import NamedPolicy
+from houseexpo.pseudoslam.agents.loading import NamedPolicy, load_policy
 from houseexpo.pseudoslam.benchmark import result as results
 from houseexpo.pseudoslam.benchmark.cases import (
     Case,
@@ -32,7 +32,6 @@ from houseexpo.pseudoslam.benchmark.cases import (
 )
 from houseexpo.pseudoslam.benchmark.episodes import EpisodeOutcome, EpisodeRunner
 from houseexpo.pseudoslam.benchmark.maps import map_cases, maps_sha256
-from houseexpo.pseudoslam.benchmark.policy_process import DECISION_LIMIT_S, PolicyProcess
 from houseexpo.pseudoslam.benchmark.prediction import check_predictor_name
 from houseexpo.pseudoslam.benchmark.supervise import run_cases
 from houseexpo.pseudoslam.benchmark.tracks import MAP_TRACKS, Houses, Track, find_track
@@ -44,6 +43,8 @@ from houseexpo.words import count_noun
 _LIBRARIES: Final = ("gymnasium", "llvmlite", "numba", "numpy", "opencv-python-headless", "scipy")
 
 DEFAULT_PLANS: Final = 500
+DECISION_LIMIT_S: Final = 60.0
+"""Time limit of an action, if no other one is given: planners in large houses need some seconds."""
 
 
 @dataclass(frozen=True)
@@ -94,9 +95,9 @@ def run_benchmark(
     PolicyError
         The policy failed in an episode.
     """
-    with PolicyProcess(policy_name) as process:
-        check_task(process.policy, track)
-        policy = make_policy_record(process.policy, settings.seed)
+    named = load_policy(policy_name)
+    check_task(named, track)
+    policy = make_policy_record(named, settings.seed)
     if settings.prediction:
         check_predictor_name(settings.prediction)
         policy = msgspec.structs.replace(policy, prediction=settings.prediction)
@@ -111,9 +112,8 @@ def run_benchmark(
 
 
 def make_runner(track_id: str, policy_name: str, plans: Houses, seed: int, prediction: str = "") -> EpisodeRunner:
-    """Return a runner of episodes for one process, with the policy in a process of its own."""
-    process = PolicyProcess(policy_name, limit_s=None)  # the supervisor of this process times the steps
-    return EpisodeRunner(find_track(track_id), process.policy, plans, seed, process, prediction=prediction)
+    """Return a runner of episodes for one process."""
+    return EpisodeRunner(find_track(track_id), load_policy(policy_name), plans, seed, prediction=prediction)
 
 
 def check_task(policy: NamedPolicy, track: Track) -> None:

@@ -1,7 +1,6 @@
 """Run episodes in supervised processes: a policy that dies or does not answer ends the run with an error.
 
 R1  The outcome of a case does not depend on the process that runs it; outcomes are returned in the cases' order.
-    The policy is in another process (``policy_process``), which ends with the one that runs the episode.
 R2  Before each call of the policy, a process writes the current case and step to shared memory.
 R3  The run ends if a process ends, if a step takes too long, and at the first error. No process is left over.
 R4  The time for compiling kernels, which may be a minute once, does not count.
@@ -150,8 +149,6 @@ def _serve(new_runner: NewRunner, pipe: Connection, notes: Any) -> None:
     with suppress(EOFError, BrokenPipeError):
         try:
             runner = new_runner()
-            if runner.process is not None:
-                runner.process.time_with(stop_clock, start_clock)
         except HouseExpoError as error:
             pipe.recv()
             pipe.send(error)

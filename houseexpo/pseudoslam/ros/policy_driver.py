@@ -22,7 +22,6 @@ from houseexpo.errors import ConfigError, PolicyError
 from houseexpo.pseudoslam.agents.loading import NamedPolicy, describe_exception, describe_no_policy
 from houseexpo.pseudoslam.agents.protocol import Interface, make_knowledge
 from houseexpo.pseudoslam.benchmark.episodes import start_policy
-from houseexpo.pseudoslam.benchmark.policy_process import PolicyProcessError
 from houseexpo.pseudoslam.benchmark.tracks import find_track
 from houseexpo.pseudoslam.config import SimulatorConfig
 from houseexpo.pseudoslam.config.moving_obstacles import PeopleConfig
@@ -188,8 +187,6 @@ class PolicyDriver:
     def _ask(self, question: Callable[[], Any]) -> Any:
         try:
             return question()
-        except PolicyProcessError as error:
-            raise PolicyError(f"{self._where()}: {error}") from None
         except (Exception, SystemExit) as error:
             raise PolicyError(f"{self._where()}: it raised {describe_exception(error, __file__)}") from error
 

@@ -5,8 +5,7 @@ It does not know the socket.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
-from contextlib import ExitStack
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import cache
 from typing import Any, Final
@@ -20,7 +19,6 @@ from houseexpo.pseudoslam.agents.driving import DriveSession
 from houseexpo.pseudoslam.agents.loading import NAMES, NamedPolicy, load_policy
 from houseexpo.pseudoslam.agents.protocol import Interface, make_knowledge
 from houseexpo.pseudoslam.benchmark.episodes import start_policy
-from houseexpo.pseudoslam.benchmark.policy_process import PolicyProcess, PolicyProcessError
 from houseexpo.pseudoslam.envs.single import ExplorationEnv
 from houseexpo.pseudoslam.render.sight import measure_sight
 from houseexpo.pseudoslam.simulator import ACTIONS
@@ -75,32 +73,18 @@ class DrivenRobot:
     ) -> None:
         self._start = start
         self._by_hand = start.driver == YOU
-        self._opened, self._mind = ExitStack(), None
-        with ExitStack() as undone:
-            undone.callback(self.close)
-            policy = None if self._by_hand else self._load(start.driver, policies or {})
-            shown = Interface("continuous") if self._by_hand else policy.interface if policy else Interface()
-            config = start.config if shown.view is None else replace(start.config, observation=shown.view)
-            self._env = ExplorationEnv(
-                [plan], config, success_coverage=_ALL_SEEN, actions=shown.actions, observation=shown.observation,
-                action_mask=shown.action_mask,
-            )  # fmt: skip
-            self._drive = DriveSession(self._env, start.seed)
-            if policy is not None:
-                self._mind = self._ask(lambda: start_policy(policy, self._env))
-            undone.pop_all()
+        policy = None if self._by_hand else _load(start.driver, policies or {})
+        shown = Interface("continuous") if self._by_hand else policy.interface if policy else Interface()
+        config = start.config if shown.view is None else replace(start.config, observation=shown.view)
+        self._env = ExplorationEnv(
+            [plan], config, success_coverage=_ALL_SEEN, actions=shown.actions, observation=shown.observation,
+            action_mask=shown.action_mask,
+        )  # fmt: skip
+        self._drive = DriveSession(self._env, start.seed)
+        self._mind = self._ask(lambda: start_policy(policy, self._env)) if policy else None
         self._done = False
         self._sent = SentMap(self._env.state.known.shape)
         self._number, self._steps, self._bumps = 0, 0, BumpCounter()
-
-    def _load(self, driver: str, policies: Mapping[str, str]) -> NamedPolicy:
-        if driver not in policies:
-            return _explorer(driver, policies)
-        return self._opened.enter_context(PolicyProcess(policies[driver])).policy
-
-    def close(self) -> None:
-        """End the policy's process, if there is one."""
-        self._opened.close()
 
     def hello(self) -> dict[str, Any]:
         """Return the values that the browser needs before the first frame."""
@@ -175,10 +159,8 @@ class DrivenRobot:
     def _ask(self, question: Callable[[], Any]) -> Any:
         try:
             return question()
-        except PolicyProcessError as error:
-            raise PolicyError(f"the policy {self._start.driver!r} failed: {error}") from None
-        except Exception as error:
-            raise PolicyError(f"the explorer failed: {type(error).__name__}: {error}") from error
+        except (Exception, SystemExit) as error:
+            raise PolicyError(f"policy {self._start.driver!r} failed: {type(error).__name__}: {error}") from error
 
     def _act(self, action: Any) -> None:
         before_m = self._path_m
@@ -235,8 +217,10 @@ def explorer_names() -> tuple[str, ...]:
     return tuple(name for name in NAMES if "exploration" in (load_policy(name).interface.tasks or ("exploration",)))
 
 
-def _explorer(name: str, policies: Iterable[str]) -> NamedPolicy:
-    """Return an explorer by its name; files and modules, which only the server's command may name, are refused."""
+def _load(name: str, policies: Mapping[str, str]) -> NamedPolicy:
+    """Return an explorer or a policy of the server; files and modules, which only its command may name, are refused."""
+    if name in policies:
+        return load_policy(policies[name])
     if name not in explorer_names():
         known = ", ".join([*explorer_names(), *policies])
         raise ConfigError(f"driver: expected {YOU} or one of {known}; found {name!r}")

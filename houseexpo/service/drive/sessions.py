@@ -87,7 +87,6 @@ class DriveSession:
     ) -> None:
         self._socket, self._plan_of, self._threads = socket, plan_of, threads
         self._policies = policies
-        self._robot: DrivenRobot | None = None
         self._turn, self._sending = anyio.Lock(), anyio.Lock()
         self._move = MoveRobot(0.0, 0.0)
         self._steps_per_s = STEPS_PER_S
@@ -107,9 +106,6 @@ class DriveSession:
             return
         except HouseExpoError as error:
             await self._close(str(error), REFUSED)
-        finally:
-            if self._robot is not None:
-                self._robot.close()
 
     async def _serve(self) -> None:
         first = None
@@ -129,8 +125,7 @@ class DriveSession:
             raise several.exceptions[0] from None
 
     def _place(self, first: StartDrive) -> DrivenRobot:
-        self._robot = DrivenRobot(self._plan_of(first.plan), first, self._policies)
-        return self._robot
+        return DrivenRobot(self._plan_of(first.plan), first, self._policies)
 
     async def _explain(self) -> None:
         """Report long work to the browser (R5)."""

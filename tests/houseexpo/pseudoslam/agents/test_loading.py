@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from houseexpo.errors import ConfigError
+from houseexpo.errors import ConfigError, HouseExpoError
 from houseexpo.pseudoslam.agents.loading import NAMES, load_policy
 from houseexpo.pseudoslam.agents.protocol import Interface
 
@@ -74,6 +74,16 @@ def test_a_module_is_found_in_the_working_directory(file: Path, monkeypatch: pyt
 def test_what_is_no_policy_is_refused(name: str, said: str) -> None:
     with pytest.raises(ConfigError, match=said):
         load_policy(name)
+
+
+@pytest.mark.parametrize("suffix", [".pt", ".json"])
+def test_a_file_of_weights_without_a_policy_is_refused(tmp_path: Path, suffix: str) -> None:
+    if suffix == ".pt":
+        pytest.importorskip("torch")
+    file = tmp_path / f"mine{suffix}"
+    file.write_bytes(b"nothing of the kind")
+    with pytest.raises(HouseExpoError, match=f"mine{suffix}.*: expected"):
+        load_policy(str(file))
 
 
 def test_a_file_that_fails_is_named(file: Path) -> None:

@@ -15,6 +15,7 @@ from houseexpo.errors import PolicyError
 from houseexpo.pseudoslam.agents.protocol import Interface, Knowledge, Robot
 from houseexpo.pseudoslam.benchmark.cases import Case
 from houseexpo.pseudoslam.benchmark.episodes import EpisodeRunner, curve_sample_points
+from houseexpo.pseudoslam.benchmark.measures import Trace
 from houseexpo.pseudoslam.config import StartConfig
 from houseexpo.pseudoslam.worlds.world import World
 from tests.builders.policies import ALONG, CORRIDOR, TINY, Continuous, always, at_step, forward, named
@@ -148,3 +149,34 @@ def test_decisions_are_timed_where_there_are_some() -> None:
 
     assert len(run(Lazy).decisions_ms) == math.ceil(run(forward).values["steps"] / 4)
     assert len(run(forward).decisions_ms) == run(forward).values["steps"]
+
+
+def test_an_environment_that_something_changed_ends_the_episode() -> None:
+    trace = Trace()
+    trace.add(3, 1.0, {"coverage": 0.5, "collisions": 0})
+    with pytest.raises(ValueError, match="a coverage of 114"):
+        trace.add(4, 1.1, {"coverage": 1.14})
+    with pytest.raises(ValueError, match="reset the environment"):
+        trace.add(0, 0.0, {"coverage": 0.1})
+    held: list[EpisodeRunner] = []
+    reset = at_step(2, lambda: held[0].env.reset(seed=4) and 0)
+    held.append(EpisodeRunner(TINY, named(reset), [CORRIDOR]))
+    with pytest.raises(PolicyError, match="reset the environment in the middle"):
+        held[0].run(CASE)
+
+
+class Masked:
+    """Goes ahead where the mask of motions allows it, else turns."""
+
+    interface = Interface(action_mask=True)
+
+    def __init__(self, robot: Robot, _seed: int) -> None:
+        assert robot.observation_space["action_mask"].n == 3  # type: ignore[index]
+
+    def __call__(self, observation: Any, info: Knowledge) -> int:
+        assert not info["collided"]
+        return 0 if observation["action_mask"][0] else 1
+
+
+def test_a_policy_gets_the_mask_of_motions_that_it_asks_for() -> None:
+    assert run(Masked).values["coverage"] > 0.9

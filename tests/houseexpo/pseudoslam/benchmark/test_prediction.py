@@ -13,7 +13,6 @@ from houseexpo.errors import ConfigError, PolicyError
 from houseexpo.pseudoslam.benchmark.cases import Case
 from houseexpo.pseudoslam.benchmark.comparison import read_results
 from houseexpo.pseudoslam.benchmark.episodes import EpisodeRunner
-from houseexpo.pseudoslam.benchmark.policy_process import PolicyProcess
 from houseexpo.pseudoslam.benchmark.prediction import (
     PredictionScorer,
     check_predicted_map,
@@ -30,7 +29,6 @@ from houseexpo.pseudoslam.benchmark.tracks import find_track
 from tests.builders.policies import CORRIDOR, TINY, forward, named
 from tests.builders.simulations import hut
 from tests.houseexpo.pseudoslam.benchmark.test_benchmark_cases import data_set
-from tests.houseexpo.pseudoslam.benchmark.test_policy_process import policy_file
 
 VALUES = {"?": 0, ".": 127, "#": 255}
 
@@ -187,49 +185,29 @@ def test_along_a_corridor_more_and_more_walls_are_known() -> None:
     assert without == {key: value for key, value in found.items() if not key.startswith("iou")}
 
 
-PREDICTS = """
-import numpy as np
+class Solid:
+    """Goes ahead, and takes all that is unknown for walls."""
 
-class Policy:
-    def __init__(self, robot, seed):
-        pass
-    def __call__(self, observation, info):
+    def __init__(self, _robot: Any, _seed: int) -> None: ...
+
+    def __call__(self, _observation: Any, _info: Any) -> int:
         return 0
-    def predicted_map(self, info):
+
+    def predicted_map(self, info: Any) -> Any:
         return np.where(info["map"] == 0, 255, info["map"]).astype(np.uint8)
 
-class Silent(Policy):
-    predicted_map = None
 
-class Wrong(Policy):
-    def predicted_map(self, info):
+class Wrong(Solid):
+    def predicted_map(self, info: Any) -> Any:
         return info["map"][1:]
 
-policy = Policy
-"""
 
-
-def test_a_policy_predicts_in_its_own_process(tmp_path: Path) -> None:
-    file = policy_file(tmp_path, PREDICTS)
-    with PolicyProcess(file) as player:
-        own = EpisodeRunner(TINY, player.policy, [CORRIDOR], 0, player, prediction="policy").run(Case("corridor", 5))
+def test_a_policy_predicts_itself() -> None:
+    own = EpisodeRunner(TINY, named(Solid), [CORRIDOR], prediction="policy").run(Case("corridor", 5))
     solid = EpisodeRunner(TINY, named(forward), [CORRIDOR], prediction="solid").run(Case("corridor", 5))
     assert own.values == solid.values
-
-
-@pytest.mark.parametrize(
-    ("name", "said"),
-    [
-        ("Silent", r"expected a method predicted_map\(info\), found none; choose another --prediction"),
-        ("Wrong", r"it raised ConfigError: predicted_map: expected an array uint8 \(.*\), found uint8"),
-    ],
-)
-def test_a_policy_without_a_prediction_is_named(name: str, said: str, tmp_path: Path) -> None:
-    with (
-        PolicyProcess(f"{policy_file(tmp_path, PREDICTS)}:{name}") as player,
-        pytest.raises(PolicyError, match=said),
-    ):
-        EpisodeRunner(TINY, player.policy, [CORRIDOR], 0, player, prediction="policy").run(Case("corridor", 5))
+    with pytest.raises(PolicyError, match=r"predicted_map: expected an array uint8 \(.*\), found uint8"):
+        EpisodeRunner(TINY, named(Wrong), [CORRIDOR], prediction="policy").run(Case("corridor", 5))
 
 
 def test_tracks_without_budgets_and_unknown_names_are_refused() -> None:

@@ -47,18 +47,18 @@ def test_what_was_learned_is_a_policy_of_the_benchmark(tmp_path: Path) -> None:
 
 
 def test_a_policy_that_learned_with_masks_runs_in_the_benchmark(tmp_path: Path) -> None:
+    from houseexpo.pseudoslam.agents.loading import load_policy
     from houseexpo.pseudoslam.benchmark.cases import make_room_cases
     from houseexpo.pseudoslam.benchmark.episodes import EpisodeRunner
-    from houseexpo.pseudoslam.benchmark.policy_process import PolicyProcess
     from houseexpo.pseudoslam.benchmark.tracks import find_track
 
     place = EnvironmentConfig(simulator={"max_steps": 20}, action_mask=True)
     run(tmp_path / "a", replace(tiny(steps=64), policy="cnn", environment=place))
     track = find_track("avoidance")
-    with PolicyProcess(str(tmp_path / "a" / "policy.pt")) as player:
-        assert player.policy.interface.action_mask
-        (case,) = make_room_cases(track.id, ROOM.id, 1)
-        assert EpisodeRunner(track, player.policy, [ROOM], 0, player).run(case).values["steps"] == 200
+    policy = load_policy(str(tmp_path / "a" / "policy.pt"))
+    assert policy.interface.action_mask
+    (case,) = make_room_cases(track.id, ROOM.id, 1)
+    assert EpisodeRunner(track, policy, [ROOM]).run(case).values["steps"] == 200
 
 
 @pytest.mark.parametrize("damage", [b"", b"no policy", None])

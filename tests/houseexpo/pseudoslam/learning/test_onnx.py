@@ -129,7 +129,6 @@ sys.modules.update(dict.fromkeys(["torch", "stable_baselines3", "sb3_contrib"]))
 from houseexpo.pseudoslam.agents.loading import load_policy
 from houseexpo.pseudoslam.benchmark.cases import make_room_cases
 from houseexpo.pseudoslam.benchmark.episodes import EpisodeRunner
-from houseexpo.pseudoslam.benchmark.policy_process import PolicyProcess
 from houseexpo.pseudoslam.benchmark.tracks import find_track
 from houseexpo.pseudoslam.tasks import ROOM
 
@@ -142,9 +141,9 @@ if __name__ == "__main__":
 
 
 def test_it_plays_where_there_is_no_pytorch_as_it_does_where_there_is(tmp_path: Path) -> None:
+    from houseexpo.pseudoslam.agents.loading import load_policy
     from houseexpo.pseudoslam.benchmark.cases import make_room_cases
     from houseexpo.pseudoslam.benchmark.episodes import EpisodeRunner
-    from houseexpo.pseudoslam.benchmark.policy_process import PolicyProcess
     from houseexpo.pseudoslam.benchmark.tracks import find_track
 
     file, played = exported(tmp_path, "avoidance")
@@ -152,8 +151,7 @@ def test_it_plays_where_there_is_no_pytorch_as_it_does_where_there_is(tmp_path: 
     assert done.returncode == 0, done.stderr
     track = find_track("avoidance")
     (case,) = make_room_cases(track.id, ROOM.id, 1)
-    with PolicyProcess(str(file)) as player:
-        episode = EpisodeRunner(track, player.policy, [ROOM], 0, player).run(case)
+    episode = EpisodeRunner(track, load_policy(str(file)), [ROOM]).run(case)
     assert done.stdout.strip() == str(episode.actions)
 
 
