@@ -25,9 +25,6 @@ import pufferlib.vector
 from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.config import ObservationConfig, SimulatorConfig
 from houseexpo.pseudoslam.envs.puffer import PseudoSlamPufferEnv
-from houseexpo.pseudoslam.teams.puffer import PseudoSlamTeamPufferEnv
-from houseexpo.pseudoslam import parallel_vector_env
-from tests.builders.meeting_task import Rendezvous
 from tests.builders.simulations import HUTS
 
 SMALL = SimulatorConfig(pixels_per_metre=16.0, observation=ObservationConfig(3.0, global_cells=36), max_steps=9)
@@ -76,50 +73,15 @@ for backend, more in (("Serial", {}), ("Multiprocessing", {"num_workers": 2})):
 assert found[0].any()
 np.testing.assert_array_equal(found[0][:, :4], found[1][:, :4])
 """
-TEAMS = """
-given = {"dataset": HUTS, "config": SMALL, "threads": 1, "radio": "sight", "success_coverage": None}
-env = PseudoSlamTeamPufferEnv(num_envs=3, robots=2, **given)
-assert env.num_agents == 6 and env.single_observation_space.shape == (1, 48, 48) and env.single_action_space.n == 3
-seeds = np.random.SeedSequence(7).generate_state(3).tolist()
-plain = parallel_vector_env(num_envs=3, robots=2, **given)
-seen, _ = env.reset(seed=7)
-held, returns, ends = env.observations, np.zeros(3), []
-np.testing.assert_array_equal(seen, plain.reset(seed=seeds)[0].reshape(seen.shape))
-for n in range(25):
-    actions = drawn(env, n)
-    seen, rewards, terminals, truncations, infos = env.step(actions)
-    wanted = plain.step(actions.reshape(3, 2))
-    np.testing.assert_array_equal(rewards, wanted[1].ravel().astype(np.float32))
-    np.testing.assert_array_equal(truncations, wanted[3].repeat(2))
-    returns += wanted[1].mean(axis=1)
-    over = wanted[2] | wanted[3]
-    assert len(infos) == over.sum()
-    for i, info in zip(np.flatnonzero(over), infos, strict=True):
-        assert abs(info["episode_return"] - returns[i]) < 1e-9
-        assert info["team_coverage"] == wanted[4]["team"]["team_coverage"][i]
-        ends.append(info["episode_length"])
-    returns[over] = 0.0
-    shown = plain.reset(options={"reset_mask": over})[0] if over.any() else wanted[0]
-    np.testing.assert_array_equal(seen, shown.reshape(seen.shape))
-    assert seen is held
-assert ends == [9.0] * 6
-try:
-    PseudoSlamTeamPufferEnv(Rendezvous(), dataset=HUTS, robots=2)
-except ConfigError as error:
-    assert "found several" in str(error), error
-else:
-    raise AssertionError("a task with observations of its own")
-"""
 TRAINER = """
 import pufferlib.models
 from pufferlib import pufferl
 
-teams = {"num_envs": 4, "robots": 2, "dataset": HUTS, "config": SMALL, "threads": 1}
-envs = pufferlib.vector.make(PseudoSlamTeamPufferEnv, ["exploration"], teams)
+envs = pufferlib.vector.make(PseudoSlamPufferEnv, ["Exploration"], GIVEN)
 settings = pufferl.load_config("default")
 settings["train"] |= {"device": "cpu", "total_timesteps": 1024, "minibatch_size": 512}
 logs = pufferl.train("pseudoslam", settings, envs, pufferlib.models.Default(envs))
-assert 0.0 < logs[-1]["environment/team_coverage"] <= 1.0, logs[-1]
+assert 0.0 < logs[-1]["environment/coverage"] <= 1.0, logs[-1]
 """
 REFUSED = """
 for words, given in (
@@ -149,9 +111,7 @@ def run(lines: list[str], folder: Path) -> str:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    "lines", [SAME, BACKENDS, TEAMS, TRAINER, REFUSED], ids=["same", "backends", "teams", "trainer", "refused"]
-)
+@pytest.mark.parametrize("lines", [SAME, BACKENDS, TRAINER, REFUSED], ids=["same", "backends", "trainer", "refused"])
 def test_beside_the_library(lines: str, tmp_path: Path) -> None:
     if lines is TRAINER:
         need(folders=[PUFFER / "pyro"], how="make puffer")  # an older folder lacks what the trainer imports
