@@ -25,14 +25,6 @@ def test_a_command_of_the_page_makes_a_plan(tmp_path, command):
     assert len(list((tmp_path / out / "json").glob("*.json"))) == 1
 
 
-def test_there_is_a_command_and_a_picture_for_each_example():
-    examples = {path.name for path in (FOLDER / "houses").iterdir()} - {"bungalow.obj"}
-    assert {Path(command.split()[1]).name for command in COMMANDS} == examples
-    pictures = re.findall(r"\((images/\S+)\)", TEXT)
-    assert len(pictures) == len(COMMANDS)
-    assert all((ROOT / "docs" / picture).is_file() for picture in pictures)
-
-
 @pytest.mark.slow
 def test_the_examples_are_what_the_builders_write(tmp_path):
     for path in write_examples(tmp_path):

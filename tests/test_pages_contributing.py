@@ -81,10 +81,6 @@ def test_a_page_can_be_followed_step_by_step(page: Path, copy: Path) -> None:
     assert follow(page.read_text(), copy) >= 3
 
 
-def test_there_is_a_page_for_each_kind_of_addition() -> None:
-    assert [page.stem for page in PAGES] == ["export", "source", "stage", "task"]
-
-
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
 def test_changes_fit_the_files_as_they_are(page: Path) -> None:
     """The quick half: what a page would change is there."""

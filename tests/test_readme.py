@@ -163,11 +163,6 @@ def test_every_command_and_option_that_is_shown_exists(page: Path, options_of: C
         assert {word for word in words if word.startswith("--")} <= known, (name, words)
 
 
-def test_the_readme_shows_the_commands_that_most_people_need() -> None:
-    shown = {command[1] for command in _commands(README.read_text())}
-    assert {"build", "inspect", "export", "stats", "validate"} <= shown
-
-
 def test_the_readme_is_short() -> None:
     assert len(README.read_text()) <= MAX_CHARACTERS
 

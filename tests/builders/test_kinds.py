@@ -7,14 +7,11 @@ import pytest
 import shapely
 import trimesh
 
-from tests.builders.kinds.cloud import AGAIN_M, OUTSIDE_M, _seen, _seen_again, _through_glass
-from tests.builders.kinds.homes import Style, random_home, random_storeys
+from tests.builders.kinds.homes import Style, random_storeys
 from tests.builders.kinds.measuring import measure
 from tests.builders.kinds.office import random_office
-from tests.builders.kinds.placing import Placing, truth_of
 from tests.builders.kinds.registry import KINDS, RAW, make_member
 from tests.builders.kinds.rowhouses import random_row
-from tests.builders.kinds.values import LEADS_IN, OUTSIDE
 from tests.builders.shared import needs_shared
 
 EXACT = [kind for kind in RAW if kind.startswith("raw_")]
@@ -41,57 +38,6 @@ def storeys():
 def made():
     """Some storeys of each sort."""
     return list(storeys())
-
-
-def clearance(points, walls):
-    """How far each point lies from the nearest wall's body; by hand, without the shapes that the kit is built with."""
-    a, b = (np.array([getattr(w, end) for w in walls]) for end in ("a", "b"))
-    way = b - a
-    s = np.einsum("pwk,wk->pw", points[:, None] - a, way) / (way**2).sum(axis=1)
-    nearest = a + np.clip(s, 0.0, 1.0)[..., None] * way
-    apart = np.hypot(*np.moveaxis(points[:, None] - nearest, -1, 0))
-    return (apart - np.array([w.thickness for w in walls]) / 2).min(axis=1)
-
-
-@pytest.mark.slow
-def test_rooms_are_where_no_wall_is(made):
-    for storey in made:
-        for room in storey.rooms:
-            assert room.is_valid
-            assert room.area > 0.7
-            assert clearance(np.asarray(room.exterior.coords), storey.walls).min() > -1e-6
-        whole = shapely.union_all(storey.rooms)
-        assert whole.area == pytest.approx(sum(r.area for r in storey.rooms), abs=1e-6)
-
-
-@pytest.mark.slow
-def test_each_opening_goes_through_its_wall_from_one_side_to_the_other(made):
-    for storey in made:
-        for opening in storey.openings:
-            wall = storey.walls[opening.wall]
-            assert 0 < opening.start < opening.end < wall.length
-            assert opening.sill < opening.head <= storey.height
-            for side, cell in zip((1, -1), wall.sides, strict=True):
-                point = shapely.Point(wall.at(opening.centre, side * (wall.thickness / 2 + 0.03)))
-                inside = [k for k, room in enumerate(storey.rooms) if room.buffer(0.02).contains(point)]
-                assert inside == ([] if cell == OUTSIDE else [cell])
-            assert (OUTSIDE in wall.sides) == (opening.kind not in LEADS_IN)
-
-
-@pytest.mark.slow
-def test_one_can_walk_through_every_unit_but_from_none_to_another(made):
-    for storey in made:
-        doors = [storey.gap(o, 0.01) for o in storey.openings if o.kind in LEADS_IN]
-        free = shapely.union_all([r.buffer(0.005) for r in storey.rooms] + doors)
-        assert len(shapely.get_parts(free)) == len({c.unit for c in storey.cells})
-
-
-@pytest.mark.slow
-def test_nobody_steps_into_a_stairs_void():
-    for seed in range(6):
-        for storey in random_storeys(np.random.default_rng(seed), Style(), 2):
-            voids = {k for k, cell in enumerate(storey.cells) if not cell.floor}
-            assert not any(voids & set(storey.walls[o.wall].sides) for o in storey.openings if o.kind in LEADS_IN)
 
 
 @pytest.mark.parametrize("kind", [*(pytest.param(kind, marks=pytest.mark.slow) for kind in KINDS), *EXACT])
@@ -136,25 +82,6 @@ def between(rooms):
             yield room.buffer(2e-3).intersection(other.buffer(2e-3))
 
 
-@pytest.mark.parametrize("kind", each(["front3d", "procthor", "gazebo", "scan5"]))
-@pytest.mark.slow
-def test_nothing_stands_in_the_doorways(kind, tmp_path):
-    member = make_member(kind, 3, 7, tmp_path)
-    for truth, lines in sections(member, 1.3):
-        for door in truth["doors"]:
-            if door["interior"]:
-                assert lines.distance(shapely.Point(door["centre"])) > 0.2
-
-
-@pytest.mark.slow
-def test_a_house_on_another_axis_in_another_unit_has_its_truth_in_metres_on_that_plan(made):
-    z_up = truth_of(made[0], Placing(), "solid", "house")
-    y_up = truth_of(made[0], Placing(up="y", unit_m=0.01), "solid", "house")
-    mirrored = np.array(z_up["rooms"][0]["polygon"]) * (1, -1)
-    assert np.allclose(y_up["rooms"][0]["polygon"], mirrored)
-    assert np.allclose(Placing(up="y", unit_m=0.01).in_file([[1.0, 2.0, 3.0]]), [[100.0, 300.0, -200.0]])
-
-
 @needs_shared
 @pytest.mark.parametrize("kind", EXACT)
 def test_what_a_source_says_is_what_the_plan_holds(kind, tmp_path):
@@ -165,30 +92,3 @@ def test_what_a_source_says_is_what_the_plan_holds(kind, tmp_path):
 
 
 # What a survey does to the points of a made home.
-
-
-@pytest.fixture(scope="module")
-def surveyed():
-    rng = np.random.default_rng(3)
-    storey = random_home(rng, Style(size="small", windows=1.0))
-    return storey, _seen(storey, rng)
-
-
-def test_a_side_is_seen_again_five_to_fifteen_centimetres_off(surveyed):
-    storey, points = surveyed
-    again = _seen_again(points, storey, np.random.default_rng(0))
-    assert len(again) > 1000
-    sides = shapely.MultiLineString([room.exterior for room in storey.rooms])
-    away = shapely.distance(sides, shapely.points(again[:, 0], again[:, 1]))
-    assert np.median(away) > AGAIN_M[0] / 2
-    assert np.quantile(away, 0.95) < AGAIN_M[1] + 0.05
-
-
-def test_through_clear_glass_the_ground_outside_is_seen(surveyed):
-    storey, points = surveyed
-    seen = _through_glass(points, storey, np.random.default_rng(0))
-    house = shapely.union_all([*storey.rooms, storey.wall_area])
-    beyond = seen[shapely.distance(house, shapely.points(seen[:, 0], seen[:, 1])) > 0.1]
-    assert len(beyond) > 100
-    assert np.abs(beyond[:, 2]).max() <= 0.3
-    assert shapely.distance(house, shapely.MultiPoint(beyond[:, :2])) < OUTSIDE_M

@@ -1,6 +1,5 @@
 from __future__ import annotations
 
-import codecs
 from dataclasses import dataclass, field
 
 import pytest
@@ -79,8 +78,3 @@ def test_what_no_toml_reader_takes_is_refused_by_name(tmp_path, text):
     file.write_text(text)
     with pytest.raises(ConfigError, match=r"a\.toml: expected TOML"):
         read_toml(file)
-
-
-def test_a_byte_order_mark_before_toml_means_nothing(tmp_path):
-    (tmp_path / "given.toml").write_bytes(codecs.BOM_UTF8 + b"radius_m = 0.3\n")
-    assert read_config(Circle, tmp_path / "given.toml") == Circle(0.3)

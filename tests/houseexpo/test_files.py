@@ -17,8 +17,6 @@ from houseexpo.files import (
     atomic_folder,
     decode_yaml,
     make_folder,
-    real_path,
-    sha256_of,
     write_atomically,
     zip_bytes,
 )
@@ -90,11 +88,6 @@ def test_the_folder_of_a_quicker_process_stays(tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == [tmp_path / "made"]
 
 
-def test_a_hash_is_that_of_the_bytes(tmp_path: Path) -> None:
-    (tmp_path / "a").write_bytes(b"abc")
-    assert sha256_of(tmp_path / "a") == "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad"
-
-
 @pytest.mark.parametrize(
     ("text", "said"),
     [
@@ -128,9 +121,3 @@ def test_an_error_of_the_system_names_the_file(tmp_path: Path, monkeypatch: pyte
     with pytest.raises(OSError, match=r"No space left on device: '.*whole\.json'"):
         write_atomically(tmp_path / "whole.json", b"{}")
     assert not list(tmp_path.iterdir())
-
-
-def test_a_link_in_a_circle_is_a_path_like_any_other(tmp_path: Path) -> None:
-    (tmp_path / "a").symlink_to("b")
-    (tmp_path / "b").symlink_to("a")
-    assert real_path(tmp_path / "a" / "c").name == "c"

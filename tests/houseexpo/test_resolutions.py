@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -18,7 +17,6 @@ from houseexpo.exports import export
 from houseexpo.floorplan import FloorPlan
 from houseexpo.pseudoslam.worlds.maps import map_house
 from houseexpo.pseudoslam.worlds.world import make_world
-from houseexpo.service.api.analysis import clearance_picture
 
 SMALL = FloorPlan("hut", [(0, 0), (0, 3), (4, 3), (4, 0)], 1, {})
 WITH_RESOLUTION = ("ros", "npz", "png", "coco")
@@ -49,14 +47,6 @@ def test_exports_refuse_it_and_write_nothing(tmp_path: Path, form: str, metres: 
     assert said in output
     assert len(output) < 400
     assert not (tmp_path / "out").exists()
-
-
-def test_of_several_plans_those_that_it_is_too_coarse_for_are_left_out(tmp_path: Path) -> None:
-    wide = FloorPlan("hall", [(0, 0), (0, 30), (40, 30), (40, 0)], 1, {})
-    left: list[PlanError] = []
-    files = export([SMALL, wide], "ros", tmp_path, resolution=2.0, refused=left.append)
-    assert [file.name for file in files] == ["hall.pgm", "hall.yaml"]
-    assert [error.plan for error in left] == ["hut"]
 
 
 def test_grids_of_npz_that_take_many_gigabytes_are_refused(tmp_path: Path) -> None:
@@ -93,12 +83,6 @@ def test_functions_refuse_too_many(use, scale: float) -> None:  # type: ignore[n
     assert len(str(error.value)) < 250
 
 
-def test_a_size_of_a_picture_is_some_pixels_and_not_billions() -> None:
-    for size in (1, 3, 10**9):
-        with pytest.raises(ConfigError):
-            draw_plan(SMALL, size=size)
-
-
 @pytest.mark.parametrize("scale", [1e-9, 0.3, 200.0])
 def test_worlds_refuse_a_grid_without_a_place_for_the_robot_or_with_too_many_cells(scale: float) -> None:
     plan = SMALL if scale < 1 else FloorPlan("hall", [(0, 0), (0, 90), (90, 90), (90, 0)], 1, {})
@@ -126,7 +110,3 @@ def test_prepare_refuses_it(tmp_path: Path) -> None:
     save_plan(SMALL, tmp_path / "hut.json")
     for scale in ("1e-9", "1e9", "inf", "nan"):
         assert run("prepare", tmp_path, "--resolution", scale)[0] == 2
-
-
-def test_the_page_of_a_tiny_plan_has_its_picture() -> None:
-    assert clearance_picture(replace(SMALL, id="speck", verts=np.array([(0, 0), (0, 0.03), (0.04, 0.03), (0.04, 0)])))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -119,16 +118,3 @@ def test_where_nothing_can_be_read_it_is_said(tmp_path: Path) -> None:
     assert "none of its plans can be read: a.json: " in call("stats", tmp_path, code=2)[1]
     with pytest.raises(DatasetError, match="none of its plans"), open_readable(tmp_path):
         pass
-
-
-def test_a_data_set_of_one_plan_is_spoken_of_plainly(tmp_path: Path) -> None:
-    save_plan(outline("a", rooms=1), tmp_path / "a.json")
-    for words in (["stats"], ["info"], ["validate"], ["stats", "--list-bad"]):
-        done = CliRunner().invoke(make_app(), [*words, str(tmp_path)], env={"COLUMNS": "200"})
-        assert not re.search(r"\bNone\b|\bnan\b|np\.float|\b1 (plans|rooms|pieces|findings)\b", done.output), (
-            done.output
-        )
-
-
-def test_a_report_is_html_or_json(folder: Path, tmp_path: Path) -> None:
-    assert "ends in .html or .json, found 'r.pdf'" in call("stats", folder, "--out", tmp_path / "r.pdf", code=2)[1]

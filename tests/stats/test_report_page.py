@@ -60,12 +60,6 @@ def test_the_report_of_the_whole_is_the_sum_of_its_parts(folder: Path) -> None:
     assert Report(other).values() == Report(summarise_records(data_set, measured)).values()
 
 
-def test_records_are_kept(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    first = measure_plans(open_dataset(folder), workers=1)
-    monkeypatch.setattr("stats.measure.measure_and_audit", None)
-    assert measure_plans(open_dataset(folder), workers=1) == first
-
-
 def test_the_page_stands_alone(folder: Path) -> None:
     data_set = open_dataset(folder)
     measured = measure_plans(data_set, workers=1)
@@ -90,15 +84,6 @@ def test_the_same_plans_give_the_same_page_and_the_same_numbers(folder: Path, tm
     for name, report in (("one.json", one), ("other.json", other)):
         write_report(report, tmp_path / name)
     assert (tmp_path / "one.json").read_bytes() == (tmp_path / "other.json").read_bytes()
-
-
-def test_a_house_with_rooms_fills_its_plots(ring_of_rooms: FloorPlan) -> None:
-    found = DataSetSummary("<one> & only")
-    found.whole.add(ring_of_rooms)
-    html = report_html(Report(found))
-    assert "&lt;one&gt; &amp; only" in html
-    assert "Doors of a room" in html
-    assert "Vertices" not in html, "a single number is no distribution"
 
 
 @pytest.mark.slow

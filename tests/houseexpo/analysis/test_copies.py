@@ -66,11 +66,6 @@ def copies(*plans: FloorPlan) -> list[tuple[str, str]]:
     return [(found.id, found.kept_id) for found in find_duplicates(plans)]
 
 
-@pytest.mark.parametrize("parts", [True, False])
-def test_a_flat_and_the_hall_without_its_wall_are_two_plans(parts: bool) -> None:
-    assert copies(flat("a", parts=parts), flat("b", partition=False, parts=parts)) == []
-
-
 @pytest.mark.parametrize(
     "vary",
     [
@@ -86,12 +81,6 @@ def test_a_data_set_of_variants_keeps_all_of_them(vary: Callable[[int], FloorPla
     assert copies(*map(vary, range(3))) == []
 
 
-def test_one_house_by_two_exporters_is_one_plan() -> None:
-    other = flat("b", wall_x=4.02, thick=0.08, margin=0.02, labels=("Unlabelled", "Kitchen"))
-    assert copies(flat("a"), other) == [("b", "a")]
-    assert copies(flat("a"), flat("b", parts=False)) == [("b", "a")]  # a file that names no rooms
-
-
 def test_a_turned_or_mirrored_house_is_a_copy_with_its_doors() -> None:
     plan = flat("a", entrance=0.5)
     turned = replace(
@@ -103,12 +92,6 @@ def test_a_turned_or_mirrored_house_is_a_copy_with_its_doors() -> None:
     )
     assert copies(plan, turned) == [("b", "a")]
     assert copies(plan, replace(turned, doors=turned.doors[:1])) == []
-
-
-def test_without_symmetries_a_mirrored_house_is_another() -> None:
-    one, other = (walls_and_parts(flat(name, wall_x=x, parts=False)) for name, x in (("a", 3.0), ("b", 5.9)))
-    assert copy_symmetry(one, other) == "mirror_x"
-    assert copy_symmetry(one, other, symmetries=False) is None
 
 
 @settings(max_examples=30, deadline=None)

@@ -38,16 +38,6 @@ def two_rooms(width: float) -> shapely.Geometry:
     return shapely.union_all([shapely.box(0, 0, 4, 4), shapely.box(4, 1, 5, 1 + width), shapely.box(5, 0, 8, 4)])
 
 
-def test_an_inner_corner_and_the_wall_across_are_a_passage():
-    shape = shapely.Polygon([(0, 0), (5, 0), (5, 2), (2, 2), (2, 5), (0, 5)])
-    assert listed(shape) == [(1.0, 1.0, 2.0), (1.0, 2.0, 1.0)]
-
-
-def test_none_wider_than_asked_for():
-    assert len(listed(two_rooms(0.8), 0.8)) == 2
-    assert len(listed(two_rooms(0.8), 0.79)) == 0
-
-
 @pytest.mark.parametrize(
     "space",
     [
@@ -60,12 +50,6 @@ def test_none_wider_than_asked_for():
 )
 def test_agrees_with_every_pair_looked_at(space):
     assert listed(space) == brute(space)
-
-
-def test_agrees_with_every_pair_looked_at_in_published_plans(published_lines):
-    for line in published_lines[:12]:
-        space = straighten_walls(decode(line).free_space)
-        assert listed(space) == brute(space)
 
 
 def stepped(space: shapely.Geometry, radius: float) -> float:
@@ -97,11 +81,6 @@ def test_agrees_with_erosion_step_by_step(published_lines):
                 share = parts[0].area / sum(part.area for part in parts)
                 assert found.largest_share == pytest.approx(share, abs=1e-4), plan.id
                 assert found.narrowest == pytest.approx(stepped(space, radius), rel=0.01, abs=0.011), plan.id
-
-
-@pytest.mark.parametrize("space", [shapely.Polygon(), shapely.MultiPolygon(), shapely.box(0, 0, 0.004, 9)])
-def test_nothing_stands_in_nothing(space):
-    assert navigability(space, (0.0, 0.1))["0.10"].components == 0
 
 
 def test_straightening_keeps_parts_and_holes():

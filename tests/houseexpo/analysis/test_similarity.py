@@ -235,25 +235,3 @@ def found(masks: dict[str, np.ndarray], config: Rules, keep: set[str] = frozense
 
 def test_the_first_of_each_group_is_kept_whatever_the_symmetry() -> None:
     assert found(MASKS, Rules()) == [("b", "a"), ("c", "a"), ("e", "a")]
-
-
-def test_a_threshold_of_nothing_asks_for_equal_plans() -> None:
-    assert found(MASKS, Rules(threshold=0.0)) == [("b", "a"), ("e", "a")]
-
-
-def test_without_symmetries_a_mirrored_house_is_another() -> None:
-    assert found(MASKS, Rules(symmetries=False)) == [("c", "b")]
-
-
-def test_a_person_keeps_what_they_want() -> None:
-    assert found(MASKS, Rules(), {"c"}) == [("b", "a"), ("e", "a")]
-
-
-def test_a_plan_stays_whose_only_likeness_is_dropped() -> None:
-    chain = [SimilarPair(0, 1, 0.01, "identity"), SimilarPair(1, 2, 0.01, "identity")]
-    assert [d.id for d in choose_duplicates(["a", "b", "c"], chain)] == ["b"]
-
-
-@pytest.mark.parametrize("masks", [[], [ROOM], [ROOM[:0, :0], ROOM[:0, :0]]])
-def test_nothing_to_compare(masks: list[np.ndarray]) -> None:
-    assert pairs(masks, Rules()) == ()

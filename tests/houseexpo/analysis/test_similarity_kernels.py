@@ -15,7 +15,6 @@ from houseexpo.analysis.similarity import (
     comparison_mask,
     crop_mask,
     difference_lower_bound,
-    fingerprint_from_profiles,
     mask_fingerprint,
 )
 from houseexpo.grids.raster import all_rings, edges_in_pixels
@@ -56,22 +55,6 @@ def test_a_house_is_filled_as_its_twin_fills_it() -> None:
         frame = comparison_frame(house)
         filled = masks.fill_rings(*edges_in_pixels(all_rings(house), frame), *frame.shape)
         np.testing.assert_array_equal(crop_mask(filled.astype(bool)), comparison_mask(house))
-
-
-def test_prints_are_fingerprints() -> None:
-    rng = np.random.default_rng(2)
-    for _ in range(10):
-        mask = blob(rng, *rng.integers(5, 70, 2))
-        np.testing.assert_array_equal(
-            fingerprint_from_profiles(masks.mask_profiles(as_cells(mask))), mask_fingerprint(mask)
-        )
-
-
-@pytest.mark.parametrize("symmetry", range(8))
-def test_symmetries_have_the_numbers_of_their_names(symmetry: int) -> None:
-    mask = blob(np.random.default_rng(3), 12, 17)
-    expected = apply_symmetry(mask, list(SYMMETRIES)[symmetry])
-    np.testing.assert_array_equal(masks.transform_mask(as_cells(mask), symmetry), expected)
 
 
 def test_offsets_lie_near_one_end_or_the_other_and_each_comes_once() -> None:

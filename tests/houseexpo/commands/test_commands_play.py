@@ -148,13 +148,6 @@ def test_without_a_terminal_it_says_so() -> None:
     )
 
 
-def test_a_folder_that_cannot_be_is_refused_before_the_drive(tmp_path: Path) -> None:
-    (tmp_path / "taken").write_text("mine")
-    result = CliRunner().invoke(make_app(), ["play", "--task", "avoidance", "--out", str(tmp_path / "taken")])
-    assert result.exit_code == 2
-    assert "expected a folder or nothing, found the file" in result.output
-
-
 def test_without_houses_it_says_where_to_get_some(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
     monkeypatch.setenv("HOUSEEXPO_CACHE", str(tmp_path))
@@ -216,12 +209,6 @@ def test_keys_are_commands_of_a_drive() -> None:
     drive_by_keys(car, Script(["left"]))
     assert car.rows[1].action == "left"
     assert car.rows[1].heading_rad != car.rows[0].heading_rad  # it moves, or it could not turn
-
-
-def test_the_keyboard_may_interrupt() -> None:
-    driven = session()
-    drive_by_keys(driven, Script(["up"]))
-    assert len(driven.rows) == 2
 
 
 def test_it_says_bumps_and_ends() -> None:

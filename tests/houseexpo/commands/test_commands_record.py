@@ -57,12 +57,6 @@ def test_a_gif_has_a_picture_for_each_step(tmp_path: Path) -> None:
     assert exact > 0.98
 
 
-def test_some_steps_can_be_left_out_and_the_last_is_not(tmp_path: Path) -> None:
-    done = record_episode(made(max_steps=7), lambda _: 1, tmp_path / "run.gif", steps=100, every=3)
-    assert (done.steps, done.ended) == (7, True)
-    assert len(frames(tmp_path / "run.gif")) == 4  # 0, 3, 6, 7
-
-
 def test_a_film_is_an_mp4(tmp_path: Path) -> None:
     try:
         record_episode(made(), lambda _: 2, tmp_path / "run.mp4", steps=5, fps=10)

@@ -16,7 +16,7 @@ from houseexpo.commands import review as command
 from houseexpo.errors import ConfigError
 from houseexpo.service.service import Service
 from tests.builders.examples import FOLDER
-from tests.builders.services import built, published, some_plans
+from tests.builders.services import built, some_plans
 
 
 @pytest.fixture(autouse=True)
@@ -52,23 +52,6 @@ def test_a_data_set_is_opened_as_it_is(tmp_path: Path, started: list[Service]) -
     assert f"open http://127.0.0.1:{settings.port}/homes/review in a browser" in result.output
     assert settings.review
     assert sorted(folder.rglob("*")) == before
-
-
-def test_an_archive_is_opened_as_it_is(tmp_path: Path, started: list[Service]) -> None:
-    assert run(published(tmp_path / "houses.jsonl", 3), "--token").exit_code == 0
-    assert started[0].settings.token
-
-
-def test_a_data_set_has_no_out(tmp_path: Path, started: list[Service]) -> None:
-    with pytest.raises(ConfigError, match="is built already"):
-        run(built(tmp_path / "homes", some_plans()), "--out", tmp_path / "other")
-    assert not started
-
-
-def test_a_data_set_is_not_built_again_with_weights(tmp_path: Path, started: list[Service]) -> None:
-    with pytest.raises(ConfigError, match="built already; build it again: houseexpo build --weights"):
-        run(built(tmp_path / "homes", some_plans()), "--weights", tmp_path / "mine.toml")
-    assert not started
 
 
 def test_weights_that_are_none_are_told_before_anything_is_built(tmp_path: Path, started: list[Service]) -> None:

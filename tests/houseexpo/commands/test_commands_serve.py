@@ -57,28 +57,12 @@ def test_a_data_set_of_another_service_is_not_judged_here() -> None:
         said("http://127.0.0.1:9/homes", "--review", "--port", 0)
 
 
-def test_names_that_are_taken_get_a_number(folder: Path, tmp_path: Path, started: list[Service]) -> None:
-    other = built(tmp_path / "other" / "homes", some_plans()[:2])
-    taken = built(tmp_path / "api", some_plans()[:1])
-    odd = built(tmp_path / "my homes (2)", some_plans()[:1])
-    said(folder, other, taken, odd, "--port", 0)
-    assert list(started[0].collections) == ["homes", "homes-2", "api-2", "my-homes-2"]
-
-
 def test_another_address_than_loopback_has_a_token(folder: Path, started: list[Service]) -> None:
     text = said(folder, "--host", "0.0.0.0", "--port", 0)  # noqa: S104
     token = started[0].settings.token
     assert len(token) >= 20
     assert f"?token={token}" in text
     assert f"http://{socket.gethostname()}:" in text
-
-
-def test_a_port_in_use_is_said(folder: Path) -> None:
-    with socket.socket() as taken:
-        taken.bind(("127.0.0.1", 0))
-        taken.listen()
-        with pytest.raises(ConfigError, match=r"cannot listen on 127\.0\.0\.1:\d+ \(.*\); choose another"):
-            said(folder, "--port", taken.getsockname()[1])
 
 
 def test_a_port_is_taken_before_data_sets_are_opened(
@@ -112,13 +96,6 @@ def test_what_cannot_be_served_is_said(folder: Path, words: tuple[str, ...], err
     where = () if words == ("nowhere",) else (folder,)
     with pytest.raises(error, match=text):
         said(*where, *words, "--port", 0)
-
-
-def test_a_data_set_that_is_being_built_is_refused(tmp_path: Path, folder: Path) -> None:
-    (folder / ".build").mkdir()
-    (folder / "manifest.json").unlink()
-    with pytest.raises(DatasetError, match="expected a finished build"):
-        said(folder, "--port", 0)
 
 
 def test_connections_that_are_held_for_nothing_are_closed(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -117,15 +117,6 @@ def test_make_experiments_names_commands_that_there_are(tmp_path: Path) -> None:
     assert train == "train ${name%%-*} --config experiments/$name.toml --seed $seed --resume"
 
 
-def test_a_configuration_file_is_taken(installed: None, tmp_path: Path) -> None:
-    file = write_tiny(tmp_path)
-    file.write_text(
-        file.read_text().replace("[environment.simulator]", "[environment.task]\nway = 1\n\n[environment.simulator]")
-    )
-    with pytest.raises(ConfigError, match=rf"{file}: unknown key 'environment.task.way'"):
-        said("avoidance", "--out", tmp_path / "run", "--config", file)
-
-
 def test_what_needs_no_onnx_says_so_and_without_the_extra_nothing_is_trained(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

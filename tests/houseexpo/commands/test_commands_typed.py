@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import codecs
 import json
-import logging
 import os
 import re
 import subprocess
@@ -19,7 +17,6 @@ import typer
 from PIL import Image
 from typer.testing import CliRunner
 
-import houseexpo
 from houseexpo import FloorPlan, encode
 from houseexpo.commands import app
 from houseexpo.commands.app import EXAMPLES, make_app
@@ -112,13 +109,6 @@ def test_a_split_infers_the_rest(given, expected):
     assert _shares({name: given.get(name) for name in ("train", "test", "val")}) == expected
 
 
-def test_a_split_of_two_lists(data, tmp_path):
-    call("split", data, "--train", "0.8", "--test", "0.2", "--out", tmp_path / "out", "--workers", "1")
-    assert {file.name for file in (tmp_path / "out" / "splits").glob("*.txt")} == {"train.txt", "test.txt"}
-    assert "leave out --train" in call("split", data, "--paper", "--train", "0.5", "--out", tmp_path, code=2)
-    assert "add up to 1" in call("split", data, "--train", "0.9", "--test", "0.2", "--out", tmp_path, code=2)
-
-
 def test_a_word_that_is_no_file_and_can_be_no_id_is_named(tmp_path, monkeypatch):
     monkeypatch.setenv("HOUSEEXPO_CACHE", str(tmp_path / "cache"))
     for words in (("info", "plan"), ("show", "plan", "--out", tmp_path / "sheet.svg")):
@@ -132,26 +122,6 @@ def test_a_reader_who_has_seen_enough_is_no_error(data, tmp_path):
     assert done.returncode == 0, done.stderr
     assert done.stdout.startswith("data set")
     assert done.stderr == ""
-
-
-def test_who_has_seen_enough_of_the_progress_ends_no_work(data, tmp_path):
-    """Reports came every ten seconds; the first one after the reader had gone ended a build, and an export with 0."""
-    (tmp_path / "often.py").write_text(
-        "import sys, time, houseexpo.progress, pipeline.display\n"
-        "houseexpo.progress.EVERY_S = pipeline.display.EVERY_S = 0.0\n"
-        "from houseexpo.commands.app import main\n"
-        "sys.stderr.write('begun\\n'); sys.stderr.flush(); time.sleep(1)\n"
-        "main()\n"
-    )
-    one_room(tmp_path / "in" / "villa.ply")
-    for words, made in (("build in --workers 1", "manifest.json"), (f"export {data} --to svg", f"{hexed(5)}.svg")):
-        out = tmp_path / words.split()[0]
-        done = shell(f'"$PYTHON" often.py {words} --out {out} 2> >(head -1 > {out}.txt)', tmp_path)
-        assert (done.returncode, (out / made).exists()) == (0, True), out.with_suffix(".txt").read_text()
-
-
-def test_the_version_is_said_alike():
-    assert call("--version").strip() == f"houseexpo {houseexpo.__version__}"
 
 
 def test_somebodys_own_pipeline_harms_nothing(tmp_path, data):
@@ -173,38 +143,6 @@ def test_a_command_that_cannot_be_loaded_says_why(monkeypatch):
     monkeypatch.setattr(app, "_entries", lambda: entries)
     assert "Cannot be loaded" in call("--help")
     assert "no_such_module_here" in call("broken", "--any", "thing", code=2)
-
-
-@pytest.mark.parametrize(("words", "level"), [([], "WARNING"), (["-v"], "INFO"), (["-vv"], "DEBUG"), (["-q"], "ERROR")])
-def test_how_much_is_said(words, level, data):
-    call(*words, "info", data)
-    logger = logging.getLogger("houseexpo")
-    assert logging.getLevelName(logger.level) == level
-
-
-def test_how_much_is_said_may_stand_at_the_end(data):
-    call("info", data, "-vv")
-    assert logging.getLogger("houseexpo").level == logging.DEBUG
-    call("-v", "info", data, "--quiet")
-    assert logging.getLogger("houseexpo").level == logging.ERROR
-    call("info", data)
-    assert logging.getLogger("houseexpo").level == logging.WARNING
-
-
-@pytest.mark.parametrize(
-    ("words", "level", "line"),
-    [
-        ([], logging.WARNING, "note: the cache is full"),
-        ([], logging.ERROR, "error: the cache is full"),
-        (["-q"], logging.ERROR, "error: the cache is full"),
-        (["-v"], logging.WARNING, "WARNING houseexpo.cache: the cache is full"),
-    ],
-)
-def test_a_note_names_its_module_only_to_those_who_ask_for_more(words, level, line, data):
-    call(*words, "info", data)
-    (handler,) = logging.getLogger("houseexpo").handlers
-    record = logging.LogRecord("houseexpo.cache", level, "", 0, "the cache is full", None, None)
-    assert handler.format(record) == line
 
 
 def test_completion_is_offered():
@@ -240,20 +178,10 @@ def test_an_empty_word_is_no_path(data, tmp_path, monkeypatch, words, named):
     assert set(tmp_path.iterdir()) == before
 
 
-def test_a_list_of_ids_may_begin_with_a_byte_order_mark(tmp_path):
-    (tmp_path / "ids.txt").write_bytes(codecs.BOM_UTF8 + b"first\nsecond\n")
-    assert parse_ids([f"@{tmp_path / 'ids.txt'}"]) == ["first", "second"]
-
-
 # The examples in the commands' help name commands and options that there are.
 
 
 GROUP: Any = typer.main.get_command(make_app())
-
-
-def test_every_command_has_an_example() -> None:
-    groups = {name for name in GROUP.list_commands(None) if hasattr(GROUP.get_command(None, name), "commands")}
-    assert set(GROUP.list_commands(None)) - groups == set(EXAMPLES)
 
 
 @pytest.mark.parametrize("name", sorted(EXAMPLES))
@@ -320,15 +248,6 @@ def test_info_says_how_sure_the_plans_are(furnished, tmp_path):
     plans = (house("a", quality=Quality(0.5)), house("b", quality=Quality(0.9)), house("c"))
     path = pack(tmp_path, "jsonl", {plan.id: encode(plan) for plan in plans})
     assert "0.5 to 0.9, median 0.7, mean 0.700, 1 doubtful (below 0.8)" in call("info", path)
-
-
-def test_info_says_in_words_what_speaks_against_a_plan(tmp_path):
-    file = tmp_path / "plan.json"
-    file.write_bytes(encode(house("a", quality=Quality(0.5, {"cut_share": 0.5, "left_out": 0.0}))))
-    said = call("info", file)
-    assert re.search(r"^  cut_share +0\.5, doors that are cuts, not evidence$", said, re.MULTILINE)
-    assert "left_out" not in said  # 0: nothing to say
-    assert '"left_out": 0.0' in call("info", file, "--json")
 
 
 def test_info(data, two_rooms, tmp_path):

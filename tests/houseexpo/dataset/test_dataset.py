@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
-import hashlib
 import io
 import os
 import pickle
@@ -17,7 +15,6 @@ import pytest
 from houseexpo import ConfigError, DatasetError, UnknownPlanError, encode, open_dataset
 from houseexpo.dataset.index import index_row, index_table
 from houseexpo.plan import Navigability, Quality, Room
-from houseexpo.words import unknown_name_message
 from tests.builders.plan_files import KINDS, hexed, house, houses, pack
 
 
@@ -53,15 +50,6 @@ def test_a_folder_with_plans_and_json_lines_is_refused_even_where_it_was_opened_
     with pytest.raises(DatasetError, match=f"found none; open {lines}"):
         open_dataset(path)
     assert len(open_dataset(lines)) == 3
-
-
-def test_a_folder_of_data_sets_says_which_to_open(tmp_path):
-    inner = pack(tmp_path / "all", "nested", houses(1))
-    with pytest.raises(DatasetError, match=f"found none; open {inner}$"):
-        open_dataset(tmp_path / "all")
-    deep = pack(tmp_path / "more" / "of", "folder", houses(1))
-    with pytest.raises(DatasetError, match=f"found none; open {deep}$"):
-        open_dataset(tmp_path / "more")
 
 
 def test_plans_by_number_id_and_slice(plans):
@@ -133,19 +121,6 @@ def test_rooms_are_those_that_a_plan_has(tmp_path):
     assert len(plans.select(source_rooms=1)) == 2
 
 
-def test_columns_are_found_under_their_old_names_for_a_version(plans):
-    for old, new in {"room_num": "source_rooms", "n_doors": "doors", "n_cuts": "cuts"}.items():
-        with pytest.warns(DeprecationWarning, match=f"column '{old}' is now '{new}'") as warned:
-            assert plans[:3].column(old) == plans[:3].column(new)
-        assert warned[0].filename == __file__
-
-
-def test_limits_are_checked_before_rooms_are_found(plans, monkeypatch):
-    monkeypatch.setattr("houseexpo.dataset.store.columns._found", None)
-    with pytest.raises(ConfigError, match="rooms: expected from <= to"):
-        plans.select(rooms=(9, 4))
-
-
 def test_selecting_by_quality(tmp_path):
     judged = [house(f"q{score}", quality=Quality(score)) for score in (0.2, 0.8, 0.95)]
     members = {plan.id: encode(plan) for plan in (*judged, house("published"))}
@@ -195,22 +170,6 @@ def test_what_is_not_recorded_is_computed_once_and_kept(tmp_path):
         plans.column("xyz")
 
 
-def test_the_nearest_of_thousands_is_found_by_comparing_a_few(monkeypatch):
-    compared = []
-    slow = difflib.get_close_matches
-    monkeypatch.setattr(difflib, "get_close_matches", lambda *a, **k: compared.extend(a[1]) or slow(*a, **k))
-    known = [hashlib.sha1(bytes([i, j])).hexdigest() for i in range(64) for j in range(64)]  # noqa: S324
-    wrong = known[3000].replace("a", "b", 1)
-    assert wrong != known[3000]
-    assert unknown_name_message(wrong, known) == f"no {wrong!r}; the nearest is {known[3000]!r}"
-    assert len(unknown_name_message("x" * 10**6, known)) < 300
-    assert len(compared) <= 50
-    assert (
-        unknown_name_message("foo", known) == f"no 'foo'; there are {known[0]!r}, {known[1]!r}, {known[2]!r} and others"
-    )
-    assert unknown_name_message(known[3000][:9], known) == f"no {known[3000][:9]!r}; the nearest is {known[3000]!r}"
-
-
 def test_sampling_repeats(plans):
     assert plans.sample(7, 3).ids == plans.sample(7, 3).ids
     assert len(set(plans.sample(40, np.random.default_rng(1)).ids)) == 40
@@ -245,12 +204,3 @@ def test_a_changed_file_is_read_again(tmp_path):
     file.write_bytes(encode(house("other")))
     with pytest.raises(Exception, match=r"expected '0+', as the index"):
         plans[0]
-
-
-def test_a_copy_is_not_read_again(tmp_path, monkeypatch):
-    path = pack(tmp_path, "zip", houses(3))
-    open_dataset(path)
-    copy = tmp_path / "copy.zip"
-    copy.write_bytes(path.read_bytes())
-    monkeypatch.setattr("houseexpo.dataset.store.catalogue._write_copy", lambda *_: pytest.fail("built again"))
-    assert len(open_dataset(copy)) == 3

@@ -3,24 +3,18 @@
 from __future__ import annotations
 
 import hashlib
-import subprocess
 import tarfile
-import tomllib
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 from houseexpo import ConfigError, DatasetError, open_dataset
-from houseexpo.dataset.fetch import fetch, git_blob_id, subset_folder, unpack_archive
+from houseexpo.dataset.fetch import fetch, subset_folder, unpack_archive
 from houseexpo.dataset.manifest import DownloadFile, DownloadManifest, load_manifest, manifest_path
 from houseexpo.files import cache_folder
-from pipeline.config import PipelineConfig
-from pipeline.config_file import load_config
 from tests.builders.plan_files import hexed, houses, tar
 from tests.builders.services import serving
 
-SHARED = Path(__file__).resolve().parents[4] / "shared" / "data" / "houseexpo"
 NOISE = np.random.default_rng(0).bytes(600_000)  # breaks shorter than a packet of 64 KB would keep nothing
 ARCHIVE = tar({"noise.bin": NOISE} | {f"json/{name}.json": data for name, data in houses(120).items()})
 TRAIN = f"{hexed(3)}\n{hexed(1)}\n".encode()
@@ -93,27 +87,6 @@ def test_a_break_is_resumed(server):
     assert 0.3 < first / len(ARCHIVE) < 0.5 < second / len(ARCHIVE) < 0.75
 
 
-def test_the_next_run_goes_on(server):
-    server.cut = 4
-    with pytest.raises(DatasetError, match=r"json\.tar\.gz.*run the same command again"):
-        fetch(manifest=published(server))
-    assert not subset_folder("all", published(server)).exists()
-    asked = len(server.requests)
-    assert len(open_dataset(fetch(manifest=published(server)))) == 120
-    assert server.requests[asked][1].startswith("bytes=")
-
-
-def test_a_server_that_cannot_resume_sends_all_again(server):
-    server.cut, server.ranges = 1, False
-    assert len(open_dataset(fetch(manifest=published(server)))) == 120
-
-
-def test_a_corrupt_byte_is_found_and_fetched_again(server):
-    server.corrupt = 1
-    assert len(open_dataset(fetch(manifest=published(server)))) == 120
-    assert [wanted for name, wanted in server.requests if name == "json.tar.gz"] == [None, None]
-
-
 def test_what_stays_corrupt_is_thrown_away(server):
     server.corrupt = 99
     with pytest.raises(DatasetError, match="git blob id") as caught:
@@ -184,16 +157,6 @@ def test_unpacking_has_limits(tmp_path):
     assert sorted(path.name for path in tmp_path.iterdir()) == ["a.tar.gz", "out"]
 
 
-def test_the_manifests_that_come_with_the_project():
-    manifest = load_manifest()
-    assert manifest.archive.git_blob == "594e09629b7d738f4000bd7e42fffb8c5ef975f9"
-    assert len(manifest.subsets["demo"]) == 10
-    assert load_config(manifest_path("suncg")).stages == PipelineConfig()
-    assert tomllib.loads(manifest_path("demo").read_text())["build"]["sources"] == ["procedural:300?style=sound"]
-    with pytest.raises(ConfigError, match="known: benchmark, demo"):
-        manifest_path("nothing")
-
-
 def test_a_manifest_that_is_none(tmp_path):
     file = tmp_path / "m.toml"
     for text in ("name = 3", "[[", 'name = "x"\nunknown = 1'):
@@ -213,19 +176,3 @@ def test_a_manifest_names_nothing_outside_its_folder(tmp_path, key, bad):
     (tmp_path / "m.toml").write_text(text.replace(own, f"{key} = '{bad}'", 1))
     with pytest.raises(ConfigError, match=f"{key}: expected a plain name"):
         load_manifest(tmp_path / "m.toml")
-
-
-def test_blob_ids_are_gits(tmp_path):
-    file = tmp_path / "a"
-    file.write_bytes(b"some bytes")
-    found = subprocess.run(["git", "hash-object", file], check=True, capture_output=True, text=True).stdout.strip()
-    assert git_blob_id(file) == found
-
-
-def test_the_lists_are_the_published_ones():
-    if not SHARED.exists():
-        pytest.skip("the published plans are not on this machine")
-    manifest = load_manifest()
-    for source in manifest.lists:
-        assert git_blob_id(SHARED / source.file) == source.git_blob
-    assert manifest.subsets["demo"] == tuple((SHARED / "map_id_10.txt").read_text().split())

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +12,7 @@ import pytest
 import shapely
 
 import houseexpo
-from houseexpo import ConfigError, Dataset, FloorPlan, Quality, open_dataset, save_plan
+from houseexpo import ConfigError, Dataset, FloorPlan, open_dataset
 from houseexpo.plan.room_labels import UNLABELLED
 from houseexpo.words import count_noun
 from pipeline.algorithm import plan_level
@@ -81,11 +80,6 @@ def test_tables_have_a_row_for_each_plan_room_and_door(plans: Dataset) -> None:
         "height",
         "geometry",
     ]
-
-
-def test_layers_have_names(plans: Dataset) -> None:
-    with pytest.raises(ConfigError, match="plans, rooms, doors, walls, objects, found 'windows'"):
-        plans.to_geopandas("windows")  # type: ignore[arg-type]
 
 
 def test_walls_are_a_layer(plans: Dataset) -> None:
@@ -167,14 +161,6 @@ def test_plans_are_sorted_by_a_column(plans: Dataset) -> None:
         plans.sort("navigability")
 
 
-def test_plans_without_a_value_are_last(tmp_path: Path, plans: Dataset) -> None:
-    for name, quality in (("a", None), ("b", 0.2), ("c", 0.9)):
-        replace(plans[0], id=name, quality=quality and Quality(quality, {})).save(tmp_path / f"{name}.json")
-    some = open_dataset(tmp_path)
-    assert some.sort("quality").ids == ["b", "c", "a"]
-    assert some.sort("quality", descending=True).ids == ["c", "b", "a"]
-
-
 def test_shares_divide_the_plans(plans: Dataset) -> None:
     parts = plans.split(train=0.5, test=0.5, seed=1)
     assert list(parts) == ["train", "test"]
@@ -185,19 +171,6 @@ def test_shares_divide_the_plans(plans: Dataset) -> None:
             plans.split(**wrong)
     with pytest.raises(ConfigError, match="the name of a list, or shares"):
         plans.split("train", test=1.0)  # type: ignore[call-overload]
-
-
-def test_a_quality_that_no_plan_has_is_said(plans: Dataset, tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
-    assert len(plans.select(min_quality=0.0)) == len(plans)
-    assert not caplog.messages
-    save_plan(FloorPlan("hut", [(0.1, 0.1), (0.1, 4.1), (4.1, 4.1), (4.1, 0.1)], 1, {}), tmp_path / "hut.json")
-    assert len(open_dataset(tmp_path).select(min_quality=0.0)) == 0
-    assert caplog.messages == ["select: min_quality: no plan has a value in the column 'quality', so none is selected"]
-
-
-def test_numbers_of_labels_are_not_ignored(plans: Dataset) -> None:
-    with pytest.raises(ConfigError, match="labels: expected labels that must occur, found a mapping"):
-        plans.select(labels={"Bedroom": 2})
 
 
 def test_a_plan_is_geojson(plans: Dataset) -> None:

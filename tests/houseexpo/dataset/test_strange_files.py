@@ -68,24 +68,10 @@ def test_a_strange_list_of_rejected_inputs_is_said_and_costs_nothing_else(folder
     assert found.broken
 
 
-@pytest.mark.parametrize("how", ["folder", "pipe", "device", "loop"])
-def test_a_list_of_ids_that_is_no_file_is_said(folder: Path, how: str) -> None:
-    strange(folder / "splits" / "train.txt", how)
-    with pytest.raises(DatasetError, match="found one that is cut off, broken or cannot be read"):
-        open_dataset(folder).splits  # noqa: B018
-
-
 def test_a_link_to_a_text_of_this_machine_is_no_list(folder: Path, tmp_path: Path) -> None:
     (tmp_path / "secret").write_text("a1\nthe word\nof the day\n/etc/passwd\n")
     (folder / "splits" / "val.txt").symlink_to(tmp_path / "secret")
     assert set(open_dataset(folder).splits) == {"train"}
-
-
-def test_a_link_to_a_list_of_the_plans_is_one(folder: Path, tmp_path: Path) -> None:
-    (tmp_path / "blob").write_text("a1\nc3\n")
-    (folder / "splits" / "val.txt").symlink_to(tmp_path / "blob")
-    (folder / "splits" / "same.txt").symlink_to("train.txt")
-    assert open_dataset(folder).splits == dict.fromkeys(("train", "val", "same"), ("a1", "c3"))
 
 
 def test_a_manifest_that_names_a_device_is_verified_to_the_end(folder: Path) -> None:
@@ -102,10 +88,3 @@ def test_files_are_read_up_to_a_size(tmp_path: Path) -> None:
         read_file(tmp_path / "a", 2)
     with pytest.raises(FileNotFoundError):
         read_file(tmp_path / "b")
-
-
-def test_of_many_ids_the_one_that_is_there_twice_is_found_at_once(folder: Path) -> None:
-    ids = [str(number) for number in range(200_000)]
-    (folder / "splits" / "val.txt").write_text("\n".join([*ids, ids[-1]]))
-    with pytest.raises(DatasetError, match="expected each id once, found '199999' twice"):
-        open_dataset(folder).splits  # noqa: B018

@@ -1,18 +1,15 @@
 from __future__ import annotations
 
 import os
-import sqlite3
-from contextlib import closing
 from pathlib import Path
 
 import pytest
 
-from houseexpo import DatasetError, disk_cache, open_dataset
+from houseexpo import DatasetError, open_dataset
 from houseexpo.dataset.store.cache import VERSION
 from houseexpo.files import cache_folder
 from houseexpo.floorplan import FloorPlan
 from houseexpo.plan.json_codec import encode
-from houseexpo.processes import THREADS
 from tests.builders.plan_files import houses, pack
 
 
@@ -24,10 +21,6 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         plan = FloorPlan(f"house_{side}", [(0, 0), (0, side), (side, side), (side, 0)], 1, {})
         (tmp_path / "street" / f"{plan.id}.json").write_bytes(encode(plan))
     return tmp_path / "street"
-
-
-def threads(plan: FloorPlan) -> list[str | None]:
-    return [os.environ.get(name) for name in THREADS]
 
 
 def area(plan: FloorPlan) -> float:
@@ -43,51 +36,6 @@ def test_workers_measure_what_one_process_does(folder):
     )
 
 
-def test_workers_compute_with_one_thread_each(folder, monkeypatch):
-    monkeypatch.setenv("OMP_NUM_THREADS", "7")
-    monkeypatch.delenv("MKL_NUM_THREADS", raising=False)
-    found = open_dataset(folder).measure_cached("threads", threads, workers=2)
-    assert found == [["1"] * len(THREADS)] * 3
-    assert os.environ["OMP_NUM_THREADS"] == "7"
-    assert "MKL_NUM_THREADS" not in os.environ
-
-
-def forgets(plan: FloorPlan) -> float:
-    pytest.fail("it was measured before")
-
-
-def file_of(folder: Path) -> Path:
-    (found,) = (folder.parent / "cache").glob("values-*.sqlite")
-    return found
-
-
-def test_what_was_measured_is_kept(folder):
-    open_dataset(folder).measure_cached("area", area)
-    assert open_dataset(folder).measure_cached("area", forgets) == [4.0, 9.0, 16.0]
-
-
-@pytest.mark.parametrize("write_s", [2.0, 0.0])
-def test_a_file_that_another_process_holds_is_left_alone(folder, monkeypatch, caplog, write_s):
-    open_dataset(folder).measure_cached("area", area)
-    monkeypatch.setattr(disk_cache, "_TIMEOUT_S", 0.1)
-    monkeypatch.setattr(disk_cache, "_WRITE_S", write_s)
-    with closing(sqlite3.connect(file_of(folder))) as other:
-        other.execute("BEGIN EXCLUSIVE")
-        assert open_dataset(folder).measure_cached("area", area) == [4.0, 9.0, 16.0]
-    assert "database is locked" in caplog.text
-    assert open_dataset(folder).measure_cached("area", forgets) == [4.0, 9.0, 16.0]
-
-
-def test_a_file_that_cannot_be_written_keeps_what_it_has(folder, monkeypatch):
-    open_dataset(folder).measure_cached("area", area)
-    monkeypatch.setattr(disk_cache, "_TIMEOUT_S", 0.1)
-    monkeypatch.setattr(disk_cache, "_WRITE_S", 0.0)
-    with closing(sqlite3.connect(file_of(folder))) as other:
-        other.execute("BEGIN IMMEDIATE")  # others may read, and not write
-        assert open_dataset(folder).measure_cached("length", lambda plan: plan.area**0.5) == [2.0, 3.0, 4.0]
-    assert open_dataset(folder).measure_cached("area", forgets) == [4.0, 9.0, 16.0]
-
-
 # The cache of a data set: damaged, left half made, or of a file that changed behind its time.
 
 
@@ -99,16 +47,6 @@ def _own_cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 def _store() -> Path:
     (found,) = cache_folder("stores", VERSION).iterdir()
     return found
-
-
-@pytest.mark.parametrize("name", ["index.arrow", "plans.arrow"])
-@pytest.mark.parametrize("share", [0.0, 0.5, 0.98])
-def test_a_file_that_was_cut_off_is_made_again(tmp_path: Path, name: str, share: float) -> None:
-    path = pack(tmp_path, "tar.gz", houses(70))
-    expected = [plan.id for plan in open_dataset(path)]
-    file = _store() / name
-    os.truncate(file, int(file.stat().st_size * share))
-    assert [plan.id for plan in open_dataset(path)] == expected
 
 
 def test_a_block_that_rotted_is_named_and_made_again(tmp_path: Path) -> None:

@@ -97,14 +97,6 @@ def test_graphml_of_a_label_with_characters_that_xml_cannot_hold():
     assert [label for _, label in graph.nodes(data="label")] == ["Bed\ufffdro\ufffdom"]
 
 
-def test_graphml_of_a_published_plan_has_its_boxes(published):
-    plan = max(published, key=lambda plan: len(plan.room_category))
-    graph = nx.read_graphml(io.BytesIO(graphml(plan)[f"{plan.id}.graphml"]))
-    assert sorted(set(nx.get_node_attributes(graph, "label").values())) == sorted(plan.room_category)
-    assert set(nx.get_node_attributes(graph, "source").values()) == {"box"}
-    assert not graph.edges
-
-
 def test_npz_through_numpy(flat, mirrored):
     for plan in (flat, mirrored):
         found = np.load(io.BytesIO(npz(plan)[f"{plan.id}.npz"]))

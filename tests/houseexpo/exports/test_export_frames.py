@@ -16,7 +16,7 @@ from shapely.geometry.base import BaseGeometry
 
 from houseexpo import FloorPlan
 from houseexpo.errors import ConfigError, PlanError
-from houseexpo.exports import FORMATS, default_frame, export, geojson, is_mirrored, orient_plan, world_from_plan
+from houseexpo.exports import FORMATS, default_frame, export, is_mirrored, orient_plan, world_from_plan
 from houseexpo.grids.frame import source_points_from_plan
 from houseexpo.plan import Frame
 from tests.builders.tries import slow_but
@@ -70,18 +70,6 @@ def test_what_a_file_has_lies_where_its_source_has_it(placed, name, tmp_path):
         return
     expected = in_source(placed, placed.free_space)
     assert shapely.intersection(found, expected).area >= LEAST_IOU * shapely.union(found, expected).area
-
-
-@pytest.mark.parametrize("name", sorted(FORMATS))
-def test_a_plan_can_stay_in_its_own_frame(flat, name, tmp_path):
-    if name in {"dxf", "ifc"}:
-        pytest.importorskip({"dxf": "ezdxf", "ifc": "ifcopenshell"}[name])
-    moved = replace(flat, frame=FRAMES["turned"], provenance=MAP)
-    own, same = (
-        export(plan, name, tmp_path / folder, frame="plan", orientation="world")
-        for plan, folder in ((moved, "own"), (flat, "same"))
-    )
-    assert [file.read_bytes() for file in own] == [file.read_bytes() for file in same]
 
 
 def test_maps_drawings_and_scans_go_back_by_default_and_models_do_not(flat):
@@ -178,30 +166,6 @@ def test_the_transform_undoes_the_mirror(flat, mirrored):
     source = source_points_from_plan(mirrored.frame, mirrored.verts)
     assert np.allclose(source_points_from_plan(turned.frame, turned.verts)[::-1], source)
     assert turned.room_category["Bedroom"] == (pytest.approx((4.2, 2.2, 7.8, 5.3)),)
-
-
-def test_a_left_corner_of_a_suncg_house_is_where_it_is_from_above():
-    """X to the right, Z towards the viewer: the corner of lowest X and Z is the upper left one."""
-    notch = [(0.1, 1.1), (0.1, 3.1), (4.1, 3.1), (4.1, 0.1), (1.1, 0.1), (1.1, 1.1)]  # none at lowest x and y
-    plan = FloorPlan("notched", notch, 1, {})
-    found = json.loads(geojson(plan)["notched.geojson"])
-    free = shapely.geometry.shape(found["features"][0]["geometry"])
-    assert not free.contains(shapely.Point(0.6, 2.6))
-    assert free.contains(shapely.Point(0.6, 0.6))
-    assert found["properties"]["world_from_plan"] == [[1, 0, 0], [0, -1, 3.2]]
-
-
-@pytest.mark.parametrize("name", sorted(FORMATS))
-def test_orientation_can_be_chosen_for_every_format(mirrored, flat, name, tmp_path):
-    if name in {"dxf", "ifc"}:
-        pytest.importorskip({"dxf": "ezdxf", "ifc": "ifcopenshell"}[name])
-    same = replace(mirrored, frame=flat.frame)
-    plan, world = (export(mirrored, name, tmp_path / o, orientation=o) for o in ("plan", "world"))
-    upright = export(same, name, tmp_path / "upright", orientation="world")
-    differ = [a.read_bytes() != b.read_bytes() for a, b in zip(plan, world, strict=True)]
-    assert any(differ)
-    if name not in {"npz", "geojson"}:  # these two hold the matrix as well
-        assert [a.read_bytes() for a in plan] == [a.read_bytes() for a in upright]
 
 
 def test_no_third_orientation(flat):

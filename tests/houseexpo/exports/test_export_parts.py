@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -14,21 +13,9 @@ from hypothesis import strategies as st
 from houseexpo import decode
 from houseexpo.errors import ConfigError
 from houseexpo.exports import published_json, sdf
-from houseexpo.exports.plan_bodies import plan_bodies
 from houseexpo.exports.polygons import cut_into_trapezoids, join_holes_by_slits
 from houseexpo.exports.worlds_2d import start_and_goal
 from tests.builders.tries import tries
-from tests.houseexpo.exports.readers import enclosed
-
-
-def test_a_frame_of_walls_is_four_boxes():
-    frame = shapely.box(0, 0, 4, 3).difference(shapely.box(0.1, 0.1, 3.9, 2.9))
-    assert [ring.tolist() for ring in cut_into_trapezoids(frame)] == [
-        [[0, 0], [0.1, 0], [0.1, 3], [0, 3]],
-        [[0.1, 0], [3.9, 0], [3.9, 0.1], [0.1, 0.1]],
-        [[0.1, 2.9], [3.9, 2.9], [3.9, 3], [0.1, 3]],
-        [[3.9, 0], [4, 0], [4, 3], [3.9, 3]],
-    ]
 
 
 @tries(60)
@@ -81,19 +68,6 @@ def test_published_json_slits_or_drops(flat):
     assert all(back.free_space.covers(door.buffer(-1e-6)) for door in doors)
     with pytest.raises(ConfigError, match="expected 'slit' or 'drop', found 'fill'"):
         published_json(flat, holes="fill")
-
-
-def test_lintels_stand_over_doors_alone(flat):
-    assert [lintel.area for lintel in plan_bodies(flat).lintels] == [pytest.approx(0.08)]
-    assert plan_bodies(flat, door_height=2.5).lintels == ()
-    cut = replace(flat, doors=(replace(flat.doors[0], kind="cut"), *flat.doors[1:]))
-    assert len(plan_bodies(cut).lintels) == 1
-
-
-def test_a_courtyard_without_a_door_is_not_free(flat):
-    ring = shapely.box(0, 0, 9, 9).difference(shapely.box(3, 3, 6, 6)).difference(shapely.box(0, 4, 3, 4.1))
-    plan = replace(flat, verts=shapely.get_coordinates(ring)[:-1], holes=(), rooms=(), doors=())
-    assert enclosed(plan_bodies(plan).walls).area == pytest.approx(plan.area, rel=1e-3)
 
 
 @pytest.mark.parametrize("heights", [(2.0, 2.1), (2.5, 0.0), (float("nan"), 2.0), (2.5, float("nan"))])

@@ -12,7 +12,6 @@ from houseexpo.errors import PlanError
 from houseexpo.floorplan import FloorPlan, decode
 from houseexpo.grids.raster import free_mask
 from houseexpo.plan.json_codec import encode
-from houseexpo.plan.repair import Repair, describe_repair
 from tests.builders.shared import DATA, needs_shared
 
 SQUARE = np.array([(0.0, 0.0), (0.0, 4.0), (4.0, 4.0), (4.0, 0.0)])
@@ -55,11 +54,6 @@ def test_rings_that_touch_or_cross_are_mended_by_the_even_odd_rule(ring, kind, p
     assert mask.sum() / frame.pixels_per_metre**2 == pytest.approx(area, rel=0.02)
 
 
-def test_a_repair_says_where():
-    assert describe_repair(np.array(BOW_TIE)) == Repair("cross", (1.0, 1.0), 2, 2.0)
-    assert plan_of(CORNER).repair.at == (2.0, 2.0)
-
-
 def test_holes_that_touch_the_outline_or_each_other_are_mended_too():
     low, high = np.array([(1.0, 0.0), (2.0, 1.0), (3.0, 0.0)]), np.array([(1.5, 2.0), (2.5, 2.0), (2.0, 1.0)])
     plan = plan_of(SQUARE, (low, high))
@@ -67,14 +61,6 @@ def test_holes_that_touch_the_outline_or_each_other_are_mended_too():
     assert plan.free_space.is_valid
     assert plan.outline.area == 16.0
     assert plan.area == pytest.approx(14.5)
-
-
-def test_a_ring_that_runs_round_twice_is_inside_nowhere_twice():
-    inner = SQUARE / 2 + 1
-    spiral = [(0, 0), (0, 4), (4, 4), (4, 0), (1, 0), *inner.tolist(), (1, 1), (1, 0)]
-    plan = plan_of(spiral)
-    assert plan.area == pytest.approx(12.0)
-    assert free_mask(plan, 50)[0].sum() / 2500 == pytest.approx(12.0, rel=0.02)
 
 
 def test_a_ring_without_area_is_refused_by_name():

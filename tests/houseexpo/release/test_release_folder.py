@@ -27,13 +27,6 @@ def test_one_data_set_gives_the_same_bytes_whatever_the_workers(made: Path, rele
     assert not list(tmp_path.glob(".*"))
 
 
-def test_another_name_of_the_folder_changes_what_names_it_and_nothing_else(rooms: Path, tmp_path: Path) -> None:
-    one, other = (contents(release(rooms, tmp_path / place).folder) for place in ("rooms-a", "rooms-b"))
-    assert one.keys() == other.keys()
-    assert {name for name, data in one.items() if data != other[name]} == {"README.md", "croissant.json", "SHA256SUMS"}
-    assert contents(release(rooms, tmp_path / "elsewhere" / "rooms-a").folder) == one
-
-
 def test_it_holds_nothing_of_this_machine(made: Path, released: Path) -> None:
     places = [str(made.parent).encode(), b"/tmp/", b"/root/"]
     text = [data for name, data in contents(released).items() if not name.endswith((".png", ".parquet", ".gz"))]
@@ -60,12 +53,6 @@ def test_a_former_release_is_replaced_whole(rooms: Path, tmp_path: Path) -> None
     (out / "README.md").write_text("mine")
     assert contents(release(rooms, out).folder) == first
     assert sorted(path.name for path in tmp_path.iterdir()) == ["out", "rooms"]
-
-
-def test_an_empty_folder_is_filled_and_may_be_read(rooms: Path, tmp_path: Path) -> None:
-    (tmp_path / "out").mkdir()
-    release(rooms, tmp_path / "out")
-    assert (tmp_path / "out").stat().st_mode & 0o777 == 0o755
 
 
 @pytest.mark.parametrize("name", ["notes.txt", "plans/mine.parquet", ".git/config"])

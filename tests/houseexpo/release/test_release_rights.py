@@ -12,12 +12,9 @@ import pytest
 
 from houseexpo.dataset.index import index_table
 from houseexpo.errors import ConfigError, DatasetError
-from houseexpo.floorplan import FloorPlan
-from houseexpo.plan.json_codec import encode
 from houseexpo.release import PublisherTexts, release
 from pipeline.batch.data_set_folder import ExistingPlansPolicy
 from tests.builders.batch import one_room, run_build
-from tests.builders.plan_files import KINDS, hexed, house, pack
 
 
 def _refused(path: Path, tmp_path: Path, expected: str) -> None:
@@ -30,16 +27,6 @@ def _refused(path: Path, tmp_path: Path, expected: str) -> None:
 def _manifest(folder: Path, **changes: object) -> None:
     file = folder / "manifest.json"
     file.write_text(json.dumps({**json.loads(file.read_text()), **changes}))
-
-
-@pytest.mark.parametrize("kind", KINDS)
-def test_published_plans_come_by_fetch(tmp_path: Path, kind: str) -> None:
-    _refused(pack(tmp_path, kind, {hexed(1): encode(house(hexed(1)))}), tmp_path, "houseexpo fetch")
-
-
-def test_plans_without_a_manifest_are_of_unknown_origin(tmp_path: Path, two_rooms: FloorPlan) -> None:
-    folder = pack(tmp_path, "nested", {"two_rooms": encode(two_rooms)})
-    _refused(folder, tmp_path, "with its manifest.json, found none")
 
 
 def test_nothing_empty_folders_and_other_files_are_named(tmp_path: Path) -> None:
@@ -159,12 +146,6 @@ def test_a_manifest_that_is_none_or_leads_out_is_refused(rooms: Path, tmp_path: 
     _refused(rooms, tmp_path, r"expected names of files in the folder, found '\.\./secret'")
     (rooms / "manifest.json").write_text("[]")
     _refused(rooms, tmp_path, "expected the manifest of a data set")
-
-
-def test_a_build_without_plans_is_refused(tmp_path: Path) -> None:
-    one_room(tmp_path / "houses" / "refuse.ply")
-    run_build([tmp_path / "houses"], tmp_path / "built", licence="MIT")
-    _refused(tmp_path / "built", tmp_path, "expected plans, found none")
 
 
 @pytest.mark.parametrize(

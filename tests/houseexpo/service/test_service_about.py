@@ -4,10 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from types import SimpleNamespace
-from typing import Any, ClassVar
 
-import numpy as np
 import pytest
 
 pytest.importorskip("starlette")
@@ -15,7 +12,6 @@ pytest.importorskip("starlette")
 from starlette.testclient import TestClient
 
 from houseexpo.service.app import make_app
-from houseexpo.service.dataset_pages import _sentence
 from tests.builders.services import BASE, service_of
 
 HTML = {"accept": "text/html"}
@@ -44,19 +40,6 @@ def test_a_release_says_itself_what_it_is(folder: Path) -> None:
     (folder / "croissant.json").write_text(json.dumps(told))
     page = client_of(folder).get("/homes/about", headers=HTML).text
     assert all(words in page for words in told.values())
-
-
-@pytest.mark.parametrize(
-    ("sources", "said"),
-    [
-        (["procedural:30?style=home"], "Licence: CC-BY-4.0"),
-        (["procedural:30", "house.glb"], "No licence recorded"),
-        ([], "No licence recorded"),
-    ],
-)
-def test_houses_that_the_project_makes_have_its_licence(folder: Path, sources: list[str], said: str) -> None:
-    (folder / "manifest.json").write_text(json.dumps({"sources": sources}))
-    assert said in client_of(folder).get("/homes/about", headers=HTML).text
 
 
 @pytest.mark.parametrize(
@@ -90,11 +73,3 @@ def test_several_data_sets_are_listed_and_one_is_shown_at_once(client: TestClien
     assert 'href="/homes/about"' in page
     assert 'href="/published/about"' in page
     assert client_of(folder).get("/").headers["location"] == "/homes/"
-
-
-def test_sources_beyond_the_most_common_are_counted() -> None:
-    class Table(list[int]):
-        groups: ClassVar = {"source": ([f"kind {k}" for k in range(8)], np.array([0, 0, *range(8)]))}
-
-    now: Any = SimpleNamespace(views=SimpleNamespace(table=Table(range(10))))
-    assert _sentence(now, {}).endswith("kind 5 (1) and others (2).")

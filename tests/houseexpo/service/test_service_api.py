@@ -152,21 +152,6 @@ def test_what_cannot_be_answered_is_said(client: TestClient, path: str, status: 
     assert said in found.json()["error"]
 
 
-@pytest.mark.parametrize("path", ["", "/shape", "/reach", "/similar", "/thumbnail.svg", "/picture.svg", "/export/svg"])
-def test_an_unknown_plan_costs_no_search_and_tells_no_path(
-    client: TestClient, monkeypatch: pytest.MonkeyPatch, path: str
-) -> None:
-    monkeypatch.setattr("houseexpo.words.unknown_name_message", None)
-    for pages in (f"/api/homes/plans/nobody{path}", "/homes/plan/nobody"):
-        found = client.get(pages)
-        assert (found.status_code, found.json()) == (404, {"error": "no plan 'nobody' in this data set"})
-
-
-def test_other_methods_are_refused(client: TestClient) -> None:
-    for method in ("POST", "PUT", "DELETE"):
-        assert client.request(method, "/api/homes/plans/a1").status_code == 405
-
-
 def test_every_route_is_listed_and_nothing_else(service: Service) -> None:
     routes = {getattr(route, "path", "") for route in make_app(service).routes}
     served = {path for path in routes if path.startswith("/api/")} - {"/api/"}
@@ -223,15 +208,6 @@ def test_a_data_set_built_anew_is_opened_anew(client: TestClient, service: Servi
         time.sleep(0.02)
     assert client.get("/api/homes/plans").json()["found"] == 5
     assert client.get("/api/homes/plans/e5").status_code == 200
-
-
-def test_a_picture_is_drawn_anew_after_each_build(service: Service, folder: Path) -> None:
-    shown, drawn = service.collections["homes"], set()
-    for number in range(40):
-        built(folder, [two_rooms("a1", 3 + number / 4)])
-        shown._open_again(number)
-        drawn.add(shown.draw_thumbnail("a1"))
-    assert len(drawn) == 40
 
 
 def test_a_plan_that_was_deleted_is_said_and_the_others_go_on(client: TestClient, folder: Path) -> None:

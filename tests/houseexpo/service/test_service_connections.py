@@ -127,11 +127,3 @@ def test_a_body_that_never_comes_holds_no_connection(port: int, *, drip: bool) -
             except ConnectionError:
                 break
         assert time.monotonic() - start < 10 * IDLE_TIMEOUT_S
-
-
-def test_a_body_in_two_parts_is_answered(port: int) -> None:
-    with asking(port) as client:
-        client.sendall(b"POST /body HTTP/1.1\r\nHost: localhost\r\nContent-Length: 2\r\n\r\na")
-        time.sleep(IDLE_TIMEOUT_S / 3)
-        client.sendall(b"b")
-        assert client.recv(1000).startswith(b"HTTP/1.1 200")

@@ -14,11 +14,10 @@ from starlette.testclient import TestClient
 from houseexpo import open_dataset
 from houseexpo.errors import UnknownPlanError
 from houseexpo.plan import Quality
-from houseexpo.service.app import make_app
 from houseexpo.service.plan_page import plan_evidence
 from houseexpo.service.service import Service
 from pipeline.png import encode_png
-from tests.builders.services import BASE, built, running, service_of, two_rooms
+from tests.builders.services import running, two_rooms
 
 PNG = encode_png(np.full((60, 200, 3), 200, np.uint8))
 WHERE = "/api/homes/plans/a1/stages.png"
@@ -50,13 +49,6 @@ def test_evidence_is_said_in_words() -> None:
     assert found.doors == [
         (0, "cut", "Kitchen and Bedroom", "40%", "a robot could not pass otherwise; cut here: a lintel"),
     ]
-
-
-def test_a_plan_that_says_nothing_has_no_evidence(client: TestClient) -> None:
-    plan = replace(two_rooms("a1"), doors=(), quality=None)
-    for told in (None, {"notes": "none", "cuts": 3}, {"cuts": [1, {"door": 0}]}):
-        assert not plan_evidence(replace(plan, provenance=told))
-    assert "Evidence" not in client.get(f"/published/plan/{1:032x}").text
 
 
 def test_the_page_shows_evidence_and_the_stages_that_were_kept(client: TestClient, folder: Path) -> None:
@@ -98,10 +90,3 @@ def test_a_program_gets_it_here_and_from_afar(service: Service, folder: Path) ->
         assert Image.open(io.BytesIO(remote.stages("a1") or b"")).size == (200, 60)
         assert remote.stages("b2") is None
         assert open_dataset(f"{address}/published").stages(f"{1:032x}") is None
-
-
-def test_pictures_are_no_plans_of_the_data_set(tmp_path: Path) -> None:
-    folder = built(tmp_path / "homes", [two_rooms("a1")])
-    pictured(folder)
-    assert open_dataset(folder).ids == ["a1"]
-    assert TestClient(make_app(service_of(folder)), base_url=BASE).get("/api/homes/plans").json()["found"] == 1

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
-from typing import Any
 
 import pytest
 from starlette.testclient import TestClient
@@ -12,7 +11,7 @@ from starlette.testclient import TestClient
 from houseexpo.dataset.index import index_table
 from houseexpo.dataset.store.folders import rejected_picture_path
 from houseexpo.service.app import make_app
-from tests.builders.services import BASE, lines, published, service_of
+from tests.builders.services import BASE, published, service_of
 
 PAGES = (
     *("/homes/", "/homes/plan/a1", "/homes/plan/d%204%26%C3%A9", "/homes/refused", "/homes/statistics", "/api"),
@@ -43,13 +42,6 @@ def test_what_a_page_loads_is_there(client: TestClient) -> None:
         assert client.get(f"/static/{url}").status_code == 200
 
 
-def test_the_page_of_the_api_stays_with_the_data_set(client: TestClient) -> None:
-    (link,) = re.findall(r'href="(/api[^"]*)"', client.get("/published/").text.split("<main")[0])
-    assert 'open_dataset("http://localhost:8000/published")' in client.get(link).text.replace("&#34;", '"')
-    assert "/homes&#34;" in client.get("/api").text
-    assert "/homes&#34;" in client.get("/api?data=nowhere").text
-
-
 def test_a_data_set_without_plans_is_shown(folder: Path, tmp_path: Path) -> None:
     for file in (folder / "json").iterdir():
         file.unlink()
@@ -65,12 +57,6 @@ def test_a_data_set_without_plans_is_shown(folder: Path, tmp_path: Path) -> None
         assert client.get(f"/api/homes/{values}").status_code == 200, values
     assert client.get("/api/published/statistics?against=homes").json()["other"]["found"] == 0
     assert client.get("/homes/plan/a1").status_code == 404
-
-
-def test_links_of_review_are_there_where_it_is(folder: Path) -> None:
-    for review in (False, True):
-        client = TestClient(make_app(service_of(folder, review=review)), base_url=BASE)
-        assert ('href="/homes/review"' in client.get("/homes/").text) is review
 
 
 def test_a_plans_page_says_what_is_known(client: TestClient) -> None:
@@ -104,14 +90,6 @@ def test_lists_that_are_damaged_are_said(folder: Path) -> None:
     assert "rejected.jsonl: cannot be read" in client.get("/homes/refused").text
 
 
-def test_a_dropped_plan_of_an_odd_id_is_listed_without_a_picture(client: TestClient, folder: Path) -> None:
-    (folder / "secret.png").write_bytes(b"\x89PNG")
-    lines(folder / "duplicates.jsonl", [{"id": name, "kept_id": "a1", "difference": 0} for name in ("../secret", "")])
-    found = client.get("/homes/refused")
-    assert (found.status_code, found.text.count("no picture")) == (200, 2)
-    assert client.get("/api/homes/duplicates/..%2Fsecret/picture.png").status_code == 404
-
-
 def test_a_picture_of_a_dropped_plan_is_shown_where_the_build_kept_one(client: TestClient, folder: Path) -> None:
     pictures = folder / ".build" / "pictures"
     assert "no picture" in client.get("/homes/refused").text
@@ -142,14 +120,3 @@ def test_an_error_is_a_page_for_people(client: TestClient) -> None:
     assert "Not found" in found.text
     assert "No plan &#39;nobody&#39;" in found.text
     assert "Traceback" not in found.text
-
-
-def test_a_fault_is_told_without_a_traceback(client: TestClient, monkeypatch: pytest.MonkeyPatch) -> None:
-    def broken(_: Any) -> Any:
-        raise RuntimeError("inside")
-
-    monkeypatch.setattr("houseexpo.service.collection.OpenedDataset.records", property(broken))
-    found = client.get("/homes/refused", headers={"accept": "text/html"})
-    assert found.status_code == 500
-    assert "inside" not in found.text
-    assert client.get("/homes/").status_code == 200

@@ -15,7 +15,7 @@ from starlette.testclient import TestClient
 from houseexpo.exports import FORMATS
 from houseexpo.floorplan import FloorPlan
 from houseexpo.service.app import make_app
-from tests.builders.services import BASE, built, service_of, two_rooms
+from tests.builders.services import BASE, built, service_of
 
 ODD = "/api/homes/plans/d%204%26%C3%A9"
 
@@ -96,11 +96,6 @@ def test_a_way_leads_through_the_door_where_the_robot_fits(client: TestClient) -
     assert "outside" in client.get("/api/homes/plans/a1/way?from=1,1&to=50,50").json()["why"]
 
 
-def test_a_place_beside_a_wall_moves_to_where_the_robot_fits(client: TestClient) -> None:
-    found = client.get("/api/homes/plans/a1/way?from=0.1,0.1&to=2,2&radius=0.3").json()
-    assert found["ends"][0] == pytest.approx([0.4, 0.4], abs=0.01)
-
-
 def test_clearance_is_a_picture_of_the_plan(client: TestClient) -> None:
     import cv2
 
@@ -125,13 +120,6 @@ def test_a_similar_plan_that_was_deleted_is_left_out(client: TestClient, folder:
     (folder / "json" / "b2.json").unlink()
     found = client.get("/api/homes/plans/a1/similar").json()["similar"]
     assert [each["id"] for each in found] == ["d 4&é", "c3"]
-
-
-def test_a_plan_alone_has_none_like_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("HOUSEEXPO_CACHE", str(tmp_path / "cache"))
-    service = service_of(built(tmp_path / "one", [two_rooms("only")]))
-    client = TestClient(make_app(service), base_url=BASE)
-    assert client.get("/api/one/plans/only/similar").json() == {"similar": []}
 
 
 def test_a_plan_of_thousands_of_vertices_is_answered(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

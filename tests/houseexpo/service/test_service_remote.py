@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import io
 import os
-import pickle
 import socket
 import threading
 import time
@@ -46,22 +45,11 @@ def test_it_is_as_the_local_one(address: str, folder: Path) -> None:
         remote["nobody"]
 
 
-def test_published_plans_too(address: str) -> None:
-    remote = open_dataset(f"{address}/published/")
-    assert len(remote) == 12
-    assert remote[3].room_num == 4
-
-
 def test_commands_that_need_files_say_so(address: str, tmp_path: Path) -> None:
     for needs in (validate_dataset, lambda place: release(place, tmp_path / "out")):
         with pytest.raises(DatasetError, match=f"^{address}/homes: [a-z]+ needs the files of a data set"):
             needs(Path(f"{address}/homes?token=secret"))
     assert open_dataset(f"HTTP{address.removeprefix('http')}/homes").ids[0] == "a1"
-
-
-def test_a_pickle_opens_it_again(address: str) -> None:
-    part = open_dataset(f"{address}/homes")[1:3]
-    assert pickle.loads(pickle.dumps(part)).ids == ["b2", "c3"]  # noqa: S301
 
 
 def test_what_was_fetched_is_kept(address: str, service: Service) -> None:
@@ -108,11 +96,6 @@ def test_the_server_may_close_a_connection(folder: Path) -> None:
 def test_an_address_without_a_data_set_is_refused(address: str) -> None:
     with pytest.raises(DatasetError, match="expected an address"):
         open_dataset(address)
-
-
-def test_a_name_that_is_not_there_is_said(address: str) -> None:
-    with pytest.raises(DatasetError, match="no data set 'house'; the data sets: homes, published"):
-        open_dataset(f"{address}/house")
 
 
 def test_another_kind_of_server_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

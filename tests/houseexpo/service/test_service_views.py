@@ -86,31 +86,6 @@ def test_what_is_found_is_what_a_slow_search_finds(given: dict[str, str]) -> Non
     assert views.find(query) is view  # kept
 
 
-def test_a_word_is_searched_for_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    searched: list[str] = []
-    search = PlanSearch._contains_word
-    monkeypatch.setattr(PlanSearch, "_contains_word", lambda views, word: searched.append(word) or search(views, word))
-    table = made_up()
-    views = PlanSearch(table)
-    for rooms in "234":
-        query = parse_query({"text": "kitchen p1", "rooms": rooms})
-        assert [table.ids[row] for row in views.find(query).rows] == slowly(table, query)
-    assert sorted(searched) == ["kitchen", "p1"]
-
-
-def test_no_query_gets_the_answer_of_another() -> None:
-    views = PlanSearch(made_up())
-    for one, other in (({"rooms": "3.."}, {"rooms": "3.0000001.."}), ({"source": ","}, {"source": "ifc"})):
-        assert len(views.find(parse_query(one)).rows) > len(views.find(parse_query(other)).rows)
-
-
-@pytest.mark.parametrize("name", ["source", "split"])
-def test_a_source_or_split_that_is_not_there_is_said(name: str) -> None:
-    known = {"source": "ifc, mesh", "split": "test, train"}[name]
-    with pytest.raises(ConfigError, match=f"{name}: no 'tset' in this data set; it has: {known}"):
-        PlanSearch(made_up()).find(parse_query({name: f"{known.split(', ')[1]},tset"}))
-
-
 def test_counts_leave_their_own_condition_out_but_labels_add_up() -> None:  # R1
     table = made_up()
     views = PlanSearch(table)
@@ -126,14 +101,6 @@ def test_counts_leave_their_own_condition_out_but_labels_add_up() -> None:  # R1
     for label in ("Kitchen", "Garage"):
         wanted = slowly(table, parse_query({"rooms": "2..4", "source": "ifc", "labels": f"Kitchen,{label}"}))
         assert view.facets["labels"][label] == len(wanted)
-
-
-@pytest.mark.parametrize("given", QUERIES)
-def test_a_query_is_read_from_what_it_writes(given: dict[str, str]) -> None:
-    from urllib.parse import parse_qsl
-
-    query = parse_query(given)
-    assert parse_query(dict(parse_qsl(str(query)))) == query
 
 
 @pytest.mark.parametrize(

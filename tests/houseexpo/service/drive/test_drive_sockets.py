@@ -267,20 +267,6 @@ def test_there_is_room_for_so_many_robots_and_for_more_when_they_go(
         begun(third)
 
 
-def test_a_data_set_that_is_not_there_is_refused(client: TestClient) -> None:
-    with pytest.raises(WebSocketDisconnect), client.websocket_connect(ADDRESS.replace("houses", "elsewhere")) as socket:
-        socket.receive_json()
-
-
-def test_other_sites_open_no_socket(client: TestClient) -> None:
-    headers = {"origin": "http://evil.example"}
-    with (
-        pytest.raises(WebSocketDisconnect),
-        client.websocket_connect(ADDRESS, headers=headers) as socket,
-    ):
-        socket.receive_json()
-
-
 def test_the_page_names_plan_and_explorers(client: TestClient) -> None:
     page = client.get("/houses/drive").text
     assert "Drive in two_rooms" in page

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from houseexpo.pseudoslam.render.sight import Sight
-from houseexpo.service.drive.frames import LONGEST_RUN, RobotReport, SentMap, encode_frame, encode_runs
+from houseexpo.service.drive.frames import RobotReport, SentMap, encode_frame
 from tests.builders.browsing import VALUES, frame_from, painted
 from tests.builders.tries import tries
 
@@ -44,16 +44,3 @@ def test_only_the_rectangle_that_changed_is_sent() -> None:
     delta = sent.update(known)
     assert delta[:4] == (10, 20, 3, 6)
     assert len(sent.update(known).runs) == 0
-
-
-def test_long_runs_are_parted() -> None:
-    for size in (LONGEST_RUN, LONGEST_RUN + 1, 3 * LONGEST_RUN + 7):
-        runs = encode_runs(np.full((1, size), 127, np.uint8))
-        assert (runs >> 14 == 1).all()
-        assert int((runs & LONGEST_RUN).sum()) == size
-
-
-def test_a_great_map_at_once_is_small() -> None:
-    known = np.zeros((1000, 1000), np.uint8)
-    known[100:900, 100:900] = 127
-    assert len(encode_frame(REPORT, SentMap(known.shape).update(known), NOTHING)) < 8000

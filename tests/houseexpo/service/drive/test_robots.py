@@ -11,10 +11,9 @@ import numpy as np
 import pytest
 
 from houseexpo.errors import ConfigError, PolicyError
-from houseexpo.pseudoslam.config import LaserConfig
 from houseexpo.service.drive.frames import COLLIDED, ENDED, SUCCESS
 from houseexpo.service.drive.messages import StartDrive
-from houseexpo.service.drive.robots import BumpCounter, DrivenRobot, explorer_names
+from houseexpo.service.drive.robots import DrivenRobot, explorer_names
 from tests.builders.browsing import frame_from, painted, two_rooms
 
 
@@ -44,11 +43,6 @@ def test_a_second_ahead_is_as_far_as_the_speed_says() -> None:
     after = frame_from(driven.frame())
     steps = len(driven._drive.rows) - 2
     assert after.path_m - before.path_m == pytest.approx(0.75 / 30 * steps, abs=0.03)
-
-
-def test_at_rest_time_stands_still_unless_there_are_people() -> None:
-    assert not robot().move(0.0, 0.0)
-    assert robot(people=2).move(0.0, 0.0)
 
 
 def test_what_is_saved_is_what_play_saves() -> None:
@@ -85,15 +79,6 @@ def test_a_wall_that_is_pushed_against_is_bumped_into_once() -> None:
     assert found.path_m > path_m
 
 
-def test_contacts_are_counted_from_touch_to_free_way() -> None:
-    bumps = BumpCounter()
-    for blocked, moved_m, count in (
-        (True, 0.01, 1), (True, 0.0, 1), (False, 0.0, 1), (True, 0.0, 1), (False, 0.05, 1), (True, 0.02, 2),
-    ):  # fmt: skip
-        bumps.step(blocked=blocked, moved_m=moved_m)
-        assert bumps.count == count
-
-
 def test_people_keep_their_numbers_and_walk_where_they_head() -> None:
     driven = robot(people=3, fov_deg=360, range_m=10, seed=2)
     before: dict[float, Any] = {}
@@ -108,15 +93,6 @@ def test_people_keep_their_numbers_and_walk_where_they_head() -> None:
                 compared += 1
             before[number] = np.array([x, y])
     assert compared > 20
-
-
-def test_options_are_simulated() -> None:
-    config = StartDrive("p", range_m=10, fov_deg=360, noise="much", people=3, obstacles=4).config
-    assert config.laser == LaserConfig(range_m=10, fov_deg=360)
-    assert config.noise.any
-    assert config.people.number == 3
-    assert config.obstacles.random is not None
-    assert config.obstacles.random.number == (4, 4)
 
 
 def test_explorers_are_those_of_the_benchmark_and_explore() -> None:
