@@ -70,7 +70,7 @@ def stats(
     with ExitStack() as opened:
         for path in files:
             opened.enter_context(CommandOutput(path, [dataset, compare], replace=replace))
-        one = opened.enter_context(open_and_measure(dataset, geometry=geometry, workers=workers))
+        one = open_and_measure(dataset, geometry=geometry, workers=workers)
         _say_broken(one)
         if list_bad:
             _list_bad(one, radius or ROBOT_M, workers, json=json)
@@ -78,11 +78,7 @@ def stats(
         if audit:
             _list_audited(one, json=json)
             return
-        other = (
-            None
-            if compare is None
-            else opened.enter_context(open_and_measure(compare, geometry=geometry, workers=workers))
-        )
+        other = None if compare is None else open_and_measure(compare, geometry=geometry, workers=workers)
         report = Report(one.total(), None if other is None else other.total(), one.broken)
         if json:
             print_json(report.values())

@@ -2,28 +2,24 @@
 
 from __future__ import annotations
 
-import tempfile
-from collections.abc import Iterable, Iterator
-from contextlib import ExitStack, contextmanager
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
 
 import msgspec
 
 from houseexpo.cpu_cores import count_cores
-from houseexpo.dataset import Dataset, open_dataset
+from houseexpo.dataset import Dataset
 from houseexpo.dataset.store import open_store
-from houseexpo.dataset.store.stored_plans import BrokenPlan, StoredPlan, broken_plan, read_id_lists, read_stored_plans
-from houseexpo.errors import ConfigError, DatasetError, PlanError
-from houseexpo.floorplan import FloorPlan
-from houseexpo.progress import show_progress
+from houseexpo.dataset.store.stored_plans import BrokenPlan
+from houseexpo.errors import ConfigError
 from stats.record import VERSION, Record, find_rooms_and_measure, measure_and_audit
 from stats.summary import PlanSummary
 
 
 @dataclass
 class DataSetSummary:
-    """The statistics of a data set or of a part of one; those of two parts can be merged.
+    """The statistics of a data set or of a part of one.
 
     ``splits`` are the lists that come with it; ``listed`` is the number of ids in each list, including ids without a
     plan. ``geometry`` says whether rooms and doors were found for plans without them.
@@ -40,12 +36,6 @@ class DataSetSummary:
         self.whole.take(found)
         for name in splits:
             self.splits.setdefault(name, PlanSummary()).take(found)
-
-    def merge(self, other: DataSetSummary) -> None:
-        """Add another part of the data set."""
-        self.whole.merge(other.whole)
-        for name, summary in other.splits.items():
-            self.splits.setdefault(name, PlanSummary()).merge(summary)
 
 
 @dataclass(frozen=True)
@@ -65,29 +55,21 @@ class MeasuredDataSet:
         return found
 
 
-@contextmanager
-def open_and_measure(path: Path, *, geometry: bool = False, workers: int | None = None) -> Iterator[MeasuredDataSet]:
+def open_and_measure(path: Path, *, geometry: bool = False, workers: int | None = None) -> MeasuredDataSet:
     """Open a data set and measure its readable plans; the others are listed.
 
-    The parameters are those of ``measure_plans``. The data set exists until the context ends.
+    The parameters are those of ``measure_plans``.
 
     Raises
     ------
-    DatasetError, ConfigError
-        The data set itself is truncated, or has no readable plan.
+    DatasetError, PlanError, ConfigError
+        The data set itself is truncated, has no readable plan, or was changed since it was built.
     """
-    with ExitStack() as opened:
-        try:
-            data_set = Dataset(open_store(path))
-            broken = data_set.left_out
-            found = measure_plans(data_set, geometry=geometry, workers=workers)
-        except (PlanError, DatasetError) as error:
-            data_set, broken = opened.enter_context(open_readable(path))
-            broken = broken or (BrokenPlan(path.name, str(error)),)
-            found = measure_plans(data_set, geometry=geometry, workers=workers)
-        if not len(data_set):
-            raise ConfigError(f"{path}: expected plans, found none")
-        yield MeasuredDataSet(path.name, data_set, found, geometry, broken)
+    data_set = Dataset(open_store(path))
+    if not len(data_set):
+        raise ConfigError(f"{path}: expected plans, found none")
+    found = measure_plans(data_set, geometry=geometry, workers=workers)
+    return MeasuredDataSet(path.name, data_set, found, geometry, data_set.left_out)
 
 
 def measure_plans(data_set: Dataset, *, geometry: bool = False, workers: int | None = None) -> list[Record]:
@@ -128,57 +110,3 @@ def summarise_records(data_set: Dataset, measured: Iterable[Record], *, geometry
 
 
 _PLAIN = f"statistics {VERSION}"
-
-
-# Open the readable plans of a partly broken data set, and list the broken plans with their faults.
-
-
-@contextmanager
-def open_readable(path: Path) -> Iterator[tuple[Dataset, tuple[BrokenPlan, ...]]]:
-    """Open the readable plans of a data set, and list the broken plans.
-
-    1. A plan is broken if it cannot be decoded, encloses no area, or has the id of an earlier plan.
-    2. The other plans are copied, with the lists of ids, to a file of JSON lines in the folder for temporary files.
-
-    The data set exists until the context ends. It is needed for plans that were damaged after the build, since the
-    index of a build still lists them; ``open_dataset`` leaves out all other broken plans.
-
-    Raises
-    ------
-    DatasetError
-        The data set is damaged and the place is unknown, or none of its plans can be read.
-    """
-    with tempfile.TemporaryDirectory(prefix="houseexpo-") as folder:
-        copy = Path(folder) / f"{path.name}.jsonl"
-        broken = _copy_readable(path, copy)
-        (Path(folder) / "splits").mkdir()
-        for name, data in read_id_lists(path).items():
-            (Path(folder) / "splits" / f"{name}.txt").write_bytes(data)
-        if not copy.stat().st_size:
-            raise DatasetError(f"{path}: none of its plans can be read: {broken[0]}")
-        yield open_dataset(copy), broken
-
-
-def _copy_readable(path: Path, copy: Path) -> tuple[BrokenPlan, ...]:
-    seen: dict[str, str] = {}
-    broken = []
-    with copy.open("wb") as out:
-        for record in show_progress(read_stored_plans(path), f"reading {path.name}"):
-            try:
-                plan = _decode_checked(record, seen)
-            except PlanError as error:
-                broken.append(broken_plan(record.place, error))
-                continue
-            seen[plan.id] = record.place
-            out.write(record.data.replace(b"\r", b" ").replace(b"\n", b" ") + b"\n")
-    return tuple(broken)
-
-
-def _decode_checked(record: StoredPlan, seen: dict[str, str]) -> FloorPlan:
-    """Decode a plan; raise PlanError if it is broken."""
-    plan = record.decode()
-    if plan.id in seen:
-        raise PlanError(f"expected an id of its own, found that of {seen[plan.id]}", "id", plan.id)
-    if plan.area <= 0:
-        raise PlanError("expected free space, found none", "verts", plan.id)
-    return plan

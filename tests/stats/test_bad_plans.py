@@ -12,10 +12,9 @@ from typer.testing import CliRunner
 from houseexpo.commands.app import make_app
 from houseexpo.commands.arguments import parse_ids
 from houseexpo.dataset import open_dataset
-from houseexpo.errors import DatasetError
 from houseexpo.floorplan import FloorPlan, save_plan
 from stats.bad_plans import BadPlan, find_bad_plans
-from stats.measure import measure_plans, open_readable
+from stats.measure import measure_plans
 from tests.builders.batch import one_room, run_build
 from tests.stats.conftest import outline
 
@@ -109,12 +108,9 @@ def test_a_plan_that_was_damaged_after_the_build_is_named(tmp_path: Path) -> Non
     run_build([tmp_path / "street"], tmp_path / "plans")
     (file, *_) = sorted((tmp_path / "plans" / "json").iterdir())
     file.write_bytes(file.read_bytes()[:100])
-    said = call("stats", tmp_path / "plans", "--workers", "1")[1]
-    assert f"plans left out, cannot be read, at 1 place\n  {file.name}: " in said
+    assert f"plan '{file.stem}': expected one JSON object" in call("stats", tmp_path / "plans", code=2)[1]
 
 
 def test_where_nothing_can_be_read_it_is_said(tmp_path: Path) -> None:
     (tmp_path / "a.json").write_text("{")
-    assert "none of its plans can be read: a.json: " in call("stats", tmp_path, code=2)[1]
-    with pytest.raises(DatasetError, match="none of its plans"), open_readable(tmp_path):
-        pass
+    assert "a.json: expected one JSON object" in call("stats", tmp_path, code=2)[1]

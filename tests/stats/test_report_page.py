@@ -52,14 +52,6 @@ def test_a_data_set_in_splits(folder: Path) -> None:
     assert found.whole.report()["rings"]["repeats"] == 1
 
 
-def test_the_report_of_the_whole_is_the_sum_of_its_parts(folder: Path) -> None:
-    data_set = open_dataset(folder)
-    measured = measure_plans(data_set, workers=1)
-    one, other = summarise_records(data_set, measured[:2]), summarise_records(data_set, measured[2:])
-    other.merge(one)
-    assert Report(other).values() == Report(summarise_records(data_set, measured)).values()
-
-
 def test_the_page_stands_alone(folder: Path) -> None:
     data_set = open_dataset(folder)
     measured = measure_plans(data_set, workers=1)

@@ -37,7 +37,7 @@ CALLS: Final = (
     ApiCall("/api/{data}/plans", f"Plans that meet a filter, by the page; limit is 1 to {MAX_LIMIT}.", query=_PAGED),
     ApiCall("/api/{data}/facets", "How many plans meet a filter, with counts beside each condition.", query=_FILTER),
     ApiCall("/api/{data}/ids.txt", "The ids of the plans found, one a line.", "text/plain", (*_FILTER, "sort")),
-    ApiCall("/api/{data}/statistics", "Statistics of the plans found.", query=(*_FILTER, "against")),
+    ApiCall("/api/{data}/statistics", "Statistics of the plans found.", query=_FILTER),
     ApiCall("/api/{data}/splits/{name}", "A list of ids that comes with the data set.", "text/plain"),
     ApiCall("/api/{data}/index.parquet", "One row a plan, with the SHA-1 of its JSON; ranges.", _PARQUET),
     ApiCall("/api/{data}/refused/picture.png", "What was found of an input that gave no plan.", "image/png", ("id",)),

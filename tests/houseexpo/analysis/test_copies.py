@@ -66,6 +66,11 @@ def copies(*plans: FloorPlan) -> list[tuple[str, str]]:
     return [(found.id, found.kept_id) for found in find_duplicates(plans)]
 
 
+@pytest.mark.parametrize("parts", [True, False])
+def test_a_flat_and_the_hall_without_its_wall_are_two_plans(parts: bool) -> None:
+    assert copies(flat("a", parts=parts), flat("b", partition=False, parts=parts)) == []
+
+
 @pytest.mark.parametrize(
     "vary",
     [

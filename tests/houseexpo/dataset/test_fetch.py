@@ -4,17 +4,19 @@ from __future__ import annotations
 
 import hashlib
 import tarfile
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from houseexpo import ConfigError, DatasetError, open_dataset
-from houseexpo.dataset.fetch import fetch, subset_folder, unpack_archive
+from houseexpo.dataset.fetch import fetch, git_blob_id, subset_folder, unpack_archive
 from houseexpo.dataset.manifest import DownloadFile, DownloadManifest, load_manifest, manifest_path
 from houseexpo.files import cache_folder
 from tests.builders.plan_files import hexed, houses, tar
 from tests.builders.services import serving
 
+SHARED = Path(__file__).resolve().parents[4] / "shared" / "data" / "houseexpo"
 NOISE = np.random.default_rng(0).bytes(600_000)  # breaks shorter than a packet of 64 KB would keep nothing
 ARCHIVE = tar({"noise.bin": NOISE} | {f"json/{name}.json": data for name, data in houses(120).items()})
 TRAIN = f"{hexed(3)}\n{hexed(1)}\n".encode()
@@ -176,3 +178,12 @@ def test_a_manifest_names_nothing_outside_its_folder(tmp_path, key, bad):
     (tmp_path / "m.toml").write_text(text.replace(own, f"{key} = '{bad}'", 1))
     with pytest.raises(ConfigError, match=f"{key}: expected a plain name"):
         load_manifest(tmp_path / "m.toml")
+
+
+def test_the_lists_are_the_published_ones():
+    if not SHARED.exists():
+        pytest.skip("the published plans are not on this machine")
+    manifest = load_manifest()
+    for source in manifest.lists:
+        assert git_blob_id(SHARED / source.file) == source.git_blob
+    assert manifest.subsets["demo"] == tuple((SHARED / "map_id_10.txt").read_text().split())

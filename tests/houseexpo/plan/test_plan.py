@@ -9,7 +9,7 @@ import pytest
 from houseexpo.errors import PlanError
 from houseexpo.floorplan import FloorPlan
 from houseexpo.grids.frame import source_points_from_plan
-from houseexpo.plan import PlanObject, Quality
+from houseexpo.plan import PlanObject, Quality, Room
 
 SQUARE = [(0.1, 0.1), (0.1, 4.1), (4.1, 4.1), (4.1, 0.1)]
 BOW_TIE = [(0.0, 0.0), (2.0, 2.0), (2.0, 0.0), (0.0, 2.0)]
@@ -166,3 +166,8 @@ def test_ids_must_differ_and_doors_name_rooms_that_exist(two_rooms):
 def test_a_broken_door_is_refused(two_rooms, change, message):
     with pytest.raises(PlanError, match=message):
         replace(two_rooms.doors[0], **change)
+
+
+def test_room_labels_are_the_published_ones():
+    with pytest.raises(PlanError, match="label: expected one of Bedroom"):
+        Room(0, "Schlafzimmer", SQUARE)

@@ -6,7 +6,6 @@ import io
 import time
 from pathlib import Path
 
-import numpy as np
 import pyarrow.parquet as pq
 import pytest
 from starlette.testclient import TestClient
@@ -50,7 +49,6 @@ def test_plans_come_by_the_page(client: TestClient) -> None:
         ("plans?source=ifc", "it has: made"),
         ("ids.txt?limit=2", "found 'limit'"),
         ("facets?offset=2", "found 'offset'"),
-        ("plans?against=published", "found 'against'"),
         ("plans?rooms=1_0", "rooms: expected a number"),
         ("plans?rooms=%EF%BC%92", "rooms: expected a number"),
         ("plans?area=inf", "area: expected a number"),
@@ -111,19 +109,13 @@ def test_the_index_is_a_parquet_file_that_is_read_in_parts(client: TestClient) -
     assert client.get("/api/homes/index.parquet", headers=changed).content == whole.content
 
 
-def test_statistics_follow_the_filter_and_stand_beside_another_set(client: TestClient) -> None:
-    found = client.get("/api/homes/statistics?quality=0.8..&against=published").json()
+def test_statistics_follow_the_filter(client: TestClient) -> None:
+    found = client.get("/api/homes/statistics?quality=0.8..").json()
     assert (found["found"], found["total"]) == (2, 4)
     quality = found["measures"]["quality"]
     assert (quality["known"], quality["mean"]) == (2, pytest.approx(0.9))
     assert sum(quality["counts"]) == 2
-    assert quality["other"]["known"] == 0
     assert found["labels"]["Bedroom"] == 0.5
-    assert found["labels_distance"] == pytest.approx(0.75)
-    area = found["measures"]["area"]
-    beside = [4 * (3 + i / 2) for i in range(12)]
-    assert area["other"]["mean"] == pytest.approx(np.mean(beside))
-    assert area["distance"] == pytest.approx(abs(area["mean"] - np.mean(beside)) / np.std(beside), abs=0.001)
 
 
 @pytest.mark.parametrize(
@@ -142,7 +134,6 @@ def test_statistics_follow_the_filter_and_stand_beside_another_set(client: TestC
         ("/api/homes/plans/a1/reach?radius=1e9", 400, "radius: expected metres"),
         ("/api/homes/plans/a1/way?from=1,2", 400, "to: expected a point"),
         ("/api/homes/plans/a1/way?from=1,2,3&to=nan,nan", 400, "from: expected a point"),
-        ("/api/homes/statistics?against=nowhere", 400, "against: expected one of"),
         ("/nothing/at/all", 404, "Not Found"),
     ],
 )
@@ -160,7 +151,7 @@ def test_every_route_is_listed_and_nothing_else(service: Service) -> None:
 
 def test_a_query_parameter_that_is_described_is_taken(client: TestClient, folder: Path) -> None:
     words = dict.fromkeys(("text", "stage", "reason"), "x") | {"source": "made", "split": "train"}
-    words |= {"labels": "Kitchen", "without": "Hall", "radius": "0.2", "sort": "id", "against": "homes"}
+    words |= {"labels": "Kitchen", "without": "Hall", "radius": "0.2", "sort": "id"}
     words |= {"offset": "0", "limit": "3", "from": "1,1", "to": "2,2", "id": "car"}
     words |= {"tags": "night", "ids": "a1", "columns": "area,labels,tags"}
     keep_picture(folder)

@@ -28,7 +28,7 @@ PAGES = {
     "gallery": "/homes/",
     "plan": "/homes/plan/a1",
     "refused": "/homes/refused",
-    "statistics": "/homes/statistics?against=published",
+    "statistics": "/homes/statistics",
     "api": "/api",
 }
 
