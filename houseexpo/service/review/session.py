@@ -29,7 +29,7 @@ from houseexpo.service.collection import Collection
 from houseexpo.service.plan_page import room_names_beside
 from houseexpo.service.review.changes import list_items, replacement
 from houseexpo.service.review.decisions import DecisionStore, NothingHereError, PlanDecisions
-from houseexpo.service.review.questions import Answer, Question, gap_question, questions, with_effect
+from houseexpo.service.review.questions import GUESS, Answer, Question, gap_question, questions, with_effect
 from houseexpo.service.review.queue import ReviewQueue, summarise_review
 from houseexpo.service.review.rebuild import Rebuild
 from houseexpo.service.review.sources import Sources, SourceView
@@ -428,7 +428,7 @@ class Review:
         if plan is None:
             rejected = self.rejected.get(name) or (shown.why_no_plan if shown else "")
             return {**_nothing(name, shown), "rejected": rejected, **common}
-        told, left = self.told(plan, table, shown), self.decisions.left(name)
+        told, left = self.told(plan, table, shown), self._left(name, shown)
         effects = said_corrections(plan, told)
         ghosts, size = self._mark_ghosts(name, plan, effects, left)
         closed = [tuple(each["points"][0]) for each in effects if each["word"] in _DENIED]
@@ -456,6 +456,14 @@ class Review:
             return built
         is_said = self.decisions.file_changed(source.record.id)
         return now if is_said or (now is not None and _is_of_another(now, built)) else built
+
+    def _left(self, name: str, source: SourceView | None) -> set[str]:
+        """Return the questions that are not asked again; that about the file is left on any of its storeys."""
+        found = self.decisions.left(name)
+        storeys = [plan.id for level in source.record.levels for plan in level.plans] if source is not None else []
+        if any(GUESS in self.decisions.left(storey) for storey in storeys):
+            found.add(GUESS)
+        return found
 
     def _mark_ghosts(
         self, name: str, plan: FloorPlan, effects: list[dict[str, Any]], left: Set[str]

@@ -16,8 +16,8 @@ import msgspec
 
 from houseexpo.corrections.vocabulary import WORDS, Word
 
-_TAKEN: Final = frozenset("kxnuybj")
-"""Keys of decisions on a whole plan, of the build, of undo and redo, of the next house without a plan."""
+_TAKEN: Final = frozenset("kxnuybjfghqvz")
+"""Keys of decisions on a whole plan, of the build, of undo and redo, of the next house without a plan, of layers."""
 _KNOWN: Final = {
     "door": "d",
     "entrance": "e",

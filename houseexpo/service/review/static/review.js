@@ -10,7 +10,9 @@ const base = root.dataset.base;
 const readOnly = root.dataset.readOnly === "yes";
 const LOOK_MS = 700;
 const MOST_ALIKE = 200; // places of which the same is said at once
-const FIRST_LAYER = 4; // the key of the first layer: 1 to 3 answer
+const LAYER_KEYS = [..."fghqvz"]; // digits answer
+const ANY = 9; // all questions of a kind are marked, and no answer is chosen yet
+const LEAVE = { title: "Leave it", action: "leave", points: [] }; // the last answer to any question
 const OF_SPACE = { wall: 2, room: 1 }; // words that may leave a space open, and the points that each takes
 const at = (id) => document.getElementById(id);
 const tools = JSON.parse(root.dataset.tools); // the words of a storey, each with its key and the points that it asks for
@@ -23,7 +25,7 @@ const solid = new Solid(at("solid"), at("solid-view"), at("solid-cut"));
 const file = new FileForm({ draw: drawDistance, say: sayOfFile });
 let held = ""; // the key of the question on the screen
 let wantedKind = ""; // the kind of question that the reviewer has chosen to answer now
-let forAll = -1; // the answer that is about to be given to all questions of a kind: -1 if none is, 3 before one is chosen
+let forAll = -1; // the answer that is about to be given to all questions of a kind: -1 if none is, ANY before one is chosen
 let elsewhere = false; // whether the next undo is of a decision on another plan
 let strokes = []; // questions about lines of the drawing, the one that was clicked first
 let reading = ""; // the plan whose source is on its way
@@ -146,7 +148,7 @@ function showSwitches() {
   at("switches").hidden = switches.length === 0;
   at("switches").replaceChildren(...switches.map(({ title, on }, i) => {
     const found = button(` ${title}`, () => toggleLayer(i), "switch");
-    found.prepend(Object.assign(document.createElement("kbd"), { textContent: i + FIRST_LAYER }));
+    found.prepend(Object.assign(document.createElement("kbd"), { textContent: LAYER_KEYS[i].toUpperCase() }));
     found.setAttribute("aria-pressed", String(on));
     return found;
   }));
@@ -243,7 +245,7 @@ function showChosen(number) {
 }
 
 // Questions of a kind are alike: the same thing is doubtful, and the same answers are possible.
-const kindOf = ({ key, answers }) => JSON.stringify([key.split(" at ")[0], answers.map(({ action }) => action)]);
+const kindOf = ({ key, answers, like = "" }) => JSON.stringify([key.split(" at ")[0], like, answers.map(({ action }) => action)]);
 const KINDS = { // of one, and of several
   changed: ["of the file"], guess: ["of the file"], cut: ["cut", "cuts"], entrance: ["entrance", "entrances"], door: ["door", "doors"],
   opening: ["opening", "openings"], room: ["room", "rooms"], meet: ["pair of rooms that meet", "pairs of rooms that meet"],
@@ -277,21 +279,24 @@ function showQuestions() {
   const all = questions(), [first] = all, like = first ? alike() : [];
   if (!first) forAll = -1;
   at("asked").hidden = !first || readOnly;
-  sheet.ask(first ?? null, forAll < 0 ? [] : like, forAll === 1 ? 1 : 0);
+  sheet.ask(first ?? null, forAll < 0 ? [] : like, forAll in (first?.answers ?? []) ? forAll : 0);
   showSolid();
   if (!first) return;
   at("question").textContent = first.says;
-  ["first", "second"].forEach((id, i) => {
-    at(id).replaceChildren(Object.assign(document.createElement("kbd"), { textContent: i + 1 }), ` ${first.answers[i].title}`);
-  });
-  at("all").hidden = like.length < 2 || ["file", "take_out"].includes(first.answers[1].action);
+  at("answers").replaceChildren(...[...first.answers, LEAVE].map(({ title }, i) => {
+    const found = button(` ${title}`, (event) => (event.shiftKey ? answerAll(i) : answer(i)), "answer");
+    found.prepend(Object.assign(document.createElement("kbd"), { textContent: i + 1 }));
+    found.setAttribute("aria-keyshortcuts", i + 1);
+    return found;
+  }));
+  at("all").hidden = like.length < 2 || first.answers.some(({ action }) => ["file", "take_out"].includes(action));
   at("all").textContent = `All ${like.length} like this`;
   at("all").setAttribute("aria-pressed", String(forAll >= 0));
   const kinds = [...new Map(all.map((each) => [kindOf(each), each])).entries()];
   at("kinds").hidden = kinds.length < 2;
-  at("kinds").replaceChildren(...kinds.map(([kind, { key }]) => {
+  at("kinds").replaceChildren(...kinds.map(([kind, { key, like: size }]) => {
     const name = key.split(" at ")[0].split(" ")[0], count = all.filter((each) => kindOf(each) === kind).length;
-    const tab = button(`${count} ${KINDS[name].at(count > 1 ? -1 : 0)}`, () => { wantedKind = kind; held = ""; strokes = []; forAll = -1; showQuestions(); }, "kind");
+    const tab = button(`${count} ${KINDS[name].at(count > 1 ? -1 : 0)}${size ? `: ${size}` : ""}`, () => { wantedKind = kind; held = ""; strokes = []; forAll = -1; showQuestions(); }, "kind");
     tab.setAttribute("aria-pressed", String(kind === kindOf(first)));
     return tab;
   }));
@@ -301,13 +306,12 @@ function showQuestions() {
 function answerAll(which) {
   const [first] = questions();
   if (!first || alike().length < 2 || !mayWrite()) return undefined;
-  const action = which < 2 ? first.answers[which].action : "leave";
-  if (action === "file" || action === "take_out") return undefined;
+  const { action, title } = first.answers[which] ?? LEAVE;
+  if (which > first.answers.length || action === "file" || action === "take_out") return undefined;
   if (forAll !== which) {
     forAll = which;
     showQuestions();
-    const what = which < 2 ? first.answers[which].title : "Leave it";
-    return say(`${alike().length} places are marked. Shift-${which + 1} again, or Enter, says “${what}” of all of them; Escape does not.`);
+    return say(`${alike().length} places are marked. Shift-${which + 1} again, or Enter, says “${title}” of all of them; Escape does not.`);
   }
   return answer(which);
 }
@@ -336,7 +340,8 @@ function askOfStroke(segments, kind) {
 function answer(which) {
   const [first] = questions();
   if (!first || !mayWrite()) return undefined;
-  const chosen = which < 2 ? first.answers[which] : { action: "leave", points: [] };
+  if (which > first.answers.length) return undefined;
+  const chosen = first.answers[which] ?? LEAVE;
   if (chosen.action === "file") return file.open();
   if (chosen.action === "take_out") return takeOutGhosts();
   if (chosen.action === "leave" && strokes.length) return endForAll();
@@ -561,8 +566,8 @@ const KEYS = {
   ...Object.fromEntries(tools.map(({ word, key }) => [key, () => draw(word)])),
   k: () => decide("keep"), x: () => decide("drop"), n: openNote,
   j: nextRejected,
-  ...Object.fromEntries([0, 1, 2, 3, 4, 5].map((i) => [FIRST_LAYER + i, () => toggleLayer(i)])),
-  1: () => answer(0), 2: () => answer(1), 3: () => answer(2),
+  ...Object.fromEntries(LAYER_KEYS.map((key, i) => [key, () => toggleLayer(i)])),
+  ...Object.fromEntries([1, 2, 3, 4, 5, 6, 7, 8].map((digit) => [digit, () => answer(digit - 1)])),
   u: undo, y: redo, delete: () => remove(sheet.chosen), backspace: () => remove(sheet.chosen), b: build, arrowright: () => go("next"), arrowleft: () => go("previous"), " ": () => go("open"),
 };
 
@@ -585,9 +590,9 @@ document.addEventListener("keydown", (event) => {
   }
   if (event.key === "Escape" && !at("confirm").hidden) { cancel(); event.preventDefault(); return; }
   if (event.key === "Escape" && endForAll()) { event.preventDefault(); return; }
-  if (event.key === "Enter" && forAll >= 0 && forAll < 3 && !event.target.matches("button, a, pre")) { event.preventDefault(); answer(forAll); return; }
+  if (event.key === "Enter" && forAll >= 0 && forAll < ANY && !event.target.matches("button, a, pre")) { event.preventDefault(); answer(forAll); return; }
   if (event.target.matches("button, a, pre") && (event.key === " " || event.key === "Enter")) return;
-  if (event.shiftKey && /^Digit[123]$/.test(event.code)) { event.preventDefault(); answerAll(Number(event.code.at(-1)) - 1); return; }
+  if (event.shiftKey && /^Digit[1-8]$/.test(event.code)) { event.preventDefault(); answerAll(Number(event.code.at(-1)) - 1); return; }
   const work = KEYS[event.key.toLowerCase()];
   if (work) { event.preventDefault(); work(); }
 });
@@ -595,8 +600,7 @@ document.addEventListener("keydown", (event) => {
 for (const id of ["keep", "drop"]) at(id).addEventListener("click", () => decide(id));
 for (const { word } of tools) at(word).addEventListener("click", () => draw(word));
 for (const id of ["next", "previous", "open"]) at(id).addEventListener("click", () => go(id));
-["first", "second", "leave"].forEach((id, i) => at(id).addEventListener("click", (event) => (event.shiftKey ? answerAll(i) : answer(i))));
-at("all").addEventListener("click", () => { forAll = forAll < 0 ? 3 : -1; showQuestions(); });
+at("all").addEventListener("click", () => { forAll = forAll < 0 ? ANY : -1; showQuestions(); });
 at("undo").addEventListener("click", undo);
 at("redo").addEventListener("click", redo);
 at("note").addEventListener("click", openNote);

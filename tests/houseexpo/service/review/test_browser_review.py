@@ -234,7 +234,8 @@ def test_it_asks_first_and_a_key_answers(tmp_path: Path) -> None:
         page.keyboard.press("1")
         says(page, "the cut there is a door now")
         page.wait_for_function(asks, arg="Is this bedroom of 9.0 m² a room of the house?")
-        page.keyboard.press("3")
+        assert [each.split()[-1] for each in page.locator("#answers button").all_inner_texts()][-1] == "it"
+        page.keyboard.press("4")
         says(page, "Left a question about home_L0")
         assert page.locator("#asked").is_hidden()
         page.reload()
@@ -314,7 +315,7 @@ def test_shift_marks_what_is_alike_and_once_more_answers_it(tmp_path: Path) -> N
         assert overrides(folder) == {}
         page.click("#all")
         assert page.locator(".like-at").count() == 2
-        page.click("#first")
+        page.click("#answers button >> nth=0")
         says(page, "2 places at once")
 
 

@@ -16,6 +16,8 @@ from houseexpo.plan.parts import DoorKind
 from houseexpo.service.review.questions import Answer, questions
 from tests.builders.services import FRAME, box, two_rooms
 
+CUT_ANSWERS = ("door", "no_door", "opening", "one_room", "no_room")
+
 
 def plan_with(kind: DoorKind = "door", sure: float | None = 1.0, room: float | None = 1.0) -> FloorPlan:
     """Two rooms; the passage between them has a kind and a confidence, the bedroom one."""
@@ -53,22 +55,23 @@ def test_a_plan_that_is_sure_asks_nothing() -> None:
 @pytest.mark.parametrize(
     ("plan", "words"),
     [
-        (plan_with("cut", 0.06), ("door", "no_door")),
-        (plan_with("cut", None), ("door", "no_door")),
-        (plan_with("door", 0.5), ("door", "no_door")),
-        (plan_with("opening", 0.5), ("opening", "no_door")),
+        (plan_with("cut", 0.06), CUT_ANSWERS),
+        (plan_with("cut", None), CUT_ANSWERS),
+        (plan_with("door", 0.5), ("door", "no_door", "one_room")),
+        (plan_with("opening", 0.8), ("opening", "no_door", "one_room")),
         (with_entrance(0.4), ("entrance", "window")),
-        (plan_with(room=0.3), ("room", "no_room")),
+        (with_entrance(0.95), ("entrance", "window")),
+        (plan_with(room=0.3), ("room", "no_room", "outside")),
     ],
 )
-def test_a_doubtful_place_has_two_contrary_answers_and_each_settles_it(plan: FloorPlan, words: tuple[str, str]) -> None:
+def test_a_doubtful_place_has_contrary_answers_and_each_settles_it(plan: FloorPlan, words: tuple[str, ...]) -> None:
     (asked,) = questions(plan)
     assert tuple(answer.action for answer in asked.answers) == words
-    yes, no = (said(plan, answer) for answer in asked.answers)
-    assert asked.key not in {each.key for each in questions(yes)}
-    assert len(yes.rooms) == 2
-    assert asked.key not in {each.key for each in questions(no)}
-    assert (len(no.rooms), [door.kind for door in no.doors]) != (len(yes.rooms), [door.kind for door in yes.doors])
+    found = [said(plan, answer) for answer in asked.answers]
+    assert all(asked.key not in {each.key for each in questions(each)} for each in found)
+    assert len(found[0].rooms) == 2
+    shapes = [(len(each.rooms), sorted((door.kind, door.rooms) for door in each.doors)) for each in found]
+    assert shapes[0] not in shapes[1:]
     assert questions(plan, [asked.key]) == []
 
 
@@ -98,3 +101,16 @@ def test_questions_of_a_kind_stand_together() -> None:
     doors = (replace(plan.doors[0], confidence=0.5), plan.doors[1], replace(more, confidence=0.6))
     found = questions(replace(plan, doors=doors))
     assert [each.kind[0] for each in found] == ["entrance", "entrance", "door"]
+
+
+def test_questions_of_parts_of_one_size_are_alike() -> None:
+    plan = with_entrance(0.4)
+    wide = [((7.1, 0.4), (7.1, 2.4)), ((3.0, 3.1), (5.0, 3.1)), ((3.0, 0.1), (5.1, 0.1))]
+    more = [
+        replace(plan.doors[1], id=k, segment=ends, width=2.0 + (k == 4) / 10, rooms=(1, None))
+        for k, ends in enumerate(wide, 2)
+    ]
+    found = questions(replace(plan, doors=(*plan.doors, *more)))
+    assert sorted(each.like for each in found) == ["1.0 m", *["2.0 to 2.1 m"] * 3]
+    assert len({each.kind for each in found}) == 2
+    assert {each.like for each in questions(plan)} == {""}

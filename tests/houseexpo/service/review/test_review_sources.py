@@ -273,6 +273,17 @@ def test_what_was_guessed_of_the_file_is_asked_first() -> None:
     assert first.answers[1].action == "file"
 
 
+def test_what_somebody_said_of_the_file_is_not_asked() -> None:
+    plan, view = shown(guesses=("units", "scale", "up", "levels"))
+    for said, asks in (("units", "the upward axis and the floors"), ("storey_height", "the upward axis; ")):
+        told = replace(view, record=msgspec.structs.replace(view.record, options=((said, "1.5"),)))
+        assert f"does not say {asks}" in questions(plan, (), told)[0].says
+    told = replace(
+        view, record=msgspec.structs.replace(view.record, options=(("scale", "2"), ("up", "z"), ("floors", "[0]")))
+    )
+    assert asked_of(plan, told) == ["cut"]
+
+
 def test_a_space_that_was_left_out_is_asked_about() -> None:
     plan, view = shown(
         spaces=(
@@ -357,7 +368,7 @@ def test_a_room_along_whose_edge_the_source_shows_no_wall_may_be_none() -> None:
     (asked,) = questions(plan, (), view)
     assert "The map shows no wall along" in asked.says
     assert asked.at[0] < 4.0
-    assert [answer.action for answer in asked.answers] == ["leave", "no_room"]
+    assert [answer.action for answer in asked.answers] == ["leave", "no_room", "outside"]
     assert questions(plan, [asked.key], view) == []
     said = tuple(replace(room, confidence=1.0) for room in plan.rooms)
     assert questions(replace(plan, rooms=said), (), view) == []
