@@ -39,7 +39,7 @@ from houseexpo.dataset.source_records import (
 )
 from houseexpo.errors import ConfigError
 from houseexpo.floorplan import FloorPlan
-from houseexpo.grids.frame import plan_points_from_source, source_points_from_plan
+from houseexpo.grids.frame import source_points_from_plan
 from houseexpo.grids.robot_map import MapError, RobotMap
 from houseexpo.plan import Box, Frame
 from houseexpo.plan.json_codec import encode
@@ -72,7 +72,7 @@ from pipeline.sources.points_file import read_blocks
 from pipeline.sources.storeys.scale import UNITS as _UNITS
 from pipeline.sources.storeys.scale import said_size
 from pipeline.sources.tolerances import NARROWEST_DOOR_M
-from pipeline.sources.vector_plans import drawing_lines
+from pipeline.sources.vector_plans import drawing_lines, lines_in_level
 from pipeline.stages.corrections import shown_walls, standing_walls
 from pipeline.tolerances import AROUND_M, BESIDE_M, CM_M, SHEET_M
 from pipeline.values import Evidence, Input, Layout, Level, RejectedLevel, Spaces
@@ -88,7 +88,6 @@ _TOP_SAMPLES: Final = 1_500_000
 """Three points a pixel of the top view."""
 _COLOURS: Final = ((36, 90, 141), (196, 84, 30))
 _MOST_NAMES: Final = 400
-_MOST_STROKES: Final = 8_000
 _SHOWN_M: Final = (3.0, 200.0)
 """Lengths of drawings of buildings; the first unit that gives one of these is shown."""
 _MOST_TRIANGLES: Final = 60_000
@@ -338,11 +337,9 @@ def _shown_unit(lines: Sequence[tuple[str, Any]], override: Override) -> float:
 
 
 def _strokes(lines: Sequence[tuple[str, Any]], level: Level, unit_m: float) -> tuple[Stroke, ...]:
-    """Return the lines of a drawing in the level frame; of more than a browser can show, the longest."""
-    if len(lines) > _MOST_STROKES:
-        lines = sorted(lines, key=lambda line: -float(np.ptp(np.asarray(line[1]), axis=0).max()))[:_MOST_STROKES]
-    moved = ((kind, plan_points_from_source(level.frame, np.asarray(points) * unit_m)) for kind, points in lines)
-    return tuple(Stroke(kind, tuple(map(tuple, points.round(4).tolist()))) for kind, points in moved)
+    """Return the lines of a drawing in the level frame."""
+    found = lines_in_level(lines, level.frame, unit_m)
+    return tuple(Stroke(kind, tuple(map(tuple, points.tolist()))) for kind, points in found)
 
 
 def _lines_picture(strokes: Sequence[Stroke]) -> Picture:

@@ -13,6 +13,8 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, Final, Protocol
 
+import numpy as np
+import numpy.typing as npt
 import shapely
 from shapely import MultiPolygon, Polygon
 from shapely.geometry.base import BaseGeometry
@@ -105,7 +107,8 @@ class Level:
     where walls end. ``unit_m`` is the length of the file's own unit, metres, with all that a person says of its size.
     ``signs`` are grounds of the plan's quality that the reader measured itself, by name, 0 to 1: of a robot's map, what
     its cells say against the plan. Any other source has none. ``seen_walls`` returns the area of the walls that the
-    source shows, where the reader closes their gaps in ``walls`` itself (a robot's map).
+    source shows, where the reader closes their gaps in ``walls`` itself (a robot's map). ``lines`` returns the names
+    and points (n, 2) of all lines of a drawing.
     """
 
     id: str
@@ -128,6 +131,7 @@ class Level:
     signs: Mapping[str, float] = field(default_factory=dict)
     measure_signs: Callable[[Sequence[Polygon], Sequence[Polygon]], Mapping[str, float]] | None = None
     seen_walls: Callable[[], BaseGeometry] | None = None
+    lines: Callable[[], Sequence[tuple[str, npt.NDArray[np.float64]]]] | None = None
     rooms: tuple[SourceRoom, ...] = ()
     room_count: int | None = None
     openings: tuple[Opening, ...] = ()

@@ -15,7 +15,8 @@ R4  ``entrance``: a door to the outside, whatever lies there. ``wall``: parts th
     waits. Walls over more than half of a passage, or just before it, shut it. A passage in which a line ends becomes
     one passage for each of the rooms that the line parts.
 R5  ``one_room``: the rooms become one, together with the passages and walls between them (``merging``). ``no_wall``:
-    the rooms on both sides of a line in a wall become one, joined by the drawn part of the wall. ``no_door``: the
+    the rooms on both sides of a line in a wall become one, joined by the drawn part of the wall. If it is a line of the
+    drawing, a wall that another line draws there stays. ``no_door``: the
     passage becomes wall, or else the cut through the wall there. ``window``: the same, since plans have no windows.
 R6  ``room``: a space between walls that the plan lacks becomes a room. ``room_outline``: the free part of an area
     becomes a room; it parts a room that takes more than a fifth of it, or replaces its outline if both nearly agree.
@@ -35,10 +36,11 @@ from typing import Any, Final, Generic, Literal, TypeVar
 
 import numpy as np
 import shapely
-from shapely import Polygon
+from shapely import LineString, Polygon
 
 from houseexpo.corrections.draft import Draft, Space, Vector
 from houseexpo.corrections.joining import settle
+from houseexpo.corrections.openings import drop_lines
 from houseexpo.corrections.passages import part_together, place_passage, remove_passage
 from houseexpo.corrections.rooms import (
     add_room,
@@ -124,6 +126,7 @@ def correct_plan(
     standing: Iterable[Polygon] = (),
     *,
     walls: Iterable[Polygon] | None = None,
+    lines: Iterable[LineString] = (),
     measure: bool = True,
 ) -> Corrected[_Plan]:
     """Return a plan with corrections applied (R1 to R8), and the effect of each, in the order given.
@@ -142,6 +145,9 @@ def correct_plan(
     walls
         The walls that the source shows, in the plan's coordinates; ``one_room`` may need them. None if they are not
         known.
+    lines
+        The straight lines of a drawing, in the plan's coordinates: a line that is no wall leaves the walls that others
+        draw.
     measure
         Whether to measure the navigability again, if the plan records it.
 
@@ -151,8 +157,11 @@ def correct_plan(
         The plan has no rooms, and its outline cannot be repaired.
     """
     plan = plan if plan.rooms else with_rooms(plan)
-    draft = Draft(plan, spaces, standing, walls)
+    draft = Draft(plan, spaces, standing, walls, lines)
     placed = [Placed(each, _in_plan(plan, each)) for each in corrections]
+    erased = [each for each in placed if each.correction.word == "no_wall"]
+    draft.lines, found = drop_lines(draft.lines, [each.points for each in erased])
+    draft.no_walls = {str(erased[k].correction) for k in found}
     effects = _apply_all(draft, placed)
     if not any(effect.outcome == "done" for effect in effects):
         return Corrected(draft.made(measure=False) if draft.is_surer else plan, tuple(effects))

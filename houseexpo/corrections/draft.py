@@ -19,7 +19,7 @@ from typing import Any, Final
 import numpy as np
 import numpy.typing as npt
 import shapely
-from shapely import Polygon
+from shapely import LineString, Polygon
 from shapely.geometry.base import BaseGeometry
 
 from houseexpo.analysis.navigability import navigability
@@ -104,6 +104,7 @@ class Draft:
         spaces: Iterable[Space] = (),
         standing: Iterable[Polygon] = (),
         walls: Iterable[Polygon] | None = None,
+        lines: Iterable[LineString] = (),
     ) -> None:
         self.plan = plan
         own = {
@@ -127,6 +128,10 @@ class Draft:
         """The shapes that enclose spaces in the source: its walls, and whatever may close their gaps."""
         self.source_walls = None if walls is None else list(walls)
         """The walls that the source shows, or None if they are not known."""
+        self.lines = list(lines)
+        """The straight lines of the source, if it is a drawing, without those that a person says are no walls."""
+        self.no_walls: set[str] = set()
+        """The corrections that say so of a line of the drawing."""
         self.walls: list[Place] = []
         """The walls that a person has drawn."""
         self.taken_out: list[Place] = []

@@ -39,6 +39,8 @@ SQUARE: Final = math.cos(math.radians(5.0))
 ALONG: Final = math.cos(math.radians(15.0))
 """Cosine of the angle within which a line drawn near a wall runs along it."""
 _SAMPLE_M: Final = 0.01
+_SAME_LINE_M: Final = 0.01
+"""Ends of a drawing's line that are said again differ by less, metres: pages round to millimetres."""
 _AT_WALL_M: Final = 0.05
 """An end within this distance of a wall meets it, metres: half of ``SAID_WALL_M``, so the drawn wall reaches it."""
 
@@ -187,6 +189,39 @@ def drawn_walls(lines: Sequence[LineString], standing: BaseGeometry) -> list[Pol
                 reached = onward.buffer(SAID_WALL_M / 2, cap_style="square", join_style="mitre")
                 grown[k] = shapely.union(grown[k], reached)
     return grown
+
+
+def drop_lines(lines: Sequence[LineString], said: Sequence[Vector]) -> tuple[list[LineString], list[int]]:
+    """Return lines without one that lies as each of the ``said`` (2, 2) does, and the numbers of those that do so.
+
+    Of two lines in one place, such as a wall and the edge of what stands at it, each is said by itself.
+    """
+    tree, gone, found = shapely.STRtree(list(lines)), set[int](), []
+    for number, ends in enumerate(said):
+        near = tree.query(shapely.Point(ends.mean(axis=0)), predicate="dwithin", distance=_SAME_LINE_M)
+        for k in sorted(set(near.tolist()) - gone):
+            points = shapely.get_coordinates(lines[k])
+            if min(np.abs(points - each).max() for each in (ends, ends[::-1])) <= _SAME_LINE_M:
+                gone.add(k)
+                found.append(number)
+                break
+    return [line for k, line in enumerate(lines) if k not in gone], found
+
+
+def bare_part(strip: Strip, lines: Sequence[LineString]) -> tuple[float, float]:
+    """Return the longest part of a strip in which no line runs along it: its ends, metres from the middle."""
+    area, half = strip.polygon(deeper_m=_AT_WALL_M), strip.length / 2
+    spans = [(half, half)]
+    for part in shapely.get_parts(shapely.intersection(area, [line for line in lines if line.intersects(area)])):
+        points = shapely.get_coordinates(part)
+        if part.length > 0 and abs(dot(points[-1] - points[0], strip.along)) > ALONG * part.length:
+            at = (points - strip.centre) @ strip.along
+            spans.append((float(at.min()), float(at.max())))
+    low, best = -half, (-half, -half)
+    for start, end in sorted(spans):
+        best = max(best, (low, start), key=lambda each: each[1] - each[0])
+        low = max(low, end)
+    return best
 
 
 def squared(strip: Strip, shape: Polygon) -> Strip:

@@ -8,7 +8,7 @@ from typing import Any, Generic, TypeVar
 
 import msgspec
 import numpy as np
-from shapely import Polygon
+from shapely import LineString, Polygon
 
 from houseexpo.corrections.apply import Corrected, correct_plan
 from houseexpo.corrections.draft import Space
@@ -38,6 +38,7 @@ def preview(
     standing: Iterable[Polygon] = (),
     *,
     walls: Iterable[Polygon] | None = None,
+    lines: Iterable[LineString] = (),
 ) -> Preview[_Plan]:
     """Return the effects of corrections on a plan that may have been built with some of them.
 
@@ -50,14 +51,16 @@ def preview(
     base
         The plan without any correction, if it is known. Otherwise, corrections that are built in stay, and the record
         of a ``room`` outside the plan says that the build will look for it.
-    spaces, standing, walls
+    spaces, standing, walls, lines
         What the source shows, in the coordinates of ``base``; see ``correct_plan``.
     """
     built = {_key(told["word"], told["value"]): told for told in (plan.provenance or {}).get("corrections", [])}
     if plan.frame is None or (not corrections and (base is None or not built)):
         return Preview(plan, ())
     if base is not None:
-        return _from_base(plan, correct_plan(base, corrections, spaces, standing, walls=walls, measure=False), built)
+        return _from_base(
+            plan, correct_plan(base, corrections, spaces, standing, walls=walls, lines=lines, measure=False), built
+        )
     found = correct_plan(plan, corrections, measure=False)
     records = []
     for effect in found.effects:

@@ -33,6 +33,7 @@ from houseexpo.corrections.openings import (
     STEP_M,
     WALL_REACH_M,
     Strip,
+    bare_part,
     depth_of_entrances,
     dot,
     drawn_walls,
@@ -275,7 +276,12 @@ def remove_wall(draft: Draft, placed: Placed) -> Said:
         raise AlreadySoError(f"no wall is there: it lies in {draft.name(there)}")
     if over := next((wall for wall in draft.walls if wall.shape.intersects(shapely.LineString(drawn.ends))), None):
         raise contradiction(over.said)
-    faces = faces_beside(drawn, [room.shape for room in draft.rooms])
+    shapes, is_line = [room.shape for room in draft.rooms], str(placed.correction) in draft.no_walls
+    drawn = _bare(draft, drawn) if is_line else drawn
+    faces = faces_beside(drawn, shapes)
+    if is_line and min(faces.shapes) >= 0:  # in all the depth of the wall
+        drawn = _bare(draft, fit_to_wall(drawn, faces))
+        faces = faces_beside(drawn, shapes)
     found = [draft.rooms[k] for k in faces.shapes if k >= 0]
     if not found:
         raise NoEffectError(far_from_rooms(draft, drawn))
@@ -297,6 +303,14 @@ def remove_wall(draft: Draft, placed: Placed) -> Said:
     said.also += merge_rooms(draft, found, str(placed.correction), gap=gap)
     said.also += narrowed(drawn, fitted)
     return said
+
+
+def _bare(draft: Draft, strip: Strip) -> Strip:
+    """Return the part of a line of a drawing along which no other line of it runs."""
+    low, high = bare_part(strip, draft.lines)
+    if high - low < MIN_DOOR_M:
+        raise AlreadySoError("the wall there is another line of the drawing")
+    return Strip(strip.centre + strip.along * (low + high) / 2, strip.along, high - low, 0.0)
 
 
 def _names(draft: Draft, rooms: Sequence[DraftRoom]) -> str:

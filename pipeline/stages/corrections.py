@@ -18,11 +18,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any, Final
+from itertools import pairwise
+from typing import Any, Final, TypeVar
 
 import numpy as np
 import shapely
-from shapely import Polygon
+from shapely import LineString, Polygon
+from shapely.geometry.base import BaseGeometry
 
 from houseexpo.corrections import Correction
 from houseexpo.corrections.apply import Corrected, correct_plan
@@ -35,6 +37,7 @@ from pipeline.geometry.openings import ClosedBy, Opening
 from pipeline.tolerances import HALF_CM_M, MOST, SHEET_M, STAND_M
 from pipeline.values import Evidence, Layout, Level, Spaces
 
+_Shape = TypeVar("_Shape", bound=BaseGeometry)
 _RECORDED_DIGITS: Final = 4
 """Decimals of metres in the record of a source (``source_record``): a preview from it gives the plan of the build."""
 
@@ -72,7 +75,8 @@ def correct(
     spaces += [Space(_moved(space, shift)) for space in layout.spaces]
     standing = [_moved(wall, shift) for wall in standing_walls(evidence, layout)]
     walls = [_moved(wall, shift) for wall in shown_walls(level, evidence)]
-    corrected = correct_plan(plan, said, spaces, standing, walls=walls)
+    lines = [_moved(line, shift) for line in drawn_lines(level)] if any(c.word == "no_wall" for c in said) else []
+    corrected = correct_plan(plan, said, spaces, standing, walls=walls, lines=lines)
     told: dict[str, Any] = {"corrections": [effect.as_record() for effect in corrected.effects]}
     if corrected.followed:
         told["followed"] = list(corrected.followed)
@@ -92,6 +96,12 @@ def shown_walls(level: Level, evidence: Evidence) -> list[Polygon]:
     walls = unite([evidence.walls, evidence.rails]) if level.seen_walls is None else level.seen_walls()
     shown = shapely.transform(shapely.simplify(walls, HALF_CM_M), lambda points: points.round(_RECORDED_DIGITS))
     return [part for part in polygons_of(shown) if part.is_valid]
+
+
+def drawn_lines(level: Level) -> list[LineString]:
+    """Return the straight lines of a drawing: those that are no walls leave the walls that others draw (R3)."""
+    pairs = [pair for _, points in (level.lines or tuple)() for pair in pairwise(points)]
+    return list(shapely.linestrings(np.reshape(pairs, (-1, 2, 2))))
 
 
 def spaces_of_plan(level: Level, plan: FloorPlan, spaces: Spaces) -> Spaces:
@@ -155,8 +165,8 @@ def _origin(level: Level, plan: FloorPlan) -> Floats:
     return np.asarray(np.round(plan_points_from_source(level.frame, source)[0], 4))
 
 
-def _moved(shape: Polygon, by: Floats) -> Polygon:
-    moved: Polygon = shapely.transform(shape, lambda points: points + by)
+def _moved(shape: _Shape, by: Floats) -> _Shape:
+    moved: _Shape = shapely.transform(shape, lambda points: points + by)
     return moved
 
 

@@ -261,3 +261,41 @@ def test_a_geojson_file_of_no_plan_shows_its_lines_of_which_a_person_makes_one(t
     (level,) = read.record({record.id: Override(wall=walls)}).levels
     (found,) = level.plans
     assert [room.area for room in decode(bytes(found.plan)).rooms] == pytest.approx([4.9 * 3.9], rel=0.05)
+
+
+@pytest.mark.parametrize(("layer", "rooms"), [("PIPES", 2), ("INNER", 1)])
+def test_lines_of_a_layer_that_are_no_walls_leave_the_rooms_that_others_enclose(
+    tmp_path: Path, layer: str, rooms: int
+) -> None:
+    ezdxf = pytest.importorskip("ezdxf")
+    document = ezdxf.new("R2010", units=6)
+    outer = [(0, 0), (8, 0), (8, 4), (0, 4)]
+    drawn = {
+        "OUTER": pairwise([*outer, outer[0]]),
+        "INNER": [((4, 0), (4, 4))],
+        "PIPES": [*pairwise([(4, 1.5), (5, 1.5), (5, 2), (4, 2), (4, 1.5)]), ((3.95, 2.5), (3.95, 3.5))],
+    }
+    for name, lines in drawn.items():
+        for start, end in lines:
+            document.modelspace().add_line(start, end, dxfattribs={"layer": name})
+    document.saveas(tmp_path / "plan.dxf")
+    config, name = config_of(tmp_path / "plan.dxf"), id_of(tmp_path / "plan.dxf")
+    (level,) = SourceReader(config, name).record({}).levels
+    view = SourceView(SourceReader(config, name).record({}), level, level.plans[0])
+    base = view.plan
+    assert base is not None
+    assert base.frame is not None
+    assert len(base.rooms) == 2
+    pieces = [pair for each in level.strokes if each.kind == layer for pair in pairwise(each.points)]
+    origin = np.array(view.origin)
+    there = [source_points_from_plan(base.frame, np.array(pair) - origin).round(3).tolist() for pair in pieces]
+    said = Override(no_wall=there).corrections
+    told = preview(base, said, base, view.spaces, view.standing, walls=view.walls, lines=view.lines)
+    assert len(told.plan.rooms) == rooms
+    (item,) = list_inputs(config)
+    (read,) = (each for each in reader(item.reader).read(item) if isinstance(each, Level))
+    built = plan_largest_building(replace(read, corrections=said), config.planning, level_rng(read, 0))
+    assert [record["said"] for record in told.records] == [
+        record["said"] for record in (built.provenance or {})["corrections"]
+    ]
+    assert [room.ring.tolist() for room in told.plan.rooms] == [room.ring.tolist() for room in built.rooms]

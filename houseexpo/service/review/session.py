@@ -186,7 +186,8 @@ def told_corrections(plan: FloorPlan, table: Mapping[str, Any], source: SourceVi
     if source.is_founded:
         records = (base.provenance or {}).get("corrections", [])
         return Preview(base, tuple({**record, "built": False} for record in records))
-    return preview(plan, corrections_in(table), base, source.spaces, source.standing, walls=source.walls)
+    shown = {"walls": source.walls, "lines": source.lines}
+    return preview(plan, corrections_in(table), base, source.spaces, source.standing, **shown)
 
 
 def effect_in(told: Preview[FloorPlan], word: Word, value: Any) -> dict[str, Any]:

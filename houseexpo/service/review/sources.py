@@ -24,13 +24,14 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 from threading import Lock
 from typing import IO, Any, Final
 
 import msgspec
 import numpy as np
 import shapely
-from shapely import Polygon
+from shapely import LineString, Polygon
 from shapely.geometry.base import BaseGeometry
 
 from houseexpo.corrections import Correction
@@ -118,6 +119,12 @@ class SourceView:
     def walls(self) -> list[Polygon]:
         """The walls that the source shows."""
         return [] if self.found is None else self._moved(self.found.walls)
+
+    @cached_property
+    def lines(self) -> list[LineString]:
+        """The straight lines of the drawing."""
+        pairs = [pair for each in self.level.strokes for pair in pairwise(np.subtract(each.points, self.origin))]
+        return list(shapely.linestrings(np.reshape(pairs, (-1, 2, 2))))
 
     @property
     def is_map(self) -> bool:

@@ -14,15 +14,17 @@ import json
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from fnmatch import fnmatchcase
-from functools import cache
+from functools import cache, partial
 from importlib import import_module
 from pathlib import Path
-from typing import Any, Protocol, cast
+from typing import Any, Final, Protocol, cast
 
 import numpy as np
 import shapely
 
 from houseexpo.file_kinds import HEAD_BYTES
+from houseexpo.grids.frame import plan_points_from_source
+from houseexpo.plan import Frame
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.files import check_file, id_from_file_name, input_from_file, slug
 from pipeline.sources.storeys.scale import said_size
@@ -43,6 +45,7 @@ FAMILIES = (
     "svg",
     "tables",
 )
+_MOST_LINES: Final = 8_000
 _FAULTS = (ArithmeticError, LookupError, RecursionError, TypeError, ValueError, shapely.errors.ShapelyError)
 """What numbers beyond all measure, and shapes that cross themselves, lead geometry to."""
 
@@ -93,7 +96,8 @@ def read(item: Input) -> Iterator[Level]:
     many: Any = family
     try:
         drawing = _read(many, path, item)
-        yield from levels_from_drawing(item, drawing, path, dict(item.options).get("file", path.name))
+        for level in levels_from_drawing(item, drawing, path, dict(item.options).get("file", path.name)):
+            yield replace(level, lines=partial(_lines_of_level, item, level.frame, level.unit_m))
     except _FAULTS as error:
         what = " ".join(str(error).split())[:120]
         detail = f"{path.name} has numbers or parts that make no plan: {type(error).__name__}: {what}"
@@ -129,6 +133,20 @@ def drawing_lines(item: Input) -> tuple[list[Sequence[Line]], list[str]]:
         return read, []
     lines: Sequence[Line] = family.drawn_lines(path, item.key) if hasattr(family, "drawn_lines") else []
     return [lines] if lines else [], sorted({name for name, _ in lines}) if has_parts else []
+
+
+def lines_in_level(lines: Sequence[Line], frame: Frame, unit_m: float) -> list[Line]:
+    """Return the lines of a drawing in a level's frame; of more than a browser can show, the longest."""
+    if len(lines) > _MOST_LINES:
+        lines = sorted(lines, key=lambda line: -float(np.ptp(np.asarray(line[1]), axis=0).max()))[:_MOST_LINES]
+    moved = [(kind, plan_points_from_source(frame, np.asarray(points) * unit_m)) for kind, points in lines]
+    return [(kind, points.round(4)) for kind, points in moved]
+
+
+def _lines_of_level(item: Input, frame: Frame, unit_m: float) -> list[Line]:
+    """Return the lines of a level in its frame."""
+    found = drawing_lines(item)[0]
+    return lines_in_level(found[frame.level], frame, unit_m) if frame.level < len(found) else []
 
 
 def _lines_read(family: Any, path: Path, item: Input) -> list[Sequence[Line]]:

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 import shapely
-from shapely import Polygon
+from shapely import LineString, Polygon
 from shapely.affinity import translate
 
 from houseexpo.corrections import Correction, Override
@@ -184,6 +184,29 @@ def test_without_a_wall_the_rooms_beside_it_are_one_with_what_was_drawn_between_
     whole = corrected(no_wall=[[4.2, 0.0], [4.2, 3.2]])
     assert areas(whole.plan) == [21.3]
     assert "3.00 m of wall are gone" in whole.effects[0].said
+
+
+def test_a_line_of_a_drawing_that_is_no_wall_leaves_the_walls_that_others_draw() -> None:
+    wall, pipe = [[4.15, 0.1], [4.15, 3.1]], [[4.12, 2.0], [4.12, 2.9]]
+    floor = [[2.0, 1.0], [2.0, 2.0]]
+
+    def said(*no_walls: Any, lines: Any) -> Corrected[FloorPlan]:
+        drawn = [LineString(line) for line in lines]
+        return correct_plan(PLAN, Override(no_wall=no_walls).corrections, lines=drawn)
+
+    kept = said(pipe, lines=[wall, pipe, floor])
+    assert [effect.outcome for effect in kept.effects] == ["already"]
+    assert "another line of the drawing" in kept.effects[0].said
+    assert encode(kept.plan) == encode(PLAN)
+    assert len(said(pipe, floor, lines=[wall, wall[::-1], pipe, floor]).plan.rooms) == 2
+    assert len(said(wall, lines=[wall, wall[::-1]]).plan.rooms) == 2  # two lines in one place, of two layers
+    assert len(said(wall, lines=[wall, floor]).plan.rooms) == 1
+    assert len(said(pipe, wall, lines=[wall, pipe]).plan.rooms) == 1  # both together
+    by_hand = [[4.15, 0.5], [4.15, 2.5]]
+    assert len(said(by_hand, lines=[wall, pipe]).plan.rooms) == 1
+    half = said(wall, lines=[wall, [[4.15, 1.5], [4.15, 3.1]]])
+    assert [effect.outcome for effect in half.effects] == ["done"]
+    assert "1.40 m of wall are gone" in half.effects[0].said
 
 
 def test_a_wall_stub_without_a_wall_is_floor_again() -> None:
@@ -746,7 +769,6 @@ def test_a_wall_in_a_space_waits_for_the_door_into_it() -> None:
 
 
 def test_walls_away_from_the_rooms_close_a_space_with_what_stands() -> None:
-    from shapely import LineString
 
     wall = LineString([(7.1, 0.0), (12.0, 0.0), (12.0, 5.0), (9.0, 5.0)])
     standing = [wall.buffer(0.1, cap_style="flat", join_style="mitre")]
