@@ -26,7 +26,7 @@ Resolution = Annotated[
 
 TRACK_NAMES = (
     *("budget", "quality", "avoidance", "navigation", "pointgoal", "roomgoal", "objectgoal"),
-    *("large", "noisy", "people", "social", "slam"),
+    *("large", "noisy", "people", "social", "social-orca", "slam"),
     *("kth", "dare", "ariadne", "pipe-small", "pipe-medium", "pipe-large"),
 )
 
@@ -39,7 +39,7 @@ def run(
         str,
         typer.Option(
             help="budget, quality, avoidance, navigation, pointgoal, roomgoal, objectgoal, large, noisy, people, "
-            "social, slam; on --maps also kth, dare, ariadne, pipe-small, pipe-medium or pipe-large.",
+            "social, social-orca, slam; on --maps also kth, dare, ariadne, pipe-small, pipe-medium or pipe-large.",
             autocompletion=make_completion(*TRACK_NAMES),
         ),
     ] = "budget",

@@ -16,7 +16,7 @@ from houseexpo.pseudoslam.agents.protocol import Interface
 from houseexpo.pseudoslam.benchmark import measures
 from houseexpo.pseudoslam.benchmark.measures import Trace
 from houseexpo.pseudoslam.config import GoalConfig, LaserConfig, NoiseConfig, RobotConfig, SimulatorConfig
-from houseexpo.pseudoslam.config.moving_obstacles import PeopleConfig
+from houseexpo.pseudoslam.config.moving_obstacles import PeopleConfig, WalkModel
 from houseexpo.pseudoslam.envs.single import ExplorationEnv, NavigationEnv, ObstacleAvoidanceEnv, PseudoSlamEnv
 from houseexpo.pseudoslam.envs.slam_env import SlamEnv
 from houseexpo.pseudoslam.tasks import ROOM, Navigation, ObstacleAvoidance
@@ -114,6 +114,11 @@ _NOISE: Final = NoiseConfig(laser_m=0.02, odometry_way=0.02, odometry_turn=0.02,
 _OBJECTS: Final = ("bed", "chair", "plant", "sofa", "toilet", "tv stand")
 """The six kinds of ObjectNav's challenge of 2022 (Habitat), in the words of the houses that the project furnishes."""
 
+_SOCIAL: Final[tuple[tuple[str, WalkModel, str], ...]] = (
+    ("social", "social-force", ", and keep away from them."),
+    ("social-orca", "orca", " by ORCA, and keep away from them."),
+)
+
 TRACKS: Final = (
     Track(
         "budget", "exploration-budget-v1",
@@ -179,11 +184,14 @@ TRACKS: Final = (
         replace(_EXPLORER, people=PeopleConfig(4)), "exploration", {"success_coverage": 1.0},
         measures.budget_metrics(BUDGETS), measures.CoverageAtBudgets(BUDGETS), (("steps", 800), ("metres", 200)),
     ),
-    Track(
-        "social", "social-v1",
-        "Go to a place in a house whose map is known and in which up to eight people walk, and keep away from them.",
-        replace(Navigation.default, max_steps=1000, people=PeopleConfig(8)), "navigation", {},
-        measures.SOCIAL, measures.SocialNavigation(Navigation.default.step_s),
+    *(
+        Track(
+            name, f"{name}-v1",
+            "Go to a place in a house whose map is known and in which up to eight people walk" + how,
+            replace(Navigation.default, max_steps=1000, people=PeopleConfig(8, model=model)), "navigation", {},
+            measures.SOCIAL, measures.SocialNavigation(Navigation.default.step_s),
+        )
+        for name, model, how in _SOCIAL
     ),
     Track(
         "slam", "exploration-slam-v2",

@@ -6,14 +6,21 @@ import itertools
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import TypeAlias, get_args
+from typing import Literal, TypeAlias, get_args
 
 from houseexpo.errors import ConfigError
-from houseexpo.pseudoslam.config.checks import check_above_zero, check_number, check_whole_number, describe_found
+from houseexpo.pseudoslam.config.checks import (
+    check_above_zero,
+    check_number,
+    check_one_of,
+    check_whole_number,
+    describe_found,
+)
 from houseexpo.pseudoslam.config.obstacles import Shape
 from houseexpo.pseudoslam.kernels.people import PEOPLE_MOST
 
 Pose: TypeAlias = tuple[float, float, float]
+WalkModel = Literal["social-force", "orca"]
 
 
 FASTEST_M_S = 20.0
@@ -42,6 +49,9 @@ class PeopleConfig:
         Time in which people reach their desired speed, seconds.
     away_m
         Smallest distance from the robot's centre at the start, metres, if there is such a place.
+    model
+        What keeps them away from each other: the social force of Helbing and Molnar (1995), or "orca", optimal
+        reciprocal collision avoidance (van den Berg et al., 2011), which ``relaxation_s`` does not affect.
     """
 
     number: int = 0
@@ -51,12 +61,14 @@ class PeopleConfig:
     relaxation_s: float = 0.5
     away_m: float = 1.0
     least: int = 0
+    model: WalkModel = "social-force"
 
     def __post_init__(self) -> None:
         if isinstance(self.number, bool) or not isinstance(self.number, int) or not 0 <= self.number <= PEOPLE_MOST:
             raise ConfigError(
                 f"people.number: expected a whole number from 0 to {PEOPLE_MOST}, {describe_found(self.number)}"
             )
+        check_one_of(self.model, "people.model", get_args(WalkModel))
         check_whole_number(self.least, "people.least", at_least=0, at_most=self.number)
         check_above_zero(self, "people", "radius_m", at_most=10.0)
         check_above_zero(self, "people", "speed_m_s")

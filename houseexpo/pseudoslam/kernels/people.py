@@ -2,8 +2,9 @@
 
 People are discs driven by the social force of Helbing and Molnar (1995): accelerations towards their goal, and away
 from other people, the robot, walls and bodies. The force of another person has elliptical contours along that person's
-next step, and is weaker from behind. Walls act through points around a person. Forces alone do not prevent overlaps;
-``person_fits`` does, since a place where a disc would overlap is never taken. Units are pixels and seconds.
+next step, and is weaker from behind. Walls act through points around a person. With ``horizon_s``, ``orca`` chooses
+their velocities instead. Neither prevents all overlaps; ``person_fits`` does, since a place where a disc would overlap
+is never taken. Units are pixels and seconds.
 """
 
 from __future__ import annotations
@@ -36,6 +37,7 @@ from houseexpo.pseudoslam.kernels.collision import (
     mark_disc,
 )
 from houseexpo.pseudoslam.kernels.hashing import normal, uniform
+from houseexpo.pseudoslam.kernels.orca import choose_velocity
 from houseexpo.pseudoslam.kernels.planning.fields import NOWHERE, STEPS, THERE, FlowField
 from houseexpo.pseudoslam.kernels.tolerances import (
     BEHIND_DEG,
@@ -73,6 +75,8 @@ class WalkParams(NamedTuple):
     """(F,) ``FEELER``."""
     reach_px: float
     """The largest distance of a feeler."""
+    horizon_s: float
+    """How far ahead people by ORCA avoid others, seconds; 0 for social forces."""
 
 
 @njit(cache=True, nogil=True)
@@ -181,11 +185,17 @@ def walk_people(
         if done:
             draw_next_goal(bodies, flow, key, p)
         wish_x, wish_y = _direction(flow, people[p].goal, people[p].x, people[p].y)
-        push_x, push_y = social_force(occupied, people, walk, p, wish_x, wish_y, robot)
-        if beside_tracks:
-            by_x, by_y = force_from_bodies(bodies, tracks, p, walk.pixels_per_metre)
-            push_x, push_y = push_x + by_x, push_y + by_y
-        vx, vy = _accelerate(people, p, wish_x, wish_y, push_x, push_y, walk.relaxation_s, seconds)
+        if walk.horizon_s > 0.0:
+            vx, vy = choose_velocity(
+                occupied, bodies, tracks, walk.feelers, walk.horizon_s, walk.radius_px, robot, p, wish_x, wish_y,
+                seconds,
+            )  # fmt: skip
+        else:
+            push_x, push_y = social_force(occupied, people, walk, p, wish_x, wish_y, robot)
+            if beside_tracks:
+                by_x, by_y = force_from_bodies(bodies, tracks, p, walk.pixels_per_metre)
+                push_x, push_y = push_x + by_x, push_y + by_y
+            vx, vy = _accelerate(people, p, wish_x, wish_y, push_x, push_y, walk.relaxation_s, seconds)
         people[p].vx, people[p].vy = 0.0, 0.0
         for i in range(len(_WAYS)):
             cos, sin = _WAYS[i, 0], _WAYS[i, 1]

@@ -43,6 +43,9 @@ ALIGNED = 1e-9
 WALL_EPS_PX = 1e-6
 """Pixels by which a clearance may be below its limit because of rounding."""
 
+PARALLEL = 1e-9
+"""The sine of the angle between two half-planes of velocities below which they are parallel."""
+
 # Dimensions
 
 BETWEEN_M, BETWEEN_DEG = 0.3, 10.0
@@ -129,6 +132,8 @@ FEELERS, FEELER_RINGS_M = 12, (0.07, 0.2)
 """The directions in which a person feels walls, and the distances of the feelers from the person's rim, metres."""
 WALL_PUSH_M_S2, WALL_PUSH_M = 6.0, 0.15
 """The acceleration at a wall, m/s2, and the distance over which it falls to 37%, metres."""
+HORIZON_S, WALL_HORIZON_S = 2.0, 0.3
+"""How far ahead people by ORCA avoid each other and walls, seconds: two steps of both, and three of ``SUBSTEP_S``."""
 LOOK_AHEAD_BLOCKS = 2
 """Blocks of its path that a person looks ahead."""
 ROAMED_M, TIMEOUT_S = 0.5, 3.0

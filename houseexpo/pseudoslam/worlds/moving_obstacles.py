@@ -26,7 +26,14 @@ from houseexpo.pseudoslam.kernels.collision import HALF_DIAGONAL, MOVING, PERSON
 from houseexpo.pseudoslam.kernels.people import FEELER, WalkParams, place_people
 from houseexpo.pseudoslam.kernels.planning import fields as kernels
 from houseexpo.pseudoslam.kernels.planning.fields import FAR, FLOW_SIZES, FlowField
-from houseexpo.pseudoslam.kernels.tolerances import FEELER_RINGS_M, FEELERS, PATH_BLOCK_M, WALL_PUSH_M, WALL_PUSH_M_S2
+from houseexpo.pseudoslam.kernels.tolerances import (
+    FEELER_RINGS_M,
+    FEELERS,
+    HORIZON_S,
+    PATH_BLOCK_M,
+    WALL_PUSH_M,
+    WALL_PUSH_M_S2,
+)
 from houseexpo.pseudoslam.kernels.types import as_read_only
 from houseexpo.pseudoslam.worlds.maps import House
 from houseexpo.pseudoslam.worlds.world import traversable_cells
@@ -149,6 +156,7 @@ def make_walk_params(config: PeopleConfig, pixels_per_metre: float) -> WalkParam
         2 * radius_px,
         np.array(feelers, FEELER),
         radius_px + max(FEELER_RINGS_M) * pixels_per_metre + 1e-6,
+        HORIZON_S if config.model == "orca" else 0.0,
     )
 
 

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from houseexpo import FloorPlan
 from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam import Simulator, SimulatorConfig
-from houseexpo.pseudoslam.config.moving_obstacles import PeopleConfig
+from houseexpo.pseudoslam.config.moving_obstacles import PeopleConfig, WalkModel
 from houseexpo.pseudoslam.kernels.collision import MOVING, PERSON, STATIC, Disc, disc_is_free, placed_people
 from houseexpo.pseudoslam.kernels.people import mark_bodies, social_force
 from houseexpo.pseudoslam.render.sight import beam_ends, find_bodies
@@ -102,10 +102,14 @@ def test_speeds_are_drawn_from_a_normal_distribution_that_is_cut() -> None:
     assert len(np.unique(speeds)) > 180
 
 
-def test_everybody_gets_to_several_rooms_and_nobody_is_stuck() -> None:
+MODELS = ["social-force", "orca"]
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_everybody_gets_to_several_rooms_and_nobody_is_stuck(model: WalkModel) -> None:
     """Five minutes, a robot in the middle of the corridor."""
     plan, robot = house(), Disc(41.0, 52.0, 2.0)
-    world = scene_of(plan, PeopleConfig(number=5), robot)
+    world = scene_of(plan, PeopleConfig(number=5, model=model), robot)
     from houseexpo.grids.raster import room_ids
 
     rooms = room_ids(plan.divided, world.frame)
@@ -144,9 +148,15 @@ def test_nobody_passes_a_robot_in_a_doorway() -> None:
 
 
 @tries(25)
-@example(seed=85, number=4, radius_m=0.35, ppm=16.0)  # a room for three
-@given(st.integers(0, 10**6), st.integers(1, 6), st.sampled_from([0.1, 0.2, 0.35]), st.sampled_from([8.0, 10.0, 16.0]))
-def test_nothing_ever_overlaps(seed: int, number: int, radius_m: float, ppm: float) -> None:
+@example(seed=85, number=4, radius_m=0.35, ppm=16.0, model="social-force")  # a room for three
+@given(
+    st.integers(0, 10**6),
+    st.integers(1, 6),
+    st.sampled_from([0.1, 0.2, 0.35]),
+    st.sampled_from([8.0, 10.0, 16.0]),
+    st.sampled_from(MODELS),
+)
+def test_nothing_ever_overlaps(seed: int, number: int, radius_m: float, ppm: float, model: WalkModel) -> None:
     """Random rooms; a robot that jumps to any place that is free, also right beside people."""
     rng = np.random.default_rng(seed)
     occupied = room(*rng.integers(30, 70, 2).tolist())
@@ -154,7 +164,7 @@ def test_nothing_ever_overlaps(seed: int, number: int, radius_m: float, ppm: flo
         row, col = rng.integers(0, np.array(occupied.shape)).tolist()
         occupied[row : row + int(rng.integers(1, 12)), col : col + int(rng.integers(1, 12))] = 1
     try:
-        world = scene(occupied, PeopleConfig(number, radius_m), ppm=ppm, key=seed)
+        world = scene(occupied, PeopleConfig(number, radius_m, model=model), ppm=ppm, key=seed)
     except ConfigError:
         return
     if not len(world.places):
@@ -200,8 +210,9 @@ def test_the_robot_that_came_nearer_by_a_part_of_a_cell_is_left_alone() -> None:
     assert pressed > 10
 
 
-def test_the_same_key_gives_the_same_bytes_and_another_another_walk() -> None:
-    one, same, other = (scene_of(house(), PeopleConfig(number=4), key=key) for key in (7, 7, 8))
+@pytest.mark.parametrize("model", MODELS)
+def test_the_same_key_gives_the_same_bytes_and_another_another_walk(model: WalkModel) -> None:
+    one, same, other = (scene_of(house(), PeopleConfig(number=4, model=model), key=key) for key in (7, 7, 8))
     for world in (one, same, other):
         for _ in range(20):
             world.step()
