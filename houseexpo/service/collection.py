@@ -21,7 +21,6 @@ from houseexpo.floorplan import FloorPlan
 from houseexpo.lru_cache import LruCache
 from houseexpo.service.build_lists import BuildLists, read_build_lists
 from houseexpo.service.search import FoundPlans, PlanSearch, Query, measure_table
-from houseexpo.service.tags import TagStore
 from houseexpo.service.thumbnails import draw_thumbnail
 
 RESERVED: Final = frozenset({"api", "static", "data"})
@@ -86,7 +85,6 @@ class Collection:
 
     def __init__(self, name: str, path: Path) -> None:
         self.name, self.path = name, path
-        self.tags = TagStore(path)
         self._now = OpenedDataset(open_dataset(path), _stamp(path))
         self._looked_s = time.monotonic()
         self._opening = threading.Lock()
@@ -105,11 +103,6 @@ class Collection:
     def find(self, query: Query) -> tuple[OpenedDataset, FoundPlans]:
         """Return the data set as it is now, and the plans that a query finds; for errors see ``PlanSearch.find``."""
         now = self._now
-        try:
-            now.views.set_tags(self.tags.now())
-        except ConfigError:
-            if query.tags:  # without tags in the query, a damaged file of tags only costs the tags
-                raise
         return now, now.views.find(query)
 
     def plan(self, plan_id: str) -> FloorPlan:

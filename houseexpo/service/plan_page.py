@@ -47,7 +47,6 @@ def routes(service: Service) -> list[BaseRoute]:
             title=now.views.table.title(now.numbers[name]),
             legend=_legend(found),
             query=request.url.query,
-            tags=now.views.tags_of(now.numbers[name]),
             before=before,
             after=after,
             place=place,

@@ -59,10 +59,10 @@ PAGING: Final = ("offset", "limit")
 PAGE: Final = ("view", "columns")
 """Parameters that say how a page shows the plans, not which plans."""
 
-_WORDS: Final = ("labels", "without", "tags", "text", "radius", "sort")
+_WORDS: Final = ("labels", "without", "text", "radius", "sort")
 TOKEN: Final = "token"  # noqa: S105  # the name of a parameter, which a server without a token ignores
 _NUMBER: Final = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)(e[+-]?[0-9]{1,3})?", re.IGNORECASE)
-JOINED: Final = {"labels": ",", "without": ",", "tags": ",", **dict.fromkeys(GROUPS, ","), "text": " "}
+JOINED: Final = {"labels": ",", "without": ",", **dict.fromkeys(GROUPS, ","), "text": " "}
 """The separators of parameters that may be given several times."""
 _ALL: Final = (-math.inf, math.inf)
 
@@ -96,8 +96,6 @@ class Query:
         By measure: the lowest and the highest value, both included.
     labels, without
         Labels that must all occur, and labels that must not occur.
-    tags
-        Tags that the plan must have.
     groups
         By ``source`` and ``split``: the names of which one must be the plan's.
     text
@@ -107,7 +105,6 @@ class Query:
     ranges: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     labels: tuple[str, ...] = ()
     without: tuple[str, ...] = ()
-    tags: tuple[str, ...] = ()
     groups: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     text: str = ""
     radius: str = USUAL_RADIUS
@@ -116,7 +113,7 @@ class Query:
     def __str__(self) -> str:
         """Return the query as an address holds it; equal queries give equal texts."""
         ranges = {name: _span(*self.ranges[name]) for name in NAMES if name in self.ranges}
-        own = {"labels": self.labels, "without": self.without, "tags": self.tags}
+        own = {"labels": self.labels, "without": self.without}
         lists = {**own, **{name: self.groups.get(name, ()) for name in GROUPS}}
         words = {"text": self.text, "radius": self.radius if self.radius != USUAL_RADIUS else ""}
         joined = {name: ",".join(values) for name, values in lists.items()}
@@ -149,7 +146,6 @@ def parse_query(given: Mapping[str, str], others: Sequence[str] = ()) -> Query:
         ranges={name: ends for name, ends in ranges.items() if ends != _ALL},
         labels=_labels(found, "labels"),
         without=_labels(found, "without"),
-        tags=tuple(sorted(_words(found, "tags"))),
         groups={name: names for name, names in groups.items() if names},
         text=" ".join(found.get("text", "").casefold()[:LONGEST_TEXT].split()),
         radius=_radius(radius),
@@ -380,27 +376,9 @@ class PlanSearch:
     def __init__(self, table: MeasureTable) -> None:
         self.table = table
         self._kept: LruCache[FoundPlans] = LruCache(KEPT_VIEWS)
-        self._tagged: dict[str, Bits] = {}
-        self._tags: object = None
-        self._turn = 0
         self._holds = lru_cache(KEPT_WORDS)(
             self._contains_word
         )  # a person who typed a word then changes other conditions
-
-    def set_tags(self, tags: Mapping[str, Sequence[str]]) -> None:
-        """Set the ids of each tag; ids that the data set lacks since it was rebuilt are ignored."""
-        if tags is self._tags:
-            return
-        number = self._numbers
-        masks = {}
-        for name, ids in tags.items():
-            masks[name] = np.zeros(len(self.table), dtype=bool)
-            masks[name][[number[each] for each in ids if each in number]] = True
-        self._tags, self._tagged, self._turn = tags, masks, self._turn + 1
-
-    def tags_of(self, row: int) -> list[str]:
-        """Return the tags of one plan."""
-        return [name for name, has in self._tagged.items() if has[row]]
 
     def find(self, query: Query) -> FoundPlans:
         """Return the plans that a query finds.
@@ -408,9 +386,9 @@ class PlanSearch:
         Raises
         ------
         ConfigError
-            The query names a source, split or tag that the data set lacks.
+            The query names a source or split that the data set lacks.
         """
-        return self._kept.get_or_make((self._turn, str(query)), lambda: self._find(query))
+        return self._kept.get_or_make(str(query), lambda: self._find(query))
 
     def _find(self, query: Query) -> FoundPlans:
         failed = dict(self._failures(query))
@@ -419,11 +397,10 @@ class PlanSearch:
             fails += each
         mask = fails == 0
         order = self._order(query.sort, query.radius)
-        tagged = dict(self._tagged)
-        return FoundPlans(order[mask[order]], mask, lambda: self._facets(query.radius, failed, fails, mask, tagged))
+        return FoundPlans(order[mask[order]], mask, lambda: self._facets(query.radius, failed, fails, mask))
 
     def _facets(
-        self, radius: str, failed: Mapping[str, Bits], fails: npt.NDArray[np.uint8], mask: Bits, tagged: dict[str, Bits]
+        self, radius: str, failed: Mapping[str, Bits], fails: npt.NDArray[np.uint8], mask: Bits
     ) -> dict[str, Any]:
         found = np.flatnonzero(mask)
 
@@ -441,7 +418,6 @@ class PlanSearch:
             "found": len(found),
             "measures": measures,
             "labels": dict(zip(LABELS, of_labels.tolist(), strict=True)),
-            "tags": {name: int((has & mask).sum()) for name, has in tagged.items()},
             "without": {name: int((fails == each).sum()) for name, each in failed.items()},  # R3
             **groups,
         }
@@ -456,11 +432,6 @@ class PlanSearch:
             yield f"labels={label}", ~table.labels[LABELS.index(label)]
         for label in query.without:
             yield f"without={label}", table.labels[LABELS.index(label)]
-        for name in query.tags:
-            if name not in self._tagged:
-                known_tags = ", ".join(list(self._tagged)[:NAMED]) or "none"
-                raise ConfigError(f"query: tags: no {name[:60]!r} in this data set; its tags: {known_tags}")
-            yield f"tags={name}", ~self._tagged[name]
         for name, wanted in query.groups.items():
             known, code = table.groups[name]
             for unknown in sorted(set(wanted) - set(known)):
@@ -478,10 +449,6 @@ class PlanSearch:
 
         found: Bits = compute.match_substring(self._words, word).to_numpy(zero_copy_only=False)
         return found
-
-    @cached_property
-    def _numbers(self) -> dict[str, int]:
-        return {name: number for number, name in enumerate(self.table.ids)}
 
     @cached_property
     def _words(self) -> Any:

@@ -18,16 +18,15 @@ from houseexpo.words import suggest_name
 
 
 class ApiCall(NamedTuple):
-    """One address: what it gives, of which type, the parameters of its query, and the method by which it is asked."""
+    """One address: what it gives, of which type, and the parameters of its query."""
 
     path: str
     what: str
     kind: str = "application/json"
     query: tuple[str, ...] = ()
-    method: str = "get"
 
 
-_FILTER: Final = (*(m.name for m in MEASURES), "labels", "without", "tags", "source", "split", "text", "radius")
+_FILTER: Final = (*(m.name for m in MEASURES), "labels", "without", "source", "split", "text", "radius")
 _PAGED: Final = (*_FILTER, "sort", "offset", "limit", "columns")
 _PARQUET: Final = "application/vnd.apache.parquet"
 
@@ -43,8 +42,6 @@ CALLS: Final = (
     ApiCall("/api/{data}/refused/picture.png", "What was found of an input that gave no plan.", "image/png", ("id",)),
     ApiCall("/api/{data}/duplicates/{plan}/picture.png", "The picture of a dropped plan.", "image/png"),
     ApiCall("/api/{data}/export/{form}", "The plans found, in another format.", "application/zip", (*_FILTER, "ids")),
-    ApiCall("/api/{data}/tags", "The tags that people gave to plans."),
-    ApiCall("/api/{data}/tags", "Give a tag to plans, or take it away.", method="post"),
     ApiCall("/api/{data}/plans/{plan}", "A plan's JSON as it is packed; its tag is the SHA-1 of its bytes."),
     ApiCall("/api/{data}/plans/{plan}/thumbnail.svg", "A small picture.", "image/svg+xml"),
     ApiCall("/api/{data}/plans/{plan}/picture.svg", "A picture with labels and scale.", "image/svg+xml"),

@@ -27,7 +27,7 @@ PARQUET: Final = "application/vnd.apache.parquet"
 MAX_LIMIT: Final = 500
 """The largest number of plans on a page."""
 
-COLUMNS: Final = (*NAMES, *GROUPS, "labels", "tags")
+COLUMNS: Final = (*NAMES, *GROUPS, "labels")
 """The columns that a page of plans may have."""
 
 _LIMIT: Final = 60
@@ -133,8 +133,6 @@ def _lines(
     for line, row in zip(lines, rows.tolist(), strict=True):
         if "labels" in names:
             line["labels"] = [label for label, has in zip(LABELS, table.labels[:, row].tolist(), strict=True) if has]
-        if tags := now.views.tags_of(row):
-            line["tags"] = tags
     for name in (name for name in names if name in NAMES):
         for line, value in zip(lines, table.numbers(name, query.radius)[rows].tolist(), strict=True):
             if not math.isnan(value):

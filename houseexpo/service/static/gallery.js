@@ -10,7 +10,7 @@ const PAGE = ["view", "columns"], USUAL = ["rooms", "source_rooms", "area", "doo
 const sort = document.getElementById("sort"), descending = document.getElementById("descending");
 const text = document.getElementById("text"), radiusOf = new Set(["reach", "narrowest"]);
 const brushes = new Map();
-let state = new URLSearchParams(location.search), whole = null, about = null, bar = null, asked = 0;
+let state = new URLSearchParams(location.search), whole = null, about = null, asked = 0;
 
 const list = (key) => (state.get(key) || "").split(",").filter(Boolean);
 const put = (key, value) => (value ? state.set(key, value) : state.delete(key));
@@ -59,7 +59,7 @@ function draw(facets, total, radius) {
   document.getElementById("nothing").hidden = facets.found > 0;
   for (const [key, brush] of brushes) brush.show(facets.measures[key], total.measures[key], range(key), radius);
   drawLabels(facets.labels, total.labels);
-  for (const key of ["source", "split", "tags"]) drawTicks(key, facets[key]);
+  for (const key of ["source", "split"]) drawTicks(key, facets[key]);
   const active = conditions();
   drawActive(active, facets);
   document.getElementById("active").textContent = active.length ? `(${active.length})` : "";
@@ -85,7 +85,6 @@ function conditions() {
     ...list("labels").map((label) => ({ key: `labels=${label}`, words: `with ${spelt(label)}`, off: without("labels", label) })),
     ...list("without").map((label) => ({ key: `without=${label}`, words: `without ${spelt(label)}`, off: without("without", label) })),
     ...["source", "split"].filter((key) => list(key).length).map((key) => ({ key, words: `${key}: ${list(key).join(" or ")}`, off: () => put(key, "") })),
-    ...list("tags").map((tag) => ({ key: `tags=${tag}`, words: `tagged ${tag}`, off: without("tags", tag) })),
     ...(state.get("text") ? [{ key: "text", words: `“${state.get("text")}”`, off: () => put("text", "") }] : []),
   ];
 }
@@ -114,7 +113,7 @@ function columns(total) { // null: tiles
   else for (const each of ["role", "aria-label"]) frame.removeAttribute(each);
   if (!table) return null;
   const known = [...about.measures.filter((each) => total.measures[each.name].counts.some(Boolean)),
-    ...["source", "split", "tags"].filter((key) => Object.keys(total[key]).length).map((key) => ({ name: key, title: key[0].toUpperCase() + key.slice(1) })),
+    ...["source", "split"].filter((key) => Object.keys(total[key]).length).map((key) => ({ name: key, title: key[0].toUpperCase() + key.slice(1) })),
     { name: "labels", title: "Labels" }];
   const shown = known.filter((each) => chosen.includes(each.name));
   document.getElementById("column-names").replaceChildren(...known.map((each) => element("label", {},
@@ -132,7 +131,7 @@ function columns(total) { // null: tiles
   const head = document.getElementById("head"), focused = document.activeElement?.dataset?.column;
   head.replaceChildren(cell("id", "Plan"), ...shown.map((each) => cell(each.name, each.title + (each.unit ? `, ${each.unit}` : ""))));
   if (focused) head.querySelector(`[data-column="${focused}"]`)?.focus();
-  const wide = { labels: "minmax(180px, 2fr)", tags: "minmax(120px, 1fr)" };
+  const wide = { labels: "minmax(180px, 2fr)" };
   frame.style.setProperty("--columns", `minmax(230px, 1.4fr) ${shown.map((each) => wide[each.name] ?? "minmax(88px, 1fr)").join(" ")}`);
   return shown.map((each) => ({ ...each, unit: "" }));
 }
@@ -177,8 +176,7 @@ async function start() {
     mark.style.background = colour;
     document.getElementById("door-colours").append(element("span", {}, mark, kind));
   }
-  bar = new SelectionBar(document.getElementById("selection"), selection, about, asking, (notes) => { bar.notes(notes); whole = null; show(); grid.again(); });
-  ask(`/api/${name}/tags`).then((notes) => bar.notes(notes)).catch((error) => say(error.message));
+  new SelectionBar(document.getElementById("selection"), selection, about, asking);
   sort.append(element("option", { value: "id" }, "id"), ...about.measures.map((each) => element("option", { value: each.name }, each.title)));
   for (const measure of about.measures) {
     const brush = new Brush(measure, radiusOf.has(measure.name) ? about.radii : null, (key, chosen, radius) => {

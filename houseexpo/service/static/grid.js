@@ -104,7 +104,7 @@ export class Grid {
     if (this.table) {
       tile.firstChild.prepend(box);
       tile.append(...this.columns.map(({ name, unit }) => cell(line[name], unit)));
-    } else tile.append(box, ...(line.tags ? [element("span", { class: "tags" }, line.tags.join(", "))] : []));
+    } else tile.append(box, );
     tile.plan = line.id;
     this.marked(tile);
     tile.setAttribute(this.table ? "aria-rowindex" : "aria-posinset", number + 1 + this.table);
@@ -118,8 +118,6 @@ export class Grid {
     tile.classList.toggle("chosen", chosen);
     if (box) box.checked = chosen;
   }
-
-  again() { this.pages.clear(); this.clear(); this.draw(); } // what is said of the plans has changed
 
   async load(page) {
     if (this.pages.has(page)) return;

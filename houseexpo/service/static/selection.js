@@ -1,5 +1,5 @@
-// Plans that a person selected, and what is done with them: tag, download. The browser keeps them for its tab.
-import { ask, counted, element, say } from "./api.js";
+// Plans that a person selected, and what is done with them: download. The browser keeps them for its tab.
+import { counted, element, say } from "./api.js";
 
 const FEW = 400, LONGEST = 12000; // ids in one address
 
@@ -30,12 +30,10 @@ export class Selection {
   }
 }
 
-const post = (path, body) => ask(path, { method: "POST", headers: { "content-type": "application/json" }, body: JSON.stringify(body) });
-
-// The bar below the plans. `view()` is the query on show; `retagged` is called when tags have changed.
+// The bar below the plans. `view()` is the query on show.
 export class SelectionBar {
-  constructor(bar, selection, about, view, retagged) {
-    Object.assign(this, { bar, selection, about, view, retagged });
+  constructor(bar, selection, about, view) {
+    Object.assign(this, { bar, selection, about, view });
     this.said = bar.querySelector("#selected");
     this.part = (name) => bar.querySelector(`[data-does="${name}"]`);
     this.part("clear").addEventListener("click", () => selection.clear());
@@ -43,17 +41,8 @@ export class SelectionBar {
     this.part("form").append(...Object.entries(about.formats).map(([name, what]) => element("option", { value: name }, `${name}: ${what}`)));
     this.part("download").addEventListener("click", () => this.download());
     this.part("ids").addEventListener("click", () => save(`${selection.data}-ids.txt`, [...selection.ids].map((id) => `${id}\n`).join("")));
-    this.part("tag").addEventListener("click", () => this.tag(false));
-    this.part("untag").addEventListener("click", () => this.tag(true));
-    this.part("name").addEventListener("keydown", (event) => { if (event.key === "Enter") { event.preventDefault(); this.tag(false); } });
     selection.changed(() => this.draw());
     this.draw();
-  }
-
-  notes(notes) {
-    this.part("tagging").hidden = !notes.writable;
-    this.bar.querySelector("#tag-names").replaceChildren(...Object.keys(notes.tags).map((name) => element("option", { value: name })));
-    this.file = notes.file;
   }
 
   draw() {
@@ -71,17 +60,6 @@ export class SelectionBar {
     }
     say("");
     location.href = `/api/${this.selection.data}/export/${this.part("form").value}?ids=${ids}`;
-  }
-
-  async tag(remove) {
-    const input = this.part("name"), name = input.value.trim();
-    if (!name) { input.focus(); return; }
-    try {
-      const notes = await post(`/api/${this.selection.data}/tags`, { tag: name, ids: [...this.selection.ids], remove });
-      const whom = counted(this.selection.ids.size, "plan");
-      this.part("done").textContent = remove ? `“${name}” taken from ${whom}.` : `${whom} tagged “${name}”, in ${notes.file}.`;
-      this.retagged(notes);
-    } catch (error) { say(error.message); }
   }
 }
 

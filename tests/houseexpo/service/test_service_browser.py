@@ -287,7 +287,7 @@ def test_a_table_has_the_columns_that_were_chosen_and_is_sorted_by_its_head(chro
         assert page.locator('#head [role="columnheader"]').count() == 2
 
 
-def test_plans_are_selected_tagged_and_found_by_their_tag(chromium: Any, address: str) -> None:
+def test_plans_are_selected_and_downloaded(chromium: Any, address: str) -> None:
     with visit(chromium, address, "/homes/") as page:
         page.wait_for_selector("a.plan img")
         page.focus('[data-number="0"]')
@@ -296,13 +296,6 @@ def test_plans_are_selected_tagged_and_found_by_their_tag(chromium: Any, address
         page.keyboard.press("Shift+ArrowRight")
         said(page, "#selected", "3 plans selected")
         assert barriers(page) == []
-        page.fill("#tag", "to drive")
-        page.click('[data-does="tag"]')
-        said(page, '[data-does="done"]', "3 plans tagged “to drive”, in tags.toml.")
-        page.check("#tags input")
-        said(page, "#count", "3 of 4 plans")
-        page.wait_for_selector('[data-place="2"] .tags')
-        assert page.locator(".tile .tags").all_inner_texts() == ["to drive"] * 3
         with page.expect_download() as download:
             page.select_option("#form-of-download", "geojson")
             page.click('[data-does="download"]')

@@ -132,3 +132,16 @@ def test_a_plan_of_thousands_of_vertices_is_answered(tmp_path: Path, monkeypatch
     assert len(client.get("/api/one/plans/round/thumbnail.svg").content) < 40_000
     for path in ("shape", "reach?radius=0.3", "clearance", "way?from=2,9&to=16,9"):
         assert client.get(f"/api/one/plans/round/{path}").status_code == 200, path
+
+
+def test_a_selection_is_downloaded_in_a_format(client: TestClient) -> None:
+    answer = client.get("/api/homes/export/geojson?ids=a1,d%204%26%C3%A9")
+    assert answer.headers["content-disposition"] == "attachment; filename*=utf-8''homes-geojson.zip"
+    with zipfile.ZipFile(io.BytesIO(answer.content)) as archive:
+        assert [Path(name).suffix for name in archive.namelist()] == [".geojson", ".geojson"]
+    every = client.get("/api/homes/export/svg?labels=Garage")
+    with zipfile.ZipFile(io.BytesIO(every.content)) as archive:
+        assert len(archive.namelist()) == 1
+    assert "found 0" in client.get("/api/homes/export/svg?rooms=99").json()["error"]
+    assert client.get("/api/homes/export/exe").status_code == 404
+    assert client.get("/api/homes/export/svg?ids=nobody").status_code == 404

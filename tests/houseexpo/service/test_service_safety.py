@@ -186,11 +186,11 @@ def test_a_client_that_leaves_in_the_middle_of_its_body_is_no_error(
         sent.append(message)
 
     scope = {
-        "type": "http", "method": "POST", "path": "/api/homes/tags", "raw_path": b"/api/homes/tags",
+        "type": "http", "method": "POST", "path": "/homes/review/decide", "raw_path": b"/homes/review/decide",
         "query_string": b"", "headers": [(b"host", b"127.0.0.1")], "client": ("127.0.0.1", 1), "http_version": "1.1",
         "scheme": "http", "root_path": "", "server": ("127.0.0.1", 80),
     }  # fmt: skip
-    anyio.run(make_app(service_of(folder)), scope, receive, send)
+    anyio.run(make_app(service_of(folder, review=True)), scope, receive, send)
     assert sent[0]["status"] == 400
     assert not caplog.records
 
