@@ -25,6 +25,7 @@ const solid = new Solid(at("solid"), at("solid-view"), at("solid-cut"));
 const file = new FileForm({ draw: drawDistance, say: sayOfFile });
 let held = ""; // the key of the question on the screen
 let wantedKind = ""; // the kind of question that the reviewer has chosen to answer now
+let wide = false; // whether all of the kind are marked, and not only those that look alike
 let forAll = -1; // the answer that is about to be given to all questions of a kind: -1 if none is, ANY before one is chosen
 let elsewhere = false; // whether the next undo is of a decision on another plan
 let strokes = []; // questions about lines of the drawing, the one that was clicked first
@@ -244,8 +245,9 @@ function showChosen(number) {
   [...at("effects").children].forEach((line, i) => line.classList.toggle("chosen", i === number));
 }
 
-// Questions of a kind are alike: the same thing is doubtful, and the same answers are possible.
-const kindOf = ({ key, answers, like = "" }) => JSON.stringify([key.split(" at ")[0], like, answers.map(({ action }) => action)]);
+// Questions of a kind doubt the same thing, and have the same answers; those of one size look alike.
+const kindOf = ({ key, answers }) => JSON.stringify([key.split(" at ")[0], answers.map(({ action }) => action)]);
+const groupOf = (question) => `${kindOf(question)} ${question.like ?? ""}`;
 const KINDS = { // of one, and of several
   changed: ["of the file"], guess: ["of the file"], cut: ["cut", "cuts"], entrance: ["entrance", "entrances"], door: ["door", "doors"],
   opening: ["opening", "openings"], room: ["room", "rooms"], meet: ["pair of rooms that meet", "pairs of rooms that meet"],
@@ -257,7 +259,7 @@ const KINDS = { // of one, and of several
 // All that is asked, what is asked now first: lines that were clicked, then what is on the screen, then the kind that was chosen.
 function questions() {
   const all = [...strokes, ...now?.questions ?? []];
-  const rank = (each) => (each.key === held ? 0 : kindOf(each) === wantedKind ? 1 : 2);
+  const rank = (each) => (each.key === held ? 0 : groupOf(each) === wantedKind ? 1 : 2);
   return strokes.length ? all : all.sort((a, b) => rank(a) - rank(b));
 }
 
@@ -265,19 +267,34 @@ function questions() {
 function holdQuestion(found) {
   const asked = found.plan && found.plan === now?.plan && !strokes.length ? questions()[0] : undefined;
   held = asked?.key ?? "";
-  forAll = -1; // there may be more alike than were marked
+  mark(-1); // there may be more alike than were marked
   const isSame = asked && found.seen === now.seen && JSON.stringify(found.shape?.bounds) === JSON.stringify(now.shape?.bounds);
   if (isSame && found.questions.every(({ key }) => key !== held)) found.questions.unshift(asked);
 }
 
-function alike() {
-  const all = questions();
-  return all.filter((each) => kindOf(each) === kindOf(all[0]));
+function alike(isWide = wide) {
+  const all = questions(), of = isWide ? kindOf : groupOf;
+  return all.filter((each) => of(each) === of(all[0]));
+}
+
+function mark(which, isWide = false) {
+  forAll = which;
+  wide = isWide;
+}
+
+// Marks all that look alike, then all of the kind, then none.
+function widen() {
+  const [some, all] = [alike(false).length, alike(true).length];
+  if (forAll < 0 && all > 1) mark(ANY, some < 2);
+  else if (forAll >= 0 && !wide && all > some) mark(ANY, true);
+  else mark(-1);
+  showQuestions();
+  if (forAll >= 0) say(`${alike().length} places are marked: the next answer counts for all of them. Shift-0 ${wide || all === some ? "unmarks them" : `marks all ${all} of this kind`}.`);
 }
 
 function showQuestions() {
   const all = questions(), [first] = all, like = first ? alike() : [];
-  if (!first) forAll = -1;
+  if (!first) mark(-1);
   at("asked").hidden = !first || readOnly;
   sheet.ask(first ?? null, forAll < 0 ? [] : like, forAll in (first?.answers ?? []) ? forAll : 0);
   showSolid();
@@ -289,15 +306,16 @@ function showQuestions() {
     found.setAttribute("aria-keyshortcuts", i + 1);
     return found;
   }));
-  at("all").hidden = like.length < 2 || first.answers.some(({ action }) => ["file", "take_out"].includes(action));
-  at("all").textContent = `All ${like.length} like this`;
+  const [some, whole] = [alike(false).length, alike(true).length], next = forAll < 0 && some > 1 ? some : whole;
+  at("all").hidden = whole < 2 || first.answers.some(({ action }) => ["file", "take_out"].includes(action));
+  at("all").replaceChildren(Object.assign(document.createElement("kbd"), { textContent: "Shift 0" }), ` All ${next} ${next > some ? "of this kind" : "like this"}`);
   at("all").setAttribute("aria-pressed", String(forAll >= 0));
-  const kinds = [...new Map(all.map((each) => [kindOf(each), each])).entries()];
+  const kinds = [...new Map(all.map((each) => [groupOf(each), each])).entries()];
   at("kinds").hidden = kinds.length < 2;
   at("kinds").replaceChildren(...kinds.map(([kind, { key, like: size }]) => {
-    const name = key.split(" at ")[0].split(" ")[0], count = all.filter((each) => kindOf(each) === kind).length;
-    const tab = button(`${count} ${KINDS[name].at(count > 1 ? -1 : 0)}${size ? `: ${size}` : ""}`, () => { wantedKind = kind; held = ""; strokes = []; forAll = -1; showQuestions(); }, "kind");
-    tab.setAttribute("aria-pressed", String(kind === kindOf(first)));
+    const name = key.split(" at ")[0].split(" ")[0], count = all.filter((each) => groupOf(each) === kind).length;
+    const tab = button(`${count} ${KINDS[name].at(count > 1 ? -1 : 0)}${size ? `: ${size}` : ""}`, () => { wantedKind = kind; held = ""; strokes = []; mark(-1); showQuestions(); }, "kind");
+    tab.setAttribute("aria-pressed", String(kind === groupOf(first)));
     return tab;
   }));
 }
@@ -305,11 +323,11 @@ function showQuestions() {
 // One answer to all questions of a kind: their places are marked first, and the same key again answers them, as one decision.
 function answerAll(which) {
   const [first] = questions();
-  if (!first || alike().length < 2 || !mayWrite()) return undefined;
+  if (!first || alike(true).length < 2 || !mayWrite()) return undefined;
   const { action, title } = first.answers[which] ?? LEAVE;
   if (which > first.answers.length || action === "file" || action === "take_out") return undefined;
   if (forAll !== which) {
-    forAll = which;
+    mark(which, forAll < 0 ? alike(false).length < 2 : wide);
     showQuestions();
     return say(`${alike().length} places are marked. Shift-${which + 1} again, or Enter, says “${title}” of all of them; Escape does not.`);
   }
@@ -318,7 +336,7 @@ function answerAll(which) {
 
 function endForAll() {
   if (forAll < 0 && !strokes.length) return false;
-  forAll = -1;
+  mark(-1);
   strokes = [];
   showQuestions();
   say("");
@@ -333,7 +351,7 @@ function askOfStroke(segments, kind) {
     says: `A line of ${far(ends).toFixed(2)} m, “${kind}” in the drawing. Is it a wall?`,
     answers: [{ title: "A wall", action: "wall", points: ends }, { title: "No wall", action: "no_wall", points: ends }],
   }));
-  forAll = -1;
+  mark(-1);
   showQuestions();
 }
 
@@ -346,7 +364,7 @@ function answer(which) {
   if (chosen.action === "take_out") return takeOutGhosts();
   if (chosen.action === "leave" && strokes.length) return endForAll();
   const all = forAll >= 0 ? alike() : [first];
-  forAll = -1;
+  mark(-1);
   strokes = [];
   now.questions = []; // a key that is too fast is not for the next question
   const text = chosen.action === "leave" ? all.map(({ key }) => key).join("\n") : "";
@@ -592,6 +610,7 @@ document.addEventListener("keydown", (event) => {
   if (event.key === "Escape" && endForAll()) { event.preventDefault(); return; }
   if (event.key === "Enter" && forAll >= 0 && forAll < ANY && !event.target.matches("button, a, pre")) { event.preventDefault(); answer(forAll); return; }
   if (event.target.matches("button, a, pre") && (event.key === " " || event.key === "Enter")) return;
+  if (event.shiftKey && event.code === "Digit0") { event.preventDefault(); widen(); return; }
   if (event.shiftKey && /^Digit[1-8]$/.test(event.code)) { event.preventDefault(); answerAll(Number(event.code.at(-1)) - 1); return; }
   const work = KEYS[event.key.toLowerCase()];
   if (work) { event.preventDefault(); work(); }
@@ -600,7 +619,7 @@ document.addEventListener("keydown", (event) => {
 for (const id of ["keep", "drop"]) at(id).addEventListener("click", () => decide(id));
 for (const { word } of tools) at(word).addEventListener("click", () => draw(word));
 for (const id of ["next", "previous", "open"]) at(id).addEventListener("click", () => go(id));
-at("all").addEventListener("click", () => { forAll = forAll < 0 ? ANY : -1; showQuestions(); });
+at("all").addEventListener("click", widen);
 at("undo").addEventListener("click", undo);
 at("redo").addEventListener("click", redo);
 at("note").addEventListener("click", openNote);

@@ -298,7 +298,7 @@ def test_shift_marks_what_is_alike_and_once_more_answers_it(tmp_path: Path) -> N
     with running(service_of(folder, review=True)) as address, visited(address, "/houses/review") as page:
         shows(page, "house")
         page.wait_for_selector("#all:not([hidden])")
-        assert page.inner_text("#all") == "All 2 like this"
+        assert "All 2 like this" in page.inner_text("#all")
         page.keyboard.press("Shift+1")
         says(page, "2 places are marked")
         assert page.locator(".like-at").count() == 2
@@ -317,6 +317,22 @@ def test_shift_marks_what_is_alike_and_once_more_answers_it(tmp_path: Path) -> N
         assert page.locator(".like-at").count() == 2
         page.click("#answers button >> nth=0")
         says(page, "2 places at once")
+
+
+def test_rooms_of_other_sizes_are_marked_only_as_all_of_the_kind(tmp_path: Path) -> None:
+    folder = tmp_path / "houses"
+    folder.mkdir()
+    plan = replace(two_rooms("house", 8.0), frame=FRAME)
+    save_plan(replace(plan, rooms=tuple(replace(room, confidence=0.4) for room in plan.rooms)), folder / "house.json")
+    with running(service_of(folder, review=True)) as address, visited(address, "/houses/review") as page:
+        shows(page, "house")
+        page.wait_for_selector("#all:not([hidden])")
+        assert page.locator("#kinds button").all_inner_texts() == ["1 room: 24.0 m²", "1 room: 9.0 m²"]
+        page.keyboard.press("Shift+0")
+        says(page, "2 places are marked")
+        page.keyboard.press("1")
+        says(page, "2 places at once")
+        assert len(overrides(folder)["house"]["room"]) == 2
 
 
 def test_a_click_on_a_line_of_a_drawing_makes_walls_of_its_layer(
@@ -347,7 +363,7 @@ def test_a_click_on_a_line_of_a_drawing_makes_walls_of_its_layer(
         )
         click(page, (x1, y1))
         page.wait_for_function("() => document.getElementById('question').textContent.includes('“NEW” in the drawing')")
-        assert page.inner_text("#all") == "All 2 like this"
+        assert "All 2 like this" in page.inner_text("#all")
         page.click("#all")
         look(page, "review-strokes")
         page.keyboard.press("1")

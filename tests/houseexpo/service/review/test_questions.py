@@ -100,7 +100,7 @@ def test_questions_of_a_kind_stand_together() -> None:
     more = replace(plan.doors[1], id=2, segment=((7.1, 1.0), (7.1, 2.0)), ring=box(7.1, 1.0, 7.2, 2.0), rooms=(1, None))
     doors = (replace(plan.doors[0], confidence=0.5), plan.doors[1], replace(more, confidence=0.6))
     found = questions(replace(plan, doors=doors))
-    assert [each.kind[0] for each in found] == ["entrance", "entrance", "door"]
+    assert [each.group[0] for each in found] == ["entrance", "entrance", "door"]
 
 
 def test_questions_of_parts_of_one_size_are_alike() -> None:
@@ -112,5 +112,5 @@ def test_questions_of_parts_of_one_size_are_alike() -> None:
     ]
     found = questions(replace(plan, doors=(*plan.doors, *more)))
     assert sorted(each.like for each in found) == ["1.0 m", *["2.0 to 2.1 m"] * 3]
-    assert len({each.kind for each in found}) == 2
+    assert len({each.group for each in found}) == 2
     assert {each.like for each in questions(plan)} == {""}
