@@ -14,6 +14,9 @@ from typing import Final
 HEAD_BYTES: Final = 1 << 16
 """How much of a file's start is read to tell what the file is, or what it holds."""
 
+STATES_WAYS: Final = "states_ways"
+"""Our drawings say by this word that they have each way between rooms: where they have none, nobody walks."""
+
 PICTURES: Final = (".png", ".pgm", ".ppm", ".bmp", ".gif", ".jpg", ".jpeg", ".tif", ".tiff", ".webp")
 
 _MARKS: Final[tuple[tuple[bytes, tuple[str, ...]], ...]] = (

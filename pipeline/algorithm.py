@@ -30,6 +30,7 @@ from pipeline.stages.corrections import (
     has_other_parts,
     level_of_corrected,
     spaces_of_plan,
+    without_cuts,
 )
 from pipeline.stages.doors import find_doors
 from pipeline.stages.evidence import gather_evidence
@@ -221,12 +222,15 @@ def _of_building(
     )
     planned = without_unlikely_entrances(add_confidences(final_building))
     provenance = _provenance(level, whole.planes, planned.spaces)
-    plan = vectorise(level, planned.spaces, planned.named, provenance, obstacles)
+    cut = vectorise(level, planned.spaces, planned.named, provenance, obstacles)
+    plan = without_cuts(level, cut)
+    if plan is not cut:
+        grounds = _grounds(level, whole, spaces_of_plan(level, plan, planned.spaces))
     if said:
         corrected = correct(level, said, (whole.evidence, whole.layout), whole.rooms, plan)
         if corrected.has_changed:
             final = planned.spaces
-            if has_other_parts(plan, corrected.plan):
+            if has_other_parts(cut, corrected.plan):
                 final = spaces_of_plan(level, corrected.plan, planned.spaces)
             whole = replace(whole, doubts=doubts_left(level, whole.layout, whole.doubts, corrected.plan))
             grounds = _grounds(level_of_corrected(level, plan, corrected), whole, final)

@@ -93,7 +93,8 @@ class Level:
     holds no furniture. ``floor`` is the plan area of the floor's faces, or
     None if the source has none. ``rooms`` and ``openings`` are those that the source names; ``named_openings`` is True
     if it names all of them (IFC), so that there are no others. ``unnamed_gaps`` is True if the source names doors,
-    but a wide gap in a wall is a passage too.
+    but a wide gap in a wall is a passage too. ``all_ways`` is True if the source states each way, so that no wall is
+    cut.
     ``corrections`` is what a person says of the storey; it is applied to the finished plan (``stages.corrections``).
     ``cover`` is the area under slabs above head height, or None where the source keeps no slabs apart from its walls.
     ``outdoors`` is the area that the source says lies outside, or None.
@@ -125,6 +126,7 @@ class Level:
     sills: bool = False
     named_openings: bool = False
     unnamed_gaps: bool = False
+    all_ways: bool = False
     only_walls: bool = False
     guesses: tuple[str, ...] = ()
     unit_m: float = 1.0

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 _NAMES = "coco, dxf, geojson, glb, graphml, ifc, irsim, json, mjcf, npz, obj, png, pol, rmf, ros, sdf, stage, svg, usd"
 _POLICY = "onnx"
 """The format of policies."""
+_MOST_NAMED = 5
 _OWN = "the format's own"
 
 
@@ -113,6 +114,8 @@ def export(
         plans = _with_rooms(plans)
     frames: Counter[str] = Counter()
     plans = _count_frames(plans, frame, frames)
+    apart: list[str] = []
+    plans = _name_apart(plans, to, apart)
     refused: list[PlanError] = []
     files = write(
         plans, to, out, refused=refused.append, replace=replace, sources=[dataset], building=building, **options
@@ -123,6 +126,16 @@ def export(
         f"{count_noun(count - len(refused), 'plan')}, {count_noun(len(files), 'file')} in {out}, {_in_frames(frames)}"
     )
     make_console().print(said, highlight=False, soft_wrap=True)
+    if apart:
+        named = ", ".join(apart[:_MOST_NAMED]) + (
+            f" and {len(apart) - _MOST_NAMED} more" if apart[_MOST_NAMED:] else ""
+        )
+        make_console().print(
+            f"note: no way joins all parts of {named}; {to} cannot say so, and a build of the file cuts one "
+            "(dxf, geojson and svg say it)",
+            highlight=False,
+            soft_wrap=True,
+        )
     print_problems(make_console(stderr=True), "left out", list(map(str, refused)))
     if refused:
         raise typer.Exit(1)
@@ -145,6 +158,18 @@ def _count_frames(plans: Iterator[FloorPlan], frame: str | None, frames: Counter
 
     for plan in plans:
         frames[frame or default_frame(plan)] += 1
+        yield plan
+
+
+def _name_apart(plans: Iterator[FloorPlan], to: str, apart: list[str]) -> Iterator[FloorPlan]:
+    """Yield the plans, and name those with parts that no way joins, if a build of the format would cut one."""
+    from houseexpo.corrections.draft import Draft
+    from houseexpo.exports.formats import ALIASES, FORMATS
+
+    found = FORMATS.get(ALIASES.get(to, to))
+    for plan in plans:
+        if found is not None and found.leaves_ways_open and len(Draft(plan).pieces()) > 1:
+            apart.append(plan.id)
         yield plan
 
 

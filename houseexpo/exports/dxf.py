@@ -12,6 +12,7 @@ from houseexpo.exports.encoding import Files
 from houseexpo.exports.openings import wall_openings
 from houseexpo.exports.placement import ExportFrame, Orientation, Pose, orient_plan, pose_in_export
 from houseexpo.exports.plan_bodies import WALL_THICKNESS_M
+from houseexpo.file_kinds import STATES_WAYS
 from houseexpo.floorplan import FloorPlan
 from houseexpo.grids.raster import all_rings
 
@@ -52,6 +53,7 @@ def dxf(
     options.write_fixed_meta_data_for_testing = True  # not the time at which it is written
     try:
         document = new("R2010", units=_METRES)
+        document.header.custom_vars.append(STATES_WAYS, "true")
         _draw(document, orient_plan(plan, orientation), pose_in_export(plan, orientation, frame), wall_thickness)
         stream = io.StringIO()
         document.write(stream)

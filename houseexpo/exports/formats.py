@@ -38,12 +38,14 @@ class ExportFormat:
     """One format: a short description, and the function that makes its files.
 
     The function takes one plan or, if ``indexed``, all plans, for a format with a common index. ``building`` takes the
-    plans of one house and its name, for a format that holds several storeys.
+    plans of one house and its name, for a format that holds several storeys. ``leaves_ways_open``: a build reads the
+    format, which cannot say that no way leads into a part of a plan.
     """
 
     what: str
     function: Callable[..., Any]
     indexed: bool = False
+    leaves_ways_open: bool = False
     building: Callable[..., Any] | None = None
 
     @property
@@ -66,22 +68,22 @@ FORMATS: Final = {
     "coco": ExportFormat("COCO instances: rooms and doors", coco, indexed=True),
     "dxf": ExportFormat("DXF layers in metres", dxf),
     "geojson": ExportFormat("GeoJSON features in metres", geojson),
-    "glb": ExportFormat("glTF mesh, binary", glb, building=glb_building),
+    "glb": ExportFormat("glTF mesh, binary", glb, leaves_ways_open=True, building=glb_building),
     "graphml": ExportFormat("GraphML: rooms and doors", graphml),
-    "ifc": ExportFormat("IFC 4 building with spaces and doors", ifc, building=ifc_building),
+    "ifc": ExportFormat("IFC 4 building with spaces and doors", ifc, leaves_ways_open=True, building=ifc_building),
     "irsim": ExportFormat("IR-SIM world", irsim),
     "json": ExportFormat("HouseExpo JSON as published", published_json),
-    "mjcf": ExportFormat("MuJoCo world", mjcf, building=mjcf_building),
+    "mjcf": ExportFormat("MuJoCo world", mjcf, leaves_ways_open=True, building=mjcf_building),
     "npz": ExportFormat("NumPy grids", npz),
-    "obj": ExportFormat("OBJ mesh", obj, building=obj_building),
-    "png": ExportFormat("picture of the free space", png),
+    "obj": ExportFormat("OBJ mesh", obj, leaves_ways_open=True, building=obj_building),
+    "png": ExportFormat("picture of the free space", png, leaves_ways_open=True),
     "pol": ExportFormat("polygon with holes as fractions", pol),
-    "rmf": ExportFormat("Open-RMF building for traffic_editor", rmf, building=rmf_building),
-    "ros": ExportFormat("ROS map_server: pgm and yaml", ros_map),
-    "sdf": ExportFormat("Gazebo world", sdf, building=sdf_building),
+    "rmf": ExportFormat("Open-RMF building for traffic_editor", rmf, leaves_ways_open=True, building=rmf_building),
+    "ros": ExportFormat("ROS map_server: pgm and yaml", ros_map, leaves_ways_open=True),
+    "sdf": ExportFormat("Gazebo world", sdf, leaves_ways_open=True, building=sdf_building),
     "stage": ExportFormat("Stage world", stage),
     "svg": ExportFormat("SVG to scale", svg),
-    "usd": ExportFormat("USD world", usd, building=usd_building),
+    "usd": ExportFormat("USD world", usd, leaves_ways_open=True, building=usd_building),
 }
 ALIASES: Final = {
     "gazebo": "sdf",

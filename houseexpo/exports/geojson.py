@@ -18,6 +18,7 @@ from houseexpo.exports.placement import (
     world_from_plan,
 )
 from houseexpo.exports.plan_bodies import WALL_THICKNESS_M
+from houseexpo.file_kinds import STATES_WAYS
 from houseexpo.floorplan import FloorPlan
 
 if TYPE_CHECKING:
@@ -44,7 +45,8 @@ def geojson(
     Coordinates are x and y in metres (mirrored plans are mirrored back), not degrees. ``crs`` declares this
     to GDAL, GeoPandas and QGIS, which otherwise interpret coordinates as longitudes and latitudes. The collection's
     ``properties`` are the plan's id, its ``quality`` (the score and its ``grounds``, or null), the ``frame``
-    of the coordinates, "source" or "plan", and the matrix ``world_from_plan``. Rings follow the right-hand rule.
+    of the coordinates, "source" or "plan", the matrix ``world_from_plan``, and ``states_ways``: true, since
+    the doors are all ways between rooms. Rings follow the right-hand rule.
     """
     turned, pose = orient_plan(plan, orientation), pose_in_export(plan, orientation, frame)
     collection = {
@@ -60,6 +62,7 @@ def geojson(
             else {"score": plan.quality.score, "grounds": dict(plan.quality.grounds)},
             "world_from_plan": world_from_plan(plan, orientation, frame),
             "frame": frame or default_frame(plan),
+            STATES_WAYS: True,
         },
         "features": [_feature(pose.shape(shape), kind, about) for shape, kind, about in _parts(turned, wall_thickness)],
     }

@@ -14,6 +14,7 @@ from houseexpo.exports.encoding import Files, format_number, valid_xml_text
 from houseexpo.exports.openings import wall_openings
 from houseexpo.exports.placement import ExportFrame, Orientation, Pose, orient_plan, pose_in_export
 from houseexpo.exports.plan_bodies import WALL_THICKNESS_M
+from houseexpo.file_kinds import STATES_WAYS
 from houseexpo.floorplan import FloorPlan
 from houseexpo.grids.raster import all_rings
 from houseexpo.plan.room_labels import label_colour
@@ -44,8 +45,9 @@ def svg(
     entrances = [each for each in wall_openings(turned, wall_thickness) if each.door.kind == "entrance"]
     box = f"{format_number(x1)} {format_number(-y2)} {format_number(x2 - x1)} {format_number(y2 - y1)}"
     wide, high = format_number((x2 - x1) * _PIXELS_A_METRE), format_number((y2 - y1) * _PIXELS_A_METRE)
+    size = f'width="{wide}" height="{high}" viewBox="{box}"'
     lines = [
-        f'<svg xmlns="http://www.w3.org/2000/svg" width="{wide}" height="{high}" viewBox="{box}">',
+        f'<svg xmlns="http://www.w3.org/2000/svg" {size} data-{STATES_WAYS}="true">',
         f"<title>{escape(plan.id)}</title>",
         *_layer(pose, "walls", [(wall, _WALL, "wall") for wall in walls]),
         *_layer(pose, "free-space", [(turned.free_space, _FREE, "free space")]),

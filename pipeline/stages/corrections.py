@@ -28,7 +28,7 @@ from shapely.geometry.base import BaseGeometry
 
 from houseexpo.corrections import Correction
 from houseexpo.corrections.apply import Corrected, correct_plan
-from houseexpo.corrections.draft import Space
+from houseexpo.corrections.draft import Draft, Space
 from houseexpo.floorplan import FloorPlan
 from houseexpo.grids.frame import plan_points_from_source, source_points_from_plan
 from houseexpo.plan import Door
@@ -81,6 +81,18 @@ def correct(
     if corrected.followed:
         told["followed"] = list(corrected.followed)
     return replace(corrected, plan=replace(corrected.plan, provenance={**(corrected.plan.provenance or {}), **told}))
+
+
+def without_cuts(level: Level, plan: FloorPlan) -> FloorPlan:
+    """Return a plan without its cuts if the source states each way (``Level.all_ways``); all rooms stay."""
+    if not level.all_ways or all(door.kind != "cut" for door in plan.doors):
+        return plan
+    draft = Draft(plan)
+    draft.doors = [door for door in draft.doors if door.kind != "cut"]
+    found: FloorPlan = draft.made(measure=False)
+    told = dict(found.provenance or {})
+    notes = {name: count for name, count in told.get("notes", {}).items() if name not in {"cuts", "doors_unknown"}}
+    return replace(found, provenance={**told, "notes": notes})
 
 
 def standing_walls(evidence: Evidence, layout: Layout) -> list[Polygon]:

@@ -139,8 +139,9 @@ class DrawnStorey:
 class Drawing:
     """What a file holds: storeys, lowest first, what of it was left out, and what its reader had to guess.
 
-    ``y_up``: in the file y is up, and what is y in the storeys is -z there. ``unit_m`` is the length of the file's
-    unit, metres. ``names`` are those of its parts (layers), ``idle`` is what a person said of it and what does nothing.
+    ``all_ways``: it states each way, as our own exports do (``STATES_WAYS``). ``y_up``: in the file y is up, and what
+    is y in the storeys is -z there. ``unit_m`` is the length of the file's unit, metres. ``names`` are those of its
+    parts (layers), ``idle`` is what a person said of it and what does nothing.
     """
 
     source: str
@@ -148,6 +149,7 @@ class Drawing:
     left_out: LeftOutParts
     guesses: tuple[str, ...] = ()
     y_up: bool = False
+    all_ways: bool = False
     unit_m: float = 1.0
     names: tuple[str, ...] = ()
     idle: tuple[str, ...] = ()
@@ -352,6 +354,7 @@ def levels_from_drawing(item: Input, drawing: Drawing, path: Path, name: str) ->
             frame=replace(_flip_y(made.frame) if drawing.y_up else made.frame, level=number),
             guesses=drawing.guesses,
             unit_m=drawing.unit_m,
+            all_ways=drawing.all_ways,
             signs=storey.signs,
             provenance={**provenance, **storey.about},
         )

@@ -32,7 +32,7 @@ import shapely
 from shapely import LineString, Polygon
 
 from houseexpo.errors import MissingDependencyError, install_command
-from houseexpo.file_kinds import format_suffix
+from houseexpo.file_kinds import STATES_WAYS, format_suffix
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.drawn_storeys import polygon_from_ring
 from pipeline.sources.files import LeftOutParts, archive_members, read_bytes, read_member
@@ -177,7 +177,8 @@ def read_drawing(path: Path, key: str = "", *, unit_m: float | None = None, with
     layers = sorted(str(layer.dxf.name) for layer in document.layers)
     _check_storey(storey, path.name, layers, is_whole=data.rstrip().endswith((b"EOF", b"EOF\0")), is_guessed=is_guessed)
     guesses = (*(() if is_stated else ("units",)), *(("layers",) if is_guessed else ()))
-    return Drawing("dxf", (storey,), left_out, guesses, unit_m=scale, names=tuple(layers))
+    all_ways = (STATES_WAYS, "true") in document.header.custom_vars
+    return Drawing("dxf", (storey,), left_out, guesses, unit_m=scale, all_ways=all_ways, names=tuple(layers))
 
 
 def drawn_lines(path: Path, key: str = "") -> list[tuple[str, list[Point]]]:

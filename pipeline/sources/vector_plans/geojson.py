@@ -22,6 +22,7 @@ import numpy as np
 import shapely
 from shapely import Polygon
 
+from houseexpo.file_kinds import STATES_WAYS
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.files import LeftOutParts, decode_document, read_bytes
 from pipeline.sources.roles import labels_for
@@ -65,6 +66,7 @@ _FAULTS = (
 class _Collection(msgspec.Struct):
     features: list[Any]
     type: str = ""
+    properties: Any = None
     crs: Any = None
 
 
@@ -101,7 +103,8 @@ def read_drawing(path: Path) -> Drawing:
         storey_from_features(level, STOREY_HEIGHT_M * n, to_metres)
         for n, (_, level) in enumerate(sorted(levels.items()))
     ]
-    return Drawing("geojson", tuple(storeys), left_out, guesses)
+    about = found.properties if isinstance(found.properties, dict) else {}
+    return Drawing("geojson", tuple(storeys), left_out, guesses, all_ways=about.get(STATES_WAYS) is True)
 
 
 def drawn_lines(path: Path, key: str = "") -> list[Line]:  # noqa: ARG001

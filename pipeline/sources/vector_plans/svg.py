@@ -23,7 +23,7 @@ import numpy as np
 import numpy.typing as npt
 from shapely import Polygon
 
-from houseexpo.file_kinds import format_suffix
+from houseexpo.file_kinds import STATES_WAYS, format_suffix
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.drawn_storeys import polygon_from_ring
 from pipeline.sources.files import Element, LeftOutParts, parse_xml
@@ -100,7 +100,9 @@ def read_drawing(path: Path, *, unit_m: float | None = None) -> Drawing:
     ]
     guesses = () if own or unit_m else ("scale",)
     source = "svg" if own else "cubicasa5k"
-    return Drawing(source, tuple(storeys), left_out, guesses, unit_m=scale, wanted="groups of walls")
+    all_ways = own and root.get(f"data-{STATES_WAYS}") == "true"
+    found = tuple(storeys)
+    return Drawing(source, found, left_out, guesses, unit_m=scale, all_ways=all_ways, wanted="groups of walls")
 
 
 def _feature(kind: str, word: str, area: Polygon) -> Feature:

@@ -1,0 +1,57 @@
+"""From a correction to the plan of an export: where a person says that there is no way, none comes back."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from houseexpo.corrections import Override
+from houseexpo.corrections.apply import correct_plan
+from houseexpo.exports import geojson
+from houseexpo.floorplan import FloorPlan
+from houseexpo.plan.json_codec import encode
+from tests.builders.batch import labels, likeness, plans_of, through
+from tests.builders.commands import call
+from tests.builders.services import two_rooms
+
+FORMS = ("dxf", "geojson", "svg")
+
+
+@pytest.fixture
+def denied() -> FloorPlan:
+    """Two rooms, whose only door a person has denied."""
+    plan = two_rooms("house")
+    found = correct_plan(plan, Override(no_door=[4.15, 1.5]).corrections).plan
+    assert len(found.rooms) == 2
+    assert not found.doors
+    return found
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_a_door_that_a_person_denied_is_no_cut_in_the_plan_of_an_export(
+    denied: FloorPlan, form: str, tmp_path: Path
+) -> None:
+    if form == "dxf":
+        pytest.importorskip("ezdxf")
+    found = through(denied, form, tmp_path)
+    assert not found.doors
+    assert labels(found) == labels(denied)
+    assert likeness(denied, found) > 0.99
+    again = through(found, form, tmp_path / "again")
+    assert not again.doors
+    assert likeness(found, again) > 0.99
+
+
+def test_a_drawing_of_somebody_else_still_gets_a_cut(denied: FloorPlan, tmp_path: Path) -> None:
+    (text,) = geojson(denied).values()
+    (tmp_path / "house.geojson").write_bytes(text.replace(b"states_ways", b"other"))
+    (found,) = plans_of(tmp_path / "house.geojson")
+    assert [door.kind for door in found.doors] == ["cut"]
+
+
+def test_the_export_to_another_format_says_that_a_build_will_cut_a_way(denied: FloorPlan, tmp_path: Path) -> None:
+    (tmp_path / "house.json").write_bytes(encode(denied))
+    for form, is_said in (("sdf", True), ("geojson", False), ("pol", False)):
+        said = call("export", tmp_path / "house.json", "--to", form, "--out", tmp_path / form)
+        assert ("no way joins all parts of house" in said) == is_said
