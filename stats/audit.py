@@ -1,19 +1,15 @@
-"""Add up the audits of many plans (``houseexpo.analysis.audit``), and count which types of rooms adjoin."""
+"""Add up the audits of many plans (``houseexpo.analysis.audit``)."""
 
 from __future__ import annotations
 
 from collections import Counter, defaultdict
-from typing import Any, Final, Literal
+from typing import Any, Final
 
 from houseexpo.analysis.audit import RULES, PlanAudit
 from stats.tally import Tally
 
-Connection = Literal["wall", "door"]
-
-CONNECTIONS: Final[tuple[Connection, ...]] = ("door", "wall")
-
 _HALLWAY: Final = {"entrance": "hallway", "corridor": "hallway"}
-"""Types that data sets do not tell apart, and what both are in tables of connections and sizes."""
+"""Types that data sets do not tell apart, and what both are in tables of sizes."""
 
 _SHARE: Final = 1e-4
 """The precision of stored shares."""
@@ -23,8 +19,7 @@ class AuditSummary:
     """Audits of many plans; two summaries can be merged in any order.
 
     ``broken`` counts the plans that break each rule, and ``rooms`` the rooms of each type. ``broken_rooms`` counts the
-    rooms of a type that break a rule. ``connected`` counts, by connection, type and type of the neighbour, the rooms
-    that have such a neighbour.
+    rooms of a type that break a rule.
     """
 
     def __init__(self) -> None:
@@ -37,8 +32,6 @@ class AuditSummary:
         self.pieces = Tally()
         self.areas: defaultdict[str, Tally] = defaultdict(lambda: Tally(0.01, 1.0))
         self.widths: defaultdict[str, Tally] = defaultdict(lambda: Tally(0.01, 0.1))
-        self.halls: Counter[str] = Counter()
-        self.connected: Counter[tuple[str, str, str]] = Counter()
 
     def take(self, found: PlanAudit) -> None:
         """Add the audit of one plan."""
@@ -58,38 +51,17 @@ class AuditSummary:
             kind = _HALLWAY.get(room.type, room.type)
             self.areas[kind].add(room.area_m2)
             self.widths[kind].add(room.width_m)
-        self._connect(found)
-
-    def _connect(self, found: PlanAudit) -> None:
-        kinds = [_HALLWAY.get(room.type, room.type) for room in found.rooms]
-        self.halls.update(kinds)
-        for connection in CONNECTIONS:
-            pairs: list[tuple[int, int]] = getattr(found, connection)
-            near: defaultdict[int, set[str]] = defaultdict(set)
-            for one, other in pairs:
-                near[one].add(kinds[other])
-                near[other].add(kinds[one])
-            self.connected.update(
-                (connection, kinds[room], kind) for room, all_near in near.items() for kind in all_near
-            )
 
     def merge(self, other: AuditSummary) -> None:
         """Add the plans of another summary."""
         self.plans += other.plans
         self.any += other.any
-        for name in ("broken", "rooms", "broken_rooms", "halls", "connected"):
+        for name in ("broken", "rooms", "broken_rooms"):
             getattr(self, name).update(getattr(other, name))
         for name in ("shares", "areas", "widths"):
             for key, tally in getattr(other, name).items():
                 getattr(self, name)[key].merge(tally)
         self.pieces.merge(other.pieces)
-
-    def share(self, connection: Connection, one: str, other: str) -> float | None:
-        """Return the share of rooms of type ``one`` with a neighbour of type ``other``, None if there is no such room.
-
-        An entrance and a corridor are both a "hallway" here.
-        """
-        return self.connected[connection, one, other] / self.halls[one] if self.halls[one] else None
 
     @property
     def mean_rooms(self) -> float:
@@ -116,12 +88,4 @@ class AuditSummary:
             },
             "areas_m2": {kind: tally.report() for kind, tally in sorted(self.areas.items())},
             "widths_m": {kind: tally.report() for kind, tally in sorted(self.widths.items())},
-            "connections": {
-                connection: {
-                    f"{one} - {other}": round(count / self.halls[one], 4)
-                    for (kind, one, other), count in sorted(self.connected.items())
-                    if kind == connection
-                }
-                for connection in CONNECTIONS
-            },
         }

@@ -13,8 +13,8 @@ from houseexpo.errors import ConfigError
 from houseexpo.files import encode_json, write_atomically
 from houseexpo.tolerances import ROBOT_M
 from stats import figures
-from stats.audit import CONNECTIONS, AuditSummary, Connection
-from stats.public_sets import CITED, PUBLIC, SHARES, SIZES
+from stats.audit import AuditSummary
+from stats.public_sets import CITED, PUBLIC, SIZES
 from stats.record import BY_KEY
 from stats.report import Report, audited_data_sets, count_leaks
 from stats.terminal_tables import format_mean, format_number
@@ -60,9 +60,6 @@ def report_html(report: Report) -> str:
         public=PUBLIC,
         cited=CITED,
         sizes=list(_sizes(report.one.whole.audit)),
-        connections=[
-            (kind, names, rows) for kind in CONNECTIONS for names, rows in [_connections(report, kind)] if rows
-        ],
         leaks=count_leaks(report.one),
         distances=report.distances,
     )
@@ -126,20 +123,6 @@ def _sizes(found: AuditSummary) -> Iterator[tuple[str, int, list[str], list[str]
         known = (sizes.get(kind) for sizes in SIZES.values())
         there = ["" if each is None else " / ".join(f"{value:.1f}" for value in each[:3]) for each in known]
         yield kind, tally.count, here, there
-
-
-def _connections(report: Report, kind: Connection) -> tuple[list[str], list[tuple[str, list[str]]]]:
-    """Return the names of the data sets, and for each pair of types the share of each data set."""
-    audited = [each for each in (report.one, report.other) if each is not None and each.whole.audit.plans]
-    pairs = {pair: shares for pair, shares in SHARES.items() if pair[0] == kind}
-    public = [each.name for each in PUBLIC if any(each.name in shares for shares in pairs.values())]
-    rows = []
-    for (_, one, other), shares in pairs.items():
-        here = [each.whole.audit.share(kind, one, other) for each in audited]
-        if any(share is not None for share in here):
-            values = [*here, *(shares.get(name) for name in public)]
-            rows.append((f"{one} to {other}", ["" if value is None else f"{value:.2f}" for value in values]))
-    return [*(each.name for each in audited), *public], rows
 
 
 def check_report_paths(files: Iterable[Path]) -> None:

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Final, NamedTuple
 
-from stats.audit import AuditSummary, Connection
+from stats.audit import AuditSummary
 
 CITED: Final = "floorplan_eval (github.com/birsakm/floorplan_eval, results/summary.md, commit 1855c76)"
 
@@ -69,38 +69,6 @@ SIZES: Final[Mapping[str, Mapping[str, tuple[float, float, float, float]]]] = {
     },
 }
 """Room area at 5%, 50% and 95% (m2), and the median clear width (m), by data set and type."""
-
-_SETS: Final = ("CubiCasa5k", "ResPlan", "RPLAN", "Swiss Dwellings", "MagicPlan", "MSD", "LIFULL", "ProcTHOR-10k")
-_SHARES: Final[Mapping[tuple[Connection, str, str], tuple[float | None, ...]]] = {
-    ("door", "bathroom", "hallway"): (0.52, None, None, 0.89, 0.51, None, 0.21, None),
-    ("door", "bedroom", "hallway"): (0.50, None, None, 0.86, 0.60, None, 0.18, None),
-    ("door", "hallway", "bathroom"): (0.57, None, None, 0.84, 0.49, None, 0.59, None),
-    ("door", "hallway", "bedroom"): (0.45, None, None, 0.78, 0.46, None, 0.37, None),
-    ("door", "living room", "hallway"): (0.13, None, None, 0.46, 0.56, None, 0.52, None),
-    ("door", "living room", "bedroom"): (0.33, 0.98, None, 0.20, 0.22, None, 0.62, 0.35),
-    ("door", "living room", "balcony"): (0.28, 0.42, None, 0.83, 0.13, None, 0.60, None),
-    ("door", "balcony", "bedroom"): (0.15, 0.64, None, 0.40, 0.29, None, 0.65, None),
-    ("door", "closet", "bedroom"): (0.45, None, None, None, 0.40, None, 0.64, None),
-    ("door", "study", "hallway"): (0.35, None, None, 1.00, 0.39, None, None, None),
-    ("wall", "bathroom", "bedroom"): (0.41, 0.86, 0.80, 0.54, 0.50, 0.56, 0.24, 0.91),
-    ("wall", "closet", "bedroom"): (0.68, None, 0.91, None, 0.53, None, 0.73, None),
-    ("wall", "dining room", "kitchen"): (0.94, None, 0.88, 0.82, 0.61, 0.82, 0.43, None),
-    ("wall", "hallway", "bathroom"): (0.71, None, 0.39, 0.88, 0.57, 0.81, 0.78, None),
-    ("wall", "hallway", "bedroom"): (0.65, None, 0.42, 0.84, 0.51, 0.79, 0.54, None),
-    ("wall", "kitchen", "living room"): (0.68, 1.00, 0.99, 0.58, 0.51, 0.60, 0.03, 0.92),
-    ("wall", "living room", "bedroom"): (0.56, 0.99, 1.00, 0.65, 0.42, 0.73, 0.74, 0.69),
-    ("wall", "living room", "hallway"): (0.68, None, 0.00, 0.93, 0.61, 0.95, 0.62, None),
-    ("wall", "living room", "kitchen"): (0.69, 0.99, 0.95, 0.79, 0.45, 0.80, 0.23, 0.91),
-}
-
-SHARES: Final[Mapping[tuple[Connection, str, str], Mapping[str, float]]] = {
-    pair: {name: share for name, share in zip(_SETS, shares, strict=True) if share is not None}
-    for pair, shares in _SHARES.items()
-}
-"""The share of rooms of one type with a neighbour of another type, by connection, both types, and data set.
-
-RPLAN and MSD have no interior doors; Tell2Design is not among these figures.
-"""
 
 
 def public_row(name: str, found: AuditSummary) -> PublicSet:

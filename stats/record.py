@@ -13,7 +13,7 @@ from houseexpo.analysis import measures
 from houseexpo.analysis.audit import PlanAudit, audit_plan
 from houseexpo.floorplan import FloorPlan
 
-VERSION: Final = 5
+VERSION: Final = 6
 """Part of the name under which records are cached; change it when measures are added or changed."""
 
 MEASURES: Final = tuple(

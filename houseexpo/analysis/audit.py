@@ -139,16 +139,13 @@ class AuditedRoom(Struct, array_like=True, frozen=True):
 class PlanAudit(Struct, array_like=True, frozen=True):
     """What an audit found in a plan; thresholds are applied afterwards.
 
-    ``overlap`` and ``holes`` are shares (R1, R2), ``pieces`` the number of pieces (R3). ``wall`` and ``door`` are pairs
-    of places in ``rooms`` that share a wall, or a door.
+    ``overlap`` and ``holes`` are shares (R1, R2), ``pieces`` the number of pieces (R3).
     """
 
     rooms: list[AuditedRoom]
     overlap: float
     holes: float
     pieces: int
-    wall: list[tuple[int, int]]
-    door: list[tuple[int, int]]
 
     def broken_rules(self) -> set[Rule]:
         """Return the rules that the plan breaks, those of its rooms included."""
@@ -183,16 +180,11 @@ def audit_plan(plan: PlanData) -> PlanAudit | None:
         return None
     shapes = [room.polygon for room in rooms]
     covered = shapely.union_all(shapes)
-    wall = _adjoining(shapes)
-    places = {room.id: place for place, room in enumerate(rooms)}
-    doors = [[places[side] for side in door.rooms if side in places] for door in plan.doors]
     return PlanAudit(
         [_audit_room(room, shape) for room, shape in zip(rooms, shapes, strict=True)],
         round(float(shapely.area(shapes).sum() / covered.area) - 1.0, 6),
         round(_hole_share(covered), 6),
-        _pieces(len(rooms), wall),
-        wall,
-        [(pair[0], pair[1]) for pair in doors if len(pair) == 2],
+        _pieces(len(rooms), _adjoining(shapes)),
     )
 
 

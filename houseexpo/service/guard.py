@@ -1,4 +1,4 @@
-"""Admit or refuse each request and socket before a page sees it, by its host, token, origin, rate and size.
+"""Admit or refuse each request and socket before a page sees it, by its host, token, origin and size.
 
 It is pure ASGI, so that it guards sockets as well as requests.
 
@@ -9,8 +9,7 @@ R2  If a token is set, every request must show it: as a cookie, as ``Authorizati
 R3  Requests that write, and sockets, must come from the service's own pages or from a program: an ``Origin`` must be
     this server, and ``Sec-Fetch-Site`` must be same-origin or none.
 R4  A read-only service refuses every request that writes.
-R5  A client has a limited number of requests per second and of open sockets; the server has a limited number of
-    sockets.
+R5  A client has a limited number of open sockets, and so has the server.
 R6  Every answer, including errors, tells browsers to load content only from this server, and not to show the page in a
     frame of another site.
 R7  A request that announces a larger body than is allowed is refused before it is read.
@@ -26,8 +25,7 @@ from __future__ import annotations
 
 import asyncio
 import secrets
-import time
-from collections import Counter, OrderedDict
+from collections import Counter
 from collections.abc import Mapping
 from types import MappingProxyType
 from typing import Any, Final, NamedTuple
@@ -39,11 +37,9 @@ from starlette.requests import cookie_parser
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
-from houseexpo.service.service import ServerLimits, ServiceSettings
+from houseexpo.service.service import ServiceSettings
 
 _READS: Final = frozenset({"GET", "HEAD", "OPTIONS"})
-_CLIENTS: Final = 4096
-"""Clients whose rate is remembered."""
 _LENGTH_DIGITS: Final = 18
 """Digits of a length that are read; more would only cost time."""
 _OF_COOKIE: Final = f"Path=/; Max-Age={30 * 24 * 3600}; HttpOnly; SameSite=Strict"
@@ -75,7 +71,6 @@ class Guard:
 
     def __init__(self, app: ASGIApp, settings: ServiceSettings) -> None:
         self._app, self._settings = app, settings
-        self._rate = RateLimiter(settings.limits)
         self._sockets: Counter[str] = Counter()
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
@@ -117,9 +112,7 @@ class Guard:
         most, length = self._settings.limits.body_bytes, headers.get("content-length", "")
         if length.isdecimal() and int(length[:_LENGTH_DIGITS]) > most:  # R7
             return Refusal(413, f"A request may have at most {most:,} bytes.", {"connection": "close"})
-        if not self._rate.allows(client):  # R5
-            return Refusal(429, "Too many requests from this address; wait a second.", {"retry-after": "1"})
-        if scope["type"] == "websocket" and self._has_no_socket_left(client):
+        if scope["type"] == "websocket" and self._has_no_socket_left(client):  # R5
             return Refusal(503, "Too many open sockets; close another page of this service.", {"retry-after": "5"})
         return None
 
@@ -135,25 +128,6 @@ class Guard:
             self._sockets[client] -= 1
             if not self._sockets[client]:
                 del self._sockets[client]  # a zero of each address would stay
-
-
-class RateLimiter:
-    """A token bucket for each client: it fills with time, and each request takes one."""
-
-    def __init__(self, limits: ServerLimits) -> None:
-        self._limits = limits
-        self._buckets: OrderedDict[str, tuple[float, float]] = OrderedDict()  # (requests left, when)
-
-    def allows(self, client: str, now_s: float | None = None) -> bool:
-        """Take one request from a client's bucket; return whether there was one."""
-        now = time.monotonic() if now_s is None else now_s
-        left, before = self._buckets.pop(client, (float(self._limits.burst), now))
-        left = min(left + (now - before) * self._limits.requests_per_s, self._limits.burst)
-        allowed = left >= 1
-        self._buckets[client] = (left - allowed, now)
-        while len(self._buckets) > _CLIENTS:
-            self._buckets.popitem(last=False)
-        return allowed
 
 
 def _without_port(host: str) -> str:

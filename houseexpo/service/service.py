@@ -25,8 +25,6 @@ class ServerLimits:
     """Limits of a server; a client is an address."""
 
     body_bytes: int = 1 << 20
-    requests_per_s: float = 1500.0
-    burst: int = 3000
     sockets: int = 64
     sockets_per_client: int = 16
     message_bytes: int = 1 << 16
