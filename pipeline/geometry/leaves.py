@@ -168,8 +168,12 @@ def _is_at_edge(bodies: Bodies, handle: int, box: Box) -> bool:
 
 
 def may_hold_leaves(walls: Prisms, ceiling_m: float) -> bool:
-    """Return whether any of some upright bodies is as high as a leaf may be: from a person's breast up to a limit."""
-    return any(MIN_M <= each.top_m <= ceiling_m - HAND_M for each in walls.bodies)
+    """Return whether some of the bodies end where leaves do: below the ceiling.
+
+    They end above a person's head, or above the breast where others are higher (cubicles).
+    """
+    tops = [each.top_m for each in walls.bodies if MIN_M <= each.top_m <= ceiling_m - HAND_M]
+    return bool(tops) and (max(tops) >= HEAD_M or max(tops) - min(tops) >= SHEET_M)
 
 
 def _touching(keys: list[int], parts: Mapping[int, Box]) -> list[list[int]]:

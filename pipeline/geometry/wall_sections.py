@@ -662,6 +662,8 @@ def _walls_go_on(part: Polygon, walls: BaseGeometry, higher: BaseGeometry, *, al
 
 def find_low_headroom(mesh: Mesh) -> BaseGeometry:
     """Return where a roof or a ceiling hangs too low to stand under: the plan area of large faces at such a height."""
+    if isinstance(mesh, Prisms):  # without triangles where no body has so large a face
+        mesh = Prisms(each for each in mesh.bodies if each.area.area > PATCH_M2)
     if not ((mesh.heights > HEADROOM_M[0]) & (mesh.heights < HEADROOM_M[1])).any():
         return EMPTY
     corners = mesh.vertices[mesh.faces]

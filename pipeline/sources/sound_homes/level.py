@@ -14,7 +14,7 @@ import shapely
 
 from houseexpo.plan import Frame
 from pipeline.geometry.areas import subtract, unite
-from pipeline.geometry.meshes import Mesh
+from pipeline.geometry.prisms import Prism, Prisms
 from pipeline.sources.files import level_id
 from pipeline.sources.homes.level import DOOR_HEAD_M, SILL_M, WALL_TOP_M, pieces_of, prisms_mesh
 from pipeline.sources.sound_homes.stairs import STOREY_M
@@ -53,6 +53,7 @@ def levels_of_sound_home(home: SoundHome) -> Iterator[Level]:
             room_count=len(rooms),
             openings=tuple(Opening.named(shapely.box(*door.rect), True) for door in doors),
             named_openings=True,
+            only_walls=True,
             furniture=(SourceObject(("stairs",), prisms_mesh([step.prism for step in storey.steps])),)
             if storey.steps
             else (),
@@ -80,7 +81,7 @@ def _shell(storey: Storey, home: SoundHome) -> shapely.Geometry:
     return shapely.union_all(found)
 
 
-def _walls(storey: Storey, home: SoundHome) -> Mesh:
+def _walls(storey: Storey, home: SoundHome) -> Prisms:
     """Walls stand; in doors sills lie and lintels hang; windows stand between walls below and lintels."""
     shell = _shell(storey, home)
     void = shapely.Polygon() if storey.void is None else storey.void.area
@@ -102,4 +103,4 @@ def _walls(storey: Storey, home: SoundHome) -> Mesh:
         prisms += [(piece, 0.0, SILL_M), (piece, DOOR_HEAD_M, WALL_TOP_M)]
     if storey.void is not None:
         prisms += [(piece, 0.0, _PARAPET_M) for piece in pieces_of(storey.void.railing)]
-    return prisms_mesh(prisms)
+    return Prisms(Prism(*each) for each in prisms)

@@ -7,8 +7,9 @@ import trimesh
 
 from pipeline.geometry.areas import EMPTY
 from pipeline.geometry.doorways import JudgedLeaves, doorway_around_leaf, find_known_doorways, leaves_in_recesses
-from pipeline.geometry.leaves import cubicle_leaves, find_leaves
+from pipeline.geometry.leaves import cubicle_leaves, find_leaves, may_hold_leaves
 from pipeline.geometry.meshes import Bodies, Box, Mesh
+from pipeline.geometry.prisms import Prism, Prisms
 from pipeline.values import SourceObject
 from tests.builders.houses import CEILING, HEAD, Hole, Parts, gap, kinds, level, plan_of, shell, two_rooms, wall
 from tests.builders.meshes import box, joined
@@ -88,6 +89,16 @@ def test_a_plate_must_be_held_by_higher_partitions_in_its_line() -> None:  # R2
     assert leaves([*partitions, leaf.copy().apply_translation((0.0, 0.3, 0.0))]) == 0
     assert leaves([*two_rooms(), leaf]) == 0
     assert leaves(lavatory(partition_top=CEILING)) == 0
+
+
+@pytest.mark.parametrize(
+    ("tops", "expected"), [((CEILING,), False), ((1.2, CEILING), False), ((1.2, 1.8), True), ((2.1, CEILING), True)]
+)
+def test_walls_below_windows_hold_no_leaves_where_nothing_ends_higher_below_the_ceiling(
+    tops: tuple[float, ...], *, expected: bool
+) -> None:
+    walls = Prisms(Prism(shapely.box(x, 0.0, x + 0.9, THIN), 0.0, top) for x, top in enumerate(tops))
+    assert may_hold_leaves(walls, CEILING) is expected
     assert leaves(lavatory(partition_top=1.5)) == 0
 
 
