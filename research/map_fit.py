@@ -6,7 +6,7 @@
 
 The maps are Bormann's empty ones, for each of these ``--made`` maps with furniture and noise that the project adds and
 ``SEEN`` that PseudoSLAM makes of it, and maps that PseudoSLAM makes of the kit's offices and homes and of published
-plans (``tests.builders.seen_maps``), of which every ``THIN``-th example counts. Each narrow place between basins is an
+plans (``research.seen_maps``), of which every ``THIN``-th example counts. Each narrow place between basins is an
 example: it separates rooms where the basins lie in different true rooms. Furnished and real maps are not read.
 ``--folds`` prints how good the fit is on Bormann's maps that were left out.
 """
@@ -26,9 +26,9 @@ from scipy.optimize import minimize
 from pipeline.sources.occupancy_map import narrow_places, rooms
 from pipeline.sources.occupancy_map.clutter import fill_clutter
 from pipeline.sources.occupancy_map.narrow_places import Basins, NarrowPlaces, find_basins
+from research.seen_maps import look_around, seen_maps
 from tests.builders.matching import RoomScores, room_scores
 from tests.builders.robot_maps import CELL_M, TrueMap, bormann_maps, furnished, noisy
-from tests.builders.seen_maps import look_around, seen_maps
 
 Floats = npt.NDArray[np.float64]
 RIDGE = 2.0

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import tarfile
+import tomllib
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +14,8 @@ from houseexpo import ConfigError, DatasetError, open_dataset
 from houseexpo.dataset.fetch import fetch, git_blob_id, subset_folder, unpack_archive
 from houseexpo.dataset.manifest import DownloadFile, DownloadManifest, load_manifest, manifest_path
 from houseexpo.files import cache_folder
+from pipeline.config import PipelineConfig
+from pipeline.config_file import load_config
 from tests.builders.plan_files import hexed, houses, tar
 from tests.builders.services import serving
 
@@ -157,6 +160,16 @@ def test_unpacking_has_limits(tmp_path):
     with pytest.raises(DatasetError, match="cut off"):
         unpack_archive(archive, tmp_path / "out2")
     assert sorted(path.name for path in tmp_path.iterdir()) == ["a.tar.gz", "out"]
+
+
+def test_the_manifests_that_come_with_the_project():
+    manifest = load_manifest()
+    assert manifest.archive.git_blob == "594e09629b7d738f4000bd7e42fffb8c5ef975f9"
+    assert len(manifest.subsets["demo"]) == 10
+    assert load_config(manifest_path("suncg")).stages == PipelineConfig()
+    assert tomllib.loads(manifest_path("demo").read_text())["build"]["sources"] == ["procedural:300?style=sound"]
+    with pytest.raises(ConfigError, match="known: benchmark, demo"):
+        manifest_path("nothing")
 
 
 def test_a_manifest_that_is_none(tmp_path):

@@ -13,7 +13,7 @@ import pytest
 from houseexpo import DatasetError, encode
 from houseexpo.dataset.validation import validate_dataset
 from houseexpo.plan import Navigability, PlanObject, Quality
-from houseexpo.plan.schema import make_schema
+from houseexpo.plan.schema import SHIPPED, make_schema, schema_bytes
 from tests.builders.plan_files import hexed, house, pack
 
 SHARED = Path(__file__).resolve().parents[4] / "shared" / "data" / "houseexpo" / "plans_33717.jsonl.gz"
@@ -33,6 +33,10 @@ def whole(two_rooms):
     room = replace(room, ring=[(0.1, 0.1), (0.1, 3.1), (4.1, 3.1), (4.1, 1.9), (4.1, 1.1), (4.1, 0.1)])
     reach = {f"{radius:.2f}": Navigability(1, 1.0, 0.8) for radius in (0.1, 0.15, 0.2, 0.25, 0.3, 0.35)}
     return replace(two_rooms, holes=(pillar,), rooms=(room, other), doors=(door, entrance), navigability=reach)
+
+
+def test_the_shipped_schema_is_current():
+    assert SHIPPED.read_bytes() == schema_bytes(), "run python -m houseexpo.plan.schema"
 
 
 def test_the_schema_is_one_and_takes_what_we_write(whole):

@@ -93,11 +93,6 @@ def test_no_wall_of_one_cell_opens_when_a_map_is_turned() -> None:
         assert label.max() == 2
 
 
-def test_a_map_without_a_yaw_is_upright() -> None:
-    found = RobotMap(np.zeros((2, 3), np.int8), 0.1, (1.0, 2.0, 0.0))
-    assert found.upright() is found
-
-
 CELLS = np.array([[0, 100, -1], [50, 0, 0]], np.int8)
 
 
@@ -128,22 +123,6 @@ def test_a_few_cells_of_other_shades_do_not_make_the_unknown_cells_of_map_saver_
     mixed = read_map(saved(tmp_path, shades=shades, free_thresh=0.25))
     assert mixed.free[shades == 205].all()
     assert mixed.unknown_shade is None
-
-
-def test_a_map_of_map_saver_that_was_turned_keeps_its_unknown_cells(tmp_path: Path) -> None:
-    """An editor that turns a small map puts shades beside its edges, a third of all that is grey."""
-    room = Image.new("L", (60, 50), 205)
-    for box, shade in (((14, 12, 46, 38), 0), ((15, 13, 45, 37), 254)):
-        room.paste(shade, box)
-    shades = np.array(room.rotate(20, Image.Resampling.BICUBIC, fillcolor=205))
-    shades = np.array(Image.fromarray(shades).crop((9, 6, 51, 44)))
-    grey = (shades > 5) & (shades < 250)
-    assert 0.5 < (shades[grey] == 205).mean() < 0.75
-    found = read_map(saved(tmp_path, shades=shades, free_thresh=0.25))
-    assert found.unknown_shade == 205
-    assert (found.occupancy[shades == 205] == -1).all()
-    shades[0] = 220  # the floor of a drawing goes on beyond the picture
-    assert read_map(saved(tmp_path, shades=shades, free_thresh=0.25)).unknown_shade is None
 
 
 def test_a_threshold_that_is_missing_fits_the_other(tmp_path: Path) -> None:
@@ -288,15 +267,6 @@ def test_thresholds_leave_nothing_likely_free_but_occupancies_do(tmp_path: Path)
     assert read_map(tmp_path / "map.npy", 0.05).likely_free.tolist() == [[False, False, True, True, *[False] * 3]]
 
 
-def test_the_lightest_of_the_common_shades_is_not_free(tmp_path: Path) -> None:
-    """Furniture may be drawn lighter than unknown space."""
-    shades = np.full((20, 20), 178, np.uint8)
-    shades[:, 10:] = 255
-    shades[3:6, 12:16] = 221
-    Image.fromarray(shades).save(tmp_path / "map.png")
-    assert (read_map(tmp_path / "map.png", 0.05).free == (shades == 255)).all()
-
-
 @pytest.mark.parametrize(
     ("array", "expected"),
     [
@@ -425,12 +395,6 @@ def test_trimming_takes_off_what_is_unknown_and_keeps_places() -> None:
     assert found.occupancy.shape == (37, 17)
     before, after = RobotMap(cells, 0.1, (1.0, 2.0, 0.7)).points_from_pixels((30, 20)), found.points_from_pixels((3, 3))
     assert after == pytest.approx(before)
-
-
-def test_a_map_that_is_known_to_its_border_or_nowhere_is_not_trimmed() -> None:
-    for cells in (np.zeros((9, 7), np.int8), np.full((9, 7), -1, np.int8)):
-        found = RobotMap(cells, 0.1)
-        assert found.trimmed(0.0) is found
 
 
 def test_a_map_yaml_is_known_by_its_keys(tmp_path: Path) -> None:

@@ -73,12 +73,6 @@ def test_after_an_answer_a_part_of_a_request_does_not_hold_it(port: int) -> None
         assert answer.endswith(b"\r\n\r\nin")
 
 
-def test_an_answer_that_takes_long_is_waited_for(port: int) -> None:
-    with asking(port) as client:
-        client.sendall(HEAD.replace(b"/ ", b"/slow ", 1) + b"\r\n")
-        assert client.recv(1000).startswith(b"HTTP/1.1 200")
-
-
 def test_a_socket_stays_open(port: int) -> None:
     with connect(f"ws://127.0.0.1:{port}/") as opened:
         time.sleep(3 * IDLE_TIMEOUT_S)
