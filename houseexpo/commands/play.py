@@ -3,16 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
 from houseexpo.commands.arguments import HousesArgument, MapResolution, ReplaceOption
 from houseexpo.commands.simulator_environment import MotionOption, TaskOption
-
-if TYPE_CHECKING:
-    from houseexpo.pseudoslam.render.terminal import Terminal
-    from houseexpo.pseudoslam.render.window import Window
 
 _NO_END = 1_000_000_000
 
@@ -23,9 +19,6 @@ def play(
     resolution: MapResolution = None,
     task: TaskOption = "exploration",
     motion: MotionOption = None,
-    window: Annotated[
-        bool, typer.Option("--window", help="Show a window (needs pygame) instead of the terminal.")
-    ] = False,
     out: Annotated[
         Path | None, typer.Option(help="Folder for the trajectory and the map.", show_default="nothing is kept")
     ] = None,
@@ -41,6 +34,7 @@ def play(
     from houseexpo.files import make_folder
     from houseexpo.outputs import CommandOutput
     from houseexpo.pseudoslam.agents.driving import FILES, DriveSession, drive_by_keys
+    from houseexpo.pseudoslam.render.terminal import Terminal
 
     output = None if out is None else CommandOutput(out, [dataset], replace=replace, folder=True)
     if out is not None and output is not None:  # check now, not when the drive is over
@@ -48,7 +42,7 @@ def play(
         with output:
             for name in FILES:
                 output.check(out / name)
-    screen = _screen(window)  # first, since nothing else makes sense without one
+    screen = Terminal()  # first, since nothing else makes sense without one
     printed = make_console()
     with printed.status("making the house ready"):
         env, options = make_environment(dataset, plan, task, config, _NO_END, resolution=resolution, motion=motion)
@@ -60,13 +54,3 @@ def play(
         with output:
             for file in session.save(out, output.write):
                 printed.print(file, highlight=False, soft_wrap=True)
-
-
-def _screen(window: bool) -> Terminal | Window:
-    if window:
-        from houseexpo.pseudoslam.render.window import Window
-
-        return Window("PseudoSLAM")
-    from houseexpo.pseudoslam.render.terminal import Terminal
-
-    return Terminal()

@@ -38,7 +38,7 @@ _KEY_WAIT_S = 0.5
 
 
 class Screen(Protocol):
-    """A display of a drive: ``terminal.Terminal`` or ``window.Window``."""
+    """A display of a drive, such as ``terminal.Terminal``."""
 
     @property
     def most_px(self) -> tuple[int, int]:

@@ -41,12 +41,13 @@ class Terminal:
     def __init__(self) -> None:
         if not (sys.stdin.isatty() and sys.stdout.isatty()):
             raise ConfigError(
-                "play: expected a terminal for input and output, found none; run it in a terminal, or with --window"
+                "play: expected a terminal for input and output, found none; run it in a terminal, or drive in the "
+                "browser: houseexpo serve"
             )
         try:
             import termios
         except ImportError as error:
-            raise ConfigError("play: terminals of this system are not supported; use --window") from error
+            raise ConfigError("play: this system's terminals are not supported; use houseexpo serve") from error
         self._termios, self._in = termios, sys.stdin.fileno()
         self._many = os.environ.get("COLORTERM") in {"truecolor", "24bit"}
         self._before: list[Any] = []

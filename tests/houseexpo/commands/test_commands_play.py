@@ -142,17 +142,14 @@ def test_a_signal_that_a_finaliser_swallows_is_not_lost(monkeypatch: pytest.Monk
 def test_without_a_terminal_it_says_so() -> None:
     result = CliRunner().invoke(make_app(), ["play", "--task", "avoidance"])
     assert result.exit_code == 2
-    assert (
-        "play: expected a terminal for input and output, found none; run it in a terminal, or with --window"
-        in result.output
-    )
+    assert "play: expected a terminal for input and output, found none; run it in a terminal" in result.output
 
 
 def test_without_houses_it_says_where_to_get_some(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
+    monkeypatch.setattr("houseexpo.pseudoslam.render.terminal.Terminal", lambda: None)
     monkeypatch.setenv("HOUSEEXPO_CACHE", str(tmp_path))
     for task in ("exploration", "navigation"):
-        result = CliRunner().invoke(make_app(), ["play", "--window", "--task", task])
+        result = CliRunner().invoke(make_app(), ["play", "--task", task])
         assert result.exit_code == 2
         assert f"{task}: which houses?" in result.output
         assert "make dataset" in result.output
@@ -249,32 +246,3 @@ def test_half_blocks_are_two_pixels_a_character() -> None:
     assert second == "\x1b[38;2;255;255;255;48;2;0;0;0m▀▀\x1b[0m"  # an odd last row has nothing below
     assert half_blocks(image, many=False)[0] == "\x1b[38;5;196;48;5;21m▀▀\x1b[0m"
     assert half_blocks(np.full((2, 1, 3), 128, np.uint8), many=False) == ["\x1b[38;5;244;48;5;244m▀\x1b[0m"]
-
-
-def test_a_window_can_be_driven_in(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    pygame = pytest.importorskip("pygame")
-    monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
-    monkeypatch.setattr("houseexpo.pseudoslam.render.window.Window.keys", _typed(pygame))
-    words = ["play", "--window", "--task", "avoidance", "--seed", "1", "--out", str(tmp_path)]
-    result = CliRunner().invoke(make_app(), words)
-    assert result.exit_code == 0, result.output
-    assert "step 2:" in result.output
-    assert len((tmp_path / "trajectory.csv").read_text().splitlines()) == 4
-    assert not pygame.display.get_init()
-
-
-def _typed(pygame: object) -> object:
-    """Make the window's keys come from the events of a keyboard that this test presses."""
-    from houseexpo.pseudoslam.render.window import Window
-
-    ask, presses = Window.keys, [[pygame.K_UP, pygame.K_a], [pygame.QUIT]]
-
-    def keys(self: Window, wait_s: float) -> list[str]:
-        for key in presses.pop(0):
-            event = (
-                pygame.event.Event(pygame.QUIT) if key == pygame.QUIT else pygame.event.Event(pygame.KEYDOWN, key=key)
-            )
-            pygame.event.post(event)
-        return ask(self, wait_s)
-
-    return keys

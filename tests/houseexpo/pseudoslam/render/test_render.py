@@ -19,7 +19,6 @@ from houseexpo.pseudoslam.config.obstacles import Circle, Obstacle, ObstaclesCon
 from houseexpo.pseudoslam.render import picture as render
 from houseexpo.pseudoslam.render.canvas import scale_cells
 from houseexpo.pseudoslam.render.picture import draw_episode, draw_world_and_map
-from houseexpo.pseudoslam.render.window import Window
 from houseexpo.pseudoslam.simulator import Simulator
 from houseexpo.pseudoslam.state import State
 
@@ -211,19 +210,6 @@ def test_a_window_shows_each_step_and_closes(monkeypatch: pytest.MonkeyPatch) ->
         env.close()
         assert not pygame.display.get_init()
     env.close()
-
-
-def test_a_window_that_nobody_sees_waits_for_no_keys(monkeypatch: pytest.MonkeyPatch) -> None:
-    pygame = pytest.importorskip("pygame")
-    for name in ("SDL_VIDEODRIVER", "DISPLAY", "WAYLAND_DISPLAY"):
-        monkeypatch.delenv(name, raising=False)
-    monkeypatch.setattr(pygame.display, "get_driver", lambda: "offscreen")
-    window = Window("a house")
-    window.show(np.zeros((4, 4, 3), np.uint8))  # a picture may be shown to nobody, as in a test
-    with pytest.raises(ConfigError, match="window: expected a display, found none"):
-        window.keys(60.0)
-    window.close()
-    assert not pygame.display.get_init()
 
 
 def test_a_window_without_pygame_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
