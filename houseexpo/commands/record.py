@@ -54,7 +54,7 @@ def record(
     from houseexpo.errors import ConfigError
     from houseexpo.outputs import CommandOutput
     from houseexpo.pseudoslam.agents.policies import load_interface, make_policy
-    from houseexpo.pseudoslam.io.races import Racer, record_race
+    from houseexpo.pseudoslam.io.record import Racer, record_race
     from houseexpo.pseudoslam.io.record import record_episode as write
     from houseexpo.words import count_noun
 

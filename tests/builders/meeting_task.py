@@ -12,7 +12,7 @@ from gymnasium import spaces
 
 from houseexpo.pseudoslam.config.checks import check_number, check_one_of
 from houseexpo.pseudoslam.envs.spec import EnvSpec
-from houseexpo.pseudoslam.kernels.walls import length_in_walls
+from houseexpo.pseudoslam.kernels.radio import length_in_walls
 from houseexpo.pseudoslam.metrics import Bools, Metrics
 from houseexpo.pseudoslam.teams.tasks import Array, Floats, TeamEpisode, TeamTask
 from houseexpo.pseudoslam.teams.team import Team

@@ -1,10 +1,11 @@
 """Export the classes that configure simulations, with the paper's defaults; mappings and YAML files make them too."""
 
-from houseexpo.pseudoslam.config.drive import Ackermann, Differential
 from houseexpo.pseudoslam.config.robot import (
     FURTHEST_M,
     MAX_BEAMS,
     MAX_SIDE_PX,
+    Ackermann,
+    Differential,
     GoalConfig,
     LaserConfig,
     NoiseConfig,

@@ -17,7 +17,7 @@ from gymnasium.vector import AutoresetMode
 from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.config import SimulatorConfig
 from houseexpo.pseudoslam.config.checks import check_one_of, check_whole_number
-from houseexpo.pseudoslam.config.drive import DRIVES, Motion
+from houseexpo.pseudoslam.config.robot import DRIVES, Motion
 from houseexpo.pseudoslam.config.simulator import PRESETS, PlanningConfig, with_preset
 from houseexpo.pseudoslam.envs.pictures import (
     Pictures,
@@ -28,7 +28,7 @@ from houseexpo.pseudoslam.envs.pictures import (
 )
 from houseexpo.pseudoslam.envs.planner_actions import PlannerSpec, make_planner_spec
 from houseexpo.pseudoslam.envs.reset_options import Order, PlanChooser, Pose
-from houseexpo.pseudoslam.kernels.action_masks import find_free_steps
+from houseexpo.pseudoslam.kernels.collision import find_free_steps
 from houseexpo.pseudoslam.kernels.episode import Episode, StepParams
 from houseexpo.pseudoslam.kernels.map_pictures import draw_goal_views
 from houseexpo.pseudoslam.kernels.step import look_up_motions
@@ -60,7 +60,7 @@ class EnvOptions(TypedDict, total=False):
     """"random", or "in_turn": each plan once, in the order of the list, then again from the first, as after a seed."""
     motion: Motion | None
     """How the robot moves: "discrete", by exact turns and distances, or with a drive, "differential" or "ackermann",
-    with the default values of ``config.drive``; None for what ``config.robot.drive`` says."""
+    with the default values of ``config.robot``; None for what ``config.robot.drive`` says."""
     max_episode_steps: int | None
     """Number of steps of the robot after which an episode is truncated, instead of ``config.max_steps``. It may also be
     an argument of ``gymnasium.make`` or of a registration (``steps_asked_of_make``)."""

@@ -1,6 +1,6 @@
 """Write a simulated run as a ROS 2 bag, without ROS: an MCAP file that rosbag2 plays and Foxglove opens.
 
-Topics, types, frames and qualities of service are those of ``houseexpo ros``, see ``robot_topics``:
+Topics, types, frames and qualities of service are those of ``houseexpo ros``, see ``ros_messages``:
 
 - ``/map`` nav_msgs/OccupancyGrid: the robot's map (``Simulator.map``), in the frame ``map``, which is the plan's;
 - ``/scan`` sensor_msgs/LaserScan, in ``base_scan``: infinite if a beam hit nothing, NaN if it was lost;
@@ -29,22 +29,20 @@ import numpy.typing as npt
 from houseexpo.errors import ConfigError, MissingDependencyError, install_command
 from houseexpo.files import PARTIAL, make_folder
 from houseexpo.pseudoslam.io.poses import Pose, relative_pose
-from houseexpo.pseudoslam.io.robot_topics import (
+from houseexpo.pseudoslam.io.ros_messages import (
     BASE,
+    FIELDS,
+    NANOSECONDS,
     RANGE_MIN_M,
     SCAN,
     START_NS,
     TOPICS,
-    TopicQuality,
-    beam_directions,
-    fixed_frames_message,
-)
-from houseexpo.pseudoslam.io.ros_messages import (
-    FIELDS,
-    NANOSECONDS,
     Fields,
     Message,
+    TopicQuality,
+    beam_directions,
     clock_message,
+    fixed_frames_message,
     laser_scan_message,
     occupancy_grid_message,
     odometry_message,

@@ -1,16 +1,18 @@
-"""Record a movie of a policy, and a ROS bag with its robot's map and sensor data."""
+"""Record a movie of a policy, or of several side by side, and a ROS bag with the robot's map and sensor data."""
 
 from __future__ import annotations
 
 import os
 from collections import deque
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Literal, get_args
+from typing import Any, Final, Literal, get_args
 
+import cv2
 import gymnasium
+import numpy as np
 
 from houseexpo.errors import ConfigError
 from houseexpo.files import name_in_os_errors
@@ -19,7 +21,7 @@ from houseexpo.pseudoslam.config.checks import check_one_of
 from houseexpo.pseudoslam.io.bags import BagWriter
 from houseexpo.pseudoslam.io.movies import write_movie
 from houseexpo.pseudoslam.render.canvas import Image
-from houseexpo.pseudoslam.render.picture import draw_episode, draw_world_and_map
+from houseexpo.pseudoslam.render.picture import ROBOT_COLOUR, Shows, draw_episode, draw_world_and_map, pad_picture
 
 Panels = Literal["map", "both", "truth", "beside"]
 
@@ -123,3 +125,114 @@ def _draw_frame(env: gymnasium.Env[Any, Any], trail: list[Any], shows: Panels, m
     if shows == "beside":
         return draw_world_and_map(inner.simulator, inner.state, trail, most_px=most_px)
     return draw_episode(inner.simulator, inner.state, trail, shows=shows, most_px=most_px)
+
+
+_PANEL_GAP_PX: Final = 8
+_CAPTION_PX: Final = 40
+_FONT, _LARGE, _SMALL = cv2.FONT_HERSHEY_SIMPLEX, 0.45, 0.38
+
+
+@dataclass
+class Racer:
+    """A policy in its own environment, and its progress.
+
+    Parameters
+    ----------
+    env
+        An environment of PseudoSLAM, wrapped or not; all must have the same plans.
+    policy
+        A function from an observation to an action.
+    """
+
+    name: str
+    env: gymnasium.Env[Any, Any]
+    policy: Policy
+    steps: int = 0
+    ended: bool = False
+    info: dict[str, Any] = field(default_factory=dict)
+    observation: Any = None
+    trail: list[Any] = field(default_factory=list)
+
+    def begin(self, seed: int | None, options: dict[str, Any] | None) -> None:
+        """Start an episode."""
+        self.observation, self.info = self.env.reset(seed=seed, options=options)
+        self.trail = [unwrap_env(self.env).state.poses_px.copy()]
+
+    def go(self, steps: int) -> None:
+        """Continue until at least this number of steps is taken, or the episode has ended."""
+        while not self.ended and self.steps < steps:
+            self.observation, _, terminated, truncated, self.info = self.env.step(self.policy(self.observation))
+            self.steps, self.ended = int(unwrap_env(self.env).state.counts.steps), terminated or truncated
+            self.trail.append(unwrap_env(self.env).state.poses_px.copy())
+
+    def caption(self) -> str:
+        """Return a line on the progress."""
+        env = unwrap_env(self.env)
+        metres = float(env.state.episode.readings[0].path_length) / env.config.pixels_per_metre
+        return f"{self.info['coverage']:.0%} seen, {self.steps} steps, {metres:.0f} m"
+
+
+def record_race(
+    racers: Sequence[Racer],
+    path: str | os.PathLike[str],
+    steps: int = 300,
+    *,
+    seed: int | None = None,
+    options: dict[str, Any] | None = None,
+    fps: float = 15.0,
+    every: int = 1,
+    shows: Shows = "both",
+    most_px: tuple[int, int] = (960, 480),
+) -> None:
+    """Write a movie with a picture of the start and one after every ``every`` steps, until all episodes are over.
+
+    Parameters
+    ----------
+    path
+        File to write, .gif or .mp4.
+    steps
+        Largest number of steps.
+    seed, options
+        Arguments of ``reset``, the same for all, so that plan and start are the same.
+    most_px
+        Largest width and height of the whole picture.
+
+    Raises
+    ------
+    ConfigError
+        There is no policy, a number is too small, or the picture is too small for them.
+    """
+    if not racers or steps < 1 or every < 1:
+        raise ConfigError(f"race: expected policies, steps and every to be at least 1, found {len(racers)} policies")
+    for racer in racers:
+        racer.begin(seed, options)
+
+    def pictures() -> Iterator[Image]:
+        yield _draw_race(racers, shows, most_px)
+        for step in range(1, steps + 1):
+            for racer in racers:
+                racer.go(step)
+            last = step == steps or all(racer.ended for racer in racers)
+            if last or step % every == 0:
+                yield _draw_race(racers, shows, most_px)
+            if last:
+                return
+
+    write_movie(pictures(), path, fps)
+
+
+def _draw_race(racers: Sequence[Racer], shows: Shows, most_px: tuple[int, int]) -> Image:
+    """Draw all policies side by side, each below its name and progress."""
+    wide = (most_px[0] - _PANEL_GAP_PX * (len(racers) - 1)) // len(racers)
+    panels: list[Image] = []
+    for racer in racers:
+        env = unwrap_env(racer.env)
+        drawn = draw_episode(
+            env.simulator, env.state, racer.trail, shows=shows, most_px=(wide, most_px[1] - _CAPTION_PX)
+        )
+        panel = pad_picture(drawn, (wide, drawn.shape[0]))
+        head = np.full((_CAPTION_PX, wide, 3), 255, np.uint8)
+        cv2.putText(head, racer.name, (4, 15), _FONT, _LARGE, ROBOT_COLOUR, 1, cv2.LINE_AA)
+        cv2.putText(head, racer.caption(), (4, 32), _FONT, _SMALL, (60, 60, 60), 1, cv2.LINE_AA)
+        panels += [np.full((_CAPTION_PX + drawn.shape[0], _PANEL_GAP_PX, 3), 255, np.uint8), np.vstack([head, panel])]
+    return np.hstack(panels[1:])

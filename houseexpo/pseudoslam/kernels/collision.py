@@ -1,4 +1,4 @@
-"""Compute how far a disc can go among cells and people, and draw and erase discs as moving obstacles.
+"""Compute how far a disc can go among cells and people, which steps a map allows, and draw and erase moving discs.
 
 The robot and people are discs. Cells are squares, which a disc may touch (``free_distance``). They have one bit for
 static and one for moving obstacles, so that static ones remain when a body passes.
@@ -10,10 +10,12 @@ import math
 from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 from numba import njit
 
+from houseexpo.pseudoslam.kernels.mapping import OBSTACLE
 from houseexpo.pseudoslam.kernels.tolerances import REST_PX, TOUCH_PX
-from houseexpo.pseudoslam.kernels.types import Grid, Rows, make_row_dtype
+from houseexpo.pseudoslam.kernels.types import Counts, Floats, Grid, Rows, make_row_dtype
 
 
 @njit(inline="always")
@@ -224,3 +226,43 @@ def distance_to_disc(off_x: float, off_y: float, right: float, down: float, reac
     if along > 0.0 and inside > 0.0:
         return max(along - math.sqrt(inside) - apart, 0.0)
     return math.inf
+
+
+@njit(cache=True, nogil=True)
+def step_is_free(known: Grid, x: float, y: float, heading: float, distance: float, radius: float) -> bool:
+    """Return whether a disc (pixels) meets no obstacle of a map on its way ahead.
+
+    Cells that are unknown do not count as obstacles. Contacts are those of ``collision.free_distance``.
+    """
+    rows, cols = known.shape
+    right, down, r = math.cos(heading), -math.sin(heading), radius - TOUCH_PX
+    end_x, end_y = x + distance * right, y + distance * down
+    for row in range(max(int(min(y, end_y) - radius), 0), min(int(max(y, end_y) + radius) + 1, rows)):
+        for col in range(max(int(min(x, end_x) - radius), 0), min(int(max(x, end_x) + radius) + 1, cols)):
+            if known[row, col] == OBSTACLE:  # noqa: SIM102  # one comparison for most cells
+                if distance_to_square(x - col - 0.5, y - row - 0.5, right, down, r, distance) < distance:
+                    return False
+    return True
+
+
+@njit(cache=True, nogil=True)
+def find_free_steps(
+    known: Grid, sizes: Counts, poses: Floats, distance: float, radius: float, fit: npt.NDArray[np.bool_]
+) -> None:
+    """Write ``step_is_free`` for N robots.
+
+    Parameters
+    ----------
+    known
+        (N, cells), the maps, flat and padded.
+    sizes
+        (N, 2), rows and columns.
+    poses
+        (N, 3), the believed poses: pixels and radians.
+    fit
+        (N,), the result.
+    """
+    for i in range(len(poses)):
+        rows, cols = sizes[i]
+        grid = known[i, : rows * cols].reshape((rows, cols))
+        fit[i] = step_is_free(grid, poses[i, 0], poses[i, 1], poses[i, 2], distance, radius)

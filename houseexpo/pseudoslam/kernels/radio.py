@@ -1,10 +1,7 @@
 """Find which robots of a team hear each other, and let them copy each other's maps, for many teams at once.
 
-An exchange is the one of ``teams.Team.exchange`` with known relative poses, for many teams:
-
 R1  All robots send what they knew before the exchange.
 R2  A robot copies known cells into its unknown ones, from the robots that it hears in the order of their numbers.
-R3  It copies at most ``most`` cells from each, row by row; the rest comes in later exchanges.
 
 Only chunks are examined in which a robot may know cells that the other robot has not received (``pending``).
 """
@@ -17,10 +14,9 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from houseexpo.pseudoslam.kernels.mapping import CHUNK, CHUNK_BITS, FREE, UNKNOWN
+from houseexpo.pseudoslam.kernels.mapping import CHUNK, CHUNK_BITS
 from houseexpo.pseudoslam.kernels.team_step import EVERYONE, TeamKnowledge, TeamObstacles, copy_known_cells
 from houseexpo.pseudoslam.kernels.types import Bits, Counts, Floats, Grid, Rows
-from houseexpo.pseudoslam.kernels.walls import length_in_walls
 
 NONE, ALWAYS, RANGE, SIGHT, SIGNAL = range(5)
 """Values of ``RadioParams.model``, in the order of the names of ``teams.radio.Model``."""
@@ -39,8 +35,6 @@ class RadioParams(NamedTuple):
     air_exponent: float
     wall_exponent: float
     wall_unit_m: float
-    most: int
-    """The largest number of cells that a robot receives from another in a step."""
 
 
 @njit(cache=True, nogil=True)
@@ -126,20 +120,20 @@ def exchange_maps(
         if shared.pending.shape[2] > 0:
             maps, seen = known[row : row + robots], observable[row]
             own_counts, cells = counts[row : row + robots], rows * cols
-            _exchange(maps, seen, own_counts, cells, heard[i], shared.pending[i], shared.waiting[i], link.most)
+            _exchange(maps, seen, own_counts, cells, heard[i], shared.pending[i], shared.waiting[i])
 
 
 @njit(cache=True, nogil=True)
 def _exchange(
-    maps: Grid, observable: Grid, counts: Rows, cells: int, heard: Grid, pending: Bits, waiting: Bits, most: int
+    maps: Grid, observable: Grid, counts: Rows, cells: int, heard: Grid, pending: Bits, waiting: Bits
 ) -> None:
-    """Exchange the maps of one team's robots (R, cells), by R1 to R3."""
+    """Exchange the maps of one team's robots (R, cells), by R1 and R2."""
     robots, chunks = len(maps), (cells + CHUNK - 1) >> CHUNK_BITS
     listeners = np.zeros(robots, np.int64)
     for j in range(robots):
         for i in range(robots):
             listeners[j] |= np.int64(heard[i, j] != 0) << i
-    before, taken = np.empty((robots, CHUNK), np.uint8), np.zeros((robots, robots), np.int64)
+    before = np.empty((robots, CHUNK), np.uint8)
     for group in range((chunks + CHUNK - 1) >> CHUNK_BITS):
         waits = 0
         for j in range(robots):
@@ -153,7 +147,7 @@ def _exchange(
             for j in range(robots):
                 waits |= pending[j, np.uint64(chunk)] & listeners[j]
             if waits != 0:
-                _exchange_chunk(maps, observable, counts, cells, chunk, pending, listeners, before, taken, most)
+                _exchange_chunk(maps, observable, counts, cells, chunk, pending, listeners, before)
         for j in range(robots):
             left = np.uint16(0)
             for chunk in range(start, stop):
@@ -163,9 +157,8 @@ def _exchange(
 
 @njit(cache=True, nogil=True)
 def _exchange_chunk(
-    maps: Grid, observable: Grid, counts: Rows, cells: int, chunk: int, pending: Bits, listeners: Counts, before: Grid,
-    taken: Counts, most: int,
-) -> None:  # fmt: skip
+    maps: Grid, observable: Grid, counts: Rows, cells: int, chunk: int, pending: Bits, listeners: Counts, before: Grid
+) -> None:
     """Exchange one chunk of the maps, and note who has not been told of it; ``before`` is working memory."""
     robots, low = len(maps), chunk << CHUNK_BITS
     size = min(CHUNK, cells - low)
@@ -179,14 +172,10 @@ def _exchange_chunk(
             if (pending[j, chunk] & listeners[j]) >> i & 1 == 0:
                 continue
             pending[j, chunk] &= EVERYONE & ~(1 << i)
-            left = most - taken[i, j]
-            new, covered = _copy_at_most(maps[i], before[j], observable, low, size, left)
-            if new > left:  # R3
-                new = left
-                untold[j] |= 1 << i
+            own = maps[i, low : low + size]
+            new, covered = copy_known_cells(own, before[j], observable[low : low + size], 0, size)
             count.known += new
             count.covered += covered
-            taken[i, j] += new
             if new > 0:
                 source = j if source == -1 else -2
         if source != -1:  # tell the others, except for the only robot that sent it
@@ -195,51 +184,32 @@ def _exchange_chunk(
         pending[j, chunk] |= untold[j]
 
 
-@njit(inline="always")
-def _copy_at_most(own: Grid, other: Grid, observable: Grid, low: int, size: int, most: int) -> tuple[int, int]:
-    """Copy known cells of a chunk into the unknown ones of a map from ``low`` on, at most ``most`` of them.
-
-    Return how many, or a larger number than ``most`` if there are more, and how many of those copied are observable.
-    """
-    part = own[low : low + size]
-    if most >= size:
-        return copy_known_cells(part, other, observable[low : low + size], 0, size)
-    new, covered = 0, 0
-    for t in range(size):
-        if part[t] == UNKNOWN and other[t] != UNKNOWN:
-            if new == most:
-                return most + 1, covered
-            part[t] = other[t]
-            new += 1
-            covered += int(observable[low + t])
-    return new, covered
-
-
 @njit(cache=True, nogil=True)
-def copy_known_box(known: Grid, observable: Grid, other: Grid, box: Counts, most: int) -> tuple[int, int]:
-    """Copy known cells of another map into the unknown cells of a map, row by row, at most ``most`` of them.
+def length_in_walls(occupied: Grid, x: float, y: float, to_x: float, to_y: float) -> float:
+    """Return how much of the straight line between two points, which are on the grid, lies in occupied cells, pixels.
 
-    Return the number of cells copied, and how many of them are observable.
-
-    Parameters
-    ----------
-    known, observable, other
-        (rows, cols), the map, which is changed; the cells that coverage counts; and the other map.
-    box
-        (4,), the first row and the end, the first column and the end, of the cells to look at.
+    The line is followed from cell to cell (Amanatides and Woo, 1987).
     """
-    new, covered = 0, 0
-    for row in range(box[0], box[1]):
-        own, others = known[row, box[2] : box[3]], other[row, box[2] : box[3]]
-        missing = np.uint8(0)
-        for k in range(len(own)):  # without a branch: most rows have nothing new
-            missing = np.uint8(missing | (others[k] & ~own[k] & FREE))  # known cells have all bits of FREE
-        if missing:
-            for col in range(box[2], box[3]):
-                if known[row, col] == UNKNOWN and other[row, col] != UNKNOWN:
-                    if new == most:
-                        return new, covered
-                    known[row, col] = other[row, col]
-                    new += 1
-                    covered += int(observable[row, col])
-    return new, covered
+    rows, cols = occupied.shape
+    way = math.hypot(to_x - x, to_y - y)
+    if way == 0.0:
+        return 0.0
+    right, down = (to_x - x) / way, (to_y - y) / way
+    row, col = int(y), int(x)
+    next_x = math.inf if right == 0.0 else ((col + 1 - x) if right > 0.0 else (col - x)) / right
+    next_y = math.inf if down == 0.0 else ((row + 1 - y) if down > 0.0 else (row - y)) / down
+    step_x = math.inf if right == 0.0 else abs(1.0 / right)
+    step_y = math.inf if down == 0.0 else abs(1.0 / down)
+    gone, found = 0.0, 0.0
+    while gone < way and 0 <= row < rows and 0 <= col < cols:
+        until = min(next_x, next_y, way)
+        if occupied[row, col] != 0:
+            found += until - gone
+        gone = until
+        if next_x <= next_y:
+            col += 1 if right > 0.0 else -1
+            next_x += step_x
+        else:
+            row += 1 if down > 0.0 else -1
+            next_y += step_y
+    return found

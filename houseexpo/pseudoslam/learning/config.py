@@ -24,7 +24,7 @@ from typing import Any, Literal, get_args
 from houseexpo.configuration import config_to_mapping
 from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.config.checks import check_above_zero, check_number, check_one_of, check_whole_number
-from houseexpo.pseudoslam.config.drive import Motion
+from houseexpo.pseudoslam.config.robot import Motion
 
 Network = Literal["cnn", "cnn-lstm", "set"]
 Moves = Literal["discrete", "continuous", "waypoint", "frontier"]

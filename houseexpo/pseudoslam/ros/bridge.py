@@ -27,8 +27,7 @@ from typing import Any, Final
 import numpy as np
 
 from houseexpo.errors import ConfigError, MissingDependencyError, install_command
-from houseexpo.pseudoslam.io.robot_topics import TopicQuality
-from houseexpo.pseudoslam.io.ros_messages import FIELDS, Fields, Message, empty_fields
+from houseexpo.pseudoslam.io.ros_messages import FIELDS, Fields, Message, TopicQuality, empty_fields
 from houseexpo.pseudoslam.ros.control import RequestQueue, ServiceCall
 from houseexpo.pseudoslam.ros.dds import Subscription
 

@@ -23,8 +23,7 @@ from typing import Any, Final
 import numpy as np
 
 from houseexpo.errors import ConfigError, MissingDependencyError, install_command
-from houseexpo.pseudoslam.io.robot_topics import TopicQuality
-from houseexpo.pseudoslam.io.ros_messages import FIELDS, Fields, Message
+from houseexpo.pseudoslam.io.ros_messages import FIELDS, Fields, Message, TopicQuality
 
 _LOCAL: Final = (
     '<CycloneDDS><Domain><General><Interfaces><NetworkInterface address="127.0.0.1"/></Interfaces>'

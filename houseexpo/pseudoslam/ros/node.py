@@ -37,21 +37,19 @@ import numpy as np
 from houseexpo.errors import ConfigError, HouseExpoError
 from houseexpo.exports.rasters import FREE, WALL, occupancy_picture
 from houseexpo.pseudoslam.io.poses import Pose, compose_poses, relative_pose
-from houseexpo.pseudoslam.io.robot_topics import (
+from houseexpo.pseudoslam.io.ros_messages import (
     BASE,
+    NANOSECONDS,
     RANGE_MIN_M,
     SCAN,
     START_NS,
     TOPICS,
-    TopicQuality,
-    beam_directions,
-    fixed_frames_message,
-)
-from houseexpo.pseudoslam.io.ros_messages import (
-    NANOSECONDS,
     Fields,
     Message,
+    TopicQuality,
+    beam_directions,
     clock_message,
+    fixed_frames_message,
     heading_from_quaternion,
     laser_scan_message,
     occupancy_grid_message,

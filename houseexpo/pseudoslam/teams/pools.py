@@ -177,11 +177,7 @@ class TeamPools:
         """Let the robots of each active team exchange maps, take note of the step, and return the metrics then."""
         found = seen
         if self.robots > 1 and self.radio.model != "none":
-            if self.radio.relative_poses == "met":
-                for i in np.flatnonzero(active).tolist():
-                    self.team(i).exchange()
-            else:
-                self._tell(active.astype(np.uint8))
+            self._tell(active.astype(np.uint8))
             found = self.metrics()  # of counts that have changed
         ways_px = seen.readings["path_length"].reshape(self.teams, -1)
         self.around.update_measures(self.together, active, self.contact.joined, ways_px, self.observable)

@@ -3,17 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Final, Literal, get_args
+from typing import Literal, get_args
 
-import numpy as np
-
-from houseexpo.pseudoslam.config.checks import check_number, check_one_of, check_whole_number
+from houseexpo.pseudoslam.config.checks import check_number, check_one_of
 from houseexpo.pseudoslam.kernels.radio import RadioParams
 
 Model = Literal["none", "always", "range", "sight", "signal"]
-RelativePoses = Literal["known", "met"]
-MOST_CELLS: Final = int(np.iinfo(np.int64).max)
-"""The number of cells per step that means no limit."""
 
 
 @dataclass(frozen=True)
@@ -39,12 +34,6 @@ class Radio:
         The thickness of wall that adds no loss.
     air_fading_db, wall_fading_db
         Upper limits of additional losses, which are drawn for each episode, uniformly from 0.
-    cells_per_step
-        The largest number of cells that a robot receives from another in a step; None for all.
-    relative_poses
-        "known": the robots know their relative start poses and never correct them, so noisy odometry misplaces the
-        other's map. "met": two robots exchange maps once they have seen each other, within the laser's range and with
-        no wall in between; each time they see each other, they measure the transformation between their maps again.
 
     Notes
     -----
@@ -66,25 +55,20 @@ class Radio:
     wall_unit_m: float = 0.1
     air_fading_db: float = 0.0
     wall_fading_db: float = 0.0
-    cells_per_step: int | None = None
-    relative_poses: RelativePoses = "known"
 
     def __post_init__(self) -> None:
         check_one_of(self.model, "radio.model", get_args(Model))
-        check_one_of(self.relative_poses, "radio.relative_poses", get_args(RelativePoses))
         for name in ("range_m", "reference_m", "wall_unit_m", "air_exponent", "wall_exponent"):
             check_number(getattr(self, name), f"radio.{name}", above=0.0)
         for name in ("loss_db", "air_fading_db", "wall_fading_db"):
             check_number(getattr(self, name), f"radio.{name}", at_least=0.0)
         for name in ("power_dbm", "threshold_dbm"):
             check_number(getattr(self, name), f"radio.{name}")
-        if self.cells_per_step is not None:
-            check_whole_number(self.cells_per_step, "radio.cells_per_step", at_least=1)
 
     def link(self, cell_m: float) -> RadioParams:
         """Return the parameters for kernels, on a grid with cells of this side."""
         return RadioParams(
             get_args(Model).index(self.model), float(cell_m), float(self.range_m), float(self.power_dbm),
             float(self.threshold_dbm), float(self.loss_db), float(self.reference_m), float(self.air_exponent),
-            float(self.wall_exponent), float(self.wall_unit_m), self.cells_per_step or MOST_CELLS,
+            float(self.wall_exponent), float(self.wall_unit_m),
         )  # fmt: skip

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Final
 
-import cv2
 import numpy as np
 import numpy.typing as npt
 
@@ -22,7 +20,7 @@ from houseexpo.pseudoslam.kernels.collision import HALF_DIAGONAL, STATIC, placed
 from houseexpo.pseudoslam.kernels.compiling import compiled_function
 from houseexpo.pseudoslam.kernels.episode import Episode, StepParams
 from houseexpo.pseudoslam.kernels.mapping import CHUNK
-from houseexpo.pseudoslam.kernels.radio import copy_known_box, exchange_maps, find_heard
+from houseexpo.pseudoslam.kernels.radio import exchange_maps
 from houseexpo.pseudoslam.kernels.step import SKIP, STEP
 from houseexpo.pseudoslam.kernels.team_step import (
     EVERYONE,
@@ -35,11 +33,10 @@ from houseexpo.pseudoslam.kernels.team_step import (
     prepare_motions,
 )
 from houseexpo.pseudoslam.kernels.types import Rows, Scratch
-from houseexpo.pseudoslam.kernels.walls import length_in_walls
 from houseexpo.pseudoslam.state import RASTERS, State, flatten_episode, unflatten_episode, view_episode
 from houseexpo.pseudoslam.step_kernels import choose_kernel
 from houseexpo.pseudoslam.teams.discs import check_start_apart, mark_discs, no_room_error
-from houseexpo.pseudoslam.teams.radio import MOST_CELLS, Radio
+from houseexpo.pseudoslam.teams.radio import Radio
 from houseexpo.pseudoslam.worlds.world import World
 
 Floats = npt.NDArray[np.float64]
@@ -254,7 +251,7 @@ def count_chunks(cells: int) -> int:
 
 def shares_map_changes(radio: Radio) -> bool:
     """Return whether the kernel exchanges the changes of the robots' maps."""
-    return radio.model != "none" and radio.relative_poses == "known"
+    return radio.model != "none"
 
 
 class Team:
@@ -317,8 +314,6 @@ class Team:
             *disc_sizes_px(self.params),
         )  # fmt: skip
         still = np.zeros((robots, 3 if spec.config.robot.drive else 2))
-        self._sent = np.full((robots, robots), -1)
-        self._from: dict[tuple[int, int], Floats] = {}
         for k in range(robots):
             self._look(k, still)
         self.exchange()
@@ -425,63 +420,7 @@ class Team:
         """Let the robots that hear each other exchange their maps as they were before the exchange."""
         if len(self) == 1:
             return
-        if self.radio.relative_poses == "met":
-            self._exchange_by_sight()
-        else:
-            self._around.exchange(self.pool, self.sizes, self.others, self.shared, self.contact, _ALL, (0, 1))
-
-    def _exchange_by_sight(self) -> None:
-        """Do the same for robots that know their relative poses only from meeting."""
-        link = self.radio.link(1.0 / self.ppm)
-        heard, fading = self.heard.view(np.uint8), self.contact.fading_db[0]
-        self.contact.joined[0] = find_heard(link, self.walls, self.places_px(), fading, heard)
-        self._meet()
-        had = [int(state.counts.known) for state in self.states]
-        news = [
-            (i, j) for i, j in np.argwhere(self.heard).tolist() if (i, j) in self._from and self._sent[i, j] != had[j]
-        ]
-        maps = {j: self.states[j].known.copy() for _, j in news}
-        most = self.radio.cells_per_step or MOST_CELLS
-        for i, j in news:
-            known, observable = self.states[i].known, self.states[i].episode.observable
-            box = np.array([0, known.shape[0], 0, known.shape[1]])
-            new, covered = copy_known_box(known, observable, self._in_frame_of(i, j, maps[j]), box, most)
-            counts = self.states[i].counts
-            counts.known += new
-            counts.covered += covered
-            if new:
-                self.states[i].episode.fresh[:] = 1  # the team may not know it in this place
-            if new < most:
-                self._sent[i, j] = had[j]
-
-    def _meet(self) -> None:
-        """Measure the transformation between the maps of robots that see each other."""
-        places, reach = self.places_px(), self.params.sensor.range_px
-        for i in range(len(self)):
-            for j in range(i):
-                near = math.hypot(*(places[i] - places[j]).tolist()) <= reach
-                if near and length_in_walls(self.walls, *places[i].tolist(), *places[j].tolist()) == 0.0:
-                    self._from[i, j], self._from[j, i] = self._map_between(i, j), self._map_between(j, i)
-
-    def _map_between(self, i: int, j: int) -> Floats:
-        """Return the affine map (2, 3) from pixels of robot j's map to those of robot i's."""
-        own, other = self.states[i], self.states[j]
-        to_truth = _rotation(other.pose_px[2] - other.believed_px[2])
-        to_own = _rotation(own.believed_px[2] - own.pose_px[2])
-        shift = to_own @ (other.pose_px[:2] - own.pose_px[:2]) + own.believed_px[:2]
-        linear = to_own @ to_truth
-        return np.column_stack([linear, shift - linear @ other.believed_px[:2]])
-
-    def _in_frame_of(self, i: int, j: int, known: Grid) -> Grid:
-        """Return robot j's map in the frame of robot i's."""
-        affine = self._from.get((i, j))
-        if affine is None or np.allclose(affine, np.eye(2, 3), atol=1e-6):
-            return known
-        centred = affine.copy()
-        centred[:, 2] += affine[:, :2] @ (0.5, 0.5) - 0.5  # cv2 counts from the centres of cells
-        rows, cols = known.shape
-        found = cv2.warpAffine(known, centred, (cols, rows), flags=cv2.INTER_NEAREST, borderValue=0)
-        return found.astype(np.uint8, copy=False)
+        self._around.exchange(self.pool, self.sizes, self.others, self.shared, self.contact, _ALL, (0, 1))
 
     @property
     def is_joined(self) -> bool:
@@ -516,12 +455,6 @@ class Team:
 def make_team_kernels(spec: EnvSpec, params: StepParams, radio: Radio) -> TeamKernels:
     """Return the compiled parts of a step round the single robot's."""
     return TeamKernels(params, radio, spec.config.pixels_per_metre, drives=spec.config.robot.drive is not None)
-
-
-def _rotation(angle: float) -> Floats:
-    """Return the rotation by an angle, counter-clockwise, for pixels with y down."""
-    cos, sin = math.cos(angle), math.sin(angle)
-    return np.array([[cos, sin], [-sin, cos]])
 
 
 def _fading(radio: Radio, first: State) -> tuple[float, float]:

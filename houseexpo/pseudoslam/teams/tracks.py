@@ -17,7 +17,7 @@ from houseexpo.pseudoslam.config import SimulatorConfig
 from houseexpo.pseudoslam.envs.reset_options import Pose
 from houseexpo.pseudoslam.envs.spec import make_env_spec
 from houseexpo.pseudoslam.kernels.collision import disc_is_free
-from houseexpo.pseudoslam.kernels.walls import length_in_walls
+from houseexpo.pseudoslam.kernels.radio import length_in_walls
 from houseexpo.pseudoslam.simulator import ACTIONS, action_motions
 from houseexpo.pseudoslam.tasks import Exploration
 from houseexpo.pseudoslam.teams.policies import TeamPolicy, find_policy_class

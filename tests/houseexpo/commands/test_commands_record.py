@@ -20,8 +20,7 @@ from houseexpo.pseudoslam.agents.policies import make_policy
 from houseexpo.pseudoslam.config import SimulatorConfig, StartConfig
 from houseexpo.pseudoslam.envs.single import ExplorationEnv, NavigationEnv
 from houseexpo.pseudoslam.io.movies import write_movie
-from houseexpo.pseudoslam.io.races import record_race
-from houseexpo.pseudoslam.io.record import record_episode
+from houseexpo.pseudoslam.io.record import record_episode, record_race
 from houseexpo.pseudoslam.render.picture import draw_episode
 from houseexpo.pseudoslam.tasks import ROOM
 

@@ -11,8 +11,7 @@ import pytest
 from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.config import NoiseConfig, ObservationConfig, SimulatorConfig
 from houseexpo.pseudoslam.config.moving_obstacles import PeopleConfig
-from houseexpo.pseudoslam.kernels.action_masks import step_is_free
-from houseexpo.pseudoslam.kernels.collision import free_distance
+from houseexpo.pseudoslam.kernels.collision import free_distance, step_is_free
 from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE, UNKNOWN
 from tests.builders.simulations import HUTS, assert_same, native, singles
 

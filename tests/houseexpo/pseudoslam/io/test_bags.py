@@ -20,7 +20,7 @@ from houseexpo.plan.json_codec import encode
 from houseexpo.pseudoslam.config import LaserConfig, NoiseConfig, SimulatorConfig, StartConfig
 from houseexpo.pseudoslam.envs.single import ExplorationEnv
 from houseexpo.pseudoslam.io.record import record_episode
-from houseexpo.pseudoslam.io.robot_topics import TOPICS
+from houseexpo.pseudoslam.io.ros_messages import TOPICS
 from houseexpo.pseudoslam.tasks import ROOM
 from tests.builders.needs import need
 

@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
+from houseexpo.pseudoslam.envs.slam_env import DOUBT, ScanMatcher
 from houseexpo.pseudoslam.kernels.scan_matching import (
     COARSE,
     FINE_LEVELS,
@@ -26,7 +27,6 @@ from houseexpo.pseudoslam.kernels.scan_matching import (
 )
 from houseexpo.pseudoslam.kernels.sensing.rays import cast_beams
 from houseexpo.pseudoslam.kernels.types import Sensor
-from houseexpo.pseudoslam.slam import DOUBT, ScanMatcher
 
 Floats = npt.NDArray[np.float64]
 Evidence = npt.NDArray[np.int16]

@@ -15,8 +15,7 @@ from houseexpo.errors import ConfigError
 from houseexpo.exports.rasters import WALL, occupancy_picture
 from houseexpo.pseudoslam.config import LaserConfig, NoiseConfig, SimulatorConfig
 from houseexpo.pseudoslam.io.poses import Pose
-from houseexpo.pseudoslam.io.robot_topics import TopicQuality
-from houseexpo.pseudoslam.io.ros_messages import FIELDS, Message, heading_from_quaternion
+from houseexpo.pseudoslam.io.ros_messages import FIELDS, Message, TopicQuality, heading_from_quaternion
 from houseexpo.pseudoslam.ros import node as node_module
 from houseexpo.pseudoslam.ros.control import RequestQueue, ServiceCall
 from houseexpo.pseudoslam.ros.dds import Subscription

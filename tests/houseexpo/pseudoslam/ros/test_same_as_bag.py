@@ -15,7 +15,7 @@ from houseexpo.pseudoslam.config import LaserConfig, SimulatorConfig, StartConfi
 from houseexpo.pseudoslam.envs.single import ExplorationEnv
 from houseexpo.pseudoslam.io.bag_maps import map_from_bag
 from houseexpo.pseudoslam.io.record import record_episode
-from houseexpo.pseudoslam.io.robot_topics import TOPICS
+from houseexpo.pseudoslam.io.ros_messages import TOPICS
 from houseexpo.pseudoslam.ros.fleet import Fleet
 from houseexpo.pseudoslam.ros.node import Node, NodeConfig
 from tests.builders.needs import need

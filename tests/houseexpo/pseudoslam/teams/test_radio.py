@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 
 from houseexpo.errors import ConfigError
-from houseexpo.pseudoslam.kernels.radio import copy_known_box, find_heard, received_dbm
-from houseexpo.pseudoslam.kernels.walls import length_in_walls
+from houseexpo.pseudoslam.kernels.radio import find_heard, length_in_walls, received_dbm
 from houseexpo.pseudoslam.teams.radio import Radio
 
 
@@ -39,7 +38,7 @@ def test_who_hears_whom() -> None:
 
 
 def test_bad_radios() -> None:
-    bad_ones: list[dict[str, Any]] = [{"range_m": 0.0}, {"cells_per_step": 0}, {"model": "x"}, {"air_fading_db": -1.0}]
+    bad_ones: list[dict[str, Any]] = [{"range_m": 0.0}, {"model": "x"}, {"air_fading_db": -1.0}]
     for bad in bad_ones:
         said = f"radio.{next(iter(bad))}"
         with pytest.raises(ConfigError, match=said):
@@ -61,19 +60,3 @@ def test_way_in_walls_against_many_samples() -> None:
             length_in_walls(walls, x, y, to_x, to_y), abs=1e-9
         )
     assert length_in_walls(walls, 3.0, 3.0, 3.0, 3.0) == 0.0
-
-
-def test_merging_against_a_slow_twin() -> None:
-    rng = np.random.default_rng(1)
-    for _ in range(50):
-        known, other = (rng.choice(np.array([0, 0, 127, 255], np.uint8), (17, 23)) for _ in range(2))
-        observable = rng.integers(0, 2, (17, 23)).astype(np.uint8)
-        box, most = np.array([2, 15, 3, 20]), int(rng.integers(0, 80))
-        wanted, new, covered = known.copy(), 0, 0
-        for row in range(2, 15):
-            for col in range(3, 20):
-                if known[row, col] == 0 and other[row, col] != 0 and new < most:
-                    wanted[row, col] = other[row, col]
-                    new, covered = new + 1, covered + int(observable[row, col])
-        assert copy_known_box(known, observable, other, box, most) == (new, covered)
-        np.testing.assert_array_equal(known, wanted)

@@ -15,7 +15,6 @@ from houseexpo.pseudoslam import PeopleConfig, SimulatorConfig, Trajectory, para
 from houseexpo.pseudoslam.config import NoiseConfig
 from houseexpo.pseudoslam.config.obstacles import Circle
 from houseexpo.pseudoslam.teams import team
-from houseexpo.pseudoslam.teams.radio import Radio
 from tests.builders.meeting_task import Rendezvous
 
 pytest.importorskip("pettingzoo")
@@ -35,8 +34,7 @@ CASES: dict[str, dict[str, Any]] = {
     "early ends": {"config": SHORT, "robots": 2, "success_coverage": 0.55, "observation": "dict", "radio": "sight"},
     "one robot": {"config": SHORT, "robots": 1, "reward": "coverage"},
     "one robot and a body": {"config": replace(SHORT, trajectories=(BODY,)), "robots": 1},
-    "noise and meetings": {"config": NOISY, "robots": 3, "radio": Radio("always", relative_poses="met"),
-                           "until": "robot"},
+    "noise": {"config": NOISY, "robots": 3, "radio": "always", "until": "robot"},
     "people": {"config": replace(SHORT, people=PeopleConfig(2)), "robots": 3, "until": "report"},
     "drives": {"config": SHORT, "robots": 3, "motion": "differential", "radio": "range"},
     "scales": {"config": SHORT, "robots": 2, "observation": "scales", "layout": "HWC"},
