@@ -1,4 +1,4 @@
-"""Configure the robot, its drive and laser, noise, observation, start, goal; defaults are the paper's Tables I and II."""
+"""Configure the robot, its drive and laser, noise, view, start and goal; defaults are the paper's Tables I and II."""
 
 from __future__ import annotations
 
