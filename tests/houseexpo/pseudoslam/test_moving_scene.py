@@ -12,7 +12,6 @@ import pytest
 from houseexpo import FloorPlan
 from houseexpo.pseudoslam.config import (
     LaserConfig,
-    ObservationConfig,
     RobotConfig,
     ScanRule,
     SimulatorConfig,
@@ -24,7 +23,6 @@ from houseexpo.pseudoslam.kernels.collision import MOVING, disc_is_free
 from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE, UNKNOWN
 from houseexpo.pseudoslam.simulator import Simulator
 from houseexpo.pseudoslam.state import State
-from tests.builders.simulations import HUTS, assert_same_step, native, singles
 
 ROOM = FloorPlan("room", [(0, 0), (0, 6), (6, 6), (6, 0)], 1, {})
 PPM = 20.0
@@ -120,18 +118,6 @@ def test_it_hides_the_wall_behind_it_which_is_seen_once_it_has_gone(rule: ScanRu
     assert values(state, between(simulator, (2.5, 3.5), (3.2, 5.95))) == {FREE}
 
 
-def test_one_thing_hides_another_until_it_has_passed() -> None:
-    behind = moving(Circle(0.25), (3.0, 4.5, 0), (3.0, 4.5, 0))
-    front = moving(Rectangle(1.2, 0.2), (3.0, 2.5, 0), (3.0, 2.5, 0), (1.0, 2.5, 0))
-    simulator, state = scene(behind, front)
-    hidden = covered(simulator, behind.shape, behind.poses[0])
-    for action in ("left", "right"):
-        assert values(state, hidden) == {UNKNOWN}
-        simulator.step(state, action)
-    assert OBSTACLE in values(state, hidden)
-    assert values(state, between(simulator, (2.5, 3.5), (2.4, 2.6))) == {FREE}
-
-
 def test_coverage_counts_the_house_without_what_moves() -> None:
     leaving = moving(Rectangle(2.0, 0.2), (3.0, 3.0, 0), (3.0, 3.0, 0), (3.0, 5.5, 0))
     simulator, state = scene(leaving)
@@ -172,20 +158,3 @@ def test_people_are_no_part_of_what_is_known_of_a_known_house() -> None:
     state = simulator.start(np.random.default_rng(2))
     unseen = (state.occupied & MOVING != 0) & (state.known == FREE)
     assert unseen.any()  # those behind the robot: the house is known as it is without them
-
-
-def test_people_walk_in_a_vector_environment_as_in_single_ones() -> None:
-    config = SimulatorConfig(
-        pixels_per_metre=16.0, observation=ObservationConfig(3.0), people=PeopleConfig(3, away_m=0.5), max_steps=20
-    )
-    given = {"dataset": HUTS, "config": config}
-    many, each = native("Exploration", 4, **given), singles("Exploration", 4, **given)
-    assert_same_step(many.reset(seed=3), each.reset(seed=3))
-    moves = np.random.default_rng(0)
-    for step in range(45):
-        actions = moves.integers(3, size=4)
-        assert_same_step(many.step(actions), each.step(actions), step)
-        for i, env in enumerate(each.envs):
-            ours, its = many.unwrapped.state(i), env.unwrapped.state
-            assert np.array_equal(ours.episode.bodies.people, its.episode.bodies.people)
-            assert np.array_equal(ours.occupied, its.occupied)

@@ -77,27 +77,6 @@ def measured(simulator: Simulator, state: State) -> np.ndarray:
     return np.stack([distances, np.arctan2(np.sin(directions), np.cos(directions))], axis=1)
 
 
-def test_each_beam_errs_for_itself_and_anew_in_each_scan() -> None:
-    config = replace(PLAIN, pixels_per_metre=100.0, laser=LaserConfig(3.0, 20.0, 0.5), noise=NoiseConfig(laser_m=0.1))
-    simulator = Simulator.of(corner(), at(3.0, 2.0, 0.0, config))
-    rng, pairs = np.random.default_rng(2), []
-    for _ in range(40):
-        state = simulator.start(rng)
-        now = errors_ahead(simulator, state)
-        state.known[:] = 0
-        simulator.move(state, 0.0, 0.0)
-        pairs += list(zip(now, now[2:], errors_ahead(simulator, state), strict=False))
-    assert np.abs(np.corrcoef(np.array(pairs).T) - np.eye(3)).max() < 0.2
-
-
-def errors_ahead(simulator: Simulator, state: State) -> np.ndarray:
-    """How much too far the wall 2 m ahead is measured, every half degree."""
-    distances, directions = measured(simulator, state).T
-    order = directions.argsort()
-    wanted = np.radians(np.arange(-8.0, 8.0, 0.5))
-    return np.interp(wanted, directions[order], (distances * np.cos(directions))[order]) - 2.0
-
-
 def test_a_wrong_registration_shifts_all_of_a_step_alike() -> None:
     noise = NoiseConfig(registration_m=0.1)
     config = replace(PLAIN, noise=noise, laser=LaserConfig(3.0, 30.0), robot=RobotConfig(turn_deg=40.0))

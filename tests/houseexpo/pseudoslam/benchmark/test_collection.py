@@ -85,52 +85,6 @@ def test_processes_make_no_difference(collected: Path, houses: Dataset, tmp_path
         assert one != third
 
 
-@pytest.mark.slow
-def test_a_policy_learns_from_it(collected: Path, houses: Dataset, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Behaviour cloning: two layers on the goal and on whether the way ahead is known to be free."""
-    torch = pytest.importorskip("torch")
-    found = load(collected, monkeypatch)
-
-    def inputs(observations: Any) -> Any:
-        ahead = np.asarray(observations["map"])[:, 0, 38:50, 45:55].reshape(-1, 120) == 255
-        goal = np.asarray(observations["goal"])
-        return torch.tensor(np.hstack([goal, goal / np.linalg.norm(goal, axis=1, keepdims=True), ahead]).astype("f4"))
-
-    episodes = list(found)
-    parts = [inputs({key: part[:-1] for key, part in each.observations.items()}) for each in episodes]
-    acts = [torch.tensor(each.actions) for each in episodes]
-    torch.manual_seed(0)
-    net = torch.nn.Sequential(torch.nn.Linear(124, 64), torch.nn.ReLU(), torch.nn.Linear(64, 3))
-    optimiser = torch.optim.Adam(net.parameters(), 3e-3)
-    seen, wanted = torch.cat(parts[:50]), torch.cat(acts[:50])
-    for _ in range(400):
-        optimiser.zero_grad()
-        torch.nn.functional.cross_entropy(net(seen), wanted).backward()
-        optimiser.step()
-    held_out = torch.cat(acts[50:])
-    right = (net(torch.cat(parts[50:])).argmax(1) == held_out).float().mean().item()
-    most_frequent = torch.bincount(held_out).max().item() / len(held_out)
-    assert right > most_frequent + 0.2, (right, most_frequent)
-
-    env = POINTGOAL.environment(houses, Interface())
-
-    def successes(act: Any) -> int:
-        won = 0
-        for seed in range(10):
-            observation, info = env.reset(seed=seed)
-            for _ in range(100):
-                observation, _, terminated, truncated, info = env.step(act(observation))
-                if terminated or truncated:
-                    break
-            won += info["is_success"]
-        return won
-
-    env.action_space.seed(0)
-    learned = successes(lambda said: int(net(inputs({key: part[None] for key, part in said.items()})).argmax()))
-    random = successes(lambda _: env.action_space.sample())
-    assert learned >= random + 4, (learned, random)
-
-
 def collect(
     houses: Dataset, folder: Path, policy: str = "greedy", track: str = "pointgoal", name: str = NAME, split: str = ""
 ) -> None:

@@ -141,13 +141,6 @@ def test_a_collision_is_told_and_counted() -> None:
     assert not info["collided"]
 
 
-def test_what_cannot_be_is_refused() -> None:
-    with pytest.raises(ConfigError, match="success_coverage: expected at most 1, found 95"):
-        make(success_coverage=95)
-    with pytest.raises(ConfigError, match="dataset: expected at least one plan"):
-        gymnasium.make(ID, dataset=[])
-
-
 def test_a_render_mode_that_is_no_text_is_refused_in_words() -> None:
     for given in (5, ["human"]):
         with pytest.raises(ConfigError, match=r"render_mode: expected one of \['rgb_array', 'human'\], found"):

@@ -77,24 +77,6 @@ def test_a_policy_with_a_memory_learns(learn: None) -> None:
     assert state[0].shape[-1] == 16
 
 
-def test_a_chooser_of_frontiers_learns_with_masks(learn: None) -> None:
-    from sb3_contrib import MaskablePPO
-    from sb3_contrib.common.maskable.utils import get_action_masks
-
-    from houseexpo.pseudoslam.sb3 import SB3VecEnv
-
-    given = {"dataset": HUTS, "config": SMALL, "actions": "frontier", "reward": "coverage"}
-    env = SB3VecEnv(native("Exploration", 2, "SameStep", **given))
-    model = MaskablePPO("MultiInputPolicy", env, n_steps=16, batch_size=16, n_epochs=1, seed=0).learn(2 * 16 * 2)
-    observation = env.reset()
-    for _ in range(10):
-        masks = get_action_masks(env)
-        assert masks.shape == (2, env.action_space.n)
-        actions, _ = model.predict(observation, action_masks=masks)
-        assert masks[np.arange(2), actions].all()
-        observation, *_ = env.step(actions)
-
-
 def test_sb3s_wrappers_go_round_the_adapter(learn: None) -> None:
     from stable_baselines3.common.vec_env import VecFrameStack, VecMonitor, VecNormalize, VecTransposeImage
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 import numpy as np
@@ -28,18 +27,3 @@ def test_a_share_above_zero_goes_forward_and_no_other(drive: Differential | Acke
     _, ahead = spec.motions(np.array(SHARES), len(SHARES))
     assert ahead.tolist() == FORWARD
     assert [spec.motions(np.array(action))[1].tolist() for action in SHARES] == [[each] for each in FORWARD]
-
-
-@pytest.mark.parametrize("drive", DRIVES[1:], ids=["differential", "ackermann"])
-def test_a_command_is_a_share_of_the_limits(drive: Differential | Ackermann) -> None:
-    commands, _ = spec_of(RobotConfig(0.2, drive=drive), "continuous").motions(np.array(SHARES), len(SHARES))
-    for (linear, angular), (speed, turning, free) in zip(SHARES, commands.tolist(), strict=True):
-        assert speed == pytest.approx(linear * 0.5 * 20.0)
-        assert turning == pytest.approx(angular * drive.most_turning)
-        assert free == math.inf
-
-
-def test_only_the_first_number_goes_forward() -> None:
-    motions, ahead = spec_of(RobotConfig(0.2, step_m=0.3, turn_deg=15.0), "discrete").motions(np.arange(3), 3)
-    assert ahead.tolist() == [True, False, False]
-    assert motions == pytest.approx(np.array([(0.0, 6.0), (math.radians(15.0), 0.0), (-math.radians(15.0), 0.0)]))

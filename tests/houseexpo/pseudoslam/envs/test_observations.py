@@ -139,14 +139,6 @@ def test_a_copy_is_shown_the_same(copied: Any) -> None:
         assert_same_step(env.step(actions), other.step(actions), step)
 
 
-@pytest.mark.parametrize("name", PRESETS)
-def test_views_of_presets_are_wider_and_wider(name: str) -> None:
-    env = one(config=name, observation="scales")
-    view = env.unwrapped.config.observation
-    assert view.size_m < view.far_size_m < view.global_size_m
-    assert env.reset(seed=0)[0] in env.observation_space
-
-
 def test_views_are_the_same_memory_where_nobody_wants_copies() -> None:
     env = native("Exploration", 2, dataset=HUTS, config=SMALL, observation="scales", copy=False)
     first, _ = env.reset(seed=0)
@@ -195,8 +187,6 @@ def test_the_papers_preset_is_the_setting_of_its_experiments(task: str, view_m: 
 @pytest.mark.parametrize(
     ("given", "text"),
     [
-        ({"layout": "NCHW"}, "layout: expected one of CHW, HWC; found 'NCHW'"),
-        ({"observation": "scale"}, "observation: expected one of map, dict, graph, scales; found .scale."),
         (
             {"observation": "scales", "config": replace(SMALL, observation=ObservationConfig(4.0, far_size_m=4.0))},
             r"observation.far_size_m: expected more than size_m, 4, for several scales, found 4",

@@ -123,11 +123,6 @@ def test_a_nook_smaller_than_the_robot_is_no_part_of_the_house() -> None:
         put(found, Obstacle(Rectangle(2.3, 0.1), 0.9, 0.9, -45.0))
 
 
-def test_something_is_left_to_stand_on() -> None:
-    with pytest.raises(ConfigError, match=r"placed\[0\]: .* closes off a part of the house"):
-        put(house(), Obstacle(Circle(1.9), 2.0, 2.0))
-
-
 @pytest.mark.parametrize("shape", ["rectangle", "ellipse", "circle", "polygon"])
 def test_random_obstacles_in_real_houses(shape: str, published_lines: list[bytes]) -> None:
     """Sizes stay what was asked for (the published simulator rewrites them), and starts stay out of pockets."""

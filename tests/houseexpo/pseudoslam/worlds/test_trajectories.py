@@ -135,12 +135,6 @@ def test_through_a_wall_names_which_when_and_where() -> None:
     assert "plan 'two'" in str(info.value)
 
 
-def test_off_the_grid_is_refused_too() -> None:
-    occupied = room(60, 60)
-    with pytest.raises(ConfigError, match=r"trajectories\[0\]: at 0.00 s, at \(9.00, 9.00\) m"):
-        make_tracks([Trajectory(Circle(0.2), (0, 4), ((9, 9, 0), (3, 1, 0)))], occupied, frame_of(occupied, 10), "two")
-
-
 def test_what_is_swept_is_all_that_it_covers_on_its_way() -> None:
     world = scene(room(60, 60), trajectories=[Trajectory(Rectangle(1.0, 0.3), (0, 4), ((1, 1, 0), (4, 4, 180)))])
     swept = find_track_cells(world.tracks, (60, 60))

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from houseexpo.pseudoslam.config import LaserConfig, RobotConfig, SimulatorConfig
 from houseexpo.pseudoslam.kernels.planning import frontiers, paths
 from houseexpo.pseudoslam.kernels.planning.frontiers import line_is_free
-from houseexpo.pseudoslam.planning import MapPlanner, frontier_rules, nearby_offsets
+from houseexpo.pseudoslam.planning import MapPlanner
 from tests.builders.robot_maps import (
     FREE,
     drawn,
@@ -105,13 +105,6 @@ def test_the_edge_of_half_a_room_is_one_frontier() -> None:
     assert one.way == 6 * 70
 
 
-def test_a_frontier_longer_than_the_laser_reaches_is_several() -> None:
-    """The edge of half a room, 12 cells long, where the laser reaches 6: rows 1 to 7, and 8 to 12."""
-    known = half_known()
-    found = MapPlanner(SHORT).frontiers(known, 3.5, 6.5)
-    assert [(divmod(int(one.middle), 22), int(one.cells)) for one in found] == [((4, 11), 7), ((10, 11), 5)]
-
-
 def test_what_is_given_up_is_none_and_the_rest_is() -> None:
     """Within the radius of 1.2 cells."""
     known = half_known()
@@ -182,22 +175,10 @@ def test_beside_a_beam_through_a_door_it_looks_at_what_it_sees() -> None:
     assert row < middle[0]
 
 
-def test_behind_walls_nothing_is_to_be_seen() -> None:
-    known = drawn("########", "#...#..#", "#...#..?", "#...#..#", "########")
-    assert len(MapPlanner(CONFIG).frontiers(known, 2.5, 2.5)) == 0
-
-
 def test_functions_within_are_compiled_once_and_not_again_for_constants() -> None:
     test_the_edge_of_half_a_room_is_one_frontier()
     for kernel in (frontiers._viewpoint, frontiers._nearest, paths.distance_at):
         assert len(getattr(kernel, "signatures", [])) <= 1, kernel  # none where their caller came from disk
-
-
-def test_on_a_map_that_is_known_there_is_none() -> None:
-    known = half_known()
-    known[known == 0] = FREE
-    assert len(MapPlanner(CONFIG).frontiers(known, 3.5, 6.5)) == 0
-    assert len(MapPlanner(CONFIG).frontiers(np.zeros((8, 8), np.uint8), 3.5, 3.5)) == 0
 
 
 def test_the_most_that_are_asked_for_are_the_first_of_all() -> None:
@@ -207,20 +188,6 @@ def test_the_most_that_are_asked_for_are_the_first_of_all() -> None:
         every = MapPlanner(CONFIG).frontiers(known, x, y).copy()
         for most in (1, 2, 5):
             assert MapPlanner(CONFIG, most=most).frontiers(known, x, y).tolist() == every[:most].tolist()
-
-
-def test_offsets_are_nearest_first() -> None:
-    assert nearby_offsets(1.0).tolist() == [[0, 0], [-1, 0], [0, -1], [0, 1], [1, 0]]
-    found = nearby_offsets(7.3).astype(int)
-    squared = (found**2).sum(axis=1)
-    assert (np.diff(squared) >= 0).all()
-    rows, cols = np.mgrid[-9:10, -9:10]
-    assert len(found) == (rows**2 + cols**2 <= 7.3**2).sum()
-
-
-def test_rules_are_in_cells() -> None:
-    rules = frontier_rules(CONFIG)
-    assert (rules.radius_px, rules.range_px, rules.large, rules.least) == pytest.approx((1.2, 20.0, 4, 1))
 
 
 def test_the_planner_tells_ways_and_paths() -> None:

@@ -25,17 +25,6 @@ def test_from_the_middle_of_nowhere_a_disc_is_seen() -> None:
     assert gain(np.zeros((101, 101), np.uint8), 50.5, 50.5, 40.0) == pytest.approx(math.pi * 40**2, rel=0.01)
 
 
-def test_walls_and_what_is_known_are_no_gain() -> None:
-    known = np.zeros((101, 101), np.uint8)
-    known[:, 60] = OBSTACLE
-    known[:, :50] = FREE
-    half = gain(known, 50.5, 50.5, 40.0)
-    strip = sum(2 * math.sqrt(40**2 - x**2) for x in np.arange(-0.5, 9.5, 0.01)) * 0.01  # columns 50 to 59
-    assert half == pytest.approx(strip, rel=0.02)
-    known[known == UNKNOWN] = FREE
-    assert gain(known, 50.5, 50.5, 40.0) == 0.0
-
-
 def slow_gain(known: np.ndarray, x: float, y: float, range_px: float) -> float:
     total = 0.0
     for angle in ANGLES:

@@ -24,7 +24,6 @@ from houseexpo.pseudoslam.kernels.planning.goal_paths import (
     find_goal_paths,
     goal_distance_at,
     is_straight,
-    list_corners,
     make_corner_graph,
     nearest_place,
 )
@@ -167,22 +166,6 @@ def test_only_what_lies_between_the_robot_and_its_goal_is_searched() -> None:
     assert paths.sizes["sure_px"] == math.inf
 
 
-def test_in_sight_it_is_the_straight_line() -> None:
-    standing = np.ones((30, 40), np.uint8)
-    paths = paths_to(standing, 3.3, 4.7)
-    for x, y in ((35.2, 20.9), (3.3, 29.5), (3.3, 4.7), (39.9, 4.7)):
-        assert goal_distance_at(paths, x, y) == pytest.approx(math.hypot(x - 3.3, y - 4.7))
-
-
-def test_round_a_corner_it_is_the_path_by_the_corner() -> None:
-    standing = np.ones((50, 60), np.uint8)
-    standing[:30, 20:] = 0  # an L: down the left, then right
-    paths = paths_to(standing, 5.5, 3.5)
-    assert paths.corners[:, [X, Y]].tolist() == [[20.0, 30.0]]
-    by_corner = math.hypot(20 - 5.5, 30 - 3.5) + math.hypot(55.5 - 20, 31.0 - 30)
-    assert goal_distance_at(paths, 55.5, 31.0) == pytest.approx(by_corner)
-
-
 def test_short_lines_lengthen_a_path_hardly() -> None:
     """In a hall of pillars, lines are as long as five pillars are apart, or as long as they can be."""
     standing, rng = pillars(120, 200), np.random.default_rng(0)
@@ -243,15 +226,6 @@ def test_lines_along_sides_need_an_open_cell_beside_them() -> None:
     ):  # fmt: skip
         assert is_straight(standing, *line) is is_free, line
         assert is_straight(standing, *line[2:], *line[:2]) is is_free, line
-
-
-def test_corners_are_where_one_cell_of_four_is_closed() -> None:
-    standing = np.ones((5, 6), np.uint8)
-    standing[2, 2:4] = 0
-    corners = np.empty((4, 7))
-    assert list_corners(standing, np.empty((0, 7))) == list_corners(standing, corners) == 4
-    assert corners[:, [X, Y]].tolist() == [[2, 2], [4, 2], [2, 3], [4, 3]]
-    assert corners[:, SIGN].tolist() == [-1.0, 1.0, 1.0, -1.0]
 
 
 def test_a_disc_turns_around_the_corner_of_a_wall_on_a_circle() -> None:

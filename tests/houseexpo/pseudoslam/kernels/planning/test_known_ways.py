@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from houseexpo.pseudoslam.kernels.planning.paths import find_distances, trace_path
 from houseexpo.pseudoslam.kernels.types import NO_STAND, NO_WAY, PathScratch, new_path_scratch
-from tests.builders.robot_maps import FREE, drawn, random_map, random_place, slow_standing, slow_ways
+from tests.builders.robot_maps import FREE, random_map, random_place, slow_standing, slow_ways
 from tests.builders.tries import tries
 
 SEEDS = st.integers(0, 10**6)
@@ -47,51 +47,6 @@ def test_memory_serves_one_map_after_the_other() -> None:
         beyond = memory.ways[known.size :]
         assert (beyond == NO_STAND).all()
         assert not memory.marks.any()
-
-
-def test_in_a_corridor_ways_are_straight_and_round_its_corner_across() -> None:
-    known = drawn(
-        "#######",
-        "#.....#",
-        "#.....#",
-        "#.....#",
-        "####..#",
-        "####..#",
-        "#######",
-    )
-    found = ways_of(known, 1.5, 1.5, 0.5)
-    assert found[1].tolist() == [-1, 0, 70, 140, 210, 280, -1]
-    assert found[2, 2] == 99
-    assert found[4, 4] == 2 * 99 + 70 + 70  # by (3, 3) and (3, 4): the corner is a wall's
-    assert found[5, 5] == 2 * 99 + 70 + 99 + 70
-
-
-def test_no_way_leads_across_a_corner() -> None:
-    known = drawn("#####", "#.#.#", "##..#", "#...#", "#####")
-    found = ways_of(known, 1.5, 1.5, 0.5)
-    assert found[1, 1] == 0
-    assert np.isinf(found[2, 2])
-
-
-def test_unknown_cells_and_obstacles_are_kept_off() -> None:
-    """A disc of radius 1.5 in the middle of a cell meets those beside it, across corners, too, and no others."""
-    known = np.full((11, 11), FREE, np.uint8)
-    known[5, 5] = 0
-    found = ways_of(known, 2.5, 2.5, 1.5)
-    off = np.maximum(np.abs(np.arange(11) - 5) - 0.5, 0)
-    near = np.hypot(off[:, None], off) < 1.5
-    rim = np.maximum(np.abs(np.arange(11)[:, None] - 5), np.abs(np.arange(11) - 5)) >= 4  # 1.5 from the grid's rim
-    assert np.array_equal(found < 0, near | rim)
-
-
-@pytest.mark.parametrize("value", [0, 255])
-def test_where_it_stands_the_robot_may_stand(value: int) -> None:
-    """Cells that it covers are open, known or not, but not what it does not cover."""
-    known = np.full((13, 13), value, np.uint8)
-    known[6, 5:] = FREE
-    found = ways_of(known, 6.5, 6.5, 0.6)
-    assert found[6, 6] == 0
-    assert found[6, 7] < 0, "at 7 it would meet cells of the rows beside that it does not cover now"
 
 
 def test_beside_no_standing_cell_ways_begin_in_the_nearest() -> None:

@@ -52,26 +52,6 @@ def test_ranges_are_what_their_twin_says(share: float) -> None:
         np.testing.assert_allclose(ranges(occupied, x, y, heading, range_px), wanted, atol=1e-9)
 
 
-def test_a_room_has_its_own_size_in_every_direction() -> None:
-    room = grid("#########", "#.......#", "#.......#", "#########")
-    quarters = np.arange(4) * math.pi / 2
-    found = ranges(room, 2.25, 1.5, 0.0, 100.0, quarters)
-    np.testing.assert_allclose(found, [8 - 2.25, 0.5, 1.25, 1.5], atol=1e-12)
-    found = ranges(room, 2.25, 1.5, math.pi / 2, 100.0, quarters)
-    np.testing.assert_allclose(found, [0.5, 1.25, 1.5, 8 - 2.25], atol=1e-12)
-
-
-def test_nothing_within_range_is_the_range() -> None:
-    room = grid("######", "#....#", "#....#", "#....#", "#....#", "######")
-    assert (ranges(room, 3.0, 3.0, 0.2, 1.5) == 1.5).all()
-    assert ranges(room, 3.0, 3.0, 0.2, 2.5).max() == 2.5
-    assert ranges(room, 3.0, 3.0, 0.0, 2.0).min() == 2.0  # a wall at the range itself
-
-
-def test_inside_an_obstacle_nothing_is_seen() -> None:
-    assert not ranges(np.ones((5, 5), np.uint8), 2.5, 2.5, 0.3, 9.0).any()
-
-
 def test_a_beam_that_leaves_the_grid_meets_nothing() -> None:
     assert (ranges(np.zeros((5, 7), np.uint8), 3.3, 2.1, 0.1, 50.0) == 50.0).all()
     assert (ranges(np.ones((5, 7), np.uint8), -1.5, 2.1, 0.1, 50.0) == 50.0).all()

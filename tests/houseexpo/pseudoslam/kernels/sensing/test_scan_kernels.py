@@ -199,10 +199,6 @@ def test_sectors_hold_on_real_plans(published_lines: list[bytes]) -> None:
         assert sector(occupied, x, y, heading, QUARTER, 25.0) == slow_sector(occupied, x, y, heading, QUARTER, 25.0)
 
 
-def test_a_fan_without_its_last_ray_has_258() -> None:
-    assert len(np.arange(-QUARTER, QUARTER, math.radians(0.7))) == 258
-
-
 @pytest.mark.skipif(UNCOMPILED, reason="this is that run")
 @pytest.mark.slow
 def test_all_kernels_hold_uncompiled_too() -> None:
