@@ -68,12 +68,6 @@ class Metrics(NamedTuple):
         )
         return cls(constants, rows, poses, config, cell_m)
 
-    def part(self, rows: slice) -> Metrics:
-        """Return the metrics of some of the episodes."""
-        return self._replace(
-            constants=EpisodeConstants.of(self.constants.rows[rows]), rows=self.rows[rows], poses=self.poses[rows]
-        )
-
     @property
     def counts(self) -> Rows:
         """The counts (N,), records with the names of ``kernels.episode.COUNTS``."""

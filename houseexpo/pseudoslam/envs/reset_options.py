@@ -12,7 +12,6 @@ import numpy.typing as npt
 from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.config.checks import check_one_of
 from houseexpo.pseudoslam.worlds.cache import WorldCache
-from houseexpo.pseudoslam.worlds.maps import House
 from houseexpo.pseudoslam.worlds.world import World
 
 Order = Literal["random", "in_turn"]
@@ -62,10 +61,6 @@ class PlanChooser:
         number = self._numbers[self._next]
         self._next = (self._next + 1) % len(self._numbers)
         return self._worlds[number]
-
-    def house(self, plan_id: str) -> House:
-        """Return the plan or the map of a world."""
-        return self._worlds.house(self._worlds.number_of(plan_id))
 
 
 def _id_list(plan_ids: Iterable[str]) -> list[str]:

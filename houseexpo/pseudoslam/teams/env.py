@@ -12,9 +12,9 @@ from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.config import SimulatorConfig
 from houseexpo.pseudoslam.envs.spec import Actions, EnvOptions, Kind, Observation, check_options
 from houseexpo.pseudoslam.teams.radio import Radio
-from houseexpo.pseudoslam.teams.tasks import TeamTask
+from houseexpo.pseudoslam.teams.tasks import TeamExploration
 from houseexpo.pseudoslam.teams.team import Team, plain_report
-from houseexpo.pseudoslam.teams.vector import TeamVectorEnv, make_robot_space
+from houseexpo.pseudoslam.teams.vector import TeamVectorEnv
 from houseexpo.pseudoslam.worlds.maps import Plans
 
 
@@ -23,7 +23,7 @@ class TeamEnv(ParallelEnv):  # type: ignore[misc]  # an untyped library
 
     def __init__(
         self,
-        task: TeamTask,
+        task: TeamExploration,
         /,
         dataset: Plans,
         config: SimulatorConfig | str | None = None,
@@ -38,14 +38,14 @@ class TeamEnv(ParallelEnv):  # type: ignore[misc]  # an untyped library
         given: dict[str, Any] = {"robots": robots, "radio": radio, "actions": actions, "observation": observation}
         self._envs = TeamVectorEnv(task, dataset, config, threads=1, **given, **more)
         self.metadata = {
-            "name": f"pseudoslam_{task.name}_v0", "render_modes": [], "is_parallelizable": True
+            "name": "pseudoslam_exploration_v0", "render_modes": [], "is_parallelizable": True
         }  # fmt: skip
         self.task, self.radio, self.config, self.render_mode = task, radio, self._envs.config, None
         self.possible_agents = [f"robot_{k}" for k in range(robots)]
         self.agents: list[str] = []
         spec = self._envs.env_spec
         self.action_spaces = {agent: spec.action_space() for agent in self.possible_agents}
-        self.observation_spaces = {agent: make_robot_space(task, spec, robots) for agent in self.possible_agents}
+        self.observation_spaces = {agent: spec.observation_space() for agent in self.possible_agents}
 
     def observation_space(self, agent: str) -> spaces.Space[Any]:
         """Return the space of a robot's observations."""
@@ -109,7 +109,7 @@ class TeamEnv(ParallelEnv):  # type: ignore[misc]  # an untyped library
         return {agent: maps[k] for k, agent in enumerate(self.possible_agents)}
 
     def _infos(self, found: dict[str, Any]) -> dict[str, dict[str, Any]]:
-        shared: dict[str, Any] = {"team": plain_report(found["team"]) | self._envs.episode(0).report()}
+        shared: dict[str, Any] = {"team": plain_report(found["team"])}
         if "plan_id" in found:
             shared["plan_id"] = found["plan_id"][0]
         own = {key: part[0] for key, part in found.items() if key not in shared}

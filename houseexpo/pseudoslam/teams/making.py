@@ -11,12 +11,11 @@ from houseexpo.pseudoslam.worlds.maps import Plans
 
 if TYPE_CHECKING:
     from houseexpo.pseudoslam.teams.env import TeamEnv
-    from houseexpo.pseudoslam.teams.tasks import TeamTask
     from houseexpo.pseudoslam.teams.vector import TeamVectorEnv
 
 
 def parallel_env(
-    task: str | TeamTask = "exploration",
+    task: str = "exploration",
     *,
     robots: int = 2,
     dataset: Plans,
@@ -27,13 +26,13 @@ def parallel_env(
 
     Agents are ``robot_0``, ``robot_1`` and so on. They move one after the other in a step, are obstacles to each other,
     and each has its own map. An episode ends for all at the same time. ``info`` has the entries of the single
-    environment, "hears" (n,), and "team" with the measures of ``teams.team.Team.report`` and those of the task. With
-    one robot that explores, observations, rewards and ends are those of the single environment.
+    environment, "hears" (n,), and "team" with the measures of ``teams.team.Team.report``. With
+    one robot, observations, rewards and ends are those of the single environment.
 
     Parameters
     ----------
     task
-        "exploration", whose rewards, end and options ``teams.tasks.TeamExploration`` describes, or a ``TeamTask``.
+        "exploration", whose rewards, end and options ``teams.tasks.TeamExploration`` describes.
     robots
         Number of robots, 1 to 16.
     dataset
@@ -47,8 +46,7 @@ def parallel_env(
     Raises
     ------
     ConfigError
-        An argument is invalid. ``reset`` raises it where robots overlap at their starts, the house has no room, or the
-        task is not possible in it.
+        An argument is invalid. ``reset`` raises it where robots overlap at their starts, or the house has no room.
     MissingDependencyError
         PettingZoo is not installed.
     """
@@ -64,7 +62,7 @@ def parallel_env(
 
 
 def parallel_vector_env(
-    task: str | TeamTask = "exploration",
+    task: str = "exploration",
     *,
     num_envs: int = 1,
     robots: int = 2,

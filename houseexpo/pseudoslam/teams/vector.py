@@ -8,7 +8,6 @@ from typing import Any, Unpack
 import gymnasium
 import numpy as np
 import numpy.typing as npt
-from gymnasium import spaces
 from gymnasium.utils import seeding
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
@@ -40,7 +39,7 @@ from houseexpo.pseudoslam.metrics import Metrics
 from houseexpo.pseudoslam.teams.discs import ROBOTS_MOST
 from houseexpo.pseudoslam.teams.pools import TeamPools
 from houseexpo.pseudoslam.teams.radio import Radio
-from houseexpo.pseudoslam.teams.tasks import TeamEpisode, TeamTask
+from houseexpo.pseudoslam.teams.tasks import TeamExploration
 from houseexpo.pseudoslam.teams.team import Team, compute_report
 from houseexpo.pseudoslam.worlds.maps import Plans
 
@@ -53,7 +52,7 @@ class TeamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[Any]]):
 
     def __init__(
         self,
-        task: TeamTask,
+        task: TeamExploration,
         /,
         dataset: Plans,
         config: SimulatorConfig | str | None = None,
@@ -72,14 +71,12 @@ class TeamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[Any]]):
         self.task, self.radio, self.config = task, radio, self.env_spec.config
         self.num_envs, self.robots = num_envs, robots
         self.single_action_space = batch_space(self.env_spec.action_space(), robots)
-        self.single_observation_space = batch_space(make_robot_space(task, self.env_spec, robots), robots)
-        self._adds_parts = bool(task.spaces(self.env_spec, robots))
+        self.single_observation_space = batch_space(self.env_spec.observation_space(), robots)
         self.action_space = batch_space(self.single_action_space, num_envs)
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self._pools = TeamPools(self.env_spec, radio, num_envs, robots, threads)
         self._pictures = self.env_spec.pictures(num_envs * robots)
         self._rngs: dict[int, np.random.Generator] = {}
-        self._episodes: list[TeamEpisode | None] = [None] * num_envs
         self._plan_ids = np.full(num_envs, None, object)
         self._ended = np.ones(num_envs, bool)
         self._begun = np.zeros(num_envs, bool)
@@ -128,8 +125,7 @@ class TeamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[Any]]):
         world = choice.draw(rng, plan_id)
         team = Team(self.env_spec, world, self.robots, self.radio, rng, starts or (), self._pools.around)
         self._pools.put(i, team)
-        house = choice.house(world.plan_id) if self.task.house_matters else None
-        self._episodes[i], self._plan_ids[i] = self.task.begin(team, house), world.plan_id
+        self._plan_ids[i] = world.plan_id
 
     def step(self, actions: npt.ArrayLike) -> tuple[Observation, Floats, Bools, Bools, dict[str, Any]]:
         """Take an action of each robot, (N, R) or (N, R, 2).
@@ -160,7 +156,8 @@ class TeamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[Any]]):
         active, starting = ~self._ended, self._ended.nonzero()[0].tolist()
         motions.reshape(teams, -1)[starting] = 0.0
         seen, now = self._pools.step(motions, active, fresh=fresh)
-        rewards = self._rewards(seen, ahead.reshape(teams, robots), active)
+        rewards = self.task.rewards(self._before, seen, ahead.reshape(teams, robots))
+        rewards[~active] = 0.0
         for i in starting:
             self._start(i)
         if starting:
@@ -170,29 +167,9 @@ class TeamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[Any]]):
         self._ended, self._before = terminated | truncated, now
         return self._observations(now), rewards, terminated, truncated, self._infos(now, success)
 
-    def _rewards(self, seen: Metrics, ahead: Bools, active: Bools) -> Floats:
-        rewards = self.task.rewards_by_robot(self._before, seen, ahead)
-        if rewards is None:
-            rewards = np.zeros((self.num_envs, self.robots))
-            for i in np.flatnonzero(active).tolist():
-                part = slice(i * self.robots, (i + 1) * self.robots)
-                rewards[i] = self.episode(i).step(self._before.part(part), seen.part(part), ahead[i])
-        rewards[~active] = 0.0
-        return rewards
-
     def _successes(self, now: Metrics) -> Bools:
-        pools, robots = self._pools, self.robots
-        found = self.task.successes(pools.together["covered"] / pools.observable, now)
-        if found is None:
-            parts = [now.part(slice(i * robots, (i + 1) * robots)) for i in range(self.num_envs)]
-            found = np.array([self.episode(i).success(part) for i, part in enumerate(parts)])
-        return found
-
-    def episode(self, i: int) -> TeamEpisode:
-        """Return what the task keeps of the episode of environment ``i``."""
-        episode = self._episodes[i]
-        assert episode is not None  # noqa: S101  # only begun episodes are asked for
-        return episode
+        pools = self._pools
+        return self.task.successes(pools.together["covered"] / pools.observable, now)
 
     def _observations(self, now: Metrics) -> Observation:
         """Return new arrays (N, R, ...)."""
@@ -201,12 +178,9 @@ class TeamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[Any]]):
             wanted = np.full(self.num_envs * self.robots, STEP, np.uint8)
             pictures.draw(batch.arrays, batch.sizes, wanted, self._pools.constants, batch.share, fresh=True)
         found = self.env_spec.observe(batch.arrays, now, pictures, batch.sizes)
-        more = [self.episode(i).observe() for i in range(self.num_envs)] if self._adds_parts else []
-        if not more and not isinstance(found, dict):
+        if not isinstance(found, dict):
             return self._by_team(found)
-        parts = found if isinstance(found, dict) else {"map": found}
-        joined = {key: self._by_team(part.copy() if key == "global_map" else part) for key, part in parts.items()}
-        return joined | {key: np.stack([part[key] for part in more]) for key in (more[0] if more else {})}
+        return {key: self._by_team(part.copy() if key == "global_map" else part) for key, part in found.items()}
 
     def _by_team(self, array: npt.NDArray[Any]) -> npt.NDArray[Any]:
         """Return an array (N * R, ...) as (N, R, ...)."""
@@ -219,9 +193,6 @@ class TeamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[Any]]):
         infos: dict[str, Any] = {key: self._by_team(part) for key, part in report.items()}
         ways_m = self._by_team(now.readings["path_length"]) / ppm
         team: dict[str, Any] = compute_report(pools.together, ways_m, infos["collisions"], pools.observable, ppm)
-        own = [self.episode(i).report() for i in range(self.num_envs)] if self.task.measures else []
-        for key in own[0] if own else ():
-            team[key] = np.array([np.nan if report[key] is None else report[key] for report in own], np.float64)
         infos["hears"] = pools.contact.heard.copy()
         if self.env_spec.text_info:
             infos["plan_id"] = self._plan_ids.copy()
@@ -234,7 +205,7 @@ class TeamVectorEnv(VectorEnv[Observation, npt.NDArray[Any], npt.NDArray[Any]]):
 
 
 def _make_spec(  # noqa: PLR0917  # the arguments of an environment
-    task: TeamTask,
+    task: TeamExploration,
     dataset: Plans,
     config: SimulatorConfig | str | None,
     robots: int,
@@ -259,18 +230,9 @@ def _make_spec(  # noqa: PLR0917  # the arguments of an environment
     spec = make_env_spec(task.single, dataset, config, actions, observation, **more)
     if robots > 1 and spec.config.trajectories:
         raise ConfigError("trajectories: a team meets robots, people and obstacles; leave trajectories out")
-    if robots > 1 and spec.config.known_map and not task.knows_map:
-        raise ConfigError(f"known_map: a team cannot know the map in the task {task.name!r}; leave it out")
+    if robots > 1 and spec.config.known_map:
+        raise ConfigError("known_map: a team that explores cannot know the map; leave it out")
     return spec
-
-
-def make_robot_space(task: TeamTask, spec: EnvSpec, robots: int) -> spaces.Space[Any]:
-    """Return the space of a robot's observations: those of one robot, and the task's parts."""
-    found, more = spec.observation_space(), task.spaces(spec, robots)
-    if not more:
-        return found
-    parts = dict(found.spaces) if isinstance(found, spaces.Dict) else {"map": found}
-    return spaces.Dict(parts | more)
 
 
 def _check_starts(poses: object, robots: int) -> list[Pose | None]:

@@ -121,10 +121,6 @@ class WorldCache:
             store.put(key, world)
         return world
 
-    def house(self, number: int) -> House:
-        """Return a plan or a map by its number."""
-        return self._plans[number]
-
     def number_of(self, plan_id: str, key: str = "plan_id") -> int:
         """Return the number of a plan; raise ConfigError, which names ``key``, if there is no plan with this id."""
         if not isinstance(plan_id, str) or plan_id not in self._numbers:

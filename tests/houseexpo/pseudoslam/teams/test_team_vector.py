@@ -15,7 +15,6 @@ from houseexpo.pseudoslam import PeopleConfig, SimulatorConfig, Trajectory, para
 from houseexpo.pseudoslam.config import NoiseConfig
 from houseexpo.pseudoslam.config.obstacles import Circle
 from houseexpo.pseudoslam.teams import team
-from tests.builders.meeting_task import Rendezvous
 
 pytest.importorskip("pettingzoo")
 
@@ -38,7 +37,6 @@ CASES: dict[str, dict[str, Any]] = {
     "people": {"config": replace(SHORT, people=PeopleConfig(2)), "robots": 3, "until": "report"},
     "drives": {"config": SHORT, "robots": 3, "motion": "differential", "radio": "range"},
     "scales": {"config": SHORT, "robots": 2, "observation": "scales", "layout": "HWC"},
-    "a task of its own": {"task": Rendezvous(reward="nearer"), "config": SHORT, "robots": 3},
 }  # fmt: skip
 
 
