@@ -4,10 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from html import escape
 from typing import Any, Final
 
-from houseexpo.files import encode_json
 from houseexpo.release.check_releasable import ReleasableDataset
 from houseexpo.release.publisher_texts import PublisherTexts
 from houseexpo.release.splits import ReleaseSplits
@@ -152,17 +150,12 @@ def bibtex_entry(facts: ReleaseFacts) -> str:
     return "@misc{" + facts.name.replace("-", "_") + ",\n" + ",\n".join(lines) + "\n}"
 
 
-# Make the files for citing and depositing a release (``CITATION.cff``, Zenodo, DataCite), and ``LICENSE``.
+# Make ``CITATION.cff`` and ``LICENSE``.
 
 
 def citation_files(facts: ReleaseFacts) -> dict[str, bytes]:
-    """Return the files by name; ``datacite.json`` is made only if a date is given, since DataCite needs a year."""
-    found = {
-        "CITATION.cff": _citation(facts),
-        ".zenodo.json": encode_json(_zenodo(facts)),
-        "LICENSE": _licence(facts).encode(),
-    }
-    return found | ({"datacite.json": encode_json(_datacite(facts))} if facts.about.year else {})
+    """Return the files by name."""
+    return {"CITATION.cff": _citation(facts), "LICENSE": _licence(facts).encode()}
 
 
 def _citation(facts: ReleaseFacts) -> bytes:
@@ -188,55 +181,6 @@ def _citation(facts: ReleaseFacts) -> bytes:
     known = {name: value for name, value in said.items() if value}
     text: str = yaml.safe_dump(known, sort_keys=False, allow_unicode=True, width=100)
     return text.encode()
-
-
-def _zenodo(facts: ReleaseFacts) -> dict[str, Any]:
-    about = facts.about
-    given = {"publication_date": about.published, "doi": about.doi, "notes": escape(facts.credit)}
-    return {
-        "upload_type": "dataset",
-        "title": facts.title,
-        "description": f"<p>{escape(facts.description)}</p>",
-        "creators": [{"name": name} for name in about.creators],
-        "access_right": "open",
-        "license": facts.material.licence.spdx.lower(),
-        "version": about.version,
-        "keywords": list(KEYWORDS),
-        "related_identifiers": [{"identifier": PAPER_URL, "relation": "references", "scheme": "url"}],
-        **{name: text for name, text in given.items() if text},
-    }
-
-
-def _datacite(facts: ReleaseFacts) -> dict[str, Any]:
-    """Return the properties of DataCite's schema 4.5."""
-    about, licence = facts.about, facts.material.licence
-    return {
-        **({"doi": about.doi} if about.doi else {}),
-        **({"url": about.url} if about.url else {}),
-        "schemaVersion": "http://datacite.org/schema/kernel-4",
-        "creators": [{"name": name, "nameType": "Organizational"} for name in about.creators],
-        "titles": [{"title": facts.title}],
-        "publisher": {"name": about.creators[0]},
-        "publicationYear": int(about.year),
-        "types": {"resourceTypeGeneral": "Dataset", "resourceType": "Floor plans"},
-        "dates": [{"date": about.published, "dateType": "Issued"}],
-        "version": about.version,
-        "language": "en",
-        "subjects": [{"subject": word} for word in KEYWORDS],
-        "rightsList": [
-            {
-                "rights": licence.title,
-                "rightsUri": licence.url,
-                "rightsIdentifier": licence.spdx,
-                "rightsIdentifierScheme": "SPDX",
-                "schemeUri": "https://spdx.org/licenses/",
-            }
-        ],
-        "descriptions": [{"description": facts.description, "descriptionType": "Abstract"}],
-        "relatedIdentifiers": [
-            {"relatedIdentifier": PAPER_URL, "relatedIdentifierType": "URL", "relationType": "References"}
-        ],
-    }
 
 
 def _licence(facts: ReleaseFacts) -> str:

@@ -84,24 +84,19 @@ def test_the_card_counts_the_furniture_too(tmp_path: Path) -> None:
     assert sum(map(int, counts.values())) == sum(len(plan.objects) for plan in open_dataset(tmp_path / "two")) > 0
 
 
-def test_citation_deposit_and_licence_agree(released: Path) -> None:
+def test_citation_and_licence_agree(released: Path) -> None:
     citation = yaml.safe_load((released / "CITATION.cff").read_text())
-    zenodo, datacite = _read(released, ".zenodo.json"), _read(released, "datacite.json")
-    assert citation["title"] == zenodo["title"] == datacite["titles"][0]["title"] == "Eight houses"  # type: ignore[index]
+    assert citation["title"] == "Eight houses"
     assert [author["name"] for author in citation["authors"]] == ["A. Author", "B. Builder"]
-    assert citation["doi"] == zenodo["doi"] == datacite["doi"] == "10.5281/zenodo.1234567"
-    assert (citation["license"], zenodo["license"]) == ("CC-BY-4.0", "cc-by-4.0")
-    assert (zenodo["upload_type"], datacite["publicationYear"]) == ("dataset", 2026)
+    assert (citation["doi"], citation["license"]) == ("10.5281/zenodo.1234567", "CC-BY-4.0")
     assert "SPDX-License-Identifier: CC-BY-4.0" in (released / "LICENSE").read_text()
 
 
 def test_without_a_date_nothing_makes_one_up(rooms: Path, tmp_path: Path) -> None:
     out = release(rooms, tmp_path / "three-rooms").folder
-    assert not (out / "datacite.json").exists()
     assert "date-released" not in (out / "CITATION.cff").read_text()
     assert "datePublished" not in _read(out, "croissant.json")
     assert _read(out, "croissant.json")["name"] == "three-rooms"
-    assert "datacite" not in (out / "README.md").read_text()
     assert _read(out, "provenance.json")["sources"] == ["houses"]
 
 
@@ -115,8 +110,6 @@ def test_words_of_others_are_neither_html_nor_markdown(rooms: Path, tmp_path: Pa
     assert card.count(as_it_is) == 2  # in the description, and under the licence
     assert r"# \<i\>Rooms\</i\>" in card
     assert "<b>" not in card
-    zenodo = _read(out, ".zenodo.json")
-    assert zenodo["notes"] == "By &lt;b&gt;C.&lt;/b&gt; *free* [here](x), https://example.org/a_b"
     assert said["credit"] in (out / "LICENSE").read_text()  # which is plain text
 
 

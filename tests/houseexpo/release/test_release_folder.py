@@ -14,7 +14,7 @@ from tests.builders.batch import contents
 from tests.houseexpo.release.conftest import ABOUT
 
 FILES = {
-    *("README.md", "LICENSE", "CITATION.cff", ".zenodo.json", "datacite.json", "croissant.json", "SHA256SUMS"),
+    *("README.md", "LICENSE", "CITATION.cff", "croissant.json", "SHA256SUMS"),
     *("json.tar.gz", "stats.json", "provenance.json", "pictures/plans.png", "pictures/measures.png"),
 }
 
