@@ -61,11 +61,12 @@ def preview(
         return _from_base(
             plan, correct_plan(base, corrections, spaces, standing, walls=walls, lines=lines, measure=False), built
         )
-    found = correct_plan(plan, corrections, measure=False)
-    records = []
-    for effect in found.effects:
-        told = effect.as_record()
-        before = built.get(_key(told["word"], told["value"]))
+    said = [each for each in corrections if each.word != "wall" or _key(each.word, each.value) not in built]
+    found = correct_plan(plan, said, measure=False)  # a wall once more would shut the cut that followed from it
+    effects, records = {effect.correction: effect.as_record() for effect in found.effects}, []
+    for each in corrections:
+        before = built.get(_key(each.word, each.value))
+        told = effects[each] if each in effects else dict(before or {})
         if before is None and told["word"] == "room" and told["outcome"] == "none":
             told["outcome"], told["said"] = "done", "the build looks for a closed space there"
         records.append({**(told if before is None else before), "built": before is not None})

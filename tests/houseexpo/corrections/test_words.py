@@ -15,10 +15,11 @@ from houseexpo.corrections.apply import Corrected, correct_plan
 from houseexpo.corrections.draft import Space, _in_one
 from houseexpo.corrections.joining import CUT_M
 from houseexpo.corrections.passages import WIDEST_DOOR_M
+from houseexpo.corrections.preview import preview
 from houseexpo.corrections.vocabulary import UNITS, WORDS
 from houseexpo.errors import ConfigError
 from houseexpo.floorplan import FloorPlan, decode
-from houseexpo.plan import Door, Room
+from houseexpo.plan import Door, Frame, Room
 from houseexpo.plan.json_codec import encode
 from houseexpo.tolerances import TILE_M2
 from pipeline.config import ConnectivityConfig, DoorsConfig
@@ -917,6 +918,21 @@ def test_a_wall_over_a_doorway_or_just_before_it_shuts_it(x: float) -> None:
     assert [effect.outcome for effect in again.effects] == ["done", "done"]
     assert kinds(again.plan) == ["door"]
     assert kinds(corrected(wall=[[x, 0.1], [x, 0.9]]).plan) == ["door"]
+
+
+def test_a_preview_of_a_plan_that_was_built_with_words_shows_that_plan() -> None:
+    frame = Frame(((1.0, 0.0, 3.0), (0.0, 1.0, 5.0)), "z", 0.0, 0)
+    words: dict[str, Any] = {"wall": [[5.0, 5.1], [5.0, 8.1]], "label": [8.0, 6.0, "Office"]}
+    built = correct_plan(replace(PLAN, frame=frame), Override(**words).corrections)
+    assert "cut" in kinds(built.plan)
+    told = {"corrections": [effect.as_record() for effect in built.effects]}
+    plan = replace(built.plan, provenance={**(built.plan.provenance or {}), **told})
+    again = preview(plan, Override(**words).corrections)
+    assert encode(again.plan) == encode(plan)
+    assert all(record["built"] for record in again.records)
+    more = preview(plan, Override(**words, no_room=[4.0, 6.0]).corrections)
+    assert [record["built"] for record in more.records] == [True, False, True]
+    assert len(more.plan.rooms) == len(plan.rooms) - 1
 
 
 @pytest.mark.parametrize("x", [4.1, 4.15, 4.2])
