@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from itertools import islice
+from itertools import islice, product
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -170,8 +170,8 @@ def has_simple_rings(shape: Polygon) -> bool:
     """Return whether a shape is one polygon whose rings touch neither themselves nor each other."""
     if shape.geom_type != "Polygon" or shape.is_empty or not shape.is_valid:
         return False
-    points = np.concatenate([shapely.get_coordinates(ring)[:-1] for ring in (shape.exterior, *shape.interiors)])
-    return len(np.unique(points, axis=0)) == len(points)
+    points = [point for ring in (shape.exterior, *shape.interiors) for point in ring.coords[:-1]]
+    return len(set(points)) == len(points)
 
 
 def _zone(standing: PlacedPiece) -> npt.NDArray[np.int64]:
@@ -323,8 +323,8 @@ def _at_walls(
         room = wall.high - wall.low - width
         if room < 0:
             continue
-        for start in sorted({*range(0, room + 1, STEP_CM), room}):
-            chance = float(rng.random())
+        starts = sorted({*range(0, room + 1, STEP_CM), room})
+        for start, chance in zip(starts, rng.random(len(starts)).tolist(), strict=True):
             if piece.likes == "corner":
                 dislike = (0.0 if start in (0, room) else 1.0) + chance
             elif piece.likes == "centre":
@@ -338,10 +338,10 @@ def _in_the_middle(piece: FurnitureKind, width: int, bounds: Boxes, rng: np.rand
     x1, y1, x2, y2 = bounds.tolist()
     for facing in (0, 1):
         wide, tall = (piece.depth, width) if facing == 0 else (width, piece.depth)
-        for x in range(x1, x2 - wide + 1, 2 * STEP_CM):
-            for y in range(y1, y2 - tall + 1, 2 * STEP_CM):
-                off = abs(2 * x + wide - x1 - x2) / (x2 - x1) + abs(2 * y + tall - y1 - y2) / (y2 - y1)
-                yield (x, y, x + wide, y + tall), facing, off + 0.5 * float(rng.random())
+        places = list(product(range(x1, x2 - wide + 1, 2 * STEP_CM), range(y1, y2 - tall + 1, 2 * STEP_CM)))
+        for (x, y), chance in zip(places, rng.random(len(places)).tolist(), strict=True):
+            off = abs(2 * x + wide - x1 - x2) / (x2 - x1) + abs(2 * y + tall - y1 - y2) / (y2 - y1)
+            yield (x, y, x + wide, y + tall), facing, off + 0.5 * chance
 
 
 def _opposite(

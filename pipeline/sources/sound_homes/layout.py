@@ -24,7 +24,9 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
-from typing import Final, Literal, TypeAlias
+from functools import cache
+from itertools import product
+from typing import Final, Literal, NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -162,8 +164,7 @@ def lay_out_rooms(programme: Programme, day: Day, rng: np.random.Generator) -> L
     )
 
 
-@dataclass(frozen=True)
-class _Form:
+class _Form(NamedTuple):
     """What a try chooses first; depths reach to centre lines of walls, metres.
 
     ``bump_m`` is how far the living room comes forward in the north and in the south. ``patio_m`` is the width of a
@@ -261,6 +262,12 @@ class _Rows:
     living: Column
 
 
+@cache
+def _two_rows(number: int) -> list[tuple[bool, ...]]:
+    """Return all ways to put so many rooms into two rows: whether each lies in the south."""
+    return [way[::-1] for way in product((False, True), repeat=number)]
+
+
 def _share_out(rooms: Rooms, form: _Form, rng: np.random.Generator) -> _Rows:
     """Share the rooms out among the rows; rooms to sleep and work in go where there is place (L5)."""
 
@@ -304,12 +311,16 @@ def _share_out(rooms: Rooms, form: _Form, rng: np.random.Generator) -> _Rows:
     sleep = rng.permutation(sleep).tolist()
     places = [(column(room, form.north_m), column(room, form.south_m)) for room in sleep]
     widths = [(up.width_m, down.width_m) for up, down in places]
-    ways = [[bool(code >> k & 1) for k in range(len(sleep))] for code in range(1 if form.service else 2 ** len(sleep))]
+    ways = [(False,) * len(sleep)] if form.service else _two_rows(len(sleep))
 
-    def unlike(in_south: list[bool]) -> float:
-        north = one + sum([up for (up, _), low in zip(widths, in_south, strict=True) if not low])
-        south = other + sum([down for (_, down), low in zip(widths, in_south, strict=True) if low])
-        return abs(math.log(max(north, 1.0) / max(south, 1.0)))
+    def unlike(in_south: tuple[bool, ...]) -> float:
+        north, south = 0.0, 0.0
+        for (up, down), low in zip(widths, in_south, strict=True):
+            if low:
+                south += down
+            else:
+                north += up
+        return abs(math.log(max(one + north, 1.0) / max(other + south, 1.0)))
 
     unlikes = [unlike(way) for way in ways]
     most = max(_ALIKE, min(unlikes))

@@ -104,7 +104,11 @@ def shared_stretches(cells: tuple[Cell, ...], one: int, other: int) -> Iterator[
     for cell in cells:
         if cell.room != one:
             continue
+        x1, y1, x2, y2 = cell.rect
         for beside in besides:
+            a1, b1, a2, b2 = beside.rect
+            if max(x1, a1) > min(x2, a2) + 1e-6 or max(y1, b1) > min(y2, b2) + 1e-6:
+                continue
             for k, side in enumerate(SIDES):
                 across = k % 2
                 if abs(cell.rect[k] - beside.rect[(k + 2) % 4]) < 1e-6:
