@@ -26,6 +26,8 @@ from houseexpo.corrections.passages import clear_part, fit_to_wall
 CUT_M: Final = 0.8
 """The width of a cut: ``pipeline.config.ConnectivityConfig.cut_width_m``."""
 
+_OUT_M: Final = 0.01
+"""A line that is tried lies this far outside a room, metres."""
 _SAME_M: Final = 1e-6
 """Walls whose thickness differs by less are equally thin, metres."""
 
@@ -121,8 +123,8 @@ def _thinnest_wall(
 ) -> tuple[Strip, tuple[DraftRoom, DraftRoom]] | None:
     """Return the cut through the thinnest wall between ``part`` and ``rest`` that is clear of other passages, or None.
 
-    A wall is at least as thick as its line's distance to the nearest other room. So lines are tried by this distance,
-    until no wall can be thinner. Of equally thin walls, the first along the rooms' edges is taken.
+    A wall is at least as thick as its line's distances to both rooms. So lines are tried by this distance, until no
+    wall can be thinner. Of equally thin walls, the first along the rooms' edges is taken.
     """
     shapes = [room.shape for room in rest]
     taken = shapely.union_all([door.shape for door in draft.doors]) if draft.doors else Polygon()
@@ -130,9 +132,9 @@ def _thinnest_wall(
     ways = shapely.distance([shapely.LineString(line.ends) for _, line, _ in lines], shapely.union_all(shapes))
     found: list[tuple[int, Strip, tuple[DraftRoom, DraftRoom]]] = []
     thinnest = math.inf
-    for k in np.argsort(ways, kind="stable").tolist():
-        if ways[k] > min(thinnest, WALL_REACH_M) + _SAME_M:
-            break
+    for k in np.argsort(np.round(ways / _SAME_M), kind="stable").tolist():
+        if ways[k] + _OUT_M >= thinnest - _SAME_M or ways[k] > WALL_REACH_M:
+            break  # an equally thin wall comes later along the edges
         room, line, side = lines[k]
         faces = faces_beside(line, [room.shape, *shapes])
         there = faces.shapes[side] - 1
@@ -157,4 +159,4 @@ def _lines_along(shape: Polygon) -> Iterator[tuple[Strip, int]]:
         for at in np.arange(CUT_M / 2, length - CUT_M / 2 + 1e-9, SNAP_M).tolist():
             line = Strip(start + along * at, along, CUT_M, 0.0)
             outside = -1 if shape.covers(shapely.Point(line.before(1, 0.02))) else 1
-            yield Strip(line.centre + outside * line.across * 0.01, along, CUT_M, 0.0), 0 if outside < 0 else 1
+            yield Strip(line.centre + outside * line.across * _OUT_M, along, CUT_M, 0.0), 0 if outside < 0 else 1
