@@ -29,7 +29,6 @@ from houseexpo.pseudoslam import SimulatorConfig
 from houseexpo.pseudoslam.agents.loading import load_policy
 from houseexpo.pseudoslam.benchmark.cases import make_cases, read_test_ids
 from houseexpo.pseudoslam.benchmark.episodes import EpisodeRunner
-from houseexpo.pseudoslam.benchmark.run import make_runner
 from houseexpo.pseudoslam.benchmark.tracks import find_track
 from houseexpo.pseudoslam.planning import MapPlanner
 from tests.builders.shared import DATA, needs_shared
@@ -137,22 +136,3 @@ def test_decisions_and_steps(listed: Dataset) -> None:
         )  # fmt: skip
         assert steps > 0
     Console(width=120).print(table)
-
-
-def test_a_step_of_a_policy_in_a_process_of_its_own(listed: Dataset) -> None:
-    """``forward`` decides in a microsecond, so what a decision takes is the passing of observation, map and answer."""
-    table = Table(title=f"forward in the plan with the largest map, ms a decision; load {os.getloadavg()[0]:.1f}")
-    for heading in ("map, cells", "in one process", "in two"):
-        table.add_column(heading, justify="right")
-    alone = EpisodeRunner(QUALITY, load_policy("forward"), listed)
-    sizes = {}
-    for case in make_cases(QUALITY.id, listed.ids):
-        alone.env.reset(seed=case.seed, options={"plan_id": case.plan_id, "pose": case.pose})
-        sizes[case] = alone.env.state.known.shape
-    largest = max(sizes, key=lambda case: int(np.prod(sizes[case])))
-    apart = make_runner(QUALITY.id, "forward", listed, 0)
-    took = [float(np.median(runner.run(largest).decisions_ms)) for runner in (alone, apart)]
-    rows, cols = sizes[largest]
-    table.add_row(f"{rows} x {cols}", *(f"{ms:.3f}" for ms in took))
-    Console(width=100).print(table)
-    assert took[1] > took[0]

@@ -20,8 +20,6 @@ from houseexpo.pseudoslam.state import State
 Policy: TypeAlias = Callable[[Any], Any]
 """A function that takes an observation and returns an action of the environment."""
 
-_EARLIER: Final = {"bounce": "forward"}
-"""Former names of policies."""
 _WAITING: Final = {"discrete": LEFT, "continuous": np.array([0.0, 1.0]), "waypoint": np.zeros(2)}
 """The actions of a policy that is done: turn in place, or stay. If there is nowhere to go, 0 also means a turn."""
 _DICT_ONLY: Final = ("global_map", "pose", "ranges")
@@ -32,7 +30,7 @@ def load_interface(name: str, task: str) -> Interface:
     """Return a policy's observations and actions; raise ConfigError if it does not exist or is for other tasks."""
     if name == "random":
         return Interface()
-    wanted = load_policy(_EARLIER.get(name, name)).interface
+    wanted = load_policy(name).interface
     if wanted.tasks and task not in wanted.tasks:
         raise ConfigError(
             f"policy {name!r}: expected a task that it was made for ({', '.join(wanted.tasks)}), found {task}"
@@ -55,7 +53,7 @@ def make_policy(name: str, env: gymnasium.Env[Any, Any], seed: int | None = None
     if name == "random":
         env.action_space.seed(seed)
         return lambda _: env.action_space.sample()
-    policy, inner = load_policy(_EARLIER.get(name, name)), unwrap_env(env)
+    policy, inner = load_policy(name), unwrap_env(env)
     wanted = policy.interface
     if inner.actions != wanted.actions:
         raise ConfigError(

@@ -111,7 +111,7 @@ def test_random_is_seeded_and_takes_any_action(tmp_path: Path) -> None:
 def test_the_command_writes_a_movie_of_a_plan(tmp_path: Path) -> None:
     (tmp_path / "room.json").write_bytes(encode(ROOM))
     words = ["record", str(tmp_path / "room.json"), "--out", str(tmp_path / "run.gif"), "--steps", "10"]
-    for policy in ("frontier", "bounce", "random"):
+    for policy in ("frontier", "forward", "random"):
         result = CliRunner().invoke(make_app(), [*words, "--policy", policy, "--size", "300", "200"])
         assert result.exit_code == 0, result.output
         assert "steps in plan room-5.5x3.2" in result.output
@@ -148,8 +148,8 @@ def test_what_cannot_be_is_refused(tmp_path: Path) -> None:
         record_race([], tmp_path / "a.gif")
     with pytest.raises(ConfigError, match="policy: no 'forwards'"):
         make_policy("forwards", made())
-    with pytest.raises(ConfigError, match="policy 'bounce': expected an environment with discrete actions"):
-        make_policy("bounce", ExplorationEnv(ROOM, CONFIG, actions="continuous"))
+    with pytest.raises(ConfigError, match="policy 'forward': expected an environment with discrete actions"):
+        make_policy("forward", ExplorationEnv(ROOM, CONFIG, actions="continuous"))
     assert not list(tmp_path.iterdir())
 
 
