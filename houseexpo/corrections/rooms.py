@@ -92,6 +92,8 @@ def place_wall(draft: Draft, placed: Placed) -> Said:
     low, high = -strip.length / 2 - reach[0], strip.length / 2 + reach[1]
     whole = Strip(strip.centre + strip.along * (low + high) / 2, strip.along, high - low, SAID_WALL_M)
     area, also = whole.polygon(), list[str]()
+    line = shapely.LineString(strip.ends)
+    crossed = [room for room in crossed if shapely.intersection(room.shape, line).length > SAID_WALL_M]
     wanted = [room for room in crossed if shapely.intersection(room.shape, area).area >= ROUNDED_M2]
     for room in wanted:
         also += _wall_in(draft, room, area, whole.length)
@@ -330,7 +332,8 @@ def add_room(draft: Draft, placed: Placed) -> Said:
     if shape is None:
         raise NoEffectError(
             f"no closed space between walls is known there; the nearest room is "
-            f"{draft.distance_to_rooms(place):,.1f} m away; draw its corners with room_outline"
+            f"{draft.distance_to_rooms(place):,.1f} m away; draw its corners with room_outline, "
+            "and say one_room if it is part of a room"
         )
     room = DraftRoom(shape, confidence=1.0, said=str(placed.correction))
     draft.rooms.append(room)

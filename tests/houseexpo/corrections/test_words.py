@@ -393,6 +393,15 @@ def test_a_wall_parts_a_room_and_a_door_in_it_joins_the_parts() -> None:
     assert not found.followed
 
 
+def test_a_wall_that_ends_where_two_rooms_meet_changes_one_of_them() -> None:
+    one, other = Room(0, "Kitchen", box(0.1, 0.1, 4.1, 5.1)), Room(1, "Hall", box(4.1, 0.1, 8.1, 5.1))
+    plan = FloorPlan("house", box(0.1, 0.1, 8.1, 5.1), 2, {}, rooms=(one, other))
+    for end in (4.1, 4.13):
+        found = corrected(plan, wall=[[0.1, 2.0], [end, 2.0]])
+        assert areas(found.plan) == pytest.approx([4.0 * 1.85, 4.0 * 3.05, 20.0])
+        assert shapely.symmetric_difference(found.plan.rooms[-1].polygon, other.polygon).area < 0.001
+
+
 def test_a_wall_with_a_free_end_stands_in_its_room() -> None:
     found = corrected(wall=[[2.0, 0.1], [2.0, 2.0]])
     assert areas(found.plan) == [9.0, 11.81]
