@@ -16,13 +16,13 @@ Rooms are polygons. A published plan has none; ``houseexpo.inference.with_rooms`
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING, Final, Literal, NamedTuple
 
 import numpy as np
 from msgspec import Struct
 
-from houseexpo.plan import Room
+from houseexpo.plan import PlanObject, Room
 from houseexpo.plan.model import PlanData
 
 if TYPE_CHECKING:
@@ -172,13 +172,13 @@ class PlanAudit(Struct, array_like=True, frozen=True):
 
 
 def audit_plan(plan: PlanData) -> PlanAudit | None:
-    """Audit a plan; return None if it has no rooms."""
+    """Audit a plan; return None if it has no rooms. A room is as large as without its furniture."""
     import shapely
 
     rooms = [room for room in plan.rooms if room.area > 0]
     if not rooms:
         return None
-    shapes = [room.polygon for room in rooms]
+    shapes = [_with_furniture(room, plan.objects) for room in rooms]
     covered = shapely.union_all(shapes)
     return PlanAudit(
         [_audit_room(room, shape) for room, shape in zip(rooms, shapes, strict=True)],
@@ -186,6 +186,15 @@ def audit_plan(plan: PlanData) -> PlanAudit | None:
         round(_hole_share(covered), 6),
         _pieces(len(rooms), _adjoining(shapes)),
     )
+
+
+def _with_furniture(room: Room, objects: Iterable[PlanObject]) -> Polygon:
+    """Return a room with the furniture that is cut out of it; one that is no single polygon then as it is."""
+    import shapely
+
+    own = [shapely.Polygon(each.ring) for each in objects if each.room == room.id]
+    whole = shapely.union_all([room.polygon, *own]) if own else room.polygon
+    return whole if isinstance(whole, shapely.Polygon) else room.polygon
 
 
 def largest_circle_diameter(shape: Polygon) -> float:

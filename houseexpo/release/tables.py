@@ -194,7 +194,9 @@ ROOMS: Final = ReleaseTable(
         TableColumn("label", pa.string(), "One of the 25 labels, or Unlabelled."),
         TableColumn("source_labels", _STRINGS, "The words of the source."),
         TableColumn("area", pa.float64(), "Floor in m2."),
-        TableColumn("clear_width", pa.float64(), "Diameter of the largest circle inside, in metres."),
+        TableColumn(
+            "clear_width", pa.float64(), "Diameter of the largest circle inside, in metres, without furniture."
+        ),
         TableColumn("aspect", pa.float64(), "Ratio of the sides of the smallest rotated rectangle round it."),
         TableColumn("broken_rules", _STRINGS, "Rules that the room breaks: area, width, aspect."),
         TableColumn("geometry", pa.binary(), "The room, WKB in metres."),

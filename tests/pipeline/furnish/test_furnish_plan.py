@@ -14,6 +14,7 @@ import shapely
 import trimesh
 from PIL import Image
 
+from houseexpo.analysis.audit import audit_plan
 from houseexpo.analysis.navigability import disc_centre_areas, navigability
 from houseexpo.analysis.similarity import compare_masks, comparison_mask
 from houseexpo.dataset import open_dataset
@@ -64,6 +65,11 @@ def test_a_share_of_the_houses_is_furnished_and_the_others_are_as_they_were(buil
             assert (plan.verts == other.verts).all()
             assert plan.doors == other.doors
     assert not validate_dataset(built).findings
+
+
+def test_furniture_makes_no_room_narrower_for_the_audit(pairs: list[tuple[FloorPlan, FloorPlan]]) -> None:
+    assert all(audit_plan(furnished) == audit_plan(empty) for empty, furnished in pairs)
+    assert any(furnished.objects for _, furnished in pairs)
 
 
 @pytest.mark.slow
