@@ -246,7 +246,7 @@ class Draft:
 
         for door in self.inner_doors:
             group[root(number[id(door.rooms[0])])] = root(number[id(door.rooms[1])])
-        shapes = [room.shape for room in self.rooms]
+        shapes = np.array([room.shape for room in self.rooms], dtype=object)  # also of a plan without rooms
         for a, b in shapely.STRtree(shapes).query(shapes, predicate="dwithin", distance=GRID_M / 2).T.tolist():
             if a < b and root(a) != root(b) and _share_edge(shapes[a], shapes[b]):
                 group[root(a)] = root(b)
