@@ -601,6 +601,7 @@ document.addEventListener("keydown", (event) => {
     if (event.key === "Escape") { closeNote(); event.preventDefault(); }
     return;
   }
+  if (event.shiftKey && event.code === "Digit0" && !sheet.wanted) { event.preventDefault(); widen(); return; } // "=" on some keyboards
   if (sheet.key(event)) {
     if (!sheet.wanted) pressed("");
     event.preventDefault();
@@ -610,7 +611,6 @@ document.addEventListener("keydown", (event) => {
   if (event.key === "Escape" && endForAll()) { event.preventDefault(); return; }
   if (event.key === "Enter" && forAll >= 0 && forAll < ANY && !event.target.matches("button, a, pre")) { event.preventDefault(); answer(forAll); return; }
   if (event.target.matches("button, a, pre") && (event.key === " " || event.key === "Enter")) return;
-  if (event.shiftKey && event.code === "Digit0") { event.preventDefault(); widen(); return; }
   if (event.shiftKey && /^Digit[1-8]$/.test(event.code)) { event.preventDefault(); answerAll(Number(event.code.at(-1)) - 1); return; }
   const work = KEYS[event.key.toLowerCase()];
   if (work) { event.preventDefault(); work(); }
