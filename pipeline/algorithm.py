@@ -104,7 +104,7 @@ def _search(level: Level, config: PipelineConfig, rng: np.random.Generator) -> I
     yield StageResult("cells", spaces, level.id)
     spaces = erase_isolated(spaces, config.isolated)
     yield StageResult("isolated", spaces, level.id)
-    buildings = separate_buildings(level, spaces, config.isolated)
+    buildings = separate_buildings(level, spaces)
     models = models_with(config.weights)
     doubts = doubt_spaces(level, evidence, layout, models["space"])
     unlikely = EMPTY if joins else unlikely_rooms(level, evidence, layout, doubts)

@@ -65,14 +65,10 @@ class CellsConfig:
 
 @dataclass(frozen=True)
 class IsolatedConfig:
-    """A separate building is erased if it meets both conditions.
-
-    ``dwellings`` makes plans of their own of dwellings wall to wall, too; otherwise a cut joins them, as in the paper.
-    """
+    """A separate building is erased if it meets both conditions."""
 
     distance_m: float = 2.0
     share: float = 0.25
-    dwellings: bool = False
 
 
 @dataclass(frozen=True)

@@ -98,6 +98,7 @@ class BuildConfig:
         chosen = {name: options[name] for name in names}
         stages = asdict(self.stages)
         del stages["dedupe"]["off"]
+        stages["isolated"]["dwellings"] = False  # an option that went; plans made before have its hash
         if stages["connectivity"]["closed_spaces"] == ConnectivityConfig.closed_spaces:  # as new
             del stages["connectivity"]["closed_spaces"]
         if not self.stages.weights:

@@ -49,7 +49,6 @@ from pipeline.tolerances import (
     STAND_M,
     STONE_WALL_M,
     THIN_WALL_M,
-    TWICE,
 )
 
 # ---------------------------------------------------------------------------------------------------------------------
@@ -231,7 +230,7 @@ def join_in_rows(found: list[Opening], door_plane: BaseGeometry) -> list[Opening
     """Join neighbours in a row between the same spaces into one opening: a beam with posts is one passage, not ten.
 
     Two openings are neighbours if they are parallel, each lies in the other's depth, and nothing stands between their
-    ends. The result is as deep as the deepest of them, but those ``TWICE`` as deep as the widest do not count.
+    ends. The result is as deep as the deepest of them, but those twice as deep as the widest do not count.
     """
     rest = sorted(found, key=lambda b: -b.width)
     result: list[Opening] = []
@@ -279,11 +278,11 @@ def distance_in_row(whole: Opening, other: Opening) -> float | None:
 def hull_of_row(whole: Opening, other: Opening) -> Opening:
     """Return the strip from the far end of one opening to that of another in its row, as deep as the deeper of the two.
 
-    If ``other`` is ``TWICE`` as deep as ``whole`` or more, the depth stays.
+    If ``other`` is twice as deep as ``whole`` or more, the depth stays.
     """
     start, end, aside = _offsets(whole, other)
     near, far = -whole.depth / 2, whole.depth / 2
-    if other.depth < TWICE * whole.depth:
+    if other.depth < 2 * whole.depth:
         near, far = min(near, aside - other.depth / 2), max(far, aside + other.depth / 2)
     wider = whole.part_between(min(start, -whole.width / 2), max(end, whole.width / 2))
     return replace(wider, centre=wider.centre + wider.across * (near + far) / 2, depth=far - near)

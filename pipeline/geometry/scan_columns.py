@@ -14,7 +14,6 @@ from pipeline.tolerances import (
     AROUND_M,
     BLUR_PX,
     CM_M,
-    GROUP,
     HAND_M,
     HARDLY,
     LARGELY,
@@ -274,7 +273,7 @@ def _blur(image: Floats, sigma_px: float) -> Floats:
 # The columns of a point cloud: what stands over each spot of it, height by height, as of a scanned surface.
 #
 # R1  The raster lies in the direction in which the points above the floor fall on the fewest rows and columns.
-# R2  A layer of heights is thick enough that a wall has GROUP points in each of its cells: a sparse cloud has
+# R2  A layer of heights is thick enough that a wall has three points in each of its cells: a sparse cloud has
 #     few and thick layers.
 # R3  Ground is where the points near the floor's height are as dense as most of them; outliers lie far apart.
 # ---------------------------------------------------------------------------------------------------------------------
@@ -316,7 +315,7 @@ def _step(cells: npt.NDArray[np.int64], height_m: float) -> float:
         return STAND_M
     beside = 2 * CUT_SPREAD_CELLS + 1
     per_metre = beside * float(np.quantile(mass[mass > 0], ALMOST_ALL)) / max(height_m, STAND_M)
-    return float(np.clip(GROUP / per_metre, STAND_M, THIN_WALL_M))
+    return float(np.clip(3 / per_metre, STAND_M, THIN_WALL_M))  # three points in each cell
 
 
 def _ground_points(floor: Floats, raster: Raster) -> Bools:

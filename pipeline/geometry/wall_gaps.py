@@ -50,7 +50,6 @@ from pipeline.tolerances import (
     STAND_M,
     THICK_WALL_M,
     THIN_WALL_M,
-    TWICE,
     UNNAMED_WAY_M,
     WALL_M,
 )
@@ -118,7 +117,7 @@ def _ends_of(walls: OutlineCorners, thickest_m: float) -> Iterator[WallEnd]:
     turn = came[:, 0] * unit[:, 1] - came[:, 1] * unit[:, 0]
     square = turn > np.cos(np.arcsin(SQUARE_TURN))  # a left turn of about 90 degrees: convex, the wall on the left
     end = square & square[after] & (length <= thickest_m) & (np.minimum(length[before], length[after]) >= SLIVER_M)
-    long = np.maximum(length[before], length[after]) >= TWICE * length
+    long = np.maximum(length[before], length[after]) >= 2 * length
     juts = (turn[before] < 0) | (turn[after[after]] < 0)  # from a wall; a pillar stands free
     for k in np.flatnonzero(end & (long | juts)):
         out = np.array([unit[k, 1], -unit[k, 0]])
@@ -130,7 +129,7 @@ def _ends_of(walls: OutlineCorners, thickest_m: float) -> Iterator[WallEnd]:
     )
     jog &= square & square[last] & (length[step] < STAND_M) & ((unit * unit[far]).sum(axis=1) > PARALLEL)
     breadth = length + length[far]
-    jog &= (breadth <= thickest_m) & (np.maximum(length[before], length[last]) >= TWICE * breadth)
+    jog &= (breadth <= thickest_m) & (np.maximum(length[before], length[last]) >= 2 * breadth)
     jog &= np.minimum(length[before], length[last]) >= SLIVER_M
     for k in np.flatnonzero(jog):
         out = np.array([unit[k, 1], -unit[k, 0]])
@@ -306,7 +305,7 @@ def contact_fillings(walls: BaseGeometry) -> list[Polygon]:
 # R1  A mouth lies between the end of a wall, or of a block between two rooms, and the wall that the end points at. That
 #     wall may also end a partition's breadth beside the point.
 # R2  Right behind a mouth, on both sides, the room is at least twice as broad as the mouth is wide. This excludes the
-#     end of a corridor, where one side is as broad as the mouth. A mouth between blocks that is not ``TWICE`` as wide
+#     end of a corridor, where one side is as broad as the mouth. A mouth between blocks that is not twice as wide
 #     as deep needs room behind it for a disc ``WIDER`` times as wide as the mouth. This excludes a corridor between
 #     bends and crossings. A hole in one wall, with a jamb on either side, may take ``NARROW_IN_WALL`` of the breadth.
 #     A mouth at a block deeper than ``BLOCK_M`` is no deeper than wide; otherwise it is a corridor.
@@ -441,7 +440,7 @@ def _room_behind_mouth(mouth: Opening, way: int, parts: Sequence[Polygon]) -> tu
     far = HALL_M / MOST * mouth.along
     window = Polygon([face - far, face + far, face + far + aside * look, face - far + aside * look])
     seen = [piece for piece in polygons_of(intersect(parts[k], window)) if shapely.dwithin(piece, at, 0.05)]
-    between_blocks = mouth.depth > THICK_WALL_M and mouth.width < TWICE * mouth.depth
+    between_blocks = mouth.depth > THICK_WALL_M and mouth.width < 2 * mouth.depth
     if between_blocks and not _holds_wider_disc(parts[k], mouth, at):
         return None
     return k, sum(piece.area for piece in seen) / look

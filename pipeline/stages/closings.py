@@ -10,7 +10,7 @@ R4  A gap between two railings or low walls, or between one of these and a wall,
     needs two doors or more to rooms, and walls, windows and doors along ``LARGELY`` of its edge.
 R5  A gap of up to ``HALL_M`` between the ends of walls in line closes to the outside if only such gaps open a place
     with walls along ``MOSTLY`` of its edge (a hall with a wide entrance). The place has a roof; in a house without
-    roofs, ``GROUP`` ways lead into it from rooms, or two if it is most of the house, else it is a court.
+    roofs, three ways lead into it from rooms, or two if it is most of the house, else it is a court.
 R6  Floor that is enclosed neither at the ground nor above the doors may be enclosed at a height between (railings).
 R7  An open or half-open house gets its boundary from the floor slab if the source has one, ...
 R8  ... else from the ends of its walls. The plan is marked in both cases.
@@ -58,7 +58,6 @@ from pipeline.stages.habitable import part_under_cover
 from pipeline.tolerances import (
     BESIDE_M,
     CRACK_M,
-    GROUP,
     HALL_M,
     HAND_M,
     LARGELY,
@@ -218,10 +217,10 @@ def _gates_into_new_places(
 
 
 def _has_ways(place: Polygon, pieces: list[Opening], rooms: BaseGeometry, main_m2: float) -> bool:
-    """Return whether ``GROUP`` ways lead from rooms into a place, or two if it is larger than ``main_m2`` (R5)."""
+    """Return whether three ways lead from rooms into a place, or two if it is larger than ``main_m2`` (R5)."""
     near = [shapely.buffer(piece.polygon, BESIDE_M) for piece in pieces if not is_crack(piece)]
     ways = sum(bool(each.intersects(place) and each.intersects(rooms)) for each in near)
-    return ways >= GROUP or (ways > 1 and place.area > main_m2)
+    return ways >= 3 or (ways > 1 and place.area > main_m2)
 
 
 def _is_covered(room: Polygon, level: Level) -> bool:
@@ -452,7 +451,7 @@ def bands_around_open_house(
 ) -> list[Opening]:
     """Return bands outside the edges of a floor that walls leave mostly open, except where walls stand.
 
-    A piece of the floor counts if it has ``least_m2`` or more, and walls along ``STANDS`` of its edge, or ``GROUP``
+    A piece of the floor counts if it has ``least_m2`` or more, and walls along ``STANDS`` of its edge, or three
     posts or walls at its edge that carry a ``roof`` over most of it.
     """
     standing = np.array(polygons_of(tall), np.object_)
@@ -462,7 +461,7 @@ def bands_around_open_house(
         edge = part.exterior
         walled = shapely.intersection(edge, near_walls).length / edge.length
         posts = int(shapely.dwithin(standing, edge, BESIDE_M).sum())
-        on_posts = posts >= GROUP and intersect(part, roof).area > MOST * part.area
+        on_posts = posts >= 3 and intersect(part, roof).area > MOST * part.area
         if part.area < least_m2 or not (walled > STANDS or on_posts):
             continue
         band = subtract(shapely.buffer(part, 2 * HAND_M, join_style="mitre"), unite([part, tall]))

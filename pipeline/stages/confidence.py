@@ -50,7 +50,7 @@ from pipeline.stages.connectivity import NO_EVIDENCE, NO_WALL, UNKNOWN
 from pipeline.stages.logistic import Models, load_models
 from pipeline.stages.quality_grounds import shares_without_floor
 from pipeline.stages.room_doubt import of_rooms
-from pipeline.tolerances import BESIDE_M, GROUP, HAND_M, MOST, SHEET_M, SHOULDERS_M
+from pipeline.tolerances import BESIDE_M, HAND_M, MOST, SHEET_M, SHOULDERS_M
 from pipeline.values import Evidence, Layout, Level, NamedRoom, Spaces
 
 Part: TypeAlias = Literal["door", "entrance", "room"]
@@ -189,7 +189,7 @@ def _of_entrances(planned: FinalBuilding) -> dict[int, Features]:
         others = [p for j, p in enumerate(passages) if room in p.sides and j != k]
         found[k] = {
             "barred": 0.0 if level.named_openings and passages[k].closed_by == "door" else bar,
-            "other_ways_out": _ramp(sum(p.leads_outside for p in others), GROUP),
+            "other_ways_out": _ramp(sum(p.leads_outside for p in others), 3),  # more say no more
             "only_way": float(all(p.kind == "cut" for p in others)),
             "upper": float(upper),
             "air_before": _air_before(opening, side, level) if upper and level.floor is not None else 0.0,

@@ -12,7 +12,7 @@ R4  A strip between a room and the outside is an ``entrance``; it stays closed. 
     entrance. In an upper storey, a strip without a known door that leads from a floor into the air is not an entrance
     but a window that reaches the floor.
 R5  The windows of a storey hang from one height. A lintel to the outside without a leaf is a window that reaches the
-    floor if ``GROUP`` windows and such lintels, itself included, hang at its height, if doors inside hang from another
+    floor if three windows and such lintels, itself included, hang at its height, if doors inside hang from another
     height, and if there is another way out. A bay between a row of posts, and an opening onto a floor (a terrace), is
     not a window.
 R6  Between two rooms, a straight gap closed only by a guess (ends of walls, edge of floor) is an ``opening``, however
@@ -64,7 +64,6 @@ from pipeline.geometry.scan_columns import is_scan
 from pipeline.tolerances import (
     BESIDE_M,
     CM_M,
-    GROUP,
     HAND_M,
     HEAD_M,
     LAP_M,
@@ -217,9 +216,9 @@ def _windows_to_the_floor(
     measured = {k for k in lintels if np.isfinite(heads[k])}
     found = set()
     for i, k in enumerate(lintels):
-        if k not in measured or bays[k] >= GROUP or on_floor[i] or i in beside_leaf:
+        if k not in measured or bays[k] >= 3 or on_floor[i] or i in beside_leaf:
             continue
-        as_windows = np.count_nonzero(np.abs(of_others - heads[k]) <= CM_M) >= GROUP
+        as_windows = np.count_nonzero(np.abs(of_others - heads[k]) <= CM_M) >= 3
         if as_windows and not (np.abs(of_doors - heads[k]) <= CM_M).any():
             found.add(k)
     return found if any(k not in found and (k in measured or k not in lintels) for k in outer) else set()

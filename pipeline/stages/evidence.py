@@ -77,7 +77,6 @@ from pipeline.tolerances import (
     STANDS,
     STUB_M,
     THIN_WALL_M,
-    TWICE,
     WALL_M,
 )
 from pipeline.values import CUT_OFF, Evidence, Level
@@ -281,7 +280,7 @@ def _is_pillar(part: Polygon, ends: list[Polygon]) -> bool:
     Neighbours in a row of cupboards are as deep as each other.
     """
     box = box_around_polygon(part)
-    if len(ends) != 2 or box.width > TWICE * box.thickness:
+    if len(ends) != 2 or box.width > 2 * box.thickness:
         return False
     middle, (one, other) = part.centroid, ends
     between = shapely.LineString([one.centroid, other.centroid])

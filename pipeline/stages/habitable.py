@@ -83,7 +83,6 @@ from pipeline.tolerances import (
     STANDS,
     THIRD,
     TINY_M2,
-    TWICE,
     WALL_M,
 )
 from pipeline.values import Evidence, Level, Opening, Planes
@@ -281,7 +280,7 @@ def _courts(rooms: list[Polygon], area: npt.NDArray[np.float64], level: Level) -
     sheltered = under > MOST
     if area[sheltered].sum() <= area.sum() / 2:
         return set()
-    large = {k for k in np.flatnonzero(under < SOME).tolist() if area[k] > TWICE * np.median(area[sheltered])}
+    large = {k for k in np.flatnonzero(under < SOME).tolist() if area[k] > 2 * np.median(area[sheltered])}
     edge = shapely.buffer(fill_enclosed(unite(buffer_mitred(r, WALL_M / 2) for r in rooms)).boundary, WALL_M)
     return {k for k in large if not rooms[k].intersects(edge)}
 

@@ -10,7 +10,7 @@ R2  Where a scan ends and nothing stands (``Evidence.open_edge``), the house is 
     it there is the edge of its floor.
 R3  Walls that spell characters are rejected: their strokes stand apart from each other, have no door, and enclose
     little of what they span. Characters have no floor of their own and no furniture. Each takes a small part of what
-    all of them span, has its place to itself, and encloses no more than ``GROUP`` spaces. What the source itself calls
+    all of them span, has its place to itself, and encloses no more than three spaces. What the source itself calls
     walls is never taken for characters.
 R4  If R1 to R3 leave no room, and walls surround one place nearly all round, its open front is closed. Otherwise an
     open house (on posts, with two walls) is closed along the edge of its floor, or of its roof if it has no floor
@@ -49,7 +49,7 @@ from pipeline.rejection import Reason, Rejection
 from pipeline.stages.closings import bands_around_open_house, bands_at_open_fronts, boundaries, find_closing_candidates
 from pipeline.stages.habitable import clip_rooms_to_floor, filled_spaces, keep_habitable_spaces, part_under_cover
 from pipeline.stages.separation import Division, part_spaces
-from pipeline.tolerances import AROUND_M, CRACK_M, FOOT_M, GROUP, LAP_M, LARGELY, MOST, MOSTLY, SOME, TWICE
+from pipeline.tolerances import AROUND_M, CRACK_M, FOOT_M, LAP_M, LARGELY, MOST, MOSTLY, SOME
 from pipeline.values import Evidence, Layout, Level, Planes
 
 
@@ -183,9 +183,10 @@ def _is_floored(level: Level, planes: Planes, rooms: list[Polygon]) -> bool:
 def _reject_characters(planes: Planes, rooms: list[Polygon]) -> None:
     """R3."""
     strokes = [p for p in polygons_of(planes.door) if p.length > 2 * AROUND_M]
-    if len(strokes) < GROUP or planes.doorways or not (planes.lintels.is_empty and planes.sills.is_empty):
+    # fewer than three strokes are no word
+    if len(strokes) < 3 or planes.doorways or not (planes.lintels.is_empty and planes.sills.is_empty):
         return
-    if len(rooms) > GROUP * len(strokes):  # no character encloses so many spaces: these are wings of a building
+    if len(rooms) > 3 * len(strokes):  # no character encloses so many spaces: these are wings of a building
         return
     spanned = shapely.convex_hull(unite(strokes)).area
     inside = sum(room.area for room in rooms)
@@ -299,7 +300,7 @@ def _are_rooms(level: Level, spaces: list[Polygon], ground: BaseGeometry) -> boo
     rooms = np.array([room.polygon for room in level.rooms if room.polygon is not None], np.object_)
     space, room = shapely.STRtree(rooms).query(places, predicate="intersects")
     edges, outlines = shapely.boundary(places)[space], shapely.boundary(rooms)[room]
-    most = shapely.hausdorff_distance(edges, outlines) < TWICE * LAP_M  # D4
+    most = shapely.hausdorff_distance(edges, outlines) < 2 * LAP_M  # D4
     for k, j in zip(space[most].tolist(), room[most].tolist(), strict=True):
         spaces[k] = rooms[j]
     differ = np.flatnonzero(~most)

@@ -14,7 +14,7 @@ R7  ``twin_door_share``: doors between two rooms that another door joins already
     ``odd_doors``: how far the middle width of the doors is from that of doors.
 R8  ``odd_room_share``: rooms too small, too narrow, too large or too ragged for a room. ``loose_end_share``: rooms in
     the middle of which a wall ends.
-R9  ``left_out``: parts, cells and pockets that were left out or filled, of ``GROUP``.
+R9  ``left_out``: parts, cells and pockets that were left out or filled, of three.
 R10 ``unlike_spaces``: how far the rooms are from those that the source draws, or from as many as it counts.
 R11 ``sealed``: 1 if the plan has no door, opening or entrance at all, and the source names no room. Such boxes are
     facades, plinths and voids more often than rooms.
@@ -61,7 +61,7 @@ from pipeline.geometry.areas import (
 from pipeline.geometry.meshes import boxes_around_polygons
 from pipeline.geometry.room_shapes import are_rooms_misshapen, have_jutting_walls
 from pipeline.stages.room_doubt import doubt_spaces, of_rooms
-from pipeline.tolerances import BESIDE_M, CRACK_M, GROUP, HAND_M, MOST, SHOULDERS_M, SOME, SPECK, THICK_WALL_M, THIRD
+from pipeline.tolerances import BESIDE_M, CRACK_M, HAND_M, MOST, SHOULDERS_M, SOME, SPECK, THICK_WALL_M, THIRD
 from pipeline.values import EDGE, Evidence, Layout, Level, Opening, Spaces
 
 Floats = npt.NDArray[np.float64]
@@ -109,7 +109,7 @@ def measure_quality_grounds(
         "odd_doors": _odd_doors(spaces.passages),
         "odd_room_share": float(are_rooms_misshapen(spaces.rooms).mean()),
         "loose_end_share": float(have_jutting_walls(spaces.rooms).mean()),
-        "left_out": _share(left_out, GROUP),
+        "left_out": _share(left_out, 3),  # R9: more say no more
         "unlike_spaces": _unlike(level, spaces.rooms),
         "sealed": float(_is_sealed(level, spaces)),
         "doubtful_space": doubt_most_doubtful_room(layout, doubts, spaces),

@@ -64,7 +64,6 @@ from pipeline.tolerances import (
     SPECK,
     STUB_M,
     TINY_M2,
-    TWICE,
     WALL_M,
 )
 from pipeline.values import Evidence, Layout, Level
@@ -161,7 +160,7 @@ def space_features(level: Level, evidence: Evidence, layout: Layout) -> Features
         **_floor_and_sky(spaces, area, level, evidence),
         **_edges(spaces, evidence, layout),
         **_ways(spaces, area, layout),
-        "narrow": _ramp(TWICE * SHOULDERS_M - _widths(spaces), STUB_M),
+        "narrow": _ramp(2 * SHOULDERS_M - _widths(spaces), STUB_M),
         "tiny": _tininess(area),
         "largest": _ramp(share - MOST, MOST) * (len(spaces) > 1),
         "alone": np.full(len(spaces), float(len(spaces) == 1)),
@@ -335,7 +334,7 @@ def _in_band(spaces: list[Polygon], band: BaseGeometry) -> Floats:
 
 def _tininess(area: Floats) -> Floats:
     """Return 0 for areas (n,) twice as large as the smallest room, 1 for a patch."""
-    enough = TWICE * SMALLEST_ROOM_M2
+    enough = 2 * SMALLEST_ROOM_M2
     return _ramp(enough - area, enough - PATCH_M2)
 
 

@@ -4,7 +4,7 @@ R1  A strip that parts nothing (a shelf, a wall cabinet) is dropped. Between two
     are dropped too: a beam, which spans more than ``beam_m`` between walls that cross its line; a lintel of more than
     ``header_m`` that hangs down by a hand's breadth at most; a lintel of more than ``beam_m`` between pillars that
     leave nearly the whole breadth of both rooms open, where bays in a row count as one; the gaps of a colonnade
-    (``GROUP`` or more in a row between the same two spaces); a wide gap (``gate``), which closes to the outside only.
+    (three or more in a row between the same two spaces); a wide gap (``gate``), which closes to the outside only.
 R2  A gap that would part off less than a room is dropped, unless it leads into a closet wider than the gap. All strips
     around a space are dropped if less than ``walled`` of its edge lies along walls (what hangs from a ceiling is no
     room), or if it is too narrow to stand in.
@@ -66,7 +66,6 @@ from pipeline.tolerances import (
     AROUND_M,
     BESIDE_M,
     DOORWAY_M,
-    GROUP,
     HAIR_M,
     HAND_M,
     LAP_M,
@@ -217,12 +216,12 @@ def _stands_on_pillars(opening: Opening, strips: Sequence[Opening], rooms: list[
 
 
 def _is_in_colonnade(opening: Opening, strips: Sequence[Opening]) -> bool:
-    """Return whether a gap stands in a row of ``GROUP`` gaps or more between the same two spaces (R1)."""
+    """Return whether a gap stands in a row of three gaps or more between the same two spaces (R1)."""
     gaps = [c for c in strips if c.closed_by == "gap"]
     gaps = [gap for gap in gaps if set(gap.sides) == set(opening.sides)]
-    row = _row_of_bays(opening, gaps, 0.0) if len(gaps) >= GROUP else opening
+    row = _row_of_bays(opening, gaps, 0.0) if len(gaps) >= 3 else opening
     line = shapely.linestrings(row.segment)
-    return bool(sum(shapely.dwithin(line, shapely.points(gap.centre), opening.depth) for gap in gaps) >= GROUP)
+    return bool(sum(shapely.dwithin(line, shapely.points(gap.centre), opening.depth) for gap in gaps) >= 3)
 
 
 def _row_of_bays(opening: Opening, bays: Sequence[Opening], least_m: float) -> Opening:

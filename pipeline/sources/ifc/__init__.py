@@ -82,7 +82,6 @@ from pipeline.tolerances import (
     BESIDE_M,
     CRACK_M,
     FOOT_M,
-    GROUP,
     HAND_M,
     HEAD_M,
     KNEE_M,
@@ -148,7 +147,7 @@ def _with_high_spaces(building: Building) -> Building:
 def _with_high_walls(building: Building) -> Building:
     """L12."""
     low = [part for part in building.walls if part.top > part.bottom]
-    if len(low) < GROUP or not building.spaces or any(part.top - part.bottom >= HEAD_M for part in low):
+    if len(low) < 3 or not building.spaces or any(part.top - part.bottom >= HEAD_M for part in low):
         return building
     foot, top = min(part.bottom for part in low), max(part.top for part in low)
     spaces = (_moved(space, foot - space.bottom) if space.bottom > top else space for space in building.spaces)
@@ -279,7 +278,7 @@ def _runs_through(part: ElementBody, floor: float, above: float) -> bool:
 def _carry_floor(beams: Sequence[Mesh], rooms: Sequence[SourceRoom]) -> bool:
     """L2."""
     inner = unite(buffer_mitred(room.polygon, -HAND_M) for room in rooms if room.polygon is not None)
-    return int((shares_inside([largest_footprint(beam) for beam in beams], inner) > MOST).sum()) >= GROUP
+    return int((shares_inside([largest_footprint(beam) for beam in beams], inner) > MOST).sum()) >= 3
 
 
 def _is_wall(part: ElementBody, floor: float) -> bool:

@@ -55,7 +55,7 @@ from pipeline.sources.tolerances import (
     STOREY_WALLS_M,
     USUAL_ROOM_M2,
 )
-from pipeline.tolerances import GROUP, HAND_M, HEAD_M, MM_M, MOST, MOSTLY
+from pipeline.tolerances import HAND_M, HEAD_M, MM_M, MOST, MOSTLY
 from pipeline.values import Mesh
 
 
@@ -178,7 +178,7 @@ def floor_height(building: Building, storey: Storey) -> float:
     votes += [_Vote(space.bottom, 1.0) for space in building.spaces if space.storey == storey.key and is_room(space)]
     near = [vote for vote in votes if abs(vote.height - given) <= OFF_FLOOR_M]
     near += [
-        _Vote(slab.top, min(largest_footprint(slab.mesh).area / USUAL_ROOM_M2, GROUP))
+        _Vote(slab.top, min(largest_footprint(slab.mesh).area / USUAL_ROOM_M2, 3))  # three doors at most
         for slab in building.slabs
         if abs(slab.top - given) <= OFF_FLOOR_M
     ]

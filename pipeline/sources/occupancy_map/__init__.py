@@ -73,7 +73,7 @@ from pipeline.sources.occupancy_map.signs import measure_signs
 from pipeline.sources.storeys.scale import said_size
 from pipeline.sources.tolerances import DOOR_HEIGHT_M, FILE_GRID_M, LINE_WALL_M, OBJECT_HEIGHT_M, WALL_HEIGHT_M
 from pipeline.sources.vector_plans.drawing import Drawing, DrawnStorey, levels_from_drawing
-from pipeline.tolerances import CRACK_M, HAND_M, MOST, NEARLY_ALL, PARTITION_M, RUN_M, SHOULDERS_M, TWICE
+from pipeline.tolerances import CRACK_M, HAND_M, MOST, NEARLY_ALL, PARTITION_M, RUN_M, SHOULDERS_M
 from pipeline.values import EDGE, Input, Level, SourceObject, SourceRoom
 
 Bools = npt.NDArray[np.bool_]
@@ -451,9 +451,9 @@ def _as_wide_as_both(
     if end - start < RUN_M:  # a way that the map shows stays a way
         spans, start, end = [(-full, full)], -full, full
     whole = _between(opening, low - CRACK_M, high + CRACK_M)
-    near = _near(wider, whole, TWICE * CRACK_M)
+    near = _near(wider, whole, 2 * CRACK_M)
     if len(near):
-        around = shapely.union_all(buffer_mitred(near, TWICE * CRACK_M))
+        around = shapely.union_all(buffer_mitred(near, 2 * CRACK_M))
         taken = _spans_along(shapely.intersection(around, whole), lanes[0], along)
         edges = [-np.inf, *(edge for span in sorted(taken) for edge in span), np.inf]
         spans = _shared_spans(spans, list(zip(edges[::2], edges[1::2], strict=True)))

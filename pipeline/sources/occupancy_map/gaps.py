@@ -29,7 +29,7 @@ from shapely.geometry.base import BaseGeometry
 
 from pipeline.geometry.areas import polygons_of
 from pipeline.sources.tolerances import NARROWEST_DOOR_M, TURN_RAD
-from pipeline.tolerances import AROUND_M, BESIDE_M, HAND_M, MOST, RUN_M, SOME, TWICE
+from pipeline.tolerances import AROUND_M, BESIDE_M, HAND_M, MOST, RUN_M, SOME
 
 Bools = npt.NDArray[np.bool_]
 Floats = npt.NDArray[np.float64]
@@ -280,7 +280,7 @@ def _is_pillar(hole: LinearRing) -> bool:
     """R1."""
     sides = np.diff(shapely.get_coordinates(shapely.minimum_rotated_rectangle(hole))[:3], axis=0)
     wide, long = sorted(np.hypot(*sides.T).tolist())
-    return bool(long < TWICE * wide)  # R1: a pillar's length, in widths
+    return bool(long < 2 * wide)  # R1: a pillar's length, in widths
 
 
 def _between_ends(free: Bools, ends: Floats, looks: Floats, cell_m: float) -> list[tuple[float, Floats]]:

@@ -90,7 +90,6 @@ from pipeline.tolerances import (
     SOME,
     STANDS,
     THIN_WALL_M,
-    TWICE,
     WALL_M,
 )
 from pipeline.values import Mesh
@@ -104,7 +103,7 @@ def floor_polygon(triangles: Floats, region: Cells, grid: PlanGrid) -> Polygon |
         parts = shapely.polygons(triangles)
         parts = parts[shapely.area(parts) > UPRIGHT_M2]
     area = shapely.union_all(parts, grid_size=MM_M)
-    if area.area > TWICE * grid.area(region):  # ground that goes on outside, at the floor's own height
+    if area.area > 2 * grid.area(region):  # ground that goes on outside, at the floor's own height
         hull = shapely.union_all(_outlines(region, grid)).convex_hull
         area = area.intersection(hull.buffer(PLACE_M, join_style="mitre"))  # the ground around is cut off
     pieces = [piece for piece in shapely.get_parts(area) if isinstance(piece, Polygon) and piece.area > 0]

@@ -5,7 +5,7 @@ its source. A scale makes the measured sizes more or less likely. The logarithms
 does that of how often files have the scale.
 
 E1  Each kind of measure is heard once: the mean over its distinct sizes, since a hundred doors are one author's.
-    Openings of several widths are heard a little louder, and named things as ``GROUP`` kinds at most.
+    Openings of several widths are heard a little louder, and named things as three kinds at most.
 E2  Of the heads, the one that fits best is heard: windows end at other heights.
 E3  A scale is a known unit, a known unit by a power of ten, or free. Scales within ``LIKE`` of each other are one
     answer. A unit that the format lays down is likelier by ``LAID_DOWN``.
@@ -45,7 +45,7 @@ from pipeline.sources.tolerances import (
     SCALES_RANGE,
     UNIT_ODDS,
 )
-from pipeline.tolerances import GROUP, MANY_FACES, SAME, SOME
+from pipeline.tolerances import MANY_FACES, SAME, SOME
 from pipeline.values import Mesh
 
 Floats = npt.NDArray[np.float64]
@@ -137,12 +137,12 @@ def _things(found: SizesFound, log_metres: Floats) -> Floats:
 
     widths = distinct_sizes(found.widths)
     total = mean("thickness", distinct_sizes(found.thicknesses))
-    total += math.sqrt(min(len(widths), GROUP)) * mean("width", widths)
+    total += math.sqrt(min(len(widths), 3)) * mean("width", widths)
     named: dict[str, list[float]] = defaultdict(list)
     for thing in found.things:
         named[thing.kind].append(thing.height if usual[thing.kind].side == "height" else thing.length)
     for kind, sizes in sorted(named.items()):
-        total += min(1.0, GROUP / len(named)) * mean(kind, distinct_sizes(sizes))
+        total += min(1.0, 3 / len(named)) * mean(kind, distinct_sizes(sizes))
     return total
 
 

@@ -2,19 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 import shapely
 
 from houseexpo.floorplan import FloorPlan
 from pipeline.algorithm import plan_level
-from pipeline.config import IsolatedConfig, PipelineConfig
+from pipeline.config import PipelineConfig
 from pipeline.stages.buildings import building_id, with_floor_near
-from pipeline.values import Level, Opening
 from tests.builders.houses import Hole, level, shell, two_rooms, wall
-from tests.builders.meshes import as_trimesh, joined
 
 DOOR = Hole(1.0, 1.9)
 
@@ -47,37 +43,6 @@ def test_houses_wall_to_wall_are_one_building_joined_through_their_wall() -> Non
     (plan,) = plans([*shell((0, 0, 4, 4)), *shell((4.2, 0, 8.2, 4))])
     assert plan.id == "row_L1"
     assert [door.kind for door in plan.doors] == ["cut"]
-
-
-def semi_detached(inner: list[Hole], *named: tuple[float, float, float, float]) -> Level:
-    """Two dwellings of 9 x 4 m in three rooms, x from 0 to 9 and 9.3 to 18.3, each with an entrance in the front.
-
-    ``inner`` are holes in the party wall, ``named`` more openings with a door.
-    """
-    fronts = [Hole(1.0, 1.9), Hole(11.3, 12.2)]
-    parts = [*shell((0, 0, 18.3, 4), front=fronts), *wall((9.0, 0, 9.3, 4), *inner)]
-    between = (2.9, 5.9, 12.2, 15.2)
-    for x in between:
-        parts += wall((x, 0, x + 0.2, 4), DOOR)
-    boxes = [(x, 1.0, x + 0.2, 1.9) for x in between] + [(hole.start, -0.2, hole.end, 0.0) for hole in fronts]
-    openings = tuple(Opening.named(shapely.box(*each), True) for each in (*boxes, *named))
-    return level(parts, id="row_L0", named_openings=True, openings=openings)
-
-
-@pytest.mark.parametrize("dwellings", [False, True])
-def test_dwellings_wall_to_wall_are_buildings_if_asked_for(dwellings: bool) -> None:
-    config = replace(PipelineConfig(), isolated=IsolatedConfig(dwellings=dwellings))
-    found = plan_level(semi_detached([]), config, np.random.default_rng(0))
-    plans = [each for each in found if isinstance(each, FloorPlan)]
-    assert [plan.id for plan in plans] == (["row_B1_L0", "row_B2_L0"] if dwellings else ["row_L0"])
-    assert [len(plan.rooms) for plan in plans] == ([3, 3] if dwellings else [6])
-    assert [door.kind for plan in plans for door in plan.doors].count("cut") == (not dwellings)
-
-
-def test_a_door_in_the_party_wall_makes_them_one_dwelling() -> None:
-    house = semi_detached([DOOR], (9.0, 1.0, 9.3, 1.9))
-    config = replace(PipelineConfig(), isolated=IsolatedConfig(dwellings=True))
-    assert [plan.id for plan in plan_level(house, config, np.random.default_rng(0))] == ["row_L0"]
 
 
 @pytest.mark.parametrize("front", [[DOOR], []], ids=["a door", "no door"])
@@ -122,15 +87,6 @@ def test_of_a_pair_of_buildings_distance_and_size_decide_and_no_cut_leaves_eithe
 def test_equal_cabins_are_all_kept(apart_m: float) -> None:
     cabins = [part for k in range(3) for part in moved(shell((0, 0, 4, 3), front=[DOOR]), k * (4.4 + apart_m))]
     assert [plan.id for plan in plans(cabins, "camp")] == ["camp_B1", "camp_B2", "camp_B3"]
-
-
-def test_dwellings_of_a_row_are_buildings_beside_a_detached_one_too() -> None:
-    row = semi_detached([])
-    other = level([*shell((0, -12.0, 6.0, -6.0), front=[DOOR])])
-    mesh = joined([as_trimesh(row.walls), as_trimesh(other.walls)])
-    config = replace(PipelineConfig(), isolated=IsolatedConfig(dwellings=True))
-    found = plan_level(replace(row, walls=mesh), config, np.random.default_rng(0))
-    assert [each.id for each in found] == ["row_B1_L0", "row_B2_L0", "row_B3_L0"]
 
 
 @pytest.mark.parametrize(("level_id", "expected"), [("a", "a_B2"), ("a_L3", "a_B2_L3"), ("a_L3_x", "a_L3_x_B2")])
