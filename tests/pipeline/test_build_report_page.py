@@ -20,7 +20,6 @@ from pipeline.terminal_report import (
     next_commands,
     notes_lines,
     read_index_rows,
-    rejection_lines,
     slowest_inputs,
     stage_seconds,
 )
@@ -134,16 +133,6 @@ def test_the_terminal_says_which_plans_repeat_others_and_how_to_keep_them(tmp_pa
         "duplicate two: its plan repeats one",
         "left out; --keep-copies keeps them, `keep = true` under an id in overrides.toml one of them",
     ]
-
-
-def test_advice_for_several_rejections_stands_once_below_them(tmp_path: Path) -> None:
-    (tmp_path / "street").mkdir()
-    for name in ("a", "b"):
-        (tmp_path / "street" / f"{name}.ifc").touch()
-    (tmp_path / "street" / "c.ply").write_bytes(b"ply of another kind")
-    said = [line.plain for line in rejection_lines(run_build([tmp_path / "street"], tmp_path / "out"), "out")]
-    assert [line.startswith("rejected") for line in said] == [True, True, False, True, False], said
-    assert said[2].strip() == "export or copy it again"
 
 
 def test_the_commands_to_run_next_can_be_pasted_where_names_have_spaces(tmp_path: Path) -> None:

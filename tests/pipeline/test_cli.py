@@ -10,7 +10,6 @@ import subprocess
 import sys
 import time
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import psutil
@@ -19,7 +18,6 @@ import trimesh
 from PIL import Image
 from typer.testing import CliRunner
 
-from houseexpo import progress
 from houseexpo.commands.app import make_app
 from houseexpo.dataset import open_dataset
 from houseexpo.plan import Frame
@@ -167,16 +165,6 @@ def test_a_second_source_is_refused_added_or_put_in_the_place_of_the_first(house
     assert run(second, "--add") == (0, {"json/houses_a.json"})
     assert run(second, "--replace") == (0, {"json/houses_a.json", "json/houses_c.json"})
     assert run(second) == (0, {"json/houses_c.json"})
-
-
-@pytest.mark.slow
-def test_of_many_plans_the_first_are_named(tmp_path: Path) -> None:
-    command = ["build", "procedural:13", "--out", str(tmp_path / "out"), "--workers", "1"]
-    said = runner.invoke(make_app(), command).output
-    ids = sorted(Path(name).stem for name in contents(tmp_path / "out") if name.startswith("json/"))
-    table = said.partition("\ndoubtful ")[0]  # the doubtful plans are named below it
-    assert [name for name in ids if name in table] == ids[:8]
-    assert f"and {len(ids) - 8} more in" in said
 
 
 # ``houseexpo demo``: what it writes can be built, and what is there already stays.
@@ -415,25 +403,6 @@ def test_inspect_takes_the_house_of_an_id(street: Path, tmp_path: Path) -> None:
 def test_inspect_takes_the_level_of_an_id(name: str | None, number: int) -> None:
     levels = [Level(f"inn_L{i}", Mesh(np.empty((0, 3)), np.empty((0, 3), np.int64)), 2.7, FRAME) for i in range(3)]
     assert _number(Input("inn", "mesh_file", "inn.glb"), levels, 1, name) == number
-
-
-@pytest.mark.slow
-def test_show_and_inspect_have_a_progress_bar(street: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    bars: list[str] = []
-
-    def track(items: object, description: str, **_: object) -> object:
-        bars.append(description)
-        return items
-
-    monkeypatch.setattr(progress, "sys", SimpleNamespace(stderr=SimpleNamespace(isatty=lambda: True)))
-    monkeypatch.setattr("rich.progress.track", track)
-    call("inspect", street, "--out", tmp_path / "out")
-    call("build", street, "--out", tmp_path / "plans", "--workers", "1")
-    call("show", tmp_path / "plans", "--out", tmp_path / "sheet.png", "--size", "100")
-    assert {"reading annexe", "planning annexe", "drawing"} <= set(bars)
-    bars.clear()
-    call("show", tmp_path / "plans", "--out", tmp_path / "sheet.png", "--size", "100", "-q")
-    assert bars == []
 
 
 def test_a_quiet_build_says_nothing_and_a_verbose_one_what_came_of_each_house(street: Path, tmp_path: Path) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import threading
 from functools import partial
 from pathlib import Path
 
@@ -15,9 +14,7 @@ from houseexpo.dataset import open_dataset
 from houseexpo.dataset.splits import split_plans, write_split
 from houseexpo.errors import ConfigError
 from pipeline.algorithm import plan_level
-from pipeline.batch import WORKER_MODULES, assemble
 from pipeline.batch.data_set_folder import ExistingPlansPolicy
-from pipeline.cli_build import BuildRequest
 from tests.builders.batch import contents, killed_once, lines, one_room, run_build, three_rooms
 
 
@@ -31,17 +28,6 @@ def journal(out: Path) -> list[str]:
     file = out / ".build" / "journal.jsonl"
     entries = [msgspec.json.decode(line) for line in file.read_bytes().splitlines() if line.endswith(b"}")]
     return [plan["id"] for entry in entries if not entry["gone"] for plan in entry["plans"]]
-
-
-def test_what_assembling_needs_is_loaded_early_only_where_something_is_to_be_planned(
-    street: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    loads = list[bool]()
-    monkeypatch.setattr("pipeline.batch.build.load_while_workers_start", lambda _, several: loads.append(several))
-    for _ in range(2):
-        run_build([street], tmp_path / "out")
-    run_build([street / "a.ply"], tmp_path / "alone")
-    assert loads == [True, False]
 
 
 def test_an_input_that_changed_is_done_again(street: Path, tmp_path: Path) -> None:
@@ -295,44 +281,3 @@ def test_nothing_to_read_is_a_usage_error(tmp_path: Path) -> None:
         with pytest.raises(ConfigError, match=words):
             run_build(sources, tmp_path / "out")
     assert not (tmp_path / "out").exists()
-
-
-def test_one_plan_alone_is_compared_with_none(street: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """To load what compares plans takes longer than to plan a house."""
-    compared = list[int]()
-    monkeypatch.setattr(assemble, "find_copies", lambda _, count, **__: compared.append(count))
-    monkeypatch.setattr("pipeline.batch.build.load_while_workers_start", lambda *_: None)
-    run_build([street / "a.ply"], tmp_path / "out")
-
-    def load(planned: threading.Event, *, several: bool) -> None:
-        """In a thread, as a build does: it holds Ctrl-C back in its own."""
-        thread = threading.Thread(target=assemble._load_for_assembling, args=(planned, several))
-        thread.start()
-        thread.join()
-
-    planned = threading.Event()
-    planned.set()
-    load(planned, several=False)
-    assert not compared
-    load(planned, several=True)
-    monkeypatch.setattr(assemble, "_SOON_S", 0.0)
-    load(threading.Event(), several=False)  # it takes long, and may be several storeys
-    assert compared == [2, 2]
-
-
-def test_workers_load_ahead_only_where_there_is_something_to_do(
-    street: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    begun = list[tuple[str, ...]]()
-    monkeypatch.setattr("pipeline.executors.local.load_ahead", begun.append)
-
-    def ask(source: Path, out: Path, executor: str = "local") -> None:
-        BuildRequest(None, {"sources": (str(source),)}, None, str(out), 1, executor, None, rehash=False).load_ahead()
-
-    run_build([street / "a.ply"], tmp_path / "built")
-    ask(street, tmp_path / "built")
-    ask(tmp_path / "nothing", tmp_path / "out")
-    ask(street, tmp_path / "out", "ray")
-    assert not begun
-    ask(street, tmp_path / "out")
-    assert begun == [WORKER_MODULES]

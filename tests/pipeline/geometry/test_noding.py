@@ -42,16 +42,6 @@ def test_an_end_beside_a_line_cuts_it():
     assert shapely.to_wkb(found).tolist() == shapely.to_wkb(plain(lines)).tolist()
 
 
-def test_corners_that_lines_share_take_the_quick_way(monkeypatch):
-    square = shapely.linestrings([[(0, 0), (2, 0)], [(2, 0), (2, 1)], [(2, 1), (0, 1)], [(0, 1), (0, 0)]])
-    expected = plain(square)
-    unite = shapely.union_all
-    asked = []
-    monkeypatch.setattr(shapely, "union_all", lambda *a, **more: asked.append(more) or unite(*a, **more))
-    assert shapely.equals_exact(node_on_grid(square, GRID_M), expected).all()
-    assert asked == [{}]
-
-
 def test_a_line_that_ends_in_the_open_is_no_edge():
     faces = shapely.polygons([[(0, 0), (2, 0), (2, 1), (0, 1)]])
     sides = shapely.linestrings([[(0, 0), (2, 0)], [(2, 1), (2, 0)], [(2, 1), (0, 1)], [(0, 1), (0, 0)]])

