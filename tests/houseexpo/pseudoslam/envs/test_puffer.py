@@ -79,7 +79,7 @@ from pufferlib import pufferl
 
 envs = pufferlib.vector.make(PseudoSlamPufferEnv, ["Exploration"], GIVEN)
 settings = pufferl.load_config("default")
-settings["train"] |= {"device": "cpu", "total_timesteps": 1024, "minibatch_size": 512}
+settings["train"] |= {"device": "cpu", "total_timesteps": 1024, "minibatch_size": 256}
 logs = pufferl.train("pseudoslam", settings, envs, pufferlib.models.Default(envs))
 assert 0.0 < logs[-1]["environment/coverage"] <= 1.0, logs[-1]
 """
