@@ -35,6 +35,7 @@ NAMES: Final = {
     "look-around": f"{_HERE}.learned:look_around",
     "oracle": f"{_HERE}.oracle:Oracle",
     "seek": f"{_HERE}.seeking:Seeker",
+    "seek-likely": f"{_HERE}.seeking:seek_likely",
     "shortest": f"{_HERE}.seeking:ShortestWay",
     "wait": f"{_HERE}.social:Waiting",
     "keep-away": f"{_HERE}.social:KeepingAway",

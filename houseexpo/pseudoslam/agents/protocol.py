@@ -55,6 +55,8 @@ class Knowledge(TypedDict):
     """The goal's kind of room or furniture, if it is one."""
     goal_map: NotRequired[npt.NDArray[np.uint8]]
     """(rows, cols), 1 for known cells that belong to such a room or piece: what a robot that recognises them sees."""
+    room_map: NotRequired[npt.NDArray[np.uint8]]
+    """With ``goal_name``: (rows, cols), 1 plus the place in ``LABELS`` of the room of each known cell, otherwise 0."""
 
 
 @dataclass(frozen=True)
@@ -159,7 +161,9 @@ def make_knowledge(simulator: Simulator, state: State) -> Knowledge:
         known["moving_px"] = measure_sight(simulator, state, 0).bodies[:, 1:]
     if simulator.config.goal_region:
         known["goal_name"] = simulator.config.goal_region.names[state.goal_number]
-        known["goal_map"] = simulator.world.regions[known["goal_name"]].marked * (state.known != UNKNOWN)
+        seen = state.known != UNKNOWN
+        known["goal_map"] = simulator.world.regions[known["goal_name"]].marked * seen
+        known["room_map"] = simulator.world.labels * seen
     elif state.goal_m is not None:
         known["goal_px"] = np.array(simulator.world.frame.pixel_from_point(*state.goal_m))
     return known

@@ -13,7 +13,7 @@ from houseexpo.dataset import Dataset
 from houseexpo.errors import ConfigError
 from houseexpo.lru_cache import LruCache
 from houseexpo.pseudoslam.config import SimulatorConfig
-from houseexpo.pseudoslam.worlds.goal_regions import make_goal_regions
+from houseexpo.pseudoslam.worlds.goal_regions import make_goal_regions, mark_room_labels
 from houseexpo.pseudoslam.worlds.maps import House, MapHouse, Plans, open_houses
 from houseexpo.pseudoslam.worlds.margin import add_margin
 from houseexpo.pseudoslam.worlds.moving_obstacles import make_flow_field, make_tracks
@@ -59,7 +59,8 @@ def finish_world(world: World, plan: House, config: SimulatorConfig) -> World:
     if config.trajectories:
         world = replace(world, tracks=make_tracks(config.trajectories, world.occupied, world.frame, plan.id))
     if config.goal_region:
-        world = replace(world, regions=make_goal_regions(plan, world, config.goal_region))
+        regions = make_goal_regions(plan, world, config.goal_region)
+        world = replace(world, regions=regions, labels=mark_room_labels(plan, world.frame))
     if config.people.number:
         world = replace(world, flow=make_flow_field(world.occupied, world.frame, config.people.radius_m, plan))
     return world
@@ -150,7 +151,7 @@ class _Packed:
     def size(self) -> int:
         """The approximate number of bytes."""
         flow, regions = self._world.flow, self._world.regions.values()
-        cells = sum(region.inside.nbytes + region.marked.nbytes for region in regions)
+        cells = self._world.labels.nbytes + sum(region.inside.nbytes + region.marked.nbytes for region in regions)
         return sum(bits.nbytes for bits in self._bits) + flow.toward.nbytes + flow.spots.nbytes + cells
 
     def unpack(self) -> World:

@@ -18,7 +18,9 @@ import numpy.typing as npt
 
 from houseexpo.errors import ConfigError
 from houseexpo.floorplan import FloorPlan
+from houseexpo.grids.frame import GridFrame
 from houseexpo.grids.raster import object_ids, room_ids
+from houseexpo.plan.room_labels import LABELS, canonical
 from houseexpo.pseudoslam.config import GoalConfig
 from houseexpo.pseudoslam.worlds.maps import House
 from houseexpo.pseudoslam.worlds.world import GoalRegion, World
@@ -65,6 +67,17 @@ def make_goal_regions(plan: House, world: World, goal: GoalConfig) -> dict[str, 
             f"{', '.join(here) or f'no {goal.kind}s with names'}"
             + (suggest_name(goal.names[0], here) if len(goal.names) == 1 else "")
         )
+    return found
+
+
+def mark_room_labels(plan: House, frame: GridFrame) -> Cells:
+    """Return 1 plus the place in ``LABELS`` of the room of each cell (rows, cols); 0 for no room with a label (R1)."""
+    assert isinstance(plan, FloorPlan)  # noqa: S101  # make_goal_regions has said so
+    ids = room_ids(plan.divided, frame)
+    found = np.zeros(ids.shape, np.uint8)
+    for room in plan.divided.rooms:
+        label = canonical(room.label)
+        found[ids == room.id] = LABELS.index(label) + 1 if label else 0
     return found
 
 

@@ -69,6 +69,8 @@ class World:
         Width of the margin for what noise moves out of the house (``worlds.margin``), cells.
     regions
         The regions of goals by their kind of room or furniture (``worlds.goal_regions``), if there are any.
+    labels
+        With ``regions``: 1 plus the place in ``LABELS`` of the room of each cell, 0 for no room with a label.
     """
 
     plan_id: str
@@ -80,6 +82,7 @@ class World:
     flow: FlowField = field(default_factory=no_flow_field)
     margin_px: int = 0
     regions: Mapping[str, GoalRegion] = field(default_factory=dict)
+    labels: Cells = field(default_factory=lambda: np.empty((0, 0), np.uint8))
 
     @cached_property
     def observable_cells(self) -> int:

@@ -82,6 +82,8 @@ def test_a_policy_is_told_the_kind_and_what_it_sees_of_it() -> None:
         assert (len(rows) > 0) == sees
         assert (info["map"][rows, cols] != 0).all()
         assert (env.simulator.world.frame.points_from_pixels(np.stack([cols, rows], 1) + 0.5)[:, 0] < 4.0).all()
+        np.testing.assert_array_equal(info["room_map"] == 1 + LABELS.index("Kitchen"), info["goal_map"] != 0)
+        assert not info["room_map"][info["map"] == 0].any()
 
 
 @pytest.mark.parametrize("pixels", [None, 32])
@@ -104,7 +106,7 @@ def test_the_view_of_the_goal_is_that_of_the_known_cells_of_its_region(pixels: i
 @pytest.mark.parametrize("kind", ["room", "object"])
 def test_policies_find_it(kind: str) -> None:
     track = find_track(f"{kind}goal")
-    for name, most in (("shortest", 1.1), ("seek", 3.0)):
+    for name, most in (("shortest", 1.1), ("seek", 3.0), ("seek-likely", 3.0)):
         runner = EpisodeRunner(track, load_policy(name), [flat()])
         for seed in range(6):
             values = runner.run(Case("flat", seed)).values
