@@ -80,8 +80,8 @@ class Learner(LikelyExplorer):
         numbers = self.measure(known, frontiers, info)
         first = frontiers[: len(numbers)]
         ways = first["way"] / (STRAIGHT * self.metre) + self._ways_m.flat[first["goal"]]
-        regrets = np.minimum((ways - ways.min()) / self._shortest_m, MOST_REGRET)
         if len(numbers) > 1 and np.isfinite(ways.min()):
+            regrets = np.minimum((ways - ways.min()) / self._shortest_m, MOST_REGRET)
             self.choices.append(Choice(info["goal_name"], numbers, regrets))
         if self._rng.random() < AT_RANDOM:
             return int(self._rng.integers(len(numbers)))

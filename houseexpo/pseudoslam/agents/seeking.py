@@ -181,7 +181,9 @@ class SeekerFactory:
         return found
 
 
-seek_likely = SeekerFactory(Path(__file__).with_name("seek-likely-0.json"))
+seek_likely_0, seek_likely_1, seek_likely_2 = (
+    SeekerFactory(Path(__file__).with_name(f"seek-likely-{seed}.json")) for seed in range(3)
+)
 
 
 class ShortestWay:

@@ -21,10 +21,10 @@ from numba import njit
 
 from houseexpo.pseudoslam.kernels.body_tracks import Bodies, Tracks, nearest_body_point, to_body_frame
 from houseexpo.pseudoslam.kernels.collision import Disc
-from houseexpo.pseudoslam.kernels.tolerances import FASTEST_SHARE, PARALLEL, WALL_HORIZON_S
+from houseexpo.pseudoslam.kernels.tolerances import FASTEST_SHARE, PARALLEL_SINE, WALL_HORIZON_S
 from houseexpo.pseudoslam.kernels.types import Floats, Grid, Rows
 
-_FAR = 1e6
+_AS_DIRECTION = 1e6
 """How far away a wish lies that stands for a direction, as a multiple of the highest speed."""
 
 
@@ -108,10 +108,10 @@ def solve_half_planes(planes: Floats, most: float, wish_x: float, wish_y: float)
         for j in range(i):  # where j is violated no more than i
             m_x, m_y = planes[j, 0] - n_x, planes[j, 1] - n_y
             size = math.hypot(m_x, m_y)
-            if size > PARALLEL:
+            if size > PARALLEL_SINE:
                 beside[n] = m_x / size, m_y / size, (planes[j, 2] - b) / size
                 n += 1
-        stopped, new_x, new_y = _closest(beside[:n], most, n_x * _FAR * most, n_y * _FAR * most)
+        stopped, new_x, new_y = _closest(beside[:n], most, n_x * _AS_DIRECTION * most, n_y * _AS_DIRECTION * most)
         if stopped == n:
             vx, vy = new_x, new_y
         worst = b - n_x * vx - n_y * vy
@@ -121,7 +121,7 @@ def solve_half_planes(planes: Floats, most: float, wish_x: float, wish_y: float)
 @njit(cache=True, nogil=True)
 def _closest(planes: Floats, most: float, wish_x: float, wish_y: float) -> tuple[int, float, float]:
     """Return the number of half-planes that can be met, in order, and the velocity closest to the wish in these."""
-    slower = most / max(math.hypot(wish_x, wish_y), most, PARALLEL)
+    slower = most / max(math.hypot(wish_x, wish_y), most, PARALLEL_SINE)
     vx, vy = wish_x * slower, wish_y * slower
     for i in range(len(planes)):
         n_x, n_y, b = planes[i, 0], planes[i, 1], planes[i, 2]
@@ -134,7 +134,7 @@ def _closest(planes: Floats, most: float, wish_x: float, wish_y: float) -> tuple
         for j in range(i):
             slope = planes[j, 1] * n_x - planes[j, 0] * n_y
             rest = planes[j, 2] - b * (planes[j, 0] * n_x + planes[j, 1] * n_y)
-            if abs(slope) <= PARALLEL:
+            if abs(slope) <= PARALLEL_SINE:
                 low = math.inf if rest > 0.0 else low
             elif slope > 0.0:
                 low = max(low, rest / slope)

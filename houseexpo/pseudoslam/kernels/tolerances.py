@@ -43,7 +43,7 @@ ALIGNED = 1e-9
 WALL_EPS_PX = 1e-6
 """Pixels by which a clearance may be below its limit because of rounding."""
 
-PARALLEL = 1e-9
+PARALLEL_SINE = 1e-9
 """The sine of the angle between two half-planes of velocities below which they are parallel."""
 
 # Dimensions
