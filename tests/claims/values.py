@@ -113,6 +113,27 @@ def looking_round() -> list[str]:
     return wrong
 
 
+def goals_of_a_kind() -> list[str]:
+    """docs/pseudoslam/experiments.md: the rows are those of the results on the tracks of goals of a kind."""
+    text = "\n".join(block.text for block in _section("docs/pseudoslam/experiments.md", "Goals of a kind"))
+    wrong = []
+    for track in ("roomgoal", "objectgoal"):
+        for name in ("seek", "seek-likely", "seek-likely-1", "seek-likely-2", "shortest"):
+            summary = _summary(RESULTS / f"{track}-v1-{name}.json")
+            cells = [
+                f"{times * each['mean']:{form}} [{times * each['low']:{form}}, {times * each['high']:{form}}]"
+                for each, times, form in (
+                    (summary["spl"], 100, ".1f"),
+                    (summary["success"], 100, ".1f"),
+                    (summary["metres"], 1, ".1f"),
+                    (summary["steps"], 1, ".0f"),
+                )
+            ]
+            row = f"| `{name}` | {' | '.join(cells)} |"
+            wrong += [] if row in text else [f"docs/pseudoslam/experiments.md: {row!r} is missing"]
+    return wrong
+
+
 def slam_in_the_loop() -> list[str]:
     """docs/pseudoslam/slam.md: the ranges are those of the track's results, whose actions were played again."""
     files = sorted(RESULTS.glob("exploration-slam-*.json"))
