@@ -29,6 +29,7 @@ from houseexpo.pseudoslam.kernels.planning.planner_types import (
 from houseexpo.pseudoslam.kernels.tolerances import (
     AIM_M,
     ENOUGH,
+    ENOUGH_GOING,
     FEATURE_BEAMS,
     FEATURE_SAMPLES_PER_M,
     LARGE_M,
@@ -80,10 +81,12 @@ def explorer_frontier_rules(config: SimulatorConfig) -> FrontierRules:
     return frontier_rules(config)._replace(spare_px=SPARE_PX)
 
 
-def descent_rules(config: SimulatorConfig) -> DescentRules:
-    """Return the parameters of a robot that descends distances by discrete actions."""
+def descent_rules(config: SimulatorConfig, parts: int = 1) -> DescentRules:
+    """Return the parameters of a robot that descends distances; ``parts`` is an argument of ``choose_turns``."""
     robot, ppm = config.robot, float(config.pixels_per_metre)
-    return DescentRules(float(robot.step_m * ppm), math.radians(robot.turn_deg), float(robot.radius_m * ppm), ENOUGH)
+    radius_px, turn_rad = float(robot.radius_m * ppm), math.radians(robot.turn_deg)
+    enough = ENOUGH if parts == 1 else ENOUGH_GOING
+    return DescentRules(float(robot.step_m * ppm), turn_rad, radius_px, enough, parts)
 
 
 def count_first_looks(config: SimulatorConfig) -> int:

@@ -113,6 +113,23 @@ def looking_round() -> list[str]:
     return wrong
 
 
+def turning_while_going() -> list[str]:
+    """docs/pseudoslam/experiments.md: the rows are those of the results on the tracks `budget` and `quality`."""
+    text = "\n".join(block.text for block in _section("docs/pseudoslam/experiments.md", "Turning while going"))
+    wrong = []
+    for name in ("swift", "chooser", "frontier"):
+        budget, quality = (_summary(RESULTS / f"exploration-{track}-v1-{name}.json") for track in ("budget", "quality"))
+        spans = ((budget["area_800_steps"], 100), (budget["area_200_metres"], 100), (quality["metres_to_90"], 1))
+        area, way, metres = (
+            f"{times * each['mean']:.1f} [{times * each['low']:.1f}, {times * each['high']:.1f}]"
+            for each, times in spans
+        )
+        steps = f"{quality['steps_to_90']['mean']:.0f} | {quality['steps_to_99']['mean']:.0f}"
+        row = f"| `{name}` | {area} | {way} | {steps} | {metres} |"
+        wrong += [] if row in text else [f"docs/pseudoslam/experiments.md: {row!r} is missing"]
+    return wrong
+
+
 def goals_of_a_kind() -> list[str]:
     """docs/pseudoslam/experiments.md: the rows are those of the results on the tracks of goals of a kind."""
     text = "\n".join(block.text for block in _section("docs/pseudoslam/experiments.md", "Goals of a kind"))

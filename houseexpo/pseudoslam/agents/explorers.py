@@ -15,7 +15,10 @@ import numpy.typing as npt
 from houseexpo.pseudoslam.agents.protocol import Interface, Knowledge, Robot
 from houseexpo.pseudoslam.kernels.explore import (
     EXPLORER,
+    FORWARD,
+    LEFT,
     NO_ACTION,
+    RIGHT,
     descent_action,
     first_look_action,
     must_choose_again,
@@ -70,6 +73,8 @@ class Explorer(ABC):
     """A policy that goes to one frontier after another until no frontier is left; subclasses choose the frontier."""
 
     interface = Interface(tasks=("exploration",))
+    parts = 1
+    """See ``DescentRules``; with more than one, actions are continuous."""
 
     def __init__(self, robot: Robot, _: int) -> None:
         config = robot.config
@@ -77,7 +82,7 @@ class Explorer(ABC):
         self.range_px = config.laser.range_m * self.metre
         self.radius_px = config.robot.radius_m * self.metre
         self.scratch = make_scratch(config)
-        self._rules, self._descent = explorer_frontier_rules(config), descent_rules(config)
+        self._rules, self._descent = explorer_frontier_rules(config), descent_rules(config, self.parts)
         self._memory = new_memory(count_first_looks(config), MAX_FRONTIERS)
         self.decided = False
 
@@ -95,8 +100,16 @@ class Explorer(ABC):
             Other knowledge of the robot.
         """
 
-    def __call__(self, _observation: Any, info: Knowledge) -> int | None:
-        """Return the action forward, left or right, or None when there is nothing left to see."""
+    def __call__(self, _observation: Any, info: Knowledge) -> int | Floats | None:
+        """Return the next action, or None when there is nothing left to see."""
+        action = self.act(info)
+        if action is None or self.parts == 1:
+            return action
+        turn = {LEFT: 1.0, RIGHT: -1.0}.get(action, self._memory.state[0].rest / self.parts)
+        return np.array([float(action == FORWARD), turn])
+
+    def act(self, info: Knowledge) -> int | None:
+        """Return forward, left or right, or None when there is nothing left to see."""
         known, memory = info["map"], self._memory
         x, y, heading = info["pose_px"].tolist()
         self.scratch = enlarge_scratch(self.scratch, known.size)

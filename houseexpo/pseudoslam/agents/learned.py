@@ -26,7 +26,7 @@ from houseexpo.pseudoslam.kernels.planning.frontier_features import (
     compute_features,
     score_frontiers,
 )
-from houseexpo.pseudoslam.kernels.tolerances import LOOK_ROUND_M
+from houseexpo.pseudoslam.kernels.tolerances import LOOK_ROUND_M, TURN_PARTS
 from houseexpo.pseudoslam.kernels.types import Floats, Rows
 from houseexpo.pseudoslam.learning.environments import make_simulator_config
 from houseexpo.pseudoslam.learning.policy_file import EpisodeActor, read_policy
@@ -102,13 +102,13 @@ class LookAround(FrontierChooser):
         self._turns = self._leftmost = self._rightmost = 0
         """The turns since then, to the left."""
 
-    def __call__(self, observation: Any, info: Knowledge) -> int | None:
+    def act(self, info: Knowledge) -> int | None:
         """Return the next turn to something unknown in sight, otherwise what the chooser does."""
         if self._came_rad is None:
             self._came_rad = float(info["pose_px"][2])
         action = self._look(info)
         if action is None:
-            action = super().__call__(observation, info)
+            action = super().act(info)
         if action == FORWARD:
             self._came_rad = float(info["pose_px"][2])
             self._turns = self._leftmost = self._rightmost = 0
@@ -142,13 +142,18 @@ class LookAround(FrontierChooser):
         return super().choose(known, frontiers, {**info, "pose_px": np.array([x, y, self._came_rad])})
 
 
+class Swift(FrontierChooser):
+    """A chooser that turns while it goes, since turns cost steps (R6 of ``kernels.explore``)."""
+
+    interface = Interface(actions="continuous", tasks=("exploration",))
+    parts = TURN_PARTS
+
+
 class ChooserFactory:
     """A factory of choosers with the weights of a file."""
 
-    interface = Interface(tasks=("exploration",))
-
-    def __init__(self, file: Path, kind: type[FrontierChooser] = FrontierChooser) -> None:
-        self.file, self._kind = file, kind
+    def __init__(self, file: Path, kind: type[FrontierChooser] = FrontierChooser, family: str = FAMILY) -> None:
+        self.file, self._kind, self._family, self.interface = file, kind, family, kind.interface
 
     def __call__(self, robot: Robot, seed: int) -> Policy:
         """Return the explorer for an episode."""
@@ -158,7 +163,7 @@ class ChooserFactory:
     def training(self) -> Training:
         """The family of the weights, and the seed of their training."""
         about = self._weights_and_notes[1]
-        return Training(str(about.get("family", FAMILY)), int(about.get("seed", 0)))
+        return Training(str(about.get("family", self._family)), int(about.get("seed", 0)))
 
     @cached_property
     def _weights_and_notes(self) -> tuple[Floats, dict[str, Any]]:
@@ -175,3 +180,4 @@ finisher = ChooserFactory(Path(__file__).with_name("finisher.json"))
 """Searched by ``research.finisher_training`` for short ways to 90% and to 99%."""
 look_around = ChooserFactory(Path(__file__).with_name("look-around.json"), LookAround)
 """Searched by the same script for a robot that sees all round."""
+swift = ChooserFactory(chooser_0.file, Swift, "swift")

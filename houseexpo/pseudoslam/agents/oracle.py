@@ -61,7 +61,7 @@ class Oracle:
         self._decided_at_m, self._turns, self._is_left = 0.0, 0, True
         self.decided = False
 
-    def __call__(self, observation: Any, info: Knowledge) -> int | None:
+    def __call__(self, _observation: Any, info: Knowledge) -> int | None:
         """Return the action forward, left or right, or None when everything is seen."""
         known, pose = info["map"], info["pose_px"]
         self.decided = False
@@ -78,7 +78,7 @@ class Oracle:
                 self._turns += 1
                 return LEFT
             self._unwanted[self._purpose] = 1
-        return self._rest(observation, info)  # R4
+        return self._rest.act(info)  # R4
 
     def _has_served(self, known: npt.NDArray[np.uint8]) -> bool:
         """Return whether the purpose of the current place is fulfilled or given up."""

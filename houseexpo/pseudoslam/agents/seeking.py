@@ -83,7 +83,7 @@ class Seeker:
         self._reach_px = OBJECT_M * self.metre if goal is not None and goal.kind == "object" else 0.0
         self._path_m, self._sees = -1.0, False
 
-    def __call__(self, observation: Any, info: Knowledge) -> int | None:
+    def __call__(self, _observation: Any, info: Knowledge) -> int | None:
         """Return the action forward, left or right, or None when all is explored."""
         known, seen = info["map"], info["goal_map"]
         if info["path_m"] != self._path_m or info["collided"] or not self._sees:
@@ -95,7 +95,7 @@ class Seeker:
                 self._sees = self._to_goal.aim(known, place, *info["pose_px"][:2].tolist())
         action = self._to_goal.next(known, info["pose_px"]) if self._sees else None
         if action is None:
-            action = self._explorer(observation, info)
+            action = self._explorer.act(info)
             self.decided = self._explorer.decided
             return action
         self.decided = True

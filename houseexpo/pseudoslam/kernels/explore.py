@@ -10,6 +10,7 @@ R3  If it cannot get closer, it turns to the frontier; a frontier that is still 
 R4  It is done when no frontier is left.
 R5  An explorer that counts metres and not turns looks round first: where it has gone a step, it turns to the unknown
     cells in sight that its laser has not swept there (``find_unseen_in_sight``), by the smaller turn that sees all.
+R6  A robot that turns while it goes takes the last turn before a step, or a part of it, during the step.
 """
 
 from __future__ import annotations
@@ -40,9 +41,10 @@ from houseexpo.pseudoslam.kernels.types import (
     make_row_dtype,
 )
 
-EXPLORER = make_row_dtype(looks=int, lost=int, target=int, bumps=int, turns=int, goes=int)
+EXPLORER = make_row_dtype(looks=int, lost=int, target=int, bumps=int, turns=int, goes=int, rest=int)
 """Remaining turns of the first look around; the number of cells given up; the target cell, -1 for none; how often the
-robot was blocked on the way there; the turns before the next step, positive to the left, and 1 if one is planned."""
+robot was blocked on the way there; the turns before the next step, positive to the left, and 1 if one is planned; the
+turn during a step. Turns are counted in parts, see ``DescentRules``."""
 ENDED, NOTHING = range(2)
 """Why ``explore`` returned: enough is seen or time is up; or there is no frontier."""
 FORWARD, LEFT, RIGHT = range(3)
@@ -59,7 +61,8 @@ class DescentRules(NamedTuple):
     turn_rad: float
     radius_px: float
     enough: float
-    """The argument of ``choose_turns``."""
+    parts: int
+    """Arguments of ``choose_turns``."""
 
 
 class ExplorerRules(NamedTuple):
@@ -91,7 +94,7 @@ class ExplorationCurve(NamedTuple):
 
 def new_memory(looks: int, frontiers: int) -> ExplorerMemory:
     """Return the memory of an explorer that first turns ``looks`` times, with room for a number of frontiers."""
-    state = np.array([(looks, 0, -1, 0, 0, 0)], EXPLORER)
+    state = np.array([(looks, 0, -1, 0, 0, 0, 0)], EXPLORER)
     return ExplorerMemory(state, np.zeros(_GIVEN_UP, np.int32), np.zeros(frontiers, FRONTIER))
 
 
@@ -137,8 +140,8 @@ def explore(
             act = next_action(known, pose.seen_x, pose.seen_y, pose.seen_heading, memory, rules.descent, found)
         if act == NO_ACTION:
             return NOTHING
-        turn = rules.descent.turn_rad if act == LEFT else -rules.descent.turn_rad if act == RIGHT else 0.0
-        forward = rules.descent.step_px if act == FORWARD else 0.0
+        turns = 1.0 if act == LEFT else -1.0 if act == RIGHT else state.rest / rules.descent.parts
+        turn, forward = turns * rules.descent.turn_rad, rules.descent.step_px if act == FORWARD else 0.0
         step(episode, turn, forward, params, scratch, move_nothing, scan_sector_into_map, False)
         course.covered[counts.steps] = counts.covered
         course.gone_px[counts.steps] = episode.readings.path_length
@@ -208,19 +211,21 @@ def descent_action(
 ) -> int:
     """Return the next action down the distances ``found``, or ``NO_ACTION`` if no step reduces them.
 
-    ``states`` is (1,) ``EXPLORER``, of which ``turns`` and ``goes`` are used.
+    ``states`` is (1,) ``EXPLORER``, of which ``turns``, ``goes`` and ``rest`` are used.
     """
     state = states[0]
     if state.goes == 0:
-        turns = choose_turns(known, x, y, heading, rules.turn_rad, rules.step_px, rules.radius_px, rules.enough, found)
+        turns = choose_turns(
+            known, x, y, heading, rules.turn_rad, rules.step_px, rules.radius_px, rules.enough, rules.parts, found
+        )
         if turns == NO_TURN:
             return NO_ACTION
         state.turns, state.goes = turns, 1
-    if state.turns != 0:
+    if abs(state.turns) > (rules.parts if rules.parts > 1 else 0):
         act = LEFT if state.turns > 0 else RIGHT
-        state.turns -= 1 if state.turns > 0 else -1
+        state.turns -= rules.parts if state.turns > 0 else -rules.parts
         return act
-    state.goes = 0
+    state.rest, state.turns, state.goes = state.turns, 0, 0  # R6
     return FORWARD
 
 

@@ -169,7 +169,7 @@ class TeamPolicy:
                 "steps": int(counts.steps),
                 "path_m": float(state.episode.readings[0].path_length) / ppm,
             }
-            action = explorer(None, info)
+            action = explorer.act(info)
             if action is None:
                 explorer.goal_px = (math.nan, math.nan)
                 self._idle[k] = int(counts.known)

@@ -33,6 +33,7 @@ EXPLORERS: Final = {
     "chooser-2": "trained with a third seed",
     "finisher": "learned for short ways to the end",
     "look-around": "the same, and looks round as it goes",
+    "swift": "learned choice, and turns as it goes",
     "oracle": "knows the house",
 }
 """The explorers, described in a few words."""

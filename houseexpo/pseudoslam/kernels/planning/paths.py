@@ -299,12 +299,16 @@ def choose_turns(
     step_px: float,
     radius_px: float,
     enough: float,
+    parts: int,
     found: PathScratch,
 ) -> int:
     """Return the fewest turns, positive to the left, before a step that makes nearly as much progress as the best one.
 
     Steps that an obstacle would shorten come after all others. The result is ``NO_TURN`` if no step reduces the
     distance; of equally many turns to both sides, those to the right are taken.
+
+    A robot that turns while it goes chooses among ``parts`` of a turn. The last turn costs it no action, so that of the
+    headings with the fewest turns, it takes the one with most progress.
 
     Parameters
     ----------
@@ -316,6 +320,8 @@ def choose_turns(
         The turn of an action in radians, and the distance of a step.
     enough
         The share of the best step's progress that is enough.
+    parts
+        The result is a number of these parts of a turn; 1 for a robot that turns on the spot.
     found
         The result of ``find_distances`` from the goal, up to the robot.
     """
@@ -326,10 +332,11 @@ def choose_turns(
     here = distance_at(found, known.shape[0], x, y, beside)
     if here == math.inf:  # only then: a farther cell may be around a corner, and no step would reduce its distance
         here = distance_at(found, known.shape[0], x, y, math.ceil(radius_px) + 2)
-    half = int(math.pi / turn + 1e-9)
+    part = turn / parts
+    half = int(math.pi / part + 1e-9)
     gains, is_full, some_full = np.zeros(2 * half + 1), np.zeros(2 * half + 1, np.uint8), False
     for k in range(-half, half + 1):
-        right, down = math.cos(heading + k * turn), -math.sin(heading + k * turn)
+        right, down = math.cos(heading + k * part), -math.sin(heading + k * part)
         way = free_distance(closed, x - left, y - top, right, down, step_px, radius_px)
         gain = here - distance_at(found, known.shape[0], x + way * right, y + way * down, beside)
         if gain > _MIN_GAIN:  # not if both are infinite
@@ -341,10 +348,11 @@ def choose_turns(
     most = gains.max()
     if not most > 0.0:
         return NO_TURN
-    best = NO_TURN
+    best, fewest = NO_TURN, NO_TURN
     for k in range(-half, half + 1):
-        if gains[k + half] >= enough * most and (best == NO_TURN or abs(k) < abs(best)):
-            best = k
+        gain, turns = gains[k + half], abs(k) if parts == 1 else max(abs(k) - 1, 0) // parts
+        if gain >= enough * most and (turns < fewest or (parts > 1 and turns == fewest and gain > gains[best + half])):
+            best, fewest = k, turns
     return best
 
 

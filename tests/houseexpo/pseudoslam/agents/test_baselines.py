@@ -115,14 +115,13 @@ def test_explorers_are_done_when_nothing_is_left() -> None:
 
 def test_equal_seeds_are_equal_episodes() -> None:
     for name in NAMES:
-        tasks = load_policy(name).interface.tasks
+        tasks, actions = load_policy(name).interface.tasks, load_policy(name).interface.actions
         if tasks[:1] == ("search",):
             env: Any = NavigationEnv(flat(), config(6.0, 1.0, goal=GoalConfig(kind="room")))
         elif "navigation" in tasks:
-            actions = load_policy(name).interface.actions
             env = NavigationEnv(POCKET, config(1.0, 1.0, goal=GoalConfig(), known_map=True), actions=actions)
         else:
-            env = ExplorationEnv(POCKET, config(1.0, 1.0))
+            env = ExplorationEnv(POCKET, config(1.0, 1.0), actions=actions)
         one, other = (
             [(*np.atleast_1d(step["action"]), *step["pose"]) for step in episode(name, env, 3)] for _ in range(2)
         )

@@ -57,7 +57,7 @@ def walk(known: np.ndarray, pose: list[float], goal: tuple[float, float], most: 
     find_distances(known, *goal, RADIUS, -1, ways)
     x, y, heading = pose
     trail, actions = [(x, y)], 0
-    while (turns := choose_turns(known, x, y, heading, TURN, STEP, RADIUS, 0.95, ways)) != NO_TURN:
+    while (turns := choose_turns(known, x, y, heading, TURN, STEP, RADIUS, 0.95, 1, ways)) != NO_TURN:
         actions += abs(turns) + 1
         assert actions < most
         heading += turns * TURN
@@ -87,27 +87,30 @@ def test_no_step_shortens_no_way() -> None:
     known[:14, 44:46] = OBSTACLE
     ways = new_path_scratch(known.size)
     find_distances(known, 70.0, 40.0, RADIUS, -1, ways)
-    assert choose_turns(known, 20.0, 40.0, 0.0, TURN, STEP, RADIUS, 0.95, ways) == NO_TURN
+    assert choose_turns(known, 20.0, 40.0, 0.0, TURN, STEP, RADIUS, 0.95, 1, ways) == NO_TURN
     assert distance_at(ways, len(known), 20.0, 40.0, 6) == math.inf
-    assert choose_turns(known, 70.0, 40.0, 0.0, TURN, STEP, RADIUS, 0.95, ways) == NO_TURN  # it is there
+    assert choose_turns(known, 70.0, 40.0, 0.0, TURN, STEP, RADIUS, 0.95, 1, ways) == NO_TURN  # it is there
 
 
-def slow_best(known: np.ndarray, x: float, y: float, heading: float, enough: float, ways: object) -> int:
+def slow_best(known: np.ndarray, x: float, y: float, heading: float, enough: float, parts: int, ways: object) -> int:
     walls, options = (known != FREE).astype(np.uint8), []
     near = distance_at(ways, len(known), x, y, 3)
     here = near if near < math.inf else distance_at(ways, len(known), x, y, math.ceil(RADIUS) + 2)
-    for k in range(-18, 19):
-        right, down = math.cos(heading + k * TURN), -math.sin(heading + k * TURN)
+    for k in range(-18 * parts, 18 * parts + 1):
+        right, down = math.cos(heading + k * TURN / parts), -math.sin(heading + k * TURN / parts)
         way = free_distance(walls, x, y, right, down, STEP, RADIUS)
         gain = here - distance_at(ways, len(known), x + way * right, y + way * down, 3)
         if gain > 35.0:
             options.append((way == STEP, gain, k))
     options = [option for option in options if option[0]] or options
     most = max((gain for _, gain, _ in options), default=0.0)
-    return min((k for _, gain, k in options if gain >= enough * most), key=lambda k: (abs(k), k), default=NO_TURN)
+    options = [(max(abs(k) - 1, 0) // parts, -gain, k) for _, gain, k in options if gain >= enough * most]
+    by_turns = min(options, key=lambda one: (abs(one[2]), one[2]) if parts == 1 else one, default=(0, 0.0, NO_TURN))
+    return by_turns[2]
 
 
-def test_the_next_step_is_that_of_its_twin() -> None:
+@pytest.mark.parametrize("parts", [1, 4])
+def test_the_next_step_is_that_of_its_twin(parts: int) -> None:
     known, rng = house(), np.random.default_rng(4)
     ways = new_path_scratch(known.size)
     find_distances(known, 70.0, 40.0, RADIUS, -1, ways)
@@ -117,7 +120,7 @@ def test_the_next_step_is_that_of_its_twin() -> None:
         if free_distance((known != FREE).astype(np.uint8), x, y, 1.0, 0.0, 1.0, RADIUS) == 0.0:
             continue
         enough = rng.uniform(0.5, 1.0)
-        expected = slow_best(known, x, y, heading, enough, ways)
-        assert choose_turns(known, x, y, heading, TURN, STEP, RADIUS, enough, ways) == expected
+        expected = slow_best(known, x, y, heading, enough, parts, ways)
+        assert choose_turns(known, x, y, heading, TURN, STEP, RADIUS, enough, parts, ways) == expected
         found += expected != NO_TURN
     assert found > 50
