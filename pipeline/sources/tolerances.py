@@ -46,7 +46,6 @@ LONGEST_SOLID_M: Final = 10_000.0  # a solid in a robot's scene: the ground of a
 LONGEST_SITE_M: Final = 2000.0  # a plan of lines and areas: an airport, a campus
 LONGEST_LENGTH_M: Final = 1000.0  # a single length in a file
 LONGEST_CLOUD_M: Final = 200.0  # from the middle of a cloud of points to its farthest point
-LARGEST_FLOOR_M2: Final = 1e7  # the floor of one plan
 
 # Dimensions of houses. Building codes ask for rooms of 2.1 to 2.5 m and for doors of 1.9 to 2.1 m clear height; where
 # no other source is named, the value lies outside of all that was met in the models that tests and benchmarks list.

@@ -40,10 +40,7 @@ FAMILIES = (
     "dxf",
     "imdf",
     "geojson",
-    "scene_text",
-    "structured3d",
     "svg",
-    "tables",
 )
 _MOST_LINES: Final = 8_000
 _FAULTS = (ArithmeticError, LookupError, RecursionError, TypeError, ValueError, shapely.errors.ShapelyError)

@@ -9,12 +9,9 @@ from typing import Any
 import pytest
 from shapely import MultiPolygon, box
 
-from pipeline.sources.vector_plans import dxf, geojson, scene_state, scene_text, tables
+from pipeline.sources.vector_plans import dxf, geojson, scene_state
 from pipeline.sources.vector_plans.drawing import DrawnStorey, Feature
 from pipeline.sources.vector_plans.named_features import storey_from_features
-from pipeline.sources.vector_plans.structured3d import read_drawing as read_structured3d
-
-SQUARE = [[0, 0, 0], [4000, 0, 0], [4000, 4000, 0], [0, 4000, 0]]
 
 
 def written(path: Path, content: Any) -> Path:
@@ -24,39 +21,6 @@ def written(path: Path, content: Any) -> Path:
 
 def areas(storey: DrawnStorey) -> list[float]:
     return [round(wall.shape.area, 2) for wall in storey.walls]
-
-
-def test_walls_of_one_name_are_all_walls_and_a_byte_order_mark_is_no_part_of_the_first(tmp_path: Path) -> None:
-    ends = [(0, 0, 4, 0), (4, 0, 4, 4), (4, 4, 0, 4), (0, 4, 0, 0)]
-    lines = "".join(f"wall_0=Wall({a},{b},0,{c},{d},0,2.5,0.1)\n" for a, b, c, d in ends)
-    drawing = scene_text.read_drawing(written(tmp_path / "layout.txt", "\ufeff" + lines))
-    assert sum(areas(drawing.storeys[0])) == pytest.approx(1.6, abs=0.02)
-    assert drawing.left_out.note == ""
-
-
-@pytest.mark.parametrize("foot", [0, -2000])
-def test_a_room_without_a_floor_is_left_out_and_a_door_that_ends_at_zero_is_one(tmp_path: Path, foot: int) -> None:
-    """The second plane, a wall of the door, is the first side of the square and ends at z = 0 where foot is -2 m."""
-    corners = [[x, y, foot] for x, y, _ in SQUARE] + [[1000, 0, foot], [1900, 0, foot], [1900, 0, 0], [1000, 0, 0]]
-    following = [1, 2, 3, 0, 5, 6, 7, 4]
-    found = {
-        "junctions": [{"ID": k, "coordinate": each} for k, each in enumerate(corners)],
-        "lines": [{"ID": k} for k in range(8)],
-        "planes": [{"type": "floor", "ID": 0}, {"type": "wall", "ID": 1}],
-        "planeLineMatrix": [[int(k < 4) for k in range(8)], [int(k >= 4) for k in range(8)]],
-        "lineJunctionMatrix": [[int(j in {k, following[k]}) for j in range(8)] for k in range(8)],
-        "semantics": [
-            {"ID": 0, "type": "kitchen", "planeID": [0]},
-            {"ID": 1, "type": "bedroom", "planeID": [1]},
-            {"ID": 2, "type": "door", "planeID": [1]},
-        ],
-    }
-    drawing = read_structured3d(written(tmp_path / "annotation_3d.json", found))
-    assert "semantics[1]" in drawing.left_out.note
-    assert "no floor" in drawing.left_out.note
-    assert len(drawing.storeys[0].rooms) == 1
-    (hole,) = drawing.storeys[0].holes
-    assert hole.shape.bounds[0] == pytest.approx(1.0)
 
 
 @pytest.mark.parametrize(("unit_m", "code"), [(0.001, 4), (1.0, 6)])
@@ -71,18 +35,6 @@ def test_rings_of_a_hatch_that_touch_by_a_hair_are_holes_in_any_unit(tmp_path: P
         hatch.paths.add_polyline_path(ring, is_closed=True)
     document.saveas(tmp_path / "plan.dxf")
     assert areas(dxf.read_drawing(tmp_path / "plan.dxf").storeys[0]) == [4.32]
-
-
-def test_a_spike_of_a_polygon_is_no_wall_and_no_door(tmp_path: Path) -> None:
-    rows = [
-        ("separator,WALL", "0 4,4 4,4 4.2,2 4.2,2 7,2 4.2,0 4.2,0 4"),
-        ("opening,DOOR", "1 4,1.9 4,1.9 4.2,1.5 4.2,1.5 5.5,1.5 4.2,1 4.2,1 4"),
-    ]
-    lines = "".join(f'1,{kind},"POLYGON(({ring}))"\n' for kind, ring in rows)
-    head = "floor_id,entity_type,entity_subtype,geometry\n"
-    (storey,) = tables.read_drawing(written(tmp_path / "geometries.csv", head + lines)).storeys
-    assert [wall.shape.bounds for wall in storey.walls] == [(0.0, 4.0, 4.0, 4.2)]
-    assert [hole.shape.bounds for hole in storey.holes] == [(1.0, 4.0, 1.9, 4.2)]
 
 
 @pytest.mark.parametrize("defaults", [None, [], {"Wall": None}])
