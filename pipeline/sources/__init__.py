@@ -41,7 +41,7 @@ and have one axis, by definition."""
 
 
 _READ = (
-    "meshes (.ply .obj .glb .gltf .stl .dae .off), IFC buildings, files of ProcTHOR, 3D-FRONT, Gazebo, Habitat, Sweet "
+    "meshes (.ply .obj .glb .gltf .stl .dae .off), IFC buildings, files of ProcTHOR, 3D-FRONT, Gazebo, Sweet "
     "Home 3D and RoomPlan, point clouds (.ply .pcd .xyz .las .laz .e57), drawn plans (.dxf .geojson .building.yaml "
     ".wbt, USD, MJCF, IMDF and others), robots' maps (map.yaml), folders of these, SUNCG, and procedural:COUNT"
 )

@@ -122,13 +122,10 @@ def displayable_name(name: str) -> str:
     return name.encode("utf-8", "surrogateescape").decode("utf-8", "replace")
 
 
-def file_inside(folder: Path, name: str, start: Path | None = None) -> Path | None:
-    """Return the file that a source names, or None if it is not in the folder or below it.
-
-    ``name`` counts from ``start``, by default the folder itself; links are followed before the folder is compared.
-    """
+def file_inside(folder: Path, name: str) -> Path | None:
+    """Return the file that a source names, or None if it is not in the folder or below it, links followed."""
     try:
-        file = real_path((start or folder) / name)
+        file = real_path(folder / name)
         return file if name and file.is_relative_to(real_path(folder)) and file.is_file() else None
     except (OSError, ValueError):  # no name that a file can have
         return None

@@ -59,9 +59,6 @@ _BY_SUFFIX = {
 _ANY = msgspec.Raw(b"null")
 
 
-_HABITAT_SCENE = ".scene_instance.json"
-
-
 class _Part(msgspec.Struct):
     """One wall, or one room, of a JSON document: which keys it has."""
 
@@ -94,8 +91,8 @@ def reader_for_file(path: Path) -> str | None:
     except OSError:
         return None
     suffix = format_suffix(path, head)
-    if named := _by_name(path, head):
-        return named
+    if has_house_lines(path):
+        return (_in_zip(path) if head.startswith(_ZIP) else None) or "procthor"
     if suffix not in _MESHES and is_vector_plan(path, head):
         return "vector_plans"
     if suffix in BAGS or (suffix in YAMLS and is_map_yaml(head)) or (suffix == WORLD and is_stage_world(head)):
@@ -104,14 +101,6 @@ def reader_for_file(path: Path) -> str | None:
         return None
     found = _by_content(path, head) or _BY_SUFFIX.get(suffix)
     return "procthor" if found is None and suffix == ".json" and not _is_json(path) else found
-
-
-def _by_name(path: Path, head: bytes) -> str | None:
-    if path.name.endswith(_HABITAT_SCENE):
-        return "habitat"
-    if has_house_lines(path):
-        return (_in_zip(path) if head.startswith(_ZIP) else None) or "procthor"
-    return None
 
 
 def has_house_lines(path: Path) -> bool:
@@ -296,7 +285,6 @@ _TAKES: dict[str, tuple[str, ...]] = {
     "procthor": (),
     "front3d": (),
     "gazebo": ("model_path", "root"),
-    "habitat": (),
     "sweethome": (),
     "roomplan": (),
     "points": ("up", "units"),
