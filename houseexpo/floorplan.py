@@ -150,6 +150,7 @@ class FloorPlan(PlanData):
             provenance: Mapping[str, Any] | None = None,
             quality: Quality | None = None,
             objects: Iterable[PlanObject] = (),
+            windows: Iterable[Door] = (),
         ) -> None: ...
 
     def __post_init__(self) -> None:

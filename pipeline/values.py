@@ -94,7 +94,7 @@ class Level:
     None if the source has none. ``rooms`` and ``openings`` are those that the source names; ``named_openings`` is True
     if it names all of them (IFC), so that there are no others. ``unnamed_gaps`` is True if the source names doors,
     but a wide gap in a wall is a passage too. ``all_ways`` is True if the source states each way, so that no wall is
-    cut.
+    cut. ``windows`` are those that the source names; for the stages they are wall.
     ``corrections`` is what a person says of the storey; it is applied to the finished plan (``stages.corrections``).
     ``cover`` is the area under slabs above head height, or None where the source keeps no slabs apart from its walls.
     ``outdoors`` is the area that the source says lies outside, or None.
@@ -137,6 +137,7 @@ class Level:
     rooms: tuple[SourceRoom, ...] = ()
     room_count: int | None = None
     openings: tuple[Opening, ...] = ()
+    windows: tuple[Opening, ...] = ()
     corrections: tuple[Correction, ...] = ()
     n_objects: int = 0
     provenance: Mapping[str, Any] = field(default_factory=dict)

@@ -1,4 +1,4 @@
-"""Make a GeoPandas table of plans, or of their rooms, doors, walls or furniture: one row each, with a geometry.
+"""Make a GeoPandas table of plans, or of their rooms, doors, windows, walls or furniture, with a geometry in each row.
 
 Columns have the same names as in the tables of a release (``houseexpo.release.tables``). Geometries are shapely's, in
 metres.
@@ -13,7 +13,7 @@ from houseexpo.analysis.walls import walls_around
 from houseexpo.errors import ConfigError, MissingDependencyError, install_command
 from houseexpo.plan.model import PlanData
 
-Layer: TypeAlias = Literal["plans", "rooms", "doors", "walls", "objects"]
+Layer: TypeAlias = Literal["plans", "rooms", "doors", "windows", "walls", "objects"]
 Row: TypeAlias = dict[str, Any]
 
 _OUTLINE_WALL_M: Final = 0.1
@@ -27,6 +27,7 @@ def _plans(plan: PlanData) -> Iterator[Row]:
         "source_rooms": plan.room_num,
         "area": round(plan.area, 2),
         "doors": len(plan.doors),
+        "windows": len(plan.windows),
         "objects": len(plan.objects),
         "quality": None if plan.quality is None else plan.quality.score,
         "geometry": plan.free_space,
@@ -61,6 +62,23 @@ def _doors(plan: PlanData) -> Iterator[Row]:
         }
 
 
+def _windows(plan: PlanData) -> Iterator[Row]:
+    import shapely
+
+    for window in plan.windows:
+        yield {
+            "plan_id": plan.id,
+            "window": window.id,
+            "width": window.width,
+            "sill": window.sill,
+            "head": window.head,
+            "room_a": window.rooms[0],
+            "room_b": window.rooms[1],
+            "segment": shapely.LineString(window.segment),
+            "geometry": window.polygon,
+        }
+
+
 def _walls(plan: PlanData) -> Iterator[Row]:
     for wall in walls_around(plan.floor, _OUTLINE_WALL_M):
         yield {"plan_id": plan.id, "area": round(wall.area, 2), "geometry": wall}
@@ -79,9 +97,13 @@ def _objects(plan: PlanData) -> Iterator[Row]:
 
 
 _LAYERS: Final[dict[str, tuple[Callable[[PlanData], Iterator[Row]], tuple[str, ...]]]] = {
-    "plans": (_plans, ("id", "rooms", "source_rooms", "area", "doors", "objects", "quality", "geometry")),
+    "plans": (_plans, ("id", "rooms", "source_rooms", "area", "doors", "windows", "objects", "quality", "geometry")),
     "rooms": (_rooms, ("plan_id", "room", "label", "source_labels", "area", "geometry")),
     "doors": (_doors, ("plan_id", "door", "kind", "width", "room_a", "room_b", "segment", "geometry")),
+    "windows": (
+        _windows,
+        ("plan_id", "window", "width", "sill", "head", "room_a", "room_b", "segment", "geometry"),
+    ),
     "walls": (_walls, ("plan_id", "area", "geometry")),
     "objects": (_objects, ("plan_id", "object", "label", "room", "height", "geometry")),
 }

@@ -137,6 +137,12 @@ def _of_plan(plan: FloorPlan) -> list[_Row]:
         one, other = ("outside" if room is None else room for room in door.rooms)
         value = {"kind": door.kind, "width_m": door.width, "rooms": list(door.rooms)}
         rows.append((f"door {door.id}", value, f"{door.kind}, {door.width:.2f} m, {one} to {other}"))
+    for window in plan.windows:
+        low, high = (f"{'?' if each is None else format(each, '.2f')}" for each in (window.sill, window.head))
+        value = {"width_m": window.width, "sill_m": window.sill, "head_m": window.head, "rooms": list(window.rooms)}
+        one, other = ("outside" if room is None else room for room in window.rooms)
+        said = f"{window.width:.2f} m, {low} to {high} m above the floor, {one} to {other}"
+        rows.append((f"window {window.id}", value, said))
     for thing in plan.objects:
         value = {"label": thing.label, "height_m": thing.height, "room": thing.room}
         where = "in no room" if thing.room is None else f"in room {thing.room}"

@@ -17,7 +17,7 @@ R4  ``entrance``: a door to the outside, whatever lies there. ``wall``: parts th
 R5  ``one_room``: the rooms become one, together with the passages and walls between them (``merging``). ``no_wall``:
     the rooms on both sides of a line in a wall become one, joined by the drawn part of the wall. If it is a line of the
     drawing, a wall that another line draws there stays. ``no_door``: the
-    passage becomes wall, or else the cut through the wall there. ``window``: the same, since plans have no windows.
+    passage becomes wall, or else the cut through the wall there. ``window``: the same, and a window is there.
 R6  ``room``: a space between walls that the plan lacks becomes a room. ``room_outline``: the free part of an area
     becomes a room; it parts a room that takes more than a fifth of it, or replaces its outline if both nearly agree.
     Entrances that lead to the place of a new room lead into it. ``no_room``: the room is removed, and its doors to

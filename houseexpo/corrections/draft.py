@@ -24,6 +24,7 @@ from shapely.geometry.base import BaseGeometry
 
 from houseexpo.analysis.navigability import navigability
 from houseexpo.inference.snapping import snap_polygons, tile_on_grid
+from houseexpo.inference.windows import place_windows
 from houseexpo.plan import Door, Room
 from houseexpo.plan.model import PlanData, shift_plan
 from houseexpo.plan.parts import Box, DoorKind, PlanObject
@@ -123,6 +124,7 @@ class Draft:
             )
             for door in plan.doors
         ]
+        self.windows = list(plan.windows)
         self.spaces = list(spaces)
         self.standing = list(standing)
         """The shapes that enclose spaces in the source: its walls, and whatever may close their gaps."""
@@ -264,6 +266,7 @@ class Draft:
         floor = [*(room.shape for room in self.rooms), *(door.shape for door in self.inner_doors)]
         outline = _in_one(shapely.union_all(floor, grid_size=GRID_M))
         (verts, holes), *_ = snap_polygons([outline])
+        objects = tuple(self._objects(rooms))
         plan = replace(
             self.plan,
             verts=verts,
@@ -272,7 +275,8 @@ class Draft:
             doors=doors,
             room_num=max(self.plan.room_num + len(rooms) - len(self.plan.rooms), 0),
             room_category=self._boxes(rooms),
-            objects=tuple(self._objects(rooms)),
+            objects=objects,
+            windows=place_windows(self.windows, rooms, objects),
             provenance=self._provenance(doors),
         )
         x, y = np.round(self.plan.verts.min(axis=0) - verts.min(axis=0), 2).tolist()
@@ -453,6 +457,10 @@ def _on_grid(plan: PlanData) -> PlanData:
     def rounded(ring: Vector) -> Vector:
         return np.asarray(np.round(ring, 2))
 
+    def hole(of: Door) -> Door:
+        segment: Any = tuple(tuple(np.round(end, 2).tolist()) for end in of.segment)
+        return replace(of, ring=rounded(of.ring), segment=segment)
+
     boxes = {
         label: tuple(tuple(np.round(box, 2).tolist()) for box in found) for label, found in plan.room_category.items()
     }
@@ -461,10 +469,8 @@ def _on_grid(plan: PlanData) -> PlanData:
         verts=rounded(plan.verts),
         holes=tuple(map(rounded, plan.holes)),
         rooms=tuple(replace(r, ring=rounded(r.ring), holes=tuple(map(rounded, r.holes))) for r in plan.rooms),
-        doors=tuple(
-            replace(d, ring=rounded(d.ring), segment=tuple(tuple(np.round(end, 2).tolist()) for end in d.segment))  # type: ignore[arg-type]
-            for d in plan.doors
-        ),
+        doors=tuple(map(hole, plan.doors)),
+        windows=tuple(map(hole, plan.windows)),
         objects=tuple(replace(thing, ring=rounded(thing.ring)) for thing in plan.objects),
         room_category=boxes,
         frame=None if plan.frame is None else _rounded_frame(plan),

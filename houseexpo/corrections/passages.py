@@ -33,7 +33,7 @@ from houseexpo.corrections.openings import (
 )
 from houseexpo.corrections.saying import AlreadySoError, NoEffectError, PartsNothingError, Placed, Said, contradiction
 from houseexpo.corrections.vocabulary import Word
-from houseexpo.plan.parts import DoorKind
+from houseexpo.plan.parts import Door, DoorKind
 from houseexpo.tolerances import MIN_DOOR_M, ROUNDED_M2, SMALLEST_SAID_ROOM_M2
 
 WIDEST_DOOR_M: Final = 2.5
@@ -458,10 +458,14 @@ def remove_passage(draft: Draft, placed: Placed) -> Said:
     if door.said:
         raise contradiction(door.said)
     draft.doors.remove(door)
+    far = float(door.shape.distance(point))
+    what = "a window" if placed.correction.word == "window" else "wall"
+    if what == "a window" and far <= SNAP_M:
+        one, other = ((x, y) for x, y in door.ends.tolist())
+        ring = shapely.get_coordinates(door.shape.exterior)[:-1]
+        draft.windows.append(Door(0, "window", (one, other), round(door.width, 2), ring, (0, None)))
     if door.rooms[1] is not None:  # an entrance says nothing of the ways inside
         draft.denied.append(door.shape)
-    what = "a window" if placed.correction.word == "window" else "wall"
-    far = float(door.shape.distance(point))
     where = "there" if far <= SNAP_M else f"in the same wall, {far:.2f} m away,"
     return Said(f"the {door.kind} of {door.width:.2f} m {where} is {what}")
 

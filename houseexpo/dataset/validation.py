@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
 from itertools import chain, islice
@@ -24,7 +24,7 @@ from houseexpo.dataset.store.stored_plans import StoredPlan, read_stored_plans
 from houseexpo.errors import DatasetError, PlanError
 from houseexpo.files import decode_json, read_json, sha256_of
 from houseexpo.floorplan import FloorPlan
-from houseexpo.plan.parts import RADII_M, Ring, signed_area
+from houseexpo.plan.parts import RADII_M, Door, Ring, signed_area
 from houseexpo.plan.room_labels import LABELS
 from houseexpo.processes import map_in_processes, split_into_chunks
 from houseexpo.progress import show_progress
@@ -52,6 +52,7 @@ def _check_grid(plan: FloorPlan) -> Iterator[Broken]:
     parts += [(f"rooms[{i}].holes[{k}]", h) for i, room in enumerate(plan.rooms) for k, h in enumerate(room.holes)]
     parts += [(f"doors[{i}].polygon", door.ring) for i, door in enumerate(plan.doors)]
     parts += [(f"objects[{i}].polygon", thing.ring) for i, thing in enumerate(plan.objects)]
+    parts += [(f"windows[{i}].polygon", window.ring) for i, window in enumerate(plan.windows)]
     for key, ring in [*((key, ring) for key, ring, _ in _rings(plan)), *parts]:
         cells = ring * 100
         off = np.abs(cells - np.round(cells)).max(axis=1) > SAME_M
@@ -161,17 +162,36 @@ def _check_doors(plan: FloorPlan) -> Iterator[Broken]:
 
     An opening may have any width: the pipeline finds gaps of up to 1.5 m, but the source may state a wider opening.
     """
+    yield from _faults_of_holes("doors", plan.doors)
+
+
+def _faults_of_holes(key: str, holes: Sequence[Door]) -> Iterator[Broken]:
     import shapely
 
-    for i, door in enumerate(plan.doors):
-        if not door.polygon.is_valid:
-            yield f"doors[{i}].polygon", f"expected a simple ring, found {shapely.is_valid_reason(door.polygon)}"
+    for i, hole in enumerate(holes):
+        if not hole.polygon.is_valid:
+            yield f"{key}[{i}].polygon", f"expected a simple ring, found {shapely.is_valid_reason(hole.polygon)}"
             continue
-        length = dist(*door.segment)
-        if abs(length - door.width) > 2 * GRID_M:
-            yield f"doors[{i}].width", f"expected the segment's length, {length:.2f} m, found {door.width:.2f} m"
-        if shapely.LineString(door.segment).interpolate(0.5, normalized=True).distance(door.polygon) > 2 * GRID_M:
-            yield f"doors[{i}].segment", "expected it to run through the door's polygon, found it elsewhere"
+        length = dist(*hole.segment)
+        if abs(length - hole.width) > 2 * GRID_M:
+            yield f"{key}[{i}].width", f"expected the segment's length, {length:.2f} m, found {hole.width:.2f} m"
+        if shapely.LineString(hole.segment).interpolate(0.5, normalized=True).distance(hole.polygon) > 2 * GRID_M:
+            yield f"{key}[{i}].segment", f"expected it to run through the {key[:-1]}'s polygon, found it elsewhere"
+
+
+def _check_windows(plan: FloorPlan) -> Iterator[Broken]:
+    """A window has a length, lies in a wall at the edge of its room, and its segment crosses its polygon."""
+    yield from _faults_of_holes("windows", plan.windows)
+    floor = plan.floor if plan.windows else None
+    for i, window in enumerate(plan.windows):
+        if window.width < GRID_M:
+            yield f"windows[{i}].width", f"expected a length, found {window.width:g} m"
+        elif window.polygon.is_valid and floor is not None:
+            inside = window.polygon.intersection(floor).area
+            if inside > ROUNDED_M2 + GRID_M * window.polygon.length:
+                yield f"windows[{i}].polygon", f"expected a place in a wall, found {inside:.3f} m² of a room in it"
+            if window.polygon.distance(floor) > 2 * GRID_M:
+                yield f"windows[{i}].polygon", "expected the edge of a room beside it, found none"
 
 
 def _check_objects(plan: FloorPlan) -> Iterator[Broken]:
@@ -218,6 +238,7 @@ OURS: Final[dict[str, Rule]] = {
     "rooms": _check_rooms,
     "doors": _check_doors,
     "objects": _check_objects,
+    "windows": _check_windows,
     "navigability": _check_reach,
 }
 RULES: Final[dict[str, str]] = {

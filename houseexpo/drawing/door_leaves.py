@@ -117,8 +117,8 @@ def has_leaf(door: Door) -> bool:
     return door.kind in {"door", "entrance"} and 0 < door.width <= _TWO_LEAVES_M
 
 
-def entrance_gap(door: Door, beyond_m: float) -> Polygon:
-    """Return a strip across the wall at a door, metres: from jamb to jamb, and ``beyond_m`` beyond the wall's faces."""
+def gap_in_wall(door: Door, beyond_m: float) -> Polygon:
+    """Return a strip across the wall at a door or window: from jamb to jamb, ``beyond_m`` metres beyond the faces."""
     import shapely
 
     start, along, across = _axes(door)

@@ -24,18 +24,20 @@ FLOOR: Final = "#f6f4ef"
 FURNITURE: Final = "#e2ddd3"
 FURNITURE_EDGE: Final = "#a9a294"
 UNSURE: Final = "#8d8778"
-# blue, light blue, amber, magenta: distinguishable by colour-blind readers
+# blue, light blue, amber, magenta, teal: distinguishable by colour-blind readers
 DOOR_COLOURS: Final[dict[DoorKind, str]] = {
     "door": "#2f6da8",
     "opening": "#8fbde0",
     "entrance": "#e39a1f",
     "cut": "#c2188f",
+    "window": "#3fa796",
 }
 DOOR_TINTS: Final[dict[DoorKind, str]] = {
     "door": "#bdd3e6",
     "opening": "#dcebf6",
     "entrance": "#f6ddb3",
     "cut": "#edb9de",
+    "window": "#c3e4de",
 }
 
 

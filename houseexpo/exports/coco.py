@@ -41,7 +41,7 @@ def coco(
     as seen from above (mirrored plans are mirrored back). ``resolution`` is in metres per pixel. The ``origin`` of an
     image is the lower-left corner of its lower-left pixel in metres, and ``yaw``, in radians, turns the image about it,
     counter-clockwise. Categories are the 25 labels, "Unlabelled", and
-    the kinds of doors.
+    the kinds of doors, the last of which is "window".
 
     Segmentations are polygons in pixels. COCO's polygons cannot have holes, so that a hole is joined to its outline by
     a slit of 1 cm. For a plan without rooms (a published one), the instances are its label boxes, clipped to the free
@@ -81,6 +81,8 @@ def _instances(plan: FloorPlan, frame: GridFrame) -> Iterator[dict[str, Any]]:
         yield _instance(room.polygon, room.label, frame) | {"room": room.id}
     for door in plan.doors:
         yield _instance(door.polygon, door.kind, frame) | {"door": door.id}
+    for window in plan.windows:
+        yield _instance(window.polygon, window.kind, frame) | {"window": window.id}
     if plan.rooms:
         return
     for label, boxes in plan.room_category.items():
@@ -104,6 +106,7 @@ def _instance(shape: BaseGeometry, label: str, frame: GridFrame) -> dict[str, An
 
 
 def _bounds(plan: FloorPlan) -> list[float]:
-    """Return the bounds of the free space and of all doors, since entrances lie in the outer walls."""
-    bounds: list[float] = shapely.total_bounds([plan.free_space, *(door.polygon for door in plan.doors)]).tolist()
+    """Return the bounds of the free space and of doors and windows, since these lie in the outer walls."""
+    holes = [hole.polygon for hole in (*plan.doors, *plan.windows)]
+    bounds: list[float] = shapely.total_bounds([plan.free_space, *holes]).tolist()
     return bounds

@@ -9,7 +9,7 @@ import shapely
 
 from houseexpo.errors import MissingDependencyError, install_command
 from houseexpo.exports.encoding import Files
-from houseexpo.exports.openings import wall_openings
+from houseexpo.exports.openings import wall_openings, window_openings
 from houseexpo.exports.placement import ExportFrame, Orientation, Pose, orient_plan, pose_in_export
 from houseexpo.exports.plan_bodies import WALL_THICKNESS_M
 from houseexpo.file_kinds import STATES_WAYS
@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 LAYERS: Final = {"WALLS": 7, "ROOMS": 3, "ROOM_NAMES": 2, "DOORS": 5, "OPENINGS": 4, "ENTRANCES": 30, "FURNITURE": 8}
 """The layers, and AutoCAD's numbers of their colours."""
 _LAYER_OF: Final = {"door": "DOORS", "opening": "OPENINGS", "cut": "OPENINGS", "entrance": "ENTRANCES"}
+_WINDOW_COLOUR: Final = 4
 _METRES: Final = 6
 _TEXT_M: Final = 0.25
 
@@ -37,7 +38,7 @@ def dxf(
 
     Layers: WALLS (the faces of each wall), ROOMS (one a room, holes too), ROOM_NAMES (a text in each room: its label,
     and below it the source's own words), DOORS, OPENINGS (also those that the connectivity stage cut), ENTRANCES,
-    FURNITURE.
+    FURNITURE and, if the plan has any, WINDOWS.
 
     Raises
     ------
@@ -80,6 +81,11 @@ def _draw(document: Any, turned: FloorPlan, pose: Pose, wall_thickness: float) -
             text.set_placement((at.x, at.y - 1.6 * line * _TEXT_M))
     for each in doors:
         _outline(space, pose.shape(each.shape), _LAYER_OF[each.door.kind])
+    windows = window_openings(turned, wall_thickness)
+    if windows:
+        document.layers.add("WINDOWS", color=_WINDOW_COLOUR)
+    for each in windows:
+        _outline(space, pose.shape(each.shape), "WINDOWS")
     for thing in turned.objects:
         _outline(space, pose.shape(thing.polygon), "FURNITURE")
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 import shapely
 
 from houseexpo.exports.encoding import Files, compact_json
-from houseexpo.exports.openings import wall_openings
+from houseexpo.exports.openings import wall_openings, window_openings
 from houseexpo.exports.placement import (
     ExportFrame,
     Orientation,
@@ -38,9 +38,10 @@ def geojson(
     """Write ``<id>.geojson``: one FeatureCollection, in which ``properties.kind`` is the kind of a feature.
 
     Kinds are ``free_space`` (one), ``wall``, ``room`` (``room``: its id, ``label``, ``source_labels``, ``area``),
-    ``door`` (``door``: its id, ``door_kind``, ``width``, ``rooms``), ``object`` (``object``: its id, ``label``,
-    ``room``, ``height``), and ``label_box`` (as published; these boxes extend into walls). An entrance is as deep as
-    the wall is drawn.
+    ``door`` (``door``: its id, ``door_kind``, ``width``, ``rooms``), ``window`` (``window``: its id, ``width``,
+    ``rooms``, and ``sill`` and ``head``, metres or null), ``object`` (``object``: its id, ``label``,
+    ``room``, ``height``), and ``label_box`` (as published; these boxes extend into walls). An entrance and a window are
+    as deep as the wall is drawn.
 
     Coordinates are x and y in metres (mirrored plans are mirrored back), not degrees. ``crs`` declares this
     to GDAL, GeoPandas and QGIS, which otherwise interpret coordinates as longitudes and latitudes. The collection's
@@ -81,6 +82,10 @@ def _parts(plan: FloorPlan, wall_thickness: float) -> Iterator[tuple[BaseGeometr
         door = each.door
         about = {"door": door.id, "door_kind": door.kind, "width": door.width, "rooms": list(door.rooms)}
         yield each.shape, "door", about
+    for each in window_openings(plan, wall_thickness):
+        window = each.door
+        about = {"window": window.id, "width": window.width, "rooms": list(window.rooms)}
+        yield each.shape, "window", {**about, "sill": window.sill, "head": window.head}
     for thing in plan.objects:
         about = {"object": thing.id, "label": thing.label, "room": thing.room, "height": thing.height}
         yield thing.polygon, "object", about

@@ -1,7 +1,8 @@
-"""Find the opening of each door of a plan, entrances too, through the walls as drawn, for formats that draw doors."""
+"""Find the openings of a plan's doors and windows through its walls as drawn, for formats that draw them."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class WallOpening:
-    """A door of the plan; ``shape`` is its opening in the drawn wall, ``segment`` the middle line of the opening."""
+    """A door or window of the plan; ``shape`` is its opening in the drawn wall, ``segment`` the middle line of that."""
 
     door: Door
     shape: Polygon
@@ -32,16 +33,27 @@ class WallOpening:
 
 def wall_openings(plan: FloorPlan, wall_thickness: float) -> list[WallOpening]:
     """Return the doors of a plan whose outer walls are drawn ``wall_thickness`` metres thick."""
+    return _through_walls(plan, plan.doors, wall_thickness)
+
+
+def window_openings(plan: FloorPlan, wall_thickness: float) -> list[WallOpening]:
+    """Return the windows of a plan whose outer walls are drawn ``wall_thickness`` metres thick."""
+    return _through_walls(plan, plan.windows, wall_thickness)
+
+
+def _through_walls(plan: FloorPlan, holes: Sequence[Door], wall_thickness: float) -> list[WallOpening]:
     found = []
-    walls = shapely.union_all(plan.walls(wall_thickness)) if any(d.kind == "entrance" for d in plan.doors) else None
-    for door in plan.doors:
-        shape = door.polygon if walls is None or door.kind != "entrance" else _cut_in_wall(door, walls)
-        found.append(WallOpening(door, shape, _middle(door, shape) if door.kind == "entrance" else door.segment))
+    in_outline = {"entrance", "window"}  # these are no free space
+    walls = shapely.union_all(plan.walls(wall_thickness)) if any(d.kind in in_outline for d in holes) else None
+    for hole in holes:
+        cut = hole.kind in in_outline
+        shape = hole.polygon if walls is None or not cut else _cut_in_wall(hole, walls)
+        found.append(WallOpening(hole, shape, _middle(hole, shape) if cut else hole.segment))
     return found
 
 
 def _cut_in_wall(door: Door, walls: shapely.Geometry) -> Polygon:
-    """Return the opening of an entrance in an outer wall of the drawn thickness."""
+    """Return the opening of an entrance or a window in a wall of the drawn thickness."""
     a, b = np.asarray(door.segment, np.float64)
     along = (b - a) / max(float(np.hypot(*(b - a))), TINY)
     across = np.array([-along[1], along[0]]) * ENTRANCE_REACH_M

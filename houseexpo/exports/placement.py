@@ -29,7 +29,7 @@ from shapely.geometry.base import BaseGeometry
 
 from houseexpo.errors import ConfigError, PlanError
 from houseexpo.floorplan import FloorPlan
-from houseexpo.plan import Box, Frame, Ring
+from houseexpo.plan import Box, Door, Frame, Ring
 
 Orientation: TypeAlias = Literal["world", "plan"]
 ExportFrame: TypeAlias = Literal["source", "plan"]
@@ -187,6 +187,9 @@ def orient_plan(plan: FloorPlan, orientation: Orientation = "world") -> FloorPla
     def point(x: float, y: float) -> tuple[float, float]:
         return x, round(shift - y, _PLACED_DIGITS)
 
+    def hole(of: Door) -> Door:
+        return replace(of, ring=ring(of.ring), segment=(point(*of.segment[0]), point(*of.segment[1])))
+
     def box(found: Box) -> Box:
         x1, y1, x2, y2 = found
         return (*point(x1, y2), *point(x2, y1))
@@ -197,9 +200,8 @@ def orient_plan(plan: FloorPlan, orientation: Orientation = "world") -> FloorPla
         room_category={label: tuple(map(box, boxes)) for label, boxes in plan.room_category.items()},
         holes=tuple(map(ring, plan.holes)),
         rooms=tuple(replace(r, ring=ring(r.ring), holes=tuple(map(ring, r.holes))) for r in plan.rooms),
-        doors=tuple(
-            replace(d, ring=ring(d.ring), segment=(point(*d.segment[0]), point(*d.segment[1]))) for d in plan.doors
-        ),
+        doors=tuple(map(hole, plan.doors)),
+        windows=tuple(map(hole, plan.windows)),
         objects=tuple(replace(thing, ring=ring(thing.ring)) for thing in plan.objects),
         frame=_flip_frame(plan.frame, shift),
     )

@@ -11,7 +11,7 @@ import shapely
 from houseexpo.drawing.draw import svg_path_data
 from houseexpo.drawing.styles import FURNITURE
 from houseexpo.exports.encoding import Files, format_number, valid_xml_text
-from houseexpo.exports.openings import wall_openings
+from houseexpo.exports.openings import wall_openings, window_openings
 from houseexpo.exports.placement import ExportFrame, Orientation, Pose, orient_plan, pose_in_export
 from houseexpo.exports.plan_bodies import WALL_THICKNESS_M
 from houseexpo.file_kinds import STATES_WAYS
@@ -22,7 +22,7 @@ from houseexpo.plan.room_labels import label_colour
 if TYPE_CHECKING:
     from shapely.geometry.base import BaseGeometry
 
-_FREE, _WALL, _DOOR = "#ffffff", "#4a4a4a", "#e8e2d4"
+_FREE, _WALL, _DOOR, _WINDOW = "#ffffff", "#4a4a4a", "#e8e2d4", "#c3e4de"
 _PIXELS_A_METRE = 50
 
 
@@ -36,8 +36,9 @@ def svg(
     """Write ``<id>.svg`` with a view box in metres, x right, and y flipped to run down as in SVG.
 
     The house is shown as seen from above (mirrored plans are mirrored back), at 50 pixels per metre. Layers are groups:
-    ``walls``, ``free-space``, ``rooms``, ``doors``, ``entrances`` and, if the plan has furniture, ``objects``. Rooms
-    and objects have their label as a title. For pictures with a scale bar and a legend, use ``houseexpo.svg``.
+    ``walls``, ``free-space``, ``rooms``, ``doors``, ``entrances`` and, if the plan has any, ``windows`` and
+    ``objects``. Rooms and objects have their label as a title. For pictures with a scale bar and a legend, use
+    ``houseexpo.svg``.
     """
     turned, pose = orient_plan(plan, orientation), pose_in_export(plan, orientation, frame)
     walls = turned.walls(wall_thickness)
@@ -54,6 +55,7 @@ def svg(
         *_layer(pose, "rooms", [(room.polygon, label_colour(room.label), room.label) for room in turned.rooms]),
         *_layer(pose, "doors", [(door.polygon, _DOOR, door.kind) for door in turned.doors if door.kind != "entrance"]),
         *_layer(pose, "entrances", [(each.shape, _DOOR, each.door.kind) for each in entrances]),
+        *_layer(pose, "windows", [(each.shape, _WINDOW, "window") for each in window_openings(turned, wall_thickness)]),
         *_layer(pose, "objects", [(thing.polygon, FURNITURE, thing.label) for thing in turned.objects]),
         "</svg>\n",
     ]

@@ -16,6 +16,7 @@ import numpy.typing as npt
 from houseexpo.inference.division import Doorway, divide_into_rooms
 from houseexpo.inference.openings import find_openings
 from houseexpo.inference.snapping import snap_polygon
+from houseexpo.inference.windows import place_windows
 from houseexpo.plan import Box, Door, Room
 from houseexpo.plan.model import PlanData
 from houseexpo.plan.room_labels import UNLABELLED, canonical
@@ -87,7 +88,8 @@ def with_rooms(plan: _Plan) -> _Plan:
         rooms.append(Room(i, _label(names[i]), outline, holes, names[i]))
     doorways.sort(key=lambda d: d.polygon.bounds)
     doors = tuple(_door(i, found, room_id) for i, found in enumerate(doorways))
-    return replace(plan, rooms=tuple(rooms), doors=doors)
+    windows = place_windows(plan.windows, rooms, plan.objects)
+    return replace(plan, rooms=tuple(rooms), doors=doors, windows=windows)
 
 
 def _label(names: tuple[str, ...]) -> str:

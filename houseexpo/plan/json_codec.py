@@ -68,7 +68,7 @@ class Door(Struct, forbid_unknown_fields=True, omit_defaults=True):
     """An opening: its ends, its area in the wall, the rooms beside it; ``confidence``: how probable a passage is."""
 
     id: int
-    kind: parts.DoorKind
+    kind: Literal["door", "opening", "entrance", "cut"]
     segment: tuple[Point, Point]
     width: float
     polygon: Points
@@ -91,6 +91,18 @@ class Object(Struct, forbid_unknown_fields=True):
     room: int | None
     polygon: Points
     height: float
+
+
+class Window(Struct, forbid_unknown_fields=True, omit_defaults=True):
+    """A window: its ends, its area in the wall, the rooms beside it, the heights of its sill and head in metres."""
+
+    id: int
+    segment: tuple[Point, Point]
+    width: float
+    polygon: Points
+    rooms: tuple[int, int | None]
+    sill: float | UnsetType = UNSET
+    head: float | UnsetType = UNSET
 
 
 class Frame(Struct, forbid_unknown_fields=True):
@@ -119,6 +131,7 @@ class Plan(Published, forbid_unknown_fields=True, omit_defaults=True):
     doors: list[Door]
     quality: Quality | UnsetType = UNSET
     objects: list[Object] | UnsetType = UNSET
+    windows: list[Window] | UnsetType = UNSET
     frame: Frame | UnsetType = UNSET
     navigability: dict[str, Navigability] | UnsetType = UNSET
     provenance: dict[str, Any] | UnsetType = UNSET
@@ -191,6 +204,7 @@ def encode(plan: PlanData) -> bytes:
             doors=[_door_record(door) for door in plan.doors],
             quality=UNSET if plan.quality is None else Quality(plan.quality.score, dict(plan.quality.grounds)),
             objects=[_object_record(thing) for thing in plan.objects] if plan.objects else UNSET,
+            windows=[_window_record(window) for window in plan.windows] if plan.windows else UNSET,
             frame=UNSET if plan.frame is None else _frame_record(plan.frame),
             navigability=_navigability_records(plan) if plan.navigability else UNSET,
             provenance=UNSET if plan.provenance is None else dict(plan.provenance),
@@ -235,6 +249,7 @@ def _extension(record: Plan) -> dict[str, Any]:
         "doors": _all("doors", _door, record.doors),
         "quality": None if quality is UNSET else _with_key("quality", _quality, quality),
         "objects": () if record.objects is UNSET else _all("objects", _object, record.objects),
+        "windows": () if record.windows is UNSET else _all("windows", _window, record.windows),
         "frame": None if frame is UNSET else _with_key("frame", _frame, frame),
         "navigability": None
         if reach is UNSET
@@ -269,6 +284,19 @@ def _room(record: Room) -> parts.Room:
 def _door(record: Door) -> parts.Door:
     sure = _optional(record.confidence)
     return parts.Door(record.id, record.kind, record.segment, record.width, _ring(record.polygon), record.rooms, sure)
+
+
+def _window(record: Window) -> parts.Door:
+    return parts.Door(
+        id=record.id,
+        kind="window",
+        segment=record.segment,
+        width=record.width,
+        ring=_ring(record.polygon),
+        rooms=record.rooms,
+        sill=_optional(record.sill),
+        head=_optional(record.head),
+    )
 
 
 def _optional(value: float | UnsetType) -> float | None:
@@ -306,12 +334,26 @@ def _room_record(room: parts.Room) -> Room:
 def _door_record(door: parts.Door) -> Door:
     return Door(
         id=door.id,
-        kind=door.kind,
+        kind=door.kind,  # type: ignore[arg-type]  # PlanData has no window among the doors
         segment=door.segment,
         width=door.width,
         polygon=door.ring.tolist(),
         rooms=door.rooms,
         confidence=UNSET if door.confidence is None else door.confidence,
+    )
+
+
+def _window_record(window: parts.Door) -> Window:
+    room, other = window.rooms
+    assert room is not None  # noqa: S101  # Door has checked it
+    return Window(
+        id=window.id,
+        segment=window.segment,
+        width=window.width,
+        polygon=window.ring.tolist(),
+        rooms=(room, other),
+        sill=UNSET if window.sill is None else window.sill,
+        head=UNSET if window.head is None else window.head,
     )
 
 

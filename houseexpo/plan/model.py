@@ -42,6 +42,7 @@ class PlanData(FrozenValue):
     provenance: Mapping[str, Any] | None = field(default=None, repr=False)
     quality: Quality | None = field(default=None, repr=False)
     objects: tuple[PlanObject, ...] = ()
+    windows: tuple[Door, ...] = ()
 
     def __post_init__(self) -> None:
         checks.check_plan_id(self.id)
@@ -58,14 +59,20 @@ class PlanData(FrozenValue):
         self._set("rooms", tuple(self.rooms))
         self._set("doors", tuple(self.doors))
         self._set("objects", tuple(self.objects))
+        self._set("windows", tuple(self.windows))
         self._set("navigability", NavigabilityByRadius(self.navigability))
         checks.check_unique((room.id for room in self.rooms), "rooms")
         checks.check_unique((door.id for door in self.doors), "doors")
         checks.check_unique((thing.id for thing in self.objects), "objects")
+        checks.check_unique((window.id for window in self.windows), "windows")
         known = {room.id for room in self.rooms}
-        for i, door in enumerate(self.doors):
-            if not known.issuperset(room for room in door.rooms if room is not None):
-                raise PlanError(f"expected ids of rooms {sorted(known)}, found {list(door.rooms)}", f"doors[{i}].rooms")
+        for key, holes in (("doors", self.doors), ("windows", self.windows)):
+            for i, hole in enumerate(holes):
+                if (hole.kind == "window") != (key == "windows"):
+                    raise PlanError(f"expected a window in windows only, found {hole.kind!r}", f"{key}[{i}].kind")
+                if not known.issuperset(room for room in hole.rooms if room is not None):
+                    found = f"expected ids of rooms {sorted(known)}, found {list(hole.rooms)}"
+                    raise PlanError(found, f"{key}[{i}].rooms")
         for i, thing in enumerate(self.objects):
             if thing.room is not None and thing.room not in known:
                 raise PlanError(f"expected null or one of {sorted(known)}, found {thing.room}", f"objects[{i}].room")
@@ -145,7 +152,7 @@ class PlanData(FrozenValue):
         x1, y1, x2, y2 = self.bbox
         parts = [f"{self.area:.1f} m²", f"{x2 - x1:.1f} x {y2 - y1:.1f} m", f"{len(self.verts)} vertices"]
         parts += [f"{count_noun(self.room_num, 'room')} in the source"]
-        for name in ("hole", "room", "door", "object"):
+        for name in ("hole", "room", "door", "window", "object"):
             number = len(getattr(self, f"{name}s"))
             parts += [f"{number} {name}{'s' if number > 1 else ''}"] if number else []
         parts += [f"quality {self.quality.score:.2f}"] if self.quality is not None else []
@@ -165,13 +172,16 @@ def shift_plan(plan: _Plan, dx: float, dy: float) -> _Plan:
         room_category=boxes,
         holes=tuple(hole + by for hole in plan.holes),
         rooms=tuple(replace(r, ring=r.ring + by, holes=tuple(h + by for h in r.holes)) for r in plan.rooms),
-        doors=tuple(
-            replace(d, ring=d.ring + by, segment=tuple((x + dx, y + dy) for x, y in d.segment))  # type: ignore[arg-type]
-            for d in plan.doors
-        ),
+        doors=tuple(_shift_hole(door, by) for door in plan.doors),
+        windows=tuple(_shift_hole(window, by) for window in plan.windows),
         objects=tuple(replace(thing, ring=thing.ring + by) for thing in plan.objects),
         frame=None if plan.frame is None else _move_frame(plan.frame, dx, dy),
     )
+
+
+def _shift_hole(hole: Door, by: Ring) -> Door:
+    one, other = ((x, y) for x, y in (np.asarray(hole.segment) + by).tolist())
+    return replace(hole, ring=hole.ring + by, segment=(one, other))
 
 
 def _move_frame(frame: Frame, dx: float, dy: float) -> Frame:

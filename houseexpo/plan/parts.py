@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 Ring: TypeAlias = npt.NDArray[np.float64]
 """The vertices of a ring (n, 2), metres; the first one is not repeated at the end."""
 
-DoorKind: TypeAlias = Literal["door", "opening", "entrance", "cut"]
+DoorKind: TypeAlias = Literal["door", "opening", "entrance", "cut", "window"]
 Box: TypeAlias = tuple[float, float, float, float]
 
 DOOR_KINDS: tuple[DoorKind, ...] = get_args(DoorKind)
@@ -217,12 +217,13 @@ class Room(FrozenValue):
 
 @dataclass(frozen=True, eq=False)
 class Door(FrozenValue):
-    """A passage between two rooms, or a closed door to the outside (kind "entrance", ``rooms[1]`` is None).
+    """A hole in a wall: a passage between two rooms, a closed door to the outside (kind "entrance"), or a window.
 
     ``segment`` runs from jamb to jamb on the wall's centre line and is ``width`` metres long. ``ring`` (n, 2), metres,
-    bounds the passage between the two faces of the wall. ``rooms`` are the ids of the rooms on both sides.
-    ``confidence`` is the probability, 0 to 1, that there is a passage; it is None in plans that the pipeline has not
-    rated.
+    bounds the hole between the two faces of the wall. ``rooms`` are the ids of the rooms on both sides; ``rooms[1]`` is
+    None for the outside, which an entrance leads to and a window may look at. ``confidence`` is the probability, 0 to
+    1, that there is a passage; it is None in plans that the pipeline has not rated. ``sill`` and ``head`` are the
+    heights between which a window is open, metres above the floor, None where they are not known.
     """
 
     id: int
@@ -232,6 +233,8 @@ class Door(FrozenValue):
     ring: Ring
     rooms: tuple[int | None, int | None]
     confidence: float | None = None
+    sill: float | None = None
+    head: float | None = None
 
     def __post_init__(self) -> None:
         checks.check_count(self.id, "id")
@@ -244,14 +247,21 @@ class Door(FrozenValue):
         self._set("rooms", tuple(self.rooms))
         if self.confidence is not None:
             self._set("confidence", checks.check_share(self.confidence, "confidence"))
+        heights = {name: getattr(self, name) for name in ("sill", "head") if getattr(self, name) is not None}
+        for name, height in heights.items():
+            self._set(name, checks.check_number(height, name))
+        if heights and (self.kind != "window" or not 0 <= heights.get("sill", 0) < heights.get("head", math.inf)):
+            raise PlanError(f"expected metres of a window, 0 <= sill < head, found {heights}", "sill")
         inside = sum(isinstance(room, int) for room in self.rooms)
-        if len(self.rooms) != 2 or self.rooms[0] is None or inside != (1 if self.kind == "entrance" else 2):
-            expected = "[room, null]" if self.kind == "entrance" else "two room ids"
-            raise PlanError(f"expected {expected} for kind {self.kind!r}, found {list(self.rooms)}", "rooms")
+        expected = {"entrance": "[room, null]", "window": "a room id, and another or null"}
+        counts = {"entrance": (1,), "window": (1, 2)}
+        if len(self.rooms) != 2 or self.rooms[0] is None or inside not in counts.get(self.kind, (2,)):
+            said = expected.get(self.kind, "two room ids")
+            raise PlanError(f"expected {said} for kind {self.kind!r}, found {list(self.rooms)}", "rooms")
 
     @cached_property
     def polygon(self) -> Polygon:
-        """The passage as a shapely polygon, metres."""
+        """The hole between the faces of the wall as a shapely polygon, metres."""
         from shapely import Polygon
 
         return Polygon(self.ring)

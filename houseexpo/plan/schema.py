@@ -26,6 +26,8 @@ def make_schema() -> dict[str, Any]:
     parts["Quality"]["properties"]["score"] = {"type": "number", "minimum": 0, "maximum": 1}
     for name in ("Room", "Door"):
         parts[name]["properties"]["confidence"] = {"type": "number", "minimum": 0, "maximum": 1}
+    for name in ("sill", "head"):
+        parts["Window"]["properties"][name] = {"type": "number", "minimum": 0}
     parts["Object"]["properties"]["height"] = {"type": "number", "minimum": 0}
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",

@@ -87,7 +87,8 @@ class Opening:
     ``closed_by`` says what stands or hangs there, and ``said_by`` who says so: the source names it ("named"), a "leaf"
     stands in it, or a "recess" under a lintel shows it; "" where the walls show it. ``kind`` is its kind in the plan,
     "opening" until stage ``doors`` has decided. ``why`` is the evidence for the place of a cut. ``confidence`` is the
-    probability that a passage is there, None before stage ``confidence``.
+    probability that a passage is there, None before stage ``confidence``. ``sill_m`` and ``head_m`` are the heights of
+    a window above the floor, None where they are not known.
     """
 
     centre: Vector
@@ -101,6 +102,25 @@ class Opening:
     said_by: Literal["", "named", "leaf", "recess"] = ""
     why: str = ""
     confidence: float | None = None
+    sill_m: float | None = None
+    head_m: float | None = None
+
+    @classmethod
+    def window(cls, polygon: Polygon, heights_m: tuple[float | None, float | None], across: Vector) -> Opening:
+        """Return a window that the source names, by its plan area in the wall and the heights of its sill and head.
+
+        ``across`` (2,) is the direction through the wall, of any length; if it is 0, a window is wider than deep.
+        """
+        corners = shapely.get_coordinates(shapely.minimum_rotated_rectangle(polygon))[:4]
+        sides = np.diff(corners[:3], axis=0)
+        lengths = np.hypot(*sides.T)
+        through = np.abs(sides @ across) / np.maximum(lengths, HAIR_M) if np.any(across) else -lengths
+        deep = int(np.argmax(through))
+        width, depth = float(lengths[1 - deep]), float(lengths[deep])
+        along, sides_of = sides[1 - deep] / max(width, HAIR_M), (OUTSIDE, OUTSIDE)
+        sill, head = heights_m
+        middle = corners.mean(axis=0)
+        return cls(middle, along, width, depth, sides_of, "window", polygon, said_by="named", sill_m=sill, head_m=head)
 
     @classmethod
     def closing(

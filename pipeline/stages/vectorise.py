@@ -17,6 +17,7 @@ from shapely import Polygon
 
 from houseexpo.floorplan import FloorPlan
 from houseexpo.inference.snapping import Points, snap_polygons, tile_on_grid
+from houseexpo.inference.windows import place_windows
 from houseexpo.plan import Box, Door, Frame, PlanObject, Room
 from houseexpo.plan.room_labels import UNLABELLED
 from houseexpo.tolerances import GRID_M
@@ -46,6 +47,7 @@ def vectorise(
             zip(tiles.passages, _segments(tiles, shift), rings[len(rooms) :], _rooms_beside(tiles), strict=True)
         )
     ]
+    objects = tuple(_objects(obstacles, tiles.rooms, shift))
     return FloorPlan(
         id=level.id,
         verts=verts,
@@ -54,7 +56,8 @@ def vectorise(
         room_category=_boxes(level, tiles.named, tiles.rooms, shift),
         rooms=tuple(rooms),
         doors=tuple(doors),
-        objects=tuple(_objects(obstacles, tiles.rooms, shift)),
+        objects=objects,
+        windows=place_windows(_windows(level, shift), rooms, objects),
         frame=shifted_frame(level.frame, shift),
         provenance={**provenance, **_cuts(tiles.passages), **_closed(spaces.closed, shift)},
     )
@@ -174,6 +177,15 @@ def _door(k: int, passage: Opening, segment: list[list[float]], ring: Points, ro
         rooms=rooms,
         confidence=passage.confidence,
     )
+
+
+def _windows(level: Level, shift: Points) -> Iterator[Door]:
+    """Yield the windows of the source as they are drawn, in the plan's axes."""
+    for window in level.windows:
+        (ax, ay), (bx, by) = (window.segment + shift).tolist()
+        heights = (None if each is None else round(each, 2) for each in (window.sill_m, window.head_m))
+        ring = window.corners() + shift
+        yield Door(0, "window", ((ax, ay), (bx, by)), window.width, ring, (0, None), None, *heights)
 
 
 def _boxes(

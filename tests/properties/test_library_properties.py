@@ -55,6 +55,13 @@ def plans(draw: st.DrawFn) -> FloorPlan:
         PlanObject(i, draw(names), draw(st.none() | ids), draw(ring), draw(st.floats(0, 3)))
         for i in range(draw(st.integers(0, 2)))
     )
+    heights = draw(st.sampled_from([(None, None), (0.9, None), (0.0, 2.1), (None, 2.0)]))
+    windows = tuple(
+        Door(
+            i, "window", (draw(point), draw(point)), 1.2, draw(ring), (draw(ids), draw(st.none() | ids)), None, *heights
+        )
+        for i in range(draw(st.integers(0, 2)) if rooms else 0)
+    )
     reach = st.builds(Navigability, st.integers(0, 9), st.floats(0, 1), st.floats(0, 5))
     frame = st.just(Frame(((1.0, 0.0, 0.25), (0.0, -1.0, 1 / 3)), "y", -2.8, -1))
     return FloorPlan(
@@ -70,6 +77,7 @@ def plans(draw: st.DrawFn) -> FloorPlan:
         draw(st.none() | st.dictionaries(words, words | st.integers(-9, 9) | st.booleans(), max_size=2)),
         draw(st.none() | qualities),
         objects,
+        windows,
     )
 
 

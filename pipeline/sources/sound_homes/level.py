@@ -10,6 +10,7 @@ import hashlib
 from collections.abc import Iterator
 from typing import Final
 
+import numpy as np
 import shapely
 
 from houseexpo.plan import Frame
@@ -18,7 +19,7 @@ from pipeline.geometry.prisms import Prism, Prisms
 from pipeline.sources.files import level_id
 from pipeline.sources.homes.level import DOOR_HEAD_M, SILL_M, WALL_TOP_M, pieces_of, prisms_mesh
 from pipeline.sources.sound_homes.stairs import STOREY_M
-from pipeline.sources.sound_homes.values import STAIRS, SoundHome, Storey
+from pipeline.sources.sound_homes.values import STAIRS, SoundHome, Storey, Window
 from pipeline.sources.tolerances import FILE_GRID_M
 from pipeline.values import MADE, Level, Opening, SourceObject, SourceRoom
 
@@ -52,6 +53,7 @@ def levels_of_sound_home(home: SoundHome) -> Iterator[Level]:
             rooms=tuple(rooms),
             room_count=len(rooms),
             openings=tuple(Opening.named(shapely.box(*door.rect), True) for door in doors),
+            windows=tuple(_window(window, storey.rooms[window.room]) for window in storey.windows),
             named_openings=True,
             only_walls=True,
             furniture=(SourceObject(("stairs",), prisms_mesh([step.prism for step in storey.steps])),)
@@ -59,6 +61,12 @@ def levels_of_sound_home(home: SoundHome) -> Iterator[Level]:
             else (),
             provenance={"source": MADE, "style": "sound", "kind": home.kind, "sha256": digest},
         )
+
+
+def _window(window: Window, room: shapely.Polygon) -> Opening:
+    place = shapely.box(*window.rect)
+    to_room = np.diff(shapely.get_coordinates(shapely.shortest_line(place.centroid, room)), axis=0)[0]
+    return Opening.window(place, (window.sill_m, window.head_m), to_room)
 
 
 def sound_home_digest(home: SoundHome) -> str:

@@ -155,7 +155,7 @@ def test_ids_must_differ_and_doors_name_rooms_that_exist(two_rooms):
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"kind": "hatch"}, "kind: expected one of door, opening, entrance, cut; found 'hatch'"),
+        ({"kind": "hatch"}, "kind: expected one of door, opening, entrance, cut, window; found 'hatch'"),
         ({"rooms": (0, None)}, "rooms: expected two room ids for kind 'door'"),
         ({"kind": "entrance"}, r"rooms: expected \[room, null\]"),
         ({"kind": "entrance", "rooms": (None, 0)}, r"rooms: expected \[room, null\]"),

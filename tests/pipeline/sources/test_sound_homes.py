@@ -242,6 +242,14 @@ def test_the_pipeline_reads_back_what_was_made(homes: list[SoundHome]) -> None:
             middles = shapely.multipoints([np.mean(door.segment, axis=0) + shift for door in doors])
             near = read.intersection(made).area > 0.99 * read.union(made).area
             in_wall = all(middles.distance(shapely.box(*door.rect).centroid) < 0.025 for door in storey.doors)
+            windows = [window.polygon.bounds + np.tile(shift, 2) for window in plan.windows]
+            assert np.reshape(windows, (-1, 4)) == pytest.approx(
+                np.reshape([w.rect for w in storey.windows], (-1, 4)), abs=0.011
+            )
+            assert [(each.sill, each.head) for each in plan.windows] == [(w.sill_m, w.head_m) for w in storey.windows]
+            for window, found in zip(storey.windows, plan.windows, strict=True):
+                beside = {plan.room(room).label for room in found.rooms if room is not None}
+                assert {storey.labels[window.room].replace("Stairs", "Unlabelled")} <= beside
             same += near and in_wall and len(plan.rooms) == len(storey.rooms) and len(doors) == len(storey.doors)
             number += 1
     assert same >= 0.95 * number

@@ -1,0 +1,91 @@
+"""Place windows in the walls of a plan.
+
+W1  From its middle, a window looks across its wall both ways. The nearest room each way, at most ``REACH_M`` away, is
+    beside it, and the edge of that room is the face of the wall there.
+W2  Where no room is, a window looks outside; the face of the wall there is that of the window as it is drawn.
+W3  A window without a room beside it, inside a room, between two parts of one room, or shorter than the grid is no
+    window of the plan.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
+from typing import Final
+
+import numpy as np
+import numpy.typing as npt
+import shapely
+
+from houseexpo.inference.snapping import snap_polygon
+from houseexpo.plan import Door, PlanObject, Room
+from houseexpo.tolerances import ENTRANCE_REACH_M, GRID_M
+
+REACH_M: Final = ENTRANCE_REACH_M
+_LEAST_DEPTH_M: Final = 0.1  # a window that is drawn as a line is as deep as its frame
+
+
+def place_windows(
+    windows: Iterable[Door], rooms: Sequence[Room], objects: Sequence[PlanObject] = ()
+) -> tuple[Door, ...]:
+    """Return the windows that lie in walls of these rooms, numbered, with the rooms beside them.
+
+    ``windows`` are as they are drawn: a segment in the wall and a ring round it; their ids and rooms do not count.
+    ``objects`` is the furniture, which is cut out of the rooms. A window that lies in its wall already keeps its shape.
+    """
+    drawn = list(windows)
+    floors = [_floor(room, objects) for room in rooms]
+    ends = np.array([window.segment for window in drawn], np.float64).reshape(-1, 2, 2)
+    middle, width = ends.mean(axis=1), np.hypot(*(ends[:, 1] - ends[:, 0]).T)
+    found: list[Door] = []
+    for window, centre, length, (a, b) in zip(drawn, middle, width.tolist(), ends, strict=True):
+        if length < GRID_M:
+            continue
+        along = (b - a) / length
+        across = np.array([-along[1], along[0]])
+        depth = (window.ring - centre) @ across
+        halves = [max(float(each), _LEAST_DEPTH_M / 2) for each in (depth.max(), -depth.min())]
+        looks = zip((across, -across), halves, strict=True)
+        sides = [_nearest(centre, to, max(REACH_M, half), floors) for to, half in looks]
+        depths = [half if side is None else side[1] for side, half in zip(sides, halves, strict=True)]  # W2
+        beside = [rooms[side[0]].id for side in sides if side is not None]
+        if not beside or len(set(beside)) < len(beside) or sum(depths) < GRID_M:  # W3
+            continue
+        placed = _in_wall(window, (a, b), across, (-depths[1], depths[0]))
+        if placed is not None:
+            found.append(replace(placed, id=len(found), rooms=(beside[0], beside[1] if len(beside) > 1 else None)))
+    return tuple(found)
+
+
+def _floor(room: Room, objects: Iterable[PlanObject]) -> shapely.Geometry:
+    own = [thing.polygon for thing in objects if thing.room == room.id]
+    return shapely.union_all([room.polygon, *own]) if own else room.polygon
+
+
+def _nearest(
+    start: npt.NDArray[np.float64], to: npt.NDArray[np.float64], reach_m: float, floors: Sequence[shapely.Geometry]
+) -> tuple[int, float] | None:
+    """Return the first room that a look from a point meets, and how far away it is (W1)."""
+    look = shapely.LineString([start, start + reach_m * to])
+    near = np.flatnonzero(shapely.intersects(floors, look))
+    met = [(k, float(shapely.intersection(floors[k], look).distance(shapely.Point(start)))) for k in near.tolist()]
+    return min(met, key=lambda side: side[1], default=None)
+
+
+def _in_wall(
+    window: Door,
+    ends: tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]],
+    across: npt.NDArray[np.float64],
+    faces: tuple[float, float],
+) -> Door | None:
+    """Return a window from face to face of its wall, on the grid; None where nothing of it is left there."""
+    (a, b), (low, high) = ends, faces
+    corners = [a + low * across, b + low * across, b + high * across, a + high * across]
+    ring, _ = snap_polygon(shapely.Polygon(corners))
+    if len(ring) < 3:
+        return None
+    if {tuple(corner) for corner in ring.tolist()} == {tuple(corner) for corner in window.ring.tolist()}:
+        return window
+    (ax, ay), (bx, by) = np.round([end + (low + high) / 2 * across for end in ends], 2).tolist()
+    return replace(window, segment=((ax, ay), (bx, by)), width=round(math.dist((ax, ay), (bx, by)), 2), ring=ring)
