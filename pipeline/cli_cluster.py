@@ -72,6 +72,7 @@ def slurm(
     )
     from pipeline.overrides import load_overrides
 
+    resources = TaskResources(partition, time, memory, cores)
     with end_cleanly():
         overrides = load_overrides(manifest, None, None if is_url(out) else Path(out))
         begun = begin_shards(load_build_config(manifest, {}), out, shards, overrides)
@@ -87,7 +88,7 @@ def slurm(
             str(cores),
         ]
         folder = scripts or Path("houseexpo-slurm" if is_url(out) else Path(out) / ".build" / "slurm")
-        written = SlurmScripts(folder.absolute(), place, command, shards, TaskResources(partition, time, memory, cores))
+        written = SlurmScripts(folder.absolute(), place, command, shards, resources)
         try:
             queue, at_most = written.queue(), limit or largest_array()
         except HouseExpoError as error:

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 from houseexpo.commands.printing import current_command_line, make_console, print_name_and_text
-from houseexpo.errors import INTERRUPTED, NO_PLAN, NOT_DONE, find_transient_fault
+from houseexpo.errors import INTERRUPTED, NO_PLAN, NOT_DONE, ConfigError, find_transient_fault
 from houseexpo.progress import is_quiet, is_verbose
 
 if TYPE_CHECKING:
@@ -56,6 +56,9 @@ def load_build_config(config: Path | None, given: Mapping[str, Any]) -> BuildCon
         dedupe = replace(settings.stages.dedupe, off=chosen.pop("keep_copies"))
         settings = replace(settings, stages=replace(settings.stages, dedupe=dedupe))
     settings = replace(settings, build=replace(settings.build, **chosen))
+    for folder in filter(None, settings.build.model_path.split(os.pathsep)):
+        if not Path(folder).is_dir():
+            raise ConfigError(f"model_path: expected a folder, found none at {folder}; check the path")
     if settings.build.weights:
         weights = read_weights(Path(settings.build.weights))
         settings = replace(settings, stages=replace(settings.stages, weights=weights))

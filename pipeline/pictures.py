@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Iterable, Iterator, Sequence
 
@@ -198,6 +199,7 @@ MARGIN_M, MARGIN_SHARE = 0.5, 0.03
 TICKS = 12  # at most, along one edge
 STEPS_M = (0.5, 1, 2, 5, 10, 20, 50)
 RULER = "#9aa0a6"
+CROSS = "#c2185b"  # on floors, furniture and walls alike
 
 
 class Canvas:
@@ -234,13 +236,18 @@ class Canvas:
     def ruler(self, frame: Frame) -> None:
         """Write the metres of the source's plan axes along the lower and the left edge.
 
-        A frame that turns its axes has no ruler.
+        Where the frame turns the axes, crosses at whole steps name both coordinates instead.
         """
         (a, b, tx), (c, d, ty) = frame.matrix
-        if b or c:
-            return
         x1, y1, x2, y2 = self.bounds
         pen, type_ = ImageDraw.Draw(self.image), load_font(11 * FINE)
+        if b or c:
+            for place, words in turned_ticks(self.bounds, frame):
+                px, py = self._pixel(place)
+                for line in ((px - 4 * FINE, py, px + 4 * FINE, py), (px, py - 4 * FINE, px, py + 4 * FINE)):
+                    pen.line(line, fill=CROSS, width=FINE)
+                pen.text((px, py + 5 * FINE), words, fill=CROSS, font=type_, anchor="mt")
+            return
         for x, words in ruler_ticks(x1, x2, a, tx):
             at = self._pixel((x, y1))
             pen.line((at[0], at[1] - 4 * FINE, *at), fill=RULER, width=FINE)
@@ -289,9 +296,22 @@ def ruler_ticks(low: float, high: float, factor: float, shift: float) -> Iterato
         yield (k * step - shift) / factor, f"{k * step:g}"
 
 
+def turned_ticks(bounds: Box, frame: Frame) -> Iterator[tuple[tuple[float, float], str]]:
+    """Yield points of a level, metres, where both of the source's plan axes have whole steps, and the metres there."""
+    x1, y1, x2, y2 = bounds
+    to_source = np.vstack([frame.matrix, (0, 0, 1)])
+    x, y, _ = to_source @ np.array([(x1, y1, 1), (x2, y1, 1), (x2, y2, 1), (x1, y2, 1)]).T
+    step = next((step for step in STEPS_M if max(np.ptp(x), np.ptp(y)) / step <= TICKS), STEPS_M[-1])
+    near = [range(math.ceil(v.min() / step), math.floor(v.max() / step) + 1) for v in (x, y)]
+    for i, k in itertools.product(*near):
+        px, py, _ = (np.linalg.inv(to_source) @ (i * step, k * step, 1)).tolist()
+        if x1 < px < x2 and y1 < py < y2:
+            yield (px, py), f"{i * step:g}, {k * step:g}"
+
+
 # What stands in a level and what it is taken for, one colour each, so that a person sees why a plan is as it is.
 #
-# The picture's edges have the metres of the source's plan axes: what ``overrides.toml`` takes.
+# The picture has the metres of the source's plan axes: what ``overrides.toml`` takes.
 
 
 EVIDENCE_FLOOR = "#f1ece0"

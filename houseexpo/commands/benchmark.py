@@ -85,7 +85,8 @@ def run(
     from houseexpo.pseudoslam.benchmark.run import DEFAULT_PLANS, RunSettings, run_benchmark
     from houseexpo.pseudoslam.benchmark.tracks import MAP_TRACKS, find_track
 
-    _check_out(out)
+    if out.suffix != ".json":
+        raise ConfigError(f"--out: expected a file that ends in .json, found {out.name!r}")
     wanted = find_track(track)
     settings = RunSettings(
         split, plans or DEFAULT_PLANS, seed, workers or count_cores(), decision_limit, prediction or "", plans is None
@@ -160,7 +161,6 @@ def compare(
 
     if out is not None:
         check_file_name(out)
-        _check_folder(out)
     elif curves:
         raise ConfigError("--curves: expected a page to draw them on, found none; name one with --out")
     _print(results)
@@ -213,7 +213,6 @@ def team(
 
     if out.suffix != ".md":
         raise ConfigError(f"--out: expected a file that ends in .md, found {out.name!r}")
-    _check_folder(out)
     tracks = [find_team_track(name) for name in track or [one.name for one in TRACKS]]
     policies = policy or list(TEAM_POLICIES)
     for name in policies:
@@ -249,15 +248,3 @@ def _print(files: list[Path]) -> None:
                 table_heads(metrics),
                 [table_row(compared, entry, metrics) for entry in compared.rows(metrics)],
             )
-
-
-def _check_out(file: Path) -> None:
-    """Raise an error, before hours of work, if a file cannot be written."""
-    if file.suffix != ".json":
-        raise ConfigError(f"--out: expected a file that ends in .json, found {file.name!r}")
-    _check_folder(file)
-
-
-def _check_folder(file: Path) -> None:
-    if not file.parent.is_dir():
-        raise ConfigError(f"--out: expected a folder {file.parent}, found none; make it first")

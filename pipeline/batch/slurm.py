@@ -12,6 +12,7 @@ Rules:
 from __future__ import annotations
 
 import hashlib
+import re
 import shlex
 import shutil
 import subprocess
@@ -40,12 +41,27 @@ exec {command}
 
 @dataclass(frozen=True)
 class TaskResources:
-    """The resources of a task, in Slurm's terms; None leaves the choice to the cluster."""
+    """The resources of a task, in Slurm's terms; None leaves the choice to the cluster.
+
+    Raises
+    ------
+    ConfigError
+        One of them is not of the form that Slurm takes.
+    """
 
     partition: str | None = None
     time: str | None = None
     memory: str | None = None
     cores: int = 1
+
+    def __post_init__(self) -> None:
+        for option, found, form, expected in (
+            ("--partition", self.partition, r"\S+", "a name without spaces"),
+            ("--time", self.time, r"(\d+-)?\d+(:\d+){0,2}", "minutes, 04:00:00 or 2-12:00:00"),
+            ("--memory", self.memory, r"\d+[KMGT]?", "megabytes, or a number with K, M, G or T, such as 8G"),
+        ):
+            if found is not None and not re.fullmatch(form, found):
+                raise ConfigError(f"{option}: expected {expected}, found {found!r}")
 
     def head(self, logs: Path, name: str) -> str:
         """Return the head of a batch script."""

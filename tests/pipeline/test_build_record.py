@@ -18,6 +18,7 @@ from houseexpo.dataset.build_record import (
     write_build_record,
 )
 from houseexpo.dataset.manifest import manifest_path
+from houseexpo.errors import ConfigError
 from pipeline.cli_build import BuildRequest
 from pipeline.cli_common import load_build_config
 
@@ -66,7 +67,12 @@ def test_model_folders_are_in_full(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     full = f"{tmp_path / 'models'}{os.pathsep}{os.sep}far"
     given = {"model_path": f"models{os.pathsep}{os.sep}far"}
     assert work(given).record(add=False).build.options == {"model_path": full}
-    assert load_build_config(None, given).build.model_path == full
+    with pytest.raises(ConfigError, match=f"model_path: expected a folder, found none at {tmp_path / 'models'}; check"):
+        load_build_config(None, given)
+    for folder in ("models", "far"):
+        (tmp_path / folder).mkdir()
+    given = {"model_path": f"models{os.pathsep}far"}
+    assert load_build_config(None, given).build.model_path == f"{tmp_path / 'models'}{os.pathsep}{tmp_path / 'far'}"
 
 
 def test_a_build_that_kept_the_plans_of_others_knows_how_these_were_made() -> None:

@@ -9,11 +9,12 @@ import numpy.typing as npt
 import pytest
 import shapely
 import trimesh
-from PIL import Image
+from PIL import Image, ImageColor
 
 from houseexpo.drawing.styles import WALL
 from houseexpo.plan import Frame
 from pipeline.pictures import (
+    CROSS,
     DOORWAY,
     EVIDENCE_FLOOR,
     EVIDENCE_LINTEL,
@@ -23,6 +24,7 @@ from pipeline.pictures import (
     Canvas,
     draw_evidence,
     ruler_ticks,
+    turned_ticks,
 )
 from pipeline.png import PNG_SIDE_PX, draw_top_view
 from pipeline.values import Evidence, Mesh, Opening
@@ -89,11 +91,18 @@ def test_the_ruler_is_drawn_on_the_lower_and_the_left_edge() -> None:
     assert ((rows > edge) | (cols < 1800 - edge)).all()
 
 
-def test_a_turned_frame_has_no_ruler() -> None:
-    turned = Frame(((0.0, -1.0, 0.0), (1.0, 0.0, 0.0)), "z", 0.0, 0)
-    canvas, plain = Canvas(BOUNDS), Canvas(BOUNDS)
+def test_crosses_name_the_source_s_metres_in_a_turned_frame() -> None:
+    turned = Frame(((0.6, -0.8, 20.0), (0.8, 0.6, -3.0)), "z", 0.0, 0)
+    ticks = {words: place for place, words in turned_ticks(BOUNDS, turned)}
+    assert len(ticks) > 10
+    for words, (x, y) in ticks.items():
+        assert list(map(float, words.split(", "))) == pytest.approx([0.6 * x - 0.8 * y + 20, 0.8 * x + 0.6 * y - 3])
+        assert 0 < x < 9
+        assert 0 < y < 9
+    canvas = Canvas(BOUNDS)
     canvas.ruler(turned)
-    assert canvas.image.tobytes() == plain.image.tobytes()
+    for place in ticks.values():
+        assert canvas.image.getpixel(tuple(map(round, canvas._pixel(place)))) == ImageColor.getrgb(CROSS)
 
 
 # What a source looks like from above.

@@ -203,7 +203,7 @@ def collect_episodes(
             )  # fmt: skip
 
     out.parent.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(prefix=f".{out.name}-", dir=out.parent) as place:
+    with tempfile.TemporaryDirectory(prefix=f".{out.name}-", dir=out.parent.absolute()) as place:
         (whole := Path(place, out.name)).mkdir()
         storage = MinariStorage.new(
             whole / "data", env.observation_space, env.action_space, data_format=_FORMAT, jpeg_encoding=False

@@ -11,6 +11,7 @@ import pytest
 from typer.testing import CliRunner
 
 from houseexpo.commands.app import make_app
+from houseexpo.errors import ConfigError
 from pipeline.batch.slurm import QueuedShards, SlurmScripts, TaskResources, format_ranges
 from tests.builders.batch import contents
 from tests.builders.clusters import MAX_TASKS, call, cluster, need_slurm, wait_for
@@ -108,6 +109,27 @@ def test_a_machine_without_slurm_writes_the_scripts_and_says_so(
     assert "this machine has no Slurm" in done.output
     assert "squeue" not in done.output
     assert (tmp_path / "out" / ".build" / "slurm" / "submit.sh").exists()
+
+
+@pytest.mark.parametrize(
+    ("option", "found"),
+    [("--time", "abc"), ("--time", "4h"), ("--memory", "8 G"), ("--memory", "-1"), ("--partition", "long; short")],
+)
+def test_what_slurm_does_not_take_is_refused_before_anything_is_written(
+    tmp_path: Path, street: Path, option: str, found: str
+) -> None:
+    manifest = tmp_path / "houses.toml"
+    manifest.write_text(f'[build]\nsources = ["{street}"]\n')
+    words = ["slurm", str(manifest), "--shards", "2", "--out", str(tmp_path / "out"), f"{option}={found}"]
+    done = CliRunner().invoke(make_app(), words)
+    assert isinstance(done.exception, ConfigError) or done.exit_code == 2
+    assert f"{option}: expected " in done.output + str(done.exception)
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize("time", ["90", "4:00", "04:00:00", "2-12", "2-12:30", "2-12:30:00"])
+def test_all_forms_of_slurm_s_times_are_taken(time: str) -> None:
+    assert f"--time={time}\n" in TaskResources(time=time).head(Path("log"), "name")
 
 
 @pytest.mark.parametrize(("numbers", "text"), [([], ""), ([4], "4"), ([0, 1, 2, 5, 7, 8], "0-2,5,7-8")])

@@ -144,8 +144,9 @@ def idle(*_: Any) -> Any:
 
 @pytest.mark.slow
 def test_the_command_says_how_to_load_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path.parent)
     said = call("collect", "--policy", "forward", "--track", "avoidance", "--episodes", "2", "--workers", "1",
-                "--out", tmp_path / "forward-v1")  # fmt: skip
+                "--out", f"{tmp_path.name}/forward-v1")  # fmt: skip
     assert "forward-v1: 2 episodes, 400 steps, mean reward" in said
     assert f"MINARI_DATASETS_PATH={tmp_path} lets minari.load_dataset('forward-v1') find it" in said
     monkeypatch.setenv("MINARI_DATASETS_PATH", str(tmp_path))
