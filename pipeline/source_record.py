@@ -32,6 +32,7 @@ from houseexpo.dataset.source_records import (
     Picture,
     Place,
     PlanSource,
+    Points,
     Rings,
     Solid,
     SourceRecord,
@@ -74,7 +75,7 @@ from pipeline.sources.storeys.scale import said_size
 from pipeline.sources.tolerances import NARROWEST_DOOR_M
 from pipeline.sources.vector_plans import drawing_lines, lines_in_level
 from pipeline.stages.corrections import shown_walls, standing_walls
-from pipeline.tolerances import AROUND_M, BESIDE_M, CM_M, SHEET_M
+from pipeline.tolerances import AROUND_M, BESIDE_M, CM_M, HAND_M, SHEET_M
 from pipeline.values import Evidence, Input, Layout, Level, RejectedLevel, Spaces
 
 SECTIONS_M: Final = (1.1, 1.9)
@@ -93,6 +94,14 @@ _SHOWN_M: Final = (3.0, 200.0)
 _MOST_TRIANGLES: Final = 60_000
 """Some two megabytes on their way to the browser."""
 _SHOWN_HEIGHTS_M: Final = (-0.5, 3.5)
+_SHARES: Final = (0.15, 0.35, 0.5, 0.65, 0.85)
+"""Heights at which a mesh without a storey is cut, as shares of its own: not where its floors are likely."""
+_ONWARD_M: Final = 0.3
+"""Pieces of one wall's faces are at most this far apart, metres: the wall that ends at them."""
+_SHORTEST_SEEN_M: Final = 0.8
+"""A shorter line is a pillar, or the side of a cupboard, metres."""
+_MOST_SEEN: Final = 400
+"""Lines of a section; of a scan only the longest are looked at."""
 _MOST_SNAP_CORNERS: Final = 40_000
 """A browser that snaps to more of them is slow."""
 
@@ -294,6 +303,7 @@ def _of_file(
         mesh = Mesh(mesh.vertices * size * (override.scale or 1.0), mesh.faces)
         if (top := _top_view(mesh, _bounds_of([mesh]), np.inf)) is not None:
             pictures.append(top)
+        strokes = tuple(_outlines(mesh))
     elif whole.cells is not None:
         level = replace(level, frame=_map_frame(level, whole.cells))
         pictures.append(_map_picture(whole.cells, level))
@@ -323,8 +333,23 @@ def _searched(level: Level, item: Input, whole: _Whole, override: Override, conf
         extent=extent_of(level),
         strokes=_strokes(lines[level.frame.level] if level.frame.level < len(lines) else (), level, level.unit_m),
         solid=_solid(level),
+        seen=tuple(_seen_lines(level)),
     )
     return _Searched(source, results)
+
+
+def _outlines(mesh: Mesh) -> Iterator[Stroke]:
+    """Yield the lines of a mesh that was not understood, to draw along: its longest section, or its outline if flat."""
+    low, high = np.quantile(mesh.vertices[:, 2], [0.002, 0.998]) if len(mesh.faces) else (0.0, 0.0)
+    slicer = MeshSlicer(mesh)
+    cuts = [slicer.cut(low + share * (high - low)).ends for share in _SHARES] if high > low else []
+    ends = max(cuts, key=lambda cut: float(np.linalg.norm(cut[:, 1] - cut[:, 0], axis=1).sum()), default=())
+    if len(ends):
+        kind, lines = "section", shapely.line_merge(shapely.multilinestrings(shapely.linestrings(ends)))
+    else:
+        kind, lines = "outline", shapely.union_all(shapely.polygons(mesh.vertices[mesh.faces, :2])).boundary
+    for line in shapely.get_parts(shapely.simplify(lines, CM_M)).tolist():
+        yield Stroke(kind, tuple((round(x, 4), round(y, 4)) for x, y in line.coords))
 
 
 def _shown_unit(lines: Sequence[tuple[str, Any]], override: Override) -> float:
@@ -353,6 +378,34 @@ def _lines_picture(strokes: Sequence[Stroke]) -> Picture:
     for stroke in strokes:
         pen.line([tuple(at) for at in sheet.pixels(np.asarray(stroke.points)).tolist()], fill=255, width=2)
     return sheet.masked("lines", "All lines of the drawing", mask, _COLOURS[0])
+
+
+def _seen_lines(level: Level) -> Iterator[Points]:
+    """Yield the straight lines in which something stands at the upper section, from end to end, the longest first.
+
+    The faces of one wall are one line, in its middle; pieces a step apart are one too.
+    """
+    if isinstance(level.walls, Prisms) or level.walls.is_cloud or level.walls.is_empty:
+        return
+    ends = MeshSlicer(level.walls).cut(SECTIONS_M[1] + _OFF_M).ends
+    if not len(ends):
+        return
+    merged = shapely.simplify(shapely.line_merge(shapely.multilinestrings(shapely.linestrings(ends))), BESIDE_M / 2)
+    points, line = shapely.get_coordinates(shapely.get_parts(merged), return_index=True)
+    pairs = np.stack([points[:-1], points[1:]], axis=1)[line[:-1] == line[1:]]
+    pieces = sorted(shapely.linestrings(pairs).tolist(), key=lambda each: (-each.length, each.bounds))[:_MOST_SEEN]
+    while pieces:
+        start, end = shapely.get_coordinates(pieces[0])
+        way = (end - start) / max(pieces[0].length, CM_M)
+        of_it = shapely.LineString([start - way * _ONWARD_M, end + way * _ONWARD_M]).buffer(HAND_M, cap_style="flat")
+        own = [each for each in pieces if of_it.covers(each)]
+        pieces = [each for each in pieces if not of_it.covers(each)]
+        at = shapely.get_coordinates(own) - start
+        along, aside = at @ way, at @ np.array([-way[1], way[0]])
+        middle = start + np.array([-way[1], way[0]]) * (aside.min() + aside.max()) / 2
+        if np.ptp(along) >= _SHORTEST_SEEN_M:
+            a, b = (np.round(middle + way * far, 3).tolist() for far in (along.min(), along.max()))
+            yield (a[0], a[1]), (b[0], b[1])
 
 
 def _simplified(walls: Sequence[Polygon]) -> list[BaseGeometry]:

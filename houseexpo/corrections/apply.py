@@ -15,10 +15,12 @@ R4  ``entrance``: a door to the outside, whatever lies there. ``wall``: parts th
     waits. Walls over more than half of a passage, or just before it, shut it. A passage in which a line ends becomes
     one passage for each of the rooms that the line parts.
 R5  ``one_room``: the rooms become one, together with the passages and walls between them (``merging``). ``no_wall``:
-    the rooms on both sides of a line in a wall become one, joined by the drawn part of the wall. If it is a line of the
-    drawing, a wall that another line draws there stays. ``no_door``: the
-    passage becomes wall, or else the cut through the wall there. ``window``: the same, and a window is there.
-R6  ``room``: a space between walls that the plan lacks becomes a room. ``room_outline``: the free part of an area
+    the rooms on both sides of a line in a wall become one, joined by the drawn part of the wall; in an outer wall the
+    room is open to the outside there, by an entrance. If it is a line of the drawing, a wall that another line draws
+    there stays, and an outer wall too. ``no_door``: the passage becomes wall, or else the cut through the wall there.
+    ``window``: the same, and a window is there.
+R6  ``room``: a space that the plan lacks, and that walls, rooms and what may close gaps enclose, becomes a room.
+    ``room_outline``: the free part of an area
     becomes a room; it parts a room that takes more than a fifth of it, or replaces its outline if both nearly agree.
     Entrances that lead to the place of a new room lead into it. ``no_room``: the room is removed, and its doors to
     other rooms lead outside. ``outside``: the same, and rooms that meet the area without a wall are open to it.

@@ -29,7 +29,15 @@ from houseexpo.plan import Door, Room
 from houseexpo.plan.model import PlanData, shift_plan
 from houseexpo.plan.parts import Box, DoorKind, PlanObject
 from houseexpo.plan.room_labels import UNLABELLED
-from houseexpo.tolerances import GRID_M, MIN_DOOR_M, ROUNDED_M2, SAME_M2, SMALLEST_ROOM_M2, SMALLEST_SAID_ROOM_M2
+from houseexpo.tolerances import (
+    COMMON_DOOR_M,
+    GRID_M,
+    MIN_DOOR_M,
+    ROUNDED_M2,
+    SAME_M2,
+    SMALLEST_ROOM_M2,
+    SMALLEST_SAID_ROOM_M2,
+)
 
 Vector = npt.NDArray[np.float64]
 
@@ -351,12 +359,16 @@ class Draft:
 
 
 def _divided(door: DraftDoor, rooms: Sequence[DraftRoom]) -> list[DraftDoor]:
-    """Return a passage as one for each of the rooms at one of its sides, if there are several, else as it is."""
+    """Return a passage as one for each of the rooms at one of its sides.
+
+    If there is only one of them, or the passage is as narrow as one door, it stays whole, and leads into the room at
+    most of its width.
+    """
     side = next((k for k in (0, 1) if any(door.rooms[k] is room for room in rooms)), None)
     if side is None:
         return [door]
     middle, behind = door.ends.mean(axis=0), door.shape.buffer(GRID_M, join_style="mitre")
-    found = []
+    found: list[DraftDoor] = []
     for room in rooms:
         at = (shapely.get_coordinates(shapely.intersection(behind, room.shape)) - middle) @ door.along
         at = np.clip(at, -door.width / 2, door.width / 2)
@@ -367,6 +379,8 @@ def _divided(door: DraftDoor, rooms: Sequence[DraftRoom]) -> list[DraftDoor]:
             one, other = (room if k == side else each for k, each in enumerate(door.rooms))
             assert one is not None  # noqa: S101  # the first side of a door is a room
             found += [replace(door, ends=ends, rooms=(one, other), before=None, shape=piece) for piece in pieces[:1]]
+    if len(found) > 1 and door.width < COMMON_DOOR_M:
+        return [replace(door, rooms=max(found, key=lambda part: part.width).rooms)]
     return found if len(found) > 1 else [door]
 
 

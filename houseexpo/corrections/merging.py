@@ -79,7 +79,8 @@ def _joined(draft: Draft, parts: list[Polygon], others: BaseGeometry) -> list[Po
             break
         filling = shapely.difference(_closing(parts, reach), others)
         said = next((wall.said for wall in draft.walls if _between(wall.shape.intersection(filling), parts)), said)
-        parts = split_pieces(shapely.union_all([*parts, *_between(shapely.difference(filling, drawn), parts)]))
+        between = [piece.buffer(_OVERLAP_M) for piece in _between(shapely.difference(filling, drawn), parts)]
+        parts = split_pieces(shapely.union_all([*parts, *between]))
     if len(parts) > 1 and said:
         raise contradiction(said, "parts them, and")
     if len(parts) > 1:

@@ -143,7 +143,7 @@ def _new_passage(draft: Draft, strip: Strip, placed: Placed) -> Said:
                 return _over_post(draft, strip, one, placed)
             return opened_wall(draft, strip, one, faces)
         return _between(draft, strip, rooms=(one, other), faces=faces, word=word, text=text, said=said)
-    return _to_outside(draft, strip, rooms=(one, other), faces=faces, text=text, said=said)
+    return open_to_outside(draft, strip, rooms=(one, other), faces=faces, text=text, said=said)
 
 
 def _meeting_at(draft: Draft, strip: Strip) -> tuple[DraftRoom, DraftRoom] | None:
@@ -312,7 +312,7 @@ def _give_way(draft: Draft, area: Polygon) -> list[str]:
     return [f"the {door.kind} of {door.width:.2f} m in its place gave way" for door in over]
 
 
-def _to_outside(
+def open_to_outside(
     draft: Draft,
     strip: Strip,
     *,

@@ -49,6 +49,7 @@ from houseexpo.corrections.passages import (
     free_part,
     in_its_wall,
     narrowed,
+    open_to_outside,
     opened_wall,
     space_behind,
     with_article,
@@ -205,10 +206,10 @@ def close_spaces(draft: Draft, walls: Sequence[Placed]) -> dict[int, Said]:
     floor = [room.shape for room in draft.rooms] + [door.shape for door in draft.inner_doors]
     standing = shapely.union_all([*draft.standing, *floor, *(wall.shape for wall in draft.walls)])
     drawn = drawn_walls([shapely.LineString(each.points) for each in walls], standing)
-    closed = shapely.union_all(_enclosed(standing))
+    closed = shapely.union_all(enclosed_by(standing))
     bounds: dict[int, list[DraftRoom]] = {}
     also: dict[int, list[str]] = {}
-    for space in _enclosed(shapely.union_all([standing, *drawn])):
+    for space in enclosed_by(shapely.union_all([standing, *drawn])):
         is_new = shapely.intersection(space, closed).area < space.area / 2
         if not is_new or not is_room_sized(space) or space.buffer(-SNAP_M).is_empty:
             continue
@@ -228,8 +229,8 @@ def close_spaces(draft: Draft, walls: Sequence[Placed]) -> dict[int, Said]:
     return done
 
 
-def _enclosed(barrier: BaseGeometry) -> list[Polygon]:
-    """Return the spaces that a barrier encloses on all sides."""
+def enclosed_by(barrier: BaseGeometry) -> list[Polygon]:
+    """Return the spaces that a barrier encloses on all sides, the largest first."""
     if barrier.is_empty:
         return []
     x1, y1, x2, y2 = barrier.bounds
@@ -289,11 +290,14 @@ def remove_wall(draft: Draft, placed: Placed) -> Said:
         raise NoEffectError(far_from_rooms(draft, drawn))
     if len(found) == 1:
         behind = space_behind(draft, drawn, 0 if faces.shapes[0] < 0 else 1, faces)
-        if behind is None:
+        if behind is None and is_line:
             raise NoEffectError(
                 f"only {draft.name(found[0])} lies beside it; if it is open to the outside, say entrance; if a room "
                 "lies behind it, say room or room_outline"
             )
+        if behind is None:
+            sides = (found[0], None) if faces.shapes[0] >= 0 else (None, found[0])
+            return open_to_outside(draft, drawn, rooms=sides, faces=faces, text=str(placed.correction), said=Said(""))
         draft.rooms.append(behind)
         found.append(behind)
         faces = faces_beside(drawn, [room.shape for room in draft.rooms])
@@ -329,6 +333,10 @@ def add_room(draft: Draft, placed: Placed) -> Said:
     point = shapely.Point(place)
     free = [free_part(draft, space.shape) for space in draft.spaces if space.shape.covers(point)]
     shape = next((each for each in free if each is not None and each.covers(point) and may_be_room(each)), None)
+    if shape is None:
+        taken = [*(room.shape for room in draft.rooms), *(door.shape for door in draft.inner_doors)]
+        closed = enclosed_by(shapely.union_all([*draft.standing, *taken, *(wall.shape for wall in draft.walls)]))
+        shape = next((each for each in closed if each.covers(point) and may_be_room(each)), None)
     if shape is None:
         raise NoEffectError(
             f"no closed space between walls is known there; the nearest room is "

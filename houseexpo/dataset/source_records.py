@@ -72,7 +72,8 @@ class LevelSource(msgspec.Struct, frozen=True):
 
     ``edges`` are the walls, to which points snap. ``guesses`` names the facts that the reader guessed. ``extent`` is
     the size of the walls' bounds along the source's two axes, metres. ``strokes`` are the drawing's own lines.
-    ``solid`` is the level in three dimensions, or None if the source has no triangles.
+    ``solid`` is the level in three dimensions, or None if the source has no triangles. ``seen`` are straight lines of
+    what stands higher than a person.
     """
 
     id: str
@@ -86,6 +87,7 @@ class LevelSource(msgspec.Struct, frozen=True):
     extent: tuple[float, float] = (0.0, 0.0)
     strokes: tuple[Stroke, ...] = ()
     solid: Solid | None = None
+    seen: tuple[Points, ...] = ()
 
 
 class SourceRecord(msgspec.Struct, frozen=True):

@@ -145,6 +145,19 @@ def areas_of(record: SourceRecord) -> npt.NDArray[np.float64]:
     return found
 
 
+@pytest.mark.parametrize("height", [0.0, 0.3])
+def test_a_file_without_a_storey_shows_its_lines_to_draw_along(tmp_path: Path, height: float) -> None:
+    walls = [[[0, 0, 0], [6, 0.2, height]], [[0, 4, 0], [6, 4.2, height]]]
+    file = tmp_path / "low.ply"
+    trimesh.util.concatenate([trimesh.creation.box(bounds=bounds) for bounds in walls]).export(file)
+    record = SourceReader(config_of(file), id_of(file)).record({})
+    assert record.rejected
+    (level,) = record.levels
+    assert {each.kind for each in level.strokes} == {"section" if height else "outline"}
+    corners = {tuple(np.round(point, 2)) for each in level.strokes for point in each.points}
+    assert corners == {(x, y) for x in (0.0, 6.0) for y in (0.0, 0.2, 4.0, 4.2)}
+
+
 def test_a_house_that_is_no_plan_shows_its_source_and_becomes_one_by_what_is_said(tmp_path: Path) -> None:
     parts = [
         trimesh.creation.box(bounds=[[0, 0, 0], [6, 0.2, 2.6]]),

@@ -7,16 +7,19 @@ R3  Rooms that meet without a wall are one room, or they stay two; only where no
     known, the same is asked of rooms that several passages join, or one that is as wide as what lies at its sides:
     there, one space may have been parted. Passages in which the source shows a door or a lintel do not count.
 R4  A question that a person has answered or skipped is not asked again. Answers are words of the storey, as if drawn.
-R5  If the source is known, two more things are asked about: a space between walls that the plan left out and that is
-    large enough for a room, and a door or a gap in the source, in a wall of a room, where the plan has no passage.
+R5  If the source is known, three more things are asked about: a space between walls that the plan left out and that is
+    large enough for a room; a room that takes only a part of the space between its walls; and a door or a gap in the
+    source, in a wall of a room, where the plan has no passage.
 R6  If a corner juts into a room, the lines that extend its two edges to the opposite wall may be openings between two
-    rooms. A line is asked about if it is as narrow as an opening and parts off a space that could be a room.
+    rooms, as may a door or a gap that the source shows in a room. A line is asked about if it parts off a space that
+    could be a room, and is as narrow as an opening, or narrower than this space is wide.
 R7  Facts about the whole file that the reader guessed (its unit, its axis) are asked first, once for the file: all else
     depends on them. What somebody has said is not asked.
 R8  An answer's value is the question's doubt times (``_LEAST`` + the share of the plan's area that it concerns).
     Questions of one kind about parts of a similar size are grouped, as one answer is often true of all of them. The
     group with the most valuable question comes first.
 R9  The answers to a question are all that is usually true of such a place, the two most usual first.
+R10 If the source shows something in a room that is higher than a person and that would part it, it may be a wall.
 """
 
 from __future__ import annotations
@@ -34,6 +37,8 @@ from shapely.ops import split
 
 from houseexpo.corrections import Correction
 from houseexpo.corrections.apply import correct_plan
+from houseexpo.corrections.draft import Space
+from houseexpo.corrections.openings import ONWARD_M
 from houseexpo.corrections.vocabulary import WORDS, checked_values
 from houseexpo.errors import ConfigError
 from houseexpo.floorplan import FloorPlan
@@ -86,6 +91,15 @@ _PASSAGE_M: Final = (0.6, 2.5)
 _CORNER: Final = 0.4
 """Doubt of an opening at a corner that juts into a room: of 19 groups of them, 7 part a room that is several."""
 _MOST_CORNERS: Final = 6
+_LARGER: Final = 0.3
+"""Doubt of a room that takes a part of the space between its walls."""
+_MOST_CORNERS_OF_ROOM: Final = 60
+"""``session._MOST_POINTS``."""
+_SEEN_WALL: Final = 0.4
+"""Doubt of a wall that the source shows and the plan lacks: some are cupboards."""
+_SHORTEST_WALL_M: Final = 0.5
+"""What is seen of such a wall away from the walls beside it, metres."""
+_MOST_SEEN: Final = 6
 _LEAST: Final = 0.25
 """The value of a passage itself: as if it concerned a quarter of the plan."""
 _ORDER: Final = {word: number for number, word in enumerate(WORDS)}
@@ -143,16 +157,20 @@ def questions(
     """
     if plan.frame is None:
         return []
-    found = [*_passages(plan), *_rooms(plan), *_meetings(plan), *_corners(plan)]
+    found, places = [*_passages(plan), *_rooms(plan), *_meetings(plan)], list[tuple[str, LineString]]()
     if source is not None and source.plan is not None:
         dx, dy = np.subtract(source.origin, source.origin_of(plan)).round(3).tolist()
+        places = [(kind, LineString(np.add(ends, (dx, dy)).round(3))) for kind, ends in source.places]
         found += [
             *_guesses(plan, source),
-            *_parted(plan, source, (dx, dy)),
+            *_parted(plan, places),
             *_seen_in_part(plan, source, (dx, dy)),
             *_spaces_left_out(plan, source, (dx, dy), closed),
-            *_places(plan, source, (dx, dy), closed),
+            *_larger(plan, source, (dx, dy)),
+            *_places(plan, places, closed),
+            *_walls_seen(plan, source, (dx, dy), closed),
         ]
+    found += _corners(plan, [line for kind, line in places if kind in _SHOWN])
     return _in_order([each for each in found if each.key not in left], plan.area)
 
 
@@ -293,9 +311,9 @@ def _seen_in_part(plan: FloorPlan, source: SourceView, shift: tuple[float, float
         yield Question(key, point, says, answers, _UNSEEN, room.area, room.area**0.5)
 
 
-def _parted(plan: FloorPlan, source: SourceView, shift: tuple[float, float]) -> Iterator[Question]:
+def _parted(plan: FloorPlan, places: Sequence[tuple[str, LineString]]) -> Iterator[Question]:
     """R3."""
-    shown = [LineString(np.add(ends, shift)) for kind, ends in source.places if kind in {"door", "lintel"}]
+    shown = [line for kind, line in places if kind in {"door", "lintel"}]
     between: dict[tuple[int, int], list[Door]] = {}
     for door in plan.doors:
         one, other = door.rooms
@@ -340,7 +358,7 @@ def with_effect(
     kept: list[Question] = []
     tried: set[tuple[str, ...]] = set()
     for question in asked:
-        is_place = question.key.startswith(("place", "corner"))
+        is_place = question.key.startswith(("place", "corner", "wall", "larger"))
         if question.group in tried or not is_place or _parts_or_joins(plan, question, said, source):
             tried.add(question.group)
             kept.append(question)
@@ -385,7 +403,7 @@ def _spaces_left_out(
     """R5."""
     taken = shapely.union_all([*(room.polygon for room in plan.rooms), *(door.polygon for door in plan.doors)])
     asked: list[Polygon] = []
-    for space in source.spaces:
+    for space in (*source.spaces, *(Space(shape, reachable=False) for shape in source.enclosed)):
         shape = shapely.transform(space.shape, lambda points: points + np.array(shift))
         free = shapely.difference(shape, shapely.union_all([taken, *asked]))
         if free.area < SMALLEST_ROOM_M2 or free.area < _FREE * shape.area:
@@ -401,17 +419,45 @@ def _spaces_left_out(
         yield Question(_key(plan, "space", at), at, says, answers, _LEFT_OUT, shape.area, shape.area**0.5)
 
 
+def _larger(plan: FloorPlan, source: SourceView, shift: tuple[float, float]) -> Iterator[Question]:
+    """R5."""
+    for room in plan.rooms:
+        if room.confidence == 1.0:
+            continue
+        others = [other.polygon for other in plan.rooms if other is not room]
+        taken = shapely.union_all([*others, *(door.polygon for door in plan.doors)])
+        for space in source.spaces:
+            shape = shapely.transform(space.shape, lambda points: points + np.array(shift))
+            more = shape.area - room.area
+            if not SMALLEST_ROOM_M2 <= more <= room.area or shape.intersection(taken).area > more / 2:
+                continue
+            if shape.intersection(room.polygon).area < _FREE * room.area:
+                continue
+            ring = shapely.simplify(shapely.Polygon(shape.exterior), _OF_EDGE_M / 3).exterior
+            corners = tuple((round(x, 3), round(y, 3)) for x, y in ring.coords[:-1])
+            if len(corners) > _MOST_CORNERS_OF_ROOM:
+                continue
+            at = _inside(room)
+            says = f"The walls here enclose {shape.area:.1f} m², and this {_name(room)} has {room.area:.1f} m². "
+            says, answers = (
+                f"{says}Is all of it this room?",
+                (Answer("All of it", "room_outline", corners), Answer("No")),
+            )
+            yield Question(_key(plan, "larger", at), at, says, answers, _LARGER, room.area)
+            break
+
+
 def _places(
-    plan: FloorPlan, source: SourceView, shift: tuple[float, float], closed: Sequence[tuple[float, float]]
+    plan: FloorPlan, places: Sequence[tuple[str, LineString]], closed: Sequence[tuple[float, float]]
 ) -> Iterator[Question]:
     """R5."""
-    dx, dy = shift
     shut = shapely.multipoints(closed) if closed else None
     rooms = [room.polygon for room in plan.rooms]
-    doors = [door.polygon for door in plan.doors]
-    for kind, ends in source.places:
-        (ax, ay), (bx, by) = ((round(x + dx, 3), round(y + dy, 3)) for x, y in ends)
-        line = LineString([(ax, ay), (bx, by)])
+    doors = [
+        (door.polygon, _NEAR_M if door.kind == "cut" else _WIDEST_WALL_M) for door in plan.doors
+    ]  # a cut is a guess
+    for kind, line in places:
+        (ax, ay), (bx, by) = line.coords
         if kind not in _SHOWN or not _PASSAGE_M[0] <= line.length <= _PASSAGE_M[1]:
             continue
         way = np.array([ay - by, bx - ax]) / line.length * _WIDEST_WALL_M
@@ -419,7 +465,7 @@ def _places(
             next((k for k, room in enumerate(rooms) if shapely.contains_xy(room, *at)), None)
             for at in (np.array([ax + bx, ay + by]) / 2 + sign * way for sign in (1, -1))
         ]
-        if sides[0] == sides[1] or any(door.distance(line.centroid) < _WIDEST_WALL_M for door in doors):
+        if sides[0] == sides[1] or any(door.distance(line.centroid) < near for door, near in doors):
             continue
         if shut is not None and shut.distance(line) < _WIDEST_WALL_M:
             continue
@@ -434,28 +480,60 @@ def _places(
         yield Question(_key(plan, "place", at), at, says, tuple(answers), _SHOWN[kind], size=line.length)
 
 
-def _corners(plan: FloorPlan) -> Iterator[Question]:
-    """R6."""
-    found: list[tuple[float, float, LineString]] = []
+def _corners(plan: FloorPlan, places: Sequence[LineString] = ()) -> Iterator[Question]:
+    """R6. ``places`` are the places in a room where the source shows a door or a gap."""
+    found: list[tuple[bool, float, float, LineString]] = []
     for room in plan.rooms:
         doors = shapely.union_all([door.polygon for door in plan.doors if room.id in door.rooms])
-        for ray in corner_rays(room.polygon):
-            if not _PASSAGE_M[0] <= ray.length <= _PASSAGE_M[1] or ray.distance(doors) < _PASSAGE_M[0] / 2:
+        shown = [place for place in places if room.polygon.covers(place.centroid)]
+        for ray in (*shown, *corner_rays(room.polygon)):
+            if ray.length < _PASSAGE_M[0] or ray.distance(doors) < _PASSAGE_M[0] / 2:
                 continue
-            parts = sorted(part.area for part in split(room.polygon, _longer(ray)).geoms)
-            if len(parts) > 1 and parts[-2] >= SMALLEST_ROOM_M2 * 2:
-                found.append((ray.length, parts[-2], ray))
+            line = _longer(ray, ONWARD_M if ray in shown else _NEAR_M)
+            parts = sorted(part.area for part in split(room.polygon, line).geoms)
+            if len(parts) > 1 and (area := parts[-2]) >= SMALLEST_ROOM_M2 * 2:
+                narrow = ray.length / math.sqrt(area)
+                if ray.length <= _PASSAGE_M[1] or narrow <= 1.0:
+                    found.append((ray not in shown, narrow, area, ray))
     chosen: list[tuple[float, LineString]] = []
-    for _, area, ray in sorted(found, key=lambda each: each[0]):
+    for _, _, area, ray in sorted(found, key=lambda each: each[:2]):
         if all(ray.distance(other) > _PASSAGE_M[0] / 2 for _, other in chosen) and len(chosen) < _MOST_CORNERS:
             chosen.append((area, ray))
     for area, ray in chosen:
         (ax, ay), (bx, by) = (tuple(round(v, 3) for v in end) for end in ray.coords)
         at = round((ax + bx) / 2, 3), round((ay + by) / 2, 3)
-        says = f"The room is narrow here, {ray.length:.2f} m. Is there an opening between two rooms?"
+        says = f"The room is narrower here, {ray.length:.2f} m. Is there an opening between two rooms?"
         ends = (ax, ay), (bx, by)
         answers = Answer("An opening", "opening", ends), Answer("One room"), Answer("A wall", "wall", ends)
         yield Question(_key(plan, "corner", at), at, says, answers, _CORNER, area)
+
+
+def _walls_seen(
+    plan: FloorPlan, source: SourceView, shift: tuple[float, float], closed: Sequence[tuple[float, float]]
+) -> Iterator[Question]:
+    """R10."""
+    shut = shapely.multipoints(closed) if closed else None
+    found: list[tuple[float, LineString]] = []
+    lines = (
+        shapely.linestrings(np.add(source.level.seen, np.subtract(shift, source.origin))) if source.level.seen else []
+    )
+    for room in plan.rooms:
+        inside = shapely.buffer(room.polygon, -_OF_EDGE_M)
+        for line in shapely.get_parts(shapely.intersection(lines, room.polygon)):
+            if shapely.intersection(line, inside).length < _SHORTEST_WALL_M:
+                continue
+            if shut is not None and shut.distance(line) < _OF_EDGE_M:
+                continue
+            parts = sorted(part.area for part in split(room.polygon, _longer(line, _PASSAGE_M[1])).geoms)
+            if len(parts) > 1 and parts[-2] >= SMALLEST_ROOM_M2 * 2:
+                found.append((parts[-2], line))
+    for area, line in sorted(found, key=lambda each: (-each[0], each[1].bounds))[:_MOST_SEEN]:
+        (ax, ay), (bx, by) = shapely.get_coordinates(line)[[0, -1]].round(3).tolist()
+        at = round((ax + bx) / 2, 3), round((ay + by) / 2, 3)
+        says = f"The source shows {line.length:.2f} m of something higher than a person, the plan no wall. Is it one?"
+        ends = (ax, ay), (bx, by)
+        answers = Answer("A wall", "wall", ends), Answer("No wall"), Answer("An opening", "opening", ends)
+        yield Question(_key(plan, "wall", at), at, says, answers, _SEEN_WALL, area)
 
 
 def corner_rays(room: Polygon) -> list[LineString]:
@@ -480,10 +558,10 @@ def corner_rays(room: Polygon) -> list[LineString]:
     return found
 
 
-def _longer(ray: LineString) -> LineString:
-    """Return a line a little longer at both ends, so that it parts the room."""
+def _longer(ray: LineString, by_m: float) -> LineString:
+    """Return a line longer by so much at both ends, so that it parts the room."""
     a, b = np.array(ray.coords)
-    way = (b - a) / ray.length * _NEAR_M
+    way = (b - a) / ray.length * by_m
     return LineString([a - way, b + way])
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
 import pytest
 import shapely
 from shapely import LineString, Polygon
@@ -124,7 +125,6 @@ def test_a_door_where_one_stands_is_already_so() -> None:
         ({"label": [500.0, 1.0, "Office"]}, "no room is there"),
         ({"one_room": [[1.0, 1.0], [500.0, 1.0]]}, "no room is there"),
         ({"no_wall": [[500.0, 1.0], [500.0, 1.9]]}, "m from the nearest room"),
-        ({"no_wall": [[0.0, 1.0], [0.0, 1.9]]}, "only the kitchen of 12.0 m2 lies beside it"),
         ({"window": [500.0, 1.5]}, "no passage is there; the nearest is"),
         ({"outside": [500.0, 1.5]}, "no room is there; the nearest is"),
         ({"room_outline": [[500, 1], [503, 1], [503, 4]]}, "492.8 m from the nearest room"),
@@ -434,6 +434,27 @@ def test_rooms_become_one_with_the_door_between_them() -> None:
     assert found.plan.rooms[0].label == "Kitchen"
     shut = corrected(no_door=[4.15, 1.5], one_room=[[1.0, 1.0], [5.0, 1.0]])
     assert [effect.outcome for effect in shut.effects] == ["done", "none"]  # its door is part of the room
+
+
+@pytest.mark.parametrize("wall_m", [0.05, 0.1, 0.3])
+@pytest.mark.parametrize("degrees", [30.0, 45.0, 75.0])
+def test_rooms_on_both_sides_of_a_slanting_wall_become_one(wall_m: float, degrees: float) -> None:
+    house, way = shapely.box(0.0, 0.0, 8.0, 6.0), np.array([np.cos(np.radians(degrees)), np.sin(np.radians(degrees))])
+    wall = LineString([[4.0, 3.0] - 9 * way, [4.0, 3.0] + 9 * way]).buffer(wall_m / 2)
+    parts = shapely.get_parts(shapely.set_precision(shapely.difference(house, wall), 0.01))
+    rooms = tuple(Room(k, "Office", list(part.exterior.coords)[:-1]) for k, part in enumerate(parts))
+    plan = FloorPlan("house", list(house.exterior.coords)[:-1], 2, {}, rooms=rooms)
+    found = corrected(plan, one_room=[[0.5, 5.5], [7.5, 0.5]])
+    assert areas(found.plan) == [48.0]
+
+
+def test_without_an_outer_wall_the_room_is_open_to_the_outside() -> None:
+    found = corrected(no_wall=[[0.05, 0.5], [0.05, 2.5]])
+    assert [(door.kind, door.width, door.rooms) for door in found.plan.doors][1:] == [("entrance", 2.0, (0, None))]
+    assert areas(found.plan) == areas(PLAN)
+    line = LineString([(0.1, 0.5), (0.1, 2.5)])  # of a drawing: that it is no wall says nothing of what lies beyond it
+    drawn = correct_plan(PLAN, Override(no_wall=[[0.1, 0.5], [0.1, 2.5]]).corrections, lines=[line])
+    assert "only the kitchen of 12.0 m2 lies beside it" in drawn.effects[0].said
 
 
 def test_a_label_is_one_of_the_data_sets() -> None:
@@ -970,6 +991,15 @@ def test_a_line_that_ends_in_a_door_makes_two_of_it_and_says_so(word: str) -> No
     assert [width for _, width in ways] == pytest.approx([0.95, 0.95], abs=0.02)
     assert len({rooms for rooms, _ in ways}) == 2
     assert "the opening of 2.00 m is two now, of 0.95 m and 0.95 m" in found.effects[0].also
+
+
+def test_a_wall_that_ends_in_a_narrow_door_leaves_it_to_the_room_at_most_of_it() -> None:
+    found = corrected(wall=[[0.1, 1.4], [4.1, 1.4]])
+    (door,) = (each for each in found.plan.doors if each.kind == "door")
+    beside = next(room for room in found.plan.rooms if room.id == min(side for side in door.rooms if side is not None))
+    assert door.width == 0.8
+    assert {room.label for room in found.plan.rooms if room.id in door.rooms} >= {"Bedroom"}
+    assert beside.polygon.centroid.y > 1.4
 
 
 def test_a_wall_that_cuts_a_strip_off_names_it() -> None:

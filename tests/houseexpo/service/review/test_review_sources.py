@@ -19,6 +19,7 @@ from starlette.testclient import TestClient
 
 from houseexpo import build, open_dataset
 from houseexpo.corrections import Override
+from houseexpo.corrections.apply import correct_plan
 from houseexpo.corrections.preview import preview
 from houseexpo.dataset.source_records import LevelSource, Picture, Place, PlanSource, SourceRecord
 from houseexpo.errors import ConfigError
@@ -255,6 +256,56 @@ def test_a_place_for_a_door_is_asked_about_until_somebody_says_that_none_is_ther
 def test_a_place_within_a_room_or_at_a_passage_is_not_asked_about() -> None:
     plan, view = shown(Place("door", ((2.0, 1.0), (2.0, 1.9))), Place("lintel", ((4.15, 1.1), (4.15, 1.9))))
     assert asked_of(plan, view) == ["cut"]
+
+
+def test_a_place_that_would_part_a_room_is_asked_about() -> None:
+    plan, view = shown(Place("lintel", ((2.0, 1.0), (2.0, 3.1))))
+    (asked,) = (each for each in questions(plan, (), view) if each.key.startswith("corner"))
+    assert [answer.action for answer in asked.answers] == ["opening", "leave", "wall"]
+    assert with_effect(plan, [asked]) == [asked]
+    assert len(plan.corrected(said_of(plan, asked.answers[0])).plan.rooms) == 3
+
+
+def test_what_the_source_shows_as_high_as_a_wall_is_asked_about_where_it_would_part_a_room() -> None:
+    plan, view = shown()
+    seen = (((2.0, 1.2), (2.0, 3.1)), ((0.1, 0.2), (3.0, 0.2)), ((4.15, 0.1), (4.15, 3.1)), ((1.0, 1.4), (1.4, 1.4)))
+    view = SourceView(view.record, msgspec.structs.replace(view.level, seen=seen), view.found)
+    (asked,) = (each for each in questions(plan, (), view) if each.key.startswith("wall"))
+    assert asked.answers[0].points == ((2.0, 1.2), (2.0, 3.1))
+    stub = plan.corrected(said_of(plan, asked.answers[0])).plan
+    (narrow,) = (each for each in questions(stub, (), view) if each.answers[0].action == "opening")
+    assert len(stub.corrected(said_of(stub, narrow.answers[0])).plan.rooms) == 3
+    assert not [each for each in questions(stub, (), view) if each.key.startswith("wall")]
+
+
+def test_a_room_that_takes_a_part_of_the_space_between_its_walls_is_asked_about() -> None:
+    plan, view = shown(spaces=((((-1.4, 0.1), (4.1, 0.1), (4.1, 3.1), (-1.4, 3.1)),),))
+    (asked,) = (each for each in questions(plan, (), view) if each.key.startswith("larger"))
+    assert "enclose 16.5 m², and this kitchen has 12.0 m²" in asked.says
+    whole = plan.corrected(said_of(plan, asked.answers[0])).plan
+    assert sorted(round(room.area, 1) for room in whole.rooms) == [9.0, 16.5]
+    assert "larger" not in asked_of(whole, view)
+    beside = (((-1.4, 0.1), (7.2, 0.1), (7.2, 3.1), (-1.4, 3.1)),)  # most of it is another room
+    assert "larger" not in asked_of(*shown(spaces=(beside,)))
+
+
+def test_a_space_that_only_gaps_leave_open_is_asked_about_and_becomes_a_room() -> None:
+    plan, view = shown()
+    assert view.found is not None
+    around = shapely.difference(shapely.box(7.2, 0.0, 10.0, 3.2), shapely.box(7.3, 0.1, 9.9, 3.1))
+    rings = tuple(tuple(ring.coords[:-1]) for ring in (around.exterior, *around.interiors))
+    found = msgspec.structs.replace(view.found, standing=(rings,))
+    view = SourceView(view.record, view.level, found)
+    (asked,) = (each for each in questions(plan, (), view) if each.key.startswith("space"))
+    assert "of 7.8 m² between walls" in asked.says
+    said = said_of(plan, asked.answers[0]).corrections
+    assert len(correct_plan(plan, said, standing=view.standing).plan.rooms) == 3
+    assert len(correct_plan(plan, said).plan.rooms) == 2
+
+
+def said_of(plan: FloorPlan, answer: Answer) -> Override:
+    points = source_points_from_plan(plan.frame, answer.points).round(3).tolist()  # type: ignore[arg-type]
+    return Override(**{answer.action: points[0] if len(points) == 1 else points})
 
 
 def test_a_question_whose_answer_does_nothing_is_not_asked() -> None:
