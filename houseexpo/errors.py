@@ -9,6 +9,9 @@ import errno
 from collections.abc import Iterator
 from pathlib import Path
 
+ANSWER_IS_NO = 1
+"""The exit code of a command that did its work: a file is damaged, a house gives no plan, no other fit is better."""
+
 INTERRUPTED = 130
 """The exit code of a command that was interrupted with Ctrl-C."""
 

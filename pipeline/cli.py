@@ -10,6 +10,7 @@ from typing import Annotated, Literal
 
 import typer
 
+from houseexpo.errors import ANSWER_IS_NO
 from pipeline.batch.disk import printable
 from pipeline.cli_build import BuildRequest, build_and_show, build_one_shard, verify_or_exit, write_source_record
 from pipeline.cli_cluster import assemble_and_show
@@ -20,9 +21,6 @@ from pipeline.cli_common import (
     show_inspection,
     show_unapplied_corrections,
 )
-
-REJECTED = 1
-"""An exit code: the house that is inspected gives no plan."""
 
 Up = Literal["auto", "y", "z"]
 
@@ -303,4 +301,4 @@ def inspect(
     show_inspection(found, source, out)
     show_unapplied_corrections(found)
     if found.rejection is not None:
-        raise typer.Exit(REJECTED)
+        raise typer.Exit(ANSWER_IS_NO)

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import typer
 
-from houseexpo.errors import NOT_DONE
+from houseexpo.errors import ANSWER_IS_NO, NOT_DONE
 from houseexpo.progress import is_quiet
 from houseexpo.words import count_noun
 from pipeline.cli_common import load_build_config, show_outcomes
@@ -20,9 +20,6 @@ if TYPE_CHECKING:
     from houseexpo.dataset.build_record import BuildRecord
     from pipeline.batch.assemble import BuildResult
     from pipeline.executors.local import Executor
-
-DAMAGED = 1
-"""An exit code, beside 0, 2 (the command cannot be carried out), NOT_DONE, NO_PLAN and that of Ctrl-C."""
 
 
 @dataclass(frozen=True)
@@ -225,5 +222,5 @@ def verify_or_exit(places: list[str]) -> None:
         typer.secho(line, fg=typer.colors.RED)
     if wrong:
         typer.echo(f"{count_noun(len(wrong), 'file')} changed or gone; the build's own command writes what is missing")
-        raise typer.Exit(DAMAGED)
+        raise typer.Exit(ANSWER_IS_NO)
     typer.echo("every file is as it was written")

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from houseexpo.commands.arguments import Processes
+from houseexpo.errors import ANSWER_IS_NO
 from pipeline.cli_common import end_cleanly, load_build_config, resolve_manifest
 
 if TYPE_CHECKING:
@@ -19,9 +20,6 @@ if TYPE_CHECKING:
     from pipeline.fitting.labels import Marked
     from pipeline.fitting.models import OwnModels
     from pipeline.values import Input
-
-NOTHING_BETTER = 1
-"""An exit code: no weights are better than those of houseexpo, so no file is written."""
 
 
 def fit(
@@ -84,7 +82,7 @@ def fit(
             fg=typer.colors.YELLOW,
             err=True,
         )
-        raise typer.Exit(NOTHING_BETTER)
+        raise typer.Exit(ANSWER_IS_NO)  # no weights are better than those of houseexpo, so no file is written
     printed.print(
         f"better for {better}; next: houseexpo build SOURCE --out OUT --weights {out}", highlight=False, soft_wrap=True
     )

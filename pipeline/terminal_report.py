@@ -36,12 +36,6 @@ from pipeline.sources import is_path
 from pipeline.sources.files import describe_links
 from pipeline.sources.reader_choice import how_to_export
 
-_LISTED: Final = 12
-"""So many plans are listed one by one; of more the first ``LISTED`` are."""
-
-_SLOW: Final = 10
-"""The number of inputs that are listed as the slowest."""
-
 
 def outcomes_by_id(data_set: BuildResult) -> Iterator[tuple[str, str, str]]:
     """Yield what became of each correction by hand: the id it stands under, done, already or none, and a sentence."""
@@ -156,7 +150,7 @@ def plans_table(data_set: BuildResult, rows: Sequence[Mapping[str, Any]], out: s
     """List the plans by id (R2), those of this build first, each with the file that it was read from, if any."""
     files = _files(data_set)
     own = sorted(rows, key=lambda row: (row["id"] not in files, row["id"]))
-    shown = own if len(own) <= _LISTED else own[:LISTED]
+    shown = own[:LISTED]
     named = any(files.get(row["id"]) for row in shown)
     table = new_table()
     table.add_column("plan", overflow="fold")
@@ -234,7 +228,7 @@ def next_commands(data_set: BuildResult, out: str) -> list[str]:
     """Return the commands that people run next on a folder of plans."""
     if "://" in out or not data_set.ids:
         return []
-    place, some = shlex.quote(out), " --sample 12" if len(data_set.ids) > _LISTED else ""
+    place, some = shlex.quote(out), " --sample 12" if len(data_set.ids) > LISTED else ""
     return [f"houseexpo serve {place}", f"houseexpo show {place}{some} --out {shlex.quote(f'{Path(out).name}.png')}"]
 
 
@@ -295,7 +289,7 @@ def notes_lines(data_set: BuildResult) -> list[str]:
 def slowest_inputs(data_set: BuildResult) -> list[tuple[str, str, float]]:
     """Return the inputs that took longest: the id of the first outcome, the file, and the seconds."""
     found = sorted((-entry.seconds, entry.file, _id(entry)) for entry in data_set.entries if entry.seconds)
-    return [(name, file, -seconds) for seconds, file, name in found[:_SLOW]]
+    return [(name, file, -seconds) for seconds, file, name in found[:LISTED]]
 
 
 def _id(entry: Entry) -> str:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from houseexpo.commands.arguments import IDS_HELP, ReplaceOption, is_plan_file, make_completion
-from houseexpo.errors import ConfigError
+from houseexpo.errors import ANSWER_IS_NO, ConfigError
 from houseexpo.words import count_noun
 
 if TYPE_CHECKING:
@@ -138,7 +138,7 @@ def export(
         )
     print_problems(make_console(stderr=True), "left out", list(map(str, refused)))
     if refused:
-        raise typer.Exit(1)
+        raise typer.Exit(ANSWER_IS_NO)
 
 
 def _policy(run: Path, out: Path, *, replace: bool) -> Path:

@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from houseexpo.commands.arguments import DataSetArgument, Processes
+from houseexpo.errors import ANSWER_IS_NO
 
 
 def validate(
@@ -46,4 +47,4 @@ def validate(
         table.add_row(rule, str(found), str(plans), RULES[rule], style="red" if found else "")
     out.print(table)
     if report.findings:
-        raise typer.Exit(1)
+        raise typer.Exit(ANSWER_IS_NO)

@@ -49,7 +49,7 @@ from pipeline.rejection import Reason, Rejection
 from pipeline.sources.drawn_storeys import polygon_from_ring
 from pipeline.sources.files import Element, LeftOutParts, parse_xml
 from pipeline.sources.meshes.formats import MAX_FACES, SUFFIXES, frame_convention, load_scene
-from pipeline.sources.tolerances import FILE_GRID_M, LONGEST_PLACEMENT_M, LONGEST_SOLID_M, MOST_FILES, ROUND_SIDES, TINY
+from pipeline.sources.tolerances import FILE_GRID_M, LONGEST_PLACEMENT_M, MOST_FILES, ROUND_SIDES, TINY
 from pipeline.tolerances import SAME
 from pipeline.values import Mesh
 
@@ -262,8 +262,8 @@ def _ball(radii: np.ndarray) -> Mesh:
 
 def _sizes(text: str | None, count: int, what: str) -> list[float]:
     values = parse_numbers(text, count, f"size of {what}")
-    if not all(0 <= value <= LONGEST_SOLID_M for value in values):
-        detail = f"size of {what}: expected 0 to {LONGEST_SOLID_M:.0f} m, found {values}"
+    if min(values) < 0:
+        detail = f"size of {what}: expected 0 m or more, found {values}"
         raise Rejection("source", Reason.BAD_UNITS, detail, "SDF is in metres: correct it, or leave the model out")
     return values
 

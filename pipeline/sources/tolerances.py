@@ -33,8 +33,7 @@ LARGEST_BYTES: Final = 1 << 28  # the text of a plan, a scene or a mesh of one, 
 LARGEST_TEXT_BYTES: Final = 1 << 26  # the same where each word becomes an object of Python: YAML, worlds
 CHUNK_BYTES: Final = 1 << 24  # so much of a longer text is read at a time; a longer line is none
 DEEPEST: Final = 100  # how deep documents, nodes, blocks, groups and placements may be nested; deeper is a circle
-MOST_PARTS: Final = 1_000_000  # nodes, prims, and entities of a drawing, each counted as often as it is shown
-MOST_BODIES: Final = 200_000  # bodies of a robot's scene, each counted as often as it is shown
+MOST_PARTS: Final = 1_000_000  # nodes, prims, bodies, entities of a drawing, each counted as often as it is shown
 MOST_FILES: Final = 20_000  # files and folders that one scene takes in
 LARGEST_GRID: Final = 30_000_000  # cells of a grid, voxels of a cloud
 LARGEST_COORDINATE: Final = 1e15  # beyond this a square overflows, or says nothing
@@ -42,7 +41,6 @@ LARGEST_COORDINATE: Final = 1e15  # beyond this a square overflows, or says noth
 # What a house may measure at most. Larger things have another unit, or are no houses.
 
 LONGEST_PLACEMENT_M: Final = 1e6  # an offset or a size in a robot's scene
-LONGEST_SOLID_M: Final = 10_000.0  # a solid in a robot's scene: the ground of a landscape
 LONGEST_SITE_M: Final = 2000.0  # a plan of lines and areas: an airport, a campus
 LONGEST_LENGTH_M: Final = 1000.0  # a single length in a file
 LONGEST_CLOUD_M: Final = 200.0  # from the middle of a cloud of points to its farthest point
@@ -192,12 +190,8 @@ INNER_PER_M2: Final = 0.08  # the same, for each square metre; dwellings have 0.
 MIN_DOORS: Final = 2  # named doors that are sure of their height
 TERRAIN_BEYOND: Final = 1.15  # a ground this many times as long as the rest is terrain
 
-# Decisions about drawn storeys (``drawn_storeys``).
-
-
 # Decisions about lines and areas (``vector_plans``).
 
-LARGEST_THING_M2: Final = 12.0  # a named box that covers more is a carpet, a ceiling or a group of things
 THICKEST_LINE_M: Final = 2.0  # a thicker wall has no stated thickness
 DRAWN_UNITS_M: Final = (0.001, 1.0, 0.01, 0.0254, 0.3048)  # units of a DXF file that states none, the likeliest first
 

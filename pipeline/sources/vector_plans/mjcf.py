@@ -24,7 +24,7 @@ from houseexpo.file_kinds import format_suffix
 from houseexpo.files import real_path
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.files import Element, LeftOutParts, file_inside, parse_xml
-from pipeline.sources.tolerances import MOST_BODIES, TINY
+from pipeline.sources.tolerances import MOST_PARTS, TINY
 from pipeline.sources.vector_plans.drawing import Drawing
 from pipeline.sources.vector_plans.scene_bodies import (
     SceneBody,
@@ -119,8 +119,8 @@ class _Scene:
                 yield from self._inside(child, place, (*name, *names), childclass)
             elif child.tag in {"geom", "site"}:
                 self._count += 1
-                if self._count > MOST_BODIES:
-                    detail = f"{self.path.name} has more than {MOST_BODIES:,} geoms"
+                if self._count > MOST_PARTS:
+                    detail = f"{self.path.name} has more than {MOST_PARTS:,} geoms"
                     raise Rejection("source", Reason.TOO_LARGE, detail, "leave its furniture out")
                 found = self._one(child, at, names, childclass)
                 if found is not None:

@@ -34,7 +34,7 @@ from houseexpo.files import real_path
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.files import LeftOutParts, read_bytes
 from pipeline.sources.roles import labels_for
-from pipeline.sources.tolerances import DEEPEST, LARGEST_TEXT_BYTES, MOST_BODIES, ROUND_SIDES
+from pipeline.sources.tolerances import DEEPEST, LARGEST_TEXT_BYTES, MOST_PARTS, ROUND_SIDES
 from pipeline.sources.vector_plans.drawing import Drawing
 from pipeline.sources.vector_plans.scene_bodies import (
     SceneBody,
@@ -187,8 +187,8 @@ class _Parser:
         if not self._at("{"):
             raise self._fault()
         self._count += 1
-        if self._count > MOST_BODIES or depth > DEEPEST:
-            detail = f"{self._file} has more than {MOST_BODIES:,} nodes, or nodes more than {DEEPEST} deep"
+        if self._count > MOST_PARTS or depth > DEEPEST:
+            detail = f"{self._file} has more than {MOST_PARTS:,} nodes, or nodes more than {DEEPEST} deep"
             raise Rejection("source", Reason.TOO_LARGE, detail, "leave what is no wall out of the world")
         self._take()
         node = _Node(kind, name)
@@ -257,8 +257,8 @@ class _World:
     def bodies(self) -> Iterator[SceneBody]:
         """Every body of the world, z up."""
         shown = sum(node.count for node in self.nodes)
-        if shown > MOST_BODIES:  # nodes that are used again and again
-            detail = f"the world shows {shown:,} nodes, expected {MOST_BODIES:,} at most"
+        if shown > MOST_PARTS:  # nodes that are used again and again
+            detail = f"the world shows {shown:,} nodes, expected {MOST_PARTS:,} at most"
             raise Rejection("source", Reason.TOO_LARGE, detail, "leave what is no wall out of the world")
         waiting: list[tuple[_Node, Floats, tuple[str, ...]]] = [(node, np.eye(4), ()) for node in reversed(self.nodes)]
         while waiting:

@@ -356,7 +356,7 @@ def _beside(tmp_path, fault):
         (folder / "model.sdf").write_text("<sdf><model>")
         return _include("cart"), "model.sdf is no XML"
     elif fault == "a size below zero":
-        return cart.replace("<size>0.", "<size>-0."), "expected 0 to 10000 m"
+        return cart.replace("<size>0.", "<size>-0."), "expected 0 m or more"
     elif fault == "an impossible pose":
         return cart.replace("<pose>1 1 0.3 0 0 0", "<pose>1e300 0 0 0 0 0"), "pose"
     return _include("cart"), ""

@@ -763,7 +763,7 @@ def test_impossible_numbers_and_meshes_elsewhere_cost_only_their_node(tmp_path: 
 def test_a_node_used_without_end_is_refused(tmp_path: Path) -> None:
     layers = "".join(f"DEF A{k + 1} Group {{ children [ {' '.join([f'USE A{k}'] * 10)} ] }}\n" for k in range(8))
     text = f"{Z_UP}\nDEF A0 Group {{ children [ Wall {{ }} ] }}\n{layers}"
-    assert "nodes, expected 200,000 at most" in refused(tmp_path, text).detail
+    assert "nodes, expected 1,000,000 at most" in refused(tmp_path, text).detail
 
 
 @pytest.mark.parametrize(("gap_m", "kinds"), [(1.2, ["entrance", "opening"]), (2.2, ["entrance", "opening"])])
