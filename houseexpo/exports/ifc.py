@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import uuid
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Any, Final, NamedTuple, Unpack
 
 import shapely
@@ -34,9 +34,9 @@ def ifc(plan: FloorPlan, **options: Unpack[BodyOptions]) -> Files:
     """Write ``<id>.ifc`` (IFC 4, metres): project, site, building, one storey.
 
     Each connected piece of wall is an IfcWall and goes on over doors. A passage is an IfcOpeningElement, as deep as
-    the wall. Doors and entrances have an IfcDoor in their opening. Each room is an IfcSpace: ``Name`` is its id,
-    ``LongName`` the source's own word or the label, ``ObjectType`` the label. Furniture is IfcFurniture. Options are
-    those of ``plan_bodies``.
+    the wall. Doors and entrances have an IfcDoor in their opening, windows an IfcWindow. Each room is an IfcSpace:
+    ``Name`` is its id, ``LongName`` the source's own word or the label, ``ObjectType`` the label. Furniture is
+    IfcFurniture. Options are those of ``plan_bodies``.
 
     Raises
     ------
@@ -193,14 +193,7 @@ class _Writer:
         for each in doors:
             name, height = each.door.id, built.door_height if each.has_leaf else built.wall_height
             opening = self._element("IfcOpeningElement", f"opening {name}", f"Opening {name}", each.shape, 0.0, height)
-            inside = [int(k) for k, part in enumerate(bodies) if part.intersection(each.shape).area > SAME_M2]
-            if inside:
-                self._root(
-                    "IfcRelVoidsElement",
-                    f"voids {name}",
-                    RelatingBuildingElement=walls[inside[0]],
-                    RelatedOpeningElement=opening,
-                )
+            self._void(str(name), opening, each.shape, bodies, walls)
             if each.has_leaf:
                 leaf = shapely.LineString(each.segment).buffer(_DOOR_LEAF_M / 2, cap_style="flat")
                 door = self._element("IfcDoor", f"door {name}", f"Door {name}", leaf, 0.0, height)
@@ -209,7 +202,38 @@ class _Writer:
                     "IfcRelFillsElement", f"fills {name}", RelatingOpeningElement=opening, RelatedBuildingElement=door
                 )
                 found.append(door)
-        return found
+        return [*found, *self._windows(built, bodies, walls)]
+
+    def _windows(self, built: PlanBodies, bodies: Sequence[Polygon], walls: Sequence[Any]) -> Iterator[Any]:
+        """Yield the windows, each in an opening of its wall."""
+        for each in built.windows:
+            number, heights = each.window.id, (each.sill, each.head - each.sill)
+            key = f"window opening {number}"
+            opening = self._element("IfcOpeningElement", key, f"Window opening {number}", each.shape, *heights)
+            self._void(f"window {number}", opening, each.shape, bodies, walls)
+            pane = shapely.LineString(each.segment).buffer(_DOOR_LEAF_M / 2, cap_style="flat")
+            window = self._element("IfcWindow", f"window {number}", f"Window {number}", pane, *heights)
+            window.OverallHeight, window.OverallWidth = float(heights[1]), float(each.window.width)
+            self._root(
+                "IfcRelFillsElement",
+                f"fills window {number}",
+                RelatingOpeningElement=opening,
+                RelatedBuildingElement=window,
+            )
+            yield window
+
+    def _void(
+        self, name: str, opening: Any, shape: BaseGeometry, bodies: Sequence[Polygon], walls: Sequence[Any]
+    ) -> None:
+        """Make an opening a hole in the wall in which it lies."""
+        inside = [wall for part, wall in zip(bodies, walls, strict=True) if part.intersection(shape).area > SAME_M2]
+        if inside:
+            self._root(
+                "IfcRelVoidsElement",
+                f"voids {name}",
+                RelatingBuildingElement=inside[0],
+                RelatedOpeningElement=opening,
+            )
 
     def _space(self, room: Room, built: PlanBodies) -> Any:
         space = self._element("IfcSpace", f"room {room.id}", str(room.id), room.polygon, 0.0, built.wall_height)

@@ -34,6 +34,7 @@ _COLOURS: Final = {
     "walls": (221, 218, 209, 255),
     "floor": (158, 142, 120, 255),
     "furniture": (168, 135, 102, 255),
+    "glass": (178, 216, 230, 102),
 }
 
 
@@ -41,10 +42,11 @@ def glb(plan: FloorPlan, **options: Unpack[BodyOptions]) -> Files:
     """Write ``<id>.glb`` (binary glTF 2.0) in metres with y up: world (x, y, z) becomes (X, Y, Z) = (x, z, -y).
 
     World x and y are the plan's (mirrored plans are mirrored back), and z is the height above the floor. The nodes are
-    ``walls`` (with doors as gaps under lintels), ``entrance_door_<id>``, ``<label>_floor_<id>`` of each room,
-    ``door_threshold_<id>`` or ``opening_threshold_<id>``, ``floor`` (under the walls) and, if there is any,
-    ``furniture``; each is a closed body. In the frame of the source they are in the node ``place``, which moves
-    and turns them. Options are those of ``houseexpo.exports.plan_bodies.plan_bodies``.
+    ``walls`` (with doors as gaps under lintels), ``window_<id>`` (glass in a hole of the walls),
+    ``entrance_door_<id>``, ``<label>_floor_<id>`` of each room, ``door_threshold_<id>`` or
+    ``opening_threshold_<id>``, ``floor`` (under the walls) and, if there is any, ``furniture``; each is a closed body.
+    In the frame of the source they are in the node ``place``, which moves and turns them. Options are those
+    of ``houseexpo.exports.plan_bodies.plan_bodies``.
     """
     import trimesh
 
@@ -135,7 +137,9 @@ def _add_bodies(
     import trimesh
 
     materials = {
-        name: trimesh.visual.material.PBRMaterial(name=name, baseColorFactor=colour, roughnessFactor=0.9)
+        name: trimesh.visual.material.PBRMaterial(
+            name=name, baseColorFactor=colour, roughnessFactor=0.9, alphaMode="BLEND" if colour[3] < 255 else None
+        )
         for name, colour in _COLOURS.items()
     }
     for part, material, body in _bodies(built, roof):
@@ -152,9 +156,12 @@ def _add_bodies(
 def _bodies(built: PlanBodies, roof: BaseGeometry | None = None) -> Iterator[tuple[str, str, Manifold]]:
     """Yield the name, material and body of each part of the house."""
     doors = entrance_doors(built)
-    yield "walls", "walls", _walls(built, list(doors.values()))
+    yield "walls", "walls", _without_windows(_walls(built, list(doors.values())), built)
     for name, shape in doors.items():
         yield name, "walls", extrude_polygon(shape, built.door_height)
+    for name, kind, shape, low, high in built.window_parts:
+        if kind == "glass":
+            yield name, kind, extrude_polygon(shape, high - low).translate((0, 0, low))
     floors = {**room_floors(built), **doorway_floors(built)}
     for name, shape in {**floors, "floor": unnamed_floor(built, floors)}.items():
         yield name, "floor", extrude_polygon(shape, FLOOR_M).translate((0, 0, -FLOOR_M))
@@ -175,6 +182,13 @@ def _walls(built: PlanBodies, doors: list[BaseGeometry]) -> Manifold:
     if built.door_height == built.wall_height:
         return below
     return below + extrude_polygon(above, built.wall_height - built.door_height).translate((0, 0, built.door_height))
+
+
+def _without_windows(walls: Manifold, built: PlanBodies) -> Manifold:
+    from manifold3d import Manifold, OpType
+
+    holes = [extrude_polygon(each.shape, each.head - each.sill).translate((0, 0, each.sill)) for each in built.windows]
+    return walls - Manifold.batch_boolean(holes, OpType.Add) if holes else walls
 
 
 def _furniture(built: PlanBodies) -> Manifold:

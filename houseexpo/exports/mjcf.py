@@ -21,7 +21,7 @@ from houseexpo.tolerances import CRUMB_M2, TINY
 
 _SLAB_M: Final = 0.05
 _WALL, _LINTEL, _FLOOR, _THING = "0.86 0.85 0.82 1", "0.78 0.72 0.62 1", "0.62 0.56 0.47 1", "0.66 0.53 0.4 1"
-_MARK = "0.2 0.4 0.8 0.3"
+_MARK, _GLASS = "0.2 0.4 0.8 0.3", "0.7 0.85 0.9 0.4"
 
 _Into = tuple[ET.Element, ET.Element]
 """The assets of a file, and the world or body that gets the geoms and sites."""
@@ -30,7 +30,8 @@ _Into = tuple[ET.Element, ET.Element]
 def mjcf(plan: FloorPlan, **options: Unpack[BodyOptions]) -> Files:
     """Write ``<id>.xml`` for MuJoCo: metres, z up, one file without others beside it.
 
-    Names: geoms ``wall_<i>``, ``lintel_<i>``, ``room|<id>|<label>|<piece>`` (a floor; without rooms ``floor_<i>``), and
+    Names: geoms ``wall_<i>``, ``lintel_<i>``, ``wall_under_window_<id>_<piece>``, ``window_lintel_<id>_<piece>`` and
+    ``window_<id>_<piece>`` (glass), ``room|<id>|<label>|<piece>`` (a floor; without rooms ``floor_<i>``), and
     ``object_<id>_<piece>``; sites ``door_<id>`` for doors and entrances and ``doorway_<id>`` for openings, which are as
     large as the passage. Sites collide with nothing, so a robot drives through. A convex piece is a box where it is a
     rectangle along the axes, else a mesh with its corners in the file. Options are those of ``plan_bodies``.
@@ -109,11 +110,15 @@ def _slab(into: _Into, name: str, shape: BaseGeometry, low: float, end: str) -> 
 
 def _pieces(built: PlanBodies) -> Iterator[tuple[str, str, Any, float, float]]:
     """Yield convex pieces: name, colour, ring (n, 2), lower and upper height, metres."""
-    walls = [ring for wall in built.walls for ring in cut_into_trapezoids(wall)]
+    walls = [ring for wall in built.standing for ring in cut_into_trapezoids(wall)]
     yield from ((f"wall_{i}", _WALL, ring, 0.0, built.wall_height) for i, ring in enumerate(walls))
     lintels = [ring for lintel in built.lintels for ring in cut_into_trapezoids(lintel)]
     if built.door_height < built.wall_height:
         yield from ((f"lintel_{i}", _LINTEL, r, built.door_height, built.wall_height) for i, r in enumerate(lintels))
+    for name, kind, shape, low, high in built.window_parts:
+        colour, parts = _GLASS if kind == "glass" else _WALL, shapely.get_parts(shape)
+        rings = [ring for part in parts if part.area > CRUMB_M2 for ring in cut_into_trapezoids(part)]
+        yield from ((f"{name}_{i}", colour, ring, low, high) for i, ring in enumerate(rings))
     for room in built.plan.rooms:
         for i, ring in enumerate(cut_into_trapezoids(room.polygon)):
             yield f"room|{room.id}|{room.label}|{i}", _FLOOR, ring, -_SLAB_M, 0.0

@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final, TypedDict
+from functools import cached_property
+from typing import TYPE_CHECKING, Final, Literal, TypedDict
 
 import shapely
 
 from houseexpo.analysis.walls import walls_around
 from houseexpo.errors import ConfigError
-from houseexpo.exports.openings import wall_openings
+from houseexpo.exports.openings import WallOpening, wall_openings, window_openings
 from houseexpo.exports.placement import ExportFrame, Orientation, Pose, orient_plan, pose_in_export
 from houseexpo.floorplan import FloorPlan
-from houseexpo.plan import PlanObject
+from houseexpo.plan import Door, PlanObject
 from houseexpo.tolerances import CRUMB_M2, STRAIGHTEN_AREA_M, WELD_M
 
 if TYPE_CHECKING:
@@ -23,6 +25,8 @@ if TYPE_CHECKING:
 WALL_HEIGHT_M: Final = 2.5
 DOOR_HEIGHT_M: Final = 2.1
 WALL_THICKNESS_M: Final = 0.1
+WINDOW_SILL_M: Final = 0.9
+"""The height of a window's sill, metres, if the plan does not state it; its head is then as high as that of doors."""
 
 _UNDER_LINTELS: Final = frozenset({"door", "cut"})  # openings have the full height; entrances are closed
 
@@ -38,13 +42,28 @@ class BodyOptions(TypedDict, total=False):
 
 
 @dataclass(frozen=True, eq=False)
+class WindowBody:
+    """A window: the part of the wall that it takes, and the heights of its sill and head, metres.
+
+    Its glass is as thick as the wall, so that nothing gets through and a mesh is read back as the same plan.
+    """
+
+    window: Door
+    shape: BaseGeometry
+    segment: tuple[tuple[float, float], tuple[float, float]]
+    sill: float
+    head: float
+
+
+@dataclass(frozen=True, eq=False)
 class PlanBodies:
     """The bodies of a plan: polygons in metres, x right and y up in the export's world, and heights above the floor.
 
     ``space`` is the floor, with walls straightened by at most 0.01 m, and ``free`` is ``space`` without ``furniture``.
     ``walls`` are around and in the floor and leave doors open. They have no cavities: a courtyard without a door is
-    filled, since it is not free. ``lintels`` are the areas of doors, from ``door_height`` to ``wall_height``. ``pose``
-    is the pose of all of them in the export's frame.
+    filled, since it is not free. ``lintels`` are the areas of doors, from ``door_height`` to ``wall_height``.
+    ``windows`` lie in the walls, which ``standing`` are without them. ``pose`` is the pose of all of them in the
+    export's frame.
     """
 
     plan: FloorPlan
@@ -57,6 +76,26 @@ class PlanBodies:
     door_height: float
     furniture: tuple[PlanObject, ...]
     pose: Pose
+    windows: tuple[WindowBody, ...] = ()
+
+    @cached_property
+    def standing(self) -> tuple[Polygon, ...]:
+        """The walls without the windows, which have wall below and above them."""
+        if not self.windows:
+            return self.walls
+        open_ = shapely.union_all([each.shape for each in self.windows])
+        return tuple(_polygons(shapely.difference(shapely.union_all(self.walls), open_, grid_size=WELD_M)))
+
+    @property
+    def window_parts(self) -> Iterator[tuple[str, Literal["wall", "glass"], BaseGeometry, float, float]]:
+        """The wall below and above each window, and its glass: name, kind, shape, heights of foot and top, metres."""
+        for each in self.windows:
+            number = each.window.id
+            if each.sill > 0:
+                yield f"wall_under_window_{number}", "wall", each.shape, 0.0, each.sill
+            if each.head < self.wall_height:
+                yield f"window_lintel_{number}", "wall", each.shape, each.head, self.wall_height
+            yield f"window_{number}", "glass", each.shape, each.sill, each.head
 
     @property
     def bounds(self) -> tuple[float, float, float, float]:
@@ -100,6 +139,7 @@ def plan_bodies(
     walls = shapely.set_precision(_without_hollows(space, walls_around(space, wall_thickness)), WELD_M)
     doors = [door.polygon for door in turned.doors if door.kind in _UNDER_LINTELS] if door_height < wall_height else []
     lintels = (_polygons(shapely.intersection(door, space)) for door in doors)
+    windows = (_window_body(each, door_height, wall_height) for each in window_openings(turned, wall_thickness))
     return PlanBodies(
         plan=turned,
         space=space,
@@ -111,7 +151,17 @@ def plan_bodies(
         door_height=door_height,
         furniture=things,
         pose=pose_in_export(plan, orientation, frame),
+        windows=tuple(window for window in windows if window is not None),
     )
+
+
+def _window_body(each: WallOpening, door_height: float, wall_height: float) -> WindowBody | None:
+    """Return a window in the walls; None if the walls end below its sill."""
+    window = each.door
+    sill = WINDOW_SILL_M if window.sill is None else window.sill
+    head = min(door_height if window.head is None else window.head, wall_height)
+    shape = shapely.set_precision(each.shape, WELD_M)
+    return WindowBody(window, shape, each.segment, sill, head) if sill < head else None
 
 
 def _without_hollows(space: Polygon | MultiPolygon, walls: tuple[Polygon, ...]) -> Polygon | MultiPolygon:

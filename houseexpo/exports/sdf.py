@@ -27,7 +27,7 @@ from houseexpo.plan import Ring
 
 _VERSION = "1.6"  # read by Gazebo classic and by current Gazebo
 _WALL, _LINTEL, _GROUND = "0.86 0.85 0.82 1", "0.78 0.72 0.62 1", "0.62 0.6 0.57 1"
-_FURNITURE, _FLOOR = "0.66 0.53 0.4 1", "0.62 0.56 0.47 1"
+_FURNITURE, _FLOOR, _GLASS = "0.66 0.53 0.4 1", "0.62 0.56 0.47 1", "0.7 0.85 0.9 0.4"
 _FLOOR_M = 0.001  # height of floors over the ground plane, so that the two do not flicker
 
 
@@ -38,7 +38,8 @@ def sdf(plan: FloorPlan, **options: Unpack[BodyOptions]) -> Files:
     and a visual: a box if the piece is a rectangle along the axes, else an extruded polyline. Furniture is another
     model, with the height of each piece. Each room has a model ``<label>_floor_<id>``, each doorway a model
     ``door_threshold_<id>`` or ``opening_threshold_<id>``: visuals on the ground, which collide with nothing. Each
-    entrance has a model ``entrance_door_<id>``, which shuts it. Options are those of ``plan_bodies``.
+    entrance has a model ``entrance_door_<id>``, which shuts it. A window is glass,
+    ``window_<id>``, in the walls. Options are those of ``plan_bodies``.
     """
     built = plan_bodies(plan, **options)
     pose = built.pose
@@ -117,12 +118,16 @@ class _Piece(NamedTuple):
 
 
 def _pieces(built: PlanBodies, entrances: BaseGeometry) -> Iterator[_Piece]:
-    walls = _convex(shapely.difference(shapely.union_all(built.walls), entrances) if entrances.area else built.walls)
+    standing = built.standing
+    walls = _convex(shapely.difference(shapely.union_all(standing), entrances) if entrances.area else standing)
     lintels = _convex(built.lintels)
     for i, ring in enumerate(walls):
         yield _Piece(f"wall_{i}", _WALL, ring, 0.0, built.wall_height)
     for i, ring in enumerate(lintels):
         yield _Piece(f"lintel_{i}", _LINTEL, ring, built.door_height, built.wall_height)
+    for name, kind, shape, low, high in built.window_parts:
+        for i, ring in enumerate(_convex(shape)):
+            yield _Piece(f"{name}_{i}", _GLASS if kind == "glass" else _WALL, ring, low, high)
     if built.door_height < built.wall_height:
         for i, ring in enumerate(_convex(entrances)):
             yield _Piece(f"entrance_lintel_{i}", _WALL, ring, built.door_height, built.wall_height)

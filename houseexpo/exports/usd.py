@@ -25,6 +25,7 @@ _COLOURS: Final = {
     "wall": "0.86, 0.85, 0.82",
     "floor": "0.62, 0.56, 0.47",
     "door": "0.55, 0.36, 0.2",
+    "glass": "0.7, 0.85, 0.9",
     "furniture": "0.66, 0.53, 0.4",
 }
 
@@ -32,11 +33,12 @@ _COLOURS: Final = {
 def usd(plan: FloorPlan, **options: Unpack[BodyOptions]) -> Files:
     """Write ``<id>.usda``: metres, z up, one mesh a wall, lintel, floor of a room, door and piece of furniture.
 
-    The default prim is ``House``, with the scopes ``Walls``, ``Floors``, ``Doors`` and ``Furniture``. Walls, floors and
-    furniture are colliders (PhysicsCollisionAPI). Doors are bodies of the passage between its jambs: guides, which
-    renderers and physics pass over, so that a robot drives through. Each prim carries its class in the three ways that
-    are in use (``semantics:labels:class``, ``semantic:Semantics:params:semanticData``, ``semanticLabel``): wall, floor
-    and the room's label, door, opening or entrance, or the object's word. Options are those of ``plan_bodies``.
+    The default prim is ``House``, with the scopes ``Walls``, ``Windows`` (glass, if the plan has windows), ``Floors``,
+    ``Doors`` and ``Furniture``. Walls, glass, floors and furniture are colliders (PhysicsCollisionAPI). Doors are
+    bodies of the passage between its jambs: guides, which renderers and physics pass over, so that a robot drives
+    through. Each prim carries its class in the three ways that are in use (``semantics:labels:class``,
+    ``semantic:Semantics:params:semanticData``, ``semanticLabel``): wall, window, floor and the room's label, door,
+    opening or entrance, or the object's word. Options are those of ``plan_bodies``.
     """
     built = plan_bodies(plan, **options)
     return _file(plan.id, [*_place(built.pose), *_scopes(built)])
@@ -88,7 +90,11 @@ def _place(pose: Pose, *, always: bool = False) -> list[str]:
 def _scopes(built: PlanBodies, roof: BaseGeometry | None = None) -> list[str]:
     """Return the lines of the scopes of a storey, indented by 4."""
     turned, wall_height, door_height = built.plan, built.wall_height, built.door_height
-    walls = [_body(f"Wall_{i}", "wall", "wall", each, 0.0, wall_height) for i, each in enumerate(built.walls)]
+    walls = [_body(f"Wall_{i}", "wall", "wall", each, 0.0, wall_height) for i, each in enumerate(built.standing)]
+    panes: list[list[str]] = []
+    for name, kind, shape, low, high in built.window_parts:
+        parts, label = (panes, "window") if kind == "glass" else (walls, "wall")
+        parts.append(_body(name.capitalize(), kind, label, shape, low, high - low))
     over = wall_height - door_height
     if over > 0:
         lintels = enumerate(built.lintels)
@@ -113,7 +119,13 @@ def _scopes(built: PlanBodies, roof: BaseGeometry | None = None) -> list[str]:
     if roof is not None and not roof.is_empty:
         walls.append(_body("Roof", "wall", "roof", roof, wall_height, FLOOR_M))
     lines = []
-    for scope, parts in (("Walls", walls), ("Floors", floors), ("Doors", bodies), ("Furniture", things)):
+    for scope, parts in (
+        ("Walls", walls),
+        ("Windows", panes),
+        ("Floors", floors),
+        ("Doors", bodies),
+        ("Furniture", things),
+    ):
         if parts:
             lines += ["", f'    def Scope "{scope}"', "    {", *(line for part in parts for line in part), "    }"]
     return lines

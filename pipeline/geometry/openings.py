@@ -13,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 import shapely
 from shapely import Polygon
+from shapely.affinity import translate
 from shapely.geometry.base import BaseGeometry
 
 from houseexpo.plan import DoorKind
@@ -196,6 +197,10 @@ class Opening:
     def ends_at_walls(self, door_plane: BaseGeometry) -> bool:
         """Return whether a wall stands at both ends, be it in line or crossing; a trim ends in the air."""
         return bool(end_at_walls([self], door_plane)[0])
+
+    def moved(self, dx: float, dy: float) -> Opening:
+        """Return the opening shifted by (dx, dy) metres."""
+        return replace(self, centre=self.centre + np.array([dx, dy]), polygon=translate(self.polygon, dx, dy))
 
     def part_between(self, start: float, end: float) -> Opening:
         """Return the part between two distances (metres) along the wall from the centre."""

@@ -58,11 +58,11 @@ from pipeline.sources.ifc.rooms_and_openings import (
     door_level_height,
     find_openings,
     find_rooms,
+    find_windows,
     floor_polygon,
     is_room,
     largest_footprint,
     project_to_plan,
-    window_hole_fillings,
 )
 from pipeline.sources.ifc.storeys import LevelStorey, assign_to_storeys, find_level_storeys, is_made_storey
 from pipeline.sources.storeys.levels import Shift, shift_to_origin
@@ -110,6 +110,7 @@ class IfcLevelParts:
     outdoors: Polygon | MultiPolygon | None
     rooms: tuple[SourceRoom, ...]
     openings: tuple[Opening, ...]
+    windows: tuple[Opening, ...]
     leaves: tuple[ElementBody, ...]
     furniture: tuple[ElementBody, ...]
     named_openings: bool
@@ -221,7 +222,7 @@ def _level(
     screens = _screens(here, spaces)  # L9
     here = [part for part in here if all(part is not screen for screen in screens)]
     standing_walls = WallFootprints([part.mesh for part in here])
-    panes = window_hole_fillings(building.windows, building.holes, standing_walls, floor, standing.above)  # L5
+    panes, windows = find_windows(building.windows, building.holes, standing_walls, floor, standing.above)  # L5
     rooms = find_rooms(spaces, standing_walls)
     beams = [part.mesh for part in building.beams if floor + HEAD_M <= part.bottom < floor + HIGHEST_LINTEL_M]
     if not (building.named_openings or building.holes) and _carry_floor(beams, rooms):
@@ -242,6 +243,7 @@ def _level(
         outdoors=_outdoors([each for each in building.outdoors if _is_on(each, standing, floors)], rooms),
         rooms=rooms,
         openings=find_openings(building.holes, standing_walls, floor, floors),
+        windows=tuple(windows),
         leaves=tuple(leaf for leaf in building.leaves if door_level_height(leaf.bottom, floors) == floor),
         furniture=(*(thing for thing in building.furniture if _is_on(thing, standing, floors)), *screens),
         named_openings=building.named_openings,
@@ -498,6 +500,7 @@ def _in_own_frame(found: IfcLevelParts, shift: Shift, name: str, number: int, pr
         named_openings=found.named_openings,
         only_walls=True,
         guesses=found.guesses,
+        windows=tuple(window.moved(-x, -y) for window in found.windows),
         openings=tuple(Opening.named(translate(each.polygon, -x, -y), each.has_door) for each in found.openings),
         n_objects=len(found.furniture),
         provenance=provenance,

@@ -305,19 +305,28 @@ def find_openings(
     return tuple(_merge_openings([found for hole in here if (found := _opening(hole, walls, PASSABLE_M)) is not None]))
 
 
-def window_hole_fillings(
+def find_windows(
     windows: Sequence[WallHole], holes: Sequence[WallHole], walls: WallFootprints, low: float, high: float
-) -> Iterator[Mesh]:
-    """H5: for each such hole of a storey, from its floor at ``low`` up to ``high``, a body as deep as the wall."""
+) -> tuple[list[Mesh], list[Opening]]:
+    """H5: for each such hole of a storey, from its floor at ``low`` up to ``high``, a body as deep as the wall.
+
+    The second list are those that windows fill, with heights above the floor.
+    """
     unfilled = [hole for hole in holes if not hole.has_door and hole.bottom >= low + KNEE_M]
-    for hole in (*windows, *unfilled):
+    panes: list[Mesh] = []
+    found: list[Opening] = []
+    for k, hole in enumerate((*windows, *unfilled)):
         if hole.bottom < high and hole.top > low + KNEE_M:
-            shapes = _in_wall(hole)
+            shapes, across = _in_wall(hole), np.zeros(2)
             # an opening is at least this deep, however thin its wall is
-            if not shapes and (found := _opening(hole, walls, HAND_M, skin_m=0.0)):
-                shapes = [found.polygon]
-            for shape in shapes:
-                yield extrude_rectangle(shape, *_closed_span(hole, low, high))
+            if not shapes and (opening := _opening(hole, walls, HAND_M, skin_m=0.0)):
+                shapes = [opening.polygon]
+                across = np.diff(shapely.get_coordinates(opening.polygon)[1:3], axis=0)[0]
+            panes += [extrude_rectangle(shape, *_closed_span(hole, low, high)) for shape in shapes]
+            if k < len(windows):
+                heights = max(hole.bottom - low, 0.0), min(hole.top, high) - low
+                found += [Opening.window(shape, heights, across) for shape in shapes]
+    return panes, found
 
 
 def _in_wall(hole: WallHole) -> list[Polygon]:
