@@ -163,8 +163,7 @@ def ros(
                 network.refuse_second(EVENTS)
             node = Node(
                 network, fleet, node_config, house=lambda name: fleet_in(houses.load(name), []),
-                drivers=drivers_of if policy else None,
-                offer=network.offer if isinstance(network, Bridge) else None, say=say,
+                drivers=drivers_of if policy else None, say=say,
             )  # fmt: skip
         with suppress(KeyboardInterrupt), _watch_signals() as is_told:
             say(f"{len(fleet)} robot{'s' * (len(fleet) > 1)} in {houses.first.id}, {where}; Ctrl-C ends it")

@@ -96,71 +96,9 @@ FIELDS: Final[dict[str, dict[str, str]]] = {
         "info": "nav_msgs/msg/MapMetaData",
         "data": "int8[]",
     },
-    "geometry_msgs/msg/Accel": {"linear": "geometry_msgs/msg/Vector3", "angular": "geometry_msgs/msg/Vector3"},
-    "std_srvs/srv/Empty_Request": _NOTHING,
-    "std_srvs/srv/Empty_Response": _NOTHING,
-    "nav_msgs/srv/LoadMap_Request": {"map_url": "string"},
-    "nav_msgs/srv/LoadMap_Response": {"map": "nav_msgs/msg/OccupancyGrid", "result": "uint8"},
-    "simulation_interfaces/msg/Result": {"result": "uint8", "error_message": "string"},
-    "simulation_interfaces/msg/SimulationState": {"state": "uint8"},
-    "simulation_interfaces/msg/Resource": {"uri": "string", "resource_string": "string"},
-    "simulation_interfaces/msg/WorldResource": {
-        "name": "string",
-        "world_resource": "simulation_interfaces/msg/Resource",
-        "description": "string",
-        "tags": "string[]",
-    },
-    "simulation_interfaces/msg/EntityState": {
-        "header": "std_msgs/msg/Header",
-        "pose": "geometry_msgs/msg/Pose",
-        "twist": "geometry_msgs/msg/Twist",
-        "acceleration": "geometry_msgs/msg/Accel",
-    },
-    "simulation_interfaces/msg/SimulatorFeatures": {
-        "features": "uint16[]",
-        "spawn_formats": "string[]",
-        "custom_info": "string",
-    },
-    "simulation_interfaces/srv/GetSimulatorFeatures_Request": _NOTHING,
-    "simulation_interfaces/srv/GetSimulatorFeatures_Response": {
-        "features": "simulation_interfaces/msg/SimulatorFeatures",
-    },
-    "simulation_interfaces/srv/ResetSimulation_Request": {"scope": "uint8"},
-    "simulation_interfaces/srv/ResetSimulation_Response": {"result": "simulation_interfaces/msg/Result"},
-    "simulation_interfaces/srv/StepSimulation_Request": {"steps": "uint64"},
-    "simulation_interfaces/srv/StepSimulation_Response": {"result": "simulation_interfaces/msg/Result"},
-    "simulation_interfaces/srv/GetSimulationState_Request": _NOTHING,
-    "simulation_interfaces/srv/GetSimulationState_Response": {
-        "state": "simulation_interfaces/msg/SimulationState",
-        "result": "simulation_interfaces/msg/Result",
-    },
-    "simulation_interfaces/srv/SetSimulationState_Request": {"state": "simulation_interfaces/msg/SimulationState"},
-    "simulation_interfaces/srv/SetSimulationState_Response": {"result": "simulation_interfaces/msg/Result"},
-    "simulation_interfaces/srv/GetEntityState_Request": {"entity": "string"},
-    "simulation_interfaces/srv/GetEntityState_Response": {
-        "result": "simulation_interfaces/msg/Result",
-        "state": "simulation_interfaces/msg/EntityState",
-    },
-    "simulation_interfaces/srv/SetEntityState_Request": {
-        "entity": "string",
-        "state": "simulation_interfaces/msg/EntityState",
-        "set_pose": "bool",
-        "set_twist": "bool",
-        "set_acceleration": "bool",
-    },
-    "simulation_interfaces/srv/SetEntityState_Response": {"result": "simulation_interfaces/msg/Result"},
-    "simulation_interfaces/srv/LoadWorld_Request": {
-        "world_resource": "simulation_interfaces/msg/Resource",
-        "fail_on_unsupported_element": "bool",
-        "ignore_missing_or_unsupported_assets": "bool",
-    },
-    "simulation_interfaces/srv/LoadWorld_Response": {
-        "result": "simulation_interfaces/msg/Result",
-        "world": "simulation_interfaces/msg/WorldResource",
-    },
 }
 """The types of the fields: a number, ``bool``, ``string``, the name of another type, or one of them with ``[]`` or
-``[36]``. The request and the response of a service are types too; those of simulation_interfaces are its version 2."""
+``[36]``."""
 
 NANOSECONDS: Final = 1_000_000_000
 
@@ -271,20 +209,6 @@ def occupancy_grid_message(nanoseconds: int, frame: str, grid: OccupancyGrid) ->
                 "origin": _pose((*grid.origin, 0.0)),
             },
             "data": grid.data.ravel(),
-        },
-    )
-
-
-def entity_state_message(nanoseconds: int, frame: str, pose: Pose, speed: tuple[float, float, float]) -> Message:
-    """Return a ``simulation_interfaces/msg/EntityState``; ``speed`` is along x and y of the frame, and the turning."""
-    right, up, turning = speed
-    return Message(
-        "simulation_interfaces/msg/EntityState",
-        {
-            "header": _header(nanoseconds, frame),
-            "pose": _pose(pose),
-            "twist": _twist(right, up, turning),
-            "acceleration": _twist(0.0, 0.0, 0.0),
         },
     )
 

@@ -1,13 +1,11 @@
-"""Carry topics and services of a ROS 2 graph over a rosbridge (v2.0, JSON on a websocket), where DDS cannot be had.
+"""Carry topics of a ROS 2 graph over a rosbridge (v2.0, JSON on a websocket), where DDS cannot be had.
 
-The operations are those of rosbridge_suite's ROSBRIDGE_PROTOCOL.md: ``advertise``, ``publish``, ``subscribe``,
-``advertise_service``, ``call_service``, ``service_response`` and ``status``. Numbers:
+The operations are those of rosbridge_suite's ROSBRIDGE_PROTOCOL.md: ``advertise``, ``publish``, ``subscribe`` and
+``status``. Numbers:
 
 R1  An infinite range is written as 1e999, which is JSON, and infinite to its readers.
 R2  JSON has no "not a number": a lost beam is 0, below ``range_min``, which LaserScan calls a range to be discarded.
 R3  A type without fields is an empty object. In what comes, null is "not a number", and a missing field is 0 or empty.
-R4  Services have a connection of their own: a rosbridge takes what comes on a connection in order, and an answer behind
-    hundreds of scans comes too late, or is dropped with them.
 
 If the connection breaks, the simulation goes on, its messages are lost, and the connection is tried again each second.
 """
@@ -20,7 +18,7 @@ import math
 import queue
 import re
 import threading
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Any, Final
 
@@ -28,7 +26,6 @@ import numpy as np
 
 from houseexpo.errors import ConfigError, MissingDependencyError, install_command
 from houseexpo.pseudoslam.io.ros_messages import FIELDS, Fields, Message, TopicQuality, empty_fields
-from houseexpo.pseudoslam.ros.control import RequestQueue, ServiceCall
 from houseexpo.pseudoslam.ros.dds import Subscription
 
 _RETRY_S: Final = 1.0
@@ -48,9 +45,6 @@ _NUMBERS: Final = {"Infinity": "1e999", "-Infinity": "-1e999", "NaN": "0.0"}
 
 class Bridge:
     """A client of a rosbridge, with the graph that a node needs.
-
-    A rosbridge takes the messages of a connection one by one. Services therefore have a connection of their own (R4):
-    their answers do not wait behind scans, and are not dropped with them.
 
     Parameters
     ----------
@@ -77,16 +71,9 @@ class Bridge:
         self._kinds: dict[str, str] = {}
         self._latched: set[str] = set()
         self._heard: dict[str, Subscription] = {}
-        self._services: dict[str, tuple[str, RequestQueue]] = {}
         if not re.match(r"wss?://[^\s/]", url):
             raise ConfigError(f"bridge: expected an address such as ws://localhost:9090, found {url!r}")
-        connect = websockets.sync.client.connect
-        self._topics_line = _Line(url, connect, self._take_topics, warn, self._warn_once)
-        try:
-            self._services_line = _Line(url, connect, self._take_services, lambda _: None, self._warn_once)
-        except ConfigError:
-            self._topics_line.close()
-            raise
+        self._line = _Line(url, websockets.sync.client.connect, self._take, warn, self._warn_once)
 
     def advertise(self, topic: str, kind: str, quality: TopicQuality) -> None:
         """Offer messages of a type on a topic, such as ``/robot1/scan``."""
@@ -94,14 +81,14 @@ class Bridge:
         if quality.latched:
             self._latched.add(topic)
         asked = {"topic": topic, "type": kind, "latch": quality.latched, "queue_size": quality.depth}
-        self._topics_line.greet({"op": "advertise", **asked})
+        self._line.greet({"op": "advertise", **asked})
 
     def publish(self, topic: str, message: Message) -> None:
         """Send a message on a topic that was advertised; while there is no connection, it is lost, unless latched."""
         assert message.type == self._kinds[topic], (topic, message.type)  # noqa: S101  # our own topics
         latch = topic in self._latched
         asked = {"op": "publish", "topic": topic, "msg": _object(message.type, message.fields), "latch": latch}
-        self._topics_line.send(_json(asked), topic, keep=latch)
+        self._line.send(_json(asked), topic, keep=latch)
 
     def has_subscribers(self, topic: str) -> bool:
         """Return True, since a rosbridge does not report subscribers."""
@@ -113,68 +100,32 @@ class Bridge:
         if topic not in self._heard:
             self._heard[topic] = subscription
             depth = (quality or TopicQuality()).depth
-            self._topics_line.greet(
+            self._line.greet(
                 {"op": "subscribe", "id": f"subscribe:{topic}", "topic": topic, "type": kind, "queue_length": depth}
             )
         return subscription
-
-    def offer(self, name: str, kind: str) -> RequestQueue:
-        """Offer a service of a type."""
-        service = RequestQueue()
-        self._services[name] = kind, service
-        self._services_line.greet({"op": "advertise_service", "type": kind, "service": name})
-        return service
 
     def look(self) -> None:
         """Do nothing: a rosbridge does not report other participants."""
 
     def close(self) -> None:
-        """Take the services and topics back, and leave."""
-        for name in self._services:
-            self._services_line.send(_json({"op": "unadvertise_service", "service": name}), name)
+        """Take the topics back, and leave."""
         for topic in self._kinds:
-            self._topics_line.send(_json({"op": "unadvertise", "topic": topic}), topic)
-        self._services_line.close()
-        self._topics_line.close()
+            self._line.send(_json({"op": "unadvertise", "topic": topic}), topic)
+        self._line.close()
 
     def _warn_once(self, text: str) -> None:
         if text not in self._warned and len(self._warned) < _WAITING_MOST:
             self._warned.add(text)
             self._warn(text)
 
-    def _take_topics(self, operation: object, found: dict[str, Any]) -> None:
+    def _take(self, operation: object, found: dict[str, Any]) -> None:
         if operation == "publish" and found.get("topic") in self._heard:
             subscription = self._heard[found["topic"]]
-            with self._warn_on_error(str(found["topic"])):
+            try:
                 subscription.add(_fields(subscription.kind, found.get("msg"), "msg"))
-
-    def _take_services(self, operation: object, found: dict[str, Any]) -> None:
-        if operation == "call_service" and found.get("service") in self._services:
-            self._call(found)
-
-    def _call(self, found: dict[str, Any]) -> None:
-        name, number = found["service"], found.get("id")
-        kind, service = self._services[name]
-
-        def answer(fields: Fields) -> None:
-            told = {
-                "op": "service_response",
-                "service": name,
-                "values": _object(f"{kind}_Response", fields),
-                "result": True,
-            }
-            self._services_line.send(_json(told if number is None else {**told, "id": number}), name)
-
-        with self._warn_on_error(name):
-            args = found.get("args") or {}
-            service.add(ServiceCall(_fields(f"{kind}_Request", args, "args"), answer))
-
-    @contextlib.contextmanager
-    def _warn_on_error(self, name: str) -> Iterator[None]:
-        try:
-            yield
-        except ValueError as error:
-            self._warn_once(f"{name}: {error}; it was left out")
+            except ValueError as error:
+                self._warn_once(f"{found['topic']}: {error}; it was left out")
 
 
 class _Line:
@@ -228,7 +179,7 @@ class _Line:
         self.send(_json(operation), operation["op"])
 
     def send(self, said: str, of: str, *, keep: bool = False) -> None:
-        """Send a message of a topic or service; with ``keep``, send it again on each new connection."""
+        """Send a message of a topic; with ``keep``, send it again on each new connection."""
         with self._lock:
             if keep:
                 self._kept[of] = said

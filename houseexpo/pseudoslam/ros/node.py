@@ -18,7 +18,7 @@ topic              type                                            what
 
 For all robots: ``/clock`` (Clock) out; ``/houseexpo/reset`` (Empty), ``/houseexpo/house`` (String: the id of another
 plan) and, while time is paused, ``/houseexpo/step`` (UInt32: ticks to go on) in; ``/houseexpo/event`` (String) out,
-which says what came of them. Through a rosbridge, services do the same and more, see ``control``.
+which says what came of them.
 
 ``map`` to ``odom`` is exact: it is the localisation of a SLAM that never fails.
 """
@@ -57,7 +57,6 @@ from houseexpo.pseudoslam.io.ros_messages import (
     transforms_message,
     velocity_message,
 )
-from houseexpo.pseudoslam.ros.control import STEPS_MOST, ControlServices, RequestQueue, Time
 from houseexpo.pseudoslam.ros.dds import Subscription
 from houseexpo.pseudoslam.ros.fleet import Fleet, Velocity
 from houseexpo.pseudoslam.ros.policy_driver import PolicyDriver
@@ -78,6 +77,8 @@ _BEHIND_S: Final = 0.5
 _PAUSE_S: Final = 0.002
 """The time between two checks for requests while time is paused, seconds."""
 _MAP_S: Final = 1.0
+_STEPS_MOST: Final = 1_000_000
+"""The most ticks that one request may ask for."""
 _FASTEST_M_S, _FASTEST_RAD_S = 10.0, 30.0
 """The highest velocities; higher velocities are refused as mistakes."""
 
@@ -174,8 +175,6 @@ class Node:
         Called with a fleet whenever an episode begins, and with ``tell``; returns the policy that drives each robot.
         Then ``cmd_vel`` is what the robots do; who drives one by ``cmd_vel_teleop`` has it until a second after the
         last command.
-    offer
-        Called with the name and the type of a service; returns its requests. None: the graph has no services.
     say
         Called with a sentence about what happened.
     """
@@ -188,7 +187,6 @@ class Node:
         *,
         house: Callable[[str], Fleet] | None = None,
         drivers: Drivers | None = None,
-        offer: Callable[[str, str], RequestQueue] | None = None,
         say: Callable[[str], None] = lambda _: None,
     ) -> None:
         self._graph, self.fleet, self._config, self._house, self._say = graph, fleet, config, house, say
@@ -203,19 +201,16 @@ class Node:
         self._chosen = graph.subscribe("/houseexpo/house", "std_msgs/msg/String")
         self._steps = graph.subscribe("/houseexpo/step", "std_msgs/msg/UInt32")
         self._ticks = self._due = 0
-        self._stepping: list[tuple[int, Callable[[bool], None]]] = []
-        self.time: Time = "paused" if config.stepped else "playing"
         graph.advertise(EVENTS, "std_msgs/msg/String", TopicQuality())
         if not config.wall_time:
             self._advertise("", "clock")
         self._published_map: list[bytes] = [b""] * len(self._ends)
-        self._control = ControlServices(offer, self) if offer else None
         self.drivers = self._start_drivers()
         self._report()
 
     @property
     def now_s(self) -> float:
-        """The simulated time, seconds; it starts at 1, and a reset of time sets it back."""
+        """The simulated time, seconds; it starts at 1."""
         return self._now_ns / NANOSECONDS
 
     @property
@@ -237,7 +232,7 @@ class Node:
         due = time.monotonic()
         while self.elapsed_s < ends_s and not until():
             self._graph.look()
-            if self._due == 0 and self.time != "playing":
+            if self._due == 0 and self._config.stepped:
                 self._listen()
                 due = time.monotonic()
                 if self._due == 0:
@@ -246,7 +241,6 @@ class Node:
             self.tick()
             if self._due > 0:
                 self._due -= 1
-                self._tell_stepped()
                 continue
             due += self.fleet.tick_s / self._config.speed
             wait = due - time.monotonic()
@@ -272,16 +266,10 @@ class Node:
         self._ticks += 1
         self._report()
 
-    def reset(self, *, time: bool = False, state: bool = True) -> None:
-        """Begin again: set the simulated time back, the robots, people and maps, or both."""
-        self._stop_steps()
-        if time:
-            self._now_ns = self._next_scan_ns = self._next_map_ns = START_NS
-        if state:
-            self.fleet.reset()
-        self._begin_again("reset" if state else "reset of time")
-        if state:
-            self.drivers = self._start_drivers()
+    def reset(self) -> None:
+        """Set the robots, people and maps back to their start; time goes on."""
+        self.fleet.reset()
+        self._begin_again("reset")
         self._report()
 
     def move_to_house(self, plan_id: str) -> None:
@@ -289,13 +277,7 @@ class Node:
         if self._house is None:
             raise ConfigError("there is only one house; start with a data set to choose others")
         self.fleet = self._house(plan_id)
-        self._stop_steps()
         self._begin_again(f"house {plan_id}")
-        self.drivers = self._start_drivers()
-
-    def house_map(self) -> Message:
-        """Return the map of the whole house."""
-        return occupancy_grid_message(self.stamp_ns, "map", _whole(self.fleet))
 
     def place(self, robot: int, pose: Pose) -> None:
         """Put a robot at a pose of the map; ConfigError if it does not fit there."""
@@ -314,30 +296,6 @@ class Node:
                 f"found {ahead:g} and {left:g} m/s, {turning:g} rad/s; it was passed over"
             )
         self._ends[robot].velocity, self._ends[robot].told_s = velocity, self.now_s
-
-    def set_time(self, time: Time) -> None:
-        """Let time run, pause it, or stop it: pause it and begin again, with the time too."""
-        if time == "stopped":
-            self.reset(time=True)
-        elif time == "playing":
-            self._stop_steps()
-        self.time = time
-        self.publish_and_log(f"time is {time}")
-
-    def step(self, ticks: int, then: Callable[[bool], None]) -> None:
-        """Simulate ticks while time is paused; ``then`` is called with whether they were completed."""
-        self._due += ticks
-        self._stepping.append((self._ticks + self._due, then))
-
-    def _tell_stepped(self) -> None:
-        while self._stepping and self._stepping[0][0] <= self._ticks:
-            self._stepping.pop(0)[1](True)
-
-    def _stop_steps(self) -> None:
-        self._due = 0
-        for _, then in self._stepping:
-            then(False)
-        self._stepping.clear()
 
     def _advertise(self, prefix: str, name: str) -> None:
         topic = TOPICS[name]
@@ -375,8 +333,6 @@ class Node:
             self._try("/houseexpo/house", partial(self.move_to_house, str(message.fields["data"])))
         for message in self._steps.take():
             self._try("/houseexpo/step", partial(self._step, int(message.fields["data"])))
-        if self._control:
-            self._control.serve()
 
     def _start_drivers(self) -> Sequence[PolicyDriver]:
         return self._make_drivers(self.fleet, self.publish_and_log) if self._make_drivers else ()
@@ -391,9 +347,9 @@ class Node:
         )  # fmt: skip
 
     def _step(self, ticks: int) -> None:
-        if self.time != "paused":
-            raise ConfigError(f"expected time that is paused, found time that is {self.time}; start with --stepped")
-        self.step(min(ticks, STEPS_MOST), lambda _: None)
+        if not self._config.stepped:
+            raise ConfigError("expected time that is paused, found time that runs; start with --stepped")
+        self._due += min(ticks, _STEPS_MOST)
 
     def _put(self, robot: int, fields: Fields) -> None:
         frame, pose = fields["header"]["frame_id"], fields["pose"]["pose"]
@@ -406,11 +362,13 @@ class Node:
         self.place(robot, (x, y, heading))
 
     def _begin_again(self, what: str) -> None:
+        self._due = 0
         for end in self._ends:
             end.velocity, end.told_s = Velocity(), -math.inf
         self._published_map = [b""] * len(self._ends)
         self._next_map_ns = self._now_ns
         self.publish_and_log(what)
+        self.drivers = self._start_drivers()
 
     def _try(self, topic: str, act: Callable[[], None]) -> None:
         """Carry out the request of a message; if that is impossible, report the reason and go on."""

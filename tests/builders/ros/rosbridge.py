@@ -7,7 +7,6 @@ a status.
 
 from __future__ import annotations
 
-import itertools
 import json
 import threading
 import time
@@ -22,9 +21,6 @@ NEEDED: dict[str, dict[str, type]] = {
     "unadvertise": {"topic": str},
     "publish": {"topic": str, "msg": dict},
     "subscribe": {"topic": str},
-    "advertise_service": {"type": str, "service": str},
-    "unadvertise_service": {"service": str},
-    "service_response": {"service": str, "result": bool},
 }
 OPTIONAL: dict[str, dict[str, type]] = {
     "advertise": {"id": str, "latch": bool, "queue_size": int},
@@ -37,29 +33,23 @@ OPTIONAL: dict[str, dict[str, type]] = {
         "fragment_size": int,
         "compression": str,
     },
-    "service_response": {"id": str, "values": dict},
 }
 
 
 class Rosbridge:
-    """A context manager; ``heard`` has each topic's messages, ``call`` asks a service, ``publish`` is another node.
+    """A context manager; ``heard`` has each topic's messages, ``publish`` is another node.
 
-    As in rosbridge_suite, what comes on a connection is taken in its order, ``slow_s`` seconds for each message, and a
-    message or a request goes to the connection that subscribed or advertised.
+    As in rosbridge_suite, what comes on a connection is taken in its order, and a message goes to the connection that
+    subscribed.
     """
 
     def __init__(self, port: int = 0) -> None:
         self.heard: dict[str, list[dict[str, Any]]] = {}
         self.topics: dict[str, tuple[str, bool]] = {}
-        self.services: dict[str, str] = {}
         self.subscribed: dict[str, str] = {}
         self.faults: list[str] = []
-        self._answers: dict[str, dict[str, Any]] = {}
-        self._numbers = itertools.count(1)
-        self.slow_s = 0.0
         self._clients: list[ServerConnection] = []
-        self._listeners: dict[str, ServerConnection] = {}  # of topics; a service may have the name of one
-        self._servers: dict[str, ServerConnection] = {}
+        self._listeners: dict[str, ServerConnection] = {}
         self._server: Server = serve(self._serve, "127.0.0.1", port)
         self._thread = threading.Thread(target=self._server.serve_forever, daemon=True)
 
@@ -81,13 +71,6 @@ class Rosbridge:
         assert topic in self.subscribed
         self._listeners[topic].send(json.dumps({"op": "publish", "topic": topic, "msg": message}))
 
-    def call(self, service: str, args: dict[str, Any], limit_s: float = 20.0) -> dict[str, Any]:
-        number = f"service_request:{service}:{next(self._numbers)}"
-        asked = {"op": "call_service", "id": number, "service": service, "args": args}
-        self._servers[service].send(json.dumps(asked))
-        self.wait(lambda: number in self._answers, limit_s)
-        return self._answers[number]
-
     def say(self, text: str) -> None:
         """Send what need not be of the protocol, on the connection that came first."""
         self._clients[0].send(text)
@@ -101,7 +84,6 @@ class Rosbridge:
     def _serve(self, client: ServerConnection) -> None:
         self._clients.append(client)
         for said in client:
-            time.sleep(self.slow_s)
             fault = self._take(said, client)
             if fault:
                 self.faults.append(fault)
@@ -130,8 +112,6 @@ class Rosbridge:
             return f"{operation}: {wrong[0]}: {found.get(wrong[0])!r}"
         if operation == "subscribe":
             self._listeners[found["topic"]] = client
-        elif operation == "advertise_service":
-            self._servers[found["service"]] = client
         getattr(self, f"_{operation}")(**found)
         return self._fault.pop() if self._fault else ""
 
@@ -154,14 +134,3 @@ class Rosbridge:
 
     def _subscribe(self, topic: str, type: str, **_: Any) -> None:  # noqa: A002
         self.subscribed[topic] = type
-
-    def _advertise_service(self, type: str, service: str) -> None:  # noqa: A002
-        self.services[service] = type
-
-    def _unadvertise_service(self, service: str) -> None:
-        self.services.pop(service, None)
-
-    def _service_response(self, service: str, id: str, values: dict[str, Any], result: bool) -> None:  # noqa: A002
-        assert service in self.services
-        assert result
-        self._answers[id] = values

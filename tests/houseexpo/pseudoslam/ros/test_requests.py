@@ -17,7 +17,6 @@ from houseexpo.pseudoslam.config import LaserConfig, NoiseConfig, SimulatorConfi
 from houseexpo.pseudoslam.io.poses import Pose
 from houseexpo.pseudoslam.io.ros_messages import FIELDS, Message, TopicQuality, heading_from_quaternion
 from houseexpo.pseudoslam.ros import node as node_module
-from houseexpo.pseudoslam.ros.control import RequestQueue, ServiceCall
 from houseexpo.pseudoslam.ros.dds import Subscription
 from houseexpo.pseudoslam.ros.fleet import Fleet
 from houseexpo.pseudoslam.ros.node import Node, NodeConfig
@@ -35,7 +34,6 @@ class Recorded:
         self.heard: dict[str, list[dict[str, Any]]] = {}
         self.qualities: dict[str, TopicQuality] = {}
         self._inward: dict[tuple[str, str], Subscription] = {}
-        self.services: dict[str, RequestQueue] = {}
 
     def advertise(self, topic: str, kind: str, quality: TopicQuality) -> None:
         assert kind in FIELDS
@@ -54,19 +52,8 @@ class Recorded:
     def send(self, topic: str, kind: str, **fields: Any) -> None:
         self._inward[topic, kind].add(fields)
 
-    def offer(self, name: str, kind: str) -> RequestQueue:
-        assert {f"{kind}_Request", f"{kind}_Response"} <= set(FIELDS)
-        self.services[name] = RequestQueue()
-        return self.services[name]
-
     def look(self) -> None:
         """There is nobody else."""
-
-    def call(self, name: str, **fields: Any) -> list[dict[str, Any]]:
-        """Ask a service; the answer comes into the list."""
-        answers: list[dict[str, Any]] = []
-        self.services[f"/houseexpo/{name}"].add(ServiceCall(fields, answers.append))
-        return answers
 
     @property
     def events(self) -> list[str]:
@@ -77,7 +64,7 @@ def made(config: NodeConfig | None = None, robots: int = 1, **given: Any) -> tup
     graph = Recorded()
     starts = [(2.0, 2.0, 0.5), (6.0, 2.0, 0.0)][:robots]
     fleet = Fleet(HALL, CONFIG, robots=robots, starts=starts)
-    return graph, Node(graph, fleet, config or NodeConfig(), offer=graph.offer, **given)
+    return graph, Node(graph, fleet, config or NodeConfig(), **given)
 
 
 def drive(graph: Recorded, ahead: float, turning: float = 0.0, topic: str = "/cmd_vel") -> None:
