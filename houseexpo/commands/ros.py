@@ -79,13 +79,6 @@ def ros(
     ] = True,
     domain: Annotated[int | None, typer.Option(help="ROS domain.", show_default="ROS_DOMAIN_ID, or 0")] = None,
     local: Annotated[bool, typer.Option("--local", help="Talk only to programs on this machine.")] = False,
-    bridge: Annotated[
-        str | None,
-        typer.Option(help="Address of a rosbridge, such as ws://localhost:9090, in place of DDS.", show_default="none"),
-    ] = None,
-    stamped: Annotated[
-        bool, typer.Option("--stamped", help="With --bridge, cmd_vel is a TwistStamped, not a Twist.")
-    ] = False,
     config: Annotated[
         Path | None,
         typer.Option(
@@ -109,10 +102,9 @@ def ros(
 
     from houseexpo.commands.printing import make_console
     from houseexpo.pseudoslam.agents.loading import load_policy
-    from houseexpo.pseudoslam.ros.bridge import Bridge
     from houseexpo.pseudoslam.ros.dds import Network
     from houseexpo.pseudoslam.ros.fleet import Fleet
-    from houseexpo.pseudoslam.ros.node import COMMANDS, EVENTS, Node, NodeConfig
+    from houseexpo.pseudoslam.ros.node import EVENTS, Node, NodeConfig
     from houseexpo.pseudoslam.ros.policy_driver import TRACK, PolicyDriver, check_interface, first_pose
     from houseexpo.pseudoslam.worlds.maps import MapHouse
 
@@ -123,15 +115,10 @@ def ros(
 
     if not 1.0 <= rate <= 1000.0:
         raise ConfigError(f"rate: expected a number from 1 to 1000, found {rate:g}")
-    if bridge is None and stamped:
-        raise ConfigError("stamped: with DDS, both types of cmd_vel are heard; --stamped is for --bridge")
-    if bridge is not None and (domain is not None or local):
-        raise ConfigError("bridge: the rosbridge chooses the domain; leave --domain and --local out")
     maps = maps or ("slam" if policy else "none")
     node_config = NodeConfig(
         scan_hz=scan_hz, maps=maps, speed=speed, stepped=stepped, wall_time=wall_time, static=static_tf,
         localised=map_odom_tf, base=base_frame, scan=scan_frame,
-        commands=COMMANDS if bridge is None else COMMANDS[int(stamped) :][:1],
     )  # fmt: skip
     simulated = _config(config, people, laser_noise, odometry_noise, TRACK.config if policy else None)
     starts = [_pose(text) for text in start or ()]
@@ -154,19 +141,17 @@ def ros(
             PolicyDriver(named, fleet, k, seed=seed, step_s=simulated.step_s, say=tell) for k in range(robots) if named
         ]
 
-    network = Bridge(bridge, warn=say) if bridge else Network(domain, local=True if local else None, warn=say)
-    where = f"rosbridge {network.url}" if isinstance(network, Bridge) else f"ROS domain {network.domain}"
-    with closing(network):
+    with closing(Network(domain, local=True if local else None, warn=say)) as network:
         with shown.status("making the house ready"):
             fleet = fleet_in(houses.first, starts)
-            if isinstance(network, Network):
-                network.refuse_second(EVENTS)
+            network.refuse_second(EVENTS)
             node = Node(
                 network, fleet, node_config, house=lambda name: fleet_in(houses.load(name), []),
                 drivers=drivers_of if policy else None, say=say,
             )  # fmt: skip
         with suppress(KeyboardInterrupt), _watch_signals() as is_told:
-            say(f"{len(fleet)} robot{'s' * (len(fleet) > 1)} in {houses.first.id}, {where}; Ctrl-C ends it")
+            where = f"{houses.first.id}, ROS domain {network.domain}"
+            say(f"{len(fleet)} robot{'s' * (len(fleet) > 1)} in {where}; Ctrl-C ends it")
             node.run(float("inf") if seconds is None else seconds, until=is_told)
         say(f"ended after {node.elapsed_s:.1f} simulated seconds")
 

@@ -12,7 +12,10 @@ import shlex
 import shutil
 import subprocess
 import sys
+import time
 import zipfile
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import closing
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -85,8 +88,11 @@ def measured(policy: str, folder: Path) -> Measured:
 @pytest.mark.slow
 @pytest.mark.parametrize("policy", ["frontier", "mine.py", "policy.pt", "policy.onnx"])
 def test_in_ros_it_goes_where_it_went_in_the_benchmark(policy: str, tmp_path: Path) -> None:
-    need(modules=["websockets"], how="make ros")
-    from tests.builders.ros.rosbridge import Rosbridge
+    need(modules=["cyclonedds"], how="make ros")
+    from houseexpo.pseudoslam.io.ros_messages import TOPICS
+    from houseexpo.pseudoslam.ros.dds import Network
+    from houseexpo.pseudoslam.ros.node import COMMANDS, EVENTS
+    from tests.builders.ros.judge import DOMAIN
 
     found = measured(policy, tmp_path)
     (shown,) = (line for line in commands(ROS_PAGE, "shown.json", "text") if "--plan ID" in line)
@@ -94,11 +100,21 @@ def test_in_ros_it_goes_where_it_went_in_the_benchmark(policy: str, tmp_path: Pa
     shown = shown.replace("ID", found.plan).replace("SEED", str(found.seed))
     (tmp_path / "random.py").write_text("raise SystemExit('nobody asked for this file')")
     steps = min(found.steps, 120)
-    with Rosbridge() as bridge:
-        run(f"{shown} --bridge {bridge.url} --rate 10 --speed 10 --for {steps * 0.5 + 0.1}", tmp_path)
-        heard, faults = bridge.heard, bridge.faults
-    assert not faults
-    assert {"/cmd_vel", "/odom", "/scan", "/map", "/tf", "/clock"} <= heard.keys()
+    kinds = {f"/{name}": TOPICS[name].kind for name in ("odom", "scan", "map", "tf", "clock")}
+    kinds |= {"/cmd_vel": COMMANDS[0], EVENTS: "std_msgs/msg/String"}
+    heard: dict[str, list[Any]] = {topic: [] for topic in kinds}
+    with closing(Network(DOMAIN, local=True, warn=pytest.fail)) as network, ThreadPoolExecutor(1) as pool:
+        listened = {topic: network.subscribe(topic, kind) for topic, kind in kinds.items()}
+        words = f"{shown} --local --domain {DOMAIN} --rate 10 --speed 10 --for {steps * 0.5 + 0.1}"
+        ended = pool.submit(run, words, tmp_path)
+        last = False
+        while not last:
+            last = ended.done()
+            time.sleep(0.05)
+            for topic, messages in listened.items():
+                heard[topic] += [message.fields for message in messages.take()]
+        ended.result()
+    assert all(heard.values())
     assert {message["angular"]["z"] for message in heard["/cmd_vel"]} - {0.0}
 
     (events,) = ([message["data"] for message in heard["/houseexpo/event"] if "is done" in message["data"]],)

@@ -1,4 +1,4 @@
-"""Make ROS 2 messages as plain values from poses, scans and maps; bags, DDS networks and rosbridges carry them.
+"""Make ROS 2 messages as plain values from poses, scans and maps; bags and DDS networks carry them.
 
 A message is a ``Message``: the name of its ROS type and its fields, nested dictionaries of numbers, text and arrays.
 ``FIELDS`` names the fields of each type in their order, as the interface packages of ROS 2 define them; a carrier turns
@@ -211,20 +211,6 @@ def occupancy_grid_message(nanoseconds: int, frame: str, grid: OccupancyGrid) ->
             "data": grid.data.ravel(),
         },
     )
-
-
-def empty_fields(kind: str) -> Fields:
-    """Return a message of a type with all numbers 0 and all texts and sequences empty."""
-    found: Fields = {}
-    for name, of in FIELDS[kind].items():
-        size = of.partition("[")[2].rstrip("]")
-        if of in FIELDS:
-            found[name] = empty_fields(of)
-        elif "[" in of:
-            found[name] = np.zeros(int(size)) if size else []
-        else:
-            found[name] = {"string": "", "bool": False}.get(of, 0.0 if of.startswith("float") else 0)
-    return found
 
 
 def heading_from_quaternion(quaternion: Fields) -> float:

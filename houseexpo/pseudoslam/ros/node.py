@@ -30,7 +30,7 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import partial
-from typing import Final, Literal, Protocol, TypeAlias
+from typing import Final, Literal, TypeAlias
 
 import numpy as np
 
@@ -57,7 +57,7 @@ from houseexpo.pseudoslam.io.ros_messages import (
     transforms_message,
     velocity_message,
 )
-from houseexpo.pseudoslam.ros.dds import Subscription
+from houseexpo.pseudoslam.ros.dds import Network, Subscription
 from houseexpo.pseudoslam.ros.fleet import Fleet, Velocity
 from houseexpo.pseudoslam.ros.policy_driver import PolicyDriver
 from houseexpo.pseudoslam.simulator import OccupancyGrid
@@ -67,6 +67,7 @@ Maps = Literal["none", "slam", "house"]
 Drivers: TypeAlias = Callable[[Fleet, Callable[[str], None]], Sequence[PolicyDriver]]
 
 COMMANDS: Final = ("geometry_msgs/msg/Twist", "geometry_msgs/msg/TwistStamped")
+"""The types of velocities that are heard; those of a policy are the first."""
 EVENTS: Final = "/houseexpo/event"
 """The topic of events; it also shows that a simulator is present."""
 
@@ -81,25 +82,6 @@ _STEPS_MOST: Final = 1_000_000
 """The most ticks that one request may ask for."""
 _FASTEST_M_S, _FASTEST_RAD_S = 10.0, 30.0
 """The highest velocities; higher velocities are refused as mistakes."""
-
-
-class RosGraph(Protocol):
-    """The interface of a network that the node uses, see ``dds.Network``."""
-
-    def advertise(self, topic: str, kind: str, quality: TopicQuality) -> None:
-        """Offer messages of a type on a topic."""
-
-    def publish(self, topic: str, message: Message) -> None:
-        """Write a message on a topic that was advertised."""
-
-    def has_subscribers(self, topic: str) -> bool:
-        """Return whether anybody listens to a topic."""
-
-    def subscribe(self, topic: str, kind: str, quality: TopicQuality | None = None) -> Subscription:
-        """Listen to messages of a type on a topic."""
-
-    def look(self) -> None:
-        """Warn about mismatches in the graph; called often."""
 
 
 @dataclass(frozen=True)
@@ -126,8 +108,6 @@ class NodeConfig:
         Whether to publish ``map`` to ``odom``; not beside a SLAM or a localisation, which do.
     base, scan
         Frames of the robot and of its laser.
-    commands
-        Types of ``cmd_vel``.
     """
 
     scan_hz: float = 10.0
@@ -140,7 +120,6 @@ class NodeConfig:
     localised: bool = True
     base: str = BASE
     scan: str = SCAN
-    commands: Sequence[str] = COMMANDS
 
     def __post_init__(self) -> None:
         if not (math.isfinite(self.scan_hz) and self.scan_hz > 0):
@@ -181,7 +160,7 @@ class Node:
 
     def __init__(
         self,
-        graph: RosGraph,
+        graph: Network,
         fleet: Fleet,
         config: NodeConfig,
         *,
@@ -312,9 +291,9 @@ class Node:
             graph.publish(f"{prefix}/tf_static", fixed_frames_message(self._config.base, self._config.scan))
         hears = f"{prefix}/cmd_vel"
         if self._make_drivers:
-            graph.advertise(hears, self._config.commands[0], TopicQuality())
+            graph.advertise(hears, COMMANDS[0], TopicQuality())
             hears = f"{prefix}/cmd_vel_teleop"
-        commands = tuple(graph.subscribe(hears, kind) for kind in self._config.commands)
+        commands = tuple(graph.subscribe(hears, kind) for kind in COMMANDS)
         placed = graph.subscribe(f"{prefix}/initialpose", "geometry_msgs/msg/PoseWithCovarianceStamped")
         return _Endpoints(prefix, hears, commands, placed)
 
@@ -341,7 +320,7 @@ class Node:
         self._graph.publish(
             f"{end.prefix}/cmd_vel",
             velocity_message(
-                self.stamp_ns, self._config.base, self._config.commands[0],
+                self.stamp_ns, self._config.base, COMMANDS[0],
                 (end.velocity.ahead_m_s, end.velocity.left_m_s, end.velocity.turn_rad_s),
             ),
         )  # fmt: skip
