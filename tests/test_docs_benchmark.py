@@ -41,7 +41,7 @@ def test_the_recipes_run_as_they_are_printed(tmp_path: Path, monkeypatch: pytest
     for command in commands:
         done = CliRunner().invoke(make_app(), shlex.split(command)[1:])
         assert done.exit_code == 0, f"{command}\n{done.output}"
-    assert {"page.html", "page.md", "mine.json"} <= {file.name for file in tmp_path.iterdir()}
+    assert {"page.md", "mine.json"} <= {file.name for file in tmp_path.iterdir()}
     assert "| my_policy.py |" in (tmp_path / "page.md").read_text()
 
 

@@ -145,7 +145,8 @@ def verify(
 def compare(
     results: Annotated[list[Path], typer.Argument(help="Results, or folders of them.", show_default=False)],
     out: Annotated[
-        Path | None, typer.Option(help="A page with curves (.html), or the tables (.md).", show_default=False)
+        Path | None,
+        typer.Option(help="A page (.md) with the tables, and with curves in a folder beside it.", show_default=False),
     ] = None,
     title: Annotated[str, typer.Option(help="Heading of the page.")] = "Policies compared",
     curves: Annotated[

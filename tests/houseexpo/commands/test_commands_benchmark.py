@@ -30,10 +30,10 @@ def test_a_policy_is_run_and_compared(tmp_path: Path) -> None:
     said = json.loads((tmp_path / "new" / "forward.json").read_bytes())
     assert said["track"]["id"] == "avoidance-v2"
     assert len(said["episodes"]["return"]) == 2
-    done = called("compare", tmp_path / "new", "--out", tmp_path / "pages" / "page.html")
+    done = called("compare", tmp_path / "new", "--out", tmp_path / "pages" / "page.md")
     assert done.exit_code == 0, done.output
     assert "avoidance-v2: 2 episodes" in done.output
-    assert "<h2>avoidance-v2</h2>" in (tmp_path / "pages" / "page.html").read_text()
+    assert "## avoidance-v2" in (tmp_path / "pages" / "page.md").read_text()
 
 
 def test_the_table_tells_long_names_apart(tmp_path: Path) -> None:
@@ -72,7 +72,7 @@ def test_a_narrow_table_goes_on_below_and_breaks_no_number(monkeypatch: pytest.M
         (("run", "--policy", "forward", "--track", "fast", "--out", "{}/a.json"), "--track: expected one of budget"),
         (("run", "--policy", "forward", "--dataset", "{}/none", "--out", "{}/a.json"), "expected a data set, found"),
         (("compare", "{}/none.json"), "none.json: cannot be read"),
-        (("compare", "{}", "--out", "{}/page.pdf"), "--out: expected a file that ends in .html or .md"),
+        (("compare", "{}", "--out", "{}/page.pdf"), "--out: expected a file that ends in .md"),
     ],
 )
 def test_what_cannot_be_is_refused_in_a_line(words: tuple[str, ...], said: str, tmp_path: Path) -> None:
