@@ -47,10 +47,11 @@ def collect(
     settings = CollectSettings(episodes, split or "", seed, workers or count_cores(), decision_limit)
     houses = open_data_set(dataset) if wanted.needs_plans else None
     done = collect_episodes(wanted, policy, houses, out, settings)
+    left_out = f"; {count_noun(done.left_out, 'plan')} passed over: no room for the robot, or no goal"
     make_console().print(
         f"{out}: {count_noun(done.episodes, 'episode')}, {count_noun(done.steps, 'step')}, mean reward "
         f"{done.reward:.2f}, success {done.success:.0%}; MINARI_DATASETS_PATH={out.resolve().parent} lets "
-        f"minari.load_dataset({out.name!r}) find it",
+        f"minari.load_dataset({out.name!r}) find it" + (left_out if done.left_out else ""),
         highlight=False,
         soft_wrap=True,
     )

@@ -220,18 +220,16 @@ class Navigation(Task):
 
     def success(self, after: Metrics) -> Bools:
         """Return in which episodes the robot is at the goal, or was at the start."""
-        if after.config.goal_region:
-            there: Bools = after.readings["to_goal"] == 0.0
-            return there | self._starts_there(after)
-        return self._is_goal(after, after.pose[:, :2]) | self._starts_there(after)
+        return self._is_goal(after, after.readings["to_goal"], after.pose[:, :2]) | self._starts_there(after)
 
     def _starts_there(self, after: Metrics) -> Bools:
-        if after.config.goal_region:
-            there: Bools = after.constants.shortest_path_m == 0.0
-            return there
-        return self._is_goal(after, after.start())
+        return self._is_goal(after, after.constants.shortest_path_m, after.start())
 
-    def _is_goal(self, after: Metrics, place: Floats) -> Bools:
+    def _is_goal(self, after: Metrics, way: Floats, place: Floats) -> Bools:
+        """Return in which episodes a place (N, 2), m, is the goal; ``way`` (N,) is the way from there."""
+        if after.config.goal_region:
+            here: Bools = way == 0.0
+            return here
         x, y = (after.constants.goal_m - place).T
         there: Bools = np.hypot(x, y) <= (after.config.goal or GoalConfig()).radius_m
         return there

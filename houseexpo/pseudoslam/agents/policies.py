@@ -9,7 +9,7 @@ from typing import Any, Final, TypeAlias
 import gymnasium
 import numpy as np
 
-from houseexpo.errors import ConfigError, PolicyError
+from houseexpo.errors import ConfigError, HouseExpoError, PolicyError
 from houseexpo.pseudoslam.agents.loading import NamedPolicy, describe_exception, describe_no_policy, load_policy
 from houseexpo.pseudoslam.agents.protocol import Interface, make_knowledge, make_robot
 from houseexpo.pseudoslam.agents.protocol import Policy as EpisodePolicy
@@ -43,7 +43,7 @@ def make_policy(name: str, env: gymnasium.Env[Any, Any], seed: int | None = None
 
     The policy is created again for each episode, and when it is done. "random" works with the actions of any
     environment. A policy for the observation "map" also works in an environment that shows more. If the policy raises
-    an exception, calls raise PolicyError.
+    an exception that is not one of houseexpo, calls raise PolicyError.
 
     Raises
     ------
@@ -79,7 +79,7 @@ class _Everlasting:
         shown = _map_of(observation) if self._shows_more else observation
         try:
             return self._next_action(shown)
-        except PolicyError:
+        except HouseExpoError:
             raise
         except (Exception, SystemExit) as error:
             raise PolicyError(f"{self._where()}: it raised {describe_exception(error, __file__)}") from error

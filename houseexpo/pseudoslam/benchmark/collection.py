@@ -1,7 +1,8 @@
 """Write episodes of a policy on a track as a Minari data set, to learn from without a simulator; for ``collect``.
 
-R1  Plans are taken in an order that depends only on their ids and the seed, each once before any again. An
-    episode's start and noise have a seed from the ids of track and plan, the run's seed and the episode's number.
+R1  Plans are taken in an order that depends only on their ids and the seed, each once before any again. Those in
+    which the robot fits nowhere, or has no goal, are passed over. An episode's start and noise have a seed from the ids
+    of track and plan, the run's seed and the episode's number.
 R2  A step is stored as the environment returns it: the observation that the policy's interface asks for, without loss,
     the action, the reward, and the numbers of ``info``. Texts of ``info`` are left out: Minari stores columns.
 R3  An episode whose policy is done before the task ends is truncated at its last step.
@@ -30,7 +31,7 @@ from houseexpo.progress import show_progress
 from houseexpo.pseudoslam.agents.loading import load_policy
 from houseexpo.pseudoslam.benchmark.cases import Case, seed_from_words
 from houseexpo.pseudoslam.benchmark.episodes import EpisodeOutcome, EpisodeRunner, Note
-from houseexpo.pseudoslam.benchmark.run import check_task, make_policy_record, plans_with_goals
+from houseexpo.pseudoslam.benchmark.run import check_task, make_policy_record, playable_plans
 from houseexpo.pseudoslam.benchmark.supervise import run_cases
 from houseexpo.pseudoslam.benchmark.tracks import TRACKS, Houses, Track, find_track
 from houseexpo.pseudoslam.config.checks import check_whole_number
@@ -92,12 +93,16 @@ class CollectedEpisode(EpisodeOutcome):
 
 
 class Collected(NamedTuple):
-    """What a data set holds: episodes, steps, the mean of the episodes' rewards, and the share that succeeded."""
+    """What a data set holds: episodes, steps, the mean of the episodes' rewards, and the share that succeeded.
+
+    ``left_out`` is the number of plans that were passed over, because the robot fits nowhere or has no goal there.
+    """
 
     episodes: int
     steps: int
     reward: float
     success: float
+    left_out: int
 
 
 class _CollectingRunner(EpisodeRunner):
@@ -179,7 +184,7 @@ def collect_episodes(
     policy = load_policy(policy_name)
     check_task(policy, track)
     record = msgspec.to_builtins(make_policy_record(policy, settings.seed))
-    houses, cases = _cases(track, plans, settings)
+    houses, cases, left_out = _cases(track, plans, settings)
     env = track.environment(houses, policy.interface)
     done = run_cases(
         partial(_make_runner, track.id, policy_name, houses, settings.seed),
@@ -224,7 +229,7 @@ def collect_episodes(
         storage.update_episode_metadata(said)
         steps = int(storage.total_steps)
         whole.rename(out)  # R4
-    return Collected(len(won), steps, float(np.mean(rewards)), float(np.mean(won)))
+    return Collected(len(won), steps, float(np.mean(rewards)), float(np.mean(won)), left_out)
 
 
 def check_collection_folder(out: Path) -> None:
@@ -238,8 +243,8 @@ def check_collection_folder(out: Path) -> None:
         raise ConfigError(f"--out: {out} is there already; choose another name, such as the next version, or remove it")
 
 
-def _cases(track: Track, plans: Dataset | None, settings: CollectSettings) -> tuple[Houses, list[Case]]:
-    """Return the houses and the episodes (R1)."""
+def _cases(track: Track, plans: Dataset | None, settings: CollectSettings) -> tuple[Houses, list[Case], int]:
+    """Return the houses, the episodes (R1), and the number of plans that were passed over."""
     if track.needs_plans and plans is None:
         raise ConfigError(f"track {track.id}: expected a data set, found none; name one")
     chosen: Houses = [ROOM]
@@ -248,14 +253,17 @@ def _cases(track: Track, plans: Dataset | None, settings: CollectSettings) -> tu
         chosen = plans.split(settings.split) if settings.split else plans
         ids = sorted(chosen.ids)
     order = [ids[place] for place in np.random.default_rng(settings.seed).permutation(len(ids)).tolist()]
-    if track.config.goal_region and isinstance(chosen, Dataset):
-        order = plans_with_goals(track, chosen, order, settings.episodes)
+    left_out = 0
+    if isinstance(chosen, Dataset):
+        playable = playable_plans(track, chosen, order, settings.episodes)
+        looked_at = order.index(playable[-1]) + 1 if len(playable) == settings.episodes else len(order)
+        order, left_out = playable, looked_at - len(playable)
     names = [order[number % len(order)] for number in range(settings.episodes)]
     cases = [
         Case(name, seed_from_words(track.id, name, str(settings.seed), str(number)))
         for number, name in enumerate(names)
     ]
-    return chosen, cases
+    return chosen, cases, left_out
 
 
 def _make_runner(track_id: str, policy_name: str, plans: Houses, seed: int) -> EpisodeRunner:

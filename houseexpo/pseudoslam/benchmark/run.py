@@ -18,7 +18,7 @@ import numpy as np
 
 from houseexpo import __version__
 from houseexpo.dataset import Dataset
-from houseexpo.errors import ConfigError
+from houseexpo.errors import ConfigError, PlanError
 from houseexpo.progress import show_progress
 from houseexpo.pseudoslam.agents.loading import NamedPolicy, load_policy
 from houseexpo.pseudoslam.benchmark import result as results
@@ -136,12 +136,14 @@ def _cases(
             plans, settings.split, settings.number, settings.workers, track.largest, fewer=settings.fewer
         )
         if track.config.goal_region:
-            ids = plans_with_goals(track, plans, ids)
+            ids = playable_plans(track, plans, ids)
     return find_cases(track, plans, ids, settings.split)
 
 
-def plans_with_goals(track: Track, plans: Dataset, ids: Sequence[str], most: int | None = None) -> list[str]:
-    """Return the plans with two kinds of goals or more that a robot can reach, so that one is away from any start.
+def playable_plans(track: Track, plans: Dataset, ids: Sequence[str], most: int | None = None) -> list[str]:
+    """Return the plans in which the robot fits and that have, if goals are of a kind, two kinds that it can reach.
+
+    With two kinds, one is away from any start.
 
     Parameters
     ----------
@@ -155,16 +157,16 @@ def plans_with_goals(track: Track, plans: Dataset, ids: Sequence[str], most: int
     """
     worlds = WorldCache(plans.only(ids), track.config)
     found = []
-    for number, name in show_progress(enumerate(ids), "looking for goals", len(ids)):
-        with suppress(ConfigError):  # it has none
-            if len(worlds[number].regions) > 1:
+    for number, name in show_progress(enumerate(ids), "looking at plans", len(ids)):
+        with suppress(ConfigError, PlanError):  # it has no goal, or no room for the robot
+            if len(worlds[number].regions) > 1 or not track.config.goal_region:
                 found.append(name)
         if len(found) == most:
             break
     if not found:
-        kind = track.config.goal.kind if track.config.goal else ""
+        goals = f" and that have two kinds of {track.config.goal_region.kind}" if track.config.goal_region else ""
         raise ConfigError(
-            f"track {track.id}: expected plans with two kinds of {kind} that have names and that a robot can reach, "
+            f"track {track.id}: expected plans in which a robot of {track.config.robot.radius_m:g} m fits{goals}, "
             f"found none among {count_noun(len(ids), 'plan')}; take another data set"
         )
     return found

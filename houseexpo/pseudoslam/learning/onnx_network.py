@@ -2,11 +2,12 @@
 
 A file may come from anybody. It is data: it has the standard operators alone, no graphs inside of graphs (loops), no
 weights that are sparse or in other files, and exactly the inputs and outputs that its description says. All of this is
-checked before it is used.
+checked before it is used. Whatever sizes its operators ask for, they get no more than ``_MEMORY``.
 """
 
 from __future__ import annotations
 
+from functools import cache
 from typing import Any, Final
 
 import onnx
@@ -20,6 +21,9 @@ from houseexpo.pseudoslam.learning.signature import Array, make_inputs, output_s
 FORMAT: Final = "houseexpo policy 1"
 _STANDARD: Final = {"", "ai.onnx"}
 """The names of the domain of ONNX's own operators."""
+
+_MEMORY: Final = 1 << 30
+"""Memory of all networks of a process together, bytes: those of ``houseexpo train`` take a few MB."""
 
 
 def unpack(data: bytes) -> tuple[str, onnx.ModelProto]:
@@ -64,11 +68,14 @@ class OnnxNetwork:
         options = onnxruntime.SessionOptions()
         options.intra_op_num_threads = options.inter_op_num_threads = 1  # a decision is too little work to share
         options.log_severity_level = 4  # what it would print is raised too
+        _limit_memory()
+        options.add_session_config_entry("session.use_env_allocators", "1")
         self._names = list(outputs)
         try:
             self._session = onnxruntime.InferenceSession(
-                model.SerializeToString(), options, providers=["CPUExecutionProvider"]
-            )
+                model.SerializeToString(), options, providers=["CPUExecutionProvider"],
+                disabled_optimizers=["ConstantFolding"],  # it would compute without the limit
+            )  # fmt: skip
             _check_inputs(self._session, inputs)
             found = dict(zip(outputs, self(inputs), strict=True))
         except ValueError:
@@ -84,6 +91,15 @@ class OnnxNetwork:
         """Return the outputs."""
         found: list[Array] = self._session.run(self._names, inputs)
         return found
+
+
+@cache
+def _limit_memory() -> None:
+    """Let the networks of this process share memory of at most ``_MEMORY``."""
+    place = onnxruntime.OrtMemoryInfo(
+        "Cpu", onnxruntime.OrtAllocatorType.ORT_ARENA_ALLOCATOR, 0, onnxruntime.OrtMemType.DEFAULT
+    )
+    onnxruntime.create_and_register_allocator(place, onnxruntime.OrtArenaCfg({"max_mem": _MEMORY}))
 
 
 def _check_inputs(session: onnxruntime.InferenceSession, wanted: dict[str, Array]) -> None:

@@ -245,6 +245,7 @@ def test_a_bag_changes_nothing_of_what_a_policy_is_shown(tmp_path: Path, words: 
         (["--policy", "frontier,a-star"], "that it was made for (navigation), found exploration"),
         (["--policy", "frontier", "--task", "navigation"], "made for (exploration), found navigation"),
         (["--policy", "frontier,forward", "--shows", "beside"], "--policy: several make a movie"),
+        (["--policy", "seek", "--task", "navigation"], "(goal.kind room or object), found place"),
         (["--policy", "FILE:broken"], "plan 'room-5.5x3.2', step 0: it raised IndexError"),
         (["--policy", "FILE:broken"], "mine.py, line"),
         (["--policy", "FILE:direct"], "mine.py:direct to be a factory: called with (robot, seed), it returns a policy"),

@@ -11,6 +11,7 @@ import pytest
 
 from houseexpo.dataset import Dataset
 from houseexpo.errors import ConfigError, DatasetError, MissingDependencyError, PolicyError
+from houseexpo.floorplan import FloorPlan
 from houseexpo.pseudoslam.agents.protocol import Interface
 from houseexpo.pseudoslam.benchmark.collection import CollectSettings, collect_episodes
 from houseexpo.pseudoslam.benchmark.tracks import find_track
@@ -135,6 +136,18 @@ def test_plans_without_goals_are_passed_over(tmp_path: Path, monkeypatch: pytest
     collect_episodes(find_track("roomgoal"), "shortest", plans, tmp_path / NAME, CollectSettings(3))
     said = load(tmp_path, monkeypatch).storage.get_episode_metadata(range(3))
     assert {each["options"]["plan_id"] for each in said} == set("abc")
+
+
+@pytest.mark.slow
+def test_plans_without_room_for_the_robot_are_passed_over(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    slit = FloorPlan("slit", np.array([(0.0, 0.0), (0.0, 0.3), (4.0, 0.3), (4.0, 0.0)]), 1, {})
+    plans = data_set(tmp_path / "plans", {"train": [slit, *HUTS]})
+    done = collect_episodes(POINTGOAL, "greedy", plans, tmp_path / NAME, CollectSettings(4))
+    assert (done.episodes, done.left_out) == (4, 1)
+    said = load(tmp_path, monkeypatch).storage.get_episode_metadata(range(4))
+    assert {each["options"]["plan_id"] for each in said} == {"small", "middle", "large"}
+    with pytest.raises(ConfigError, match=r"track pointgoal-v2: .* a robot of 0.2 m fits, found none among 1 plan"):
+        collect(data_set(tmp_path / "slits", {"train": [slit]}), tmp_path, name="none-v0")
 
 
 def idle(*_: Any) -> Any:

@@ -219,6 +219,13 @@ def _spoiled(file: Path, how: str) -> None:
     elif how == "not finite":
         (first,) = (each for each in graph.initializer if each.name.endswith("action_net.bias"))
         first.raw_data = np.full(len(first.raw_data) // 4, np.nan, np.float32).tobytes()
+    elif how == "memory":
+        (last,) = (node for node in graph.node if "logits" in node.output)
+        last.output[0] = "less"
+        graph.initializer.append(helper.make_tensor("size", TensorProto.INT64, [1], [1 << 29]))  # 2 GiB of float32
+        graph.node.append(helper.make_node("ConstantOfShape", ["size"], ["large"]))
+        graph.node.append(helper.make_node("ReduceMax", ["large"], ["sum"], keepdims=0))
+        graph.node.append(helper.make_node("Add", ["less", "sum"], ["logits"]))
     elif how == "weights of another size":
         first.dims[0] += 1
     file.write_bytes(model.SerializeToString())
@@ -236,6 +243,7 @@ def _spoiled(file: Path, how: str) -> None:
         ("loop", "expected one graph of operators, found functions, loops or branches"),
         ("other files", "expected all weights in this file, found some that are in others"),
         ("sparse weights", "expected no sparse weights, found some"),
+        ("memory", "ONNX Runtime: .*[Aa]vailable memory of .* is smaller than requested"),
         ("weights of another size", "ONNX Runtime: "),
     ],
 )
