@@ -1,4 +1,4 @@
-"""Configure how robots of a team communicate: who hears whom, and how much of a map a step can send."""
+"""Configure how robots of a team communicate: who hears whom."""
 
 from __future__ import annotations
 

@@ -140,13 +140,18 @@ class DrivenRobot:
     def take_over(self, linear: float, angular: float) -> bool:
         """Take a step by a person's keys in place of the explorer's, and return whether there was one.
 
-        Forward comes before turning, since a step is one or the other. The explorer goes on from where the robot is.
+        Of discrete steps, forward comes before turning. The explorer goes on from where the robot is.
         """
         keys = ("forward", linear > 0), ("left", angular > 0), ("right", angular < 0)
         pressed = [ACTIONS.index(name) for name, is_down in keys if is_down]
-        if self.ended or not pressed or self._env.actions != "discrete":
+        if self.ended:
             return False
-        self._act(pressed[0])
+        if self._env.actions == "continuous":
+            self._act(np.array([linear, angular]))
+        elif pressed:
+            self._act(pressed[0])
+        else:
+            return False
         return True
 
     def _decide(self) -> Any:

@@ -135,9 +135,11 @@ def test_a_policy_of_the_server_drives() -> None:
     watched = DrivenRobot(two_rooms(), start, policies={"mine": "tests.builders.policies:Continuous"})
     for _ in range(30):
         assert watched.advance()
-    assert not watched.take_over(1.0, 0.0)  # its actions are continuous
+    before_rad = watched._env.state.believed_px[2]
+    assert watched.take_over(0.0, 1.0)
+    assert watched._env.state.believed_px[2] != before_rad
     figures = watched.finish()
-    assert figures["steps"] == 30
+    assert figures["steps"] == 31
     with pytest.raises(ConfigError, match=r"driver: expected you or one of .*, mine; found 'other'"):
         DrivenRobot(two_rooms(), StartDrive("two_rooms", driver="other"), policies={"mine": "mine.py"})
     broken = DrivenRobot(two_rooms(), start, policies={"mine": "tests.builders.policies:raises"})
