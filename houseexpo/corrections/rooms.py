@@ -404,6 +404,7 @@ def _put_in(draft: Draft, shape: Polygon, parted: DraftRoom | None) -> tuple[Dra
         door
         for door in draft.doors
         if any(side in made and side.shape.distance(door.shape) >= STEP_M for side in door.rooms if side is not None)
+        or (door.rooms[1] is None and shapely.intersection(door.shape, shape).area > door.shape.area / 2)
     ]
     draft.doors = [door for door in draft.doors if all(door is not each for each in lost)]
     draft.beside += [f"the {door.kind} of {door.width:.2f} m is gone" for door in lost]

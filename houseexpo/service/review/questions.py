@@ -26,6 +26,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Iterator, Sequence
+from functools import lru_cache
 from itertools import combinations
 from typing import Any, Final
 
@@ -93,7 +94,7 @@ _CORNER: Final = 0.4
 _MOST_CORNERS: Final = 6
 _LARGER: Final = 0.3
 """Doubt of a room that takes a part of the space between its walls."""
-_MOST_CORNERS_OF_ROOM: Final = 60
+_MOST_CORNERS_OF_ROOM: Final = 400
 """``session._MOST_POINTS``."""
 _SEEN_WALL: Final = 0.4
 """Doubt of a wall that the source shows and the plan lacks: some are cupboards."""
@@ -486,15 +487,13 @@ def _corners(plan: FloorPlan, places: Sequence[LineString] = ()) -> Iterator[Que
     for room in plan.rooms:
         doors = shapely.union_all([door.polygon for door in plan.doors if room.id in door.rooms])
         shown = [place for place in places if room.polygon.covers(place.centroid)]
-        for ray in (*shown, *corner_rays(room.polygon)):
-            if ray.length < _PASSAGE_M[0] or ray.distance(doors) < _PASSAGE_M[0] / 2:
+        parting = [(ray, _parted_m2(room.polygon, _longer(ray, ONWARD_M))) for ray in shown]
+        for ray, area in (*parting, *_parting_rays(room.polygon.wkb)):
+            if ray.length < _PASSAGE_M[0] or area < SMALLEST_ROOM_M2 * 2 or ray.distance(doors) < _PASSAGE_M[0] / 2:
                 continue
-            line = _longer(ray, ONWARD_M if ray in shown else _NEAR_M)
-            parts = sorted(part.area for part in split(room.polygon, line).geoms)
-            if len(parts) > 1 and (area := parts[-2]) >= SMALLEST_ROOM_M2 * 2:
-                narrow = ray.length / math.sqrt(area)
-                if ray.length <= _PASSAGE_M[1] or narrow <= 1.0:
-                    found.append((ray not in shown, narrow, area, ray))
+            narrow = ray.length / math.sqrt(area)
+            if ray.length <= _PASSAGE_M[1] or narrow <= 1.0:
+                found.append((ray not in shown, narrow, area, ray))
     chosen: list[tuple[float, LineString]] = []
     for _, _, area, ray in sorted(found, key=lambda each: each[:2]):
         if all(ray.distance(other) > _PASSAGE_M[0] / 2 for _, other in chosen) and len(chosen) < _MOST_CORNERS:
@@ -524,9 +523,8 @@ def _walls_seen(
                 continue
             if shut is not None and shut.distance(line) < _OF_EDGE_M:
                 continue
-            parts = sorted(part.area for part in split(room.polygon, _longer(line, _PASSAGE_M[1])).geoms)
-            if len(parts) > 1 and parts[-2] >= SMALLEST_ROOM_M2 * 2:
-                found.append((parts[-2], line))
+            if (area := _parted_m2(room.polygon, _longer(line, _PASSAGE_M[1]))) >= SMALLEST_ROOM_M2 * 2:
+                found.append((area, line))
     for area, line in sorted(found, key=lambda each: (-each[0], each[1].bounds))[:_MOST_SEEN]:
         (ax, ay), (bx, by) = shapely.get_coordinates(line)[[0, -1]].round(3).tolist()
         at = round((ax + bx) / 2, 3), round((ay + by) / 2, 3)
@@ -534,6 +532,20 @@ def _walls_seen(
         ends = (ax, ay), (bx, by)
         answers = Answer("A wall", "wall", ends), Answer("No wall"), Answer("An opening", "opening", ends)
         yield Question(_key(plan, "wall", at), at, says, answers, _SEEN_WALL, area)
+
+
+@lru_cache(maxsize=256)
+def _parting_rays(room: bytes) -> list[tuple[LineString, float]]:
+    """Return the ``corner_rays`` of a room (WKB), and the area that each parts off, m2; an answer changes few rooms."""
+    shape = shapely.from_wkb(room)
+    longest = max(_PASSAGE_M[1], math.sqrt(shape.area / 2))
+    rays = [ray for ray in corner_rays(shape) if _PASSAGE_M[0] <= ray.length <= longest]
+    return [(ray, _parted_m2(shape, _longer(ray, _NEAR_M))) for ray in rays]
+
+
+def _parted_m2(room: Polygon, line: LineString) -> float:
+    """Return the area of the second largest part into which a line parts a room, 0 if it does not."""
+    return float(sorted([0.0, *(part.area for part in split(room, line).geoms)])[-2])
 
 
 def corner_rays(room: Polygon) -> list[LineString]:

@@ -42,7 +42,7 @@ _DIGITS: Final = 3
 """Decimals of stored points: millimetres."""
 _CONTROLS: Final = re.compile(r"[\x00-\x1f\x7f]+")
 
-_MOST_POINTS: Final = 60
+_MOST_POINTS: Final = 400
 """The most points of an outline, or rooms to merge."""
 _MOST_LIKE: Final = 200
 """The most places for one word in one decision."""

@@ -917,6 +917,18 @@ def test_an_outline_replaces_that_of_the_room_that_is_there() -> None:
     assert more.plan.rooms[0].label == "Office"
 
 
+def test_an_outline_grows_a_room_and_takes_the_entrance_in_its_former_edge_out() -> None:
+    entrance = Door(1, "entrance", ((0.0, 1.0), (0.0, 1.8)), 0.8, box(-0.1, 1.0, 0.1, 1.8), (0, None))
+    plan = replace(PLAN, doors=(*PLAN.doors, entrance))
+    up = corrected(plan, room_outline=[[0.1, 0.1], [4.1, 0.1], [4.1, 4.1], [0.1, 4.1]])
+    assert areas(up.plan) == [9.0, 16.0]
+    assert kinds(up.plan) == ["door", "entrance"]
+    left = corrected(plan, room_outline=[[-0.9, 0.1], [4.1, 0.1], [4.1, 3.1], [-0.9, 3.1]])
+    assert areas(left.plan) == [9.0, 15.0]
+    assert kinds(left.plan) == ["door"]
+    assert "the entrance of 0.80 m is gone" in left.effects[0].also
+
+
 def test_the_only_room_of_a_plan_is_replaced_by_one_that_a_person_draws() -> None:
     drawn = [[8.0, 0.0], [20.0, 0.0], [20.0, 10.0], [8.0, 10.0]]  # a third of it lies in the room
     refused = corrected(wrong(), no_room=[1.0, 1.0])

@@ -6,6 +6,8 @@ import { canDrawSolids } from "./solid.js";
 
 const STEP_M = 0.1, FAR_M = 1;
 const SNAP_PX = 11, TOUCH_PX = 22; // a finger hides what it points at
+const CLICK_PX = 4; // a pointer that moves less is clicked
+const SQUARE = 0.97; // cosine: an edge that meets the dragged one nearly at a right angle goes on with it
 const ARROWS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
 const LAYERS = ["source", "strokes", "gone", "changed", "places", "marks", "sketch"];
 const STROKES = "strokes"; // the layer of a drawing's own lines
@@ -40,7 +42,7 @@ export class Sheet {
   // `hooks`: choose(number) when something that is said is chosen, move(number, points) when a point of it was moved.
   constructor(stage, hint, hooks) {
     Object.assign(this, { stage, hint, hooks, tool: null, points: [], cross: null, snapped: "", plan: null, drawing: null });
-    Object.assign(this, { chosen: -1, held: -1, moved: [], waiting: [], layers: {}, segments: [], strokes: [], source: null, on: new Set(AT_FIRST), asked: null, like: [], which: 0 });
+    Object.assign(this, { chosen: -1, held: -1, moved: [], edge: null, waiting: [], layers: {}, segments: [], strokes: [], source: null, on: new Set(AT_FIRST), asked: null, like: [], which: 0 });
   }
 
   get wanted() { return this.tool?.word ?? ""; }
@@ -184,8 +186,12 @@ export class Sheet {
     };
     this.drawing.onclick = (point, event) => this.#click(point, event);
     this.drawing.ongrab = (point, event) => this.#grab(point, event);
-    this.drawing.ondrag = (point, event) => { this.moved[this.held] = this.#snap(point, event, this.#others()); this.#paint(); };
-    this.drawing.ondrop = (point) => this.#drop(point);
+    this.drawing.ondrag = (point, event) => {
+      if (this.edge) this.moved = this.#withEdgeAt(this.#snap(point, event, null));
+      else this.moved[this.held] = this.#snap(point, event, this.#others());
+      this.#paint();
+    };
+    this.drawing.ondrop = (point, event) => this.#drop(point, event);
   }
 
   // What is another than before the last answer, in colour, until the next one.
@@ -313,7 +319,31 @@ export class Sheet {
     return all.length && all[0][0] <= this.#reach(event) ? all[0][1] : -1;
   }
 
+  // The edge of a room that is nearest to a point, if it is near enough to be dragged: its room's corners, and its number.
+  #grabEdge(point, event) {
+    const all = this.plan.shape.rooms.flatMap(({ rings: [ring] }) => ring.map((from, i) => ({ ring, i, far: farFrom([from, ring[(i + 1) % ring.length]], point) })));
+    const nearest = all.reduce((best, each) => (best && best.far <= each.far ? best : each), null);
+    this.edge = nearest && nearest.far <= this.#reach(event) ? { ...nearest, start: point } : null;
+    this.moved = this.edge ? this.edge.ring : [];
+    return Boolean(this.edge);
+  }
+
+  // The corners of a room whose edge was dragged to a point; edges at right angles to it become longer or shorter.
+  #withEdgeAt([x, y]) {
+    const { ring, i } = this.edge, [a, b] = [ring[i], ring[(i + 1) % ring.length]], long = apart(a, b);
+    const across = [-(b[1] - a[1]) / long, (b[0] - a[0]) / long], far = (x - a[0]) * across[0] + (y - a[1]) * across[1];
+    const moved = (at) => [at[0] + far * across[0], at[1] + far * across[1]];
+    const goesOn = (at, from) => Math.abs((at[0] - from[0]) * across[0] + (at[1] - from[1]) * across[1]) > SQUARE * apart(at, from);
+    const count = ring.length, before = ring[(i + count - 1) % count], after = ring[(i + 2) % count];
+    return ring.flatMap((at, k) => {
+      if (k === i) return goesOn(a, before) ? [moved(a)] : [a, moved(a)];
+      if (k === (i + 1) % count) return goesOn(b, after) ? [moved(b)] : [moved(b), b];
+      return [at];
+    });
+  }
+
   #grab(point, event) {
+    if (this.tool?.word === "room_outline" && !this.points.length) return this.#grabEdge(point, event);
     if (this.tool || this.chosen < 0) return false;
     const { points } = this.plan.effects[this.chosen];
     this.held = points.findIndex((each) => apart(each, point) <= this.#reach(event));
@@ -324,9 +354,18 @@ export class Sheet {
   // The point from which a moved end looks for right angles.
   #others() { return this.moved.length > 1 ? this.moved[this.held === 0 ? 1 : this.held - 1] : null; }
 
-  #drop(point) {
-    const { chosen, moved, held } = this;
+  #drop(point, event) {
+    const { chosen, moved, held, edge } = this;
     this.held = -1;
+    this.edge = null;
+    if (edge && point) {
+      if (apart(point, edge.start) <= CLICK_PX * this.#metres) this.#click(point, event);
+      else {
+        this.points = moved.map((each) => each.map((value) => Math.round(value * 1000) / 1000));
+        this.end();
+      }
+      return;
+    }
     if (point && held >= 0 && apart(moved[held], this.plan.effects[chosen].points[held]) > 1e-6) {
       this.waiting.push(moved);
       this.hooks.move(chosen, moved.map((each) => each.map((value) => Math.round(value * 1000) / 1000)));
@@ -357,6 +396,7 @@ export class Sheet {
       if (this.#gap) marks.push(line(this.#gap, "gap"));
     }
     for (const points of this.waiting) sketch.push(points.length > 1 ? line(points, "waiting", points.length > 2) : dot(points[0], 9, "waiting"));
+    if (this.edge) sketch.push(line(this.moved, "cross", true));
     sketch.push(...this.points.map((each) => dot(each, 4, "point")));
     if (this.tool && this.cross) {
       const [x, y] = this.cross, arm = 14 * unit;
@@ -384,7 +424,8 @@ export class Sheet {
     const length = last ? `, ${apart(last, this.cross).toFixed(2)} m long` : "", at = this.snapped ? `, at ${this.snapped}` : "";
     const what = this.tool.points === 1 ? "a point in it" : this.tool.more ? `point ${this.points.length + 1}`
       : this.points.length ? "the other end" : "one end";
+    const drags = this.tool.word === "room_outline" && !this.points.length ? " Or drag an edge of a room." : "";
     const ends = this.canEnd ? ` ${this.tool.key.toUpperCase()}, or the first point again, ends it.` : "";
-    return `${this.tool.title}: set ${what}: click, or arrows (Shift: 1 m) and Enter.${ends} Alt: no snapping. Escape ends. (${where}) m${length}${at}`;
+    return `${this.tool.title}: set ${what}: click, or arrows (Shift: 1 m) and Enter.${drags}${ends} Alt: no snapping. Escape ends. (${where}) m${length}${at}`;
   }
 }

@@ -200,6 +200,25 @@ def test_an_outline_ends_at_its_first_point_or_by_its_key(page: Any) -> None:
     page.wait_for_function("() => document.querySelectorAll('#effects li').length === 1")
 
 
+def test_an_edge_of_a_room_is_dragged_and_a_click_on_it_is_a_corner(page: Any, folder: Path) -> None:
+    page.keyboard.press("m")
+    page.mouse.move(*pixel(page, 2.0, 3.1))
+    page.mouse.down()
+    page.mouse.move(*pixel(page, 2.2, 4.1), steps=4)
+    look(page, "review-edge-dragged")
+    page.mouse.up()
+    says(page, "a room of 20")
+    outline = overrides(folder)["doubtful"]["room_outline"]
+    assert len(outline) == 4
+    assert max(y for _, y in outline) == pytest.approx(2.1, abs=0.05)
+    page.keyboard.press("u")
+    says(page, "Undone")
+    page.keyboard.press("m")
+    click(page, (0.1, 0.1), (2.0, 0.1), (2.0, 3.1), (0.1, 3.1))
+    page.keyboard.press("m")
+    says(page, "a room of 5.7 m2 is there")
+
+
 def test_a_plan_is_drawn_on_with_a_finger(folder: Path) -> None:
     with (
         running(service_of(folder, review=True)) as address,
