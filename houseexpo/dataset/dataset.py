@@ -587,7 +587,11 @@ class Dataset(Sequence[FloorPlan]):
         return row
 
     def _plan(self, row: int) -> FloorPlan:
-        plan, expected = decode(self._catalogue.read(row)), self._catalogue.ids[row]
+        expected = self._catalogue.ids[row]
+        try:
+            plan = decode(self._catalogue.read(row))
+        except PlanError as error:
+            raise error.within(plan=expected) from None
         if plan.id != expected:
             raise PlanError(f"expected {expected!r}, as the index of {self.path} says; it was changed", "id", plan.id)
         return plan

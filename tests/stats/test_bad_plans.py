@@ -102,13 +102,17 @@ def test_a_broken_plan_is_counted_and_named_and_the_others_count(folder: Path, t
     assert "cannot be read, at 2 place" in (tmp_path / "report.html").read_text()
 
 
-def test_a_plan_that_was_damaged_after_the_build_is_named(tmp_path: Path) -> None:
+@pytest.mark.parametrize("left_bytes", [100, 0])
+def test_a_plan_that_was_damaged_after_the_build_is_named(tmp_path: Path, left_bytes: int) -> None:
     for name, width in (("a", 4.0), ("b", 6.0)):
         one_room(tmp_path / "street" / f"{name}.ply", width)
     run_build([tmp_path / "street"], tmp_path / "plans")
     (file, *_) = sorted((tmp_path / "plans" / "json").iterdir())
-    file.write_bytes(file.read_bytes()[:100])
-    assert f"plan '{file.stem}': expected one JSON object" in call("stats", tmp_path / "plans", code=2)[1]
+    file.write_bytes(file.read_bytes()[:left_bytes])
+    for arguments in (("stats",), ("export", "--to", "png", "--out", tmp_path / "pictures")):
+        name, *options = arguments
+        said = call(name, tmp_path / "plans", *options, code=2)[1]
+        assert f"plan '{file.stem}': expected one JSON object" in said
 
 
 def test_where_nothing_can_be_read_it_is_said(tmp_path: Path) -> None:

@@ -15,6 +15,7 @@ import msgspec
 
 from houseexpo.dataset.store.catalogue import Catalogue
 from houseexpo.disk_cache import DiskCache
+from houseexpo.errors import PlanError
 from houseexpo.files import cache_folder
 from houseexpo.floorplan import FloorPlan, decode
 from houseexpo.processes import map_in_processes
@@ -44,7 +45,8 @@ def measure_cached(
     with closing(DiskCache(cache_folder() / _VALUES_FILE)) as values:
         known = values.items(name)
         missing = {digest: row for digest, row in zip(digests, rows, strict=True) if digest not in known}
-        found = _compute(((digest, catalogue.read(row)) for digest, row in missing.items()), measure, workers)
+        plans = ((digest, catalogue.ids[row], catalogue.read(row)) for digest, row in missing.items())
+        found = _compute(plans, measure, workers)
         for digest, value in show_progress(found, f"measuring {catalogue.path.name}", len(missing)):
             known[digest] = value
             values.put(name, digest, value)
@@ -60,7 +62,9 @@ def cached_values(catalogue: Catalogue, rows: Sequence[int], name: str) -> list[
     return [None if value is None else msgspec.json.decode(value) for value in found]
 
 
-def _compute(plans: Iterable[tuple[bytes, bytes]], measure: Measure, workers: int) -> Iterator[tuple[bytes, bytes]]:
+def _compute(
+    plans: Iterable[tuple[bytes, str, bytes]], measure: Measure, workers: int
+) -> Iterator[tuple[bytes, bytes]]:
     work = partial(_measure_encoded, measure)
     if workers <= 1:
         yield from map(work, plans)
@@ -68,6 +72,10 @@ def _compute(plans: Iterable[tuple[bytes, bytes]], measure: Measure, workers: in
     yield from map_in_processes(work, plans, workers, _PLANS_SENT)
 
 
-def _measure_encoded(measure: Measure, item: tuple[bytes, bytes]) -> tuple[bytes, bytes]:
-    digest, data = item
-    return digest, msgspec.json.encode(measure(decode(data)))
+def _measure_encoded(measure: Measure, item: tuple[bytes, str, bytes]) -> tuple[bytes, bytes]:
+    digest, plan_id, data = item
+    try:
+        plan = decode(data)
+    except PlanError as error:
+        raise error.within(plan=plan_id) from None
+    return digest, msgspec.json.encode(measure(plan))
