@@ -2,9 +2,7 @@
 
 H1  Every room can be reached from the front door; bedrooms and a toilet or bath without crossing a bedroom.
 H2  Living rooms, dining rooms, kitchens, bedrooms and offices have a window; a kitchen may be open to a room with one.
-H3  Rooms keep the least area and width and the largest aspect of their label (``LIMITS``, stricter than the limits of
-    ``houseexpo.analysis.audit``).
-H4  A room has at most twice the area that is asked for.
+H3  Rooms keep their limits (``limits``).
 """
 
 from __future__ import annotations
@@ -24,6 +22,7 @@ from pipeline.sources.homes.values import Rect, snap_wall_line
 from pipeline.sources.sound_homes.footprint import add_bay, angle_wall
 from pipeline.sources.sound_homes.houses import Frame, lay_out_ground, lay_out_upper
 from pipeline.sources.sound_homes.layout import draw_days, lay_out_rooms
+from pipeline.sources.sound_homes.limits import distance_from_wishes, keeps_limits
 from pipeline.sources.sound_homes.openings import (
     Stretch,
     place_doors,
@@ -53,29 +52,6 @@ from pipeline.tolerances import SHEET_M
 
 LIT: Final = frozenset({"Living_Room", "Dining_Room", "Kitchen", "Bedroom", "Child_Room", "Office"})
 SLEEPING: Final = frozenset({"Bedroom", "Child_Room"})
-LIMITS: Final = {
-    "Living_Room": (12.0, 3.0, 2.0),
-    "Kitchen": (3.8, 1.75, 2.4),
-    "Dining_Room": (6.0, 2.3, 2.0),
-    "Bedroom": (8.5, 2.6, 1.8),
-    "Child_Room": (8.0, 2.5, 1.8),
-    "Office": (6.5, 2.2, 2.0),
-    "Bathroom": (2.5, 1.45, 2.6),
-    "Toilet": (1.52, 1.0, 2.7),
-    "Storage": (0.6, 0.6, 3.0),
-    "Wardrobe": (1.0, 0.8, 3.2),
-    "Garage": (14.0, 3.0, 2.4),
-    "Entryway": (1.4, 1.15, 3.2),
-}
-"""H3: least area (m2), least width (m), largest aspect."""
-_TINY: Final = (1.5, 0.86)
-"""Smaller (m2) or narrower (m) than that, a room is a cupboard or the smallest of toilets."""
-_MAY_BE_TINY: Final = frozenset({"flat", "shared flat", "studio"})
-"""Where a storey may have one such room (H3)."""
-_MOST_RATIO: Final = 1.7
-_HALL_M2: Final = 0.95
-"""What a hall has for each room without being too large: 7.5 m2 for 6.8 rooms (Swiss Dwellings)."""
-_HALL_WEIGHT: Final = 12.0
 _WAY_M: Final = 1.0
 """The least width of a hall, metres."""
 _OPEN_M: Final = 1.5
@@ -102,9 +78,8 @@ _ANGLED: Final = {
 }
 """How often a bay, or an angled wall, is looked for; not all find a place."""
 _TRIES: Final = 30
-_GROUNDS: Final = 4
+_GROUNDS: Final = 360
 """Ground floors that are tried for one programme of a house."""
-_FORMS: Final = 12
 _GOOD: Final = 6
 """Of so many sound layouts the best is kept."""
 _DRAWS: Final = 40
@@ -136,20 +111,15 @@ def _with_angles(storeys: tuple[Storey, ...], programme: Programme, rng: np.rand
     """Return the storeys with a bay on the ground, or with an angled wall, in some homes (``footprint``)."""
     ground, *above = storeys
     if rng.random() < _BAYS[programme.kind]:
-        ground = add_bay(ground, programme.outer_m, _keeps_limits, rng)
+        ground = add_bay(ground, programme.outer_m, _stays_sound, rng)
     if not above and rng.random() < _ANGLED[programme.kind]:
-        ground = angle_wall(ground, _keeps_limits, rng)
+        ground = angle_wall(ground, _stays_sound, rng)
     return (ground, *above)
 
 
-def _keeps_limits(label: str, room: shapely.Polygon) -> bool:
-    """Return whether a room that is no rectangle keeps the limits of its label (H3)."""
-    if label not in LIMITS:
-        return label != "Hallway" or _is_one_way(room)
-    x1, y1, x2, y2 = room.bounds
-    short, long = sorted((x2 - x1, y2 - y1))
-    least, width, aspect = LIMITS[label]
-    return bool(room.area >= least and room.area >= width * long and long <= aspect * short)
+def _stays_sound(label: str, room: shapely.Polygon) -> bool:
+    """Return whether a room that is no rectangle is still sound (H1, H3)."""
+    return keeps_limits(label, room) and (label != "Hallway" or _is_one_way(room))
 
 
 class _Try(NamedTuple):
@@ -162,25 +132,22 @@ class _Try(NamedTuple):
 
 def _make_flat(programme: Programme, rng: np.random.Generator) -> tuple[Storey, ...] | None:
     for day in draw_days(programme, rng):
-        best = _best_of((lay_out_rooms(programme, day, rng) for _ in range(_TRIES)), programme, _GOOD, rng)
+        best = _best_of(lay_out_rooms(programme, day, rng), programme, _GOOD, rng)
         if best is not None:
             return (_storey(programme, best.layout, best.openings),)
     return None
 
 
 def _make_house(programme: Programme, rng: np.random.Generator) -> tuple[Storey, ...] | None:
-    """Return the storeys of a house: of some sound ground floors the first that sound storeys fit on."""
-    for _ in range(_GROUNDS):
-        tries = ((found, _sound(found[1], programme, rng)) for found in _grounds(programme, rng))
-        sound = [(each[0], ground) for each, ground in islice(tries, _TRIES) if ground is not None][:_GOOD]
-        if not sound:
-            return None
-        frame, ground = min(sound, key=lambda pair: pair[1].distance)
+    """Return the storeys of a house: of some sound ground floors the best that sound storeys fit on."""
+    tries = ((frame, _sound(layout, programme, rng)) for frame, layout in _grounds(programme, rng))
+    sound = list(islice(((frame, ground) for frame, ground in tries if ground is not None), _GOOD))
+    for frame, ground in sorted(sound, key=lambda pair: pair[1].distance):
         found = [ground]
         for level in range(2, programme.storeys + 1):
             ends = level == programme.storeys
             below = found[-1].layout
-            layouts = (lay_out_upper(frame, below, rng, ends=ends) for _ in range(_TRIES))
+            layouts = (lay_out_upper(frame, below, programme, rng, ends=ends) for _ in range(_TRIES))
             best = _best_of(layouts, programme, _GOOD, rng)
             if best is None:
                 break
@@ -191,7 +158,7 @@ def _make_house(programme: Programme, rng: np.random.Generator) -> tuple[Storey,
 
 
 def _grounds(programme: Programme, rng: np.random.Generator) -> Iterator[tuple[Frame, Layout]]:
-    for _ in range(_FORMS * _TRIES):
+    for _ in range(_GROUNDS):
         found = lay_out_ground(programme, rng)
         if found is not None:
             yield found
@@ -209,7 +176,7 @@ def _best_of(
 def _sound(layout: Layout, programme: Programme, rng: np.random.Generator) -> _Try | None:
     """Return a layout on the grid with its openings, or None if it is not sound."""
     layout = _on_grid(layout, programme.inner_m)
-    distance = _distance(layout, programme)
+    distance = distance_from_wishes(layout.labels, layout.areas_m2, layout.cells, programme)
     openings = None if distance is None else _open_up(layout, programme, rng)
     if distance is None or openings is None:
         return None
@@ -308,37 +275,6 @@ def _on_grid(layout: Layout, wall_m: float) -> Layout:
     cells = tuple(Cell(on_grid(rect), room) for rect, room in layout.cells)
     up, down = (stair and replace(stair, rect=on_grid(stair.rect)) for stair in (layout.stair_up, layout.stair_down))
     return replace(layout, cells=cells, stair_up=up, stair_down=down)
-
-
-def _distance(layout: Layout, programme: Programme) -> float | None:
-    """Return how far areas are from those asked for, or None if a room breaks a limit (H3, H4)."""
-    total, tiny = 0.0, 0
-    for cell in layout.cells:
-        label = layout.labels[cell.room]
-        if cell.room == HALL or label == STAIRS:
-            continue
-        x1, y1, x2, y2 = cell.rect
-        short, long = sorted((x2 - x1 - programme.inner_m, y2 - y1 - programme.inner_m))
-        least, width, aspect = LIMITS[label]
-        if short < width or short * long < least or long > aspect * short:
-            return None
-        tiny += short * long < _TINY[0] or short < _TINY[1]
-        wished = layout.areas_m2[cell.room]
-        if wished:
-            ratio = short * long / wished
-            if ratio > _MOST_RATIO and label != "Storage":
-                return None
-            total += abs(float(np.log(ratio)))
-    if tiny > (programme.kind in _MAY_BE_TINY):
-        return None
-    hall = sum((x2 - x1 - programme.inner_m) * (y2 - y1 - programme.inner_m) for x1, y1, x2, y2 in _hall(layout))
-    enough = _HALL_M2 * max(programme.hall_m / _WAY_M - 0.2, 1.0) * sum(area > 0 for area in layout.areas_m2)
-    total += _HALL_WEIGHT * max(0.0, float(np.log(hall / enough)))
-    return total / len(layout.cells)
-
-
-def _hall(layout: Layout) -> Iterator[Rect]:
-    yield from (cell.rect for cell in layout.cells if cell.room == HALL)
 
 
 def _storey(programme: Programme, layout: Layout, openings: _Openings) -> Storey:

@@ -25,8 +25,10 @@ from typing import Final, Literal
 
 import numpy as np
 
+from houseexpo.tolerances import SAME_M
 from pipeline.sources.homes.values import Rect
 from pipeline.sources.sound_homes.layout import CONTACT_M, PORCH_WIDTH_M, Column, Rooms, put_column
+from pipeline.sources.sound_homes.limits import LIMITS, MOST_RATIO, distance_from_wishes
 from pipeline.sources.sound_homes.openings import shared_stretches
 from pipeline.sources.sound_homes.programme import draw_area
 from pipeline.sources.sound_homes.stairs import LANDING_M, Stair, StairKind, draw_stair_size
@@ -63,7 +65,15 @@ _WC_M: Final = (1.15, 1.4)
 _WC_DEPTH_M: Final = 1.5
 _BATH_M: Final = (1.65, 2.3)
 _BATH_DEPTH_M: Final = 2.6
-"""A bath that is deeper than this and half a metre leaves a wardrobe of the bedroom beside it at the outer wall."""
+_WARDROBE_FROM_M: Final = 3.5
+"""In a deeper row than this, a bath of the depth above leaves a wardrobe of the bedroom beside it at the outer wall."""
+_UPPER: Final = {"Bathroom": 1.3}
+"""How much larger than in a flat a bath upstairs is."""
+_WAYS: Final = (
+    *("Storage", "Bathroom", "Bedroom", "Bathroom Bedroom", "Bathroom Bedroom", "Bathroom Storage"),
+    *("Storage Bathroom", "Bathroom Storage Bedroom", "Bathroom Bedroom Bedroom", "Bedroom Bedroom"),
+)
+"""What may lie between the stair and an outer wall, from the stair outwards, each as likely where it fits."""
 _TWO_BATHS_M: Final = 9.0
 """The length of a house from which on a storey may have two baths."""
 _BED_M: Final = (2.7, 4.4)
@@ -106,7 +116,7 @@ class _Ground:
     """A ground floor: the columns of its south row, and where they start in the west, ``starts``."""
 
     def __init__(self, programme: Programme, rng: np.random.Generator) -> None:
-        self.kind, self.wall_m, self.rng = programme.kind, programme.inner_m, rng
+        self.programme, self.kind, self.wall_m, self.rng = programme, programme.kind, programme.inner_m, rng
         self.rooms = Rooms(["Hallway"], [0.0])
         turns: list[StairKind] = ["half", "half", "quarter", "straight"]
         self.turn: StairKind = "half" if programme.storeys > 2 else turns[int(rng.integers(len(turns)))]
@@ -128,7 +138,8 @@ class _Ground:
         self.office = None if self.from_west or rng.random() > _OFFICE[self.kind] else self.add("Office")
         self.is_deep = self.kind != "row house" and self.rng.random() < _DEEP
         last = self.deep_living() if self.is_deep else self.last(in_kitchen=in_kitchen)
-        self.row = [*self.study(), *self.middle(in_kitchen=in_kitchen and not self.is_deep), last]
+        in_kitchen = self.kitchen in last.rooms and len(last.rooms) > 1
+        self.row = [*self.study(), *self.middle(in_kitchen=in_kitchen), last]
         self.starts: list[float] = np.cumsum([0.0, *(column.width_m for column in self.row)]).tolist()
 
     def add(self, label: str, size: float = 1.0) -> int:
@@ -138,11 +149,11 @@ class _Ground:
         return max(self.rooms.areas[room] / depth_m, least_m) + self.wall_m
 
     def study(self) -> list[Column]:
-        return (
-            []
-            if self.office is None
-            else [Column([self.office], [1.0], self.width(self.office, self.full_m - self.wall_m, _OFFICE_M))]
-        )
+        if self.office is None:
+            return []
+        deep = self.full_m - self.wall_m
+        least = max(_OFFICE_M, deep / LIMITS["Office"].aspect)
+        return [Column([self.office], [1.0], self.width(self.office, deep, least))]
 
     def middle(self, *, in_kitchen: bool) -> list[Column]:
         """Return stair, entry and what is wet between the west wall and the kitchen (F1, F2)."""
@@ -157,29 +168,30 @@ class _Ground:
         return [wet, self.entry, self.stair] if self.rng.random() < 0.5 else [self.stair, self.entry, wet]
 
     def last(self, *, in_kitchen: bool) -> Column:
-        """Return the kitchen's column, which ends the corridor (F2)."""
+        """Return the kitchen's column, which ends the corridor (F2), with a toilet if that is not too large."""
         spare = float(self.rng.uniform(*_SPARE_M))
-        if not in_kitchen:
-            return Column(
-                [self.kitchen], [1.0], self.width(self.kitchen, self.full_m - self.wall_m, _KITCHEN_M) + spare
-            )
-        share = (_WC_DEPTH_M + self.wall_m) / self.full_m
-        wide = self.width(self.kitchen, (1 - share) * self.full_m - self.wall_m, _KITCHEN_M) + spare
-        return Column([self.add("Toilet"), self.kitchen], [share, 1 - share], wide)
+        if in_kitchen:
+            share = (_WC_DEPTH_M + self.wall_m) / self.full_m
+            wide = self.width(self.kitchen, (1 - share) * self.full_m - self.wall_m, _KITCHEN_M) + spare
+            toilet_m2 = draw_area("Toilet", self.rng)
+            if (wide - self.wall_m) * _WC_DEPTH_M <= MOST_RATIO * toilet_m2:
+                return Column([self.rooms.add("Toilet", toilet_m2), self.kitchen], [share, 1 - share], wide)
+        return Column([self.kitchen], [1.0], self.width(self.kitchen, self.full_m - self.wall_m, _KITCHEN_M) + spare)
 
     def deep_living(self) -> Column:
         """Return the column of a living room that takes the whole depth of the house (F6), without the north row."""
         living = self.add("Living_Room", _LIVING[self.kind])
         return Column([living], [1.0], self.width(living, self.full_m + _NORTH_M[0], _LIVING_M))
 
-    def lay_out(self) -> tuple[Frame, Layout]:
+    def lay_out(self) -> tuple[Frame, Layout] | None:
         if self.is_deep:
             return self.lay_out_deep()
-        dining = self.add("Dining_Room") if self.rng.random() < _DINING[self.kind] else None
-        living = self.add("Living_Room", _LIVING[self.kind])
-        asked = self.rooms.areas[living] + (self.rooms.areas[dining] if dining else 0.0)
-        length = self.starts[-1]
-        north = min(max(asked / (length - self.wall_m), _NORTH_M[0]), _NORTH_M[1]) + self.wall_m
+        living, length = self.add("Living_Room", _LIVING[self.kind]), self.starts[-1]
+        asked, clear = self.rooms.areas[living], length - self.wall_m
+        too_long = clear > LIMITS["Living_Room"].aspect * min(max(asked / clear, _NORTH_M[0]), _NORTH_M[1])
+        dining = self.add("Dining_Room") if too_long or self.rng.random() < _DINING[self.kind] else None
+        asked += 0.0 if dining is None else self.rooms.areas[dining]
+        north = min(max(asked / clear, _NORTH_M[0]), _NORTH_M[1]) + self.wall_m
         frame = self.frame(north)
         cells: list[Cell] = []
         entrance = self.put_row(cells)
@@ -189,9 +201,17 @@ class _Ground:
         cells.append(Cell((0.0, top, split, top + north + forward), living))
         if dining is not None:
             cells.append(Cell((split, top, length, top + north), dining))
-        joins = tuple(self.joins(tuple(cells), living, dining))
+        return self.with_joins(frame, tuple(cells), entrance, living, dining)
+
+    def with_joins(
+        self, frame: Frame, cells: tuple[Cell, ...], entrance: tuple[int, Side], living: int, dining: int | None
+    ) -> tuple[Frame, Layout] | None:
+        """Return the layout of these cells, or None if a room breaks a limit."""
         labels, areas = tuple(self.rooms.labels), tuple(self.rooms.areas)
-        return frame, Layout(labels, areas, tuple(cells), joins, entrance, stair_up=frame.stair)
+        if distance_from_wishes(labels, areas, cells, self.programme) is None:
+            return None
+        joins = tuple(self.joins(cells, living, dining))
+        return frame, Layout(labels, areas, cells, joins, entrance, stair_up=frame.stair)
 
     def frame(self, north_m: float) -> Frame:
         """Return what the storeys above keep; ``north_m`` is the depth of the north row."""
@@ -202,7 +222,7 @@ class _Ground:
         stair = Stair(self.turn, (self.starts[place], 0.0, self.starts[place + 1], self.south_m), foot)
         return Frame(self.starts[-1], self.south_m, self.corridor_m, north_m, self.wall_m, stair)
 
-    def lay_out_deep(self) -> tuple[Frame, Layout]:
+    def lay_out_deep(self) -> tuple[Frame, Layout] | None:
         """Return a ground floor whose kitchen and dining room lie in the north row, beside the living room (F6)."""
         (living,) = self.row[-1].rooms
         end, length, wall = self.starts[-2], self.starts[-1], self.wall_m
@@ -219,9 +239,7 @@ class _Ground:
         split = end * asked[0] / sum(asked) if len(found) > 1 else end
         for room, (x1, x2) in zip(found, ((0.0, split), (split, end)), strict=False):
             cells.append(Cell((x1, self.full_m, x2, self.full_m + north), room))
-        joins = tuple(self.joins(tuple(cells), living, dining))
-        labels, areas = tuple(self.rooms.labels), tuple(self.rooms.areas)
-        return frame, Layout(labels, areas, tuple(cells), joins, entrance, stair_up=frame.stair)
+        return self.with_joins(frame, tuple(cells), entrance, living, dining)
 
     def put_row(self, cells: list[Cell]) -> tuple[int, Side]:
         """Add the cells of the south row and the corridor; return where the front door is."""
@@ -277,9 +295,11 @@ class _Ground:
                 yield Join(HALL if room == self.hall or adjoin(HALL, room) else self.hall, room)
 
 
-def lay_out_upper(frame: Frame, below: Layout, rng: np.random.Generator, *, ends: bool) -> Layout | None:
+def lay_out_upper(
+    frame: Frame, below: Layout, programme: Programme, rng: np.random.Generator, *, ends: bool
+) -> Layout | None:
     """Return one try of an upper storey over ``below``, the last if it ``ends`` the house; None if it does not fit."""
-    return _Upper(frame, rng).lay_out(below, ends=ends)
+    return _Upper(frame, rng).lay_out(below, programme, ends=ends)
 
 
 class _Upper:
@@ -293,22 +313,24 @@ class _Upper:
         self.deeper: set[int] = set()
 
     def add(self, label: str) -> int:
-        return self.rooms.add(label, draw_area(label, self.rng))
+        return self.rooms.add(label, draw_area(label, self.rng) * _UPPER.get(label, 1.0))
 
-    def lay_out(self, below: Layout, *, ends: bool) -> Layout | None:
+    def lay_out(self, below: Layout, programme: Programme, *, ends: bool) -> Layout | None:
         frame, rooms, cells = self.frame, self.rooms, self.cells
         x1, _, x2, _ = frame.stair.rect
-        left, right = self.beside_stair(x1), self.beside_stair(frame.length_m - x2)
-        if left is None or right is None:
+        widths, most = (x1, frame.length_m - x2), 1 + (frame.length_m > _TWO_BATHS_M)
+        left = self.beside_stair(widths[0], 0 if widths[1] > SAME_M else 1, most)
+        if left is None:
+            return None
+        number = len(rooms.of("Bathroom"))
+        right = self.beside_stair(widths[1], max(1 - number, 0), most - number)
+        if right is None:
             return None
         south, north = [*left[::-1], Column([self.void], [1.0], x2 - x1), *right], self.bedrooms()
-        baths = rooms.of("Bathroom")
-        if not 1 <= len(baths) <= 1 + (frame.length_m > _TWO_BATHS_M):
-            return None
         south_x, north_x = (np.cumsum([0.0, *(each.width_m for each in row)]).tolist() for row in (south, north))
-        west = self.corridor_end((south[0], north[0]), 0.0, (south_x[1], north_x[1]))
-        east = self.corridor_end((south[-1], north[-1]), frame.length_m, (south_x[-2], north_x[-2]))
-        if west is None or east is None or west > x1 + 1e-6 or east < x2 - 1e-6:
+        west = self.corridor_end((south[0], north[0]), (0.0, x1), (south_x[1], north_x[1]))
+        east = self.corridor_end((south[-1], north[-1]), (frame.length_m, x2), (south_x[-2], north_x[-2]))
+        if west is None or east is None:
             return None
         top = frame.corridor_top_m
         for k, column in enumerate(south):
@@ -318,39 +340,48 @@ class _Upper:
             low = frame.south_m if column.rooms[0] in self.deeper else top
             put_column(cells, column, (north_x[k], low, north_x[k + 1], top + frame.north_m), up=True)
         cells.append(Cell((west, frame.south_m, east, top), HALL))
-        if not all(_is_over_pipes(cells, room, below) for room in baths):  # F4
+        if not all(_is_over_pipes(cells, room, below) for room in rooms.of("Bathroom")):  # F4
+            return None
+        if distance_from_wishes(rooms.labels, rooms.areas, cells, programme) is None:
             return None
         inside = [room for room in range(1, len(rooms.labels)) if room != self.void]
         joins = tuple(Join(rooms.behind.get(room, HALL), room) for room in inside)
         stairs = None if ends else frame.stair, frame.stair
         return Layout(tuple(rooms.labels), tuple(rooms.areas), tuple(cells), joins, None, *stairs)
 
-    def beside_stair(self, width_m: float) -> list[Column] | None:
-        """Return the columns between the stair and an outer wall, from the stair outwards (F3); None if none fit."""
-        if width_m < 1e-6:
+    def beside_stair(self, width_m: float, least: int, most: int) -> list[Column] | None:
+        """Return the columns between the stair and an outer wall, from the stair outwards (F3); None if none fit.
+
+        They have ``least`` to ``most`` baths.
+        """
+        if width_m < SAME_M:
             return []
         wall, deep = self.frame.wall_m, self.frame.south_m - self.frame.wall_m
-        bath_m = min(max(draw_area("Bathroom", self.rng) / deep, _BATH_M[0]), _BATH_M[1]) + wall
-        clear, rest = width_m - wall, width_m - bath_m - wall
-        most = _STORE_M2 / deep
-        ways = [
-            *(["Storage"] if _STORE_M <= clear <= most else []),
-            *(["Bathroom"] if _BATH_M[0] <= clear <= _BATH_M[1] + 0.4 else []),
-            *(["Bedroom"] if _BED_M[0] <= clear <= _BED_M[1] else []),
-            *(["Bathroom Bedroom"] * 2 if _BED_M[0] <= rest <= _BED_M[1] else []),
-            *(["Bathroom Storage", "Storage Bathroom"] if _STORE_M <= rest <= most else []),
-        ]
+        bath_m = min(max(draw_area("Bathroom", self.rng) / deep, _BATH_M[0]), _BATH_M[1])
+        fixed = {"Bathroom": bath_m + wall, "Storage": _STORE_M + wall}
+        limits = {
+            "Bedroom": _BED_M,
+            "Storage": (_STORE_M, _STORE_M2 / deep),
+            "Bathroom": _BATH_M,
+        }
+        ways: list[tuple[list[str], dict[str, float]]] = []
+        for way in _WAYS:
+            names = way.split()
+            last = next(name for name in limits if name in names)
+            rest = width_m - sum(fixed[name] for name in names if name != last)
+            each = rest / names.count(last)
+            if least <= names.count("Bathroom") <= most and limits[last][0] <= each - wall <= limits[last][1]:
+                ways.append((names, {**fixed, last: each}))
         if not ways:
             return None
-        names = ways[int(self.rng.integers(len(ways)))].split()
-        widths = [width_m] if len(names) == 1 else [bath_m if name == "Bathroom" else rest + wall for name in names]
+        names, widths = ways[int(self.rng.integers(len(ways)))]
         rooms = [self.add(self.sleeping() if name == "Bedroom" else name) for name in names]
-        found = [Column([room], [1.0], width) for room, width in zip(rooms, widths, strict=True)]
-        if names == ["Bathroom", "Bedroom"] and deep > _BATH_DEPTH_M + 0.5 and self.rng.random() < 0.8:
+        found = [Column([room], [1.0], widths[name]) for room, name in zip(rooms, names, strict=True)]
+        if names == ["Bathroom", "Bedroom"] and deep > _WARDROBE_FROM_M + wall and self.rng.random() < 0.8:
             share = (_BATH_DEPTH_M + wall) / self.frame.south_m
             wardrobe = self.rooms.add("Wardrobe", 2.5)
             self.rooms.behind[wardrobe] = rooms[1]
-            found[0] = Column([rooms[0], wardrobe], [share, 1 - share], bath_m)
+            found[0] = Column([rooms[0], wardrobe], [share, 1 - share], bath_m + wall)
         return found
 
     def sleeping(self) -> str:
@@ -368,24 +399,30 @@ class _Upper:
             for label, part in zip(labels, parts, strict=True)
         ]
 
-    def corridor_end(self, columns: tuple[Column, Column], outer: float, inner: tuple[float, float]) -> float | None:
-        """Return where the corridor ends (F5) at an outer wall; the last columns of the rows end at ``inner``."""
+    def corridor_end(
+        self, columns: tuple[Column, Column], between: tuple[float, float], inner: tuple[float, float]
+    ) -> float | None:
+        """Return where the corridor ends (F5): ``between`` an outer wall and the stair, or at it.
+
+        The last columns of the rows, south and north, end at ``inner``.
+        """
         frame, rooms = self.frame, self.rooms
+        outer, stair = between
+        store = abs(outer - float(self.rng.uniform(*_END_M)) - frame.wall_m)
         takes = [len(column.rooms) == 1 and rooms.labels[column.rooms[0]] in _SLEEP for column in columns]
-        ways = ["wall", "store", *(["south"] * 2 if takes[0] else []), *(["north"] * 2 if takes[1] else [])]
-        way = ways[int(self.rng.integers(len(ways)))]
-        if way == "wall":
-            return outer
+        ways = [("wall", outer), ("store", store)]
+        ways += [(way, end) for way, end, may in zip(("south", "north"), inner, takes, strict=True) if may] * 2
+        ways = [(way, end) for way, end in ways if abs(end - outer) <= abs(stair - outer) + SAME_M]
+        way, end = ways[int(self.rng.integers(len(ways)))]
         if way == "store":
-            at = abs(outer - float(self.rng.uniform(*_END_M)) - frame.wall_m)
-            ends = sorted((outer, at))
+            ends = sorted((outer, end))
             self.cells.append(Cell((ends[0], frame.south_m, ends[1], frame.corridor_top_m), self.add("Storage")))
-            return at
-        taken = columns[way == "north"].rooms[0]
-        if taken in self.deeper:
-            return None
-        self.deeper.add(taken)
-        return inner[way == "north"]
+        elif way != "wall":
+            taken = columns[way == "north"].rooms[0]
+            if taken in self.deeper:
+                return None
+            self.deeper.add(taken)
+        return end
 
 
 def _is_over_pipes(cells: Sequence[Cell], room: int, below: Layout) -> bool:

@@ -31,6 +31,7 @@ from typing import Final, Literal, NamedTuple, TypeAlias
 import numpy as np
 
 from pipeline.sources.homes.values import Rect
+from pipeline.sources.sound_homes.limits import LIMITS, distance_from_wishes
 from pipeline.sources.sound_homes.openings import shared_stretches
 from pipeline.sources.sound_homes.values import ENTRYWAY, HALL, OUTDOORS, Cell, Join, Layout, Programme, Side, pick
 
@@ -56,20 +57,22 @@ _BED_M: Final = 2.75
 _FIXED: Final = frozenset({"Toilet", "Storage", "Bathroom"})
 _ENTRY_M: Final = (1.2, 1.4)
 _VESTIBULE_M: Final = (1.35, 1.7)
-_SMALL_VESTIBULES: Final = 0.4
+_SMALL_VESTIBULES: Final = 0.6
 """The depth of a small vestibule, before a part of the hall, and how often one that does not lie back is so small."""
 _NORTH_M: Final = {"studio": (2.6, 3.3), "whole": (3.5, 4.7), "beside": (3.5, 4.7), "behind": (3.6, 4.7)}
 """The depth of the north row, by where the day rooms lie."""
 _PATIO_M: Final = (2.8, 4.2)
 _PATIOS: Final = 0.4
-_STRETCH: Final = 1.3
-"""The largest ratio of the lengths of two rows that are made alike (L5)."""
+_STRETCH: Final = 0.5
+"""By how much of their width columns may be stretched so that two rows are as long (L5)."""
 _ALIKE: Final = 0.12
 """Logarithm of the ratio of the lengths of rows that are alike before they are stretched."""
-_TRIED_FORMS: Final = 6
-"""So many forms are drawn until the rows fit."""
+_FORMS: Final = 180
+"""So many forms are drawn of one home at most."""
+_FIRST_FORMS: Final = 30
+"""So many are drawn of a home whose rooms keep their limits in none of them."""
 _RECESS_M: Final = (1.6, 4.5)
-_EAT_IN_M2: Final = 10.0
+_EAT_IN_M2: Final = 9.5
 """Where people can eat in the kitchen, it may be the way to the living room (L2)."""
 CONTACT_M: Final = 1.1
 """What a door and its jambs take of a wall between two rooms, metres."""
@@ -78,12 +81,12 @@ PORCH_WIDTH_M: Final = 1.05
 """What is free between the outer walls beside a front door that lies back."""
 _LEAST_ENTRY_M: Final = 1.2
 """The least depth of an entry that lies back."""
-_WC_M: Final = (1.03, 1.35)
-_WC_AT_HALL_M: Final = (1.35, 1.45)
-"""The widths of a toilet; beside a vestibule it is wide enough for a door to the corridor."""
+_WC_M: Final = (1.0, 1.25)
+_WC_AT_HALL_M: Final = (1.2, 1.35)
+"""The clear widths of a toilet; beside a vestibule it is wide enough for a door to the corridor."""
 _STORE_M: Final = (0.6, 2.2)
 """The least and the largest depth of a store at the corridor's end, metres (L4)."""
-_CUPBOARDS: Final = 0.6
+_CUPBOARDS: Final = 0.45
 """How often it is a cupboard, of the least depth."""
 _SMALL_STORE_M2: Final = 1.8
 """A store that asks for less takes the place of a wardrobe behind the toilet."""
@@ -91,21 +94,27 @@ _SMALL_STORE_M2: Final = 1.8
 
 Day: TypeAlias = Literal["whole", "beside", "behind"]
 """Where the day rooms lie (L2)."""
-_DAYS: Final[dict[bool, dict[Day, float]]] = {
-    False: {"whole": 0.65, "beside": 0.35},
-    True: {"beside": 0.1, "behind": 0.9},
+_DAYS: Final[dict[str, dict[Day, float]]] = {
+    "dining": {"behind": 0.95, "beside": 0.05},
+    "eat-in": {"whole": 0.9, "beside": 0.1},
+    "small": {"whole": 0.55, "beside": 0.45},
 }
-"""The shares of these, by whether there is a dining room; a kitchen alone is too short for a living room behind it."""
+"""The shares of these with a dining room, a kitchen to eat in, or neither; a kitchen alone is too short for a living
+room behind it."""
 
 
 @dataclass
 class Column:
-    """A piece of a row: rooms from the corridor outwards, each with its share of the depth; a width, metres."""
+    """A piece of a row: rooms from the corridor outwards, each with its share of the depth; a width, metres.
+
+    It may be stretched, or become narrower by its slack (L5).
+    """
 
     rooms: list[int]
     shares: list[float]
     width_m: float
     stretches: bool = True
+    slack_m: float = 0.0
 
 
 @dataclass
@@ -139,29 +148,38 @@ def draw_days(programme: Programme, rng: np.random.Generator) -> list[Day]:
     """Return where the day rooms may lie, first what the home is to have (L2)."""
     if programme.kind == "studio":
         return ["whole"]
-    shares = _DAYS[any(each.label == "Dining_Room" for each in programme.rooms)]
+    rooms = _rooms(programme)
+    eats = "eat-in" if rooms.areas[rooms.of("Kitchen")[0]] > _EAT_IN_M2 else "small"
+    shares = _DAYS["dining" if rooms.of("Dining_Room") else eats]
     days = list(shares)
     return [days[k] for k in rng.choice(len(days), len(days), replace=False, p=list(shares.values())).tolist()]
 
 
-def lay_out_rooms(programme: Programme, day: Day, rng: np.random.Generator) -> Layout | None:
-    """Return one try of a layout, or None if the rooms do not fit together."""
-    for _ in range(_TRIED_FORMS):
-        rooms = _rooms(programme)
-        form = _draw_form(programme, rooms, day, rng)
-        rows = _share_out(rooms, form, rng)
-        start = _fit(rows, form)
-        if start is not None:
-            break
-    else:
-        return None
-    placed = _place(rooms, rows, form, start, rng)
+def lay_out_rooms(programme: Programme, day: Day, rng: np.random.Generator) -> Iterator[Layout]:
+    """Yield layouts whose rooms keep their limits; there are none where none of the first forms has one."""
+    found = 0
+    for tried in range(_FORMS):
+        if tried == _FIRST_FORMS and not found:
+            return
+        layout = _lay_out_form(programme, day, rng)
+        if layout is not None:
+            found += 1
+            yield layout
+
+
+def _lay_out_form(programme: Programme, day: Day, rng: np.random.Generator) -> Layout | None:
+    """Return one try of a layout, or None if the rooms do not fit together or break a limit."""
+    rooms = _rooms(programme)
+    form = _draw_form(programme, rooms, day, rng)
+    rows = _share_out(rooms, form, rng)
+    start = _fit(rows, form)
+    placed = None if start is None else _place(rooms, rows, form, start, rng)
     if placed is None:
         return None
-    cells, entrance = placed
-    return Layout(
-        tuple(rooms.labels), tuple(rooms.areas), tuple(cells), tuple(_joins(rooms, tuple(cells), form)), entrance
-    )
+    cells, entrance = tuple(placed[0]), placed[1]
+    if distance_from_wishes(rooms.labels, rooms.areas, cells, programme) is None:
+        return None
+    return Layout(tuple(rooms.labels), tuple(rooms.areas), cells, tuple(_joins(rooms, cells, form)), entrance)
 
 
 class _Form(NamedTuple):
@@ -207,7 +225,7 @@ def _draw_form(programme: Programme, rooms: Rooms, day: Day, rng: np.random.Gene
     lit = "south" in light
     beds = sum(label in _BEDS for label in rooms.labels)
     eats_south = day == "beside" and bool(rooms.of("Dining_Room"))
-    service = not lit or (not eats_south and bool(rng.random() < 0.5))  # L3
+    service = not lit or (not eats_south and day != "behind" and bool(rng.random() < 0.5))  # L3
     north = float(rng.uniform(*_NORTH_M["studio" if studio else day])) + wall
     south = 0.0 if studio else float(rng.uniform(1.8, 2.4) if service else rng.uniform(2.6, 3.3)) + wall
     if day == "behind":
@@ -233,12 +251,12 @@ def _draw_form(programme: Programme, rooms: Rooms, day: Day, rng: np.random.Gene
         entry=entry,
         entry_m=PORCH_WIDTH_M + 2 * programme.outer_m if porch else float(rng.uniform(*_ENTRY_M)) + wall,
         ends_in_bedroom=ends_in_bedroom,
-        recess=free and bool(rng.random() < 0.5),
+        recess=(free or kind in _FLATS) and bool(rng.random() < 0.5),
         porch=porch,
         vestibule=programme.vestibule,
         open=kind != "practice" and (studio or bool(rng.random() < 0.8)),
         through=day == "behind" or bool(rng.random() < 0.9),
-        off_living=kind in _OFF_LIVING and bool(rng.random() < (0.42 if beds > 1 else 0.1)),
+        off_living=kind in _OFF_LIVING and bool(rng.random() < (0.36 if beds > 1 else 0.1)),
         bump_m=(pick(bumps, rng), 0.0 if rooms.of("Garage") else pick(bumps, rng)),
         patio_m=float(rng.uniform(*_PATIO_M)) if free and rng.random() < _PATIOS else 0.0,
     )
@@ -272,9 +290,11 @@ def _share_out(rooms: Rooms, form: _Form, rng: np.random.Generator) -> _Rows:
     """Share the rooms out among the rows; rooms to sleep and work in go where there is place (L5)."""
 
     def column(room: int, depth_m: float) -> Column:
-        label = rooms.labels[room]
-        width = max(rooms.areas[room] / (depth_m - form.wall_m), _LEAST_M.get(label, _BED_M))
-        return Column([room], [1.0], width + form.wall_m, label not in _FIXED)
+        label, deep = rooms.labels[room], depth_m - form.wall_m
+        least = max(_LEAST_M.get(label, _BED_M), deep / LIMITS[label].aspect)
+        width = max(rooms.areas[room] / deep, least)
+        is_fixed = label in _FIXED
+        return Column([room], [1.0], width + form.wall_m, not is_fixed, 0.0 if is_fixed else width - least)
 
     kitchen = rooms.of("Kitchen")[0]
     below = [*rooms.of("Dining_Room"), kitchen] if form.kitchen == "day" else []
@@ -292,9 +312,10 @@ def _share_out(rooms: Rooms, form: _Form, rng: np.random.Generator) -> _Rows:
         return rows
     wet = _wet_columns(rooms, form, column, rng)
     entry = _entry_columns(rooms, form, rng)
-    groups = [[*entry, *wet] if rng.random() < 0.5 else [*wet, *entry]]
+    groups = [[*entry, *wet[::-1]] if rng.random() < 0.5 else [*wet, *entry]]
     masters = sorted(set(rooms.behind.values()))
-    rows.north = [column(room, form.north_m) for room in masters]
+    end_m = form.north_m + (form.corridor_m if form.ends_in_bedroom else 0.0)
+    rows.north = [column(room, form.north_m if k else end_m) for k, room in enumerate(masters)]
     own = [column(room, form.south_m) for room in sorted(rooms.behind)]
     ends = [kitchen] if form.kitchen == "north" else []
     last = [column(room, form.north_m) for room in ends]
@@ -310,32 +331,46 @@ def _share_out(rooms: Rooms, form: _Form, rng: np.random.Generator) -> _Rows:
     sleep = [room for label in sorted(_SLEEP) for room in rooms.of(label) if room not in masters]
     sleep = rng.permutation(sleep).tolist()
     places = [(column(room, form.north_m), column(room, form.south_m)) for room in sleep]
-    widths = [(up.width_m, down.width_m) for up, down in places]
     ways = [(False,) * len(sleep)] if form.service else _two_rows(len(sleep))
-
-    def unlike(in_south: tuple[bool, ...]) -> float:
-        north, south = 0.0, 0.0
-        for (up, down), low in zip(widths, in_south, strict=True):
-            if low:
-                south += down
-            else:
-                north += up
-        return abs(math.log(max(one + north, 1.0) / max(other + south, 1.0)))
-
-    unlikes = [unlike(way) for way in ways]
-    most = max(_ALIKE, min(unlikes))
-    alike = [way for way, value in zip(ways, unlikes, strict=True) if value <= most]
-    for (up, down), low in zip(places, alike[int(rng.integers(len(alike)))], strict=True):
+    widths = [(up.width_m, down.width_m) for up, down in places]
+    for (up, down), low in zip(places, _draw_way(ways, widths, (one, other), rng), strict=True):
         if low:
             groups.append([down])
         else:
             rows.north.append(up)
+    if rows.north and not masters:
+        rows.north[0] = column(rows.north[0].rooms[0], end_m)
     rows.north += last
     order = rng.permutation(len(groups)).tolist()
     if form.ends_in_bedroom and not own:  # a room below that bedroom reaches beyond it to the corridor
         order.sort(key=lambda k: -groups[k][0].width_m if k else 0.0)
     rows.south = [*own, *(each for k in order for each in groups[k]), *east]
     return rows
+
+
+def _draw_way(
+    ways: list[tuple[bool, ...]],
+    widths: list[tuple[float, float]],
+    taken: tuple[float, float],
+    rng: np.random.Generator,
+) -> tuple[bool, ...]:
+    """Return a way to put rooms of the given widths into two rows that makes the rows nearly as long as any way does.
+
+    ``widths`` are those in the north and in the south, ``taken`` what other rooms take of the two rows.
+    """
+
+    def unlike(in_south: tuple[bool, ...]) -> float:
+        north, south = taken
+        for (up, down), low in zip(widths, in_south, strict=True):
+            if low:
+                south += down
+            else:
+                north += up
+        return abs(math.log(max(north, 1.0) / max(south, 1.0)))
+
+    unlikes = [unlike(way) for way in ways]
+    most = max(_ALIKE, min(unlikes))
+    return pick([way for way, value in zip(ways, unlikes, strict=True) if value <= most], rng)
 
 
 def _entry_columns(rooms: Rooms, form: _Form, rng: np.random.Generator) -> list[Column]:
@@ -364,7 +399,10 @@ def _wet_columns(
         stores = [room for room in stores if room not in small]
         closet = small[0] if small else rooms.add("Wardrobe", 0.0)
         columns += [column(room, form.south_m) for room in stores]
-        return [*columns, Column([toilets[0], closet], [share, 1 - share], float(rng.uniform(*wide)), False)]
+        return [
+            *columns,
+            Column([toilets[0], closet], [share, 1 - share], float(rng.uniform(*wide)) + form.wall_m, False),
+        ]
     return [*columns, *(column(room, form.south_m) for room in [*toilets, *stores])]
 
 
@@ -376,7 +414,7 @@ def _fit(rows: _Rows, form: _Form) -> float | None:
     one, other = (sum(column.width_m for column in row) for row in (north, south))
     start = 0.0
     if form.south_m:
-        if form.recess and _RECESS_M[0] < one - other < _RECESS_M[1] and not form.ends_in_bedroom:
+        if form.recess and _RECESS_M[0] < one - other < _RECESS_M[1]:
             start = one - other
         elif not _stretch(north, south):
             return None
@@ -386,18 +424,22 @@ def _fit(rows: _Rows, form: _Form) -> float | None:
 
 
 def _stretch(one: list[Column], other: list[Column]) -> bool:
-    """Stretch the columns of two rows that may be, so that both are as long; return whether they are."""
-    lengths = [sum(column.width_m for column in row) for row in (one, other)]
-    if not min(lengths) or max(lengths) > _STRETCH * min(lengths):
+    """Stretch and compress the columns of two rows, so that both are as long; return whether they are."""
+    rows = one, other
+    lengths = [sum(column.width_m for column in row) for row in rows]
+    slacks = [sum(column.slack_m for column in row) for row in rows]
+    frees = [sum(column.width_m for column in row if column.stretches) for row in rows]
+    least = max(length - slack for length, slack in zip(lengths, slacks, strict=True))
+    most = min(length + _STRETCH * free for length, free in zip(lengths, frees, strict=True))
+    if least > most:
         return False
-    goal = float(np.sqrt(lengths[0] * lengths[1]))
-    for row, length in zip((one, other), lengths, strict=True):
-        free = sum(column.width_m for column in row if column.stretches)
-        if free + goal - length < 0.75 * free or not free:
-            return False
+    goal = min(max(math.sqrt(lengths[0] * lengths[1]), least), most)
+    for row, length, slack, free in zip(rows, lengths, slacks, frees, strict=True):
         for column in row:
-            if column.stretches:
-                column.width_m *= (free + goal - length) / free
+            if goal < length:
+                column.width_m += column.slack_m * (goal - length) / slack
+            elif column.stretches and free:
+                column.width_m *= 1 + (goal - length) / free
     return True
 
 
@@ -411,9 +453,9 @@ def _place(
     if not rows.north or not rows.north[0].rooms:
         return None
     if form.ends_in_bedroom:  # L4
-        if rooms.labels[rows.north[0].rooms[0]] not in _SLEEP:
+        west = _bedroom_end_m(rooms, rows, form, start)
+        if rooms.behind and not west:
             return None
-        west = rows.north[0].width_m
     for place, column in enumerate(rows.north):
         put_column(cells, column, (x, low if west and not place else high, x + column.width_m, top), up=True)
         x += column.width_m
@@ -437,7 +479,7 @@ def _place(
     for column in rows.day:
         put_column(cells, column, (x, -south_bump, x + column.width_m, form.day_south_m), up=False)
         x += column.width_m
-    if not form.ends_in_bedroom and form.entry:
+    if not west and form.entry:
         west = _store_m(rows, form, start, rng)
         if west:
             cells.append(Cell((0.0, low, west, high), _store(rooms, rows)))
@@ -447,6 +489,19 @@ def _place(
         return None
     cells.append(Cell((west, low, day, high), HALL))
     return cells, entrance
+
+
+def _bedroom_end_m(rooms: Rooms, rows: _Rows, form: _Form, start: float) -> float:
+    """Return where the corridor ends at a bedroom; 0 where that would part a room from the corridor (L4)."""
+    west, x = rows.north[0].width_m, start
+    if rooms.labels[rows.north[0].rooms[0]] not in _SLEEP:
+        return 0.0
+    for column in rows.south:
+        end = x + column.width_m
+        if column.rooms[0] not in rooms.behind and end - max(x, west) < min(CONTACT_M + form.wall_m, column.width_m):
+            return 0.0
+        x = end
+    return west
 
 
 def put_column(cells: list[Cell], column: Column, rect: Rect, *, up: bool) -> None:
@@ -484,7 +539,7 @@ def _store_m(rows: _Rows, form: _Form, start: float, rng: np.random.Generator) -
     least = _STORE_M[0] + form.wall_m
     if free < least or rng.random() < _CUPBOARDS:
         return least if free >= least else 0.0
-    return free
+    return float(rng.uniform(least, free))
 
 
 def _store(rooms: Rooms, rows: _Rows) -> int:
@@ -516,7 +571,10 @@ def _joins(rooms: Rooms, cells: tuple[Cell, ...], form: _Form) -> Iterator[Join]
         if adjoin(HALL, room) and (form.through or (room == kitchen and not form.open))
     ]
     yield from (Join(HALL, room) for room in through)
-    fit = {*dining, kitchen} if form.open and rooms.areas[kitchen] > _EAT_IN_M2 else {*dining}
+    wide, deep = next(
+        (x2 - x1 - form.wall_m, y2 - y1 - form.wall_m) for (x1, y1, x2, y2), room in cells if room == kitchen
+    )
+    fit = {*dining, kitchen} if form.open and wide * deep > _EAT_IN_M2 else {*dining}
     by_kitchen = form.through and any(room in fit for room in through) and adjoin(through[0], living)
     if not by_kitchen:
         yield Join(HALL, living)

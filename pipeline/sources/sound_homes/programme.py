@@ -31,9 +31,9 @@ AREAS: Final = {
     "Office": _Area(11.0, 0.22, 7.5, 18.0),
     "Bathroom": _Area(3.3, 0.39, 2.6, 8.0),
     "Toilet": _Area(1.7, 0.15, 1.55, 2.6),
-    "Storage": _Area(2.4, 1.15, 0.7, 8.0),
+    "Storage": _Area(2.3, 1.35, 0.6, 8.2),
     "Wardrobe": _Area(3.6, 0.25, 2.4, 6.0),
-    "Balcony": _Area(6.8, 0.8, 2.0, 27.0),
+    "Balcony": _Area(6.5, 0.8, 2.0, 27.0),
     "Terrace": _Area(14.0, 0.35, 8.0, 28.0),
     "Garage": _Area(20.0, 0.1, 17.0, 26.0),
 }
@@ -61,22 +61,24 @@ STOREYS: Final = {"row house": {2: 0.7, 3: 0.3}, "house": {2: 0.9, 3: 0.1}, "vil
 """The kinds with several storeys, and the shares of homes with so many."""
 
 _BEDROOMS: Final = {
-    "flat": (0.25, 0.37, 0.30, 0.08),
+    "flat": (0.22, 0.36, 0.32, 0.10),
     "bungalow": (0.08, 0.37, 0.40, 0.15),
     "shared flat": (0.0, 0.0, 0.5, 0.35, 0.15),
 }
 """The shares of dwellings with one bedroom, two, ...; that of Swiss Dwellings has 2.26 in the mean."""
 
+_DINING: Final = {("flat", False): 0.5, ("flat", True): 0.88, ("bungalow", True): 0.45}
+"""How often there is a dining room, in dwellings of one bedroom and of more."""
 _SECOND_BALCONIES: Final = 0.3
 _UPPER_BALCONIES: Final = 0.4
 """How often a flat has a second balcony, and a house of several storeys one upstairs; not all find a place."""
 _TWO_BATHS: Final = 4
 """So many bedrooms need two bathrooms."""
-_VESTIBULES: Final = 0.2
+_VESTIBULES: Final = 0.22
 """How often a door parts the entry from the hall."""
 _SLEEP: Final = frozenset({"Bedroom", "Child_Room", "Office"})
 _TWO_SIDED: Final = 3
-"""So many rooms to sleep and work in need light on two sides."""
+"""So many rooms to sleep and work in need light on two sides, as a dining room does."""
 _CORRIDOR_M: Final = (1.1, 1.2)
 _SHORT_HALL_M: Final = (1.4, 1.8)
 _WIDE_HALL_M: Final = (1.5, 2.2)
@@ -100,19 +102,27 @@ def draw_programme(kind: str, rng: np.random.Generator) -> Programme:
     """Return the programme of one home of a kind."""
     draw = {"studio": _studio, "practice": _practice}.get(kind)
     labels = draw(rng) if draw else _outside(rng) if kind in STOREYS else _dwelling(kind, rng)
+    dines = any(label == "Dining_Room" for label, _ in labels)
     rooms = tuple(
-        RoomWish(label, draw_area(label, rng) * _SIZES.get((kind, label), 1.0), behind) for label, behind in labels
+        RoomWish(label, draw_area(label, rng) * _size(kind, label, dines=dines), behind) for label, behind in labels
     )
     inner, outer = float(rng.choice(_INNER_M)), float(rng.choice(_OUTER_M))
-    light = _light(kind, sum(label in _SLEEP for label, _ in labels), rng)
+    light = _light(kind, [label for label, _ in labels], rng)
     return Programme(
         kind, rooms, light, inner, outer, _storeys(kind, rng), bool(rng.random() < _VESTIBULES), _hall(kind, rng)
     )
 
 
+def _size(kind: str, label: str, *, dines: bool) -> float:
+    """Return how much larger a room is than in other dwellings; people without a dining room eat in the kitchen."""
+    if kind in {"flat", "shared flat"} and label == "Kitchen":
+        return 0.93 if dines else 1.25
+    return _SIZES.get((kind, label), 1.0)
+
+
 def _hall(kind: str, rng: np.random.Generator) -> float:
     """Return the width of a hall: a corridor, or a hall in which furniture may stand."""
-    wide = {"practice": 1.0, "studio": 1.0, "flat": 0.21, "shared flat": 0.21, "bungalow": 0.15}.get(kind, 0.0)
+    wide = {"practice": 1.0, "studio": 1.0, "flat": 0.18, "shared flat": 0.18, "bungalow": 0.15}.get(kind, 0.0)
     if rng.random() >= wide:
         return float(rng.uniform(*_CORRIDOR_M))
     return float(rng.uniform(*(_SHORT_HALL_M if kind in {"practice", "studio"} else _WIDE_HALL_M)))
@@ -146,7 +156,7 @@ def _practice(rng: np.random.Generator) -> list[tuple[str, int | None]]:
 def _dwelling(kind: str, rng: np.random.Generator) -> list[tuple[str, int | None]]:
     bedrooms = 1 + int(rng.choice(len(_BEDROOMS[kind]), p=_BEDROOMS[kind]))
     found: list[tuple[str, int | None]] = [("Living_Room", None), ("Kitchen", None)]
-    if bedrooms >= 2 and kind != "shared flat" and rng.random() < {"flat": 0.72}.get(kind, 0.45):
+    if rng.random() < _DINING.get((kind, bedrooms > 1), 0.0):
         found.append(("Dining_Room", None))
     found.append(("Bedroom", None))
     master = len(found) - 1
@@ -175,7 +185,7 @@ def _dwelling(kind: str, rng: np.random.Generator) -> list[tuple[str, int | None
     return found
 
 
-def _light(kind: str, beds: int, rng: np.random.Generator) -> frozenset[Side]:
+def _light(kind: str, labels: list[str], rng: np.random.Generator) -> frozenset[Side]:
     """Return the sides without a party wall; a layout's rooms lie along x, its day rooms at the east end."""
     if kind in {"bungalow", "house", "villa"}:
         return frozenset(SIDES)
@@ -183,7 +193,6 @@ def _light(kind: str, beds: int, rng: np.random.Generator) -> frozenset[Side]:
         return frozenset[Side](("north", "south"))
     if kind == "studio":
         return frozenset[Side](("east",))
-    if beds >= _TWO_SIDED or kind == "practice":
-        return frozenset[Side](("north", "south", "east") if rng.random() < 0.5 else ("north", "south"))
-    sides: list[list[Side]] = [["north"], ["north", "east"], ["north", "south"], ["north", "south", "east"]]
-    return frozenset[Side](sides[int(rng.choice(len(sides), p=(0.2, 0.25, 0.3, 0.25)))])
+    two_sided = kind == "practice" or "Dining_Room" in labels or sum(label in _SLEEP for label in labels) >= _TWO_SIDED
+    sides: list[list[Side]] = [["north", "south"], ["north", "south", "east"], ["north"], ["north", "east"]]
+    return frozenset[Side](sides[int(rng.choice(2 if two_sided else 4))])

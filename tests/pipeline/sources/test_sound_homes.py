@@ -18,9 +18,10 @@ from pipeline.algorithm import plan_level
 from pipeline.config import PipelineConfig
 from pipeline.furnish import furnish_plan
 from pipeline.sources import find, reader
-from pipeline.sources.sound_homes.home import _OWN_STREAM, LIMITS, LIT, SLEEPING, make_sound_home, sound_home_id
+from pipeline.sources.sound_homes.home import _OWN_STREAM, LIT, SLEEPING, make_sound_home, sound_home_id
 from pipeline.sources.sound_homes.houses import WET
 from pipeline.sources.sound_homes.level import levels_of_sound_home, sound_home_digest
+from pipeline.sources.sound_homes.limits import LIMITS
 from pipeline.sources.sound_homes.programme import STOREYS, draw_kind
 from pipeline.sources.sound_homes.stairs import RISE_M, STOREY_M
 from pipeline.sources.sound_homes.values import SoundHome, Storey

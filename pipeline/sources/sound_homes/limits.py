@@ -1,0 +1,92 @@
+"""Judge the rooms of a layout: whether they keep the limits of their labels, and how near they are to what is wanted.
+
+R1  Rooms keep the least area and width and the largest aspect of their label (``LIMITS``, stricter than the limits of
+    ``houseexpo.analysis.audit``).
+R2  A room has at most ``MOST_RATIO`` times the area that is asked for, and 8 m2 more; a store may be larger.
+R3  A storey has at most one cupboard or smallest of toilets, and only in some kinds of dwellings.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from typing import Final, NamedTuple
+
+import shapely
+
+from pipeline.sources.sound_homes.values import HALL, STAIRS, Cell, Programme
+
+
+class _Limits(NamedTuple):
+    """The least area and width of a room, and the largest ratio of its sides (R1)."""
+
+    area_m2: float
+    width_m: float
+    aspect: float
+
+
+LIMITS: Final = {
+    "Living_Room": _Limits(12.0, 3.0, 2.0),
+    "Kitchen": _Limits(3.8, 1.75, 2.4),
+    "Dining_Room": _Limits(6.0, 2.3, 2.0),
+    "Bedroom": _Limits(8.5, 2.6, 1.8),
+    "Child_Room": _Limits(8.0, 2.5, 1.8),
+    "Office": _Limits(6.5, 2.2, 2.0),
+    "Bathroom": _Limits(2.5, 1.45, 2.6),
+    "Toilet": _Limits(1.52, 1.0, 2.7),
+    "Storage": _Limits(0.6, 0.6, 3.0),
+    "Wardrobe": _Limits(1.0, 0.8, 3.2),
+    "Garage": _Limits(14.0, 3.0, 2.4),
+    "Entryway": _Limits(1.4, 1.15, 3.2),
+}
+MOST_RATIO: Final = 1.7
+_MOST_MORE_M2: Final = 8.0
+_TINY: Final = (1.5, 0.86)
+"""Smaller (m2) or narrower (m) than that, a room is a cupboard or the smallest of toilets (R3)."""
+_MAY_BE_TINY: Final = frozenset({"flat", "shared flat", "studio"})
+_HALL_M2: Final = 0.9
+"""What a hall has for each room without being too large; 7.5 m2 for 6.8 rooms are 1.1 m2 (Swiss Dwellings)."""
+_HALL_WEIGHT: Final = 12.0
+_SLIM_M: Final = 1.0
+"""A hall that is wider than this and a fifth of a metre may be larger."""
+
+
+def distance_from_wishes(
+    labels: Sequence[str], areas_m2: Sequence[float], cells: Iterable[Cell], programme: Programme
+) -> float | None:
+    """Return how far the areas of rooms are from those asked for (0 for none), or None if a room breaks a rule."""
+    inner_m = programme.inner_m
+    total, hall, tiny, number = 0.0, 0.0, 0, 0
+    for (x1, y1, x2, y2), room in cells:
+        number += 1
+        wide, deep = x2 - x1 - inner_m, y2 - y1 - inner_m
+        label = labels[room]
+        if room == HALL:
+            hall += wide * deep
+        if room == HALL or label == STAIRS:
+            continue
+        short, long, area = min(wide, deep), max(wide, deep), wide * deep
+        least, width, aspect = LIMITS[label]
+        if short < width or area < least or long > aspect * short:  # R1
+            return None
+        tiny += area < _TINY[0] or short < _TINY[1]
+        wished = areas_m2[room]
+        if wished:
+            if area > min(MOST_RATIO * wished, wished + _MOST_MORE_M2) and label != "Storage":  # R2
+                return None
+            total += abs(math.log(area / wished))
+    if tiny > (programme.kind in _MAY_BE_TINY):  # R3
+        return None
+    enough = _HALL_M2 * max(programme.hall_m / _SLIM_M - 0.2, 1.0) * sum(area > 0 for area in areas_m2)
+    total += _HALL_WEIGHT * max(0.0, math.log(hall / enough))
+    return total / number
+
+
+def keeps_limits(label: str, room: shapely.Polygon) -> bool:
+    """Return whether a room that is no rectangle keeps the limits of its label (R1); others than these have none."""
+    if label not in LIMITS:
+        return True
+    x1, y1, x2, y2 = room.bounds
+    short, long = sorted((x2 - x1, y2 - y1))
+    least, width, aspect = LIMITS[label]
+    return bool(room.area >= least and room.area >= width * long and long <= aspect * short)
