@@ -43,12 +43,6 @@ def hash_package(package: Path) -> str:
     return found.hexdigest()
 
 
-def still_needs_compiling(kernel: Any) -> bool:
-    """Return whether a kernel should be cached on disk for other processes but is not there yet."""
-    kept = kernel._cache  # noqa: SLF001  # numba offers no other way to ask
-    return not isinstance(kept._impl.locator, _OfThisProcess) and kept._cache_file.is_empty()  # noqa: SLF001
-
-
 class _Healing(caching.IndexDataCacheFile):  # type: ignore[misc]
     """An index of compiled kernels that counts as empty if it cannot be read (R2)."""
 
@@ -60,13 +54,6 @@ class _Healing(caching.IndexDataCacheFile):  # type: ignore[misc]
         except Exception:  # noqa: BLE001  # pickle raises anything on damaged bytes
             self.flush()
             return None
-
-    def is_empty(self) -> bool:
-        """Return whether the index lists no readable kernel that was compiled from these sources."""
-        try:
-            return not self._load_index()
-        except Exception:  # noqa: BLE001
-            return True
 
     def save(self, key: Any, data: Any) -> None:
         try:
@@ -94,14 +81,10 @@ def _locator_for_folder(place: Any, folder: Path) -> Any:
     return Stamped
 
 
-class _OfThisProcess:
-    """A cache that no other process can find."""
-
-
 def _last_resort(folder: Path) -> Any:
     """Return the cache locator that numba uses if all others fail: a folder of this process (R1)."""
 
-    class LastResort(_OfThisProcess, _locator_for_folder(caching.UserWideCacheLocator, folder)):  # type: ignore[misc]
+    class LastResort(_locator_for_folder(caching.UserWideCacheLocator, folder)):  # type: ignore[misc]
         def __init__(self, py_func: Any, py_file: str) -> None:
             super().__init__(py_func, py_file)
             self._cache_path = _folder_of_this_process()

@@ -18,7 +18,6 @@ from houseexpo.pseudoslam.state import State
 from houseexpo.pseudoslam.step_kernels import (
     make_scratch,
     make_step_params,
-    prepare_kernel,
     step_episode,
     take_first_scan,
 )
@@ -75,9 +74,7 @@ class Simulator:
     @classmethod
     def of(cls, plan: House, config: SimulatorConfig) -> Simulator:
         """Return the simulator of a plan or a map; raise ConfigError or PlanError like ``world_for``."""
-        params = make_step_params(config)
-        prepare_kernel(config, params)
-        return cls(world_for(plan, config), config, params)
+        return cls(world_for(plan, config), config)
 
     def start(self, rng: np.random.Generator) -> State:
         """Return the state at the start of an episode, after the first scan.

@@ -1,37 +1,16 @@
-"""Make the parameters of a step from a configuration, choose the kernel, compile it ahead of time, and call it.
-
-When the first environment is made, another process compiles the kernel (``compile_to_disk``) while this one compiles
-those of an episode's start: numba compiles one function at a time and caches it on disk for other processes. With two
-processes, the first step is ready in three quarters of the time. If a second process is not possible, each kernel is
-compiled when it is first called.
-"""
+"""Make the parameters of a step from a configuration, choose the kernel and call it."""
 
 from __future__ import annotations
 
-import atexit
 import math
-import multiprocessing
-import os
-import subprocess
-import sys
-from contextlib import suppress
-from pathlib import Path
-from typing import Any, Final
+from typing import Any
 
 import numpy as np
 
-import houseexpo
-from houseexpo.cpu_cores import count_cores
-from houseexpo.kernel_cache import still_needs_compiling
-from houseexpo.processes import SAFE_PATH
 from houseexpo.pseudoslam.config import Differential, NoiseConfig, Odometry, SimulatorConfig, Velocity, Wheels
 from houseexpo.pseudoslam.kernels import step
-from houseexpo.pseudoslam.kernels.body_tracks import no_tracks
-from houseexpo.pseudoslam.kernels.compiling import compiled_function, count_as_compiling, report_compiling_once
 from houseexpo.pseudoslam.kernels.episode import Episode, StepParams
 from houseexpo.pseudoslam.kernels.odometry import NO_MODEL, ROTATIONS, VELOCITY, WHEELS
-from houseexpo.pseudoslam.kernels.planning.fields import no_flow_field
-from houseexpo.pseudoslam.kernels.planning.goal_paths import no_goal_paths
 from houseexpo.pseudoslam.kernels.planning.planner_types import PlannerRules, no_planner_rules
 from houseexpo.pseudoslam.kernels.tolerances import BETWEEN_DEG, BETWEEN_M
 from houseexpo.pseudoslam.kernels.types import (
@@ -46,8 +25,8 @@ from houseexpo.pseudoslam.kernels.types import (
     Sensor,
     new_path_scratch,
 )
-from houseexpo.pseudoslam.state import State, new_episode
-from houseexpo.pseudoslam.worlds.moving_obstacles import make_walk_params, new_bodies
+from houseexpo.pseudoslam.state import State
+from houseexpo.pseudoslam.worlds.moving_obstacles import make_walk_params
 from houseexpo.pseudoslam.worlds.world import new_scan_buffers
 
 
@@ -155,23 +134,7 @@ def choose_kernel(episode: Episode, params: StepParams, *, moves: bool | None = 
     """
     if moves is None:
         moves = len(episode.bodies.people) + len(episode.bodies.clocks) > 0
-    kernel = _kernel(params, travels=len(episode.plans.state) > 0, moves=moves, ranges=len(episode.ranges) > 0)
-    wait_for_kernel(kernel)
-    return kernel
-
-
-def prepare_kernel(config: SimulatorConfig, params: StepParams, *, travels: bool = False, ranges: bool = False) -> None:
-    """Start to compile the kernel for steps of such episodes if needed; call this before making worlds.
-
-    Parameters
-    ----------
-    travels
-        Whether the actions are those of planners.
-    ranges
-        Whether ranges and the overview are observed.
-    """
-    moves = config.people.number > 0 or len(config.trajectories) > 0
-    compile_in_background(_kernel(params, travels=travels, moves=moves, ranges=ranges))
+    return _kernel(params, travels=len(episode.plans.state) > 0, moves=moves, ranges=len(episode.ranges) > 0)
 
 
 def find_kernel(name: str) -> Any:
@@ -211,70 +174,3 @@ def kernel_arguments(state: State, motion: Floats, params: StepParams, scratch: 
 def take_first_scan(state: State, params: StepParams, scratch: Scratch) -> None:
     """Take the first scan of an episode that has just begun: a step in place, which is not counted."""
     step_episode(state, np.zeros((1, 2)), params, scratch)
-
-
-_MOST_S: Final = 120.0  # longest wait for the other process
-_NOWHERE: Final = subprocess.DEVNULL
-_COMPILE: Final = f"import sys; from {__name__} import compile_to_disk; compile_to_disk(sys.argv[1])"
-_running: dict[Any, subprocess.Popen[bytes]] = {}
-
-
-def compile_in_background(kernel: Any) -> None:
-    """Start to compile the kernel if it is not on disk yet and there is a free core.
-
-    Workers of a pool do not, since each of them would start a process for the same kernel.
-    """
-    if not hasattr(kernel, "signatures") or kernel.signatures or kernel in _running:  # no numba, or compiled
-        return
-    if (
-        count_cores() > 1
-        and multiprocessing.parent_process() is None
-        and sys.executable
-        and still_needs_compiling(kernel)
-    ):
-        paths = str(Path(houseexpo.__file__).parents[1]), *filter(None, sys.path)
-        command = [sys.executable, "-P", "-c", _COMPILE, kernel.__name__]
-        environment = {**os.environ, "PYTHONPATH": os.pathsep.join(paths), SAFE_PATH: "1"}
-        with suppress(OSError):  # no more processes are allowed: compile it here
-            _running[kernel] = subprocess.Popen(  # noqa: S603  # this interpreter, and a name of ours
-                command, env=environment, stdin=_NOWHERE, stdout=_NOWHERE, stderr=_NOWHERE
-            )
-
-
-def wait_for_kernel(kernel: Any) -> None:
-    """Wait until the other process has compiled a kernel, if it is compiling it; if it fails, it is compiled here."""
-    process = _running.pop(kernel, None) if _running else None
-    if process is None:
-        return
-    if process.poll() is None:
-        report_compiling_once()
-    try:
-        with count_as_compiling():
-            process.wait(_MOST_S)
-    except subprocess.TimeoutExpired:
-        _end(process)
-
-
-def _end(process: subprocess.Popen[bytes]) -> None:
-    process.kill()
-    process.wait()
-
-
-@atexit.register
-def _end_all() -> None:
-    """End processes that nobody has waited for."""
-    while _running:
-        _end(_running.popitem()[1])
-
-
-def arguments_for_compiling() -> tuple[Any, ...]:
-    """Return example arguments of step kernels, which are compiled for types of arrays, not for their lengths."""
-    raster, config = np.zeros((1, 1), np.uint8), SimulatorConfig()
-    moving = new_bodies(0, 0), no_tracks(), no_flow_field(), no_goal_paths()
-    episode = new_episode((raster, raster, raster), (0, 0, 0), np.zeros(3), moving, key=0, best_px=0.0)
-    return kernel_arguments(State(episode, 0), np.zeros((1, 2)), make_step_params(config), make_scratch(config))
-
-
-def compile_to_disk(name: str) -> None:
-    """Compile a kernel, which numba keeps on disk for other processes."""
-    compiled_function(find_kernel(name), *arguments_for_compiling())

@@ -36,7 +36,7 @@ from houseexpo.pseudoslam.kernels.types import Counts, Scratch
 from houseexpo.pseudoslam.metrics import Bools, EpisodeConstants, Metrics
 from houseexpo.pseudoslam.simulator import ACTIONS, action_motions
 from houseexpo.pseudoslam.state import State
-from houseexpo.pseudoslam.step_kernels import make_scratch, make_step_params, prepare_kernel
+from houseexpo.pseudoslam.step_kernels import make_scratch, make_step_params
 from houseexpo.pseudoslam.tasks import Task
 from houseexpo.pseudoslam.worlds.cache import WorldCache
 from houseexpo.pseudoslam.worlds.maps import Plans, common_resolution, open_houses
@@ -443,9 +443,7 @@ def make_env_spec(
             f'action_mask: expected actions="discrete", "frontier" or "neighbour", found {actions!r}; leave it out'
         )
     choice = PlanChooser(WorldCache(houses, config), plan_ids, plan_order)
-    spec = EnvSpec(task, config, choice, actions, observation, layout, planner, action_mask, float_maps, text_info)
-    prepare_kernel(config, spec.params(), travels=planner is not None, ranges=spec.complete)
-    return spec
+    return EnvSpec(task, config, choice, actions, observation, layout, planner, action_mask, float_maps, text_info)
 
 
 def _with_motion(config: SimulatorConfig, motion: str | None) -> SimulatorConfig:

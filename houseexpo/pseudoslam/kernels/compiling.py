@@ -8,8 +8,7 @@ from __future__ import annotations
 
 import gc
 import logging
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from functools import cache
 from typing import Any, NamedTuple
 
@@ -23,7 +22,7 @@ _LINE = (
 
 
 class CompilingProgress(NamedTuple):
-    """The progress of compiling in this process, or in one that it waits for: whether it is active, functions done."""
+    """The progress of compiling in this process: whether it is active, functions done."""
 
     is_busy: bool
     functions: int
@@ -75,23 +74,11 @@ class _Nested(Listener):
 
 
 _watched: list[_Nested] = []
-_waiting: list[object] = []
 
 
 def compiling_progress() -> CompilingProgress:
     """Return the progress of compiling the functions of watched packages (``watch_compiling``)."""
-    busy = bool(_waiting) or any(each.is_busy for each in _watched)
-    return CompilingProgress(busy, sum(each.done for each in _watched))
-
-
-@contextmanager
-def count_as_compiling() -> Iterator[None]:
-    """Count the time in this context as compiling, since another process compiles."""
-    _waiting.append(None)
-    try:
-        yield
-    finally:
-        _waiting.pop()
+    return CompilingProgress(any(each.is_busy for each in _watched), sum(each.done for each in _watched))
 
 
 @cache
