@@ -30,7 +30,9 @@ OF_WORKERS: Final = (
     "pipeline.sources.generated",
     "pipeline.sources.reader_choice",
 )
-STANDS_FOR: Final = dict.fromkeys(("step_pool_in_full", "step_pool_by_rays"), "step_pool_with_people")
+STANDS_FOR: Final = dict.fromkeys(
+    ("step_pool_by_sector", "step_pool_by_rays", "step_pool_in_full"), "step_pool_with_people"
+)
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -145,9 +147,9 @@ def _workers_share_imports() -> Iterator[None]:
 
 @pytest.fixture(scope="session", autouse=True)
 def _one_kernel_for_all_noise(pytestconfig: pytest.Config) -> Iterator[None]:
-    """Let the kernel of a step that can do everything stand in, in the quick run, for two that can do less.
+    """Let the kernel of a step that can do everything stand in, in the quick run, for three that can do less.
 
-    These compile the same functions once more, which takes 15 seconds; the whole run tests each.
+    Each of these compiles the same functions once more, for a quarter of a minute; the whole run tests each.
     """
     if pytestconfig.option.markexpr != QUICK:
         yield
