@@ -16,13 +16,9 @@ from houseexpo.pseudoslam.kernels.planning.frontier_features import FeatureRules
 from houseexpo.pseudoslam.kernels.planning.frontiers import find_frontiers
 from houseexpo.pseudoslam.kernels.planning.paths import find_distances, trace_path
 from houseexpo.pseudoslam.kernels.planning.planner_types import (
-    BY_FRONTIER,
-    BY_NEIGHBOUR,
-    BY_WAYPOINT,
     FRONTIER,
     STRAIGHT,
     FrontierRules,
-    GraphRules,
     PlannerRules,
     TravelRules,
 )
@@ -39,16 +35,12 @@ from houseexpo.pseudoslam.kernels.tolerances import (
 from houseexpo.pseudoslam.kernels.types import Offsets
 from houseexpo.pseudoslam.step_kernels import enlarge_scratch, make_scratch
 
-KINDS = {"frontier": BY_FRONTIER, "waypoint": BY_WAYPOINT, "neighbour": BY_NEIGHBOUR}
 
-
-def planner_rules(config: SimulatorConfig, planning: PlanningConfig, actions: str) -> PlannerRules:
-    """Return the parameters of a planner's actions of one of ``KINDS``."""
+def planner_rules(config: SimulatorConfig, planning: PlanningConfig) -> PlannerRules:
+    """Return the parameters of a planner's actions."""
     robot, ppm = config.robot, float(config.pixels_per_metre)
-    frontiers = frontier_rules(config, planning.large_m, planning.least_m)
     return PlannerRules(
-        KINDS[actions],
-        frontiers,
+        frontier_rules(config, planning.large_m, planning.least_m),
         TravelRules(
             float(robot.radius_m * ppm),
             float(robot.step_m * ppm),
@@ -57,7 +49,6 @@ def planner_rules(config: SimulatorConfig, planning: PlanningConfig, actions: st
             max(round(AIM_M * ppm), 4),
             planning.max_steps,
         ),
-        GraphRules(max(round(planning.spacing_m * ppm), 1), frontiers.range_px, frontiers.spare_px),
     )
 
 

@@ -22,7 +22,7 @@ from houseexpo.pseudoslam.kernels.bound_pool import PoolBinding
 from houseexpo.pseudoslam.kernels.episode import COUNTS, NO_CELL, POSE, READINGS, Blocks, Episode
 from houseexpo.pseudoslam.kernels.planning.fields import FlowField
 from houseexpo.pseudoslam.kernels.planning.goal_paths import GoalPaths
-from houseexpo.pseudoslam.kernels.planning.planner_types import new_graph, no_planner_memory
+from houseexpo.pseudoslam.kernels.planning.planner_types import no_planner_memory
 from houseexpo.pseudoslam.kernels.types import Floats, Grid
 
 Array = npt.NDArray[Any]
@@ -217,5 +217,5 @@ def new_episode(
         np.zeros(0, np.uint8),
         np.array([(*pose, *pose)], POSE), np.array([(-1, 0, 0, 0, 0, 0, key, 0, NO_CELL, 0)], COUNTS),
         np.array([(0.0, 0.0, best_px, pose[0], pose[1], 0.0, 0.0, 0.0)], READINGS),
-        bodies, tracks, flow, goal_paths, no_planner_memory(), new_graph(0, 0), changed, Blocks(*blocks),
+        bodies, tracks, flow, goal_paths, no_planner_memory(), changed, Blocks(*blocks),
     )  # fmt: skip

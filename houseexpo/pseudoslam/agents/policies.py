@@ -20,8 +20,8 @@ from houseexpo.pseudoslam.state import State
 Policy: TypeAlias = Callable[[Any], Any]
 """A function that takes an observation and returns an action of the environment."""
 
-_WAITING: Final = {"discrete": LEFT, "continuous": np.array([0.0, 1.0]), "waypoint": np.zeros(2)}
-"""The actions of a policy that is done: turn in place, or stay. If there is nowhere to go, 0 also means a turn."""
+_WAITING: Final = {"discrete": LEFT, "continuous": np.array([0.0, 1.0])}
+"""The actions of a policy that is done: turn in place. If there is nowhere to go, 0 also means a turn."""
 _DICT_ONLY: Final = ("global_map", "pose", "ranges")
 """The entries of the observation "dict" in addition to those of "map"."""
 

@@ -77,7 +77,7 @@ class PseudoSlamPufferEnv(pufferlib.PufferEnv):  # type: ignore[misc]  # it come
         if not isinstance(self.single_observation_space, gymnasium.spaces.Box):
             raise ConfigError(
                 "observation: expected a single array for PufferLib, found several: "
-                f"{self.single_observation_space}; use 'scales', or 'map' without a goal, a drive or a graph"
+                f"{self.single_observation_space}; use 'scales', or 'map' without a goal or a drive"
             )
         self.num_agents, self._seed = num_envs, seed
         self._returns, self._lengths = np.zeros(num_envs), np.zeros(num_envs, np.int64)

@@ -85,10 +85,10 @@ class PseudoSlamEnv(gymnasium.Env[Observation, Any]):
         The configuration of the simulation, or the name of one of ``config.PRESETS``, which sets the laser and
         the view. By default, the values of the task.
     actions
-        "discrete", "continuous", "frontier", "waypoint" or "neighbour"; by default "discrete", or "continuous" for a
-        robot with a drive (``options.EnvOptions.motion``).
+        "discrete", "continuous" or "frontier"; by default "discrete", or "continuous" for a robot with a drive
+        (``options.EnvOptions.motion``).
     observation
-        "map", "dict", "scales" or "graph".
+        "map", "dict" or "scales".
     planning
         The configuration of planners' actions.
     render_mode

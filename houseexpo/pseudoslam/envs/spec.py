@@ -43,8 +43,8 @@ from houseexpo.pseudoslam.worlds.maps import Plans, common_resolution, open_hous
 from houseexpo.pseudoslam.worlds.reset import make_initial_state
 from houseexpo.pseudoslam.worlds.world import World
 
-Actions = Literal["discrete", "continuous", "frontier", "waypoint", "neighbour"]
-Kind = Literal["map", "dict", "graph", "scales"]
+Actions = Literal["discrete", "continuous", "frontier"]
+Kind = Literal["map", "dict", "scales"]
 Layout = Literal["CHW", "HWC"]
 
 
@@ -124,14 +124,13 @@ class EnvSpec:
     actions
         "discrete": 0 forward, 1 left, 2 right. "continuous": (linear, angular) in [-1, 1], as shares of the distance of
         a step (negative for backward) and of its turn (positive for left); the robot turns first. With a drive, they
-        are shares of its largest speed, and of its largest speed of turning or steering angle. "frontier", "waypoint"
-        and "neighbour": travels on the robot's own map, see ``planner_actions.PlannerSpec``.
+        are shares of its largest speed, and of its largest speed of turning or steering angle. "frontier":
+        travels on the robot's own map, see ``planner_actions.PlannerSpec``.
     kind
         "map": the map around the robot, (1, side, side) uint8, with its heading up: 0 unknown, 127 free, 255 obstacle.
         "dict": "map" as above; "global_map" (1, cells, cells) uint8, the whole map around the start; "pose" (3,)
         float32, the pose by odometry relative to the start (m, m, rad); and "ranges" (beams,) float32, metres, from the
         right edge of the fan.
-        "graph": "map" as above, and a graph of the known area, see ``planner_actions.PlannerSpec``.
         With a goal, each of these is a dict that also has "goal", (2,) float32, metres ahead and to the left; or, if
         the goal is a kind of room or furniture, "goal_number", its index in ``config.goal.names``, and "goal_map", a
         picture like the (nearest) map, 255 for known cells in which the goal is reached. With a drive, each also has
@@ -237,7 +236,7 @@ class EnvSpec:
         """
         if not number and type(actions) in {int, np.int64} and actions in self._known_motions:
             return self._known_motions[actions]
-        discrete = self.planner.numbers > 0 if self.planner else self.actions == "discrete"
+        discrete = self.actions != "continuous"
         shape = number if discrete else (*number, 2)
         try:
             values = np.asarray(actions)
@@ -344,9 +343,7 @@ class EnvSpec:
             view_px=_NO_VIEW_PX if self.has_pictures else None, blocks_px=self._blocks_px,
         )  # fmt: skip
         if self.planner:
-            state.episode = state.episode._replace(
-                plans=self.planner.plans(state, world, self.task), graph=self.planner.graph()
-            )
+            state.episode = state.episode._replace(plans=self.planner.plans(state, world, self.task))
         return state
 
     def report(self, episode: Episode, metrics: Metrics, success: Bools) -> dict[str, npt.NDArray[Any]]:
@@ -362,11 +359,10 @@ class EnvSpec:
 
     def masks(self, episode: Episode, sizes: Counts) -> npt.NDArray[np.bool_]:
         """Return the mask of allowed actions (N, K); raise ConfigError for actions without a number."""
-        if self.planner and self.planner.numbers:
+        if self.planner:
             return self.planner.masks(episode)
         if self.actions != "discrete":
-            wanted = 'actions="discrete", "frontier" or "neighbour"'
-            raise ConfigError(f"action_masks: expected {wanted}, found {self.actions!r}")
+            raise ConfigError(f'action_masks: expected actions="discrete" or "frontier", found {self.actions!r}')
         return self._motion_masks(episode, sizes)
 
     def _motion_masks(self, episode: Episode, sizes: Counts) -> npt.NDArray[np.bool_]:
@@ -437,11 +433,9 @@ def make_env_spec(
             f"actions: a robot with a drive takes continuous actions, found {actions!r}; leave actions out, or take "
             'motion="discrete" and no robot.drive'
         )
-    planner = make_planner_spec(actions, observation, planning, config, task)
-    if action_mask and actions != "discrete" and not (planner and planner.numbers):
-        raise ConfigError(
-            f'action_mask: expected actions="discrete", "frontier" or "neighbour", found {actions!r}; leave it out'
-        )
+    planner = make_planner_spec(actions, planning, config, task)
+    if action_mask and actions == "continuous":
+        raise ConfigError(f'action_mask: expected actions="discrete" or "frontier", found {actions!r}; leave it out')
     choice = PlanChooser(WorldCache(houses, config), plan_ids, plan_order)
     return EnvSpec(task, config, choice, actions, observation, layout, planner, action_mask, float_maps, text_info)
 

@@ -13,7 +13,7 @@ from houseexpo.pseudoslam.kernels.hashing import uniform
 from houseexpo.pseudoslam.kernels.people import WalkParams
 from houseexpo.pseudoslam.kernels.planning.fields import FlowField
 from houseexpo.pseudoslam.kernels.planning.goal_paths import GoalPaths
-from houseexpo.pseudoslam.kernels.planning.planner_types import Graph, PlannerMemory, PlannerRules
+from houseexpo.pseudoslam.kernels.planning.planner_types import PlannerMemory, PlannerRules
 from houseexpo.pseudoslam.kernels.types import (
     Cells,
     Counts,
@@ -90,7 +90,6 @@ class Episode(NamedTuple):
     flow: FlowField
     paths: GoalPaths
     plans: PlannerMemory
-    graph: Graph
     changed: Counts
     """(2, 4), first row, end, first column and end of the cells that scans may have changed since the overview was
     drawn, and since the pictures were; (0, 4) if neither is observed."""
@@ -117,7 +116,7 @@ def slice_episode(pool: Episode, sizes: Counts, i: int) -> Episode:
     """Return environment ``i`` of a pool, as views of its arrays; of people, only those who have a place."""
     rows, cols = sizes[i, 0], sizes[i, 1]
     cells = rows * cols
-    bodies, tracks, flow, paths, plans, graph = pool.bodies, pool.tracks, pool.flow, pool.paths, pool.plans, pool.graph
+    bodies, tracks, flow, paths, plans = pool.bodies, pool.tracks, pool.flow, pool.paths, pool.plans
     blocks = pool.blocks
     return Episode(
         pool.occupied[i, :cells].reshape((rows, cols)), pool.observable[i, :cells].reshape((rows, cols)),
@@ -130,7 +129,6 @@ def slice_episode(pool: Episode, sizes: Counts, i: int) -> Episode:
             paths.sizes[i], paths.standing[i], paths.corners[i], paths.starts[i], paths.others[i], paths.ways[i]
         ),
         PlannerMemory(plans.frontiers[i], plans.given_up[i], plans.state[i]),
-        Graph(graph.nodes[i], graph.edges[i], graph.visited[i], graph.state[i]),
         pool.changed[i], Blocks(blocks.near[i], blocks.far[i], blocks.whole[i]),
     )  # fmt: skip
 

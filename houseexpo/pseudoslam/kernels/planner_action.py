@@ -1,4 +1,4 @@
-"""Carry out planners' actions (travel to a frontier, graph node or waypoint), then find the next choices; for a pool.
+"""Carry out planners' actions (travel to a frontier), then find the next choices; for a pool.
 
 The kernels are those of ``step``, with the same arguments but such an action instead of a step; each is compiled only
 when it is used.
@@ -14,7 +14,6 @@ from houseexpo.pseudoslam.kernels.bound_pool import BoundPool
 from houseexpo.pseudoslam.kernels.episode import Episode, StepParams
 from houseexpo.pseudoslam.kernels.mapping import UNKNOWN
 from houseexpo.pseudoslam.kernels.planning.frontiers import find_frontiers
-from houseexpo.pseudoslam.kernels.planning.graph import build_graph, record_visit
 from houseexpo.pseudoslam.kernels.planning.paths import (
     find_distances,
     is_explored_near,
@@ -25,8 +24,6 @@ from houseexpo.pseudoslam.kernels.planning.paths import (
 from houseexpo.pseudoslam.kernels.planning.planner_types import (
     ARRIVED,
     BLOCKED,
-    BY_FRONTIER,
-    BY_NEIGHBOUR,
     DONE,
     GIVEN_UP,
     GOING,
@@ -34,7 +31,6 @@ from houseexpo.pseudoslam.kernels.planning.planner_types import (
     NO_CHOICE,
     NOTHING,
     SEEN,
-    Graph,
     PlannerMemory,
     PlannerRules,
     TravelRules,
@@ -51,47 +47,29 @@ from houseexpo.pseudoslam.kernels.step import (
     scan_sector_into_map,
     step,
 )
-from houseexpo.pseudoslam.kernels.types import Cells, Floats, Grid, PathScratch, Rows, Scratch, as_int64
+from houseexpo.pseudoslam.kernels.types import Cells, Floats, Grid, PathScratch, Rows, Scratch
 
 
 @njit(cache=True, nogil=True)
 def start_travel(
-    known: Grid, pose: Rows, plan: PlannerMemory, graph: Graph, choice: Floats, rules: PlannerRules, found: PathScratch
+    known: Grid, pose: Rows, plan: PlannerMemory, choice: Floats, rules: PlannerRules, found: PathScratch
 ) -> None:
     """Find the path of an action, in ``found``, and set ``plan.state``.
 
     Parameters
     ----------
     choice
-        (2,), the number of a frontier or a neighbour, and 0; or a waypoint, pixels ahead and to the left.
+        (2,), the number of a frontier, and 0.
     """
-    state, x, y = plan.state[0], pose.seen_x, pose.seen_y
-    state.outcome, state.target, state.path, state.at, state.steps, state.moved_px = NOTHING, -1, 0, 0, 0, 0.0
-    radius = rules.frontiers.radius_px
-    if rules.kind == BY_FRONTIER:
-        chosen = plan.frontiers[int(choice[0])]
-        goal = chosen.goal
-        if goal == NO_CHOICE:
-            return
-        if known.ravel()[chosen.middle] == UNKNOWN:
-            state.target = chosen.middle
-        find_distances(known, x, y, radius, goal, found)
-    elif rules.kind == BY_NEIGHBOUR:
-        neighbour = graph.edges[0, int(choice[0])]
-        if neighbour < 0:
-            return
-        goal = graph.nodes[neighbour].cell
-        find_distances(known, x, y, radius, goal, found)
-    else:
-        find_distances(known, x, y, radius, as_int64(-1), found)
-        cos, sin = math.cos(pose.seen_heading), math.sin(pose.seen_heading)
-        to_x, to_y = x + choice[0] * cos - choice[1] * sin, y - choice[0] * sin - choice[1] * cos
-        goal = nearest_reachable_cell(found, to_x, to_y)
-        if goal < 0:
-            return
-        row, col = goal // known.shape[1], goal % known.shape[1]
-        if math.floor(to_x) != col or math.floor(to_y) != row:
-            state.moved_px = math.hypot(col + 0.5 - to_x, row + 0.5 - to_y)
+    state = plan.state[0]
+    state.outcome, state.target, state.path, state.at, state.steps = NOTHING, -1, 0, 0, 0
+    chosen = plan.frontiers[int(choice[0])]
+    goal = chosen.goal
+    if goal == NO_CHOICE:
+        return
+    if known.ravel()[chosen.middle] == UNKNOWN:
+        state.target = chosen.middle
+    find_distances(known, pose.seen_x, pose.seen_y, rules.frontiers.radius_px, goal, found)
     state.path = trace_path(found, goal, found.queue[0])
     state.outcome = GOING if state.path > 0 else NOTHING
 
@@ -112,23 +90,14 @@ def update_travel(known: Grid, pose: Rows, counts: Rows, plan: PlannerMemory, ru
 
 
 @njit(cache=True, nogil=True)
-def update_choices(
-    known: Grid, pose: Rows, plan: PlannerMemory, graph: Graph, rules: PlannerRules, scratch: Scratch
-) -> None:
-    """Find the next frontiers to choose from, and update the graph; give up a frontier that remained unknown."""
+def update_choices(known: Grid, pose: Rows, plan: PlannerMemory, rules: PlannerRules, scratch: Scratch) -> None:
+    """Find the next frontiers to choose from; give up a frontier that remained unknown."""
     state = plan.state[0]
     in_vain = state.outcome == ARRIVED or (state.outcome == BLOCKED and state.gone_px == 0.0)
     if in_vain and state.target >= 0 and known.ravel()[state.target] == UNKNOWN:
         plan.given_up[state.lost % GIVEN_UP] = state.target
         state.lost += 1
-    given_up = plan.given_up[: min(state.lost, GIVEN_UP)]
-    if len(plan.frontiers) > 0:
-        _find_choices(known, pose, plan, given_up, rules, scratch)
-    if len(graph.nodes) > 0:
-        if len(plan.frontiers) == 0:
-            find_distances(known, pose.seen_x, pose.seen_y, rules.frontiers.radius_px, as_int64(-1), scratch.ways)
-        record_visit(graph, pose.seen_x, pose.seen_y, known.shape[1], rules.graph)
-        build_graph(known, graph, rules.graph, given_up, scratch.ways)
+    _find_choices(known, pose, plan, plan.given_up[: min(state.lost, GIVEN_UP)], rules, scratch)
 
 
 @njit(cache=True, nogil=True)
@@ -192,16 +161,14 @@ def _travel(
     episode: Episode, choice: Floats, params: StepParams, scratch: Scratch, move: Move, look: Look, full: bool
 ) -> None:
     """Take steps until the action ends; an episode that has not begun begins with a first scan, which is not a step."""
-    plan, graph, rules, found = episode.plans, episode.graph, params.plan, scratch.ways
+    plan, rules, found = episode.plans, params.plan, scratch.ways
     state, pose, readings = plan.state[0], episode.pose, episode.readings
     before_px = readings.path_length
     begins = episode.counts.steps < 0
     if begins:
         state.lost = 0
-        if len(graph.state) > 0:
-            graph.state[0].visits = 0
     else:
-        start_travel(episode.known, pose, plan, graph, choice, rules, found)
+        start_travel(episode.known, pose, plan, choice, rules, found)
     turn, forward = 0.0, 0.0
     if not begins and state.outcome == NOTHING:
         turn = rules.travel.turn_rad
@@ -223,4 +190,4 @@ def _travel(
     if full:  # once an action
         measure_ranges(episode, params)
     state.gone_px = readings.path_length - before_px
-    update_choices(episode.known, pose, plan, graph, rules, scratch)
+    update_choices(episode.known, pose, plan, rules, scratch)

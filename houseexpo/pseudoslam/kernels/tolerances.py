@@ -107,10 +107,6 @@ MAX_FRONTIERS, MAX_BUMPS = 64, 4
 """The number of frontiers that an explorer considers, and how often it may be blocked on its way to one."""
 MOST_LINES = 32
 """Largest number of standing cells whose lines to a frontier's middle are checked."""
-NODE_LOOKS = 48
-"""Approximate number of frontier cells that each node of a graph checks."""
-NODE_BLOCKS = 2
-"""Largest distance of two linked nodes of a graph, blocks."""
 FEATURE_FAR_M, FEATURE_BOX_M, FEATURE_RINGS_M, FEATURE_BESIDE_M = 10.0, 5.0, (1.0, 2.5), 3.0
 """Metres: the unit of long features of frontiers, the half sides of boxes around one, and the distance of those beside
 it. The published weights of choosers belong to these values."""

@@ -27,9 +27,7 @@ from houseexpo.pseudoslam.config.checks import check_above_zero, check_number, c
 from houseexpo.pseudoslam.config.robot import Motion
 
 Network = Literal["cnn", "cnn-lstm", "set"]
-Moves = Literal["discrete", "continuous", "waypoint", "frontier"]
-TRAVELS = ("waypoint", "frontier")
-"""Actions that take many steps."""
+Moves = Literal["discrete", "continuous", "frontier"]
 Clock = Literal["actions", "steps", "metres"]
 Sight = Literal["map", "dict", "scales"]
 MAX_SEED = 2**32 - 1
@@ -217,10 +215,10 @@ class TrainConfig:
                 'environment.action_mask: expected policy = "cnn" and environment.actions = "discrete", found '
                 f"{self.policy!r} and {actions!r}"
             )
-        if clock != "actions" and (actions not in TRAVELS or self.policy == "cnn-lstm"):
+        if clock != "actions" and actions != "frontier":
             raise ConfigError(
-                f'ppo.discount: expected "actions", since {clock} are counted for {" and ".join(TRAVELS)} actions by '
-                f"policies without a memory; found {clock!r} with {actions!r} and {self.policy!r}"
+                f'ppo.discount: expected "actions", since {clock} are counted for frontier actions; found {clock!r} '
+                f"with {actions!r}"
             )
 
     @property

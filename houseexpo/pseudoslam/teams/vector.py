@@ -224,8 +224,6 @@ def _make_spec(  # noqa: PLR0917  # the arguments of an environment
         raise ConfigError(f"radio: expected a Radio or the name of its model, found {radio!r}")
     if actions not in {None, "discrete", "continuous"}:
         raise ConfigError(f"actions: expected discrete or continuous for a team, found {actions!r}")
-    if observation == "graph":
-        raise ConfigError("observation: expected map, dict or scales for a team, found 'graph'")
     check_options(kind, more, task.options())
     spec = make_env_spec(task.single, dataset, config, actions, observation, **more)
     if robots > 1 and spec.config.trajectories:

@@ -199,8 +199,6 @@ near = factory(seen, view=ObservationConfig(size_m=2.0))
 ranges = factory(lambda robot, shown: int(shown["ranges"].max() < 1.0), observation="dict")
 steering = factory(lambda robot, shown: np.array([0.5, 1.0]), actions="continuous")
 frontiers = factory(lambda robot, shown: int(shown["action_mask"].argmax()), actions="frontier")
-places = factory(lambda robot, shown: int(shown["action_mask"].argmax()), actions="neighbour", observation="graph")
-points = factory(lambda robot, shown: np.array([0.5, 0.0]), actions="waypoint")
 done = factory(lambda robot, shown: None, actions="continuous")
 broken = factory(lambda robot, shown: shown["nothing"])
 direct = lambda observation, info: 1
@@ -218,7 +216,7 @@ def words(tmp_path: Path) -> list[str]:
     "name",
     [
         *("on_map", "near", "ranges", "steering", "done"),
-        *(pytest.param(name, marks=pytest.mark.slow) for name in ("frontiers", "places", "points", "on_map,frontiers")),
+        *(pytest.param(name, marks=pytest.mark.slow) for name in ("frontiers", "on_map,frontiers")),
     ],
 )
 def test_a_file_s_policy_sees_and_acts_as_it_says(tmp_path: Path, words: list[str], name: str) -> None:

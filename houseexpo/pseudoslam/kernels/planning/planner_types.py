@@ -1,23 +1,21 @@
-"""Define what a planner keeps for an environment (frontiers, last action, graph), and the parameters of planning."""
+"""Define what a planner keeps for an environment (frontiers, last action), and the parameters of planning."""
 
 from __future__ import annotations
 
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from houseexpo.pseudoslam.kernels.types import Cells, Offsets, Rows, make_row_dtype
 
 FRONTIER = make_row_dtype(middle=int, goal=int, cells=int, way=int)
 """A cluster: flat indices of its middle and its goal, its cells, the distance to the goal (``PathScratch.ways``)."""
 PLAN = make_row_dtype(
-    outcome=int, target=int, path=int, at=int, steps=int, lost=int, gone_px=float, moved_px=float,
+    outcome=int, target=int, path=int, at=int, steps=int, lost=int, gone_px=float,
     cols=int, enough=int, time=int, goal_x=float, goal_y=float, goal_px=float,
 )  # fmt: skip
 """Of the last action: its outcome (``OUTCOMES``), the cell to see (-1 for none), the number of cells of its path, the
-current one, its number of steps; the number of cells given up so far; the distance travelled, and the distance by which
-a waypoint was moved.
+current one, its number of steps; the number of cells given up so far; the distance travelled.
 
 Of the episode: the columns of its grid; the number of known cells that fulfils the task, and the number of steps; the
 goal and its radius in pixels, NaN for none."""
@@ -31,17 +29,6 @@ GIVEN_UP = 64
 """The number of cells given up that are remembered, the latest ones."""
 NO_CHOICE = -1
 """The value of ``FRONTIER.goal`` for a frontier that does not exist."""
-
-
-NODE = make_row_dtype(cell=int, way=int, utility=int, visited=int)
-"""A node of the graph: its flat index, -1 for none; its distance; the number of visible frontier cells; 1 if the robot
-has been there."""
-GRAPH = make_row_dtype(nodes=int, visits=int)
-"""The numbers of nodes and of visited blocks."""
-VISITED = 1024
-"""The number of visited blocks that are remembered, the latest ones."""
-BY_FRONTIER, BY_WAYPOINT, BY_NEIGHBOUR = range(3)
-"""The kinds of actions: a frontier, a point, or a neighbour of the graph's first node."""
 
 
 class FrontierRules(NamedTuple):
@@ -77,61 +64,22 @@ class TravelRules(NamedTuple):
     """Largest number of steps of one travel."""
 
 
-class GraphRules(NamedTuple):
-    """The parameters of a graph."""
-
-    block_px: int
-    """Number of cells per side of a node's block."""
-    range_px: float
-    """The laser's."""
-    spare_px: float
-    """As ``FrontierRules``'s."""
-
-
 class PlannerRules(NamedTuple):
     """The parameters of planning, the same for all environments."""
 
-    kind: int
-    """The kind of actions."""
     frontiers: FrontierRules
     travel: TravelRules
-    graph: GraphRules
 
 
 class PlannerMemory(NamedTuple):
     """The plans of one environment. In a pool, arrays have an additional first axis."""
 
     frontiers: Rows
-    """(K,) ``FRONTIER`` to choose from, ranked; with a goal, the last is the goal. (0,) for other actions."""
+    """(K,) ``FRONTIER`` to choose from, ranked; with a goal, the last is the goal; (0,) if actions are single steps."""
     given_up: Cells
     """(GIVEN_UP,), the cells that remained unknown after the robot looked at them, as a ring buffer."""
     state: Rows
     """(1,) ``PLAN``; (0,) if actions are single steps."""
-
-
-class Graph(NamedTuple):
-    """The graph of one environment with M nodes of k neighbours. In a pool, arrays have an additional first axis."""
-
-    nodes: Rows
-    """(M,) ``NODE``, the first of which is the robot's; (0,) if it is not observed."""
-    edges: npt.NDArray[np.int32]
-    """(M, k), each node's neighbours, nearest first, then -1."""
-    visited: Cells
-    """(VISITED,), the visited blocks, as a ring buffer."""
-    state: Rows
-    """(1,) ``GRAPH``."""
-
-
-def new_graph(nodes: int, neighbours: int) -> Graph:
-    """Return the graph of an environment that has not begun."""
-    graph = Graph(
-        np.zeros(nodes, NODE),
-        np.full((nodes, neighbours), -1, np.int32),
-        np.zeros(VISITED if nodes else 0, np.int32),
-        np.zeros(1 if nodes else 0, GRAPH),
-    )
-    graph.nodes["cell"] = -1
-    return graph
 
 
 def new_planner_memory(choices: int) -> PlannerMemory:
@@ -149,8 +97,6 @@ def no_planner_memory() -> PlannerMemory:
 def no_planner_rules() -> PlannerRules:
     """Return parameters for environments without planning."""
     return PlannerRules(
-        BY_WAYPOINT,
         FrontierRules(0.0, 0.0, 1, 1, 0.0, 1, np.zeros((0, 2), np.int16)),
         TravelRules(0.0, 0.0, 0.0, 0, 0, 0),
-        GraphRules(1, 0.0, 0.0),
     )

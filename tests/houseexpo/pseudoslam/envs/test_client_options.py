@@ -86,7 +86,6 @@ def test_single_and_vector_environments_agree(noise: NoiseConfig) -> None:
     "more",
     [
         {"actions": "continuous"},
-        pytest.param({"actions": "waypoint"}, marks=pytest.mark.slow),
         pytest.param({"motion": "differential"}, marks=pytest.mark.slow),
     ],
 )

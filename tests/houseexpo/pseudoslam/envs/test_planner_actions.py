@@ -1,17 +1,15 @@
-"""Frontiers and waypoints as actions: what they do, what is said of them, and what they refuse."""
+"""Frontiers as actions: what they do, what is said of them, and what they refuse."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import replace
-from typing import Any
 
-import gymnasium
 import numpy as np
 import pytest
 from gymnasium.utils.env_checker import check_env
 
-from houseexpo.pseudoslam.config import GoalConfig, StartConfig
+from houseexpo.pseudoslam.config import GoalConfig
 from houseexpo.pseudoslam.config.simulator import PlanningConfig
 from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE, UNKNOWN
 from houseexpo.pseudoslam.planning import MapPlanner
@@ -25,12 +23,9 @@ HALL = hut("hall", 9.0)  # wider than the laser sees
 STEPWISE = PlanningConfig(max_steps=1)
 
 
-@pytest.mark.parametrize(
-    ("task", "actions"), [("Exploration", "frontier"), ("Exploration", "waypoint"), ("Navigation", "frontier")]
-)
-def test_gymnasium_finds_no_fault(task: str, actions: str) -> None:
-    for observation in ("map", "graph"):
-        check_env(env_of(actions, task, observation=observation).unwrapped, skip_render_check=True)
+@pytest.mark.parametrize("task", ["Exploration", "Navigation"])
+def test_gymnasium_finds_no_fault(task: str) -> None:
+    check_env(env_of("frontier", task).unwrapped, skip_render_check=True)
 
 
 def test_the_nearest_frontier_again_and_again_sees_the_whole_house() -> None:
@@ -129,10 +124,9 @@ def test_in_a_house_that_is_known_the_first_choice_is_allowed_though_there_is_no
     assert info["outcome"] == "nothing"
 
 
-@pytest.mark.parametrize("actions", ["frontier", "waypoint"])
-def test_the_robot_enters_nothing_that_its_map_does_not_show_free(actions: str) -> None:
+def test_the_robot_enters_nothing_that_its_map_does_not_show_free() -> None:
     """Step by step: its disc meets cells that were free on the map before the step, or that it covered."""
-    env = env_of(actions, dataset=HALL, planning=STEPWISE, success_coverage=None)
+    env = env_of("frontier", dataset=HALL, planning=STEPWISE, success_coverage=None)
     radius = 0.2 * 16 - 1e-6
     rng = np.random.default_rng(0)
     moved = 0
@@ -142,12 +136,9 @@ def test_the_robot_enters_nothing_that_its_map_does_not_show_free(actions: str) 
         for step in range(60):
             state = env.unwrapped.state
             before, place = state.known.copy(), state.pose_px.copy()
-            if actions == "frontier":
-                mask = observation["action_mask"]
-                if step % 20 == 0 or not mask[action]:
-                    action = int(rng.choice(np.flatnonzero(mask)))
-            elif step % 7 == 0:
-                action = np.array([0.9, rng.uniform(-0.5, 0.5)], np.float32)
+            mask = observation["action_mask"]
+            if step % 20 == 0 or not mask[action]:
+                action = int(rng.choice(np.flatnonzero(mask)))
             observation, _, _, _, info = env.step(action)
             x, y, _ = state.pose_px.tolist()
             moved += (x, y) != tuple(place[:2].tolist())
@@ -158,46 +149,6 @@ def test_the_robot_enters_nothing_that_its_map_does_not_show_free(actions: str) 
                         assert reach_of(row, col, *place[:2].tolist()) < radius + 1e-5
             assert info["collisions"] == 0
     assert moved > 30
-
-
-def centred(**given: Any) -> gymnasium.Env:
-    """In the middle of a room of 14.4 x 9 m, heading right."""
-    start = StartConfig(random=False, x_m=7.2, y_m=4.5)
-    return env_of("waypoint", dataset=HALL, config=replace(SMALL_PLANNER, start=start), success_coverage=None, **given)
-
-
-def test_a_waypoint_in_the_open_is_reached() -> None:
-    """Half a view is 1.5 m: (0.8, -0.4) lies 1.2 m ahead and 0.6 m to the right."""
-    env = centred()
-    _, info = env.reset(seed=0)
-    before = info["pose"]
-    *_, info = env.step(np.array([0.8, -0.4], np.float32))
-    assert info["outcome"] == "arrived"
-    assert info["moved_m"] == 0.0
-    assert info["pose"][:2] - before[:2] == pytest.approx([1.2, -0.6], abs=0.5 / 16 + 0.5 / 16)
-    assert info["travelled_m"] == pytest.approx(math.hypot(1.2, 0.6), abs=0.1)
-    assert info["primitive_steps"] == 2 + 5  # it turns by 27 degrees, going on in the third step
-
-
-def test_how_far_a_waypoint_may_lie_is_said() -> None:
-    env = centred(planning=PlanningConfig(reach_m=4.0))
-    env.reset(seed=0)
-    *_, info = env.step(np.array([1.0, 0.0], np.float32))
-    assert info["travelled_m"] == pytest.approx(4.0, abs=0.1)
-
-
-def test_a_waypoint_in_a_wall_or_in_the_unknown_is_the_nearest_place_to_stand() -> None:
-    env = centred(planning=PlanningConfig(reach_m=6.0))
-    env.reset(seed=0)
-    *_, info = env.step(np.array([0.0, 1.0], np.float32))  # the wall is 4.5 m to the left
-    assert info["outcome"] == "arrived"
-    assert info["moved_m"] == pytest.approx(6.0 - 4.5 + 0.2, abs=2 / 16)
-    assert info["pose"][1] == pytest.approx(9.0 - 0.2, abs=2 / 16)
-    env.reset(seed=0)
-    *_, info = env.step(np.array([-1.0, 0.0], np.float32))  # behind it nothing is known
-    assert info["moved_m"] > 5.0
-    assert info["travelled_m"] < 0.3
-    assert info["primitive_steps"] >= 1
 
 
 def test_a_goal_on_a_known_map_is_the_last_choice() -> None:

@@ -37,31 +37,13 @@ CASES: dict[str, tuple[str, dict[str, Any]]] = {
             "planning": PlanningConfig(frontiers=4, max_steps=9),
         },
     ),
-    "waypoints, rays, a trajectory": (
+    "frontiers, rays, a trajectory": (
         "Exploration",
         {
             "dataset": HUTS,
             "config": replace(SMALL, laser=LaserConfig(rule="rays"), trajectories=(ACROSS,)),
-            "actions": "waypoint",
+            "actions": "frontier",
         },
-    ),
-    "waypoints, noise": (
-        "Exploration",
-        {"dataset": HOUSES, "config": replace(SMALL, noise=NOISE), "actions": "waypoint"},
-    ),
-    "neighbours": (
-        "Exploration",
-        {
-            "dataset": HOUSES,
-            "config": SMALL,
-            "actions": "neighbour",
-            "observation": "graph",
-            "planning": PlanningConfig(nodes=30, neighbours=5, spacing_m=0.6),
-        },
-    ),
-    "waypoints, a graph": (
-        "Navigation",
-        {"dataset": HOUSES, "config": SMALL, "actions": "waypoint", "observation": "graph"},
     ),
     "frontiers, rays, navigation": (
         "Navigation",
@@ -75,14 +57,8 @@ CASES: dict[str, tuple[str, dict[str, Any]]] = {
 }
 
 
-COMPILED_ANYWAY = ("frontiers", "neighbours")
-"""Cases whose kernel other tests need, too: each of the others has to be compiled for them alone."""
-
-
 @pytest.mark.parametrize("mode", ["NextStep", "SameStep"])
-@pytest.mark.parametrize(
-    "case", [pytest.param(case, marks=() if case in COMPILED_ANYWAY else pytest.mark.slow) for case in CASES]
-)
+@pytest.mark.parametrize("case", CASES)
 def test_it_is_single_environments_action_by_action(case: str, mode: str) -> None:
     task, given = CASES[case]
     many, each = native(task, 4, mode, **given), singles(task, 4, mode, **given)
@@ -107,7 +83,7 @@ def test_it_is_single_environments_action_by_action(case: str, mode: str) -> Non
 
 
 def test_the_number_of_threads_does_not_matter() -> None:
-    task, given = CASES["neighbours"]
+    task, given = CASES["frontiers"]
     envs = [native(task, 5, threads=threads, **given) for threads in (1, 2, None)]
     starts = [env.reset(seed=4) for env in envs]
     for start in starts[1:]:

@@ -27,8 +27,6 @@ class Note(Listener):
 register("numba:compile", Note())
 import gymnasium
 import houseexpo.pseudoslam
-from houseexpo.pseudoslam import step_kernels
-step_kernels.count_cores = lambda: 1  # all in this process
 env = gymnasium.make("PseudoSLAM/ObstacleAvoidance-v0", **GIVEN)
 env.reset(seed=0)
 env.step(0)

@@ -55,7 +55,7 @@ def test_a_record_gives_the_configuration_again() -> None:
         ("[ppo]\nlearning_rate = nan", "ppo.learning_rate: expected a finite number, found nan"),
         ("[ppo]\nlearning_rate = 3.0", "ppo.learning_rate: expected at most 1, found 3.0"),
         ("[ppo]\ngamma = 1.5", "ppo.gamma: expected at most 1, found 1.5"),
-        ('[environment]\nactions = "fly"', "environment.actions: expected one of discrete, continuous, waypoint"),
+        ('[environment]\nactions = "fly"', "environment.actions: expected one of discrete, continuous, frontier"),
         (
             'policy = "set"',
             'policy: expected "set" with environment.actions = "frontier", and only there; found \'set\'',

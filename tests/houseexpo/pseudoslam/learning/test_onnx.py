@@ -29,7 +29,6 @@ PLACES: dict[str, tuple[str, str, dict[str, Any]]] = {
     "continuous": ("navigation", "cnn-lstm", {"actions": "continuous"}),
     "scales": ("exploration", "cnn-lstm", {"observation": "scales", "preset": "view-10m"}),
     "dict": ("navigation", "cnn", {"observation": "dict"}),
-    "waypoint": ("exploration", "cnn", {"actions": "waypoint"}),
     "set": ("exploration", "set", {"actions": "frontier"}),
 }
 TRAINED = ("avoidance", "exploration-view-10m-cnn", "exploration-frontiers")

@@ -79,7 +79,6 @@ def test_a_run_leaves_a_policy_curves_and_logs(tmp_path: Path) -> None:
     [
         ("exploration", "cnn-lstm", {"task": {"reward": "coverage"}, "observation": "scales", "preset": "view-10m"}),
         ("navigation", "cnn-lstm", {"actions": "continuous"}),
-        ("exploration", "cnn", {"actions": "waypoint"}),
         ("exploration", "set", {"actions": "frontier", "task": {"reward": "coverage"}}),
     ],
 )

@@ -20,7 +20,7 @@ from houseexpo.pseudoslam.kernels.planning.paths import (
     is_explored_near,
     nearest_reachable_cell,
 )
-from houseexpo.pseudoslam.kernels.planning.planner_types import ARRIVED, BLOCKED, SEEN, new_graph, new_planner_memory
+from houseexpo.pseudoslam.kernels.planning.planner_types import ARRIVED, BLOCKED, SEEN, new_planner_memory
 from houseexpo.pseudoslam.kernels.types import NO_WAY, new_path_scratch
 from houseexpo.pseudoslam.planning import planner_rules
 from houseexpo.pseudoslam.step_kernels import enlarge_scratch, make_scratch
@@ -100,8 +100,8 @@ def test_what_was_looked_at_in_vain_is_given_up(outcome: int, gone_px: float, is
     plan.state["goal_x"], plan.state["target"] = math.nan, 6 * 22 + 11
     plan.state["outcome"], plan.state["gone_px"] = outcome, gone_px
     scratch = enlarge_scratch(make_scratch(config), known.size)
-    rules = planner_rules(config, PlanningConfig(), "frontier")
-    update_choices(known, pose[0], plan, new_graph(0, 0), rules, scratch)
+    rules = planner_rules(config, PlanningConfig())
+    update_choices(known, pose[0], plan, rules, scratch)
     assert plan.state["lost"][0] == int(is_lost)
     cells = sorted(plan.frontiers["cells"].tolist())
     assert cells == ([0, 0, 3, 4] if is_lost else [0, 0, 0, 12])
