@@ -71,7 +71,7 @@ def test_wrong_actions_of_one_are_refused(given: dict[str, Any], actions: Any, t
         ({"autoreset_mode": "Never"}, "autoreset_mode: expected one of NextStep, SameStep, Disabled; found 'Never'"),
         ({"render_mode": "human"}, "render_mode: expected 'rgb_array' or None, found 'human'"),
         ({"actions": "both"}, "actions: expected one of discrete, continuous, frontier; found"),
-        ({"observation": "image"}, "observation: expected one of map, dict, graph, scales; found 'image'"),
+        ({"observation": "image"}, "observation: expected one of map, dict, scales; found 'image'"),
         ({"config": {"max_steps": 3}}, "config: expected a SimulatorConfig, one of paper, .*, or None"),
     ],
 )
