@@ -27,7 +27,7 @@ from pipeline.rejection import Reason, Rejection
 from pipeline.sources import roomplan_scan
 from pipeline.sources.files import check_file
 from pipeline.sources.meshes import collada, gltf, obj
-from pipeline.sources.meshes.scene import NamedPiece, PartNames, Scene, triangulate_polygons
+from pipeline.sources.meshes.scene import NamedPiece, PartNames, Scene
 from pipeline.sources.named_scene import drop_default_cube
 from pipeline.sources.tolerances import CHUNK_BYTES, LARGEST_COORDINATE
 from pipeline.tolerances import SPECK
@@ -113,7 +113,7 @@ def _reader(path: Path) -> Callable[[Path, int], Iterator[NamedPiece]]:
     suffix = format_suffix(path)
     if suffix in GLTF:
         return gltf.load
-    known = {".dae": collada.load, ".obj": obj.load, ".off": load_off, ".usdz": roomplan_scan.load_usdz_pieces}
+    known = {".dae": collada.load, ".obj": obj.load, ".usdz": roomplan_scan.load_usdz_pieces}
     return known.get(suffix, _load_plain)
 
 
@@ -209,7 +209,8 @@ def _count_ply(head: bytes, _path: Path) -> int | None:
 
 
 def _count_off(head: bytes, _path: Path) -> int | None:
-    return parse_off_header(head)
+    found = re.match(rb"\s*(?:ST)?C?N?OFF\s+\d+\s+(\d{1,14})\b", re.sub(rb"#.*", b"", head))
+    return int(found[1]) if found else None
 
 
 def _count_stl(head: bytes, path: Path) -> int | None:
@@ -277,67 +278,3 @@ def parse_ply_header(head: bytes) -> tuple[int, int] | None:
             kind = words[2] if words[1] == b"list" else words[1]
             needed += count * (ASCII_BYTES if text else SIZES.get(kind, 1))
     return faces, needed
-
-
-# OFF files: triangles; colours and normals are passed over.
-
-
-WORDS = frozenset({b"OFF", b"COFF", b"NOFF", b"STOFF", b"CNOFF", b"STCNOFF"})
-
-
-def load_off(path: Path, _max_faces: int) -> Iterator[NamedPiece]:
-    """Yield the file's one mesh.
-
-    Raises
-    ------
-    ValueError
-        Where the file is broken, or is the binary variant.
-    """
-    lines = _lines(path.read_bytes())
-    n_vertices, n_faces = _counts(lines)
-    rows = lines[1:]
-    if len(rows) < n_vertices + n_faces:
-        raise ValueError(f"it announces {n_vertices:,} vertices and {n_faces:,} faces and holds {len(rows):,} lines")
-    points = [row.split()[:3] for row in rows[:n_vertices]]
-    if any(len(point) < 3 for point in points):
-        raise ValueError("expected 3 numbers for each vertex, found fewer")
-    vertices = np.array([[float(word) for word in point] for point in points], np.float64).reshape(-1, 3)
-    polygons = [[int(word) for word in _corners(row)] for row in rows[n_vertices : n_vertices + n_faces]]
-    corners = np.array([corner for polygon in polygons for corner in polygon], np.int64)
-    if len(corners) and not 0 <= corners.min() <= corners.max() < n_vertices:
-        raise ValueError(f"a face names vertex {int(corners.max()):,} of {n_vertices:,}")
-    yield NamedPiece(
-        PartNames(), vertices, triangulate_polygons(vertices, corners, np.array([len(each) for each in polygons]))[0]
-    )
-
-
-def parse_off_header(head: bytes) -> int | None:
-    """Return the number of faces that the first lines announce, or None if they are no OFF header."""
-    try:
-        return _counts(_lines(head))[1]
-    except ValueError:
-        return None
-
-
-def _lines(data: bytes) -> list[bytes]:
-    """Lines without comments and blanks; the first holds the counts, whether the word OFF stood before them or not."""
-    lines = [line for raw in data.splitlines() if (line := raw.partition(b"#")[0].strip())]
-    if not lines or lines[0].split()[0] not in WORDS:
-        raise ValueError("expected OFF on its first line")
-    rest = lines[0].split()[1:]
-    return [b" ".join(rest), *lines[1:]] if rest else lines[1:]
-
-
-def _counts(lines: list[bytes]) -> tuple[int, int]:
-    words = lines[0].split() if lines else []
-    if len(words) < 2 or not all(word.isdigit() and len(word) < 15 for word in words[:2]):
-        raise ValueError("expected the numbers of vertices and faces after OFF")
-    return int(words[0]), int(words[1])
-
-
-def _corners(row: bytes) -> list[bytes]:
-    words = row.split()
-    count = int(words[0])
-    if count < 0 or len(words) <= count:
-        raise ValueError(f"a face announces {count} corners and holds {len(words) - 1}")
-    return words[1 : count + 1]
