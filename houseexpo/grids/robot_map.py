@@ -163,11 +163,6 @@ class RobotMap:
         return np.asarray(self.occupancy.view(np.uint8) <= FREE_TO)  # as uint8, negative values are large
 
     @property
-    def likely_free(self) -> Bools:
-        """(rows, cols): whether a cell is more likely free than occupied, but does not count as free."""
-        return (self.occupancy > FREE_TO) & (self.occupancy < EVEN)
-
-    @property
     def occupied(self) -> Bools:
         """(rows, cols): whether a cell is occupied."""
         return self.occupancy >= OCCUPIED_FROM

@@ -54,7 +54,7 @@ def test_rooms_and_doors_by_the_measures_of_rose2() -> None:
         rows, whole, seconds, counts = [], [], [], np.zeros(3, int)
         for made in maps_of(kind):
             start = time.perf_counter()
-            parts = segment_rooms(made.free, CELL_M, occupied=made.occupied, likely=made.likely)
+            parts = segment_rooms(made.free, CELL_M, occupied=made.occupied)
             seconds.append(time.perf_counter() - start)
             label = parts.to_cells(parts.label, made.free.shape)
             coloured = made.free if made.coloured is None else made.coloured

@@ -48,7 +48,6 @@ class TrueMap:
     rooms: Labels
     coloured: Bools | None = None
     occupied: Bools | None = None
-    likely: Bools | None = None
 
 
 def grey(path: Path) -> npt.NDArray[np.uint8]:
@@ -157,7 +156,7 @@ def rose_maps(folder: Path) -> Iterator[TrueMap]:
         unknown = np.bincount(shades[shades < WHITE], minlength=COLOURED)[COLOURED // 2 :].argmax() + COLOURED // 2
         numbers = (number.reshape(colours.shape) + int(values[0] != 0)).astype(np.int32)
         coloured = shades > max(COLOURED, unknown)
-        yield TrueMap(name, free, _on_map(numbers, name, free.shape), coloured, read.occupied, read.likely_free)
+        yield TrueMap(name, free, _on_map(numbers, name, free.shape), coloured, read.occupied)
 
 
 def _on_map(numbers: Labels, name: str, shape: tuple[int, ...]) -> Labels:

@@ -165,9 +165,7 @@ def _storey(found: RobotMap, name: str) -> DrawnStorey:
     free_m2 = float(np.count_nonzero(free)) * found.resolution_m**2
     if free_m2 < SMALLEST_M2:  # cells of a tenth of a millimetre would take minutes to segment
         raise _no_room(name, f"{free_m2:.2g} m² in all")
-    parts = segment_rooms(
-        free, found.resolution_m, occupied=occupied, likely=found.likely_free, walls_only=found.walls_only
-    )
+    parts = segment_rooms(free, found.resolution_m, occupied=occupied, walls_only=found.walls_only)
     edges = _Edges.of_cells(parts.cell_m) if found.walls_only else _Edges()
     height_m = found.occupancy.shape[0] * found.resolution_m
     openings = [_opening_of(way, parts.cell_m, height_m) for way in parts.ways]

@@ -18,17 +18,12 @@ R5  Furniture along a wall belongs to the room: what lies between two parts of a
     of what it shares with the room is occupied, more than MOST of its other edge is, too.
 R6  A gap in the line of a wall (``gaps``) parts what R2 joined, where it leaves SMALLEST_M2 or more on both sides: the
     cells are divided again, with the gap closed, and with the pieces of wall beside it that are clutter by R1.
-R10 A corridor ends at a wall, or at a doorway, both of whose jambs stand out. Where one jamb goes straight on, and the
-    other is a corner, it bends or passes a hall: what R2 parted there is joined. A jamb goes straight on if it stands
-    out by less than PARTITION_M. The place is wider than WIDE_M and AS_WIDE of the corridor's width, and lies across
-    it. A corridor is SLENDER times as long as wide or longer: as wide as its widest place, and as long as its area by
-    that.
 R9  Where it is known which cells are occupied, rays correct the rooms (``rays``).
 R8  Where all that is not free is wall, there is no clutter and no furniture, and the ways are the doorways between the
     ends of walls (``gaps``) that part rooms of NEARLY_ALL of SMALLEST_M2 or more.
 R12 Where walls enclose a room, and the robot saw beyond them, the room ends there (``enclosure``). A room of which it
     saw a fan alone is outside. What no way leads to is no room where it is a closed block, or was seen through glass
-    (``reach``).
+    (``enclosure``).
 R7  Where half of the picture's border or more is free, the map has a margin that no wall encloses: a room that touches
     the border is outside, unless all do. A free line around the picture, with unseen space beyond it for the most part,
     is a frame and no margin.
@@ -46,7 +41,7 @@ import shapely
 from shapely import Polygon
 
 from pipeline.geometry.groups import Groups
-from pipeline.sources.occupancy_map.clutter import SLENDER, drop_scraps, fill_clutter, free_beside_dashes
+from pipeline.sources.occupancy_map.clutter import drop_scraps, fill_clutter, free_beside_dashes
 from pipeline.sources.occupancy_map.enclosure import SPACE_M2, find_fans, is_marked, unreached_rooms, without_fans
 from pipeline.sources.occupancy_map.gaps import REACH_M, find_doorways, find_gaps
 from pipeline.sources.occupancy_map.narrow_places import (
@@ -59,13 +54,7 @@ from pipeline.sources.occupancy_map.narrow_places import (
     measure_gaps,
     separation_log_odds,
 )
-from pipeline.sources.occupancy_map.rays import (
-    fill_between_rays,
-    rooms_of_rays,
-    unseen_islands,
-    with_likely_cells,
-    with_scattered_cells,
-)
+from pipeline.sources.occupancy_map.rays import fill_between_rays, unseen_islands, with_scattered_cells
 from pipeline.sources.tolerances import SCARCELY
 from pipeline.tolerances import BESIDE_M, MOST, NEARLY_ALL, PARTITION_M, RAIL_M, ROOMY_M2, SAME, SHOULDERS_M
 
@@ -75,7 +64,6 @@ SMALLEST_M = 0.7
 SMALLEST_M2 = 1.0
 WAYS_APART_M = 0.75
 DEEPEST_M = 1.2
-AS_WIDE = 0.6
 MOST_CELLS = 5_000_000
 """Larger maps are divided into blocks of cells first."""
 _BORDER = (np.s_[0], np.s_[-1], np.s_[:, 0], np.s_[:, -1])
@@ -130,22 +118,18 @@ def segment_rooms(
     cell_m: float,
     *,
     occupied: Bools | None = None,
-    likely: Bools | None = None,
     walls_only: bool = False,
 ) -> Segmentation:
     """Return the rooms of the free cells (rows, cols) of a map, whose cells are ``cell_m`` wide.
 
     Where there are more than MOST_CELLS, the result has blocks of ``scale`` x ``scale`` cells for cells.
     ``occupied`` (rows, cols) are the cells at which a ray ended (R9); None if that is not known.
-    ``likely`` (rows, cols) are cells that are likely free, for ``rays`` (R9); None if that is not known.
     ``walls_only``: what is not free is wall, neither furniture nor noise (R8).
     """
     scale = int(np.ceil(np.sqrt(free.size / MOST_CELLS)))
     if scale > 1:
         if occupied is not None:
             occupied = count_in_blocks(occupied, scale) > 0
-        if likely is not None:
-            likely = _blocks(free | likely, scale)
         free, cell_m = _blocks(free, scale), cell_m * scale
     if walls_only:
         label, ways = _divide_at_wall_ends(drop_scraps(free, cell_m), cell_m)
@@ -168,16 +152,15 @@ def segment_rooms(
         label = _fill_furniture(label, None, cell_m, outside)
         ways = _with_ways_where_rooms_touch(_without_slits(ways), label, free, cell_m)
         return Segmentation(label, ways, cell_m, scale, outside)
-    cells = _Cells(free, free if likely is None else free | likely, occupied, cell_m)
+    cells = _Cells(free, occupied, cell_m)
     fans = find_fans(seen, occupied & ~clear, cell_m)
     enclosed, beyond = without_fans(label, fans, occupied, outside, cell_m)
-    label, dropped = cells.whole_rooms(label, outside)
+    label = cells.whole_rooms(label, outside)
     if enclosed is not None:
-        enclosed, _ = cells.without(fans).whole_rooms(_without(enclosed, dropped), outside | beyond)
-    ways = tuple(way for way in ways if not np.isin(way.rooms, list(dropped)).any())
+        enclosed = cells.without(fans).whole_rooms(enclosed, outside | beyond)
     rooms = label if enclosed is None else enclosed
     ways = _with_ways_where_rooms_touch(_without_slits(ways), rooms, free, cell_m)
-    outside = (outside | beyond) - dropped
+    outside |= beyond
     unreached = unreached_rooms(rooms, [way.rooms for way in ways], occupied, outside, cell_m)
     if unreached:
         enclosed = _without(rooms, unreached)
@@ -187,24 +170,21 @@ def segment_rooms(
 
 @dataclass(frozen=True, eq=False)
 class _Cells:
-    """Which cells (rows, cols) are free, free or likely so, and occupied; nothing is filled beside ``shut``."""
+    """Which cells (rows, cols) are free and occupied; nothing is filled beside ``shut``."""
 
     free: Bools
-    likely: Bools
     occupied: Bools
     cell_m: float
     shut: Bools | None = None
 
     def without(self, fans: Bools) -> _Cells:
         """Return what it is if nothing was seen in ``fans`` (rows, cols)."""
-        return _Cells(self.free & ~fans, self.likely & ~fans, self.occupied | fans, self.cell_m, fans)
+        return _Cells(self.free & ~fans, self.occupied | fans, self.cell_m, fans)
 
-    def whole_rooms(self, label: Labels, outside: frozenset[int]) -> tuple[Labels, frozenset[int]]:
-        """Return the labels with furniture (R5) and the ends of rays (R9), and the rooms of rays alone."""
+    def whole_rooms(self, label: Labels, outside: frozenset[int]) -> Labels:
+        """Return the labels with furniture (R5) and the ends of rays (R9)."""
         label = _fill_furniture(label, self.occupied, self.cell_m, outside, self.shut)
-        dropped = frozenset(rooms_of_rays(label, self.free, self.occupied, self.cell_m).tolist())
-        label = with_scattered_cells(_without(label, dropped), self.free, self.occupied, self.cell_m)
-        return with_likely_cells(label, self.likely & ~self.free, self.occupied, self.cell_m), dropped
+        return with_scattered_cells(label, self.free, self.occupied, self.cell_m)
 
 
 def _divide_at_wall_ends(clear: Bools, cell_m: float) -> tuple[Labels, tuple[RoomConnection, ...]]:
@@ -251,7 +231,7 @@ def _divide_cells(
     """Return the rooms of the cells (rows, cols) and the ways between them; ``gaps`` are closed, as ``walls`` says."""
     closed = _cells_of_gaps(walls, clear.shape) & clear
     basins = find_basins(clear & ~closed, cell_m)
-    numbers = _join_at_bends(_number_rooms(_merge_basins(basins), basins), basins)
+    numbers = _number_rooms(_merge_basins(basins), basins)
     label = numbers.astype(np.int32)[basins.label]
     narrows, rooms = basins.narrows, numbers[basins.narrows.sides]
     if len(gaps):
@@ -390,35 +370,6 @@ def _number_rooms(root: npt.NDArray[np.int64], basins: Basins) -> npt.NDArray[np
     numbers = np.zeros(count, np.int64)
     numbers[room] = np.arange(1, int(room.sum()) + 1)
     return np.asarray(numbers[root])
-
-
-def _join_at_bends(numbers: npt.NDArray[np.int64], basins: Basins) -> npt.NDArray[np.int64]:
-    """R10: return the number of the room of each basin, 0 for none; ``numbers`` are those before."""
-    count = int(numbers.max(initial=0)) + 1
-    area = np.bincount(numbers, weights=basins.area_m2, minlength=count)
-    wide = np.zeros(count)
-    np.maximum.at(wide, numbers, 2 * basins.peak_m)
-    narrows, sides = basins.narrows, numbers[basins.narrows.sides]
-    bends = (narrows.width_m > WIDE_M) & (narrows.turn_m < PARTITION_M) & (narrows.step_m > PARTITION_M)
-    bends &= (sides > 0).all(axis=1) & (sides[:, 0] != sides[:, 1])
-    corridor = (area >= SLENDER * wide**2)[sides] & (narrows.width_m[:, None] >= AS_WIDE * wide[sides]) & bends[:, None]
-    if not corridor.any():
-        return numbers
-    room, label = np.arange(count), numbers.astype(np.int32)[basins.label]
-    for k, side in np.argwhere(corridor).tolist():
-        if _is_across(narrows.jambs[k], np.argwhere(label == sides[k, side])):
-            low, high = np.sort(room[sides[k]]).tolist()
-            room[room == high] = low
-    kept, found = np.unique(room[numbers], return_inverse=True)
-    return np.asarray(found + int(kept[0] > 0))
-
-
-def _is_across(jambs: Floats, cells: npt.NDArray[np.int64]) -> bool:
-    """R10: whether a place with jambs (2, 2) lies across the length of a room of cells (n, 2), both (row, col)."""
-    y, x = (cells - cells.mean(axis=0)).T
-    along = np.arctan2(2 * (x * y).sum(), (x * x - y * y).sum()) / 2
-    down, right = jambs[1] - jambs[0]
-    return bool(abs(right * np.cos(along) + down * np.sin(along)) < np.hypot(down, right) * np.sqrt(0.5))
 
 
 def _ways(rooms: npt.NDArray[np.int64], narrows: NarrowPlaces) -> tuple[RoomConnection, ...]:

@@ -250,21 +250,7 @@ def test_in_a_picture_alone_what_is_lighter_than_three_tenths_of_the_way_to_whit
         found = read.occupancy
         assert found[4, [0, 2, 3]].tolist() == [0, 100, -1]
         assert FREE_TO < found[4, 1] < EVEN
-        assert np.argwhere(read.likely_free).tolist() == [[4, 1]]
         assert (found[:, 10:] == 0).all()
-
-
-def test_thresholds_leave_nothing_likely_free_but_occupancies_do(tmp_path: Path) -> None:
-    """What a map.yaml calls neither free nor occupied is unknown, unless its mode keeps what is in between."""
-    shades = np.full((20, 20), 205, np.uint8)
-    shades[:, 10:] = 254
-    shades[4, :4] = 210, 175, 30, 0
-    for mode in ("trinary", "scale", "raw"):
-        likely = read_map(saved(tmp_path, shades=shades, mode=mode, free_thresh=0.1)).likely_free
-        assert np.argwhere(likely).tolist() == {"trinary": [], "scale": [[4, 1]], "raw": [[4, 2]]}[mode]
-    assert not read_map(tmp_path / "map.pgm", 0.05, free_thresh=0.1).likely_free.any()
-    np.save(tmp_path / "map.npy", np.array([[0, 25, 26, 49, 50, 65, -1]]))
-    assert read_map(tmp_path / "map.npy", 0.05).likely_free.tolist() == [[False, False, True, True, *[False] * 3]]
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,7 @@ from pipeline.sources.occupancy_map.clutter import fill_clutter
 from pipeline.sources.occupancy_map.enclosure import find_fans, unreached_rooms, wall_share, without_fans
 from pipeline.sources.occupancy_map.gaps import area_of_cells, find_doorways
 from pipeline.sources.occupancy_map.narrow_places import measure_gaps
-from pipeline.sources.occupancy_map.rays import rooms_of_rays, unseen_islands, with_likely_cells, with_scattered_cells
+from pipeline.sources.occupancy_map.rays import unseen_islands, with_scattered_cells
 from pipeline.sources.occupancy_map.rooms import (
     RoomConnection,
     _with_ways_where_rooms_touch,
@@ -54,35 +54,6 @@ def test_a_piece_of_wall_stays_in_a_turned_map() -> None:
     assert not fill_clutter(free, CELL_M)[150, 150]
 
 
-def rays_beside_a_room(walled: bool) -> tuple[np.ndarray, np.ndarray]:
-    """A room of 4 m x 4 m, and above its window a fan of rays that end at nothing, or at a wall."""
-    free, occupied = np.zeros((2, 200, 120), bool)
-    free[110:190, 20:100] = True
-    occupied[108:192, 18:102] = ~free[108:192, 18:102]
-    free[106:110, 50:70] = True
-    occupied[106:110, 50:70] = False
-    row, col = np.indices(free.shape)
-    away = 125 - row
-    fan = (row < 108) & (row >= 40) & (np.abs(col - 60) < 0.6 * away)
-    free |= fan & (np.hypot(row % 4 - 2, col % 4 - 2) > 1.0)  # between the rays cells are unseen
-    if walled:
-        edge = (row >= 36) & (row < 112) & (np.abs(col - 60) < 0.6 * away + 4) & ~fan & ~free & (row < 108)
-        occupied |= edge
-    return free, occupied
-
-
-def test_rays_through_a_window_are_no_room() -> None:
-    label = np.zeros((200, 120), np.int32)
-    for walled in (False, True):
-        free, occupied = rays_beside_a_room(walled)
-        free[40:107:2] = False
-        label[:] = 0
-        label[110:190, 20:100] = 1
-        row, col = np.indices(free.shape)
-        label[(row < 108) & (row >= 40) & (np.abs(col - 60) < 0.6 * (125 - row))] = 2
-        assert rooms_of_rays(label, free, occupied, CELL_M).tolist() == ([] if walled else [2])
-
-
 def test_scattered_free_cells_belong_to_the_nearest_room_but_not_through_a_wall() -> None:
     label = np.zeros((60, 60), np.int32)
     label[:30] = 1
@@ -94,38 +65,6 @@ def test_scattered_free_cells_belong_to_the_nearest_room_but_not_through_a_wall(
     assert (found[34, 10], found[34, 50], found[56, 10]) == (1, 0, 0)  # the last is 1.35 m away
     assert (found[:30] == 1).all()
     assert not found[31:34].any()
-
-
-def test_cells_that_are_likely_free_belong_to_the_room_that_they_touch() -> None:
-    label = np.zeros((80, 60), np.int32)
-    label[:30], label[60:] = 1, 2
-    likely = np.zeros(label.shape, bool)
-    likely[30:60, 4:6] = True  # from room to room
-    likely[31, 20] = True  # touches none
-    likely[30:60, 40] = True
-    occupied = np.zeros_like(likely)
-    occupied[33, 36:50] = True
-    found = with_likely_cells(label, likely, occupied, CELL_M)
-    assert (found[:30] == 1).all()
-    assert (found[60:] == 2).all()
-    assert found[[30, 44, 45, 59], 4].tolist() == [1, 1, 2, 2]
-    assert found[31, 20] == 0
-    assert found[[31, 32, 33, 34, 35, 39, 40], 40].tolist() == [1, 0, 0, 0, 0, 0, 2]  # at most 1 m; none beside a wall
-    assert (segment_rooms(label > 0, CELL_M, occupied=occupied, likely=likely).label == found).all()
-
-
-def test_cells_that_are_likely_free_open_no_doorway_and_make_no_room() -> None:
-    free = np.zeros((100, 60), bool)
-    free[2:30, 2:58] = free[34:60, 2:58] = True
-    likely = np.zeros_like(free)
-    likely[30:34, 20:40] = likely[65:98, 2:58] = True
-    plain = segment_rooms(free, CELL_M, occupied=np.zeros_like(free))
-    found = segment_rooms(free, CELL_M, occupied=np.zeros_like(free), likely=likely)
-    assert np.unique(found.label).tolist() == [0, 1, 2]
-    assert not found.ways
-    assert (found.label[likely[:34].nonzero()] > 0).all()
-    assert (found.label == plain.label)[~likely].all()
-    assert not found.label[62:].any()
 
 
 def test_a_large_piece_of_rays_beside_a_room_is_not_scattered() -> None:
@@ -144,29 +83,6 @@ def test_a_corridor_is_not_cut_at_a_wide_niche() -> None:
     free[2:10, 310:330] = free[40:48, 310:330] = False
     parts = segment_rooms(free, CELL_M)
     assert len(np.unique(parts.label)) == 2
-
-
-@pytest.mark.parametrize(
-    ("above", "below", "wide", "long", "joined"),
-    [
-        (0, 14, 40, 240, True),
-        (7, 7, 40, 240, False),  # both jambs stand out
-        (0, 38, 65, 240, False),  # much narrower than the corridor
-        (0, 18, 40, 240, False),  # as wide as a door
-        (0, 14, 40, 60, False),  # a room, which is no corridor
-    ],
-)
-def test_a_corridor_one_of_whose_walls_goes_straight_on_is_not_cut(
-    above: int, below: int, wide: int, long: int, *, joined: bool
-) -> None:
-    """A corridor and a hall of 8 m x 7.5 m behind its end, where walls stand out from above and below (in cells)."""
-    free = np.zeros((166, long + 160), bool)
-    free[3 : 3 + wide, 3 : 3 + long] = True
-    free[3 + above : 3 + wide - below, 3 + long : 6 + long] = True
-    free[3:163, 6 + long : 156 + long] = True
-    parts = segment_rooms(free, CELL_M)
-    assert parts.label.max() == (1 if joined else 2)
-    assert len(parts.ways) == (0 if joined else 1)
 
 
 def test_a_map_without_known_walls_keeps_its_rooms() -> None:
