@@ -7,10 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from houseexpo.pseudoslam.config import Differential, NoiseConfig, Odometry, SimulatorConfig, Velocity, Wheels
+from houseexpo.pseudoslam.config import Differential, NoiseConfig, Odometry, SimulatorConfig
 from houseexpo.pseudoslam.kernels import step
 from houseexpo.pseudoslam.kernels.episode import Episode, StepParams
-from houseexpo.pseudoslam.kernels.odometry import NO_MODEL, ROTATIONS, VELOCITY, WHEELS
 from houseexpo.pseudoslam.kernels.planning.planner_types import PlannerRules, no_planner_rules
 from houseexpo.pseudoslam.kernels.tolerances import BETWEEN_DEG, BETWEEN_M
 from houseexpo.pseudoslam.kernels.types import (
@@ -54,7 +53,6 @@ def make_step_params(config: SimulatorConfig, clearance_m: float = 0.0, plan: Pl
 
 def make_noise_params(noise: NoiseConfig, ppm: float) -> Errors:
     """Return the parameters of noise on a grid of ``ppm`` pixels per metre."""
-    model, alphas = _model_of(noise, ppm)
     return Errors(
         any=noise.any,
         odometry=noise.odometry,
@@ -67,31 +65,17 @@ def make_noise_params(noise: NoiseConfig, ppm: float) -> Errors:
         way_share=float(noise.odometry_way),
         turn_share=float(noise.odometry_turn),
         turn_rad_px=math.radians(noise.odometry_deg_per_m) / ppm,
-        model=model,
-        alphas=alphas,
+        modelled=noise.odometry_model is not None,
+        alphas=_alphas_of(noise.odometry_model or Odometry(), ppm),
         slip=float(noise.slip),
         bias=math.radians(noise.odometry_bias_deg_s),
     )
 
 
-def _model_of(noise: NoiseConfig, ppm: float) -> tuple[int, tuple[float, float, float, float, float, float]]:
-    """Return the number of the model of odometry and its parameters, with lengths in pixels."""
-    found, px2 = noise.odometry_model, ppm * ppm
-    if isinstance(found, Velocity):
-        a = found
-        shares = a.alpha1, a.alpha2 * px2, a.alpha3 / px2, a.alpha4, a.alpha5 / px2, a.alpha6
-        return VELOCITY, tuple(map(float, shares))  # type: ignore[return-value]  # six of them
-    if isinstance(found, Odometry):
-        o = found
-        return ROTATIONS, (float(o.alpha1), o.alpha2 / px2, float(o.alpha3), o.alpha4 * px2, 0.0, 0.0)
-    if isinstance(found, Wheels):  # a larger wheel rolls farther for the same count (Borenstein and Feng, 1996)
-        w = found
-        nominal = w.separation_m * ppm
-        return WHEELS, (
-            (1.0 / w.diameter_ratio + 1.0) / 2.0, (w.diameter_ratio + 1.0) / 2.0, nominal * w.separation_ratio,
-            nominal, w.right_m_per_root_m**2 * ppm, w.left_m_per_root_m**2 * ppm,
-        )  # fmt: skip
-    return NO_MODEL, (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+def _alphas_of(model: Odometry, ppm: float) -> tuple[float, float, float, float]:
+    """Return the parameters of the model of odometry, with lengths in pixels."""
+    px2 = ppm * ppm
+    return float(model.alpha1), model.alpha2 / px2, float(model.alpha3), model.alpha4 * px2
 
 
 def _drive_of(config: SimulatorConfig) -> Drive:

@@ -14,8 +14,6 @@ from houseexpo.pseudoslam.config.robot import (
     RobotConfig,
     ScanRule,
     StartConfig,
-    Velocity,
-    Wheels,
 )
 from houseexpo.pseudoslam.config.simulator import SimulatorConfig
 
@@ -34,6 +32,4 @@ __all__ = [
     "ScanRule",
     "SimulatorConfig",
     "StartConfig",
-    "Velocity",
-    "Wheels",
 ]

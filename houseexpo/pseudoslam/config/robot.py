@@ -90,7 +90,7 @@ class NoiseConfig:
 
     Odometry drifts as the robot moves, and the map drifts with it: ``odometry_way`` and ``odometry_turn`` are standard
     deviations of the distance and the turn of a step, as shares of these; ``odometry_deg_per_m`` is that of the heading
-    per metre. ``odometry_model`` has the models of the field (below), instead of these three or in
+    per metre. ``odometry_model`` has the model of the field (below), instead of these three or in
     addition. ``odometry_bias_deg_s`` is the rate random walk of a gyroscope (IEEE Std 952): the heading by odometry
     drifts at a rate that is 0 at the start and has the standard deviation ``odometry_bias_deg_s sqrt(t)``, deg/s, after
     t seconds. All these change only what is reported. With ``slip``, the robot itself loses a share of the way and the
@@ -108,7 +108,7 @@ class NoiseConfig:
     odometry_deg_per_m: float = 0.0
     drop_out: float = 0.0
     max_range: float = 0.0
-    odometry_model: Velocity | Odometry | Wheels | None = None
+    odometry_model: Odometry | None = None
     odometry_bias_deg_s: float = 0.0
     slip: float = 0.0
 
@@ -116,10 +116,8 @@ class NoiseConfig:
         for name in self._numbers():
             check_number(getattr(self, name), f"noise.{name}", at_least=0.0, at_most=1000.0)
         check_number(self.slip, "noise.slip", at_most=0.5)
-        if not (self.odometry_model is None or isinstance(self.odometry_model, (Velocity, Odometry, Wheels))):
-            raise ConfigError(
-                f"noise.odometry_model: expected a Velocity, an Odometry, Wheels or None, found {self.odometry_model!r}"
-            )
+        if not (self.odometry_model is None or isinstance(self.odometry_model, Odometry)):
+            raise ConfigError(f"noise.odometry_model: expected an Odometry or None, found {self.odometry_model!r}")
         if self.drop_out + self.max_range > 1:
             raise ConfigError(
                 f"noise: expected drop_out and max_range, which are probabilities, to add up to at most 1, "
@@ -256,35 +254,11 @@ class StartConfig:
         check_one_of(self.origin, "start.origin", get_args(Origin))
 
 
-# Configure the errors of odometry by one of three models of the field: velocity, odometry (as in AMCL), or wheels.
-#
-# Each is a value of ``NoiseConfig.odometry_model``. Errors are those of a step: its turn and its way, or its arc for a
-# robot with a drive. All are off by default, so that only what is set errs.
-
-
-@dataclass(frozen=True)
-class Velocity:
-    """The velocity motion model (Thrun, Burgard and Fox, Probabilistic Robotics, 2005, section 5.3).
-
-    The reported speed v and speed of turning w have errors with the variances ``alpha1 v2 + alpha2 w2`` and
-    ``alpha3 v2 + alpha4 w2``. At the end of a step, the reported heading turns by a further error with the variance
-    ``(alpha5 v2 + alpha6 w2) dt2``. Units are metres, radians and seconds.
-    """
-
-    alpha1: float = 0.0
-    alpha2: float = 0.0
-    alpha3: float = 0.0
-    alpha4: float = 0.0
-    alpha5: float = 0.0
-    alpha6: float = 0.0
-
-    def __post_init__(self) -> None:
-        _check_shares(self, "velocity")
-
-
 @dataclass(frozen=True)
 class Odometry:
-    """The odometry motion model (Probabilistic Robotics, section 5.4), which AMCL uses, there with 0.2 for each alpha.
+    """The odometry motion model (Thrun, Burgard and Fox, Probabilistic Robotics, 2005, section 5.4).
+
+    AMCL uses it, with 0.2 for each alpha. What is not set is 0, so that only what is set errs.
 
     A step is a rotation r1, a translation t and a rotation r2. They are reported with errors of the variances
     ``alpha1 r1^2 + alpha2 t^2``, ``alpha3 t^2 + alpha4 (r1^2 + r2^2)`` and ``alpha1 r2^2 + alpha2 t^2``. A robot that
@@ -298,47 +272,8 @@ class Odometry:
     alpha4: float = 0.0
 
     def __post_init__(self) -> None:
-        _check_shares(self, "odometry")
-
-
-@dataclass(frozen=True)
-class Wheels:
-    """The errors of two wheels: systematic (Borenstein and Feng, 1996) and random (Chong and Kleeman, 1997).
-
-    Odometry counts how far each wheel rolls, and knows only the nominal diameter and separation.
-
-    Parameters
-    ----------
-    separation_m
-        Nominal distance of the wheels; the default is that of a TurtleBot3 Waffle.
-    diameter_ratio
-        E_d of UMBmark: the diameter of the right wheel divided by that of the left one; their mean is the nominal
-        diameter.
-    separation_ratio
-        E_b of UMBmark: the actual distance of the wheels divided by the nominal one.
-    right_m_per_root_m, left_m_per_root_m
-        Standard deviation of the distance that a wheel reports after rolling for a metre; variances are proportional
-        to the distance.
-    """
-
-    separation_m: float = 0.287
-    diameter_ratio: float = 1.0
-    separation_ratio: float = 1.0
-    right_m_per_root_m: float = 0.0
-    left_m_per_root_m: float = 0.0
-
-    def __post_init__(self) -> None:
-        where = "noise.odometry_model.wheels"
-        check_number(self.separation_m, f"{where}.separation_m", at_least=0.01, at_most=100.0)
-        for name in ("diameter_ratio", "separation_ratio"):
-            check_number(getattr(self, name), f"{where}.{name}", at_least=0.5, at_most=2.0)
-        for name in ("right_m_per_root_m", "left_m_per_root_m"):
-            check_number(getattr(self, name), f"{where}.{name}", at_least=0.0, at_most=10.0)
-
-
-def _check_shares(model: Velocity | Odometry, name: str) -> None:
-    for f in fields(model):
-        check_number(getattr(model, f.name), f"noise.odometry_model.{name}.{f.name}", at_least=0.0, at_most=1000.0)
+        for f in fields(self):
+            check_number(getattr(self, f.name), f"noise.odometry_model.{f.name}", at_least=0.0, at_most=1000.0)
 
 
 Motion = Literal["discrete", "differential", "ackermann"]

@@ -1,7 +1,7 @@
 """Compute the errors of the motion that odometry reports for a step, and the share of it that is not lost by slip.
 
-All numbers are pure functions of keys and the number of the step. R1 to R3 are the models of ``config.robot``, whose
-parameters are in ``Errors.alphas``, with lengths in pixels.
+All numbers are pure functions of keys and the number of the step. The parameters of the model (``config.Odometry``) are
+in ``Errors.alphas``, with lengths in pixels.
 """
 
 from __future__ import annotations
@@ -14,9 +14,6 @@ from numba import njit
 from houseexpo.pseudoslam.kernels.episode import BIAS, MODEL, ODOMETRY, SLIP, noise_key
 from houseexpo.pseudoslam.kernels.hashing import normal, uniform
 from houseexpo.pseudoslam.kernels.types import Errors, Rows
-
-NO_MODEL, VELOCITY, ROTATIONS, WHEELS = range(4)
-"""Values of ``Errors.model``."""
 
 
 class OdometryErrors(NamedTuple):
@@ -49,10 +46,11 @@ def draw_odometry_errors(
     """
     step = counts.steps
     seen_turn, seen_way = noisy_odometry(errors, noise_key(counts.key, ODOMETRY), step, turn, way)
-    first, more_turn, more_way, last = _model_errors(errors, noise_key(counts.key, MODEL), step, turn, way, arc)
+    first, more_way, last = _model_errors(errors, noise_key(counts.key, MODEL), step, turn, way, arc)
+    more_turn = 0.0
     if errors.bias > 0.0 and step > 0:  # the first scan is not a step
         readings.bias += errors.bias * math.sqrt(seconds) * normal(noise_key(counts.key, BIAS), step)
-        more_turn += readings.bias * seconds
+        more_turn = readings.bias * seconds
     return OdometryErrors(first, seen_turn - turn + more_turn, seen_way - way + more_way, last)
 
 
@@ -67,28 +65,13 @@ def noisy_odometry(errors: Errors, key: int, step: int, turn: float, way: float)
 @njit(cache=True, nogil=True)
 def _model_errors(
     errors: Errors, key: int, step: int, turn: float, way: float, arc: bool
-) -> tuple[float, float, float, float]:
-    """Return the errors of the model: turns before and during the motion, the way, and the turn after it."""
-    alphas, turn2, way2 = errors.alphas, turn * turn, way * way
-    one, two, three = 4 * step, 4 * step + 1, 4 * step + 2
-    if errors.model == VELOCITY:  # R1, with v = way / seconds and w = turn / seconds: the seconds cancel out
-        more_way = math.sqrt(alphas[0] * way2 + alphas[1] * turn2) * normal(key, one)
-        more_turn = math.sqrt(alphas[2] * way2 + alphas[3] * turn2) * normal(key, two)
-        return 0.0, more_turn, more_way, math.sqrt(alphas[4] * way2 + alphas[5] * turn2) * normal(key, three)
-    if errors.model == ROTATIONS:  # R2
-        first, last = (turn / 2.0, turn / 2.0) if arc else (turn, 0.0)
-        more_first = math.sqrt(alphas[0] * first * first + alphas[1] * way2) * normal(key, one)
-        more_way = math.sqrt(alphas[2] * way2 + alphas[3] * (first * first + last * last)) * normal(key, two)
-        more_last = math.sqrt(alphas[0] * last * last + alphas[1] * way2) * normal(key, three)
-        return more_first, 0.0, more_way, more_last
-    if errors.model == WHEELS:  # R3
-        shrunk_right, shrunk_left, separation, nominal, noise_right, noise_left = alphas
-        half = turn * separation / 2.0
-        right, left = way + half, way - half
-        rolled_right, rolled_left = abs(right), abs(left)
-        if not arc:
-            rolled_right = rolled_left = abs(half) + abs(way)
-        right = right * shrunk_right + math.sqrt(noise_right * rolled_right) * normal(key, one)
-        left = left * shrunk_left + math.sqrt(noise_left * rolled_left) * normal(key, two)
-        return 0.0, (right - left) / nominal - turn, (right + left) / 2.0 - way, 0.0
-    return 0.0, 0.0, 0.0, 0.0
+) -> tuple[float, float, float]:
+    """Return the errors of the model: the turn before the motion, the way, and the turn after it."""
+    if not errors.modelled:
+        return 0.0, 0.0, 0.0
+    alphas, way2 = errors.alphas, way * way
+    first, last = (turn / 2.0, turn / 2.0) if arc else (turn, 0.0)
+    more_first = math.sqrt(alphas[0] * first * first + alphas[1] * way2) * normal(key, 4 * step)
+    more_way = math.sqrt(alphas[2] * way2 + alphas[3] * (first * first + last * last)) * normal(key, 4 * step + 1)
+    more_last = math.sqrt(alphas[0] * last * last + alphas[1] * way2) * normal(key, 4 * step + 2)
+    return more_first, more_way, more_last

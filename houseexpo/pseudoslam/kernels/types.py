@@ -98,8 +98,8 @@ class Errors(NamedTuple):
     way_share: float
     turn_share: float
     turn_rad_px: float
-    model: int
-    alphas: tuple[float, float, float, float, float, float]
+    modelled: bool
+    alphas: tuple[float, float, float, float]
     slip: float
     bias: float
 

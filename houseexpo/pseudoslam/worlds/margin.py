@@ -24,7 +24,7 @@ from typing import Final
 import numpy as np
 
 from houseexpo.grids.frame import GridFrame
-from houseexpo.pseudoslam.config import Ackermann, NoiseConfig, Odometry, SimulatorConfig, Velocity, Wheels
+from houseexpo.pseudoslam.config import Ackermann, NoiseConfig, SimulatorConfig
 from houseexpo.pseudoslam.worlds.world import MAX_WORLD_CELLS, World
 
 MOST_SIGMA: Final = math.sqrt(66.0 * math.log(2.0))
@@ -104,18 +104,7 @@ def _errors_of_a_step(config: SimulatorConfig) -> tuple[float, float, float, flo
     heading2, along2 = heading2 + (slipped * turn) ** 2 / 12.0, along2 + (slipped * way) ** 2 / 12.0  # a uniform share
     always_turn, always_way = noise.slip * turn, noise.slip * way
     model = noise.odometry_model
-    if isinstance(model, Velocity):
-        along2 += model.alpha1 * way2 + model.alpha2 * turn2
-        heading2 += (model.alpha3 + model.alpha5) * way2 + (model.alpha4 + model.alpha6) * turn2
-    elif isinstance(model, Odometry):
+    if model is not None:
         along2 += model.alpha3 * way2 + model.alpha4 * turn2
         heading2 += 2.0 * (model.alpha1 * turn2 + model.alpha2 * way2)
-    elif isinstance(model, Wheels):
-        rolled = way + turn * model.separation_m * model.separation_ratio / 2.0
-        spread2 = (model.right_m_per_root_m**2 + model.left_m_per_root_m**2) * rolled
-        along2, heading2 = along2 + spread2 / 4.0, heading2 + spread2 / model.separation_m**2
-        skew = abs(model.diameter_ratio - 1.0 / model.diameter_ratio) / 2.0 * rolled  # one wheel rolls farther
-        shrunk = abs((model.diameter_ratio + 1.0 / model.diameter_ratio) / 4.0 - 0.5)
-        always_turn += skew / model.separation_m + abs(model.separation_ratio - 1.0) * turn
-        always_way += skew / 2.0 + shrunk * way
     return math.sqrt(heading2), math.sqrt(along2), always_turn, always_way

@@ -15,7 +15,6 @@ from houseexpo.pseudoslam.config import (
     ObservationConfig,
     Odometry,
     SimulatorConfig,
-    Wheels,
 )
 from houseexpo.pseudoslam.config.moving_obstacles import PeopleConfig, Trajectory
 from houseexpo.pseudoslam.config.obstacles import Circle, ObstaclesConfig, RandomObstacles
@@ -25,7 +24,6 @@ from tests.builders.simulations import HUTS, assert_same, assert_same_step, flat
 NOISE = NoiseConfig(0.02, 0.01, 0.2, 0.05, 0.05, 1.0, 0.05, 0.02)
 SMALL = SimulatorConfig(pixels_per_metre=16.0, observation=ObservationConfig(3.0, global_cells=32), max_steps=11)
 AVOIDING = replace(ObstacleAvoidance.default, pixels_per_metre=16.0, max_steps=11)
-WHEELS = Wheels(0.3, 1.02, 1.03, 0.02, 0.01)
 ALPHAS = Odometry(0.1, 0.1, 0.1, 0.1)
 PEOPLE = PeopleConfig(2, speed_m_s=1.0, away_m=0.5)
 ACROSS = Trajectory(Circle(0.2), (0, 2, 4), ((1, 1, 0), (3, 1, 0), (1, 1, 0)), loop=True)
@@ -45,7 +43,7 @@ CASES: dict[str, tuple[str, dict[str, Any]]] = {
     ),
     "a model of odometry, slip and bias": (
         "Exploration",
-        {"dataset": HUTS, "config": replace(SMALL, noise=NoiseConfig(odometry_model=WHEELS, slip=0.1))},
+        {"dataset": HUTS, "config": replace(SMALL, noise=NoiseConfig(odometry_model=ALPHAS, slip=0.1))},
     ),
     "a drive with noise and people": (
         "Exploration",

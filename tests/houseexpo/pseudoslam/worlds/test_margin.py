@@ -16,8 +16,6 @@ from houseexpo.pseudoslam.config import (
     Odometry,
     RobotConfig,
     SimulatorConfig,
-    Velocity,
-    Wheels,
 )
 from houseexpo.pseudoslam.kernels.hashing import normal
 from houseexpo.pseudoslam.kernels.mapping import OBSTACLE, UNKNOWN
@@ -34,10 +32,7 @@ TWO_ROOMS = FloorPlan(
 )
 DRIFTS = {
     "shares": NoiseConfig(odometry_way=0.05, odometry_turn=0.05, odometry_deg_per_m=1.0),
-    "velocity": NoiseConfig(odometry_model=Velocity(0.001, 0.001, 0.001, 0.001, 0.001, 0.001)),
     "rotations": NoiseConfig(odometry_model=Odometry(0.001, 0.001, 0.001, 0.001)),
-    "wheels, systematic": NoiseConfig(odometry_model=Wheels(diameter_ratio=1.001, separation_ratio=1.002)),
-    "wheels, random": NoiseConfig(odometry_model=Wheels(right_m_per_root_m=0.002, left_m_per_root_m=0.002)),
     "gyroscope": NoiseConfig(odometry_bias_deg_s=0.01),
     "slip": NoiseConfig(slip=0.01),
 }
