@@ -26,6 +26,7 @@ TRACKS  ?= $(sort $(foreach run,$(RESULTS),$(firstword $(subst :, ,$(run)))))
 LEARNED ?= $(foreach seed,$(SEEDS),avoidance:experiments/paper/avoidance-$(seed)/policy.pt \
   $(foreach run,view-10m view-10m-cnn frontiers,$(patsubst %,%:experiments/beyond/exploration-$(run)-$(seed)/policy.pt,budget quality)))
 ABOUT   ?=
+PYTEST  ?=
 PIP     := $(BIN)/python -m pip --disable-pip-version-check --quiet install -c constraints.txt
 
 .DEFAULT_GOAL := help
@@ -117,10 +118,10 @@ leaderboard: setup ## make docs/leaderboard.md from the results in docs/leaderbo
 	@$(BIN)/houseexpo benchmark compare docs/leaderboard --curves --title Leaderboard --out docs/leaderboard.md --replace
 
 test: setup ## run the quick tests (3 to 5 minutes on two cores, kernels compiled)
-	@OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 $(BIN)/python -m pytest -q -m 'not slow' -n auto --maxprocesses 8 --dist loadfile
+	@OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 $(BIN)/python -m pytest -q -m 'not slow' -n auto --maxprocesses 8 --dist loadfile $(PYTEST)
 
 test-all: setup ## run the slow tests too
-	@$(BIN)/python -m pytest -q -n auto --maxprocesses 8 --dist loadfile
+	@$(BIN)/python -m pytest -q -n auto --maxprocesses 8 --dist loadfile $(PYTEST)
 
 check: setup ## lint, formatting, types and the arrows between packages
 	@$(BIN)/ruff check .

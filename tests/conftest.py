@@ -30,6 +30,7 @@ OF_WORKERS: Final = (
     "pipeline.sources.generated",
     "pipeline.sources.reader_choice",
 )
+PASSED: Final[list[str]] = []
 STANDS_FOR: Final = dict.fromkeys(
     ("step_pool_by_sector", "step_pool_by_rays", "step_pool_in_full"), "step_pool_with_people"
 )
@@ -37,6 +38,10 @@ STANDS_FOR: Final = dict.fromkeys(
 
 def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption("--benchmarks", action="store_true", help="run tests/benchmarks too, and print what they measure")
+    parser.addoption("--note-passed", type=Path, metavar="FILE", help="write the names of the tests that pass")
+    parser.addoption(
+        "--leave-out", type=Path, metavar="FILE", help="leave out those of FILE that a quick run tries whole"
+    )
     kit = parser.getgroup("kinds", "houses of each kind (tests/benchmarks/test_bench_kinds.py)")
     kit.addoption("--members", type=int, default=100, help="how many houses of each kind")
     kit.addoption("--kinds", default="", help="which kinds, separated by commas; all by default")
@@ -99,8 +104,30 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
 
     By then, the worker with the simulator's tests has compiled them. Otherwise files are in the order of their names.
     """
+    if config.option.leave_out:
+        passed = set(config.option.leave_out.read_text().splitlines())
+        left = [item for item in items if item.nodeid in passed and _is_whole_in_quick_run(item)]
+        config.hook.pytest_deselected(items=left)
+        items[:] = [item for item in items if item not in set(left)]
     if hasattr(config, "workerinput"):
         items.sort(key=_place_of_file)
+
+
+def _is_whole_in_quick_run(item: pytest.Item) -> bool:
+    """Return whether a quick run tries all of a test: with the true kernels, and with each example of a property."""
+    return not item.nodeid.startswith((SIMULATOR, *KERNELS_TOO)) and not hasattr(item.obj, "is_hypothesis_test")  # type: ignore[attr-defined]
+
+
+def pytest_runtest_logreport(report: pytest.TestReport) -> None:
+    """Remember what has passed, for ``--note-passed``."""
+    if report.when == "call" and report.passed:
+        PASSED.append(report.nodeid)
+
+
+def pytest_sessionfinish(session: pytest.Session) -> None:
+    """Write what has passed, if that is asked for, where all reports are."""
+    if session.config.option.note_passed and not hasattr(session.config, "workerinput"):
+        session.config.option.note_passed.write_text("".join(f"{name}\n" for name in PASSED))
 
 
 def _place_of_file(item: pytest.Item) -> tuple[int, str]:
