@@ -11,8 +11,7 @@ import numpy as np
 import pytest
 
 from houseexpo.pseudoslam.config import LaserConfig, NoiseConfig, ObservationConfig, SimulatorConfig
-from houseexpo.pseudoslam.config.moving_obstacles import PeopleConfig, Trajectory
-from houseexpo.pseudoslam.config.obstacles import Circle
+from houseexpo.pseudoslam.config.moving_obstacles import PeopleConfig
 from houseexpo.pseudoslam.config.simulator import PlanningConfig
 from tests.builders.simulations import HUTS, assert_same, assert_same_step, hut, native, singles
 
@@ -21,7 +20,6 @@ pytestmark = pytest.mark.slow  # the kernels of planners' actions take half a mi
 NOISE = NoiseConfig(0.02, 0.01, 0.2, 0.05, 0.05, 1.0, 0.05, 0.02)
 SMALL = SimulatorConfig(pixels_per_metre=16.0, observation=ObservationConfig(3.0, global_cells=32), max_steps=60)
 HOUSES = [*HUTS, hut("hall", 9.0)]
-ACROSS = Trajectory(Circle(0.2), (0, 2, 4), ((1, 1, 0), (3, 1, 0), (1, 1, 0)), loop=True)
 CASES: dict[str, tuple[str, dict[str, Any]]] = {
     "frontiers": (
         "Exploration",
@@ -35,14 +33,6 @@ CASES: dict[str, tuple[str, dict[str, Any]]] = {
             "observation": "dict",
             "actions": "frontier",
             "planning": PlanningConfig(frontiers=4, max_steps=9),
-        },
-    ),
-    "frontiers, rays, a trajectory": (
-        "Exploration",
-        {
-            "dataset": HUTS,
-            "config": replace(SMALL, laser=LaserConfig(rule="rays"), trajectories=(ACROSS,)),
-            "actions": "frontier",
         },
     ),
     "frontiers, rays, navigation": (
