@@ -9,14 +9,9 @@ R3  Nothing else is requested, and no other server is contacted: redirections ar
 from __future__ import annotations
 
 import hashlib
-import http.client
 import re
-import socket
 import threading
-import time
 from collections import Counter
-from collections.abc import Iterator
-from contextlib import contextmanager, suppress
 from functools import cached_property
 from pathlib import Path
 from typing import Any, Final, NamedTuple
@@ -36,7 +31,7 @@ from houseexpo.plan import checks
 _COLUMNS: Final = pa.schema([*SCHEMA, ("digest", pa.string())])
 _INDEX_BYTES: Final = 1 << 30
 _TIMEOUT_S: Final = 60.0
-"""Time limits in seconds: between two bytes; and for the head of an answer, and for each mebibyte of it."""
+"""The longest time between two bytes, seconds."""
 _PART_BYTES: Final = 1 << 16
 _DIGEST: Final = re.compile("[0-9a-f]{40}")
 
@@ -146,11 +141,11 @@ class _Server:
     def __init__(self, address: str) -> None:
         try:
             parts = urlsplit(address)
-            self._host, self._port = parts.hostname or "", parts.port
+            host, _ = parts.hostname or "", parts.port  # reading the port checks it
         except ValueError as error:
             raise DatasetError(f"{address}: expected an address such as http://host:8000/demo ({error})") from None
         names = [part for part in parts.path.split("/") if part]
-        if not self._host or len(names) != 1:
+        if not host or len(names) != 1:
             raise DatasetError(
                 f"{address}: expected an address such as http://host:8000/demo, with the data set's name"
             )
@@ -163,80 +158,43 @@ class _Server:
                 f"{self.plain}: expected the address of a data set, found a filter behind it ({next(iter(query))}); "
                 "open it without, and choose plans with select"
             )
-        self._kind = http.client.HTTPSConnection if parts.scheme == "https" else http.client.HTTPConnection
+        self._root = f"{parts.scheme}://{parts.netloc.rpartition('@')[2]}/api/{quote(self.name, safe='')}"
         self._own = threading.local()
 
     def get(self, path: str, most_bytes: int, tag: str = "", fine: tuple[int, ...] = (200, 304)) -> _Answer:
         """Request ``/api/NAME`` and a path below it; raise DatasetError unless the status is one of ``fine``."""
-        headers = {"accept": "application/json", **({"if-none-match": tag} if tag else {})}
+        import requests
+
+        headers = {"if-none-match": tag} if tag else {}
         headers |= {"authorization": f"Bearer {self._token}"} if self._token else {}
+        size, parts = 0, list[bytes]()
         try:
-            found = self._request(f"/api/{quote(self.name, safe='')}{path}", headers, most_bytes)
-        except (OSError, http.client.HTTPException) as error:
-            what = getattr(error, "strerror", None) or str(error) or type(error).__name__
+            with self._session.get(
+                f"{self._root}{path}", headers=headers, timeout=_TIMEOUT_S, allow_redirects=False, stream=True
+            ) as answer:
+                for part in answer.iter_content(_PART_BYTES):
+                    parts.append(part)
+                    size += len(part)
+                    if size > most_bytes:
+                        raise DatasetError(f"{self.plain}{path}: expected at most {most_bytes:,} bytes, found more")
+        except requests.RequestException as error:
+            what = type(error).__name__
             raise DatasetError(f"{self.plain}: no answer ({what}); is houseexpo serve running there?") from None
+        found = _Answer(answer.status_code, b"".join(parts), answer.headers.get("etag", ""))
         if found.status not in fine:
             raise DatasetError(f"{self.plain}{path}: {_reason(found)}")
-        if len(found.data) > most_bytes:
-            raise DatasetError(f"{self.plain}{path}: expected at most {most_bytes:,} bytes, found more")
         return found
 
-    def _request(self, path: str, headers: dict[str, str], most_bytes: int) -> _Answer:
-        kept = getattr(self._own, "connection", None)
-        if kept is not None:
-            try:
-                return _exchange(kept, path, headers, most_bytes)
-            except (OSError, http.client.HTTPException):  # the server may have closed it meanwhile
-                kept.close()
-        self._own.connection = self._kind(self._host, self._port, timeout=_TIMEOUT_S)
-        return _exchange(self._own.connection, path, headers, most_bytes)
+    @property
+    def _session(self) -> Any:
+        """The connection of this thread, without proxies and other settings of the environment (R3)."""
+        import requests
 
-
-def _exchange(connection: http.client.HTTPConnection, path: str, headers: dict[str, str], most_bytes: int) -> _Answer:
-    connection.request("GET", path, headers=headers)
-    with _cut_off(connection, _TIMEOUT_S):
-        answer = connection.getresponse()
-    data = _body(answer, most_bytes)
-    if not answer.isclosed():
-        connection.close()
-    return _Answer(answer.status, data, answer.getheader("etag", ""))
-
-
-@contextmanager
-def _cut_off(connection: http.client.HTTPConnection, seconds: float) -> Iterator[None]:
-    """Close the connection to a server that sends single bytes in time but takes too long for the whole."""
-    late = threading.Event()
-
-    def end() -> None:
-        late.set()
-        if connection.sock is not None:
-            with suppress(OSError):
-                connection.sock.shutdown(socket.SHUT_RDWR)
-
-    timer = threading.Timer(seconds, end)
-    timer.daemon = True
-    timer.start()
-    try:
-        yield
-    except (OSError, http.client.HTTPException):
-        if late.is_set():
-            raise TimeoutError(f"it was not complete after {seconds:.0f} s") from None
-        raise
-    finally:
-        timer.cancel()
-
-
-def _body(answer: http.client.HTTPResponse, most_bytes: int) -> bytes:
-    start, parts, size = time.monotonic(), [], 0
-    while size <= most_bytes and (part := answer.read1(min(_PART_BYTES, most_bytes + 1 - size))):
-        parts.append(part)
-        size += len(part)
-        patience = _TIMEOUT_S * (1 + size / 2**20)
-        if time.monotonic() - start > patience:
-            raise TimeoutError(f"{size:,} bytes came in {patience:.0f} s; that is too slow")
-    if answer.length == 0:
-        answer.close()  # ``read1`` leaves it open at its end, and the connection could not be reused
-    return b"".join(parts)
+        if not hasattr(self._own, "session"):
+            self._own.session = requests.Session()
+            self._own.session.trust_env = False
+            self._own.session.headers = {"accept": "application/json", "accept-encoding": "identity"}
+        return self._own.session
 
 
 def _reason(found: _Answer) -> str:

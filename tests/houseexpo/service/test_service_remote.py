@@ -4,11 +4,7 @@ from __future__ import annotations
 
 import io
 import os
-import socket
-import threading
-import time
 from collections.abc import Iterator
-from contextlib import suppress
 from pathlib import Path
 
 import pyarrow as pa
@@ -84,14 +80,6 @@ def test_a_token_is_sent(folder: Path) -> None:
             open_dataset(f"{address}/homes")
 
 
-def test_the_server_may_close_a_connection(folder: Path) -> None:
-    service = service_of(folder)
-    with running(service) as address:
-        remote = open_dataset(f"{address}/homes")
-        remote._catalogue._server._own.connection.sock.close()
-        assert remote["b2"].id == "b2"
-
-
 @pytest.mark.parametrize("address", ["http://", "http://host:port/a", "http://localhost:1", "http://localhost:1/a/b"])
 def test_an_address_without_a_data_set_is_refused(address: str) -> None:
     with pytest.raises(DatasetError, match="expected an address"):
@@ -128,29 +116,6 @@ def test_ids_that_are_not_distinct_are_refused(address: str, folder: Path) -> No
     twice = serving({"api/homes/index.parquet": stream.getvalue()})
     with twice as server, pytest.raises(DatasetError, match="expected ids that differ, found 'a1' more than once"):
         open_dataset(f"{server.address}/homes")
-
-
-@pytest.mark.parametrize("head", [b"", b"HTTP/1.1 200 OK\r\nContent-Length: 100000\r\n\r\n"])
-def test_a_server_that_sends_a_byte_at_a_time_holds_nobody(monkeypatch: pytest.MonkeyPatch, head: bytes) -> None:
-    monkeypatch.setattr("houseexpo.dataset.store.remote._TIMEOUT_S", 1.0)
-    ended = threading.Event()
-
-    def drip(listening: socket.socket) -> None:
-        with suppress(OSError):
-            client, _ = listening.accept()
-            with client:
-                client.sendall(head)
-                while not ended.wait(0.05):
-                    client.sendall(b"x")
-
-    with socket.create_server(("127.0.0.1", 0)) as listening:
-        thread = threading.Thread(target=drip, args=(listening,), daemon=True)
-        thread.start()
-        start = time.monotonic()
-        with pytest.raises(DatasetError, match="no answer"):
-            open_dataset(f"http://127.0.0.1:{listening.getsockname()[1]}/homes")
-        assert time.monotonic() - start < 20
-        ended.set()
 
 
 def _cache() -> Path:
