@@ -1,9 +1,9 @@
-"""Where the published simulator departs from its paper: thirteen behaviours, each with a test that it would fail."""
+"""Where the published simulator departs from its paper, and what tests of single parts do not show (numbers 3 to 7)."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import asdict, replace
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -12,42 +12,10 @@ import houseexpo.pseudoslam  # noqa: F401  # registers the environments
 from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.config import (
     LaserConfig,
-    NoiseConfig,
     RobotConfig,
 )
-from houseexpo.pseudoslam.config.obstacles import Circle, Obstacle, ObstaclesConfig, RandomObstacles
 from houseexpo.pseudoslam.simulator import Simulator
-from tests.builders.simulations import PLAIN, at, corner, hall, hall_with_cell, started, wander
-
-
-def test_1_each_obstacle_moves_along_its_own_ray_by_metres() -> None:
-    """There: one Gaussian a ray in pixels, rounded, added to x and y of the whole ray; 0.1 never does anything."""
-    config = replace(PLAIN, laser=LaserConfig(3.0, 60.0, 0.5))
-    exact = started(at(3.0, 2.0, 0.0, config), corner())[1].known
-    noisy = started(at(3.0, 2.0, 0.0, replace(config, noise=NoiseConfig(laser_m=0.1))), corner())[1].known
-    assert set(np.nonzero(exact == 255)[1].tolist()) == {126}
-    cols = np.nonzero(noisy == 255)[1]
-    assert cols.std() == pytest.approx(2.5, rel=0.25)  # 0.1 m, each beam for itself
-    margin = (noisy.shape[0] - exact.shape[0]) // 2  # what noise moves outward has room there
-    inside = noisy[margin : margin + exact.shape[0], margin : margin + exact.shape[1]]
-    assert np.array_equal(inside[:, :110], exact[:, :110])  # what lies on the way stays where it is
-
-
-def test_2_registration_errs_as_much_as_told_once_a_step_and_may_leave_the_map() -> None:
-    """There: ten times less than told, anew for each scan of a step, and an IndexError at the edge of the map."""
-    noise = NoiseConfig(registration_m=0.2)
-    config = replace(PLAIN, noise=noise, laser=LaserConfig(3.0, 30.0), robot=RobotConfig(turn_deg=40.0))
-    simulator, rng, shifts = Simulator.of(corner(), at(3.0, 2.0, -20.0, config)), np.random.default_rng(5), []
-    for _ in range(150):
-        state = simulator.start(rng)
-        state.known[:] = 0
-        simulator.step(state, "left")  # four scans
-        wall = np.nonzero(state.known == 255)[1]
-        assert np.ptp(wall) <= 1
-        shifts.append((wall.mean() - 126) / 25)
-    assert np.std(shifts) == pytest.approx(0.2, rel=0.2)
-    simulator, state, rng = started(at(0.3, 0.3, -135.0, replace(PLAIN, noise=NoiseConfig(registration_m=2.0))))
-    wander(simulator, state, rng, 60)
+from tests.builders.simulations import PLAIN, at, hall, hall_with_cell, started, wander
 
 
 @pytest.mark.parametrize("turn", [5.0, 10.0, 15.0, 25.0, 97.0])
@@ -100,17 +68,6 @@ def test_6_random_starts_are_everywhere_and_between_cells() -> None:
     assert ((poses[:, :2] >= 0.2) & (poses[:, :2] <= (7.8, 3.8))).all()
     assert np.ptp(poses[:, 2]) > 6
     assert len(np.unique(poses[:, 0] % 0.04)) > 250
-
-
-def test_6_a_search_without_end_is_an_error_and_sizes_are_what_they_say() -> None:
-    """There: it looks for ever, writes other sizes into its configuration, and halves what it calls a radius."""
-    crowd = replace(PLAIN, obstacles=ObstaclesConfig(random=RandomObstacles(number=(500, 500), size_m=(0.5, 3.0))))
-    before = asdict(crowd)
-    with pytest.raises(ConfigError, match=r"obstacles\.random\.number: at most \d+ of 500 obstacles found a place"):
-        started(crowd)
-    assert asdict(crowd) == before
-    _, state, _ = started(at(1, 1, 0, replace(PLAIN, obstacles=ObstaclesConfig(placed=(Obstacle(Circle(0.6), 5, 2),)))))
-    assert state.occupied[1:-1, 1:-1].sum() / 25**2 == pytest.approx(math.pi * 0.6**2, rel=0.03)
 
 
 def test_7_it_never_starts_in_a_pocket_and_all_that_counts_can_be_seen() -> None:
