@@ -102,7 +102,8 @@ class ReleaseFacts:
         )
         made = self.material.manifest.is_made
         return (
-            "Plans are flat: heights of walls, stairs, thresholds and windows are not in them.",
+            "Plans are flat: heights of walls, stairs and thresholds are not in them"
+            + ("." if "windows" in self.rows else ", and windows neither."),
             furniture,
             *(("The houses are synthetic; results on them need a check on real ones.",) if made else ()),
             "Doors inside are open, doors to the outside are closed.",

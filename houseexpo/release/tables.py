@@ -1,4 +1,4 @@
-"""Write the tables of a release as Parquet: plans, rooms, doors and, if there is any, furniture, with one row each.
+"""Write the tables of a release as Parquet: plans, rooms, doors and, if there are any, windows and furniture.
 
 Geometry is WKB in the plan's own coordinates in metres (docs/format.md), with polygons counter-clockwise. Columns are
 described only here; the data card and the Croissant description repeat these texts.
@@ -19,7 +19,7 @@ import pyarrow.parquet as pq
 from houseexpo.analysis.audit import PlanAudit
 from houseexpo.dataset.index import index_row
 from houseexpo.floorplan import FloorPlan
-from houseexpo.plan import RADII_M
+from houseexpo.plan import RADII_M, Door
 
 if TYPE_CHECKING:
     from shapely.geometry.base import BaseGeometry
@@ -71,6 +71,7 @@ def _plan_rows(placed: ReleasePlan) -> Iterator[Row]:
         "group": placed.group,
         **{_reach_column(radius): (reach.get(f"{radius:.2f}") or {}).get("largest_share") for radius in RADII_M},
         "narrowest": (reach.get(_SHARE_RADIUS) or {}).get("narrowest"),
+        "windows": len(plan.windows),
         "objects": len(plan.objects),
         "kind": (plan.provenance or {}).get("kind"),
         "broken_rules": None if audit is None else sorted(audit.broken_rules()),
@@ -80,9 +81,11 @@ def _plan_rows(placed: ReleasePlan) -> Iterator[Row]:
 
 
 def _room_rows(placed: ReleasePlan) -> Iterator[Row]:
+    windows = placed.plan.windows
     audited = {} if placed.audit is None else {room.id: room for room in placed.audit.rooms}
     for room in placed.plan.rooms:
         found = audited.get(room.id)
+        own = [window for window in windows if room.id in window.rooms]
         yield {
             "plan_id": placed.plan.id,
             "split": placed.split,
@@ -90,6 +93,8 @@ def _room_rows(placed: ReleasePlan) -> Iterator[Row]:
             "label": room.label,
             "source_labels": list(room.source_labels),
             "area": round(room.area, 2),
+            "windows": len(own),
+            "window_area": _window_area(own),
             "clear_width": found and found.width_m,
             "aspect": found and found.aspect,
             "broken_rules": None if found is None else sorted(set(found.broken_rules())),
@@ -111,6 +116,30 @@ def _door_rows(placed: ReleasePlan) -> Iterator[Row]:
             "room_b": door.rooms[1],
             "geometry": encode_wkb(door.polygon),
             "segment": encode_wkb(shapely.LineString(door.segment)),
+        }
+
+
+def _window_area(windows: Sequence[Door]) -> float | None:
+    """Return the area of windows in m2; None if the heights of one are not known."""
+    areas = [w.width * (w.head - w.sill) for w in windows if w.sill is not None and w.head is not None]
+    return round(sum(areas), 2) if len(areas) == len(windows) else None
+
+
+def _window_rows(placed: ReleasePlan) -> Iterator[Row]:
+    import shapely
+
+    for window in placed.plan.windows:
+        yield {
+            "plan_id": placed.plan.id,
+            "split": placed.split,
+            "window": window.id,
+            "width": window.width,
+            "sill": window.sill,
+            "head": window.head,
+            "room_a": window.rooms[0],
+            "room_b": window.rooms[1],
+            "geometry": encode_wkb(window.polygon),
+            "segment": encode_wkb(shapely.LineString(window.segment)),
         }
 
 
@@ -165,6 +194,7 @@ PLANS: Final = ReleaseTable(
         TableColumn("labels", _STRINGS, "Labels of rooms that occur, sorted."),
         TableColumn("doors", pa.int32(), "Doors of every kind."),
         TableColumn("cuts", pa.int32(), "Doors that were cut to connect parts without a door."),
+        TableColumn("windows", pa.int32(), "Windows; 0 also if the source names none."),
         TableColumn("objects", pa.int32(), "Pieces of furniture."),
         *_REACH,
         TableColumn(
@@ -194,6 +224,8 @@ ROOMS: Final = ReleaseTable(
         TableColumn("label", pa.string(), "One of the 25 labels, or Unlabelled."),
         TableColumn("source_labels", _STRINGS, "The words of the source."),
         TableColumn("area", pa.float64(), "Floor in m2."),
+        TableColumn("windows", pa.int32(), "Windows in its walls."),
+        TableColumn("window_area", pa.float64(), "Their area in m2; empty if their heights are not known."),
         TableColumn(
             "clear_width", pa.float64(), "Diameter of the largest circle inside, in metres, without furniture."
         ),
@@ -220,6 +252,23 @@ DOORS: Final = ReleaseTable(
     {"geometry": ("Polygon",), "segment": ("LineString",)},
     _door_rows,
 )
+WINDOWS: Final = ReleaseTable(
+    "windows",
+    "One row per window.",
+    (
+        *_OF_PLAN,
+        TableColumn("window", pa.int32(), "Number of the window in its plan."),
+        TableColumn("width", pa.float64(), "From jamb to jamb in metres."),
+        TableColumn("sill", pa.float64(), "Height of its lower edge above the floor, in metres."),
+        TableColumn("head", pa.float64(), "Height of its upper edge above the floor, in metres."),
+        TableColumn("room_a", pa.int32(), "A room that it gives light."),
+        TableColumn("room_b", pa.int32(), "The room behind it; empty if it looks outside."),
+        TableColumn("geometry", pa.binary(), "The area between the wall's two faces, WKB in metres; not free space."),
+        TableColumn("segment", pa.binary(), "From jamb to jamb on the wall's centre line, WKB in metres."),
+    ),
+    {"geometry": ("Polygon",), "segment": ("LineString",)},
+    _window_rows,
+)
 OBJECTS: Final = ReleaseTable(
     "objects",
     "One row per piece of furniture.",
@@ -234,7 +283,7 @@ OBJECTS: Final = ReleaseTable(
     {"geometry": ("Polygon",)},
     _object_rows,
 )
-TABLES: Final = (PLANS, ROOMS, DOORS, OBJECTS)
+TABLES: Final = (PLANS, ROOMS, DOORS, WINDOWS, OBJECTS)
 
 
 def arrow_schema(table: ReleaseTable) -> Any:

@@ -38,7 +38,7 @@ from houseexpo.release.data_card import MEASURES, SHEET, draw_measures_png, draw
 from houseexpo.release.descriptions import ReleaseFacts, citation_files
 from houseexpo.release.publisher_texts import PublisherTexts
 from houseexpo.release.splits import ReleaseSplits, release_splits
-from houseexpo.release.tables import OBJECTS, TABLES, ReleasePlan, ReleaseTable, Row, TableWriter
+from houseexpo.release.tables import OBJECTS, TABLES, WINDOWS, ReleasePlan, ReleaseTable, Row, TableWriter
 
 PICTURE_PX: Final = 256
 _IDS_PER_PART: Final = 32
@@ -82,7 +82,8 @@ def release(dataset: str | os.PathLike[str], out: str | os.PathLike[str], about:
     check_not_in_inputs(target, [Path(dataset)])
     with check_releasable(files_at(dataset, "release")) as found, atomic_release_folder(target) as folder:
         parts = release_splits(found.plans, workers)
-        tables = TABLES if _has_furniture(found) else tuple(table for table in TABLES if table is not OBJECTS)
+        empty = [*([] if _has_furniture(found) else [OBJECTS]), *([] if _has_windows(found) else [WINDOWS])]
+        tables = tuple(table for table in TABLES if table not in empty)
         rows = _write_tables(folder, tables, found, parts, workers)
         facts = ReleaseFacts(_slug(target), about or PublisherTexts(), found, parts, rows)
         _write_files(folder, tables, facts)
@@ -160,6 +161,11 @@ def _write_files(folder: Path, tables: tuple[ReleaseTable, ...], facts: ReleaseF
 def _has_furniture(found: ReleasableDataset) -> bool:
     """Return whether any plan has furniture, according to the statistics."""
     return bool(found.stats["plans"].get("furniture", {}).get("count"))
+
+
+def _has_windows(found: ReleasableDataset) -> bool:
+    """Return whether any plan has windows."""
+    return any(b'"windows":[' in found.plans.raw(name) for name in found.plans.ids)
 
 
 def _slug(target: Path) -> str:

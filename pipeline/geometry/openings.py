@@ -13,7 +13,6 @@ import numpy as np
 import numpy.typing as npt
 import shapely
 from shapely import Polygon
-from shapely.affinity import translate
 from shapely.geometry.base import BaseGeometry
 
 from houseexpo.plan import DoorKind
@@ -59,6 +58,7 @@ from pipeline.tolerances import (
 Vector = npt.NDArray[np.float64]
 
 NOWHERE: Final = np.full(2, np.nan)
+NO_WAY: Final = np.zeros(2)
 
 ClosedBy: TypeAlias = Literal[
     "", "opening", "door", "lintel", "sill", "gap", "gate", "mouth", "rail", "room_edge", "floor_edge", "wall_ends"
@@ -107,7 +107,7 @@ class Opening:
     head_m: float | None = None
 
     @classmethod
-    def window(cls, polygon: Polygon, heights_m: tuple[float | None, float | None], across: Vector) -> Opening:
+    def window(cls, polygon: Polygon, heights_m: tuple[float | None, float | None], across: Vector = NO_WAY) -> Opening:
         """Return a window that the source names, by its plan area in the wall and the heights of its sill and head.
 
         ``across`` (2,) is the direction through the wall, of any length; if it is 0, a window is wider than deep.
@@ -197,10 +197,6 @@ class Opening:
     def ends_at_walls(self, door_plane: BaseGeometry) -> bool:
         """Return whether a wall stands at both ends, be it in line or crossing; a trim ends in the air."""
         return bool(end_at_walls([self], door_plane)[0])
-
-    def moved(self, dx: float, dy: float) -> Opening:
-        """Return the opening shifted by (dx, dy) metres."""
-        return replace(self, centre=self.centre + np.array([dx, dy]), polygon=translate(self.polygon, dx, dy))
 
     def part_between(self, start: float, end: float) -> Opening:
         """Return the part between two distances (metres) along the wall from the centre."""

@@ -142,6 +142,12 @@ def passage_openings(holes: Iterable[Hole]) -> tuple[Opening, ...]:
     return tuple(Opening.named(hole.shape, hole.has_door) for hole in holes if hole.is_passage)
 
 
+def window_openings(holes: Iterable[Hole]) -> tuple[Opening, ...]:
+    """Return the windows among the holes (R1), for the plan."""
+    windows = [hole for hole in holes if (hole.is_window or hole.bottom_m > KNEE_M) and hole.shape.area > SAME]
+    return tuple(Opening.window(each.shape, (each.bottom_m, each.top_m), np.array(each.across)) for each in windows)
+
+
 def unite_rooms(shapes: Iterable[Polygon]) -> Polygon | MultiPolygon | None:
     """Return the area that rooms cover together, or None without rooms."""
     area = shapely.union_all(list(shapes), grid_size=FILE_GRID_M)

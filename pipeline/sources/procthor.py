@@ -33,7 +33,15 @@ from houseexpo.plan import Frame
 from houseexpo.plan.room_labels import canonical
 from pipeline.geometry.prisms import extrude_polygon
 from pipeline.rejection import Reason, Rejection
-from pipeline.sources.drawn_storeys import Hole, Wall, passage_openings, polygon_from_ring, unite_rooms, wall_mesh
+from pipeline.sources.drawn_storeys import (
+    Hole,
+    Wall,
+    passage_openings,
+    polygon_from_ring,
+    unite_rooms,
+    wall_mesh,
+    window_openings,
+)
 from pipeline.sources.files import check_lengths, decode_document, id_from_file_name
 from pipeline.sources.reader_choice import (
     begins_with_list,
@@ -175,6 +183,7 @@ def read(item: Input) -> Iterator[Level]:
         rooms=rooms,
         room_count=len(rooms) or None,
         openings=passage_openings(holes),
+        windows=window_openings(holes),
         n_objects=len(house.objects),
         provenance={"source": "procthor", "file": name, "sha256": hashlib.sha256(data).hexdigest()},
     )

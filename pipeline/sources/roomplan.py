@@ -55,7 +55,7 @@ from pipeline.sources.tolerances import (
     TINY,
 )
 from pipeline.tolerances import BESIDE_M, HAND_M, STUB_M
-from pipeline.values import Input, Level, SourceObject, SourceRoom
+from pipeline.values import Input, Level, Opening, SourceObject, SourceRoom
 
 UNKNOWN = frozenset({"", "unidentified", "other"})
 
@@ -122,6 +122,7 @@ def _part(scan: Scan, low: float, high: float) -> Scan:
         tuple(thing for thing in scan.objects if low <= thing.low_m < high),
         tuple(floor for floor in scan.floors if low <= floor.height_m < high),
         tuple(section for section in scan.sections if low <= section.height_m < high),
+        here(scan.windows),
     )
 
 
@@ -148,6 +149,7 @@ def _level(scan: Scan, height: float, provenance: dict[str, str]) -> Level:
         rooms=rooms,
         room_count=len(rooms) or None,
         openings=passage_openings(holes),
+        windows=tuple(Opening.window(w.shape, (w.low_m - height, w.high_m - height)) for w in scan.windows),
         n_objects=len(scan.objects),
         provenance=provenance,
     )

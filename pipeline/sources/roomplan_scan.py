@@ -106,6 +106,7 @@ class Scan:
     objects: tuple[UprightBox, ...] = ()
     floors: tuple[Floor, ...] = ()
     sections: tuple[LabelledSection, ...] = ()
+    windows: tuple[UprightBox, ...] = ()
 
 
 _DECODER = msgspec.json.Decoder(_Structure)
@@ -122,6 +123,7 @@ def parse_scan(data: bytes, name: str) -> Scan:
         objects=tuple(_things((each for room in rooms for each in room.objects), name)),
         floors=tuple(floor for room in rooms for each in room.floors if (floor := _floor(each, name)) is not None),
         sections=tuple(_section(each, name) for room in rooms for each in room.sections),
+        windows=tuple(_things((each for room in rooms for each in room.windows), name)),
     )
 
 
@@ -359,11 +361,12 @@ def _read(stage: Any, geometry: Any, name: str) -> Scan:
             found[kind].append(thing)
             if kind == "wall":
                 holes += _holes(thing, points, triangulate_polygons(points, body.corners, body.counts)[0])
-    walls, doors, gaps = (tuple(found[kind]) for kind in ("wall", "door", "opening"))
-    glazed = shapely.union_all([window.shape for window in found["window"]])
+    walls, doors, gaps, windows = (tuple(found[kind]) for kind in ("wall", "door", "opening", "window"))
+    glazed = shapely.union_all([window.shape for window in windows])
     gaps += tuple(hole for hole in holes if shapely.intersection(hole.shape, glazed).length < hole.shape.length / 2)
     sections = _sections(stage, cache, metres, z_up)
-    return Scan(walls, doors, gaps, tuple(found["object"]), tuple(_beside_walls(floors, walls)), tuple(sections))
+    things, floors = tuple(found["object"]), list(_beside_walls(floors, walls))
+    return Scan(walls, doors, gaps, things, tuple(floors), tuple(sections), windows)
 
 
 def _sections(stage: Any, cache: Any, metres: float, z_up: bool) -> Iterator[LabelledSection]:

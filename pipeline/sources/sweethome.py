@@ -67,6 +67,7 @@ from pipeline.sources.drawn_storeys import (
     unite_rooms,
     wall_mesh,
     walls_between_rooms,
+    window_openings,
 )
 from pipeline.sources.files import Element, LeftOutParts, check_file, input_from_file, level_id, parse_xml, read_member
 from pipeline.sources.roles import Role, labels_for, role_from_name, split_words, word_role
@@ -642,6 +643,7 @@ def _level(home: Home, storey: Storey, name: str, number: int, provenance: dict[
         rooms=rooms,
         room_count=len(rooms) or None,
         openings=passage_openings(holes),
+        windows=window_openings(holes),
         n_objects=len(pieces),
         provenance={**provenance, "storey": storey.name, **({} if storey.shown else {"hidden": "yes"})},
     )

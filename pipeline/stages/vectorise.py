@@ -180,12 +180,14 @@ def _door(k: int, passage: Opening, segment: list[list[float]], ring: Points, ro
 
 
 def _windows(level: Level, shift: Points) -> Iterator[Door]:
-    """Yield the windows of the source as they are drawn, in the plan's axes."""
+    """Yield the windows of the source as they are drawn, in the plan's axes, but those that end below their sill."""
     for window in level.windows:
         (ax, ay), (bx, by) = (window.segment + shift).tolist()
-        heights = (None if each is None else round(each, 2) for each in (window.sill_m, window.head_m))
+        sill = None if window.sill_m is None else max(round(window.sill_m, 2), 0.0)
+        head = None if window.head_m is None else round(window.head_m, 2)
         ring = window.corners() + shift
-        yield Door(0, "window", ((ax, ay), (bx, by)), window.width, ring, (0, None), None, *heights)
+        if (sill or 0.0) < (math.inf if head is None else head):
+            yield Door(0, "window", ((ax, ay), (bx, by)), window.width, ring, (0, None), None, sill, head)
 
 
 def _boxes(

@@ -500,7 +500,10 @@ def _in_own_frame(found: IfcLevelParts, shift: Shift, name: str, number: int, pr
         named_openings=found.named_openings,
         only_walls=True,
         guesses=found.guesses,
-        windows=tuple(window.moved(-x, -y) for window in found.windows),
+        windows=tuple(
+            Opening.window(translate(each.polygon, -x, -y), (each.sill_m, each.head_m), each.across)
+            for each in found.windows
+        ),
         openings=tuple(Opening.named(translate(each.polygon, -x, -y), each.has_door) for each in found.openings),
         n_objects=len(found.furniture),
         provenance=provenance,

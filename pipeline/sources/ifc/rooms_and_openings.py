@@ -310,7 +310,8 @@ def find_windows(
 ) -> tuple[list[Mesh], list[Opening]]:
     """H5: for each such hole of a storey, from its floor at ``low`` up to ``high``, a body as deep as the wall.
 
-    The second list are those that windows fill, with heights above the floor.
+    The second list are those that windows fill, and that lie in this storey for the most part or as high as a knee,
+    with heights above the floor.
     """
     unfilled = [hole for hole in holes if not hole.has_door and hole.bottom >= low + KNEE_M]
     panes: list[Mesh] = []
@@ -323,9 +324,9 @@ def find_windows(
                 shapes = [opening.polygon]
                 across = np.diff(shapely.get_coordinates(opening.polygon)[1:3], axis=0)[0]
             panes += [extrude_rectangle(shape, *_closed_span(hole, low, high)) for shape in shapes]
-            if k < len(windows):
-                heights = max(hole.bottom - low, 0.0), min(hole.top, high) - low
-                found += [Opening.window(shape, heights, across) for shape in shapes]
+            sill, head = max(hole.bottom, low), min(hole.top, high)
+            if k < len(windows) and head - sill >= min(KNEE_M, MOST * (hole.top - hole.bottom)):
+                found += [Opening.window(shape, (sill - low, head - low), across) for shape in shapes]
     return panes, found
 
 

@@ -36,6 +36,7 @@ from pipeline.sources.drawn_storeys import (
     polygon_from_ring,
     wall_prisms,
     walls_around,
+    window_openings,
 )
 from pipeline.sources.files import LeftOutParts, level_id
 from pipeline.sources.tolerances import (
@@ -51,7 +52,7 @@ from pipeline.sources.tolerances import (
     WALL_HEIGHT_M,
 )
 from pipeline.tolerances import CM_M, CRACK_M, MOST, THICK_WALL_M
-from pipeline.values import IDLE, Input, Level, Mesh, SourceObject, SourceRoom
+from pipeline.values import IDLE, Input, Level, Mesh, Opening, SourceObject, SourceRoom
 
 Point = tuple[float, float]
 Line = tuple[str, Any]
@@ -71,7 +72,7 @@ class Feature:
     door     the area of the passage                      from jamb to jamb
     opening  the same, without a leaf                     the same
     swing                                                 hinge and the two ends of the arc that a leaf draws
-    window                                                a line of it, or several
+    window   its area, with heights where ``top_m`` is    a line of it, or several
     room     its floor                                    a side of it
     space    the floor of a cell that shares its sides
              with others
@@ -124,6 +125,7 @@ class DrawnStorey:
 
     walls: tuple[Wall, ...] = ()
     holes: tuple[Hole, ...] = ()
+    windows: tuple[Opening, ...] = ()
     rooms: tuple[SourceRoom, ...] = ()
     floor: Polygon | MultiPolygon | None = None
     furniture: tuple[SourceObject, ...] = ()
@@ -402,6 +404,7 @@ def _level(storey: DrawnStorey, name: str) -> Level:
         rooms=tuple(named),
         room_count=len(shapes) or None,
         openings=passage_openings(holes),
+        windows=(*storey.windows, *window_openings(holes)),
         n_objects=len(storey.furniture),
     )
 
@@ -453,6 +456,9 @@ def _placed(storey: DrawnStorey, to: Callable[[Floats], Floats]) -> DrawnStorey:
         storey,
         walls=tuple(replace(wall, shape=moved(wall.shape)) for wall in storey.walls),
         holes=tuple(replace(hole, shape=moved(hole.shape)) for hole in storey.holes),
+        windows=tuple(
+            Opening.window(moved(each.polygon), (each.sill_m, each.head_m), each.across) for each in storey.windows
+        ),
         rooms=tuple(map(room, storey.rooms)),
         floor=moved(storey.floor),
         furniture=tuple(map(thing, storey.furniture)),

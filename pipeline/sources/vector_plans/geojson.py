@@ -274,6 +274,10 @@ def _feature(kind: str, shape: Any, about: Mapping[str, Any]) -> Feature:
         return Feature("object", shape, (str(about.get("label") or "object"),), top_m=top)
     if kind == "door" and about.get("door_kind") in {"opening", "cut"}:
         return Feature("opening", shape)
+    if kind == "window":
+        low, high = about.get("sill"), about.get("head")
+        if isinstance(low, int | float) and isinstance(high, int | float) and low < high < HIGHEST_BUILDING_M:
+            return Feature(kind, shape, low_m=float(low), top_m=float(high))
     return Feature(kind, shape)
 
 

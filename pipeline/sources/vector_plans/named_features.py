@@ -62,8 +62,8 @@ from pipeline.sources.vector_plans.drawing import (
     walls_between_faces,
     walls_between_rooms,
 )
-from pipeline.tolerances import BESIDE_M, CRACK_M, HAND_M, MM_M, SAME, THICK_WALL_M
-from pipeline.values import SourceObject, SourceRoom
+from pipeline.tolerances import BESIDE_M, CRACK_M, HAND_M, MM_M, SAME, THICK_WALL_M, WALL_M
+from pipeline.values import Opening, SourceObject, SourceRoom
 
 _WORDS: Final = {
     "name": r"name|text|label|beschriftung|texte|annot",
@@ -120,6 +120,7 @@ class _Drawn:
     """Lines of walls by their thickness."""
     tops: list[float] = field(default_factory=list)
     """Heights of walls, where they are said."""
+    window_areas: list[Area] = field(default_factory=list)
     window_lines: list[tuple[Point, Point]] = field(default_factory=list)
     rooms: list[Area] = field(default_factory=list)
     room_lines: list[tuple[Point, Point]] = field(default_factory=list)
@@ -165,7 +166,7 @@ class _Drawn:
         elif each.kind == "floor":
             self.floors.append(area)
         else:
-            lists = {"room": self.rooms, "space": self.spaces}
+            lists = {"room": self.rooms, "space": self.spaces, "window": self.window_areas}
             lists |= dict.fromkeys(PASSAGES, self.door_areas)
             lists.get(each.kind, []).append((area, each))
 
@@ -228,10 +229,11 @@ def storey_from_features(
     drawn = _Drawn.sorted((each for each in features if each.kind != "other"), to_metres)
     top = float(np.median(drawn.tops)) if drawn.tops else WALL_HEIGHT_M
     rooms = _with_holes(drawn)
+    panes, frames = windows_from_lines(drawn.window_lines)
     if drawn.spaces:
         rooms, walls = _of_spaces(drawn, top)
     else:
-        walls = _walls(drawn, rooms)
+        walls = _walls(drawn, rooms, panes, frames)
     bodies = [replace(each, top_m=min(each.top_m, top)) if each.bottom_m == 0.0 else each for each in drawn.bodies]
     bodies = [*(Wall(wall, 0.0, top) for wall in walls), *bodies]
     walls = [each.shape for each in bodies]
@@ -242,6 +244,10 @@ def storey_from_features(
     return DrawnStorey(
         walls=tuple(bodies),
         holes=tuple(merge_parallel_holes(holes)),
+        windows=(
+            *(Opening.window(pane, (None, None)) for pane in (*panes, *_windows_of_frames(frames))),
+            *(Opening.window(area, (each.top_m and each.low_m, each.top_m)) for area, each in drawn.window_areas),
+        ),
         rooms=_rooms(drawn, rooms or _ring_rooms(drawn)),
         floor=unite_rooms(drawn.floors),
         furniture=tuple(
@@ -268,10 +274,11 @@ def lines_of_features(features: Sequence[Feature], to_metres: float | ToMetres) 
     return found
 
 
-def _walls(drawn: _Drawn, rooms: Sequence[Area]) -> list[Polygon]:
+def _walls(
+    drawn: _Drawn, rooms: Sequence[Area], panes: Sequence[Polygon], frames: Sequence[tuple[Point, Point]]
+) -> list[Polygon]:
     """R1, R5, R7, R8."""
     areas, sides = _outlines(drawn, rooms)
-    panes, frames = windows_from_lines(drawn.window_lines)
     lines = [*drawn.wall_lines, *sides, *frames]
     bodies = bodies_between_faces(lines)
     middles = [part for thick, each in sorted(drawn.wall_middles.items()) for part in walls_along_lines(each, thick)]
@@ -561,6 +568,20 @@ def windows_from_lines(lines: Sequence[tuple[Point, Point]]) -> tuple[list[Polyg
         else:
             frames += [(part.coords[0], part.coords[-1]) for part in parts]
     return bodies, frames
+
+
+def _windows_of_frames(frames: Sequence[tuple[Point, Point]]) -> list[Polygon]:
+    """Return the places of windows that are only lines; lines beside each other in one wall are one window."""
+    lines = [LineString(frame) for frame in frames]
+    beside = shapely.union_all(shapely.buffer(lines, WALL_M / 2, cap_style="flat"))
+    tree, found = shapely.STRtree(lines), []
+    for group in polygons_of(beside):
+        own = shapely.buffer([lines[k] for k in tree.query(group, predicate="covers")], MM_M, cap_style="flat")
+        box = shapely.minimum_rotated_rectangle(shapely.union_all(own))
+        sides = np.hypot(*np.diff(shapely.get_coordinates(box)[:3], axis=0).T)
+        if isinstance(box, Polygon) and sides.min() < THICK_WALL_M:
+            found.append(box)
+    return found
 
 
 def _nearest_along(

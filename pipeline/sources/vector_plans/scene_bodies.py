@@ -60,7 +60,7 @@ _KINDS: Final = (
     ("entrance", "door"),
     ("door", "door"),
     ("cut", "opening"),
-    ("window", "skipped"),
+    ("window", "window"),
     ("ceiling", "skipped"),
     ("roof", "skipped"),
     ("light", "skipped"),
@@ -88,7 +88,7 @@ class SceneBody:
 
 
 def body_kind(names: Iterable[str]) -> str:
-    """R1: wall, floor, door, opening, skipped or furniture."""
+    """R1: wall, floor, door, opening, window, skipped or furniture."""
     return next((kind for name in names if (kind := _kind_in_name(name))), "furniture")
 
 
@@ -271,6 +271,8 @@ def _features(here: Sequence[tuple[str, SceneBody]], height: float, above: float
             if NARROWEST_DOOR_M < longest < WIDEST_DOOR_BODY_M:
                 # an opening is at least as deep as a hand, however thin its wall is
                 others.append(Feature(kind, box, thick_m=HAND_M, low_m=low, top_m=top))
+        elif kind == "window":
+            others.append(Feature(kind, each.shape, low_m=low, top_m=top))
         elif kind == "floor":
             others.append(Feature("floor", each.shape))
         elif kind == "furniture":

@@ -104,9 +104,13 @@ class _Elements:
                 (start, low), (end, top) = box.tolist()
             except PART_FAULTS:
                 continue
-            if kind in {"door", "opening"} and np.isfinite(box).all() and end > start:  # R1
-                ends = LineString([a + along * start, a + along * end])
-                yield Feature(kind, ends, thick_m=wall_thickness(depth), low_m=low, top_m=top)
+            if kind not in {"door", "opening", "window"} or not (np.isfinite(box).all() and end > start):  # R1
+                continue
+            ends, thick = LineString([a + along * start, a + along * end]), wall_thickness(depth)
+            if kind == "window":
+                yield Feature(kind, ends.buffer(thick / 2, cap_style="flat"), low_m=low, top_m=top)
+            else:
+                yield Feature(kind, ends, thick_m=thick, low_m=low, top_m=top)
 
 
 def _names(arch: Mapping[str, Any]) -> Iterator[tuple[str, str]]:

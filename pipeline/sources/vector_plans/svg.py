@@ -38,7 +38,7 @@ _KINDS: Final = {
     "railing": "wall",
     "door": "door",
     "space": "room",
-    "window": "skipped",
+    "window": "window",
 }
 _NAMES: Final = {
     "Undefined": "",
@@ -154,14 +154,14 @@ def _shapes(root: Element, own: bool) -> Iterator[tuple[int, str, str, npt.NDArr
                     _KINDS[first],
                     " ".join(words[1:]) if first == "space" else (words[1] if len(words) > 1 else ""),
                 )
-        if name in {"polygon", "path"} and kind in {"wall", "door", "room"}:
+        if name in {"polygon", "path"} and kind in {"wall", "door", "room", "window"}:
             rings = _points(element.get("points", "")) if name == "polygon" else _path(element.get("d", ""))
             yield from ((floor, kind, word, r @ at[:2, :2].T + at[:2, 2]) for r in rings)
             if not own:  # a door's other shapes show its leaf
-                kind = "" if kind == "door" else kind
+                kind = "" if kind in {"door", "window"} else kind
             continue
         children = list(element)
-        if not own and kind == "door":  # of a door, the first polygon is the hole
+        if not own and kind in {"door", "window"}:  # of these, the first polygon is the hole
             polygons = [child for child in children if child.tag.endswith("polygon")]
             children = polygons[:1]
         waiting += [(child, at, floor, kind, word) for child in reversed(children)]

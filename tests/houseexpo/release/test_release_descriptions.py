@@ -16,7 +16,7 @@ from typer.testing import CliRunner
 from houseexpo.commands.release import release as command
 from houseexpo.dataset import open_dataset
 from houseexpo.release import PublisherTexts, release
-from houseexpo.release.tables import DOORS, PLANS, ROOMS
+from houseexpo.release.tables import DOORS, PLANS, ROOMS, WINDOWS
 from pipeline.algorithm import plan_level
 from tests.builders.batch import run_build
 from tests.builders.needs import need
@@ -47,7 +47,7 @@ def test_croissant_describes_every_column_and_file(released: Path) -> None:
     said = json.loads((released / "croissant.json").read_text())
     assert "http://mlcommons.org/croissant/1.0" in said["conformsTo"]
     fields = {record["name"]: [field["name"] for field in record["field"]] for record in said["recordSet"]}
-    assert fields == {table.name: [column.name for column in table.columns] for table in (PLANS, ROOMS, DOORS)}
+    assert fields == {table.name: [column.name for column in table.columns] for table in (PLANS, ROOMS, DOORS, WINDOWS)}
     named = {entry["contentUrl"] for entry in said["distribution"] if entry["@type"] == "cr:FileObject"}
     tables = {file.relative_to(released).as_posix() for file in released.rglob("*.parquet")}
     assert named == {*tables, "json.tar.gz"}
@@ -80,7 +80,7 @@ def test_the_card_counts_the_furniture_too(tmp_path: Path) -> None:
     run_build([Path("procedural:2")], tmp_path / "two", seed=3, plan=plan_level, furnished=1.0)
     card = (release(tmp_path / "two", tmp_path / "out").folder / "README.md").read_text()
     counts = dict(re.findall(r"^\| (train|val|test) \|.* (\d+) \|$", card, re.MULTILINE))
-    assert "| part | plans | rooms | doors | objects |\n|---|---:|---:|---:|---:|\n" in card
+    assert "| part | plans | rooms | doors | windows | objects |\n|---|---:|---:|---:|---:|---:|\n" in card
     assert sum(map(int, counts.values())) == sum(len(plan.objects) for plan in open_dataset(tmp_path / "two")) > 0
 
 

@@ -62,6 +62,13 @@ def test_rows_say_what_the_plans_say(made: Path, released: Path) -> None:
         found = audits[row["plan_id"]][row["room"]]
         assert (row["clear_width"], row["aspect"]) == (found.width_m, found.aspect)
         assert row["broken_rules"] == sorted(found.broken_rules())
+    windows = [row for file in _files(released, "windows") for row in pq.read_table(file).to_pylist()]
+    assert len(windows) == sum(row["windows"] for row in rows.values()) == sum(len(plan.windows) for plan in plans) > 0
+    for room in rooms:
+        here = [each for each in windows if each["plan_id"] == room["plan_id"]]
+        own = [each for each in here if room["room"] in {each["room_a"], each["room_b"]}]
+        assert room["windows"] == len(own)
+        assert room["window_area"] == pytest.approx(sum(w["width"] * (w["head"] - w["sill"]) for w in own), abs=0.006)
     assert len(doors) == sum(len(plan.doors) for plan in plans)
     outside = [row for row in doors if row["kind"] == "entrance"]
     assert outside
