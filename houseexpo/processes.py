@@ -3,7 +3,7 @@
 R1  Items are requested as they are needed: only a few chunks per process wait, not the whole data set.
 R2  Results come in the order of the items, so that the number of processes does not change them.
 R3  If a process dies, the work ends with an error at once instead of waiting for the missing result.
-R4  The caller handles Ctrl-C; the processes then end silently.
+R4  The caller handles Ctrl-C, and ends the processes; they never get it, also while they start.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ from concurrent.futures import Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from itertools import islice
+from multiprocessing import resource_tracker
 from typing import Any, Final, TypeVar
 
 from houseexpo.errors import WorkerError
@@ -62,6 +63,20 @@ def child_environment() -> Iterator[None]:
                 os.environ[name] = value
 
 
+@contextmanager
+def hold_interrupts() -> Iterator[None]:
+    """Hold Ctrl-C back; processes that start within never get it.
+
+    The tracker of multiprocessing is started first: starting it lets Ctrl-C through again.
+    """
+    resource_tracker.ensure_running()
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
 def map_in_processes(
     work: Callable[[Item], Answer], items: Iterable[Item], workers: int, chunk: int = 1
 ) -> Iterator[Answer]:
@@ -78,12 +93,12 @@ def map_in_processes(
     chunks = split_into_chunks(items, chunk)
     before = set(multiprocessing.active_children())
     spawning = multiprocessing.get_context("spawn")
-    executor = ProcessPoolExecutor(workers, spawning, initializer=_leave_ctrl_c_to_the_caller)
+    executor = ProcessPoolExecutor(workers, spawning)
     waiting = deque[Future[list[Answer]]]()
 
     def ask(number: int) -> None:
         for each in islice(chunks, number):
-            with child_environment():  # the executor starts processes on demand
+            with child_environment(), hold_interrupts():  # R4; the executor starts processes on demand
                 waiting.append(executor.submit(_answers, work, each))
 
     try:
@@ -107,10 +122,6 @@ def split_into_chunks(items: Iterable[Item], size: int) -> Iterator[list[Item]]:
     """Yield the items in lists of ``size``; the last list may be shorter."""
     source = iter(items)
     return iter(lambda: list(islice(source, size)), [])
-
-
-def _leave_ctrl_c_to_the_caller() -> None:
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
 def _answers(work: Callable[[Any], Any], items: list[Any]) -> list[Any]:

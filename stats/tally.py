@@ -46,12 +46,12 @@ class Tally:
         return total * self.step / count, math.sqrt(squares * count - total * total) * self.step / count
 
     def quantile(self, share: float) -> float:
-        """Return the smallest number that this share of the numbers does not exceed; for 0.5, the median."""
+        """Return the quantile of a share of the numbers as NumPy and pandas do, between the two nearest numbers."""
         steps = sorted(self._counts)
         ends = np.cumsum([self._counts[at] for at in steps])
         rank = share * (int(ends[-1]) - 1)
         low, high = (steps[int(np.searchsorted(ends, at, side="right"))] for at in (math.floor(rank), math.ceil(rank)))
-        return self._in_units((low + high) / 2)
+        return self._in_units(low + (high - low) * (rank - math.floor(rank)))
 
     def report(self) -> dict[str, Any]:
         """Return plain values: count, sum, mean, deviation, 5%, median, 95%, extremes, and a histogram.

@@ -33,11 +33,11 @@ def labels(
     collection = next(iter(open_collections([dataset]).values()))
     printed = make_console()
     with CommandOutput(out, [dataset], replace=replace) as output:
-        found: list[StoreyLabels] = []
-        for each in review_labels(collection):
-            if isinstance(each, StoreyLabels):
-                found.append(each)
-            else:
+        told = list(review_labels(collection))
+        found = [each for each in told if isinstance(each, StoreyLabels)]
+        for each in told:
+            if not isinstance(each, StoreyLabels):
                 printed.print(f"left out: {each}", style="yellow", highlight=False, soft_wrap=True)
         output.write(out, b"".join(msgspec.json.encode(each) + b"\n" for each in found))
-    printed.print(f"{count_noun(len(found), 'storey')} in {out}", highlight=False, soft_wrap=True)
+    hint = "" if told else f"; nothing was reviewed: houseexpo review {dataset}"
+    printed.print(f"{count_noun(len(found), 'storey')} in {out}{hint}", highlight=False, soft_wrap=True)

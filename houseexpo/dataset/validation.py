@@ -19,7 +19,7 @@ import msgspec
 import numpy as np
 
 from houseexpo.dataset.store import files_at
-from houseexpo.dataset.store.catalogue import plans_beside_index
+from houseexpo.dataset.store.catalogue import plans_beside_index, require_finished
 from houseexpo.dataset.store.stored_plans import StoredPlan, read_stored_plans
 from houseexpo.errors import DatasetError, PlanError
 from houseexpo.files import decode_json, read_json, sha256_of
@@ -306,6 +306,7 @@ def validate_dataset(path: Path, workers: int = 1) -> ValidationReport:
         The data set is damaged at no place that is known, so that not all of its plans can be read.
     """
     path = files_at(path, "validate")
+    require_finished(path)
     count = 0
     findings: list[RuleViolation] = []
     seen: dict[str, str] = {}

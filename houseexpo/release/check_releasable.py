@@ -23,6 +23,7 @@ from typing import Any, Final
 import msgspec
 
 from houseexpo.dataset import Dataset, open_dataset
+from houseexpo.dataset.store.catalogue import require_finished
 from houseexpo.dataset.store.stored_plans import read_stored_plans
 from houseexpo.errors import DatasetError
 from houseexpo.files import read_json, real_path, sha256_of
@@ -148,8 +149,7 @@ def check_releasable(path: Path) -> Iterator[ReleasableDataset]:
 
 def _no_build(path: Path) -> DatasetError:
     """Return the error for something that is not a finished build (R1, R5)."""
-    if (path / ".build").is_dir():
-        return DatasetError(f"{path}: expected a finished build, found no manifest.json; run houseexpo build again")
+    require_finished(path)
     first = next((record for record in read_stored_plans(path) if not record.fault), None)
     if first is not None and b'"format"' not in first.data:
         return DatasetError(

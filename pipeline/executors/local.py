@@ -34,7 +34,7 @@ from dataclasses import dataclass, field
 from functools import partial
 from itertools import islice
 from multiprocessing import connection as pipes
-from multiprocessing import forkserver, resource_tracker
+from multiprocessing import forkserver
 from multiprocessing.connection import Connection, wait
 from multiprocessing.context import BaseContext
 from multiprocessing.process import BaseProcess
@@ -42,7 +42,7 @@ from types import ModuleType
 from typing import Any, Generic, Literal, Protocol, TypeVar
 
 from houseexpo.errors import HouseExpoError
-from houseexpo.processes import child_environment
+from houseexpo.processes import child_environment, hold_interrupts
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
@@ -89,7 +89,7 @@ def load_ahead(preload: Sequence[str]) -> None:
     """
     context = _context(preload)
     if context.get_start_method() == "forkserver":
-        with child_environment(), _hold_interrupts(), _without_main(load_ahead):
+        with child_environment(), hold_interrupts(), _without_main(load_ahead):
             forkserver.ensure_running()
 
 
@@ -184,7 +184,7 @@ def start_worker(function: Callable[[Item], Any], limits: Limits, preload: Seque
     process = context.Process(target=serve_items, args=(far, function, limits), daemon=True)  # type: ignore[attr-defined]
     try:
         # Ctrl-C is the parent's business: what starts here never sees it
-        with _hold_interrupts(), _without_main(function):
+        with hold_interrupts(), _without_main(function):
             process.start()
     except BaseException:
         near.close()
@@ -293,20 +293,6 @@ def _context(preload: Sequence[str]) -> BaseContext:
     context = multiprocessing.get_context("forkserver")
     context.set_forkserver_preload(["__main__", *preload])
     return context
-
-
-@contextmanager
-def _hold_interrupts() -> Iterator[None]:
-    """Hold Ctrl-C back; processes that start within never get it.
-
-    The tracker of multiprocessing is started first: starting it lets Ctrl-C through again.
-    """
-    resource_tracker.ensure_running()
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    try:
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 _ITEMS_AHEAD = 4  # items handed over to each worker, so that none of them waits for the next

@@ -37,6 +37,16 @@ def test_answers_come_in_the_order_of_the_items() -> None:
     assert list(map_in_processes(squared, [], workers=2)) == []
 
 
+def interrupts(_: int) -> bool:
+    os.kill(os.getpid(), signal.SIGINT)
+    return signal.SIGINT in signal.pthread_sigmask(signal.SIG_BLOCK, [])
+
+
+def test_processes_never_get_ctrl_c_and_the_caller_does() -> None:
+    assert list(map_in_processes(interrupts, range(4), workers=2)) == [True] * 4
+    assert signal.SIGINT not in signal.pthread_sigmask(signal.SIG_BLOCK, [])
+
+
 def test_items_are_asked_for_as_they_are_needed() -> None:
     taken: list[int] = []
     before = set(multiprocessing.active_children())

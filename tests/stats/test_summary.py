@@ -77,15 +77,18 @@ def test_report_of_whole_numbers() -> None:
         "std": 2.4495,
         "p05": 1.0,
         "median": 2.0,
-        "p95": 5.0,
+        "p95": 6.4,
         "min": 1.0,
         "max": 7.0,
         "histogram": {"1": 2, "3": 1, "7": 1},
     }
 
 
-def test_moments_are_those_of_numpy() -> None:
+def test_moments_and_quantiles_are_those_of_numpy() -> None:
     values = np.random.default_rng(1).normal(50.0, 7.0, 400).round(2)
+    shares = [0.0, 0.05, 0.5, 0.951, 1.0]
+    found = [filled(values.tolist(), step=0.01).quantile(share) for share in shares]
+    assert found == pytest.approx(np.quantile(values, shares), abs=1e-4)
     assert filled(values.tolist(), step=0.01).moments() == pytest.approx((values.mean(), values.std()), abs=1e-9)
 
 

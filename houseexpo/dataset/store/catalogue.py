@@ -126,8 +126,7 @@ def open_catalogue(path: Path) -> Catalogue:
     DatasetError, PlanError
         The path is not a data set, the data set is damaged or incomplete, or none of its plans can be read.
     """
-    if (path / ".build").is_dir() and not (path / "manifest.json").exists():
-        raise DatasetError(f"{path}: expected a finished build, found no manifest.json; run houseexpo build again")
+    require_finished(path)
     if (path / "index.parquet").exists():
         table, left_out = _own_index(path)
         return Catalogue(path, table, None, left_out)
@@ -137,6 +136,12 @@ def open_catalogue(path: Path) -> Catalogue:
         raise DatasetError(f"{path}: expected a file or a folder, found a device or a pipe; save its content to a file")
     store = ensure_cached_copy(plans_path(path), _write_copy)
     return Catalogue(path, read_index(store), store)
+
+
+def require_finished(path: Path) -> None:
+    """Raise DatasetError if a folder is that of a build which is not finished."""
+    if (path / ".build").is_dir() and not (path / "manifest.json").exists():
+        raise DatasetError(f"{path}: expected a finished build, found no manifest.json; run houseexpo build again")
 
 
 def parse_id_list(data: bytes, what: str) -> tuple[str, ...]:

@@ -9,7 +9,6 @@ R4  The time for compiling kernels, which may be a minute once, does not count.
 from __future__ import annotations
 
 import multiprocessing
-import signal
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
@@ -19,7 +18,7 @@ from multiprocessing.process import BaseProcess
 from typing import Any, TypeAlias
 
 from houseexpo.errors import HouseExpoError, PolicyError
-from houseexpo.processes import child_environment
+from houseexpo.processes import child_environment, hold_interrupts
 from houseexpo.pseudoslam import kernels
 from houseexpo.pseudoslam.benchmark.cases import Case
 from houseexpo.pseudoslam.benchmark.episodes import EpisodeOutcome, EpisodeRunner
@@ -62,7 +61,7 @@ def run_cases(
     waiting = iter(range(len(cases)))
     running: list[_Worker] = []
     try:
-        with child_environment():
+        with child_environment(), hold_interrupts():
             running += [_start(new_runner) for _ in range(min(workers, len(cases)))]
         for worker in running:
             _hand_over(worker, cases, waiting)
@@ -130,8 +129,6 @@ def _where(worker: _Worker, cases: Sequence[Case], name: str) -> str:
 
 def _serve(new_runner: NewRunner, pipe: Connection, notes: Any) -> None:
     """Run the cases that arrive until the other end of the pipe is closed."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent handles Ctrl-C
-
     spent = 0.0  # of the current step, while the clock stands
 
     def note(step: int) -> None:

@@ -237,6 +237,8 @@ def test_a_build_that_is_not_finished(tmp_path):
     path = pack(tmp_path, "nested", {hexed(1): good(hexed(1))})
     (path / ".build").mkdir()
     assert "finished build" in refused(path)
+    with pytest.raises(HouseExpoError, match="finished build"):
+        validate_dataset(path)
 
 
 def test_an_index_of_other_plans(tmp_path):

@@ -117,14 +117,17 @@ def test_labels_are_marks_of_the_storey_as_it_is_read(view: SourceView) -> None:
 def test_the_command_writes_what_the_fits_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("HOUSEEXPO_CACHE", str(tmp_path / "cache"))
     build(FILE, tmp_path / "plans", workers=1)
+    labels = tmp_path / "labels.jsonl"
+    words = ["labels", str(tmp_path / "plans"), "--out", str(labels)]
+    assert "0 storeys in" in (said := CliRunner().invoke(make_app(), words).output.replace("\n", ""))
+    assert "nothing was reviewed: houseexpo review" in said
     review = Review(Collection("plans", tmp_path / "plans"))
     (name,) = review.queue.order
     plan = review.queue.dataset[name]
     point = plan.rooms[0].polygon.representative_point()
     review.decide(DecisionRequest(name, "no_room", "ann", points=[(point.x, point.y)]), "ann")
     review.decide(DecisionRequest(name, "keep", "ann", seen=1), "ann")
-    labels = tmp_path / "labels.jsonl"
-    done = CliRunner().invoke(make_app(), ["labels", str(tmp_path / "plans"), "--out", str(labels)])
+    done = CliRunner().invoke(make_app(), words)
     assert done.exit_code == 0, done.output
     assert "1 storey in" in done.output
     (line,) = labels.read_bytes().splitlines()
