@@ -75,7 +75,7 @@ from pipeline.sources.storeys.scale import said_size
 from pipeline.sources.tolerances import NARROWEST_DOOR_M
 from pipeline.sources.vector_plans import drawing_lines, lines_in_level
 from pipeline.stages.corrections import shown_walls, standing_walls
-from pipeline.tolerances import AROUND_M, BESIDE_M, CM_M, HAND_M, SHEET_M
+from pipeline.tolerances import AROUND_M, BESIDE_M, CM_M, SHEET_M
 from pipeline.values import Evidence, Input, Layout, Level, RejectedLevel, Spaces
 
 SECTIONS_M: Final = (1.1, 1.9)
@@ -333,7 +333,7 @@ def _searched(level: Level, item: Input, whole: _Whole, override: Override, conf
         extent=extent_of(level),
         strokes=_strokes(lines[level.frame.level] if level.frame.level < len(lines) else (), level, level.unit_m),
         solid=_solid(level),
-        seen=tuple(_seen_lines(level)),
+        seen=tuple(_seen_lines(level, walls)),
     )
     return _Searched(source, results)
 
@@ -380,32 +380,40 @@ def _lines_picture(strokes: Sequence[Stroke]) -> Picture:
     return sheet.masked("lines", "All lines of the drawing", mask, _COLOURS[0])
 
 
-def _seen_lines(level: Level) -> Iterator[Points]:
+def _seen_lines(level: Level, walls: Sequence[Polygon]) -> Iterator[Points]:
     """Yield the straight lines in which something stands at the upper section, from end to end, the longest first.
 
-    The faces of one wall are one line, in its middle; pieces a step apart are one too.
+    The faces of one wall are one line, in its middle; pieces a step apart are one too. Where no mesh is cut, ``walls``
+    are what stands.
     """
-    if isinstance(level.walls, Prisms) or level.walls.is_cloud or level.walls.is_empty:
-        return
-    ends = MeshSlicer(level.walls).cut(SECTIONS_M[1] + _OFF_M).ends
-    if not len(ends):
-        return
-    merged = shapely.simplify(shapely.line_merge(shapely.multilinestrings(shapely.linestrings(ends))), BESIDE_M / 2)
+    is_cut = not (isinstance(level.walls, Prisms) or level.walls.is_cloud or level.walls.is_empty)
+    if is_cut:
+        ends = shapely.linestrings(MeshSlicer(level.walls).cut(SECTIONS_M[1] + _OFF_M).ends)
+        outlines = shapely.line_merge(shapely.multilinestrings(ends))
+    else:
+        outlines = shapely.MultiLineString([ring.coords for ring in shapely.get_rings(list(walls)).tolist()])
+    merged = shapely.simplify(outlines, BESIDE_M / 2)
     points, line = shapely.get_coordinates(shapely.get_parts(merged), return_index=True)
     pairs = np.stack([points[:-1], points[1:]], axis=1)[line[:-1] == line[1:]]
-    pieces = sorted(shapely.linestrings(pairs).tolist(), key=lambda each: (-each.length, each.bounds))[:_MOST_SEEN]
-    while pieces:
-        start, end = shapely.get_coordinates(pieces[0])
-        way = (end - start) / max(pieces[0].length, CM_M)
-        of_it = shapely.LineString([start - way * _ONWARD_M, end + way * _ONWARD_M]).buffer(HAND_M, cap_style="flat")
-        own = [each for each in pieces if of_it.covers(each)]
-        pieces = [each for each in pieces if not of_it.covers(each)]
-        at = shapely.get_coordinates(own) - start
-        along, aside = at @ way, at @ np.array([-way[1], way[0]])
-        middle = start + np.array([-way[1], way[0]]) * (aside.min() + aside.max()) / 2
-        if np.ptp(along) >= _SHORTEST_SEEN_M:
-            a, b = (np.round(middle + way * far, 3).tolist() for far in (along.min(), along.max()))
-            yield (a[0], a[1]), (b[0], b[1])
+    pairs = pairs[np.argsort(-np.hypot(*(pairs[:, 1] - pairs[:, 0]).T), kind="stable")][:_MOST_SEEN]
+    while len(pairs):
+        start, end = pairs[0]
+        way = (end - start) / max(float(np.hypot(*(end - start))), CM_M)
+        across = np.array([-way[1], way[0]])
+        along, aside = np.sort((pairs - start) @ way, axis=1), (pairs - start) @ across
+        is_own = np.arange(len(pairs)) == 0
+        while True:
+            low, high = along[is_own, 0].min() - _ONWARD_M, along[is_own, 1].max() + _ONWARD_M
+            more = (np.abs(aside).max(axis=1) <= BESIDE_M) & (along[:, 0] <= high) & (along[:, 1] >= low)
+            if more.sum() == is_own.sum():
+                break
+            is_own = more
+        low, high = along[is_own, 0].min(), along[is_own, 1].max()
+        if high - low >= _SHORTEST_SEEN_M:
+            middle = start + across * (aside[is_own].min() + aside[is_own].max()) / 2
+            (ax, ay), (bx, by) = np.round([middle + way * low, middle + way * high], 3).tolist()
+            yield (ax, ay), (bx, by)
+        pairs = pairs[~is_own]
 
 
 def _simplified(walls: Sequence[Polygon]) -> list[BaseGeometry]:

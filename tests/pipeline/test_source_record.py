@@ -145,6 +145,22 @@ def areas_of(record: SourceRecord) -> npt.NDArray[np.float64]:
     return found
 
 
+def test_what_stands_higher_than_a_person_is_a_line_in_its_middle(tmp_path: Path) -> None:
+    bounds = [
+        *([[x, 0, 0], [x + 0.2, 5, 2.6]] for x in (0, 6)),
+        *([[0.2, y, 0], [6, y + 0.2, 2.6]] for y in (0, 4.8)),
+        [[3, 0.2, 0], [3.1, 2.2, 2.6]],  # a wall that ends in the room
+        [[1, 3, 0], [2, 4, 1.2]],  # a cupboard
+        [[0, 0, -0.1], [6.2, 5, 0]],
+    ]
+    file = tmp_path / "house.ply"
+    trimesh.util.concatenate([trimesh.creation.box(bounds=each) for each in bounds]).export(file)
+    (level,) = SourceReader(config_of(file), id_of(file)).record({}).levels
+    found = [np.sort(np.round(line, 2), axis=0).tolist() for line in level.seen]
+    assert [[3.05, 0.2], [3.05, 2.2]] in found
+    assert not [line for line in found if 1 <= line[0][0] <= line[1][0] <= 2]
+
+
 @pytest.mark.parametrize("height", [0.0, 0.3])
 def test_a_file_without_a_storey_shows_its_lines_to_draw_along(tmp_path: Path, height: float) -> None:
     walls = [[[0, 0, 0], [6, 0.2, height]], [[0, 4, 0], [6, 4.2, height]]]

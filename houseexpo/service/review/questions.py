@@ -92,6 +92,8 @@ _PASSAGE_M: Final = (0.6, 2.5)
 _CORNER: Final = 0.4
 """Doubt of an opening at a corner that juts into a room: of 19 groups of them, 7 part a room that is several."""
 _MOST_CORNERS: Final = 6
+_MOST_WIDE: Final = 3
+"""Places wider than an opening that are asked about too."""
 _LARGER: Final = 0.3
 """Doubt of a room that takes a part of the space between its walls."""
 _MOST_CORNERS_OF_ROOM: Final = 400
@@ -483,7 +485,8 @@ def _places(
 
 def _corners(plan: FloorPlan, places: Sequence[LineString] = ()) -> Iterator[Question]:
     """R6. ``places`` are the places in a room where the source shows a door or a gap."""
-    found: list[tuple[bool, float, float, LineString]] = []
+    narrow: list[tuple[bool, float, float, LineString]] = []
+    wide: list[tuple[bool, float, float, LineString]] = []
     for room in plan.rooms:
         doors = shapely.union_all([door.polygon for door in plan.doors if room.id in door.rooms])
         shown = [place for place in places if room.polygon.covers(place.centroid)]
@@ -491,20 +494,22 @@ def _corners(plan: FloorPlan, places: Sequence[LineString] = ()) -> Iterator[Que
         for ray, area in (*parting, *_parting_rays(room.polygon.wkb)):
             if ray.length < _PASSAGE_M[0] or area < SMALLEST_ROOM_M2 * 2 or ray.distance(doors) < _PASSAGE_M[0] / 2:
                 continue
-            narrow = ray.length / math.sqrt(area)
-            if ray.length <= _PASSAGE_M[1] or narrow <= 1.0:
-                found.append((ray not in shown, narrow, area, ray))
-    chosen: list[tuple[float, LineString]] = []
-    for _, _, area, ray in sorted(found, key=lambda each: each[:2]):
-        if all(ray.distance(other) > _PASSAGE_M[0] / 2 for _, other in chosen) and len(chosen) < _MOST_CORNERS:
-            chosen.append((area, ray))
-    for area, ray in chosen:
+            if ray.length <= _PASSAGE_M[1]:
+                narrow.append((ray not in shown, ray.length, area, ray))
+            elif ray.length**2 <= area:
+                wide.append((ray not in shown, ray.length / math.sqrt(area), area, ray))
+    chosen: list[tuple[float, float, LineString]] = []
+    for found, doubt, most in ((narrow, _CORNER, _MOST_CORNERS), (wide, _CORNER / 2, _MOST_CORNERS + _MOST_WIDE)):
+        for _, _, area, ray in sorted(found, key=lambda each: each[:2]):
+            if all(ray.distance(other) > _PASSAGE_M[0] / 2 for *_, other in chosen) and len(chosen) < most:
+                chosen.append((doubt, area, ray))
+    for doubt, area, ray in chosen:
         (ax, ay), (bx, by) = (tuple(round(v, 3) for v in end) for end in ray.coords)
         at = round((ax + bx) / 2, 3), round((ay + by) / 2, 3)
         says = f"The room is narrower here, {ray.length:.2f} m. Is there an opening between two rooms?"
         ends = (ax, ay), (bx, by)
         answers = Answer("An opening", "opening", ends), Answer("One room"), Answer("A wall", "wall", ends)
-        yield Question(_key(plan, "corner", at), at, says, answers, _CORNER, area)
+        yield Question(_key(plan, "corner", at), at, says, answers, doubt, area)
 
 
 def _walls_seen(

@@ -13,7 +13,7 @@ const MOST_ALIKE = 200; // places of which the same is said at once
 const LAYER_KEYS = [..."fghqvz"]; // digits answer
 const ANY = 9; // all questions of a kind are marked, and no answer is chosen yet
 const LEAVE = { title: "Leave it", action: "leave", points: [] }; // the last answer to any question
-const OF_SPACE = { wall: 2, room: 1 }; // words that may leave a space open, and the points that each takes
+const OF_SPACE = { wall: 2, room: 1, door: 2, opening: 2 }; // words that may leave a space open, and the points that each takes
 const at = (id) => document.getElementById(id);
 const tools = JSON.parse(root.dataset.tools); // the words of a storey, each with its key and the points that it asks for
 const titles = {
@@ -446,7 +446,8 @@ function decide(action, { points = [], text = "", more = [] } = {}) {
 // Where the space is still open after a wall, or a room that could not be made: the gap is asked about, and one more wall shuts it.
 function askOfGap(plan, action, points) {
   if (!OF_SPACE[action] || points.length !== OF_SPACE[action]) return;
-  const { seen: when } = now;
+  const { seen: when, effects } = now;
+  if (action !== "wall" && action !== "room" && !effects.some(({ word, waits }) => word === action && waits)) return; // it parts a room
   ask(`gap?${new URLSearchParams({ asked: JSON.stringify({ plan, points }) })}`).then((found) => {
     if (!found.key || now?.plan !== plan || now.seen !== when || strokes.length) return;
     strokes = [found];

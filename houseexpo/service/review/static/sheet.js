@@ -392,7 +392,8 @@ export class Sheet {
         if (points.length > 1) marks.push(line(points, "like", points.length > 2));
       }
       if (this.asked) marks.push(dot(this.asked.at, 16, "asked-at"));
-      if (this.asked?.key.startsWith("stroke")) marks.push(line(this.asked.answers[0].points, "like"));
+      const { points = [], action } = this.asked?.answers[0] ?? {};
+      if (points.length > 1 && action !== "one_room") marks.push(line(points, "like", points.length > 2));
       if (this.#gap) marks.push(line(this.#gap, "gap"));
     }
     for (const points of this.waiting) sketch.push(points.length > 1 ? line(points, "waiting", points.length > 2) : dot(points[0], 9, "waiting"));

@@ -488,3 +488,16 @@ def test_a_wall_that_closes_nothing_shows_the_gap_and_one_key_or_click_shuts_it(
     click(page, (6.7, 2.4))
     says(page, "it parts a room")
     assert len(overrides(folder)["doubtful"]["wall"]) == 4
+
+
+def test_an_opening_that_parts_nothing_yet_shows_where_the_room_is_open(page: Any, folder: Path) -> None:
+    page.keyboard.press("p")
+    click(page, (2.0, 0.1), (2.0, 1.6))
+    says(page, "it waits for other lines")
+    page.wait_for_selector(".marks .gap", state="attached")
+    page.keyboard.press("1")
+    page.wait_for_function(
+        "() => document.getElementById('effects').textContent.includes('opening, in the next build')"
+    )
+    assert "wall" in overrides(folder)["doubtful"]
+    assert page.locator(".marks .gap").count() == 0
