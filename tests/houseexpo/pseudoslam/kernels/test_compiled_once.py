@@ -41,7 +41,7 @@ def test_no_kernel_is_compiled_for_a_constant_or_before_it_is_needed(tmp_path: P
     environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)}
     done = subprocess.run([sys.executable, "-c", COMPILED], env=environment, capture_output=True, check=True)
     first, ours = (
-        [(name, args) for module, name, args in found if module.startswith("houseexpo.")]
+        [(name, args) for module, name, args in found if f"{module}".startswith("houseexpo.")]
         for found in json.loads(done.stdout)
     )
     names = [name for name, _ in ours]
