@@ -100,7 +100,8 @@ def _search(level: Level, config: PipelineConfig, rng: np.random.Generator) -> I
     yield StageResult("doors", spaces, level.id)
     spaces = trace_contour(spaces)
     yield StageResult("contour", spaces, level.id)
-    spaces = drop_small_cells(spaces, config.cells, layout)
+    if not level.all_ways:  # where each way is stated, a closed cell may be a room
+        spaces = drop_small_cells(spaces, config.cells, layout)
     yield StageResult("cells", spaces, level.id)
     spaces = erase_isolated(spaces, config.isolated)
     yield StageResult("isolated", spaces, level.id)

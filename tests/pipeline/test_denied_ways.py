@@ -43,6 +43,15 @@ def test_a_door_that_a_person_denied_is_no_cut_in_the_plan_of_an_export(
     assert likeness(found, again) > 0.99
 
 
+def test_a_closet_without_a_way_stays_a_room(tmp_path: Path) -> None:
+    plan = two_rooms("house", width=0.6, label="Storage")
+    closet = correct_plan(plan, Override(no_door=[0.75, 1.5]).corrections).plan
+    assert closet.rooms[0].area < 2.0
+    found = through(closet, "geojson", tmp_path)
+    assert labels(found) == labels(closet)
+    assert not found.doors
+
+
 def test_a_drawing_of_somebody_else_still_gets_a_cut(denied: FloorPlan, tmp_path: Path) -> None:
     (text,) = geojson(denied).values()
     (tmp_path / "house.geojson").write_bytes(text.replace(b"states_ways", b"other"))
