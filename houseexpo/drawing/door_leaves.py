@@ -22,6 +22,7 @@ import numpy.typing as npt
 
 from houseexpo.plan import Door, Room
 from houseexpo.plan.model import PlanData
+from houseexpo.tolerances import ENTRANCE_TOUCH_M
 
 if TYPE_CHECKING:
     from shapely import Polygon
@@ -31,6 +32,7 @@ Points = npt.NDArray[np.float64]
 
 _ONE_LEAF_M: Final = 1.25  # widths of single doors end at 1.1 m, of double doors they begin at 1.3 m
 _TWO_LEAVES_M: Final = 2.4
+_LOOKS: Final = (0.1, 0.5, 0.9)  # places along a window at which its wall is measured
 _ARC_STEPS: Final = 10  # of an arc; a chord is within 1% of the radius
 _AT_M: Final = 0.02  # a room this close to the wall's face begins there
 _FREE_SWING: Final = 0.94  # the least free share of the swing: walls are drawn on a grid of 1 cm
@@ -117,8 +119,32 @@ def has_leaf(door: Door) -> bool:
     return door.kind in {"door", "entrance"} and 0 < door.width <= _TWO_LEAVES_M
 
 
-def gap_in_wall(door: Door, beyond_m: float) -> Polygon:
-    """Return a strip across the wall at a door or window: from jamb to jamb, ``beyond_m`` metres beyond the faces."""
+def window_in_walls(window: Door, walls: BaseGeometry, beyond_m: float) -> Polygon | None:
+    """Return a window between the faces of its wall as it is drawn, where it is thinnest; None where none stands.
+
+    ``beyond_m`` is how far beyond the faces of the plan the drawn wall may reach.
+    """
+    import shapely
+
+    start, along, across = _axes(window)
+    low, high = _faces(window, start, across)
+    width = along * math.dist(*window.segment)
+    faces = []
+    for at in (start + share * width for share in _LOOKS):
+        look = shapely.LineString([at + (low - beyond_m) * across, at + (high + beyond_m) * across])
+        parts = shapely.get_parts(shapely.intersection(walls, look))
+        own = [part for part in parts if part.length > 0 and shapely.dwithin(part, window.polygon, ENTRANCE_TOUCH_M)]
+        depths = (shapely.get_coordinates(own) - start) @ across
+        faces += [(float(depths.min()), float(depths.max()))] if own else []
+    low, high = max((face[0] for face in faces), default=0.0), min((face[1] for face in faces), default=0.0)
+    if low >= high:
+        return None
+    one, other = start + low * across, start + high * across
+    return shapely.Polygon([one, one + width, other + width, other])
+
+
+def entrance_gap(door: Door, beyond_m: float) -> Polygon:
+    """Return a strip across the wall at a door, metres: from jamb to jamb, and ``beyond_m`` beyond the wall's faces."""
     import shapely
 
     start, along, across = _axes(door)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 import numpy.typing as npt
 
-from houseexpo.drawing.door_leaves import Leaf, door_leaves, gap_in_wall, valid_shape
+from houseexpo.drawing.door_leaves import Leaf, door_leaves, entrance_gap, valid_shape, window_in_walls
 from houseexpo.drawing.room_names import TextLines, place_name, text_length
 from houseexpo.drawing.styles import DOOR_COLOURS, DOOR_TINTS, UNSURE, Style, StyleName, style_named
 from houseexpo.errors import ConfigError
@@ -140,18 +140,15 @@ def lay_out_plan(
             lines.append(ThinLine(_closed(thing.ring), look.line, hair))
     for door in doors:
         if look.swings:
-            areas += (
-                _gap(door, _GAP_M, plan, walls, look.floor)
-                if door.kind == "entrance" and parts.walls and door.width
-                else ()
-            )
+            areas += _gap(door, plan, walls, look) if door.kind == "entrance" and parts.walls and door.width else ()
             lines += _door_lines(door, leaves.get(door.id, ()), look, hair, scale)
         else:
             areas += _coloured_door(door)
+    standing = walls.difference(plan.floor) if plan.windows else walls
     for window in plan.windows if parts.doors and parts.walls else ():
-        gaps = list(_gap(window, parts.wall_m, plan, walls, look.floor if look.swings else DOOR_TINTS["window"]))
-        areas += gaps
-        lines += _panes(window, gaps, look.ink if look.swings else DOOR_COLOURS["window"], hair)
+        if (gap := window_in_walls(window, standing, parts.wall_m)) is not None:
+            areas.append(FilledArea(gap, look.floor if look.swings else DOOR_TINTS["window"]))
+            lines += _window_lines(gap, look, hair)
     swings = [leaf.swing for several in leaves.values() for leaf in several]
     words = list(_names(rooms, objects, swings, look, scale=scale, size=text)) if parts.labels else []
     bottom = y1 - margin
@@ -235,24 +232,19 @@ def _coloured_door(door: Door) -> Iterator[FilledArea]:
         yield FilledArea(part.buffer(_LEAF_M / 2, cap_style="flat"), DOOR_COLOURS[door.kind])
 
 
-def _gap(door: Door, beyond_m: float, plan: PlanData, walls: Polygon | MultiPolygon, fill: str) -> Iterator[FilledArea]:
-    """Return the gap of an entrance or a window in the walls; other doors are free space."""
-    gap = gap_in_wall(door, beyond_m).intersection(walls).difference(plan.floor)
+def _gap(door: Door, plan: PlanData, walls: Polygon | MultiPolygon, look: Style) -> Iterator[FilledArea]:
+    """Return the gap of an entrance in the walls; other doors are free space."""
+    gap = entrance_gap(door, _GAP_M).intersection(walls).difference(plan.floor)
     if gap.area > 0:
-        yield FilledArea(gap, fill)
+        yield FilledArea(gap, look.floor)
 
 
-def _panes(window: Door, gaps: Sequence[FilledArea], colour: str, width: float) -> Iterator[ThinLine]:
-    """Return a window's double line, along the two faces of the wall as it is drawn."""
+def _window_lines(gap: Polygon, look: Style, hair: float) -> Iterator[ThinLine]:
+    """Return a window's double line, along the two faces of its wall."""
     import shapely
 
-    start, end = np.asarray(window.segment)
-    along = (end - start) / math.dist(start, end)
-    across = np.array([-along[1], along[0]])
-    for gap in gaps:
-        depths = (shapely.get_coordinates(gap.shape) - start) @ across
-        for depth in (depths.min(), depths.max()):
-            yield ThinLine(np.array([start, end]) + depth * across, colour, width)
+    for face in shapely.get_coordinates(gap)[:4].reshape(2, 2, 2):
+        yield ThinLine(face, look.ink if look.swings else DOOR_COLOURS["window"], hair)
 
 
 def _door_lines(door: Door, leaves: Sequence[Leaf], look: Style, hair: float, scale: float) -> Iterator[ThinLine]:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import shapely
 
+from houseexpo.drawing.door_leaves import window_in_walls
 from houseexpo.floorplan import FloorPlan
 from houseexpo.plan import Door
 from houseexpo.tolerances import ENTRANCE_REACH_M, ENTRANCE_TOUCH_M, TINY
@@ -47,13 +48,17 @@ def _through_walls(plan: FloorPlan, holes: Sequence[Door], wall_thickness: float
     walls = shapely.union_all(plan.walls(wall_thickness)) if any(d.kind in in_outline for d in holes) else None
     for hole in holes:
         cut = hole.kind in in_outline
-        shape = hole.polygon if walls is None or not cut else _cut_in_wall(hole, walls)
+        shape = hole.polygon
+        if walls is not None and hole.kind == "window":
+            shape = window_in_walls(hole, walls, ENTRANCE_REACH_M) or shape
+        elif walls is not None and cut:
+            shape = _cut_in_wall(hole, walls)
         found.append(WallOpening(hole, shape, _middle(hole, shape) if cut else hole.segment))
     return found
 
 
 def _cut_in_wall(door: Door, walls: shapely.Geometry) -> Polygon:
-    """Return the opening of an entrance or a window in a wall of the drawn thickness."""
+    """Return the opening of an entrance in an outer wall of the drawn thickness."""
     a, b = np.asarray(door.segment, np.float64)
     along = (b - a) / max(float(np.hypot(*(b - a))), TINY)
     across = np.array([-along[1], along[0]]) * ENTRANCE_REACH_M
