@@ -94,7 +94,7 @@ def build(
     listing, folder = Listing(config), DataSetFolder(out)
     listing.check()
     listing.check_apart(out)
-    folder.check(config.digest(), others)
+    folder.check(config, others)
     overrides = settle_override_ids(overrides or {}, (item for _, item in listing) if overrides else ())
     if (
         overrides and config.build.limit is None and others is not ExistingPlansPolicy.ADD
@@ -102,10 +102,10 @@ def build(
         check_override_ids(overrides, (item for _, item in listing))
     folder.build.mkdir(parents=True, exist_ok=True)
     with lock_folder(folder.build / "lock"):
-        folder.check(config.digest(), others)  # again: the build that held the lock may have changed it
+        folder.check(config, others)  # again: the build that held the lock may have changed it
         with contextlib.closing(Journal(folder.build / _JOURNAL)) as journal:
             beside = _unlisted_sources(journal, listing, folder, others)
-            folder.start(config.digest())
+            folder.start(config)
             for entry in known:
                 if journal.get(entry.input) != entry:
                     journal.put(entry)

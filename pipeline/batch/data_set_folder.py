@@ -14,17 +14,19 @@ Rules:
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import msgspec
 
 from houseexpo.errors import ConfigError
 from houseexpo.files import PARTIAL, read_json, write_atomically
+from houseexpo.outputs import first_difference
 from pipeline.batch import disk
+from pipeline.config_file import BuildConfig
 
 MANIFEST = "manifest.json"
 PARTS = ("json", "stages")
@@ -60,6 +62,14 @@ class _Started(msgspec.Struct):
     """``build.json``: the parameters of the build."""
 
     parameters_sha256: str
+    parameters: dict[str, Any] = {}
+
+
+def differing_parameter(before: Mapping[str, Any], config: BuildConfig) -> str:
+    """Return in brackets the first parameter in which an earlier build differs; "" if its parameters are not known."""
+    there, here = (msgspec.json.decode(msgspec.json.encode(each)) for each in (before, config.parameters()))
+    found = first_difference(there, here) if there else None
+    return "" if found is None else f" ({found[0]}: {found[1]!r}, this one's is {found[2]!r})"
 
 
 class DataSetManifest(msgspec.Struct):
@@ -97,7 +107,7 @@ class DataSetFolder:
         """Return the files of plans and pictures that are there, by their names in the data set."""
         return {file.relative_to(self.root).as_posix() for file in self._plans()}
 
-    def check(self, parameters: str, others: ExistingPlansPolicy) -> None:
+    def check(self, config: BuildConfig, others: ExistingPlansPolicy) -> None:
         """Raise ConfigError if the folder holds what a build must not touch; nothing is changed."""
         if not self.root.exists():
             if self.root.is_symlink():
@@ -117,16 +127,17 @@ class DataSetFolder:
                     "--replace removes them"
                 )
         if others is not ExistingPlansPolicy.REPLACE:
-            self._check_parameters(parameters)
+            self._check_parameters(config)
             self._check_foreign()
 
-    def start(self, parameters: str) -> None:
+    def start(self, config: BuildConfig) -> None:
         """Create the folder's structure, and remove the remains of interrupted writes."""
         for folder in (self.json, self.build):
             folder.mkdir(parents=True, exist_ok=True)
         for folder in (self.json, self.stages, self.build, self.root):
             disk.remove_interrupted_writes(folder)
-        write_atomically(self.build / "build.json", msgspec.json.encode(_Started(parameters)), durable=True)
+        started = _Started(config.digest(), config.parameters())
+        write_atomically(self.build / "build.json", msgspec.json.encode(started), durable=True)
 
     def last_finished(self) -> FinishedBuild | None:
         """Return the record of the data set as it was last finished."""
@@ -168,13 +179,12 @@ class DataSetFolder:
                 what = "a link" if path.is_symlink() else "a folder" if path.is_dir() else "a file"
                 raise self._other(f"{path.relative_to(self.root)} is {what}; move it away")  # R3
 
-    def _check_parameters(self, parameters: str) -> None:
-        started = _read(self.build / "build.json", _Started) or self.manifest()
-        if started is not None and started.parameters_sha256 not in {parameters, ""}:
-            raise self._other(
-                f"holds a build with other parameters (hash {started.parameters_sha256[:8]}, this one's is "
-                f"{parameters[:8]}); --replace builds it anew"
-            )
+    def _check_parameters(self, config: BuildConfig) -> None:
+        started = _read(self.build / "build.json", _Started)
+        found = started or self.manifest()
+        if found is not None and found.parameters_sha256 not in {config.digest(), ""}:
+            which = differing_parameter(started.parameters if started else {}, config)
+            raise self._other(f"holds a build with other parameters{which}; --replace builds it anew")
 
     def _check_foreign(self) -> None:
         ours = self._ours()

@@ -32,6 +32,7 @@ from houseexpo.files import PARTIAL, write_atomically
 from pipeline.batch import disk
 from pipeline.batch.data_set_folder import MANIFEST, PARTS, DataSetFolder, DataSetManifest, ExistingPlansPolicy
 from pipeline.batch.disk import lock_folder
+from pipeline.config_file import BuildConfig
 
 _WITHOUT_CREDENTIALS: Final = frozenset(
     {"NoCredentialsError", "PartialCredentialsError", "DefaultCredentialsError", "TokenRetrievalError"}
@@ -98,7 +99,7 @@ class Store(Protocol):
         """The store's path or URL."""
         ...
 
-    def check(self, parameters: str) -> None:
+    def check(self, config: BuildConfig) -> None:
         """Raise ConfigError if it holds what a build with these parameters must not touch."""
         ...
 
@@ -156,9 +157,9 @@ class FolderStore:
         """The folder's path."""
         return str(self.root)
 
-    def check(self, parameters: str) -> None:
+    def check(self, config: BuildConfig) -> None:
         """Raise ConfigError if it holds what a build with these parameters must not touch."""
-        DataSetFolder(self.root).check(parameters, ExistingPlansPolicy.REFUSE)
+        DataSetFolder(self.root).check(config, ExistingPlansPolicy.REFUSE)
 
     def put(self, name: str, data: bytes) -> None:
         """Write a file; it is on the disk when this returns."""
@@ -266,7 +267,7 @@ class ObjectStore:
         """The URL."""
         return self.url
 
-    def check(self, parameters: str) -> None:  # noqa: ARG002 - what was begun tells of them
+    def check(self, config: BuildConfig) -> None:  # noqa: ARG002 - what was begun tells of them
         """Raise ConfigError if there are objects that no build wrote."""
         system, path = open_file_system(self.url)
         with translate_store_errors(self.url):

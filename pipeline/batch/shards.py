@@ -23,6 +23,7 @@ import msgspec
 
 from houseexpo.corrections import Override
 from houseexpo.errors import ConfigError
+from pipeline.batch.data_set_folder import differing_parameter
 from pipeline.batch.entry import Entry
 from pipeline.batch.result_store import Store
 from pipeline.config_file import BuildConfig
@@ -78,7 +79,7 @@ class CommonSettings(msgspec.Struct, frozen=True):
         """
         before = read_common_settings(store)
         if before is None:
-            store.check(self.config.digest())
+            store.check(self.config)
             self._put(store)
         elif before != self and self.shards == before.shards == 1 and self._same_houses(before):
             self._put(store)
@@ -86,7 +87,7 @@ class CommonSettings(msgspec.Struct, frozen=True):
             what = (
                 f"{before.shards} shards, not {self.shards}"
                 if before.shards != self.shards
-                else "other parameters"
+                else f"other parameters{differing_parameter(before.config.parameters(), self.config)}"
                 if before.config.parameters() != self.config.parameters()
                 else "other sources, overrides, pictures, limits or copies"
             )

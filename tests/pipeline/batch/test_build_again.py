@@ -166,7 +166,7 @@ def test_other_parameters_are_refused(street: Path, tmp_path: Path) -> None:
     out = tmp_path / "out"
     run_build([street], out)
     before = contents(out)
-    with pytest.raises(ConfigError, match="holds a build with other parameters"):
+    with pytest.raises(ConfigError, match=r"other parameters \(build.seed: 0, this one's is 3\); --replace"):
         run_build([street], out, seed=3)
     assert contents(out) == before
     assert run_build([street], out, seed=3, others=ExistingPlansPolicy.REPLACE).ids == ("a", "b", "c")

@@ -176,7 +176,7 @@ def test_shards_of_another_build_and_other_things_are_refused(street: Path, tmp_
     run_shard(config_for([street]), tmp_path / "out", "0/2")
     for config, shard, said in (
         (config_for([street]), "0/3", "a build with 2 shards, not 3 was begun there"),
-        (config_for([street], seed=5), "1/2", "other parameters"),
+        (config_for([street], seed=5), "1/2", r"other parameters \(build.seed: 0, this one's is 5\) was begun"),
         (config_for([street / "a.ply"]), "1/2", "other sources"),
     ):
         with pytest.raises(ConfigError, match=said):
