@@ -1,13 +1,12 @@
-"""Find door leaves among the bodies of a mesh that nobody named, and the leaves of cubicles."""
+"""Find door leaves among the bodies of a mesh that nobody named."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
-import numpy.typing as npt
 import shapely
 
 from pipeline.geometry.areas import dot_product
@@ -20,16 +19,13 @@ from pipeline.tolerances import (
     FOOT_M,
     HAND_M,
     HEAD_M,
-    IN_ONE_LINE,
     MM_M,
     MOST,
     MOSTLY,
     PARALLEL,
     PARTITION_M,
     PLACE_M,
-    SHEET_M,
     SHOULDERS_M,
-    SINGLE_DOOR_M,
     SOME,
     THIN_WALL_M,
     WALL_M,
@@ -168,12 +164,8 @@ def _is_at_edge(bodies: Bodies, handle: int, box: Box) -> bool:
 
 
 def may_hold_leaves(walls: Prisms, ceiling_m: float) -> bool:
-    """Return whether some of the bodies end where leaves do: below the ceiling.
-
-    They end above a person's head, or above the breast where others are higher (cubicles).
-    """
-    tops = [each.top_m for each in walls.bodies if MIN_M <= each.top_m <= ceiling_m - HAND_M]
-    return bool(tops) and (max(tops) >= HEAD_M or max(tops) - min(tops) >= SHEET_M)
+    """Return whether some of the bodies end where leaves do: above a person's head and below the ceiling."""
+    return any(HEAD_M <= each.top_m <= ceiling_m - HAND_M for each in walls.bodies)
 
 
 def _touching(keys: list[int], parts: Mapping[int, Box]) -> list[list[int]]:
@@ -293,55 +285,3 @@ def _in_row(one: Box, other: Box) -> bool:
         and abs(dot_product(to, one.across)) < 0.1
         and abs(dot_product(to, one.along)) < (one.width + other.width) / 2 + PARTITION_M
     )
-
-
-# ---------------------------------------------------------------------------------------------------------------------
-# Doors of cubicles (toilets, changing rooms): lower than any other, in partitions that end below the ceiling.
-#
-# R1  The leaf is a thin plate that stands on the floor or a little above, as high as a person, and as wide as a door.
-# R2  Thin partitions in line with it, or one with a cut-out for it, hold both of its ends. They are higher than the
-#     leaf and end below the ceiling. This excludes headboards and the panels of desks.
-# ---------------------------------------------------------------------------------------------------------------------
-
-MIN_M = 1.2
-
-
-def cubicle_leaves(bodies: Bodies, ceiling_m: float) -> list[Leaf]:
-    """Return the leaves of cubicles (R1, R2); ``ceiling_m`` counts from the level's floor."""
-    return [
-        Leaf(box, (k,), (box,), box.thickness)
-        for k, box in _cubicle_doors(bodies)
-        if _is_held(k, box, bodies, ceiling_m)
-    ]
-
-
-def _cubicle_doors(bodies: Bodies) -> Iterator[tuple[int, Box]]:
-    """R1."""
-    low, high = bodies.low, bodies.high
-    tall = high[:, 2] - low[:, 2]
-    extent = np.hypot(*(high - low)[:, :2].T)
-    likely = (low[:, 2] <= FOOT_M) & (tall >= MIN_M) & (tall < HEAD_M)
-    for k in np.flatnonzero(likely & (extent >= SINGLE_DOOR_M[0]) & (extent <= SINGLE_DOOR_M[1] + SHEET_M)):
-        box = bodies.box(int(k))
-        if SINGLE_DOOR_M[0] <= box.width <= SINGLE_DOOR_M[1] and box.thickness <= SHEET_M:
-            yield int(k), box
-
-
-def _is_held(plate: int, box: Box, bodies: Bodies, ceiling_m: float) -> bool:
-    """R2."""
-    low, high = bodies.low, bodies.high
-    near = (low[:, :2] <= high[plate, :2] + MEET_M).all(axis=1) & (high[:, :2] >= low[plate, :2] - MEET_M).all(axis=1)
-    near &= (high[:, 2] >= box.high + SHEET_M) & (high[:, 2] <= ceiling_m - HAND_M) & (low[:, 2] < box.high)
-    partitions = [box_polygon(each, depth=max(each.thickness, SHEET_M)) for each in _in_line(near, box, bodies)]
-    ends = shapely.points([box.centre - box.width / 2 * box.along, box.centre + box.width / 2 * box.along])
-    return bool(partitions) and bool((shapely.distance(shapely.multipolygons(partitions), ends) <= MEET_M).all())
-
-
-def _in_line(near: npt.NDArray[np.bool_], box: Box, bodies: Bodies) -> Iterator[Box]:
-    """Yield the thin upright boxes among bodies that lie in line with a plate."""
-    for k in np.flatnonzero(near):
-        each = bodies.box(int(k))
-        aside = abs(dot_product(each.centre - box.centre, box.across))
-        parallel = abs(dot_product(each.along, box.along)) > IN_ONE_LINE
-        if each.thickness <= SHEET_M and aside < SHEET_M and parallel:
-            yield each

@@ -46,7 +46,7 @@ from pipeline.geometry.areas import (
     unite,
 )
 from pipeline.geometry.doorways import doorway_around_leaf, find_known_doorways, glazed_recesses, judge_leaves
-from pipeline.geometry.leaves import Leaf, cubicle_leaves, find_plates, may_hold_leaves, part_from_panelling
+from pipeline.geometry.leaves import Leaf, find_plates, may_hold_leaves, part_from_panelling
 from pipeline.geometry.mesh_slicing import MeshSlicer, nearest_clear_height, section_heights
 from pipeline.geometry.meshes import Bodies, box_around_polygon, footprint
 from pipeline.geometry.prisms import Prisms
@@ -153,8 +153,7 @@ def _take_leaves_out(level: Level) -> tuple[list[Leaf], list[Leaf], MeshSlicer |
     if isinstance(level.walls, Prisms) and not may_hold_leaves(level.walls, level.ceiling_m):
         return [], [], level.walls
     bodies = Bodies.of(level.walls)
-    shaped, panes = part_from_panelling([] if level.names_doors else find_plates(bodies, level.ceiling_m))
-    leaves = [*shaped, *cubicle_leaves(bodies, level.ceiling_m)]
+    leaves, panes = part_from_panelling([] if level.names_doors else find_plates(bodies, level.ceiling_m))
     if isinstance(level.walls, Prisms) and not leaves:
         return [], panes, level.walls
     return leaves, panes, MeshSlicer(bodies.without([k for leaf in leaves for k in leaf.bodies]))
