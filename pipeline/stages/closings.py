@@ -5,17 +5,14 @@ R1  Lintels and sills close doors. A gap of full height up to ``gap_m`` wide (``
 R2  Where the source names its openings or its doors, what stands or hangs right before a named doorway (a beam along
     the wall, a frame deeper than the wall) does not close it: the doorway itself does.
 R3  Cracks of a hand's breadth between walls that nearly meet are closed, and so are points in which walls touch.
-R4  A gap between two railings or low walls, or between one of these and a wall, closes if it then encloses a place
-    under a roof that walls bound for the most part (a low front with an entrance). In a house without roofs, the place
-    needs two doors or more to rooms, and walls, windows and doors along ``LARGELY`` of its edge.
-R5  A gap of up to ``HALL_M`` between the ends of walls in line closes to the outside if only such gaps open a place
+R4  A gap of up to ``HALL_M`` between the ends of walls in line closes to the outside if only such gaps open a place
     with walls along ``MOSTLY`` of its edge (a hall with a wide entrance). The place has a roof; in a house without
     roofs, three ways lead into it from rooms, or two if it is most of the house, else it is a court.
-R6  Floor that is enclosed neither at the ground nor above the doors may be enclosed at a height between (railings).
-R7  An open or half-open house gets its boundary from the floor slab if the source has one, ...
-R8  ... else from the ends of its walls. The plan is marked in both cases.
-R9  A room that the source names, and that walls leave open (under a roof without knee walls), is closed at its edge.
-    If such rooms take less than half of the floor, R7 still applies to the rest.
+R5  Floor that is enclosed neither at the ground nor above the doors may be enclosed at a height between (railings).
+R6  An open or half-open house gets its boundary from the floor slab if the source has one, ...
+R7  ... else from the ends of its walls. The plan is marked in both cases.
+R8  A room that the source names, and that walls leave open (under a roof without knee walls), is closed at its edge.
+    If such rooms take less than half of the floor, R6 still applies to the rest.
 """
 
 from __future__ import annotations
@@ -99,7 +96,6 @@ def find_closing_candidates(level: Level, planes: Planes, config: LayoutConfig) 
         cracks += contact_fillings(unite([*filled, *found, *cracks]) if cracks else standing)
     candidates = [*pieces, *(Opening.closing(gap, "gap") for gap in [*real, *cracks])]
     candidates += [Opening.closing(gap, "gate") for gap in gates]
-    candidates += _gates_of_railings(level, planes, candidates, config)
     return candidates + _wide_gates(level, planes, candidates, ends, config)
 
 
@@ -139,36 +135,6 @@ def is_crack(piece: Opening) -> bool:
     return piece.closed_by == "gap" and box_around_polygon(piece.polygon).width < PASSABLE_M
 
 
-def _gates_of_railings(level: Level, planes: Planes, pieces: list[Opening], config: LayoutConfig) -> list[Opening]:
-    """Return the gaps of a low front under a roof (R4)."""
-    if level.sills or planes.rails.is_empty:
-        return []
-    ground = close_plane(planes.door, pieces)
-    ends = unite([planes.tall, planes.rails])
-    standing = [planes.door, planes.rails, *(p.polygon for p in pieces)]
-    found = gap_fillings(ends, standing, config.entrance_m)
-    near = shapely.buffer(planes.rails, BESIDE_M)
-    found = [gap for gap in found if gap.intersects(near)]
-    if not found:
-        return []
-    fenced = unite([ground, planes.rails])
-    closed = enclosed_pieces(fenced)[1]
-    known, roofless = unite(closed), not any(_is_covered(room, level) for room in closed)
-    beside, house = (shapely.buffer(walls, BESIDE_M, quad_segs=2) for walls in (planes.tall, ground))
-
-    def is_of_house(place: Polygon) -> bool:
-        return shapely.intersection(place.exterior, beside).length > MOST * place.length and (
-            _is_covered(place, level)
-            or (
-                roofless
-                and shapely.intersection(place.exterior, house).length > LARGELY * place.length
-                and sum(_leads_into(piece, place, known) for piece in pieces) > 1
-            )
-        )
-
-    return _gates_into_new_places(found, fenced, known, is_of_house, config)
-
-
 def _wide_gates(
     level: Level,
     planes: Planes,
@@ -176,7 +142,7 @@ def _wide_gates(
     ends: list[WallEnd],
     config: LayoutConfig,
 ) -> list[Opening]:
-    """Return the wide gaps that are all that leaves a place of the house open (R5)."""
+    """Return the wide gaps that are all that leaves a place of the house open (R4)."""
     if level.sills:
         return []
     standing = [planes.door, *(piece.polygon for piece in pieces)]
@@ -217,7 +183,7 @@ def _gates_into_new_places(
 
 
 def _has_ways(place: Polygon, pieces: list[Opening], rooms: BaseGeometry, main_m2: float) -> bool:
-    """Return whether three ways lead from rooms into a place, or two if it is larger than ``main_m2`` (R5)."""
+    """Return whether three ways lead from rooms into a place, or two if it is larger than ``main_m2`` (R4)."""
     near = [shapely.buffer(piece.polygon, BESIDE_M) for piece in pieces if not is_crack(piece)]
     ways = sum(bool(each.intersects(place) and each.intersects(rooms)) for each in near)
     return ways >= 3 or (ways > 1 and place.area > main_m2)
@@ -227,12 +193,6 @@ def _is_covered(room: Polygon, level: Level) -> bool:
     return bool(intersect(room, part_under_cover(room, level)).area > MOST * room.area)
 
 
-def _leads_into(piece: Opening, place: Polygon, rooms: BaseGeometry) -> bool:
-    """Return whether a door or a lintel stands between a place and a room."""
-    near = shapely.buffer(piece.polygon, BESIDE_M)
-    return piece.closed_by in {"door", "opening", "lintel"} and bool(near.intersects(place) and near.intersects(rooms))
-
-
 def boundaries(
     level: Level,
     planes: Planes,
@@ -240,7 +200,7 @@ def boundaries(
     whole: tuple[BaseGeometry, list[Polygon]],
     config: LayoutConfig,
 ) -> Iterator[list[Opening]]:
-    """Yield alternative sets of closings for a house that its walls leave open (R6 to R9); the largest result counts.
+    """Yield alternative sets of closings for a house that its walls leave open (R5 to R8); the largest result counts.
 
     In the first set, closings between wall ends may end at a wide gap; in the second, only at what surely closes.
     """
@@ -258,7 +218,7 @@ def boundaries(
 def _railings(
     level: Level, planes: Planes, ground: BaseGeometry, rooms: list[Polygon], config: LayoutConfig
 ) -> list[Opening]:
-    """Return the railings, between h_d and head height, that enclose floor which nothing else encloses (R6)."""
+    """Return the railings, between h_d and head height, that enclose floor which nothing else encloses (R5)."""
     if level.sills or planes.rails.is_empty:
         return []
     known = unite(rooms)
@@ -274,7 +234,7 @@ def _railings(
 
 
 def _edges(level: Level, ground: BaseGeometry, rooms: list[Polygon], config: LayoutConfig) -> list[Opening]:
-    """Return the edges of the source's rooms (R9) or of its floor (R7) where they lie open."""
+    """Return the edges of the source's rooms (R8) or of its floor (R6) where they lie open."""
     named = [room.polygon for room in level.rooms if room.polygon is not None]
     edges = bands_around_rooms(named, ground, rooms, config.area_m2)
     if level.floor is None or (edges and unite(named).area > MOST * level.floor.area):

@@ -334,31 +334,6 @@ def test_a_balcony_under_the_sky_is_no_room_of_a_roofed_house(roof: float, name:
     assert [set(c.sides) for c in found.candidates if c.is_strip] == [{0, 1} if rooms == 2 else {0, OUTSIDE}]
 
 
-@pytest.mark.parametrize(("roof", "gate_m", "rooms"), [(True, 1.0, 2), (True, 4.0, 1), (False, 1.0, 1)])
-def test_a_low_front_with_an_entrance_closes_a_room_under_a_roof(roof: bool, gate_m: float, rooms: int) -> None:
-    """A room of 6 x 4 m beside a closed one; its front is a wall of 1 m. Without a roof it may be a yard."""
-    house = [*shell((0, 0, 4, 4), front=[Hole(1, 1.9)]), *wall((4.2, 4, 10.4, 4.2)), *wall((10.2, -0.2, 10.4, 4.0))]
-    low, high = 7.2 - gate_m / 2, 7.2 + gate_m / 2
-    front = [box((4.2, -0.2, low, 0.0), 0.0, 1.0), box((high, -0.2, 10.2, 0.0), 0.0, 1.0)]
-    cover = [box((-0.2, -0.2, 10.4, 4.2), 2.5, 2.7)] if roof else []
-    found = layout([*house, *front, *cover])
-    assert sorted(areas(found)) == [16.0, 24.0][:rooms]
-    gates = [c for c in found.candidates if c.closed_by == "gate" and c.is_strip]
-    assert [(round(gate.width, 1), OUTSIDE in gate.sides) for gate in gates] == [(1.0, True)] * (rooms - 1)
-
-
-@pytest.mark.parametrize(("ways", "rooms"), [(2, 3), (1, 2)])
-def test_a_low_front_closes_a_room_without_a_roof_into_which_two_doors_lead(ways: int, rooms: int) -> None:
-    """A hall of 4 x 4 m between two closed rooms; its front is a wall of 1 m with a gap of 1 m."""
-    doors = [Hole(1.0, 1.9)]
-    house = [*wall((-0.2, 4, 12.6, 4.2)), *wall((-0.2, -0.2, 4.2, 0.0)), *wall((8.2, -0.2, 12.6, 0.0))]
-    house += [*wall((-0.2, 0, 0, 4)), *wall((12.4, 0, 12.6, 4))]
-    house += [*wall((4.0, 0, 4.2, 4), *doors), *wall((8.2, 0, 8.4, 4), *doors[: ways - 1])]
-    front = [box((4.2, -0.2, 5.7, 0.0), 0.0, 1.0), box((6.7, -0.2, 8.2, 0.0), 0.0, 1.0)]
-    gates = [c for c in layout([*house, *front]).candidates if c.closed_by == "gate"]
-    assert len(gates) == (rooms == 3)
-
-
 @pytest.mark.parametrize("rail", [0.04, 0.1])
 def test_a_railing_closes_a_balcony_that_its_balusters_do_not(rail: float) -> None:
     across = [(x, -1.8, x + 0.03, -1.77) for x in np.arange(-0.2, 4.1, 0.12)]
