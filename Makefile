@@ -15,7 +15,7 @@ FEW     ?= 100
 PUBLISHED ?=
 FURNISHED ?=
 SEEKERS := seek seek-likely seek-likely-1 seek-likely-2 shortest random
-EXPLORERS := chooser chooser-1 chooser-2 finisher look-around swift frontier random-frontier information tour oracle random forward wall
+EXPLORERS := chooser chooser-1 chooser-2 finisher look-around straight swift frontier random-frontier information tour oracle random forward wall
 RESULTS ?= $(EXPLORERS:%=budget:%) $(EXPLORERS:%=quality:%) $(patsubst %,avoidance:%,spin random forward wall) \
   $(foreach track,navigation pointgoal,$(patsubst %,$(track):%,a-star greedy random forward)) \
   $(patsubst %,roomgoal:%,$(SEEKERS)) $(if $(FURNISHED),$(patsubst %,objectgoal:%,$(SEEKERS))) \

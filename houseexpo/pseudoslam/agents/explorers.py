@@ -118,16 +118,27 @@ class Explorer(ABC):
         for _ in range(MAX_FRONTIERS):
             if action != NO_ACTION:
                 return int(action)
-            if must_choose_again(known, memory, MAX_BUMPS):
+            if self._must_choose(known):
                 self.decided = True
                 given_up = memory.given_up[: memory.state[0].lost]
                 n = find_frontiers(known, x, y, self._rules, given_up, self.scratch, memory.frontiers)
                 if not n:
                     return None
-                chosen = self.choose(known, memory.frontiers[:n], info)
-                set_target(known, x, y, memory, chosen, self._rules.radius_px, self.scratch.ways)
-            action = next_action(known, x, y, heading, memory, self._descent, self.scratch.ways)
+                self._set_target(known, x, y, self.choose(known, memory.frontiers[:n], info))
+            action = self._next_action(known, x, y, heading)
         return None if action == NO_ACTION else int(action)
+
+    def _must_choose(self, known: Grid) -> bool:
+        """Return whether to choose again (R2 and R3 of ``kernels.explore``)."""
+        return must_choose_again(known, self._memory, MAX_BUMPS)
+
+    def _set_target(self, known: Grid, x: float, y: float, chosen: int) -> None:
+        """Make one of the memory's frontiers the target."""
+        set_target(known, x, y, self._memory, chosen, self._rules.radius_px, self.scratch.ways)
+
+    def _next_action(self, known: Grid, x: float, y: float, heading: float) -> int:
+        """Return the next action to the target, or ``NO_ACTION`` if it was looked at in vain."""
+        return next_action(known, x, y, heading, self._memory, self._descent, self.scratch.ways)
 
 
 class NearestFrontier(Explorer):

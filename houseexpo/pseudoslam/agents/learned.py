@@ -19,19 +19,29 @@ import numpy as np
 from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.agents.explorers import Explorer, Grid
 from houseexpo.pseudoslam.agents.protocol import Interface, Knowledge, Policy, Robot, Training
-from houseexpo.pseudoslam.kernels.explore import FORWARD, LEFT, RIGHT, find_unseen_in_sight
+from houseexpo.pseudoslam.config.simulator import PlanningConfig
+from houseexpo.pseudoslam.kernels.explore import (
+    FORWARD,
+    LEFT,
+    RIGHT,
+    find_unseen_in_sight,
+    look_at_target,
+    new_memory,
+)
 from houseexpo.pseudoslam.kernels.planning.frontier_features import (
     FEATURES,
     LOOKED_AT,
     compute_features,
     score_frontiers,
 )
-from houseexpo.pseudoslam.kernels.tolerances import LOOK_ROUND_M, TURN_PARTS
+from houseexpo.pseudoslam.kernels.planning.paths import next_motion, trace_path
+from houseexpo.pseudoslam.kernels.planning.planner_types import GOING
+from houseexpo.pseudoslam.kernels.tolerances import LOOK_ROUND_M, MAX_FRONTIERS, TURN_PARTS
 from houseexpo.pseudoslam.kernels.types import Floats, Rows
 from houseexpo.pseudoslam.learning.environments import make_simulator_config
 from houseexpo.pseudoslam.learning.policy_file import EpisodeActor, read_policy
 from houseexpo.pseudoslam.learning.weights import read_weights
-from houseexpo.pseudoslam.planning import feature_rules
+from houseexpo.pseudoslam.planning import feature_rules, planner_rules
 
 
 class NetworkFactory:
@@ -149,10 +159,58 @@ class Swift(FrontierChooser):
     parts = TURN_PARTS
 
 
+class Straight(LookAround):
+    """A robot that looks round after each step, chooses anew, and goes straight to the corners of the shortest way.
+
+    Its turns are exact (T1 and T2 of ``kernels.planning.paths``), and a step may end at a corner.
+    """
+
+    interface = Interface(actions="continuous", tasks=("exploration",))
+
+    def __init__(self, robot: Robot, seed: int, weights: Floats) -> None:
+        super().__init__(robot, seed, weights)
+        self._memory = new_memory(0, MAX_FRONTIERS)  # it looks round before its first step, too
+        travel = planner_rules(robot.config, PlanningConfig()).travel
+        self._travel = travel._replace(aim_cells=2**30)  # all: where nothing is in between, the way is a straight line
+        self._moved, self._motion = False, np.zeros(2)
+        """Whether its last action was a step; the step's distance and turn, as shares of the largest."""
+
+    def __call__(self, _observation: Any, info: Knowledge) -> Floats | None:
+        """Return the next action, or None when there is nothing left to see."""
+        action = self.act(info)
+        if action == FORWARD:
+            self._came_rad = float(info["pose_px"][2]) + float(self._motion[1]) * self._turn_rad
+            return self._motion
+        return None if action is None else np.array([0.0, 1.0 if action == LEFT else -1.0])
+
+    def _must_choose(self, known: Grid) -> bool:
+        """Return whether to choose again: where it has gone a step, and where its target is known."""
+        return super()._must_choose(known) or self._moved
+
+    def _set_target(self, known: Grid, x: float, y: float, chosen: int) -> None:
+        """Make one of the memory's frontiers the target; the distances stay those from the robot."""
+        del known, x, y
+        state, frontier = self._memory.state[0], self._memory.frontiers[chosen]
+        state.bumps = state.bumps if state.target == frontier.middle else 0
+        state.target = frontier.middle
+        self._cells = trace_path(self.scratch.ways, frontier.goal, self.scratch.ways.queue[0])
+
+    def _next_action(self, known: Grid, x: float, y: float, heading: float) -> int:
+        """Return a step on the way or a turn before it; at its end, a turn to the target."""
+        turn, way, _, outcome = next_motion(known, x, y, heading, self.scratch.ways, self._cells, 0, -1, self._travel)
+        self._moved = outcome == GOING and way > 0.0
+        if self._moved:
+            self._motion = np.array([way / self._travel.step_px, turn / self._turn_rad])
+            return FORWARD
+        if outcome == GOING:
+            return LEFT if turn > 0.0 else RIGHT
+        return look_at_target(known, x, y, heading, self._memory, self._turn_rad)
+
+
 class ChooserFactory:
     """A factory of choosers with the weights of a file."""
 
-    def __init__(self, file: Path, kind: type[FrontierChooser] = FrontierChooser, family: str = FAMILY) -> None:
+    def __init__(self, file: Path, kind: type[FrontierChooser] = FrontierChooser, family: str = "") -> None:
         self.file, self._kind, self._family, self.interface = file, kind, family, kind.interface
 
     def __call__(self, robot: Robot, seed: int) -> Policy:
@@ -163,7 +221,7 @@ class ChooserFactory:
     def training(self) -> Training:
         """The family of the weights, and the seed of their training."""
         about = self._weights_and_notes[1]
-        return Training(str(about.get("family", self._family)), int(about.get("seed", 0)))
+        return Training(self._family or str(about.get("family", FAMILY)), int(about.get("seed", 0)))
 
     @cached_property
     def _weights_and_notes(self) -> tuple[Floats, dict[str, Any]]:
@@ -181,3 +239,4 @@ finisher = ChooserFactory(Path(__file__).with_name("finisher.json"))
 look_around = ChooserFactory(Path(__file__).with_name("look-around.json"), LookAround)
 """Searched by the same script for a robot that sees all round."""
 swift = ChooserFactory(chooser_0.file, Swift, "swift")
+straight = ChooserFactory(look_around.file, Straight, "straight")

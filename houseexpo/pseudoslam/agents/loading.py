@@ -33,6 +33,7 @@ NAMES: Final = {
     "chooser-2": f"{_HERE}.learned:chooser_2",
     "finisher": f"{_HERE}.learned:finisher",
     "look-around": f"{_HERE}.learned:look_around",
+    "straight": f"{_HERE}.learned:straight",
     "swift": f"{_HERE}.learned:swift",
     "oracle": f"{_HERE}.oracle:Oracle",
     "seek": f"{_HERE}.seeking:Seeker",

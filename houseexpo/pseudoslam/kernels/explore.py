@@ -188,15 +188,19 @@ def next_action(
     known: Grid, x: float, y: float, heading: float, memory: ExplorerMemory, rules: DescentRules, found: PathScratch
 ) -> int:
     """Return the next action towards the target, or ``NO_ACTION`` if the robot has looked at it in vain (R3)."""
-    state = memory.state[0]
     act = descent_action(known, x, y, heading, memory.state, rules, found)
-    if act != NO_ACTION:
-        return act
+    return act if act != NO_ACTION else look_at_target(known, x, y, heading, memory, rules.turn_rad)
+
+
+@njit(cache=True, nogil=True)
+def look_at_target(known: Grid, x: float, y: float, heading: float, memory: ExplorerMemory, turn_rad: float) -> int:
+    """Return a turn to the target, or ``NO_ACTION`` if it is known, or is given up because it was looked at (R3)."""
+    state = memory.state[0]
     row, col = state.target // known.shape[1], state.target % known.shape[1]
     is_unknown = known[row, col] == UNKNOWN
     off = math.atan2(y - row - 0.5, col + 0.5 - x) - heading
     off -= 2.0 * math.pi * np.rint(off / (2.0 * math.pi))
-    turns = np.rint(off / rules.turn_rad)
+    turns = np.rint(off / turn_rad)
     if is_unknown and turns != 0.0:
         return LEFT if turns > 0.0 else RIGHT
     if is_unknown:

@@ -34,6 +34,7 @@ EXPLORERS: Final = {
     "finisher": "learned for short ways to the end",
     "look-around": "the same, and looks round as it goes",
     "swift": "learned choice, and turns as it goes",
+    "straight": "looks round, and goes straight to what it chose",
     "oracle": "knows the house",
 }
 """The explorers, described in a few words."""
