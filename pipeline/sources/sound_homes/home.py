@@ -25,6 +25,7 @@ from pipeline.sources.sound_homes.layout import draw_days, lay_out_rooms
 from pipeline.sources.sound_homes.limits import distance_from_wishes, keeps_limits
 from pipeline.sources.sound_homes.openings import (
     Stretch,
+    outer_stretches,
     place_doors,
     place_front_door,
     place_outdoors,
@@ -198,10 +199,14 @@ class _Openings(NamedTuple):
 def _open_up(layout: Layout, programme: Programme, rng: np.random.Generator) -> _Openings | None:
     """Return the openings of a layout, or None where a room is out of reach (H1) or has no light (H2)."""
     walls = programme.inner_m, programme.outer_m
-    doors = place_doors(layout, programme.inner_m, rng)
-    fronts = place_front_door(layout, *walls, rng)
     rooms = {cell.room for cell in layout.cells if layout.labels[cell.room] != STAIRS}
-    if doors is None or fronts is None or not _are_joined(rooms, doors):  # H1
+    doors = place_doors(layout, programme.inner_m, rng)
+    if doors is None or not _are_joined(rooms, doors):  # H1
+        return None
+    outside = outer_stretches(layout.cells)
+    lit = [(place, wall) for place, wall in outside if wall.side in programme.light]
+    fronts = place_front_door(layout, outside, *walls, rng)
+    if fronts is None:  # H1
         return None
     if layout.stair_up is not None and layout.stair_down is None:
         doors.append(Doorway(_foot(layout, layout.stair_up, programme.inner_m), (HALL, layout.labels.index(STAIRS))))
@@ -212,14 +217,14 @@ def _open_up(layout: Layout, programme: Programme, rng: np.random.Generator) -> 
     elif programme.kind in STOREYS:
         wished = [each for each in wished if each.label == "Terrace"]
     if layout.entrance and not wished and programme.kind in {"bungalow", *STOREYS}:
-        found = place_outdoors(layout, programme.light, walls, 0.0, rng)
+        found = place_outdoors(layout, lit, walls, 0.0, rng)
         if found is None:
             return None
         fronts += found[1]
     for k, wish in enumerate(wished):
         first = layout.entrance is not None and not k
         found = place_outdoors(
-            layout, programme.light, walls, wish.area_m2, rng, others=[rect for _, rect in outdoors], beds=not first
+            layout, lit, walls, wish.area_m2, rng, others=[rect for _, rect in outdoors], beds=not first
         )
         if found is not None and found[0] is not None:
             number = len(layout.labels) + len(outdoors)
@@ -227,11 +232,11 @@ def _open_up(layout: Layout, programme: Programme, rng: np.random.Generator) -> 
             doors += [Doorway(way.rect, (way.rooms[0], number)) for way in found[1]]
         elif first:
             return None
-    windows = place_windows(layout, programme.light, walls, [door.rect for door in (*fronts, *doors)], rng)
-    lit = {window.room for window in windows} | {door.rooms[0] for door in fronts[1:]}
-    lit |= {door.rooms[0] for door in doors if door.rooms[1] is not None and door.rooms[1] >= len(layout.labels)}
-    lit |= _open_kitchens(layout, doors, lit)
-    if any(layout.labels[room] in LIT for room in rooms - lit):  # H2
+    windows = place_windows(layout, lit, walls, [door.rect for door in (*fronts, *doors)], rng)
+    bright = {window.room for window in windows} | {door.rooms[0] for door in fronts[1:]}
+    bright |= {door.rooms[0] for door in doors if door.rooms[1] is not None and door.rooms[1] >= len(layout.labels)}
+    bright |= _open_kitchens(layout, doors, bright)
+    if any(layout.labels[room] in LIT for room in rooms - bright):  # H2
         return None
     return _Openings(doors, fronts, windows, outdoors)
 

@@ -67,9 +67,9 @@ _STRETCH: Final = 0.5
 """By how much of their width columns may be stretched so that two rows are as long (L5)."""
 _ALIKE: Final = 0.12
 """Logarithm of the ratio of the lengths of rows that are alike before they are stretched."""
-_FORMS: Final = 180
+_FORMS: Final = 100
 """So many forms are drawn of one home at most."""
-_FIRST_FORMS: Final = 30
+_FIRST_FORMS: Final = 20
 """So many are drawn of a home whose rooms keep their limits in none of them."""
 _RECESS_M: Final = (1.6, 4.5)
 _EAT_IN_M2: Final = 9.5

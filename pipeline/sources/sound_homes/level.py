@@ -44,7 +44,7 @@ def levels_of_sound_home(home: SoundHome) -> Iterator[Level]:
         void = storey.void
         yield Level(
             id=level_id(home.id, k, number),
-            walls=_walls(storey, home),
+            walls=_walls(storey, home, shell),
             ceiling_m=WALL_TOP_M,
             frame=Frame(((1.0, 0.0, 0.0), (0.0, 1.0, 0.0)), up="z", floor=round(k * STOREY_M, 4), level=k),
             floor=shell if void is None else subtract(shell, void.area),
@@ -89,9 +89,8 @@ def _shell(storey: Storey, home: SoundHome) -> shapely.Geometry:
     return shapely.union_all(found)
 
 
-def _walls(storey: Storey, home: SoundHome) -> Prisms:
+def _walls(storey: Storey, home: SoundHome, shell: shapely.Geometry) -> Prisms:
     """Walls stand; in doors sills lie and lintels hang; windows stand between walls below and lintels."""
-    shell = _shell(storey, home)
     void = shapely.Polygon() if storey.void is None else storey.void.area
     solid = shapely.difference(shell, shapely.union_all([*storey.rooms, void]), grid_size=FILE_GRID_M)
     doors = shapely.union_all([shapely.box(*door.rect) for door in (*storey.doors, *storey.fronts)])

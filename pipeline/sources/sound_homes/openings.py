@@ -15,6 +15,7 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
+from houseexpo.tolerances import SAME_M
 from pipeline.sources.homes.level import DOOR_HEAD_M
 from pipeline.sources.homes.values import Rect
 from pipeline.sources.sound_homes.values import SIDES, STAIRS, Cell, Doorway, Join, Layout, Side, Window, pick
@@ -83,18 +84,24 @@ class Stretch(NamedTuple):
     high: float
 
 
-def outer_stretches(cells: tuple[Cell, ...], place: int) -> Iterator[Stretch]:
-    """Yield the stretches of a cell's sides at which no other cell lies."""
+def outer_stretches(cells: tuple[Cell, ...]) -> list[tuple[int, Stretch]]:
+    """Return the stretches of the sides of each cell, by its place, at which no other cell lies."""
+    return [(place, stretch) for place in range(len(cells)) for stretch in _free_stretches(cells, place)]
+
+
+def _free_stretches(cells: tuple[Cell, ...], place: int) -> Iterator[Stretch]:
     rect = cells[place].rect
     for k, side in enumerate(SIDES):
         across = k % 2
         at, low, high = rect[k], rect[1 - across], rect[3 - across]
         free = [(low, high)]
         for other, cell in enumerate(cells):
-            if other == place or abs(cell.rect[(k + 2) % 4] - at) > 1e-6:
+            if other == place or abs(cell.rect[(k + 2) % 4] - at) > SAME_M:
                 continue
             one, two = cell.rect[1 - across], cell.rect[3 - across]
-            free = [part for a, b in free for part in ((a, min(b, one)), (max(a, two), b)) if part[1] - part[0] > 1e-6]
+            free = [
+                part for a, b in free for part in ((a, min(b, one)), (max(a, two), b)) if part[1] - part[0] > SAME_M
+            ]
         yield from (Stretch(side, at, a, b) for a, b in free)
 
 
@@ -161,12 +168,14 @@ def _door_in(wall: Stretch, join: Join, label: str, inner_m: float, rng: np.rand
     return rect_in_wall(wall, start, start + width, inner_m)
 
 
-def place_front_door(layout: Layout, inner_m: float, outer_m: float, rng: np.random.Generator) -> list[Doorway] | None:
+def place_front_door(
+    layout: Layout, outside: list[tuple[int, Stretch]], inner_m: float, outer_m: float, rng: np.random.Generator
+) -> list[Doorway] | None:
     """Return the front door, in the middle of the outer wall at the entrance; None if that is too short."""
     if layout.entrance is None:
         return []
     place, side = layout.entrance
-    walls = [each for each in outer_stretches(layout.cells, place) if each.side == side]
+    walls = [each for at, each in outside if at == place and each.side == side]
     wall = max(walls, key=lambda each: each.high - each.low, default=None)
     if wall is None or wall.high - wall.low < FRONT_M[0] + inner_m + 2 * _LEAST_JAMB_M:
         return None
@@ -181,26 +190,28 @@ def place_front_door(layout: Layout, inner_m: float, outer_m: float, rng: np.ran
 
 
 def place_windows(
-    layout: Layout, light: frozenset[Side], walls_m: tuple[float, float], taken: list[Rect], rng: np.random.Generator
+    layout: Layout,
+    lit: list[tuple[int, Stretch]],
+    walls_m: tuple[float, float],
+    taken: list[Rect],
+    rng: np.random.Generator,
 ) -> list[Window]:
-    """Return the windows (O3), which keep clear of the doors in the outer walls, ``taken``."""
+    """Return the windows (O3) in the outer walls with light, ``lit``, clear of the doors in them, ``taken``."""
     inner_m, outer_m = walls_m
     found = []
-    for place, cell in enumerate(layout.cells):
-        glazing = WINDOWS.get(layout.labels[cell.room], _WINDOW)
-        for wall in outer_stretches(layout.cells, place):
-            free = wall.high - wall.low - inner_m - 2 * RUN_M
-            if wall.side not in light or free < glazing.least_m:
-                continue
-            width = min(
-                max(glazing.part * free * float(rng.uniform(0.85, 1.15)), glazing.least_m), glazing.most_m, free
-            )
-            for shift in (0.0, -0.5, 0.5):
-                start = (wall.low + wall.high - width) / 2 + shift * (free - width)
-                rect = rect_in_wall(wall, start, start + width, inner_m, outer_m)
-                if not any(_is_near(rect, door, _LEAST_JAMB_M) for door in taken):
-                    found.append(Window(rect, cell.room, glazing.sill_m, WINDOW_HEAD_M))
-                    break
+    for place, wall in lit:
+        room = layout.cells[place].room
+        glazing = WINDOWS.get(layout.labels[room], _WINDOW)
+        free = wall.high - wall.low - inner_m - 2 * RUN_M
+        if free < glazing.least_m:
+            continue
+        width = min(max(glazing.part * free * float(rng.uniform(0.85, 1.15)), glazing.least_m), glazing.most_m, free)
+        for shift in (0.0, -0.5, 0.5):
+            start = (wall.low + wall.high - width) / 2 + shift * (free - width)
+            rect = rect_in_wall(wall, start, start + width, inner_m, outer_m)
+            if not any(_is_near(rect, door, _LEAST_JAMB_M) for door in taken):
+                found.append(Window(rect, room, glazing.sill_m, WINDOW_HEAD_M))
+                break
     return found
 
 
@@ -215,7 +226,7 @@ def _is_near(one: Rect, other: Rect, apart_m: float) -> bool:
 
 def place_outdoors(
     layout: Layout,
-    light: frozenset[Side],
+    lit: list[tuple[int, Stretch]],
     walls_m: tuple[float, float],
     area_m2: float,
     rng: np.random.Generator,
@@ -225,16 +236,11 @@ def place_outdoors(
 ) -> tuple[Rect | None, list[Doorway]] | None:
     """Return a balcony's inner rectangle (None for no balcony: ``area_m2`` of 0) and the ways out (O4), or None.
 
-    It lies before the living room, or before ``beds``, and apart from ``others``.
+    It lies before the living room, or before ``beds``, at an outer wall with light, ``lit``, and apart from ``others``.
     """
     inner_m, outer_m = walls_m
     before = _BALCONY_BEDS if beds else {"Living_Room"}
-    walls = [
-        (place, wall)
-        for place, cell in enumerate(layout.cells)
-        for wall in outer_stretches(layout.cells, place)
-        if wall.side in light and wall.high - wall.low > 2.4
-    ]
+    walls = [(place, wall) for place, wall in lit if wall.high - wall.low > 2.4]
     taken = [(cell.rect, outer_m - inner_m / 2 - 0.01) for cell in layout.cells]
     taken += [(rect, _APART_M) for rect in others]
     for k in rng.permutation(len(walls)).tolist():

@@ -74,7 +74,7 @@ _UPPER_BALCONIES: Final = 0.4
 """How often a flat has a second balcony, and a house of several storeys one upstairs; not all find a place."""
 _TWO_BATHS: Final = 4
 """So many bedrooms need two bathrooms."""
-_VESTIBULES: Final = 0.22
+_VESTIBULES: Final = 0.2
 """How often a door parts the entry from the hall."""
 _SLEEP: Final = frozenset({"Bedroom", "Child_Room", "Office"})
 _TWO_SIDED: Final = 3
