@@ -14,7 +14,7 @@ import numpy as np
 import shapely
 
 from houseexpo.plan import Frame
-from pipeline.geometry.areas import subtract, unite
+from pipeline.geometry.areas import drop_lines_and_points, subtract, unite
 from pipeline.geometry.prisms import Prism, Prisms
 from pipeline.sources.files import level_id
 from pipeline.sources.homes.level import DOOR_HEAD_M, SILL_M, WALL_TOP_M, pieces_of, prisms_mesh
@@ -92,7 +92,8 @@ def _shell(storey: Storey, home: SoundHome) -> shapely.Geometry:
 def _walls(storey: Storey, home: SoundHome, shell: shapely.Geometry) -> Prisms:
     """Walls stand; in doors sills lie and lintels hang; windows stand between walls below and lintels."""
     void = shapely.Polygon() if storey.void is None else storey.void.area
-    solid = shapely.difference(shell, shapely.union_all([*storey.rooms, void]), grid_size=FILE_GRID_M)
+    spaces = shapely.union_all([*storey.rooms, void])
+    solid = drop_lines_and_points(shapely.difference(shell, spaces, grid_size=FILE_GRID_M))
     doors = shapely.union_all([shapely.box(*door.rect) for door in (*storey.doors, *storey.fronts)])
     prisms = []
     for window in storey.windows:
@@ -101,7 +102,7 @@ def _walls(storey: Storey, home: SoundHome, shell: shapely.Geometry) -> Prisms:
     panes = shapely.union_all([shapely.box(*window.rect) for window in storey.windows])
     inside = [room for k, room in enumerate(storey.rooms) if k not in storey.balconies]
     house = shapely.buffer([*inside, void], home.outer_m, join_style="mitre")
-    parapets = shapely.difference(solid, shapely.union_all(house))
+    parapets = drop_lines_and_points(shapely.difference(solid, shapely.union_all(house)))
     for piece in pieces_of(parapets):
         prisms += [(piece, 0.0, _PARAPET_M), (piece, DOOR_HEAD_M, WALL_TOP_M)]
     standing = shapely.difference(solid, shapely.union_all([doors, panes, parapets]), grid_size=FILE_GRID_M)

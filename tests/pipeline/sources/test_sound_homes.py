@@ -273,9 +273,9 @@ def test_the_storeys_of_an_exported_house_come_back(houses: list[SoundHome], tmp
 
 @pytest.mark.slow
 def test_doors_swing_free_of_each_other_and_of_furniture() -> None:
-    """In nearly all of 20 more homes, empty and furnished."""
+    """In nearly all of 40 more homes, empty and furnished."""
     free = []
-    for home in (make_sound_home(index, SEED + 1) for index in range(20)):
+    for home in (make_sound_home(index, SEED + 1) for index in range(40)):
         for level in levels_of_sound_home(home):
             (empty,) = plan_level(level, PipelineConfig(), np.random.default_rng(0))
             assert isinstance(empty, FloorPlan)
