@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import base64
 import math
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Any, Final
 
 import numpy as np
@@ -25,7 +25,7 @@ from houseexpo.analysis.graph import shortest_path
 from houseexpo.analysis.navigability import disc_centre_areas, navigability, straighten_walls
 from houseexpo.analysis.similarity import compare_masks, comparison_mask, difference_lower_bound, mask_fingerprint
 from houseexpo.analysis.walls import walls_around
-from houseexpo.drawing.door_leaves import door_leaves
+from houseexpo.drawing.door_leaves import door_leaves, window_in_walls
 from houseexpo.drawing.styles import DOOR_COLOURS
 from houseexpo.errors import ConfigError, HouseExpoError
 from houseexpo.floorplan import FloorPlan
@@ -178,7 +178,17 @@ def rooms_and_doors(plan: FloorPlan) -> dict[str, Any]:
         }
         for door in plan.doors
     ]
-    return {"rooms": rooms, "doors": doors}
+    return {"rooms": rooms, "doors": doors, "windows": list(_windows(plan))}
+
+
+def _windows(plan: FloorPlan) -> Iterator[dict[str, Any]]:
+    """Yield the windows as they lie in the walls that are drawn."""
+    import shapely
+
+    walls = shapely.union_all(walls_around(straighten_walls(plan.floor), _DRAWN_WALL_M)) if plan.windows else None
+    for window in plan.windows:
+        if walls is not None and (shape := window_in_walls(window, walls, _DRAWN_WALL_M)) is not None:
+            yield {"id": window.id, "width": window.width, "rings": _rings(shape)}
 
 
 def reach_values(plan: FloorPlan, radius_m: float) -> dict[str, Any]:

@@ -54,13 +54,14 @@ export class Drawing {
       word("measure", x1 - half, middle, `${(y2 - y1).toFixed(2)} m`, { transform: `rotate(-90 ${x1 - half} ${middle})` }));
   }
 
-  rooms({ rooms, doors }) {
+  rooms({ rooms, doors, windows = [] }) {
     const { layers } = this;
     layers.rooms.replaceChildren(...rooms.map((room) =>
       titled(area(room.unsure ? "room unsure" : "room", room.rings, { fill: room.colour }), `${room.label}, ${room.area.toFixed(1)} m²${sure(room)}`)));
     layers.doors.replaceChildren(...doors.flatMap((door) => [
       titled(area(door.unsure ? "door unsure" : "door", door.rings, { fill: door.colour }), `${door.kind}, ${door.width.toFixed(2)} m${sure(door)}`),
-      ...door.leaves.flatMap(({ leaf, arc }) => [stroke("leaf", leaf), stroke("arc", arc)])]));
+      ...door.leaves.flatMap(({ leaf, arc }) => [stroke("leaf", leaf), stroke("arc", arc)])]),
+      ...windows.map((each) => titled(area("window", each.rings), `window, ${each.width.toFixed(2)} m`)));
     this.words = rooms.length
       ? rooms.map((room) => {
         const lines = [room.label, `${room.area.toFixed(1)} m²`], free = written(room.at, lines, spare(room.at, room.rings));
