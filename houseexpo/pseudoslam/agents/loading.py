@@ -169,8 +169,9 @@ def _from_training(path: Path, _attribute: str) -> PolicyFactory:
 
 def _from_weights(path: Path, _attribute: str) -> PolicyFactory:
     from houseexpo.pseudoslam.agents.learned import ChooserFactory
+    from houseexpo.pseudoslam.agents.seeking import FORMAT, SeekerFactory
 
-    return ChooserFactory(path)
+    return SeekerFactory(path) if FORMAT.encode() in path.read_bytes()[:64] else ChooserFactory(path)
 
 
 LOADERS: Final[dict[str, Callable[[Path, str], PolicyFactory]]] = {

@@ -106,11 +106,12 @@ _HERE: Final = tuple(f"in {label}" for label in (UNLABELLED, *LABELS))
 _NEAR: Final = tuple(f"near {label}" for label in (UNLABELLED, *LABELS))
 SEEKER_FEATURES: Final = (*FEATURES, *_HERE, *_NEAR)
 """The names of the numbers of a frontier (L1)."""
-_NEAR_M: Final = 2.5
-_APART_M: Final = 0.1
+_LABELS_WITHIN_M: Final = 2.5
+_LABELS_EVERY_M: Final = 0.1
 """Half the side of the square around a frontier in which labels are counted, the size of a room, and the distance of
 the cells that are looked at, metres."""
 FORMAT: Final = "houseexpo seeker 1"
+"""What a file of weights begins with."""
 
 
 class SeekerWeights(msgspec.Struct, frozen=True):
@@ -144,7 +145,7 @@ class LikelyExplorer(LookAround):
         found = np.zeros((n, len(SEEKER_FEATURES)))
         found[:, : len(FEATURES)] = self._outlooks[:n]
         rooms, labels = info["room_map"], len(LABELS) + 1
-        reach, apart = round(_NEAR_M * self.metre), max(round(_APART_M * self.metre), 1)
+        reach, apart = round(_LABELS_WITHIN_M * self.metre), max(round(_LABELS_EVERY_M * self.metre), 1)
         for out, goal, middle in zip(found, frontiers["goal"].tolist(), frontiers["middle"].tolist(), strict=False):
             out[len(FEATURES) + int(rooms.flat[goal])] = 1.0
             row, col = divmod(middle, known.shape[1])

@@ -14,7 +14,8 @@ from houseexpo.grids.frame import plan_points_from_source
 from pipeline.sources import find, reader
 from pipeline.sources.vector_plans import drawing_lines
 from pipeline.values import Input, Level
-from tests.pipeline.sources.test_vector_plans import FILES, written
+from tests.builders.formats import published_plans as published
+from tests.pipeline.sources.test_vector_plans import written
 from tests.pipeline.sources.test_vector_plans_scenes import DOOR, arch, around, collection, scene
 
 
@@ -40,9 +41,8 @@ def lie_at_the_walls(level: Level, lines: list[tuple[str, Any]]) -> bool:
     )
 
 
-@pytest.mark.parametrize("name", sorted(FILES))
-def test_each_family_shows_its_lines_where_the_level_has_its_walls(tmp_path: Path, name: str) -> None:
-    (item, *_) = find(str(written(tmp_path / name, FILES[name][0]())))
+def test_a_drawing_shows_its_lines_where_the_level_has_its_walls(tmp_path: Path) -> None:
+    (item,) = find(str(written(tmp_path / "model.svg", published.cubicasa())))
     ((level, lines),) = levels_and_lines(item)
     assert lie_at_the_walls(level, lines)
     assert "door" in {name for name, _ in lines}
@@ -85,7 +85,7 @@ def test_geojson_shows_what_its_reader_passes_over(tmp_path: Path, unit: float) 
 
 
 def test_a_file_that_cannot_be_read_shows_none(tmp_path: Path) -> None:
-    item = next(iter(find(str(written(tmp_path / "model.svg", FILES["model.svg"][0]())))))
+    item = next(iter(find(str(written(tmp_path / "model.svg", published.cubicasa())))))
     (tmp_path / "model.svg").write_text('<svg><g class="Wall"><polygon points="0,0 1,0 1,1"/></g></svg>')
     assert drawing_lines(item) == ([], [])
 

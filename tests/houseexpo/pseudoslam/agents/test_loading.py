@@ -86,6 +86,14 @@ def test_a_file_of_weights_without_a_policy_is_refused(tmp_path: Path, suffix: s
         load_policy(str(file))
 
 
+@pytest.mark.parametrize("name", ["seek-likely-1", "chooser-1"])
+def test_a_file_of_weights_says_which_policy_it_is_for(tmp_path: Path, name: str) -> None:
+    ours = load_policy(name)
+    file = tmp_path / "mine.json"
+    file.write_bytes(ours.factory.file.read_bytes())
+    assert load_policy(str(file)).training == ours.training
+
+
 def test_a_file_that_fails_is_named(file: Path) -> None:
     file.write_text("1 / 0\n")
     with pytest.raises(ConfigError, match=r"my_policy.py': cannot be imported: ZeroDivisionError: division by zero"):
