@@ -13,7 +13,8 @@ L2  The living room ends the corridor in the east. It takes the whole depth of t
 L3  A south row without light holds what needs none: bath, toilet, store, entry; it is shallow then.
 L4  In the west a bedroom ends the corridor, and its own bath or a longer bedroom lies across from it; or the front
     door; or a store. A door may part the entry from the corridor, or a vestibule from the entry.
-L5  Rows are stretched to one length; one that is much shorter leaves a recess where the house stands free.
+L5  Rows are stretched to one length; one that is much shorter leaves a recess in flats, and where the house
+    stands free.
 L6  Wet rooms lie side by side; the kitchen lies next to the living room or the dining room.
 L7  A garage stands before the house beside the entry, which comes forward as far as its door needs.
 L8  A house that stands free may have a patio between the bedrooms and the day rooms, open to the north.
