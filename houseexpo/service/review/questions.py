@@ -77,7 +77,7 @@ _FACING_M: Final = 0.4
 """Rooms that are nearer to each other face each other, metres: across the walls of homes."""
 _MEETING_M: Final = 1.0
 """Rooms whose common border is shorter have a passage between them, metres."""
-_NEAR_M: Final = 0.01
+_TOUCH_M: Final = 0.01
 """Rooms within this distance share an edge, metres: the grid of a plan."""
 _LEFT_OUT: Final = 0.6
 """Doubt of a left-out space: some are shafts, courts and hollow walls."""
@@ -102,7 +102,7 @@ _SEEN_WALL: Final = 0.4
 """Doubt of a wall that the source shows and the plan lacks: some are cupboards."""
 _SHORTEST_WALL_M: Final = 0.5
 """What is seen of such a wall away from the walls beside it, metres."""
-_MOST_SEEN: Final = 6
+_MOST_WALLS_ASKED: Final = 6
 _LEAST: Final = 0.25
 """The value of a passage itself: as if it concerned a quarter of the plan."""
 _ORDER: Final = {word: number for number, word in enumerate(WORDS)}
@@ -275,7 +275,7 @@ def _none(at: tuple[float, float]) -> tuple[Answer, Answer]:
 def _meetings(plan: FloorPlan) -> Iterator[Question]:
     """R3."""
     joined = {frozenset(door.rooms) for door in plan.doors}
-    grown = {room.id: shapely.buffer(room.polygon, _NEAR_M) for room in plan.rooms}
+    grown = {room.id: shapely.buffer(room.polygon, _TOUCH_M) for room in plan.rooms}
     for one, other in combinations(plan.rooms, 2):
         if frozenset((one.id, other.id)) in joined or not grown[one.id].intersects(other.polygon):
             continue
@@ -320,7 +320,7 @@ def _parted(plan: FloorPlan, places: Sequence[tuple[str, LineString]]) -> Iterat
     between: dict[tuple[int, int], list[Door]] = {}
     for door in plan.doors:
         one, other = door.rooms
-        if one is not None and other is not None and all(line.distance(door.polygon) > _NEAR_M for line in shown):
+        if one is not None and other is not None and all(line.distance(door.polygon) > _TOUCH_M for line in shown):
             between.setdefault((min(one, other), max(one, other)), []).append(door)
     asked: list[Question] = []
     for (a, b), doors in between.items():
@@ -343,7 +343,7 @@ def _parted(plan: FloorPlan, places: Sequence[tuple[str, LineString]]) -> Iterat
 
 def _facing_m(one: Room, other: Room, door: Door) -> float:
     """Return the length of the edge at which two rooms face each other across a wall, including the door in it."""
-    near = max(door.polygon.area / max(door.width, _NEAR_M), _FACING_M)
+    near = max(door.polygon.area / max(door.width, _TOUCH_M), _FACING_M)
     edges = [(one.polygon.boundary, other.polygon), (other.polygon.boundary, one.polygon)]
     return float(
         min(shapely.intersection(edge, shapely.buffer(room, near, quad_segs=1)).length for edge, room in edges)
@@ -379,7 +379,9 @@ def _parts_or_joins(plan: FloorPlan, question: Question, said: Sequence[Correcti
     new = Correction(answer.action, value)  # type: ignore[arg-type]
     if source is not None and source.plan is not None:
         words = sorted([*said, new], key=lambda each: _ORDER[each.word])
-        found = correct_plan(source.plan, words, source.spaces, source.standing, walls=source.walls, measure=False)
+        found = correct_plan(
+            source.plan, words, source.spaces, source.standing, walls=source.walls, lines=source.lines, measure=False
+        )
     else:
         found = correct_plan(plan, [new], measure=False)
     outcome = next(effect.outcome for effect in found.effects if effect.correction == new)
@@ -457,7 +459,7 @@ def _places(
     shut = shapely.multipoints(closed) if closed else None
     rooms = [room.polygon for room in plan.rooms]
     doors = [
-        (door.polygon, _NEAR_M if door.kind == "cut" else _WIDEST_WALL_M) for door in plan.doors
+        (door.polygon, _TOUCH_M if door.kind == "cut" else _WIDEST_WALL_M) for door in plan.doors
     ]  # a cut is a guess
     for kind, line in places:
         (ax, ay), (bx, by) = line.coords
@@ -530,7 +532,7 @@ def _walls_seen(
                 continue
             if (area := _parted_m2(room.polygon, _longer(line, _PASSAGE_M[1]))) >= SMALLEST_ROOM_M2 * 2:
                 found.append((area, line))
-    for area, line in sorted(found, key=lambda each: (-each[0], each[1].bounds))[:_MOST_SEEN]:
+    for area, line in sorted(found, key=lambda each: (-each[0], each[1].bounds))[:_MOST_WALLS_ASKED]:
         (ax, ay), (bx, by) = shapely.get_coordinates(line)[[0, -1]].round(3).tolist()
         at = round((ax + bx) / 2, 3), round((ay + by) / 2, 3)
         says = f"The source shows {line.length:.2f} m of something higher than a person, the plan no wall. Is it one?"
@@ -545,7 +547,7 @@ def _parting_rays(room: bytes) -> list[tuple[LineString, float]]:
     shape = shapely.from_wkb(room)
     longest = max(_PASSAGE_M[1], math.sqrt(shape.area / 2))
     rays = [ray for ray in corner_rays(shape) if _PASSAGE_M[0] <= ray.length <= longest]
-    return [(ray, _parted_m2(shape, _longer(ray, _NEAR_M))) for ray in rays]
+    return [(ray, _parted_m2(shape, _longer(ray, _TOUCH_M))) for ray in rays]
 
 
 def _parted_m2(room: Polygon, line: LineString) -> float:
@@ -562,14 +564,14 @@ def corner_rays(room: Polygon) -> list[LineString]:
         points = np.array(ring.coords[:-1])
         before, after = points - np.roll(points, 1, axis=0), np.roll(points, -1, axis=0) - points
         turn = before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0]
-        for k in np.flatnonzero(turn < -_NEAR_M * _NEAR_M):  # orientation: the room lies to the left of its edges
+        for k in np.flatnonzero(turn < -_TOUCH_M * _TOUCH_M):  # orientation: the room lies to the left of its edges
             for along in (before[k], -after[k]):
-                way = along / max(float(np.hypot(*along)), _NEAR_M)
-                start = points[k] + way * _NEAR_M
+                way = along / max(float(np.hypot(*along)), _TOUCH_M)
+                start = points[k] + way * _TOUCH_M
                 line = LineString([start, points[k] + way * far])
                 inside = shapely.intersection(line, room)
                 first = min(shapely.get_parts(inside), key=lambda part: part.distance(Point(start)), default=None)
-                if first is not None and first.length > _NEAR_M and first.distance(Point(start)) < _NEAR_M:
+                if first is not None and first.length > _TOUCH_M and first.distance(Point(start)) < _TOUCH_M:
                     end = max(first.coords, key=lambda at: float(np.hypot(*(np.array(at) - points[k]))))
                     found.append(LineString([points[k], end]))
     return found
