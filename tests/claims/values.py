@@ -103,7 +103,7 @@ def looking_round() -> list[str]:
     """docs/pseudoslam/experiments.md: the rows are those of the results on the track `quality`."""
     text = "\n".join(block.text for block in _section("docs/pseudoslam/experiments.md", "Looking round"))
     wrong = []
-    for name in ("look-around", "finisher", "frontier"):
+    for name in ("look-around", "straight", "finisher", "frontier"):
         summary = _summary(RESULTS / f"exploration-quality-v1-{name}.json")
         metres = (summary[f"metres_to_{share}"] for share in (90, 95, 99))
         cells = [f"{each['mean']:.1f} [{each['low']:.1f}, {each['high']:.1f}]" for each in metres]
