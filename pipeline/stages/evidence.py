@@ -12,8 +12,8 @@ R3  Under a sloped roof a wall may end at the roof before head height.
 R4  Two sheets are one wall (``geometry.wall_sections``), and so are two walls with an edge of the same wall over them:
     the slit between them is filled.
 R5  A body that is mostly thick and ends below the walls beside it is furniture (a cupboard), unless the source calls it
-    wall, or it goes on from one wall or lintel to another, as a pillar does between two thinner walls. What ends below
-    head height is furniture too, unless it is thin: then it may be a railing or a parapet.
+    wall, or it goes on from one wall or lintel to another. What ends below head height is furniture too, unless it is
+    thin: then it may be a railing or a parapet.
 R6  A lintel hangs over free floor from head height up to where the walls beside it end; what ends lower is not a
     lintel. Nor is a closet, which the walls close all round over its door (``geometry.wall_sections``).
 R7  A leaf, found by its shape or named by the source, is not wall; where it stands closed there is a doorway
@@ -69,7 +69,6 @@ from pipeline.tolerances import (
     HAND_M,
     LAP_M,
     LARGELY,
-    MOST,
     RAIL_M,
     SHEET_M,
     SLIVER_M,
@@ -255,9 +254,9 @@ def _goes_on(part: Polygon, walls: BaseGeometry) -> bool:
     A cupboard has its back at one wall, also in a corner or a niche, and is deeper than most walls. A sheet that goes
     on above, such as a facade, does not count as one of these walls.
     """
-    ends = polygons_of(intersect(subtract(buffer_mitred(part, SHEET_M), part), drop_thin_parts(walls, SHEET_M)))
-    if drop_thin_parts(part, STUB_M).area > part.area / 2 and not _is_pillar(part, ends):
+    if drop_thin_parts(part, STUB_M).area > part.area / 2:
         return False
+    ends = polygons_of(intersect(subtract(buffer_mitred(part, SHEET_M), part), drop_thin_parts(walls, SHEET_M)))
     return len(ends) > 1 and sum(end.area for end in ends) / SHEET_M < STANDS * part.exterior.length
 
 
@@ -271,20 +270,6 @@ def _between_wall_ends(low: BaseGeometry, walls: BaseGeometry) -> list[Polygon]:
     for end, part in touch.tolist():
         met.setdefault(part, []).append(ends[end])
     return [parts[k] for k, near in sorted(met.items()) if any(a.faces(b) for a, b in combinations(near, 2))]
-
-
-def _is_pillar(part: Polygon, ends: list[Polygon]) -> bool:
-    """Return whether two walls, one no thicker than half of a square part, end at opposite sides of it (R5).
-
-    Neighbours in a row of cupboards are as deep as each other.
-    """
-    box = box_around_polygon(part)
-    if len(ends) != 2 or box.width > 2 * box.thickness:
-        return False
-    middle, (one, other) = part.centroid, ends
-    between = shapely.LineString([one.centroid, other.centroid])
-    slim = min(one.area, other.area) / SHEET_M < MOST * box.thickness
-    return bool(slim and between.distance(middle) < HAND_M)
 
 
 # Find walls, lintels and doorways of a scanned level, a mesh or a point cloud.

@@ -9,8 +9,7 @@ R1  A room that the source names is a room. Any other space is a room unless one
     - A roof leaves it too low to stand in (a void under a roof).
     - The source says that most of it is outdoors.
     - It has no way to another space, and a railing bounds most of its edge (a roof terrace), or ``STANDS`` of it at
-      the outside of the house (a balcony). Where this holds for all spaces, railings along walls (boards under
-      windows) do not count.
+      the outside of the house (a balcony).
     - It has no way to another space, and the edge of the floor bounds most of its edge, unless this holds for all
       spaces (a slab that goes on past the walls). Where the source marks each door (``Level.sills``), it draws the
       floors of rooms only: the edge of the floor does not count, here and below.
@@ -21,7 +20,6 @@ R1  A room that the source names is a room. Any other space is a room unless one
       other spaces lie under a ceiling or a roof (a balcony or a terrace, with a door or without).
     - It is under the sky, the source keeps slabs and roofs apart, the other spaces surround it, and it is twice as
       large as most of them (a court).
-    - It is under the sky, a fence or a lower wall bounds it, and it is larger than all others together (a garden).
     - ``THIRD`` of its edge is open to the outside or to another such space, at the edge of the floor or under
       lintels too wide for a door with one leaf (a porch, a terrace, a strip under eaves), unless this holds for all
       spaces. The edge of the floor does not count if the rooms with ``HARDLY`` of their edge at it are most of the
@@ -54,8 +52,6 @@ from pipeline.geometry.areas import (
     buffer_mitred,
     fill_enclosed,
     intersect,
-    intersect_pairs,
-    polygons_of,
     shares_inside,
     subtract,
     unite,
@@ -66,7 +62,6 @@ from pipeline.geometry.openings import KNOWN
 from pipeline.geometry.prisms import Prisms
 from pipeline.geometry.room_shapes import SMALLEST_ROOM_M2, subtract_floor_voids
 from pipeline.tolerances import (
-    BESIDE_M,
     CRACK_M,
     DOORWAY_M,
     HARDLY,
@@ -121,16 +116,13 @@ def keep_habitable_spaces(
     ends = [] if level.sills else [c.polygon for c in candidates if c.closed_by == "floor_edge"]
     edge = shapely.buffer(unite(ends), CRACK_M, quad_segs=2)
     beyond = {k for k, room in enumerate(rooms) if k not in entered and _along(room, edge) > MOST}
-    outdoors = _gardens(rooms, area, planes, evidence, level) | (beyond if len(beyond) < len(rooms) else set())
+    outdoors = beyond if len(beyond) < len(rooms) else set()
     railed = {k for k, room in enumerate(rooms) if _along(room, outer) > STANDS}
     outdoors |= set(np.flatnonzero(shares_inside(rooms, level.outdoors) > MOST).tolist())
     outdoors |= _under_the_sky(rooms, railed, level) | _courts(rooms, area, level)
     if entered or not level.only_walls:
         outdoors |= {k for k in range(len(rooms)) if k not in entered and covered[k] < SOME and below[k] > MOST}
     fenced = {k for k, room in enumerate(rooms) if k not in entered and (_along(room, fences) > MOST or k in railed)}
-    if len(fenced) == len(rooms):
-        free = shapely.buffer(_without_boards(planes), CRACK_M, quad_segs=2)
-        fenced = {k for k in fenced if _along(rooms[k], free) > STANDS}
     outdoors |= fenced | _porches(rooms, candidates, edge) | _solids(rooms, covered, candidates, level)
     outdoors |= filled | _boxes_seen_from_outside(rooms, candidates, evidence, level)
     kept = []
@@ -202,13 +194,6 @@ def _boxes_seen_from_outside(
     boxes = {k for k in shut if into[k] < LARGELY * away[k]}
     others = [k for k in range(len(rooms)) if k not in boxes]
     return boxes if into[others].sum() > LARGELY * (into[others] + away[others]).sum() else set()
-
-
-def _without_boards(planes: Planes) -> BaseGeometry:
-    """Return the railings without those that stand along a wall for their whole length."""
-    rails = polygons_of(planes.rails)
-    beside = intersect_pairs(np.array(rails, dtype=np.object_), buffer_mitred(planes.door, BESIDE_M))
-    return unite([rail for rail, part in zip(rails, beside, strict=True) if part.area < NEARLY_ALL * rail.area])
 
 
 def _porches(rooms: list[Polygon], candidates: list[Opening], edge: BaseGeometry) -> set[int]:
@@ -283,18 +268,6 @@ def _courts(rooms: list[Polygon], area: npt.NDArray[np.float64], level: Level) -
     large = {k for k in np.flatnonzero(under < SOME).tolist() if area[k] > 2 * np.median(area[sheltered])}
     edge = shapely.buffer(fill_enclosed(unite(buffer_mitred(r, WALL_M / 2) for r in rooms)).boundary, WALL_M)
     return {k for k in large if not rooms[k].intersects(edge)}
-
-
-def _gardens(
-    rooms: list[Polygon], area: npt.NDArray[np.float64], planes: Planes, evidence: Evidence, level: Level
-) -> set[int]:
-    """Return the space, if any, that is larger than all others together, fenced, and without a cover."""
-    large = [k for k in range(len(rooms)) if len(rooms) > 1 and area[k] > area.sum() / 2]
-    if not large:
-        return set()
-    band = shapely.buffer(unite([planes.rails, evidence.partial_height]), CRACK_M, quad_segs=2)
-    fenced = {k for k in large if _along(rooms[k], band) > MOST}
-    return {k for k in fenced if shares_inside([rooms[k]], part_under_cover(rooms[k], level))[0] < MOST}
 
 
 def part_under_cover(room: Polygon, level: Level) -> BaseGeometry:

@@ -569,13 +569,6 @@ def test_walls_that_nearly_meet_in_a_corner_close_it(crack_m: float, rooms: int)
     assert len(layout(walls).rooms) == rooms
 
 
-def test_the_largest_room_of_a_house_cut_open_at_head_height_is_no_garden() -> None:
-    walls = [(-0.2, -0.2, 8.4, 0.0), (-0.2, 4.0, 8.4, 4.2), (-0.2, 0.0, 0.0, 4.0), (8.2, 0.0, 8.4, 4.0)]
-    parts = [part for rectangle in walls for part in wall(rectangle, top=1.82)]
-    found = layout([*parts, *wall((6.0, 0.0, 6.2, 4.0), Hole(1.0, 1.9, high=1.82), top=1.82)], ceiling_m=1.82)
-    assert areas(found) == [24.0, 8.0]
-
-
 def test_a_porch_between_posts_is_no_room() -> None:
     """Three lintels of 1.8 m over 0.38 of the edge, none of them too wide for a door with two leaves."""
     house = shell((0, 0, 6, 4), front=[Hole(1, 1.9)])
@@ -645,13 +638,6 @@ def test_a_terrace_before_the_hall_to_which_two_rooms_lie_open_is_no_hall() -> N
     house += wall((-0.2, 6.0, 8.0, 6.2), Hole(0.5, 2.9), Hole(4.8, 7.2))
     floor = shapely.union_all([shapely.box(0, -8, 8, 9), shapely.box(8, 0, 16.2, 6)])
     assert len(layout(house, floor=floor).rooms) == 3
-
-
-def test_boards_along_the_walls_are_no_railing() -> None:
-    """The boards of long windows, in a hall that is closed all round."""
-    boards = [(0.0, 0.0, 8.0, 0.1), (0.0, 4.9, 8.0, 5.0), (0.0, 0.1, 0.1, 4.9)]
-    found = layout([*shell((0, 0, 8, 5)), *(box(board, 0.8, 1.0) for board in boards)])
-    assert areas(found) == [40.0]
 
 
 def test_open_rooms_with_a_floor_are_no_characters() -> None:
