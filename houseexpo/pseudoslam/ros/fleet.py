@@ -39,11 +39,10 @@ from houseexpo.pseudoslam.teams.discs import (
 from houseexpo.pseudoslam.worlds.cache import world_for
 from houseexpo.pseudoslam.worlds.maps import House, MapHouse
 from houseexpo.pseudoslam.worlds.reset import make_initial_state
+from houseexpo.tolerances import SAME_M
 
 Floats = npt.NDArray[np.float64]
 
-_TOUCH_M: Final = 1e-6
-"""Distance that discs keep, so that rounding does not make them overlap."""
 _BEAM_WALL_PAIRS: Final = 2_000_000
 """Pairs of a beam and a wall that are intersected at a time: 16 MB for each array."""
 
@@ -300,7 +299,9 @@ class Fleet:
         if number > 0:  # the first robot's simulator does it for that one
             discs.append((self.people_m(), self.radius_m + self.config.people.radius_m))
         for centres, reach in discs:
-            free = distance_to_touch((centres - at).tolist(), reach, (right, up), free, _TOUCH_M)
+            free = distance_to_touch(
+                (centres - at).tolist(), reach, (right, up), free, SAME_M
+            )  # rounding makes no discs overlap
         return free
 
     def scan(self, robot: int, angles_rad: Floats, least_m: float, most_m: float) -> npt.NDArray[np.float32]:
