@@ -299,9 +299,8 @@ class Fleet:
         if number > 0:  # the first robot's simulator does it for that one
             discs.append((self.people_m(), self.radius_m + self.config.people.radius_m))
         for centres, reach in discs:
-            free = distance_to_touch(
-                (centres - at).tolist(), reach, (right, up), free, SAME_M
-            )  # rounding makes no discs overlap
+            # apart by SAME_M, so that rounding does not make them overlap
+            free = distance_to_touch((centres - at).tolist(), reach, (right, up), free, SAME_M)
         return free
 
     def scan(self, robot: int, angles_rad: Floats, least_m: float, most_m: float) -> npt.NDArray[np.float32]:
