@@ -2,7 +2,8 @@
 
 Coordinates are those of the original plan, metres.
 
-R1  A room or door that was not changed keeps its ring, to the last digit; only its id may change.
+R1  A room or door that was not changed keeps its ring, to the last digit; only its id may change. Of a ring that
+    crosses itself, as rounding may leave it, the largest part counts.
 R2  Changed rooms and doors are rounded to the grid together with their neighbours, so that neighbours share edges.
 R3  The plan starts at the same margin as before; its frame maps to the same place in the source.
 R4  A plan has one outline. If no passage joins some rooms to the others, a slit of the grid's width through the
@@ -117,14 +118,14 @@ class Draft:
     ) -> None:
         self.plan = plan
         own = {
-            room.id: DraftRoom(room.polygon, room.label, room.source_labels, room.confidence, room)
+            room.id: DraftRoom(uncrossed(room.polygon), room.label, room.source_labels, room.confidence, room)
             for room in plan.rooms
         }
         self.rooms = list(own.values())
         self.doors = [
             DraftDoor(
                 door.kind,
-                door.polygon,
+                uncrossed(door.polygon),
                 np.array(door.segment),
                 (own[door.rooms[0] or 0], None if door.rooms[1] is None else own[door.rooms[1]]),
                 door.confidence,
@@ -398,6 +399,11 @@ def is_room_sized(shape: Polygon) -> bool:
 def may_be_room(shape: Polygon) -> bool:
     """Return whether a shape is large enough for a room that a person states."""
     return bool(shape.area >= SMALLEST_SAID_ROOM_M2)
+
+
+def uncrossed(shape: Polygon) -> Polygon:
+    """Return a polygon, or its largest part if its ring crosses itself."""
+    return shape if shape.is_valid else _largest(shapely.make_valid(shape))
 
 
 def _largest(shape: shapely.Geometry) -> Polygon:

@@ -20,12 +20,16 @@ R8  An answer's value is the question's doubt times (``_LEAST`` + the share of t
     group with the most valuable question comes first.
 R9  The answers to a question are all that is usually true of such a place, the two most usual first.
 R10 If the source shows something in a room that is higher than a person and that would part it, it may be a wall.
+R11 A shape whose ring crosses itself counts as its largest part. A rule that meets a fault of geometry asks no further
+    questions; those of the other rules stay.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
+from contextlib import suppress
+from dataclasses import replace
 from functools import lru_cache
 from itertools import combinations
 from typing import Any, Final
@@ -33,12 +37,12 @@ from typing import Any, Final
 import msgspec
 import numpy as np
 import shapely
-from shapely import LineString, Point, Polygon
+from shapely import GEOSException, LineString, Point, Polygon
 from shapely.ops import split
 
 from houseexpo.corrections import Correction
 from houseexpo.corrections.apply import correct_plan
-from houseexpo.corrections.draft import Space
+from houseexpo.corrections.draft import Space, uncrossed
 from houseexpo.corrections.openings import ONWARD_M
 from houseexpo.corrections.vocabulary import WORDS, checked_values
 from houseexpo.errors import ConfigError
@@ -160,21 +164,45 @@ def questions(
     """
     if plan.frame is None:
         return []
-    found, places = [*_passages(plan), *_rooms(plan), *_meetings(plan)], list[tuple[str, LineString]]()
+    plan, places = _mended(plan), list[tuple[str, LineString]]()
+    rules = [_passages(plan), _rooms(plan), _meetings(plan)]
     if source is not None and source.plan is not None:
         dx, dy = np.subtract(source.origin, source.origin_of(plan)).round(3).tolist()
         places = [(kind, LineString(np.add(ends, (dx, dy)).round(3))) for kind, ends in source.places]
-        found += [
-            *_guesses(plan, source),
-            *_parted(plan, places),
-            *_seen_in_part(plan, source, (dx, dy)),
-            *_spaces_left_out(plan, source, (dx, dy), closed),
-            *_larger(plan, source, (dx, dy)),
-            *_places(plan, places, closed),
-            *_walls_seen(plan, source, (dx, dy), closed),
+        rules += [
+            _guesses(plan, source),
+            _parted(plan, places),
+            _seen_in_part(plan, source, (dx, dy)),
+            _spaces_left_out(plan, source, (dx, dy), closed),
+            _larger(plan, source, (dx, dy)),
+            _places(plan, places, closed),
+            _walls_seen(plan, source, (dx, dy), closed),
         ]
-    found += _corners(plan, [line for kind, line in places if kind in _SHOWN])
+    rules.append(_corners(plan, [line for kind, line in places if kind in _SHOWN]))
+    found = [each for rule in rules for each in _without_fault(rule)]
     return _in_order([each for each in found if each.key not in left], plan.area)
+
+
+def _mended(plan: FloorPlan) -> FloorPlan:
+    """R11."""
+
+    def ring(part: shapely.Geometry) -> Any:
+        return shapely.get_coordinates(part)[:-1]
+
+    rooms, doors = list(plan.rooms), list(plan.doors)
+    for k, room in enumerate(rooms):
+        if not room.polygon.is_valid and (whole := uncrossed(room.polygon)):
+            rooms[k] = replace(room, ring=ring(whole.exterior), holes=tuple(map(ring, whole.interiors)))
+    for k, door in enumerate(doors):
+        if not door.polygon.is_valid and (whole := uncrossed(door.polygon)):
+            doors[k] = replace(door, ring=ring(whole))
+    return replace(plan, rooms=tuple(rooms), doors=tuple(doors))
+
+
+def _without_fault(rule: Iterable[Question]) -> Iterator[Question]:
+    """R11."""
+    with suppress(GEOSException):
+        yield from rule
 
 
 def gap_question(ends: tuple[tuple[float, float], tuple[float, float]]) -> Question:
@@ -374,16 +402,15 @@ def _parts_or_joins(plan: FloorPlan, question: Question, said: Sequence[Correcti
     ends = source_points_from_plan(frame, answer.points).round(3).tolist()  # rounded as in a decision
     try:
         (value,) = checked_values(answer.action, [ends])  # type: ignore[arg-type]  # places and corners have words
-    except ConfigError:
+        new = Correction(answer.action, value)  # type: ignore[arg-type]
+        if source is not None and source.plan is not None:
+            words = sorted([*said, new], key=lambda each: _ORDER[each.word])
+            shown = {"walls": source.walls, "lines": source.lines}
+            found = correct_plan(source.plan, words, source.spaces, source.standing, **shown, measure=False)
+        else:
+            found = correct_plan(plan, [new], measure=False)
+    except (ConfigError, GEOSException):  # R11
         return False
-    new = Correction(answer.action, value)  # type: ignore[arg-type]
-    if source is not None and source.plan is not None:
-        words = sorted([*said, new], key=lambda each: _ORDER[each.word])
-        found = correct_plan(
-            source.plan, words, source.spaces, source.standing, walls=source.walls, lines=source.lines, measure=False
-        )
-    else:
-        found = correct_plan(plan, [new], measure=False)
     outcome = next(effect.outcome for effect in found.effects if effect.correction == new)
     more = len(found.plan.rooms) > len(plan.rooms) or not question.key.startswith("corner")
     return outcome == "done" and more

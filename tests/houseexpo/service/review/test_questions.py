@@ -5,9 +5,12 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
 import pytest
+from shapely import GEOSException
 
 from houseexpo.corrections import Correction
+from houseexpo.corrections.draft import Draft
 from houseexpo.corrections.preview import preview
 from houseexpo.floorplan import FloorPlan
 from houseexpo.grids.frame import source_points_from_plan
@@ -85,6 +88,31 @@ def test_rooms_that_meet_without_a_wall_may_be_one() -> None:
     assert asked.at == pytest.approx((4.1, 1.6), abs=0.02)
     assert len(said(plan, asked.answers[0]).rooms) == 1
     assert asked.answers[1].action == "leave"
+
+
+def test_a_ring_that_crosses_itself_costs_neither_the_questions_nor_the_answers() -> None:
+    plan = with_entrance(0.6)
+    door, way = plan.doors
+    tip = [(0.0, 2.0), (0.1, 2.0), (0.1, 1.0), (0.0, 1.0), (0.01, 0.99), (0.0, 1.01)]  # as rounding leaves it
+    crossed = replace(plan, doors=(door, replace(way, ring=np.array(tip))))
+    assert not crossed.doors[1].polygon.is_valid
+    assert [each.key for each in questions(crossed)] == [each.key for each in questions(plan)]
+    kitchen, bedroom = plan.rooms
+    corner = [(4.2, 0.1), (4.2, 3.1), (7.2, 3.1), (7.2, 0.1), (4.2, 0.1), (4.21, 0.09), (4.2, 0.12)]
+    crossed = replace(crossed, rooms=(kitchen, replace(bedroom, ring=np.array(corner))))
+    (asked,) = questions(crossed)
+    assert [door.kind for door in said(crossed, asked.answers[1]).doors] == ["door"]
+    draft = Draft(crossed)
+    assert all(part.shape.is_valid for parts in (draft.rooms, draft.doors) for part in parts)
+
+
+def test_a_fault_of_geometry_costs_the_question_only(monkeypatch: pytest.MonkeyPatch) -> None:
+    def fault(*_: object) -> Any:
+        raise GEOSException("TopologyException: side location conflict")
+
+    plan = plan_with("door", 0.5)
+    monkeypatch.setattr("houseexpo.service.review.questions._parting_rays", fault)
+    assert [each.key.split(" ")[0] for each in questions(plan)] == ["door"]
 
 
 def test_what_is_worth_most_comes_first() -> None:
