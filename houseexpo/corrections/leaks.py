@@ -7,6 +7,7 @@ R2  Of all ways from one side to the other, the widest counts, and on it the nar
     other side.
 R3  If no place is narrower than the space beside the wall, the wall stands in the open; then the gap is that between
     one of its ends and the nearest other wall, the wider one of the two.
+R4  A gap that is narrower than the shortest wall that can be drawn counts as shut: walls reach across it.
 """
 
 from __future__ import annotations
@@ -23,11 +24,14 @@ from shapely import LineString, Point, Polygon
 from shapely.geometry.base import BaseGeometry
 
 from houseexpo.corrections.openings import MEETS_M, SAID_WALL_M, WALL_REACH_M
+from houseexpo.tolerances import MIN_DOOR_M
 
 _CELL_M: Final = 0.05
 """The usual cell of a robot's map, metres; a finer gap is not seen."""
 _MOST_CELLS: Final = 1_000_000
 """Some tenths of a second."""
+_MOST_SHUT: Final = 8
+"""Narrower gaps that are shut, one by one, before the search ends."""
 _WIDER: Final = (1.2, 1.6, 2.4)
 """How far from the middle of a gap its jambs are looked for, in half widths: it may lie before a thick wall."""
 
@@ -36,7 +40,12 @@ _Floats = npt.NDArray[np.float64]
 _Cell = tuple[int, int]
 
 
-def find_gap(line: Sequence[Sequence[float]], rooms: Sequence[Polygon], standing: Iterable[BaseGeometry]) -> Gap | None:
+def find_gap(
+    line: Sequence[Sequence[float]],
+    rooms: Sequence[Polygon],
+    standing: Iterable[BaseGeometry],
+    drawn: Iterable[BaseGeometry] = (),
+) -> Gap | None:
     """Return the ends of the gap that lets one walk from one side of a wall to the other, or None if there is none.
 
     Parameters
@@ -47,19 +56,32 @@ def find_gap(line: Sequence[Sequence[float]], rooms: Sequence[Polygon], standing
         The rooms of the plan, without the wall.
     standing
         The walls that stand, and whatever may close their gaps.
+    drawn
+        The walls that were drawn, and the openings and doors that wait for others; in a room they bound the space too.
     """
     ends = np.array(line, dtype=np.float64)
     is_wall = len(ends) > 1
-    own = LineString(ends).buffer(SAID_WALL_M / 2, cap_style="square") if is_wall else Polygon()
+    own = _drawn(ends) if is_wall else Polygon()
     sides = _beside(ends) if is_wall else ends
     there = next((room for room in rooms if all(room.distance(Point(at)) < MEETS_M for at in sides)), None)
     if there is not None:  # R1
-        around, barrier = there, shapely.union(there.boundary.buffer(MEETS_M), own)
+        around, barrier = there, shapely.union_all([there.boundary.buffer(MEETS_M), own, *drawn])
     else:
-        barrier = shapely.union_all([*standing, *rooms, own])
+        barrier = shapely.union_all([*standing, *rooms, own, *drawn])
         if barrier.is_empty:
             return None
         around = shapely.box(*barrier.bounds).buffer(WALL_REACH_M, join_style="mitre")
+    for _ in range(_MOST_SHUT):
+        gap = _gap(ends, sides, around, barrier)
+        if gap is None or math.dist(*gap) >= MIN_DOOR_M:
+            return None if gap is None else _at_end(gap, ends)
+        barrier = shapely.union(barrier, _drawn(gap))  # R4
+    return None
+
+
+def _gap(ends: _Floats, sides: _Floats, around: Polygon, barrier: BaseGeometry) -> _Floats | None:
+    """Return the ends of the narrowest place on the widest way (R2, R3)."""
+    is_wall = len(ends) > 1
     field = _Field(around, barrier)
     starts = [field.widest_near(ends, at) for at in sides]
     starts += [] if is_wall else [field.widest_at_border()]
@@ -70,8 +92,12 @@ def find_gap(line: Sequence[Sequence[float]], rooms: Sequence[Polygon], standing
         return None
     gap = None if narrow is None else _across(narrow, barrier)
     if gap is None and is_wall:
-        gap = _onward(ends, shapely.difference(barrier, own.buffer(MEETS_M)))
-    return None if gap is None else _at_end(gap, ends)
+        gap = _onward(ends, shapely.difference(barrier, _drawn(ends).buffer(SAID_WALL_M)))
+    return gap
+
+
+def _drawn(ends: _Floats) -> Polygon:
+    return LineString(ends).buffer(SAID_WALL_M / 2, cap_style="square")
 
 
 def _at_end(gap: _Floats, ends: _Floats) -> Gap:

@@ -576,16 +576,17 @@ class Review:
         _check_inside(points, ground)
         if ground.frame is None:
             return {}
-        plan, table, standing = self.base(name, source), self.decisions.table(name), list[Polygon]()
-        for value in list_items(table.get("wall"), "wall"):
-            line = LineString(plan_points_from_source(ground.frame, value))
-            standing.append(line.buffer(SAID_WALL_M / 2, cap_style="square"))
-        rooms: list[Polygon] = []
+        plan, table = self.base(name, source), self.decisions.table(name)
+        lines, standing, rooms = list_items(table.get("wall"), "wall"), list[Polygon](), list[Polygon]()
         if plan is not None:
-            rooms = [room.polygon for room in self.told(plan, table, self.source(name)).plan.rooms]
+            told = self.told(plan, table, self.source(name))
+            rooms = [room.polygon for room in told.plan.rooms]
+            lines = [*lines, *(each["value"] for each in told.records if each.get("waits"))]
         if source is not None:
-            standing += source.standing_in(plan)
-        found = find_gap(points, rooms, standing)
+            standing = source.standing_in(plan)
+        there = [LineString(plan_points_from_source(ground.frame, line)) for line in lines]
+        drawn = [line.buffer(SAID_WALL_M / 2, cap_style="square") for line in there]
+        found = find_gap(points, rooms, standing, drawn)
         return {} if found is None else msgspec.to_builtins(gap_question(found))
 
     def _plan(self, name: str) -> FloorPlan:

@@ -60,3 +60,29 @@ def test_a_space_that_should_be_a_room_shows_where_it_is_open() -> None:
     assert math.dist(*gap) == pytest.approx(0.8, abs=0.1)
     assert find_gap([(3.0, 2.5)], [], [*GARAGE, shapely.box(0, 4.8, 6, 5)]) is None
     assert find_gap([(3.0, 2.5)], [], []) is None
+
+
+def test_a_gap_that_no_wall_could_shut_does_not_hide_the_next_one() -> None:
+    front = [shapely.box(0, 4.8, 4.5, 5), shapely.box(4.6, 4.8, 6, 5)]
+    assert find_gap([(3.0, 2.5)], [], [*GARAGE, *front]) is None
+    holes = [shapely.box(0, 0, 0.2, 2), shapely.box(0, 2.8, 0.2, 5)]
+    wall = [(0.3, 4.9), (5.7, 4.9)]  # it ends 0.1 m from both walls
+    gap = find_gap(wall, [], [GARAGE[0], GARAGE[2], *holes, shapely.LineString(wall).buffer(0.05)])
+    assert gap is not None
+    assert math.dist(*gap) == pytest.approx(0.8, abs=0.1)
+
+
+def test_the_edge_that_a_slanted_wall_leaves_in_its_room_is_no_gap() -> None:
+    wall = [(1.0, 0.0), (2.924, 1.165)]
+    left = shapely.difference(shapely.box(0, 0, 8, 4), shapely.LineString(wall).buffer(0.05, cap_style="square"))
+    room = Polygon(shapely.get_coordinates(left.exterior).round(2))  # as a plan stores it
+    gap = find_gap(wall, [room], [])
+    assert gap is not None
+    assert math.dist(*gap) > 0.5
+
+
+def test_what_is_drawn_in_a_room_bounds_it() -> None:
+    room = shapely.difference(shapely.box(0, 0, 8, 4), shapely.box(3.95, 0, 4.05, 2))
+    wall = [(4.0, 0.0), (4.0, 2.0)]
+    assert find_gap(wall, [room], []) is not None
+    assert find_gap(wall, [room], [], [shapely.box(3.95, 2.05, 4.05, 4)]) is None
