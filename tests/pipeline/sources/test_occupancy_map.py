@@ -514,13 +514,14 @@ def test_a_map_whose_cells_are_too_small_for_a_room_is_refused_at_once(tmp_path:
 @pytest.mark.parametrize(("style", "more"), [("published", 1), ("sound", 2)])
 @pytest.mark.parametrize("number", range(3))
 def test_what_is_exported_as_a_map_comes_back(tmp_path: Path, number: int, style: str, more: int) -> None:
-    """The map has the rooms and the free space of the plan; an open kitchen may be none, part of a hall one."""
+    """The map has the free space of the plan, and its rooms: an open living room, dining room and kitchen may be one, a
+    cupboard a part of the hall, and a part of the hall a room."""
     plan = plans_of(Path(f"procedural:{number + 1}?style={style}"))[-1]
     export([plan], "ros", tmp_path)
     (file,) = tmp_path.rglob("*.yaml")
     (back,) = plans_of(file)
     assert likeness(plan, back) > 0.9
-    assert -1 <= len(back.rooms) - len(plan.rooms) <= more
+    assert -3 <= len(back.rooms) - len(plan.rooms) <= more
 
 
 def test_no_sliver_of_a_room_lies_behind_its_doorway() -> None:
