@@ -5,7 +5,6 @@ from __future__ import annotations
 import io
 import json
 import xml.etree.ElementTree as ET
-from dataclasses import replace
 from itertools import combinations
 from pathlib import Path
 
@@ -77,7 +76,7 @@ def test_furniture_makes_no_room_narrower_for_the_audit(pairs: list[tuple[FloorP
         for measure in ("area_m2", "width_m", "aspect"):  # up to the rounding of their last digit
             sizes = [[getattr(room, measure) for room in audit.rooms] for audit in (one, other)]
             assert sizes[0] == pytest.approx(sizes[1], abs=0.0011)
-        assert replace(one, rooms=()) == replace(other, rooms=())
+        assert (one.overlap, one.holes, one.pieces) == (other.overlap, other.holes, other.pieces)
     assert any(furnished.objects for _, furnished in pairs)
 
 
