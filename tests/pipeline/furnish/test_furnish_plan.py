@@ -73,9 +73,9 @@ def test_furniture_makes_no_room_narrower_for_the_audit(pairs: list[tuple[FloorP
         assert one is not None
         assert other is not None
         assert [room.type for room in one.rooms] == [room.type for room in other.rooms]
-        for measure in ("area_m2", "width_m", "aspect"):  # up to the rounding of their last digit
+        for measure in ("area_m2", "width_m", "aspect"):  # an inscribed circle is found to 0.01 m
             sizes = [[getattr(room, measure) for room in audit.rooms] for audit in (one, other)]
-            assert sizes[0] == pytest.approx(sizes[1], abs=0.0011)
+            assert sizes[0] == pytest.approx(sizes[1], abs=0.01)
         assert (one.overlap, one.holes, one.pieces) == (other.overlap, other.holes, other.pieces)
     assert any(furnished.objects for _, furnished in pairs)
 
