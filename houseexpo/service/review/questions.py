@@ -22,6 +22,8 @@ R9  The answers to a question are all that is usually true of such a place, the 
 R10 If the source shows something in a room that is higher than a person and that would part it, it may be a wall.
 R11 A shape whose ring crosses itself counts as its largest part. A rule that meets a fault of geometry asks no further
     questions; those of the other rules stay.
+R12 A front is a line of a room's edge towards the outside that is wider than a door, and where the source shows no
+    wall, or a lintel or a sill: it may be a garage's mouth or an open porch. A robot's map shows none: there R2 asks.
 """
 
 from __future__ import annotations
@@ -31,7 +33,7 @@ from collections.abc import Collection, Iterable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from functools import lru_cache
-from itertools import combinations
+from itertools import combinations, pairwise
 from typing import Any, Final
 
 import msgspec
@@ -87,6 +89,13 @@ _LEFT_OUT: Final = 0.6
 """Doubt of a left-out space: some are shafts, courts and hollow walls."""
 _SHOWN: Final = {"door": 0.3, "opening": 0.3, "lintel": 0.25, "gap": 0.2}
 """Doubt of a place without a passage, by the kind of evidence in the source. Of 14 groups, no mark wants any."""
+_FRONT_M: Final = (1.5, 15.0)
+"""The least and the greatest width of a front, metres. People drew 1.7 to 12.6 m."""
+_FRONTS: Final = {*_SHOWN, "gate", "mouth", "floor_edge"}
+"""Kinds of evidence in the source that may be a front."""
+_FRONT: Final = 0.3
+"""Doubt of a front, as of a place that the source names."""
+_MOST_FRONTS: Final = 6
 _FREE: Final = 0.8
 """A left-out space has at least this share of its area outside all rooms."""
 _WIDEST_WALL_M: Final = 0.6
@@ -176,6 +185,7 @@ def questions(
             _spaces_left_out(plan, source, (dx, dy), closed),
             _larger(plan, source, (dx, dy)),
             _places(plan, places, closed),
+            _fronts(plan, source, places, (dx, dy)),
             _walls_seen(plan, source, (dx, dy), closed),
         ]
     rules.append(_corners(plan, [line for kind, line in places if kind in _SHOWN]))
@@ -389,8 +399,9 @@ def with_effect(
     kept: list[Question] = []
     tried: set[tuple[str, ...]] = set()
     for question in asked:
-        is_place = question.key.startswith(("place", "corner", "wall", "larger"))
-        if question.group in tried or not is_place or _parts_or_joins(plan, question, said, source):
+        is_place = question.key.startswith(("place", "corner", "wall", "larger", "front"))
+        is_tried = question.group in tried and not question.key.startswith("front")  # one front says nothing of others
+        if is_tried or not is_place or _parts_or_joins(plan, question, said, source):
             tried.add(question.group)
             kept.append(question)
     return kept
@@ -510,6 +521,50 @@ def _places(
         if word == "door":
             answers.append(Answer("An opening", "opening", jambs))
         yield Question(_key(plan, "place", at), at, says, tuple(answers), _SHOWN[kind], size=line.length)
+
+
+def _fronts(
+    plan: FloorPlan, source: SourceView, places: Sequence[tuple[str, LineString]], shift: tuple[float, float]
+) -> Iterator[Question]:
+    """R12."""
+    if source.is_map or not source.walls:
+        return
+    walls = shapely.transform(source.all_walls, lambda points: points + np.array(shift))
+    near = shapely.buffer(walls, _OF_EDGE_M, quad_segs=2)
+    ways = shapely.points(np.reshape([_middle(door) for door in plan.doors], (-1, 2)))
+    lines = [line for kind, line in places if kind in _FRONTS and line.length > _PASSAGE_M[1]]
+    narrow = [line for kind, line in places if kind in _SHOWN and line.length <= _PASSAGE_M[1]]
+    for room in plan.rooms:
+        edge = shapely.simplify(room.polygon, _OF_EDGE_M / 3).exterior.coords
+        for side in pairwise(edge):
+            lines += shapely.get_parts(shapely.difference(LineString(side), near)).tolist()
+    found: list[tuple[Room, LineString]] = []
+    for line in lines:
+        if not _FRONT_M[0] <= line.length <= _FRONT_M[1] or shapely.intersection(line, walls).length > line.length / 2:
+            continue
+        (ax, ay), (bx, by) = line.coords
+        way = np.array([ay - by, bx - ax]) / line.length * _WIDEST_WALL_M
+        sides = shapely.points([np.array([ax + bx, ay + by]) / 2 + sign * way for sign in (1, -1)])
+        beside = [(room, shapely.intersects(room.polygon, sides)) for room in plan.rooms]
+        beside = [each for each in beside if each[1].any()]
+        if len(beside) != 1 or beside[0][1].all() or shapely.dwithin(ways, line, _WIDEST_WALL_M).any():
+            continue
+        (room, _) = beside[0]
+        if shapely.intersection(line, shapely.buffer(room.polygon, _WIDEST_WALL_M)).length >= _FREE * line.length:
+            found.append((room, line))
+    chosen: list[LineString] = []
+    for room, line in sorted(found, key=lambda each: (-each[0].area, -each[1].length, each[1].bounds)):
+        is_asked = any(line.distance(other) < _WIDEST_WALL_M for other in chosen) or any(
+            line.distance(each.centroid) < _WIDEST_WALL_M and each.length > line.length / 2 for each in narrow
+        )
+        if is_asked or len(chosen) == _MOST_FRONTS:
+            continue
+        chosen.append(line)
+        (ax, ay), (bx, by) = shapely.get_coordinates(line).round(3).tolist()
+        at = round((ax + bx) / 2, 3), round((ay + by) / 2, 3)
+        says = f"No wall is seen here, {line.length:.2f} m wide. Is it open to the outside: does one walk in?"
+        answers = Answer("An entrance", "entrance", ((ax, ay), (bx, by))), Answer("A wall or a window")
+        yield Question(_key(plan, "front", at), at, says, answers, _FRONT, room.area, room.area**0.5)
 
 
 def _corners(plan: FloorPlan, places: Sequence[LineString] = ()) -> Iterator[Question]:

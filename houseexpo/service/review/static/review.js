@@ -254,6 +254,7 @@ const KINDS = { // of one, and of several
   seen: ["space seen in part", "spaces seen in part"], parted: ["pair of rooms with a way", "pairs of rooms with a way"],
   space: ["space left out", "spaces left out"], place: ["place for a door", "places for doors"], corner: ["narrow place", "narrow places"],
   larger: ["room in a larger space", "rooms in larger spaces"], wall: ["wall seen", "walls seen"], stroke: ["line", "lines"], gap: ["gap"],
+  front: ["open front", "open fronts"],
 };
 
 // All that is asked, what is asked now first: lines that were clicked, then what is on the screen, then the kind that was chosen.

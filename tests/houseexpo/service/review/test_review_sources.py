@@ -18,7 +18,7 @@ pytest.importorskip("starlette")
 from starlette.testclient import TestClient
 
 from houseexpo import build, open_dataset
-from houseexpo.corrections import Override
+from houseexpo.corrections import Correction, Override
 from houseexpo.corrections.apply import correct_plan
 from houseexpo.corrections.preview import preview
 from houseexpo.dataset.source_records import LevelSource, Picture, Place, PlanSource, SourceRecord
@@ -425,7 +425,29 @@ def test_a_room_along_whose_edge_the_source_shows_no_wall_may_be_none() -> None:
     assert questions(replace(plan, rooms=said), (), view) == []
     assert questions(plan) == []
     drawing = msgspec.structs.replace(view.level, pictures=())
-    assert questions(plan, (), SourceView(view.record, drawing, view.found)) == []
+    assert asked_of(plan, SourceView(view.record, drawing, view.found)) == ["front"]
+
+
+def test_a_side_of_a_room_without_a_wall_may_be_open_to_the_outside() -> None:
+    plan, view = arena((2.0, 2.9), sides=3)
+    mouth = Place("lintel", ((-0.05, 1.0), (-0.05, 5.0)))
+    drawing = msgspec.structs.replace(view.level, pictures=())
+    view = SourceView(view.record, drawing, view.found)
+    (asked,) = questions(plan, (), view)
+    assert asked.key.startswith("front")
+    assert [answer.action for answer in asked.answers] == ["entrance", "leave"]
+    assert with_effect(plan, [asked], (), view) == [asked]
+    ends = tuple(map(tuple, source_points_from_plan(plan.frame, asked.answers[0].points).tolist()))
+    opened = preview(plan, [Correction("entrance", ends)], view.plan, view.spaces, view.standing, walls=view.walls).plan
+    assert [door.kind for door in opened.doors] == ["opening", "entrance"]
+    assert asked_of(opened, view) == []
+    assert questions(plan, [asked.key], view) == []
+    whole, closed = arena((2.0, 2.9))
+    shown = msgspec.structs.replace(closed.level, pictures=(), places=(mouth,))
+    assert asked_of(whole, SourceView(closed.record, shown, closed.found)) == []  # a wall stands there
+    assert "front" in asked_of(replace(plan, doors=()), view)
+    narrow = msgspec.structs.replace(drawing, places=(Place("lintel", ((-0.05, 2.0), (-0.05, 3.0))),))
+    assert "front" in asked_of(plan, SourceView(view.record, narrow, view.found))
 
 
 def test_rooms_between_which_the_source_shows_doors_are_not_asked_about() -> None:
