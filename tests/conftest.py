@@ -106,9 +106,9 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     """
     if config.option.leave_out:
         passed = set(config.option.leave_out.read_text().splitlines())
-        left = [item for item in items if item.nodeid in passed and _is_whole_in_quick_run(item)]
-        config.hook.pytest_deselected(items=left)
-        items[:] = [item for item in items if item not in set(left)]
+        left = {item for item in items if item.nodeid in passed and _is_whole_in_quick_run(item)}
+        config.hook.pytest_deselected(items=list(left))
+        items[:] = [item for item in items if item not in left]
     if hasattr(config, "workerinput"):
         items.sort(key=_place_of_file)
 
