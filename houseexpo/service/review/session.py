@@ -9,6 +9,7 @@ from typing import Annotated, Any, Final, Literal, NamedTuple
 
 import msgspec
 import numpy as np
+import shapely
 from msgspec import Meta
 from shapely import LineString, Polygon
 
@@ -193,6 +194,28 @@ def told_corrections(plan: FloorPlan, table: Mapping[str, Any], source: SourceVi
 def effect_in(told: Preview[FloorPlan], word: Word, value: Any) -> dict[str, Any]:
     """Return the record of a correction by its word and value."""
     return next(record for record in told.records if (record["word"], record["value"]) == (word, value))
+
+
+def _joined_beside(shown: FloorPlan, after: FloorPlan, said: Sequence[Any]) -> list[str]:
+    """Return a sentence about each way between rooms of the shown plan that nobody named, and that are one afterwards.
+
+    ``one_room`` is applied before the lines that part rooms, so it may join more than the page shows.
+    """
+    rooms, frame = shown.rooms, shown.frame
+    if frame is None:
+        return []
+    places = shapely.multipoints(plan_points_from_source(frame, [point for value in said for point in value]))
+    named = {room.id for room in rooms if room.polygon.intersects(places)}
+    ways = [door for door in shown.doors if None not in door.rooms and not named.issuperset(door.rooms)]
+    kept = [door.polygon for door in after.doors]
+    floor = [room.polygon for room in after.rooms]
+    areas: dict[int | None, str] = {room.id: f"{room.area:.1f} m2" for room in rooms}
+    return [
+        f"but rooms are joined before lines part them, so {' and '.join(areas[side] for side in door.rooms)}, which "
+        f"nobody named, are one too; draw the {door.kind} of {door.width:.2f} m between them again, or undo"
+        for door in ways
+        if not shapely.intersects(kept, door.polygon).any() and shapely.covers(floor, door.polygon.centroid).any()
+    ]
 
 
 def _hash_of(plan: FloorPlan | None) -> str:
@@ -654,6 +677,8 @@ class Review:
         told, now = self.told(base, table, source), self.told(base, self.decisions.table(name), source)
         before = {line for each in now.records for line in each.get("also", ())}
         found = [effect_in(told, word, value) for value in values]
+        if word == "one_room":
+            found[0] = {**found[0], "also": [*_joined_beside(now.plan, told.plan, values), *found[0].get("also", ())]}
         return [{**each, "also": [line for line in each.get("also", ()) if line not in before]} for each in found]
 
     def say_of_file(self, asked: FileRequest, reviewer: str) -> dict[str, Any]:
