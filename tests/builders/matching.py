@@ -37,7 +37,9 @@ class Matches(NamedTuple):
 
 def bare(plan: FloorPlan, *, holes: bool = True) -> FloorPlan:
     """The plan as published: rooms, doors and all else that docs/format.md adds are hidden; its holes too if asked."""
-    hidden = replace(plan, rooms=(), doors=(), frame=None, navigability=None, provenance=None, quality=None, objects=())
+    hidden = replace(
+        plan, rooms=(), doors=(), windows=(), frame=None, navigability=None, provenance=None, quality=None, objects=()
+    )
     return hidden if holes else replace(hidden, holes=())
 
 
