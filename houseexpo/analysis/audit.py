@@ -192,8 +192,7 @@ def _with_furniture(room: Room, objects: Iterable[PlanObject]) -> Polygon:
     """Return a room with the furniture that is cut out of it; one that is no single polygon then as it is."""
     import shapely
 
-    own = [shapely.Polygon(each.ring) for each in objects if each.room == room.id]
-    whole = shapely.union_all([room.polygon, *own]) if own else room.polygon
+    whole = room.with_furniture(objects)
     return whole if isinstance(whole, shapely.Polygon) else room.polygon
 
 

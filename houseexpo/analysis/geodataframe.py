@@ -11,6 +11,7 @@ from typing import Any, Final, Literal, TypeAlias, get_args
 
 from houseexpo.analysis.walls import walls_around
 from houseexpo.errors import ConfigError, MissingDependencyError, install_command
+from houseexpo.plan import Door
 from houseexpo.plan.model import PlanData
 
 Layer: TypeAlias = Literal["plans", "rooms", "doors", "windows", "walls", "objects"]
@@ -47,36 +48,26 @@ def _rooms(plan: PlanData) -> Iterator[Row]:
 
 
 def _doors(plan: PlanData) -> Iterator[Row]:
-    import shapely
-
     for door in plan.doors:
-        yield {
-            "plan_id": plan.id,
-            "door": door.id,
-            "kind": door.kind,
-            "width": door.width,
-            "room_a": door.rooms[0],
-            "room_b": door.rooms[1],
-            "segment": shapely.LineString(door.segment),
-            "geometry": door.polygon,
-        }
+        yield {"plan_id": plan.id, "door": door.id, "kind": door.kind, **place_of(door)}
 
 
 def _windows(plan: PlanData) -> Iterator[Row]:
+    for window in plan.windows:
+        yield {"plan_id": plan.id, "window": window.id, "sill": window.sill, "head": window.head, **place_of(window)}
+
+
+def place_of(opening: Door) -> Row:
+    """Return the columns that doors and windows share: width, the rooms beside them, segment and geometry, metres."""
     import shapely
 
-    for window in plan.windows:
-        yield {
-            "plan_id": plan.id,
-            "window": window.id,
-            "width": window.width,
-            "sill": window.sill,
-            "head": window.head,
-            "room_a": window.rooms[0],
-            "room_b": window.rooms[1],
-            "segment": shapely.LineString(window.segment),
-            "geometry": window.polygon,
-        }
+    return {
+        "width": opening.width,
+        "room_a": opening.rooms[0],
+        "room_b": opening.rooms[1],
+        "segment": shapely.LineString(opening.segment),
+        "geometry": opening.polygon,
+    }
 
 
 def _walls(plan: PlanData) -> Iterator[Row]:

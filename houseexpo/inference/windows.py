@@ -35,7 +35,9 @@ def place_windows(
     ``objects`` is the furniture, which is cut out of the rooms. A window that lies in its wall already keeps its shape.
     """
     drawn = list(windows)
-    floors = [_floor(room, objects) for room in rooms]
+    if not drawn:
+        return ()
+    floors = [room.with_furniture(objects) for room in rooms]
     ends = np.array([window.segment for window in drawn], np.float64).reshape(-1, 2, 2)
     middle, width = ends.mean(axis=1), np.hypot(*(ends[:, 1] - ends[:, 0]).T)
     found: list[Door] = []
@@ -56,11 +58,6 @@ def place_windows(
         if placed is not None:
             found.append(replace(placed, id=len(found), rooms=(beside[0], beside[1] if len(beside) > 1 else None)))
     return tuple(found)
-
-
-def _floor(room: Room, objects: Iterable[PlanObject]) -> shapely.Geometry:
-    own = [thing.polygon for thing in objects if thing.room == room.id]
-    return shapely.union_all([room.polygon, *own]) if own else room.polygon
 
 
 def _nearest(

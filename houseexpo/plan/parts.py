@@ -6,7 +6,7 @@ They are checked on construction and compared by value.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, fields
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias, get_args
@@ -20,6 +20,7 @@ from houseexpo.plan.room_labels import LABELS, UNLABELLED
 
 if TYPE_CHECKING:
     from shapely import Polygon
+    from shapely.geometry.base import BaseGeometry
 
 Ring: TypeAlias = npt.NDArray[np.float64]
 """The vertices of a ring (n, 2), metres; the first one is not repeated at the end."""
@@ -184,6 +185,13 @@ class Room(FrozenValue):
         self._set("source_labels", tuple(self.source_labels))
         if self.confidence is not None:
             self._set("confidence", checks.check_share(self.confidence, "confidence"))
+
+    def with_furniture(self, objects: Iterable[PlanObject]) -> BaseGeometry:
+        """Return the area of the room, metres, with that of its furniture, which is cut out of it."""
+        import shapely
+
+        own = [thing.polygon for thing in objects if thing.room == self.id]
+        return shapely.union_all([self.polygon, *own]) if own else self.polygon
 
     @property
     def name(self) -> str:

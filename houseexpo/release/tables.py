@@ -17,6 +17,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from houseexpo.analysis.audit import PlanAudit
+from houseexpo.analysis.geodataframe import place_of
 from houseexpo.dataset.index import index_row
 from houseexpo.floorplan import FloorPlan
 from houseexpo.plan import RADII_M, Door
@@ -103,20 +104,9 @@ def _room_rows(placed: ReleasePlan) -> Iterator[Row]:
 
 
 def _door_rows(placed: ReleasePlan) -> Iterator[Row]:
-    import shapely
-
     for door in placed.plan.doors:
-        yield {
-            "plan_id": placed.plan.id,
-            "split": placed.split,
-            "door": door.id,
-            "kind": door.kind,
-            "width": door.width,
-            "room_a": door.rooms[0],
-            "room_b": door.rooms[1],
-            "geometry": encode_wkb(door.polygon),
-            "segment": encode_wkb(shapely.LineString(door.segment)),
-        }
+        of_plan = {"plan_id": placed.plan.id, "split": placed.split}
+        yield {**of_plan, "door": door.id, "kind": door.kind, **_place_of(door)}
 
 
 def _window_area(windows: Sequence[Door]) -> float | None:
@@ -126,21 +116,14 @@ def _window_area(windows: Sequence[Door]) -> float | None:
 
 
 def _window_rows(placed: ReleasePlan) -> Iterator[Row]:
-    import shapely
-
     for window in placed.plan.windows:
-        yield {
-            "plan_id": placed.plan.id,
-            "split": placed.split,
-            "window": window.id,
-            "width": window.width,
-            "sill": window.sill,
-            "head": window.head,
-            "room_a": window.rooms[0],
-            "room_b": window.rooms[1],
-            "geometry": encode_wkb(window.polygon),
-            "segment": encode_wkb(shapely.LineString(window.segment)),
-        }
+        of_plan = {"plan_id": placed.plan.id, "split": placed.split}
+        yield {**of_plan, "window": window.id, "sill": window.sill, "head": window.head, **_place_of(window)}
+
+
+def _place_of(opening: Door) -> Row:
+    found = place_of(opening)
+    return {**found, **{name: encode_wkb(found[name]) for name in ("segment", "geometry")}}
 
 
 def _object_rows(placed: ReleasePlan) -> Iterator[Row]:
@@ -171,6 +154,8 @@ _OF_PLAN: Final = (
     TableColumn("plan_id", pa.string(), "Id of the plan."),
     TableColumn("split", pa.string(), "The split that contains the plan."),
 )
+_WIDTH: Final = TableColumn("width", pa.float64(), "From jamb to jamb in metres.")
+_SEGMENT: Final = TableColumn("segment", pa.binary(), "From jamb to jamb on the wall's centre line, WKB in metres.")
 _REACH: Final = tuple(
     TableColumn(
         _reach_column(radius),
@@ -243,11 +228,11 @@ DOORS: Final = ReleaseTable(
         *_OF_PLAN,
         TableColumn("door", pa.int32(), "Number of the door in its plan."),
         TableColumn("kind", pa.string(), "door, opening, entrance (leads outside, closed) or cut."),
-        TableColumn("width", pa.float64(), "From jamb to jamb in metres."),
+        _WIDTH,
         TableColumn("room_a", pa.int32(), "A room that it leads to."),
         TableColumn("room_b", pa.int32(), "The other room; empty if it leads outside."),
         TableColumn("geometry", pa.binary(), "The area between the wall's two faces, WKB in metres."),
-        TableColumn("segment", pa.binary(), "From jamb to jamb on the wall's centre line, WKB in metres."),
+        _SEGMENT,
     ),
     {"geometry": ("Polygon",), "segment": ("LineString",)},
     _door_rows,
@@ -258,13 +243,13 @@ WINDOWS: Final = ReleaseTable(
     (
         *_OF_PLAN,
         TableColumn("window", pa.int32(), "Number of the window in its plan."),
-        TableColumn("width", pa.float64(), "From jamb to jamb in metres."),
+        _WIDTH,
         TableColumn("sill", pa.float64(), "Height of its lower edge above the floor, in metres."),
         TableColumn("head", pa.float64(), "Height of its upper edge above the floor, in metres."),
         TableColumn("room_a", pa.int32(), "A room that it gives light."),
         TableColumn("room_b", pa.int32(), "The room behind it; empty if it looks outside."),
         TableColumn("geometry", pa.binary(), "The area between the wall's two faces, WKB in metres; not free space."),
-        TableColumn("segment", pa.binary(), "From jamb to jamb on the wall's centre line, WKB in metres."),
+        _SEGMENT,
     ),
     {"geometry": ("Polygon",), "segment": ("LineString",)},
     _window_rows,

@@ -275,12 +275,9 @@ def _middle(shape: Any) -> list[float]:
 
 def _shape_without_furniture(room: Room, plan: FloorPlan) -> dict[str, Any]:
     """Return the rings and middle of a furnished room without its furniture, on which its name may stand."""
-    import shapely
-
-    things = [thing.polygon for thing in plan.objects if thing.room == room.id]
-    if not things:
+    if not any(thing.room == room.id for thing in plan.objects):
         return {}
-    whole = shapely.union_all([room.polygon, *things])
+    whole = room.with_furniture(plan.objects)
     return {"empty": {"rings": _rings(whole), "at": _middle(whole)}}
 
 

@@ -109,8 +109,8 @@ _MOST_WIDE: Final = 3
 """Places wider than an opening that are asked about too."""
 _LARGER: Final = 0.3
 """Doubt of a room that takes a part of the space between its walls."""
-_MOST_CORNERS_OF_ROOM: Final = 400
-"""``session._MOST_POINTS``."""
+MOST_POINTS: Final = 400
+"""The most points of an outline, or rooms to merge."""
 _SEEN_WALL: Final = 0.4
 """Doubt of a wall that the source shows and the plan lacks: some are cupboards."""
 _SHORTEST_WALL_M: Final = 0.5
@@ -478,14 +478,12 @@ def _larger(plan: FloorPlan, source: SourceView, shift: tuple[float, float]) -> 
                 continue
             ring = shapely.simplify(shapely.Polygon(shape.exterior), _OF_EDGE_M / 3).exterior
             corners = tuple((round(x, 3), round(y, 3)) for x, y in ring.coords[:-1])
-            if len(corners) > _MOST_CORNERS_OF_ROOM:
+            if len(corners) > MOST_POINTS:
                 continue
             at = _inside(room)
             says = f"The walls here enclose {shape.area:.1f} m², and this {_name(room)} has {room.area:.1f} m². "
-            says, answers = (
-                f"{says}Is all of it this room?",
-                (Answer("All of it", "room_outline", corners), Answer("No")),
-            )
+            says += "Is all of it this room?"
+            answers = Answer("All of it", "room_outline", corners), Answer("No")
             yield Question(_key(plan, "larger", at), at, says, answers, _LARGER, room.area)
             break
 

@@ -30,7 +30,15 @@ from houseexpo.service.collection import Collection
 from houseexpo.service.plan_page import room_names_beside
 from houseexpo.service.review.changes import list_items, replacement
 from houseexpo.service.review.decisions import DecisionStore, NothingHereError, PlanDecisions
-from houseexpo.service.review.questions import GUESS, Answer, Question, gap_question, questions, with_effect
+from houseexpo.service.review.questions import (
+    GUESS,
+    MOST_POINTS,
+    Answer,
+    Question,
+    gap_question,
+    questions,
+    with_effect,
+)
 from houseexpo.service.review.queue import ReviewQueue, summarise_review
 from houseexpo.service.review.rebuild import Rebuild
 from houseexpo.service.review.sources import Sources, SourceView
@@ -43,8 +51,6 @@ _DIGITS: Final = 3
 """Decimals of stored points: millimetres."""
 _CONTROLS: Final = re.compile(r"[\x00-\x1f\x7f]+")
 
-_MOST_POINTS: Final = 400
-"""The most points of an outline, or rooms to merge."""
 _MOST_LIKE: Final = 200
 """The most places for one word in one decision."""
 _LONGEST_NOTE: Final = 500
@@ -65,9 +71,9 @@ class DecisionRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     action: Literal["keep", "drop", Word, "note", "leave"]
     reviewer: Name
     seen: int = 0
-    points: Annotated[list[Point], Meta(max_length=_MOST_POINTS)] = []
+    points: Annotated[list[Point], Meta(max_length=MOST_POINTS)] = []
     text: Annotated[str, Meta(max_length=_MOST_LIKE * 100)] = ""
-    more: Annotated[list[Annotated[list[Point], Meta(max_length=_MOST_POINTS)]], Meta(max_length=_MOST_LIKE)] = []
+    more: Annotated[list[Annotated[list[Point], Meta(max_length=MOST_POINTS)]], Meta(max_length=_MOST_LIKE)] = []
 
 
 class ReplaceRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -82,7 +88,7 @@ class ReplaceRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     value: list[Any]
     reviewer: Name
     seen: int = 0
-    points: Annotated[list[Point], Meta(max_length=_MOST_POINTS)] = []
+    points: Annotated[list[Point], Meta(max_length=MOST_POINTS)] = []
     text: Annotated[str, Meta(max_length=500)] = ""
 
 
