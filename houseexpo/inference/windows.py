@@ -3,7 +3,8 @@
 W1  From its middle, a window looks across its wall both ways. The nearest room each way, at most ``REACH_M`` away, is
     beside it, and the edge of that room is the face of the wall there.
 W2  Where no room is, a window looks outside; the face of the wall there is that of the window as it is drawn.
-W3  A window without a room beside it, inside a room, between two parts of one room, or shorter than the grid is no
+W3  It ends where no room is beside it any more: a row of panes may go on before a terrace that the plan lacks.
+W4  A window without a room beside it, inside a room, between two parts of one room, or shorter than the grid is no
     window of the plan.
 """
 
@@ -12,7 +13,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
-from typing import Final
+from typing import Final, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -21,6 +22,8 @@ import shapely
 from houseexpo.inference.snapping import snap_polygon
 from houseexpo.plan import Door, PlanObject, Room
 from houseexpo.tolerances import ENTRANCE_REACH_M, GRID_M
+
+Ends: TypeAlias = tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]
 
 REACH_M: Final = ENTRANCE_REACH_M
 _LEAST_DEPTH_M: Final = 0.1  # a window that is drawn as a line is as deep as its frame
@@ -52,9 +55,17 @@ def place_windows(
         sides = [_nearest(centre, to, max(REACH_M, half), floors) for to, half in looks]
         depths = [half if side is None else side[1] for side, half in zip(sides, halves, strict=True)]  # W2
         beside = [rooms[side[0]].id for side in sides if side is not None]
-        if not beside or len(set(beside)) < len(beside) or sum(depths) < GRID_M:  # W3
+        if not beside or len(set(beside)) < len(beside) or sum(depths) < GRID_M:  # W4
             continue
-        placed = _in_wall(window, (a, b), across, (-depths[1], depths[0]))
+        met = [
+            (floors[side[0]], to * (side[1] + 2 * GRID_M))
+            for side, to in zip(sides, (across, -across), strict=True)
+            if side
+        ]
+        ends_there = _beside((a, b), met)
+        if ends_there is None:
+            continue
+        placed = _in_wall(window, ends_there, across, (-depths[1], depths[0]))
         if placed is not None:
             found.append(replace(placed, id=len(found), rooms=(beside[0], beside[1] if len(beside) > 1 else None)))
     return tuple(found)
@@ -70,9 +81,23 @@ def _nearest(
     return min(met, key=lambda side: side[1], default=None)
 
 
+def _beside(ends: Ends, met: Iterable[tuple[shapely.Geometry, npt.NDArray[np.float64]]]) -> Ends | None:
+    """Return the ends of what has a room beside it (W3), None without any; ``met`` has rooms and ways into them."""
+    (a, b), along = ends, (ends[1] - ends[0]) / math.dist(*ends)
+    seen = [
+        shapely.get_coordinates(shapely.intersection(floor, shapely.LineString([a + way, b + way])))
+        for floor, way in met
+    ]
+    reach = (np.vstack(seen) - a) @ along
+    if not len(reach):
+        return None
+    low, high = float(reach.min()), float(reach.max())
+    return a + low * along if low > 2 * GRID_M else a, a + high * along if high < math.dist(a, b) - 2 * GRID_M else b
+
+
 def _in_wall(
     window: Door,
-    ends: tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]],
+    ends: Ends,
     across: npt.NDArray[np.float64],
     faces: tuple[float, float],
 ) -> Door | None:

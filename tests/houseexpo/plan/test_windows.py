@@ -124,6 +124,14 @@ def test_a_window_goes_from_the_edge_of_its_room_to_the_face_that_is_drawn(
     assert place_windows([placed], two_rooms.rooms) == (placed,)  # it stays where it is
 
 
+def test_a_window_ends_where_no_room_is_beside_it(two_rooms: FloorPlan) -> None:
+    right = max(room.polygon.bounds[2] for room in two_rooms.rooms)
+    long = Door(0, "window", ((5.0, 3.2), (right + 1.0, 3.2)), right - 4.0, box(5.0, 3.1, right + 1.0, 3.3), (0, None))
+    (placed,) = place_windows([long], two_rooms.rooms)
+    assert placed.polygon.bounds == pytest.approx((5.0, 3.1, right, 3.3))
+    assert placed.width == pytest.approx(right - 5.0)
+
+
 def test_a_window_between_rooms_has_both_and_one_in_no_wall_is_left_out(two_rooms: FloorPlan) -> None:
     (inner,) = place_windows([replace(INNER, rooms=(0, None))], two_rooms.rooms)
     assert set(inner.rooms) == {0, 1}
