@@ -58,7 +58,8 @@ def test_what_an_earlier_run_did_is_not_this_ones_speed(clock: list[float]) -> N
     assert "5.0 a second, 10 s left" in console.file.getvalue()  # type: ignore[attr-defined]
 
 
-def test_a_terminal_shows_bars_and_what_came_of_the_inputs() -> None:
+def test_a_terminal_shows_bars_and_what_came_of_the_inputs(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("TERM", "xterm")  # a dumb one has no bars
     console = Console(file=StringIO(), force_terminal=True, width=100)
     with ProgressDisplay(console, _fine) as shown:
         shown.note_outcome(_entry("a.glb", 2.0, "units", "not_enclosed"))
