@@ -72,7 +72,7 @@ from pipeline.sources.occupancy_map import scaled_map
 from pipeline.sources.points_file import read_blocks
 from pipeline.sources.storeys.scale import UNITS as _UNITS
 from pipeline.sources.storeys.scale import said_size
-from pipeline.sources.tolerances import NARROWEST_DOOR_M
+from pipeline.sources.tolerances import NARROWEST_DOOR_M, VOXEL_M
 from pipeline.sources.vector_plans import drawing_lines, lines_in_level
 from pipeline.stages.corrections import shown_walls, standing_walls
 from pipeline.tolerances import AROUND_M, BESIDE_M, CM_M, SHEET_M
@@ -568,8 +568,8 @@ def _pictures(level: Level, item: Input, walls: Sequence[Polygon], *, is_plan: b
 
 
 def _mesh_of(level: Level) -> Mesh:
-    """Return all triangles of a level; its walls alone if they are prisms."""
-    if isinstance(level.walls, Prisms):
+    """Return all triangles of a level; its walls alone if they are prisms or points."""
+    if isinstance(level.walls, Prisms) or level.walls.is_cloud:
         return level.walls
     return merge_meshes([level.walls, *level.door_meshes, *(each.mesh for each in level.furniture)])
 
@@ -577,7 +577,7 @@ def _mesh_of(level: Level) -> Mesh:
 def _solid(level: Level) -> Solid | None:
     """R5."""
     mesh = _mesh_of(level)
-    if isinstance(mesh, Prisms):
+    if isinstance(mesh, Prisms) or mesh.is_cloud:
         return None
     low, high = _SHOWN_HEIGHTS_M
     heights = mesh.vertices[mesh.faces, 2]
@@ -610,13 +610,14 @@ def _section(mesh: Mesh, height: float, sheet: _Sheet) -> Image.Image:
                 pen.polygon([tuple(at) for at in sheet.pixels(shapely.get_coordinates(ring)).tolist()], fill=fill)
         return mask
     if mesh.is_cloud:
-        # a scan has a point each centimetre or two
+        from scipy.ndimage import maximum_filter
+
         near = mesh.vertices[np.abs(mesh.vertices[:, 2] - height) < SHEET_M]
         columns, rows = np.floor(sheet.pixels(near[:, :2])).astype(np.int64).T
         inside = (columns >= 0) & (rows >= 0) & (columns < mask.width) & (rows < mask.height)
         image = np.zeros((mask.height, mask.width), np.uint8)
         image[rows[inside], columns[inside]] = 255
-        return Image.fromarray(image)
+        return Image.fromarray(maximum_filter(image, max(round(VOXEL_M * sheet.scale), 1)))  # points are voxels' middles
     segments = sheet.pixels(MeshSlicer(mesh).cut(height).ends)
     for (ax, ay), (bx, by) in segments.tolist():
         pen.line((ax, ay, bx, by), fill=255, width=2)

@@ -32,6 +32,7 @@ from pipeline.source_record import SECTIONS_M, SourceReader
 from pipeline.sources import reader
 from pipeline.values import Level
 from tests.builders.bungalow import FILE
+from tests.builders.formats.clouds import flat, sampled, write_pcd
 from tests.builders.formats.gazebo import cube, house, world
 from tests.pipeline.sources.test_vector_plans_scenes import collection
 
@@ -206,6 +207,20 @@ def test_a_robots_map_is_shown_itself(tmp_path: Path) -> None:
     assert picture.name == "map"
     x1, y1, x2, y2 = picture.bounds
     assert (x2 - x1, y2 - y1) == pytest.approx((8.0, 5.0), abs=0.21)  # but for unseen cells at its edge
+
+
+def test_a_point_cloud_is_shown_from_above_and_in_section(tmp_path: Path) -> None:
+    file = write_pcd(tmp_path / "map.pcd", sampled(flat(), np.random.default_rng(0)))
+    (level,) = SourceReader(config_of(file), id_of(file)).record({}).levels
+    shown = {each.name: each for each in level.pictures}
+    assert list(shown) == ["top", "section_1_1", "section_1_9"]
+    assert level.solid is None
+    (x1, _, x2, y2), image = shown["section_1_1"].bounds, Image.open(io.BytesIO(shown["section_1_1"].png))
+    scale, (ox, oy) = image.width / (x2 - x1), (level.frame.matrix[0][2], level.frame.matrix[1][2])
+    walls = np.asarray(image.getchannel("A"))[round((y2 - 0.5 + oy) * scale)]  # between the door and the corner
+    for x, is_wall in ((4.0, True), (4.2, True), (2.0, False), (6.0, False)):
+        column = round((x - ox - x1) * scale)
+        assert walls[column - 4 : column + 5].any() == is_wall
 
 
 def test_an_unknown_house_is_named(tmp_path: Path) -> None:
