@@ -251,7 +251,11 @@ def correct_input(item: Input, overrides: Mapping[str, Override]) -> Input:
         raise ConfigError(f"corrections: {item.id}: its reader, {item.reader}, takes no {unknown[0]}; take it out")
     if override.keep and "keep" in taken:
         options["keep"] = "true"
-    return replace(item, options=tuple(sorted({**dict(item.options), **options}.items())))
+    given = dict(item.options)
+    if override.distance or override.storey_height or options.keys() & {"units", "scale"}:
+        said = {"storey_height"} if override.units or override.scale else {"storey_height", "units", "scale"}
+        given = {key: value for key, value in given.items() if key not in said}  # it says the size in their place
+    return replace(item, options=tuple(sorted({**given, **options}.items())))
 
 
 def _as_options(override: Override) -> dict[str, str | None]:

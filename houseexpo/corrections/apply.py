@@ -38,7 +38,7 @@ from typing import Any, Final, Generic, Literal, TypeVar
 
 import numpy as np
 import shapely
-from shapely import LineString, Polygon
+from shapely import GEOSException, LineString, Polygon
 
 from houseexpo.corrections.draft import Draft, Space, Vector
 from houseexpo.corrections.joining import settle
@@ -292,6 +292,9 @@ def _apply(draft: Draft, placed: Placed, word: Callable[[Draft, Placed], Said]) 
     except NoEffectError as refused:
         draft.restore(before)
         return Effect(correction, "none", str(refused))
+    except GEOSException as fault:
+        draft.restore(before)
+        return Effect(correction, "none", f"its shapes cannot be computed ({fault}); move a point by some centimetres")
     return Effect(correction, "done", done.text, (*done.also, *draft.beside))
 
 

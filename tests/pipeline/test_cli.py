@@ -356,6 +356,15 @@ def test_an_impossible_size_is_refused_for_every_source(tmp_path: Path, option: 
     assert not (tmp_path / "plans").exists()
 
 
+@pytest.mark.parametrize("other", [("--units", "mm"), ("--scale", "20")])
+def test_two_options_that_say_how_large_a_house_is_are_refused(tmp_path: Path, other: tuple[str, str]) -> None:
+    command = ["build", "procedural:2", "--storey-height", "2.6", *other, "--out", str(tmp_path / "plans")]
+    result = RUN.invoke(make_app(), command)
+    assert result.exit_code == 2
+    assert f"expected one of storey_height and {other[0][2:]}, found both" in " ".join(result.stderr.split())
+    assert not (tmp_path / "plans").exists()
+
+
 def test_a_data_set_inside_its_source_is_no_source(tmp_path: Path) -> None:
     one_room(tmp_path / "in" / "house.ply")
     for source, out in (("in/house.ply", "in/plans"), ("in", "out"), ("in", "out")):

@@ -134,6 +134,23 @@ def test_sizes_that_contradict_each_other_or_are_none_are_refused(words: dict[st
         Override(**words)  # type: ignore[arg-type]
 
 
+@pytest.mark.parametrize(
+    ("given", "said", "options"),
+    [
+        ({"storey_height": "2.6"}, {"units": "cm"}, {"units": "cm"}),
+        ({"scale": "20"}, {"distance": ((0, 0), (2, 0), 1.0)}, {"units": "0.5"}),
+        ({"units": "mm", "scale": "20"}, {"storey_height": 2.5}, {"storey_height": "2.5"}),
+        ({"units": "mm"}, {"scale": 20.0}, {"units": "mm", "scale": "20.0"}),
+        ({"storey_height": "2.6"}, {"up": "z"}, {"storey_height": "2.6", "up": "z"}),
+    ],
+)
+def test_a_size_that_somebody_says_of_a_file_takes_the_place_of_the_commands(
+    given: dict[str, str], said: dict[str, object], options: dict[str, str]
+) -> None:
+    item = Input("house", "mesh_file", "house.glb", options=tuple(sorted(given.items())))
+    assert dict(correct_input(item, {"house": Override(**said)}).options) == options  # type: ignore[arg-type]
+
+
 def test_of_two_tables_the_later_size_counts_but_unit_and_scale_go_together() -> None:
     assert Override(units="cm").joined(Override(scale=20.0)) == Override(units="cm", scale=20.0)
     metre = ((0.0, 0.0), (2.0, 0.0), 1.0)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import math
 import re
 from collections.abc import Mapping, Sequence, Set
@@ -11,15 +12,16 @@ import msgspec
 import numpy as np
 import shapely
 from msgspec import Meta
-from shapely import LineString, Polygon
+from shapely import GEOSException, LineString, Polygon
 
 from houseexpo.corrections import Correction, Override
+from houseexpo.corrections.apply import Effect
 from houseexpo.corrections.leaks import find_gap
 from houseexpo.corrections.openings import SAID_WALL_M
 from houseexpo.corrections.preview import Preview, preview
 from houseexpo.corrections.vocabulary import FILE_WORDS, WORDS, Word, author_key, checked_values
 from houseexpo.dataset.store.folders import overrides_path
-from houseexpo.errors import ConfigError
+from houseexpo.errors import ConfigError, PlanError
 from houseexpo.floorplan import FloorPlan
 from houseexpo.grids.frame import plan_points_from_source, source_points_from_plan
 from houseexpo.lru_cache import LruCache
@@ -45,6 +47,7 @@ from houseexpo.service.review.sources import Sources, SourceView
 from houseexpo.service.review.tools import tools
 from houseexpo.service.search import plan_title
 
+_LOG = logging.getLogger(__name__)
 _OUTSIDE_M: Final = 2.0
 """Points further than this from the plan are refused, metres."""
 _DIGITS: Final = 3
@@ -197,6 +200,18 @@ def told_corrections(plan: FloorPlan, table: Mapping[str, Any], source: SourceVi
     return preview(plan, corrections_in(table), base, source.spaces, source.standing, **shown)
 
 
+def _told_or_refused(plan: FloorPlan, table: Mapping[str, Any], source: SourceView | None) -> Preview[FloorPlan]:
+    """Return ``told_corrections``, or the plan without them and the reason if their shapes cannot be computed."""
+    said = corrections_in(table)
+    try:
+        return told_corrections(plan, table, source)
+    except (GEOSException, PlanError, ValueError, IndexError) as fault:
+        _LOG.warning("%s: refused: %s", plan.id, [*map(str, said)], exc_info=True)
+        why = f"its shapes cannot be computed ({fault}); move a point by some centimetres"
+        shown = plan if source is None or source.plan is None else source.plan
+        return Preview(shown, tuple({**Effect(each, "none", why).as_record(), "built": False} for each in said))
+
+
 def effect_in(told: Preview[FloorPlan], word: Word, value: Any) -> dict[str, Any]:
     """Return the record of a correction by its word and value."""
     return next(record for record in told.records if (record["word"], record["value"]) == (word, value))
@@ -316,8 +331,8 @@ def _nothing(name: str, source: SourceView | None) -> dict[str, Any]:
     }
     return {
         "plan": name, "title": "Rejected", "quality": None, "doubtful": False, "grounds": [], "unsure": [], "area": 0.0,
-        "rooms": 0, "doors": 0, "drawable": source is not None, "shape": shape if bounds else None, "effects": [],
-        "questions": [],
+        "rooms": 0, "doors": 0, "drawable": source is not None, "frame": source.level.frame.matrix if source else None,
+        "shape": shape if bounds else None, "effects": [], "questions": [],
     }  # fmt: skip
 
 
@@ -346,6 +361,7 @@ def plan_facts(plan: FloorPlan) -> dict[str, Any]:
         "rooms": len(plan.rooms),
         "doors": len(plan.doors),
         "drawable": plan.frame is not None,
+        "frame": plan.frame.matrix if plan.frame else None,
         "shape": shape_values(plan),
     }
 
@@ -570,7 +586,7 @@ class Review:
         """Return ``told_corrections``; the latest answers are kept."""
         words = msgspec.json.encode({word: table[word] for word in WORDS if word in table})
         key = plan.id, words, None if source is None else id(source)
-        return self._told.get_or_make(key, lambda: told_corrections(plan, table, source))
+        return self._told.get_or_make(key, lambda: _told_or_refused(plan, table, source))
 
     def _ground(self, name: str) -> Ground:
         """Return the place in which a person draws: the plan, and the source around it if it is read.

@@ -64,12 +64,18 @@ def _misfit(storey: float, heads: Sequence[float], metres: float) -> float:
 def check_size_options(
     units: str = "auto", scale: str = "1", storey_height: str = "", resolution: str = "", **_others: str
 ) -> None:
-    """Raise ConfigError if one of a build's options is impossible, whether or not its sources have a use for it."""
+    """Raise ConfigError if one of a build's options is impossible, whether or not its sources have a use for it.
+
+    So are two of them that say how large a house is, each by itself.
+    """
     metres_per_unit(units)
     parse_positive_option("scale", scale)
     for option, text in (("storey_height", storey_height), ("resolution", resolution)):
         if text:
             parse_positive_option(option, text)
+    other = "units" if units != "auto" else "scale" if float(scale) != 1.0 else ""
+    if storey_height and other:
+        raise ConfigError(f"expected one of storey_height and {other}, found both; each says how large the model is")
 
 
 def metres_per_unit(units: str) -> float | None:

@@ -592,13 +592,13 @@ const KEYS = {
 };
 
 document.addEventListener("keydown", (event) => {
-  const isText = event.target.matches("input, select, textarea");
+  const isSlider = event.target.matches("[type=range]"), isText = !isSlider && event.target.matches("input, select, textarea");
   if ((event.ctrlKey || event.metaKey) && !isText && event.key.toLowerCase() === "z") {
     event.preventDefault();
     (event.shiftKey ? redo : undo)();
     return;
   }
-  if (event.ctrlKey || event.metaKey || event.altKey) return;
+  if (event.ctrlKey || event.metaKey || event.altKey || (isSlider && /^(Arrow|Page|Home|End)/.test(event.key))) return;
   if (isText) {
     if (event.key === "Escape") { closeNote(); event.preventDefault(); }
     return;

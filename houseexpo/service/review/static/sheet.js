@@ -421,12 +421,13 @@ export class Sheet {
       if (this.chosen >= 0) return "Drag a point to move it. Delete takes the correction out. Escape ends.";
       return this.beyond && this.drawing.view !== this.drawing.home ? "The source reaches beyond this view: 0 shows all of it." : "";
     }
-    const where = this.cross.map((value) => value.toFixed(2)).join(", "), last = this.points.at(-1);
+    const [x, y] = this.cross, last = this.points.at(-1);
+    const where = this.plan.frame.map(([a, b, c]) => (a * x + b * y + c).toFixed(2)).join(", "); // as overrides.toml has it
     const length = last ? `, ${apart(last, this.cross).toFixed(2)} m long` : "", at = this.snapped ? `, at ${this.snapped}` : "";
     const what = this.tool.points === 1 ? "a point in it" : this.tool.more ? `point ${this.points.length + 1}`
       : this.points.length ? "the other end" : "one end";
     const drags = this.tool.word === "room_outline" && !this.points.length ? " Or drag an edge of a room." : "";
     const ends = this.canEnd ? ` ${this.tool.key.toUpperCase()}, or the first point again, ends it.` : "";
-    return `${this.tool.title}: set ${what}: click, or arrows (Shift: 1 m) and Enter.${drags}${ends} Alt: no snapping. Escape ends. (${where}) m${length}${at}`;
+    return `${this.tool.title}: set ${what}: click, or arrows (Shift: 1 m) and Enter.${drags}${ends} Alt: no snapping. Escape ends. [${where}] in the source${length}${at}`;
   }
 }

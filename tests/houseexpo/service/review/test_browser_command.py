@@ -79,11 +79,14 @@ def look_at_it_in_three_dimensions(page: Any) -> None:
     assert len(Image.open(io.BytesIO(drawn[0])).convert("L").getcolors() or []) > 20
     view.press("ArrowLeft")
     view.press("+")
-    page.locator("#solid-cut").fill("1")
+    cut = page.locator("#solid-cut")
+    cut.fill("1")
+    cut.press("ArrowRight")
+    assert cut.input_value() == "1.1"
     drawn.append(view.screenshot())
     assert drawn[0] != drawn[1]
     look(page, "review-solid")
-    switch.click()
+    page.keyboard.press("v")  # the slider has the focus
     assert view.is_hidden()
     page.add_init_script(WITHOUT_WEBGL)
     page.reload()

@@ -134,6 +134,7 @@ def test_points_snap_to_ends_and_alt_leaves_them_where_they_are(page: Any, folde
     click(page, (2.0, 3.05))  # the edge of the room at y = 3.1
     page.mouse.move(*pixel(page, 2.05, 0.13))
     page.wait_for_function("() => document.getElementById('hint').textContent.includes('at edge, right angle')")
+    assert "[12.00, -1.90] in the source" in page.inner_text("#hint")  # as overrides.toml has it
     click(page, (2.05, 0.13))
     says(page, "a wall of")
     assert overrides(folder)["doubtful"]["wall"] == [

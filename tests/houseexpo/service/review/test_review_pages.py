@@ -14,8 +14,10 @@ import msgspec
 import pytest
 
 pytest.importorskip("starlette")
+from shapely import GEOSException
 from starlette.testclient import TestClient
 
+from houseexpo.corrections import apply
 from houseexpo.corrections.vocabulary import WORDS
 from houseexpo.service.app import make_app
 from houseexpo.service.collection import Collection
@@ -305,6 +307,23 @@ def test_what_does_not_name_a_correction_is_refused(client: TestClient, folder: 
     asked = {"plan": "doubtful", "word": "wall", "reviewer": "ann", **words}
     assert client.post("/houses/review/replace", json=asked).status_code in {400, 409}
     assert not (folder / "overrides.toml").exists()
+
+
+@pytest.mark.parametrize("step", ["settle", "_try_again", "_apply_waiting", "_WORDS"])
+def test_a_word_whose_shapes_cannot_be_computed_is_refused_and_nothing_written(
+    client: TestClient, folder: Path, monkeypatch: pytest.MonkeyPatch, step: str
+) -> None:
+    decide(client, "doubtful", "label", points=[[1.0, 1.0]], text="Hall")
+    before = overrides(folder)
+
+    def fault(*_: Any) -> None:
+        raise GEOSException("TopologyException: side location conflict")
+
+    monkeypatch.setattr(apply, step, {**apply._WORDS, "no_room": fault} if step == "_WORDS" else fault)
+    refused = decide(client, "doubtful", "no_room", 400, points=[[1.0, 1.0]])
+    assert "no_room: no effect: its shapes cannot be computed (TopologyException: side" in refused["error"]
+    assert overrides(folder) == before
+    assert len(state(client, plan="doubtful")["shape"]["doors"]) == 1
 
 
 def test_the_same_of_several_places_is_one_decision_and_one_undo(client: TestClient, folder: Path) -> None:
