@@ -79,7 +79,8 @@ def snap_polygon(shape: Polygon) -> tuple[Points, tuple[Points, ...]]:
 def snap_polygons(shapes: Sequence[Polygon], shift: Points | None = None) -> list[tuple[Points, tuple[Points, ...]]]:
     """Return the outline (clockwise) and the holes (counter-clockwise) of polygons, as ``snap_ring`` makes them.
 
-    All are shifted by ``shift`` (2,), metres. Holes without area on the grid are left out.
+    All are shifted by ``shift`` (2,), metres. Holes without area on the grid are left out. Of a polygon whose corners would
+    cross or touch its sides there, the largest part on the grid counts.
     """
     import shapely
 
@@ -96,7 +97,16 @@ def snap_polygons(shapes: Sequence[Polygon], shift: Points | None = None) -> lis
     for k, outer, cells_of_ring in zip(shape.tolist(), is_outer, snapped, strict=True):
         if outer or len(cells_of_ring) > 2:
             found[k].append(_in_metres(cells_of_ring))
-    return [(outline, tuple(holes)) for outline, *holes in found]
+    made = [(outline, tuple(holes)) for outline, *holes in found]
+    sizes = [len(outline) if len(outline) > 2 else 0 for outline, _ in made]
+    sized = np.flatnonzero(sizes)
+    outlines = np.concatenate([made[k][0] for k in sized] or [np.zeros((0, 2))])
+    drawn = shapely.linearrings(outlines, indices=np.repeat(np.arange(len(sized)), [sizes[k] for k in sized]))
+    for k in sorted({*range(len(made))} - {*sized[shapely.is_valid(shapely.polygons(drawn))].tolist()}):
+        moved = shapely.transform(shapes[k], lambda points: points if shift is None else points + shift)
+        rounded = _union_of_faces(np.array([]), moved)
+        made[k] = made[k] if rounded.is_empty else snap_polygon(rounded)
+    return made
 
 
 def _cells(points: Points) -> list[tuple[int, int]]:

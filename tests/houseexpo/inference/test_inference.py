@@ -185,6 +185,20 @@ def test_rings_have_no_vertices_that_they_do_not_need() -> None:
     assert holes == ()
 
 
+@pytest.mark.parametrize(
+    "corners",
+    [
+        [(0, 0), (0.9, 0), (0.9, 0.174), (0.734, 0.001), (0.001, 0.147)],  # a corner comes to lie on the first side
+        [(0, 0), (0.9, 0), (0.9, 0.134), (0.895, 0.004), (0.044, 0.086)],  # two corners come together
+    ],
+)
+def test_a_polygon_that_rounding_would_cross_is_its_largest_part(corners: list[tuple[float, float]]) -> None:
+    shape = Polygon(corners)
+    ring, _ = snap_polygon(shape)
+    assert Polygon(ring).is_valid
+    assert Polygon(ring).area > shape.area / 2
+
+
 def test_several_polygons_are_snapped_as_each_by_itself() -> None:
     shift = np.array([0.1, -0.2])
     found = snap_polygons([COURT, ROOM], shift)
