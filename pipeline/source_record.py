@@ -617,7 +617,9 @@ def _section(mesh: Mesh, height: float, sheet: _Sheet) -> Image.Image:
         inside = (columns >= 0) & (rows >= 0) & (columns < mask.width) & (rows < mask.height)
         image = np.zeros((mask.height, mask.width), np.uint8)
         image[rows[inside], columns[inside]] = 255
-        return Image.fromarray(maximum_filter(image, max(round(VOXEL_M * sheet.scale), 1)))  # points are voxels' middles
+        return Image.fromarray(
+            maximum_filter(image, max(round(VOXEL_M * sheet.scale), 1))
+        )  # points are voxels' middles
     segments = sheet.pixels(MeshSlicer(mesh).cut(height).ends)
     for (ax, ay), (bx, by) in segments.tolist():
         pen.line((ax, ay, bx, by), fill=255, width=2)

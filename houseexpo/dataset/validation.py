@@ -251,7 +251,7 @@ RULES: Final[dict[str, str]] = {
     },
     "area": "A room's area is its polygon's.",
     "manifest": "The files of a data set folder have the SHA-256 that its manifest gives.",
-    "index": "The index of a data set folder has a row for each plan, and no other rows.",
+    "index": "The index of a data set folder has one row for each plan, and no other rows.",
 }
 """Every rule with its description."""
 

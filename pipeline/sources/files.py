@@ -57,15 +57,19 @@ def level_id(base: str, level: int, n_levels: int) -> str:
 
 
 def walk_source_files(folder: Path) -> Iterator[Path]:
-    """Yield all files under a folder but those of data sets that were built in it: plans and records are no houses.
+    """Yield all files under a folder but hidden ones, and those of data sets that were built in it: both are no houses.
 
     A folder that is a data set itself has none.
     """
     if (folder / BUILT / "journal.jsonl").is_file():
         return
     for place, folders, names in os.walk(folder):
-        folders[:] = [name for name in folders if not Path(place, name, BUILT).is_dir()]
-        yield from (file for name in names if (file := Path(place, name)).is_file())
+        folders[:] = [name for name in folders if not (_is_hidden(name) or Path(place, name, BUILT).is_dir())]
+        yield from (file for name in names if not _is_hidden(name) and (file := Path(place, name)).is_file())
+
+
+def _is_hidden(name: str) -> bool:
+    return name.startswith(".") or name == "__MACOSX"  # copies of a file's properties, beside it, end as the file does
 
 
 def links_left_out(folder: Path) -> list[str]:
@@ -74,8 +78,8 @@ def links_left_out(folder: Path) -> list[str]:
     for place, folders, names in os.walk(folder):
         left = [file for name in folders if (file := Path(place, name)).is_symlink()]
         left += [file for name in names if not (file := Path(place, name)).is_file()]
-        found += [displayable_name(file.relative_to(folder).as_posix()) for file in left]
-        folders[:] = [name for name in folders if not Path(place, name, BUILT).is_dir()]
+        found += [displayable_name(file.relative_to(folder).as_posix()) for file in left if not _is_hidden(file.name)]
+        folders[:] = [name for name in folders if not (_is_hidden(name) or Path(place, name, BUILT).is_dir())]
     return sorted(found)
 
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 import hashlib
 import logging
 import shutil
+from collections import Counter
+from collections.abc import Sequence, Set
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -188,13 +190,12 @@ def _own_index(path: Path) -> tuple[Any, tuple[BrokenPlan, ...]]:
         checks.check_plan_id(name)
     files = set(plan_file_names(plan_folder(path)))
     there = [f"{name}.json" in files for name in ids]
-    odd = sorted({f"{name}.json" for name in ids} ^ files)
-    if (odd and not any(there)) or len(set(ids)) != len(ids):
+    left_out = _odd_plans(ids, files)
+    if (left_out and not any(there)) or len(set(ids)) != len(ids):
         raise DatasetError(
-            f"{file}: expected one row for each file in json/, found {len(ids)} rows that differ in {len(odd)}: "
-            f"{', '.join(odd[:3])}; build again, or delete index.parquet to read the plans alone"
+            f"{file}: expected one row for each file in json/, found {len(ids)} rows that differ in {len(left_out)}: "
+            f"{', '.join(each.place for each in left_out[:3])}; build again, or delete index.parquet to read the plans alone"
         )
-    left_out = _odd_plans(odd, files)
     return (table.filter(pa.array(there)) if left_out else table), left_out
 
 
@@ -212,10 +213,12 @@ def plans_beside_index(path: Path) -> tuple[BrokenPlan, ...]:
         ids = None
     if ids is None:
         return ()
-    files = set(plan_file_names(plan_folder(path)))
-    return _odd_plans(sorted({f"{name}.json" for name in ids} ^ files), files)
+    return _odd_plans(ids, set(plan_file_names(plan_folder(path))))
 
 
-def _odd_plans(odd: list[str], files: set[str]) -> tuple[BrokenPlan, ...]:
-    faults = ("index.parquet lists it, and it is not there", "index.parquet does not list it; build again")
-    return tuple(BrokenPlan(name, faults[name in files]) for name in odd)
+def _odd_plans(ids: Sequence[str], files: Set[str]) -> tuple[BrokenPlan, ...]:
+    rows = Counter(f"{name}.json" for name in ids)
+    faults = dict.fromkeys(files - rows.keys(), "index.parquet does not list it; build again")
+    faults |= dict.fromkeys(rows.keys() - files, "index.parquet lists it, and it is not there")
+    faults |= {name: "index.parquet lists it more than once; build again" for name in rows if rows[name] > 1}
+    return tuple(BrokenPlan(name, faults[name]) for name in sorted(faults))

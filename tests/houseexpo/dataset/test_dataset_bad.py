@@ -253,6 +253,14 @@ def test_an_index_of_other_plans(tmp_path):
     assert open_dataset(path).ids == ["a"]
 
 
+def test_an_index_that_lists_a_plan_twice_is_a_violation_that_names_it(tmp_path):
+    path = pack(tmp_path, "nested", {name: good(name) for name in "ab"})
+    (path / "index.parquet").write_bytes(index_table([index_row(house(name)) for name in "aab"]))
+    (found,) = [f for f in validate_dataset(path).findings if f.rule == "index"]
+    assert (found.place, found.detail) == ("a.json", "index.parquet lists it more than once; build again")
+    assert "found 3 rows that differ in 1: a.json" in refused(path)
+
+
 def test_of_an_index_with_other_plans_the_common_ones_are_kept(tmp_path):
     path = pack(tmp_path, "nested", {name: good(name) for name in "abd"})
     (path / "index.parquet").write_bytes(index_table([index_row(house(name)) for name in "abc"]))

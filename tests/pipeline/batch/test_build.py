@@ -19,6 +19,8 @@ from pipeline.batch.plan_store import PlanStore
 from pipeline.batch.result_store import FolderStore
 from pipeline.config import DedupeConfig, PipelineConfig
 from pipeline.rejection import Reason
+from pipeline.sources import find
+from pipeline.sources.files import links_left_out
 from pipeline.values import Input
 from tests.builders.batch import boxed, config_for, contents, lines, one_room, run_build
 from tests.builders.suncg_houses import write_houses
@@ -169,6 +171,15 @@ def test_a_data_set_is_no_source(street: Path, tmp_path: Path) -> None:
     run_build([street], tmp_path / "out")
     with pytest.raises(ConfigError, match="no file in it is a house"):
         run_build([tmp_path / "out"], tmp_path / "again")
+
+
+def test_hidden_files_of_a_folder_are_no_houses(tmp_path: Path) -> None:
+    for name in ("house.ply", ".house.ply", "._house.ply", ".git/house.ply", "__MACOSX/._house.ply", "more/house.ply"):
+        one_room(tmp_path / "in" / name)
+    (tmp_path / "in" / ".gone").symlink_to("nothing")
+    assert [item.id for item in find(str(tmp_path / "in"))] == ["house", "more_house"]
+    assert len(list(find(str(tmp_path / "in" / ".house.ply")))) == 1
+    assert links_left_out(tmp_path / "in") == []
 
 
 def test_a_file_that_no_reader_knows_costs_no_other(tmp_path: Path) -> None:
