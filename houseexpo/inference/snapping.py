@@ -79,8 +79,8 @@ def snap_polygon(shape: Polygon) -> tuple[Points, tuple[Points, ...]]:
 def snap_polygons(shapes: Sequence[Polygon], shift: Points | None = None) -> list[tuple[Points, tuple[Points, ...]]]:
     """Return the outline (clockwise) and the holes (counter-clockwise) of polygons, as ``snap_ring`` makes them.
 
-    All are shifted by ``shift`` (2,), metres. Holes without area on the grid are left out. Of a polygon whose corners would
-    cross or touch its sides there, the largest part on the grid counts.
+    All are shifted by ``shift`` (2,), metres. Holes without area on the grid are left out. Of a polygon whose
+    corners would cross or touch its sides there, the largest part on the grid counts.
     """
     import shapely
 

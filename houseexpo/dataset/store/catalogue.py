@@ -192,9 +192,10 @@ def _own_index(path: Path) -> tuple[Any, tuple[BrokenPlan, ...]]:
     there = [f"{name}.json" in files for name in ids]
     left_out = _odd_plans(ids, files)
     if (left_out and not any(there)) or len(set(ids)) != len(ids):
+        names = ", ".join(each.place for each in left_out[:3])
         raise DatasetError(
             f"{file}: expected one row for each file in json/, found {len(ids)} rows that differ in {len(left_out)}: "
-            f"{', '.join(each.place for each in left_out[:3])}; build again, or delete index.parquet to read the plans alone"
+            f"{names}; build again, or delete index.parquet to read the plans alone"
         )
     return (table.filter(pa.array(there)) if left_out else table), left_out
 
