@@ -13,7 +13,7 @@ from houseexpo.analysis import measures
 from houseexpo.analysis.audit import PlanAudit, audit_plan
 from houseexpo.floorplan import FloorPlan
 
-VERSION: Final = 6
+VERSION: Final = 7
 """Part of the name under which records are cached; change it when measures are added or changed."""
 
 MEASURES: Final = tuple(
@@ -21,6 +21,7 @@ MEASURES: Final = tuple(
     for name in (
         *("rooms", "source_rooms", "area", "long_side", "short_side", "vertices", "holes", "label_boxes", "room_area"),
         *("furniture", "quality", "doors", "door_width", "doors_per_room", "degree", "loops", "depth"),
+        *("room_windows", "lit"),
     )
 )
 """The measures of a summary. Those that depend on a robot's radius are in ``Record.reach``."""

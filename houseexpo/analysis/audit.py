@@ -1,8 +1,8 @@
-"""Check rooms by six rules (overlap, holes, pieces, least area and width, aspect), and find which adjoin.
+"""Check rooms by seven rules (overlap, holes, pieces, least area and width, aspect, daylight), and find which adjoin.
 
-The rules and their thresholds are those of floorplan_eval (github.com/birsakm/floorplan_eval, docs/metrics.md, 2026),
-which holds nine public data sets to them (``stats.public_sets``). They are loose: a person and a bed must fit. Real
-homes break some of them too, so a share is to be compared with those of the public sets, not with zero.
+The first six and their thresholds are those of floorplan_eval (github.com/birsakm/floorplan_eval, docs/metrics.md,
+2026), which holds nine public data sets to them (``stats.public_sets``). They are loose: a person and a bed must fit.
+Real homes break some of them too, so a share is to be compared with those of the public sets, not with zero.
 
 R1  *Overlap*: the areas of all rooms add up to at most 2% more than the area that they cover together.
 R2  *Holes*: at most 2% of the footprint is enclosed, belongs to no room, and is wider than a wall (0.6 m).
@@ -10,6 +10,9 @@ R3  *Pieces*: the rooms form one piece. Two rooms adjoin if each comes within 0.
 R4  *Area*: a room has the least area of its type (``LIMITS``).
 R5  *Width*: a room has the least clear width of its type: the diameter of the largest circle inside.
 R6  *Aspect*: the sides of the smallest rotated rectangle round a room have at most the ratio of its type.
+R7  *Daylight*: in a plan with windows, a room to live, cook, eat, sleep or work in has a window to the outside or to a
+    balcony, a door to a balcony, an entrance as wide as a glazed door (``LIGHT_M``), or an opening of that width to a
+    room with one of these. This rule is ours, so that it does not count where plans are compared with public data sets.
 
 Rooms are polygons. A published plan has none; ``houseexpo.inference.with_rooms`` finds them.
 """
@@ -28,7 +31,7 @@ from houseexpo.plan.model import PlanData
 if TYPE_CHECKING:
     from shapely import MultiPolygon, Polygon
 
-Rule = Literal["overlap", "holes", "pieces", "area", "width", "aspect"]
+Rule = Literal["overlap", "holes", "pieces", "area", "width", "aspect", "light"]
 
 RULES: Final[Mapping[Rule, str]] = {
     "overlap": "Rooms overlap",
@@ -37,6 +40,7 @@ RULES: Final[Mapping[Rule, str]] = {
     "area": "A room below its least area",
     "width": "A room below its least width",
     "aspect": "A room above its largest aspect",
+    "light": "A habitable room without daylight",
 }
 """The rules, with the heading under which the plans that break them are counted."""
 
@@ -48,6 +52,11 @@ BETWEEN_ROOMS_M: Final = 0.6
 """R2, R3: the thickest wall, metres; data sets drawn from images leave as much between rooms."""
 SHARED_WALL_M: Final = 0.5
 """R3: the least length of wall that two adjoining rooms share, metres."""
+LIGHT_M: Final = 1.5
+"""R7: the least width of a glazed door to the outside, and of an opening that lets in light, metres; front doors are
+narrower."""
+HABITABLE: Final = frozenset({"living room", "kitchen", "bedroom", "dining room", "study"})
+"""R7: types of rooms that need daylight."""
 
 
 class RoomLimits(NamedTuple):
@@ -107,16 +116,20 @@ TYPES: Final[Mapping[str, str]] = {
 
 
 class AuditedRoom(Struct, array_like=True, frozen=True):
-    """A room of an audited plan: its id and type, its area (m2), its clear width (m) and its aspect."""
+    """A room of an audited plan: its id and type, its area (m2), its clear width (m), its aspect, and its daylight.
+
+    ``is_lit`` is None if the room needs no daylight, or the plan has no windows.
+    """
 
     id: int
     type: str
     area_m2: float
     width_m: float
     aspect: float
+    is_lit: bool | None = None
 
     def broken_rules(self) -> Iterator[Rule]:
-        """Yield the rules that the room breaks (R4 to R6)."""
+        """Yield the rules that the room breaks (R4 to R7)."""
         limits = LIMITS[self.type]
         if self.area_m2 < limits.area_m2:
             yield "area"
@@ -124,6 +137,8 @@ class AuditedRoom(Struct, array_like=True, frozen=True):
             yield "width"
         if limits.aspect is not None and self.aspect > limits.aspect:
             yield "aspect"
+        if self.is_lit is False:
+            yield "light"
 
     def reasons(self) -> Iterator[str]:
         """Yield a description of each rule that the room breaks."""
@@ -132,6 +147,7 @@ class AuditedRoom(Struct, array_like=True, frozen=True):
             "area": f"{self.area_m2:.2f} m², at least {limits.area_m2:g}",
             "width": f"{self.width_m:.2f} m wide, at least {limits.width_m:g}",
             "aspect": f"aspect {self.aspect:.1f}, at most {limits.aspect or 0:g}",
+            "light": "no daylight",
         }
         yield from (f"{name}: {texts[rule]}" for rule in self.broken_rules())
 
@@ -179,13 +195,30 @@ def audit_plan(plan: PlanData) -> PlanAudit | None:
     if not rooms:
         return None
     shapes = [_with_furniture(room, plan.objects) for room in rooms]
-    covered = shapely.union_all(shapes)
+    covered, lit = shapely.union_all(shapes), lit_rooms(plan)
     return PlanAudit(
-        [_audit_room(room, shape) for room, shape in zip(rooms, shapes, strict=True)],
+        [_audit_room(room, shape, lit.get(room.id)) for room, shape in zip(rooms, shapes, strict=True)],
         round(float(shapely.area(shapes).sum() / covered.area) - 1.0, 6),
         round(_hole_share(covered), 6),
         _pieces(len(rooms), _adjoining(shapes)),
     )
+
+
+def lit_rooms(plan: PlanData) -> dict[int, bool]:
+    """Return for each habitable room of a plan with windows whether it has daylight (R7)."""
+    if not plan.windows:
+        return {}
+    types = {room.id: TYPES.get(room.label, "other") for room in plan.rooms}
+    outdoors = {None, *(room for room, kind in types.items() if kind == "balcony")}
+    lit = {
+        one
+        for hole in (*plan.windows, *plan.doors)
+        for one, other in (hole.rooms, hole.rooms[::-1])
+        if other in outdoors and (hole.kind == "window" or other is not None or hole.width >= LIGHT_M)
+    }
+    wide = [door.rooms for door in plan.doors if door.kind in {"opening", "cut"} and door.width >= LIGHT_M]
+    lit |= {room for rooms in wide if lit.intersection(rooms) for room in rooms}
+    return {room: room in lit for room, kind in types.items() if kind in HABITABLE}
 
 
 def _with_furniture(room: Room, objects: Iterable[PlanObject]) -> Polygon:
@@ -219,11 +252,9 @@ def aspect_ratio(shape: Polygon) -> float:
     return float(long / short)
 
 
-def _audit_room(room: Room, shape: Polygon) -> AuditedRoom:
-    kind = TYPES.get(room.label, "other")
-    return AuditedRoom(
-        room.id, kind, round(shape.area, 3), round(largest_circle_diameter(shape), 3), round(aspect_ratio(shape), 3)
-    )
+def _audit_room(room: Room, shape: Polygon, is_lit: bool | None) -> AuditedRoom:
+    kind, width = TYPES.get(room.label, "other"), largest_circle_diameter(shape)
+    return AuditedRoom(room.id, kind, round(shape.area, 3), round(width, 3), round(aspect_ratio(shape), 3), is_lit)
 
 
 def _hole_share(covered: Polygon | MultiPolygon) -> float:

@@ -13,6 +13,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final
 
+from houseexpo.analysis.audit import lit_rooms
 from houseexpo.analysis.navigability import navigability
 from houseexpo.plan import Navigability, NavigabilityByRadius, PlanData
 from houseexpo.tolerances import ROBOT_M
@@ -166,6 +167,17 @@ def _doors_per_room(plan: PlanData) -> list[int]:
     return [ends[room.id] for room in plan.rooms]
 
 
+def _room_windows(plan: PlanData) -> list[int]:
+    """Return the number of windows of each habitable room, if the plan has windows."""
+    count = Counter(room for window in plan.windows for room in window.rooms)
+    return [count[room] for room in lit_rooms(plan)]
+
+
+def _lit_share(plan: PlanData) -> float | None:
+    lit = lit_rooms(plan)
+    return sum(lit.values()) / len(lit) if lit else None
+
+
 def _neighbours(plan: PlanData) -> list[int]:
     """Return the number of other rooms that the doors of each room lead to: its degree."""
     return [len(others) for others in _rooms_beside(plan).values()]
@@ -259,6 +271,11 @@ MEASURES: Final = (
     Measure("degree", "Neighbours of a room", _neighbours, about="Other rooms that its doors lead to: the degree."),
     Measure("loops", "Loops", _loops, about="Independent cycles of rooms and doors; 0 for a tree."),
     Measure("depth", "Depth from the entrance", _depth, about="Doors between the entrance and the farthest room."),
+    Measure("room_windows", "Windows of a room", _room_windows, about="Of habitable rooms, in a plan with windows."),
+    Measure(
+        *("lit", "Rooms with daylight", _lit_share, "", 0.01, 0.05),
+        about="Share of the habitable rooms of a plan with windows that have daylight (houseexpo stats --audit).",
+    ),
     Measure(
         *("narrowest", "Narrowest passage", _narrowest_passage, "m", 0.01, 0.1),
         about="Width of the narrowest passage that a robot has to use.",

@@ -9,7 +9,7 @@ import numpy as np
 import shapely
 
 from houseexpo.exports.encoding import Files, valid_xml_text
-from houseexpo.exports.openings import WallOpening, wall_openings
+from houseexpo.exports.openings import WallOpening, wall_openings, window_openings
 from houseexpo.exports.placement import ExportFrame, Orientation, Pose, default_frame, orient_plan, pose_in_export
 from houseexpo.exports.plan_bodies import WALL_THICKNESS_M, plan_bodies
 from houseexpo.exports.polygons import cut_into_trapezoids
@@ -28,6 +28,7 @@ RMF_WALL_M: Final = 0.1
 """rmf_building_map_tools makes every wall so thick."""
 
 _WALL: Final = {"alpha": [3, 1.0], "texture_name": [1, "default"]}
+_GLASS: Final = {**_WALL, "alpha": [3, 0.3]}
 
 
 def rmf(
@@ -45,9 +46,10 @@ def rmf(
 
     Walls of Open-RMF are lines that its tools make 0.1 m thick: a thicker wall is drawn by a ring of lines just inside
     its faces, so that rooms keep their size. A thinner wall is drawn by a line with a parameter ``thickness`` in
-    metres, which Open-RMF ignores. Passages with a leaf are hinged doors; passages without a leaf have the type
-    "opening". Each room is a floor, free-standing objects in it are holes of the level, and a vertex in the room is
-    named by the room's label or the source's own word. The user draws the lanes.
+    metres, which Open-RMF ignores. It has no windows: they are walls that one sees through (``alpha``). Passages with
+    a leaf are hinged doors; passages without a leaf have the type "opening". Each room is a floor, free-standing
+    objects in it are holes of the level, and a vertex in the room is named by the room's label or the source's own
+    word. The user draws the lanes.
     """
     is_source = (frame or default_frame(plan)) == "source"
     storey = Storey(plan, pose_in_export(plan, orientation, frame))
@@ -99,12 +101,15 @@ def _level(
     doors = wall_openings(turned, wall_thickness)
     walls = shapely.union_all(plan_bodies(turned, wall_thickness=wall_thickness, orientation="plan").walls)
     gaps = shapely.union_all([each.shape for each in doors]) if doors else shapely.Polygon()
-    bodies = [part for part in shapely.get_parts(shapely.difference(walls, gaps)) if part.area > CRUMB_M2]
+    glass = shapely.union_all([each.shape for each in window_openings(turned, wall_thickness)])
+    standing = shapely.difference(walls, gaps)
+    looks = ((shapely.difference(standing, glass), _WALL), (shapely.intersection(standing, glass), _GLASS))
+    bodies = [(part, look) for shape, look in looks for part in shapely.get_parts(shape) if part.area > CRUMB_M2]
     level = {
         "drawing": {"filename": f"{storey.plan.id}.png"},
         "elevation": storey.pose.z,
         "fiducials": [[*sheet.fiducial(corner), word] for word, corner in (corners or {}).items()],
-        "walls": [sheet.edge(a, b, parameters) for body in bodies for a, b, parameters in _lines(body)],
+        "walls": [sheet.edge(a, b, parameters) for body in bodies for a, b, parameters in _lines(*body)],
         "doors": [sheet.edge(*each.segment, _leaf(each)) for each in doors],
         "floors": [
             {"parameters": dict(_FLOOR), "vertices": [sheet.vertex(point) for point in part.exterior.coords[:-1]]}
@@ -192,20 +197,22 @@ class _Sheet:
         self.vertices.append([*self.pixel(point), 0.0, name])
 
 
-def _lines(body: Polygon) -> Iterator[tuple[Sequence[float], Sequence[float], dict[str, Any]]]:
+def _lines(
+    body: Polygon, look: Mapping[str, Any]
+) -> Iterator[tuple[Sequence[float], Sequence[float], Mapping[str, Any]]]:
     """Yield the lines of one wall: rings inside its faces, and strips where it is thinner than Open-RMF's walls."""
     core = shapely.buffer(body, -RMF_WALL_M / 2, join_style="mitre", mitre_limit=MITRE)
     cores = [part for part in shapely.get_parts(core) if part.area > 0]
     for part in cores:
         for ring in all_rings(part):
-            yield from ((a, b, _WALL) for a, b in zip(ring, np.roll(ring, -1, axis=0), strict=True))
+            yield from ((a, b, look) for a, b in zip(ring, np.roll(ring, -1, axis=0), strict=True))
     covered = shapely.buffer(shapely.union_all(cores), RMF_WALL_M / 2 + 1e-3, join_style="mitre", mitre_limit=MITRE)
     for rest in shapely.get_parts(shapely.difference(body, covered)):
         if rest.geom_type == "Polygon" and rest.area > CRUMB_M2:
-            yield from (_strip(ring) for ring in cut_into_trapezoids(rest))
+            yield from (_strip(ring, look) for ring in cut_into_trapezoids(rest))
 
 
-def _strip(ring: Any) -> tuple[Sequence[float], Sequence[float], dict[str, Any]]:
+def _strip(ring: Any, look: Mapping[str, Any]) -> tuple[Sequence[float], Sequence[float], dict[str, Any]]:
     """Return the middle line of a piece and its thickness, shortened by the length that Open-RMF adds at the ends."""
     corners = shapely.get_coordinates(shapely.minimum_rotated_rectangle(shapely.Polygon(ring)))[:4]
     sides = np.hypot(*(np.roll(corners, -1, axis=0) - corners).T)
@@ -213,7 +220,7 @@ def _strip(ring: Any) -> tuple[Sequence[float], Sequence[float], dict[str, Any]]
     thick = float(sides[k])
     a, b = (corners[k] + corners[(k + 1) % 4]) / 2, (corners[(k + 2) % 4] + corners[(k + 3) % 4]) / 2
     step = (b - a) / max(float(np.hypot(*(b - a))), TINY) * min(thick, float(sides[(k + 1) % 4]) * 0.98) / 2
-    return a + step, b - step, {**_WALL, "thickness": [3, round(thick, 4)]}
+    return a + step, b - step, {**look, "thickness": [3, round(thick, 4)]}
 
 
 def _leaf(each: WallOpening) -> dict[str, Any]:

@@ -215,7 +215,7 @@ ROOMS: Final = ReleaseTable(
             "clear_width", pa.float64(), "Diameter of the largest circle inside, in metres, without furniture."
         ),
         TableColumn("aspect", pa.float64(), "Ratio of the sides of the smallest rotated rectangle round it."),
-        TableColumn("broken_rules", _STRINGS, "Rules that the room breaks: area, width, aspect."),
+        TableColumn("broken_rules", _STRINGS, "Rules that the room breaks: area, width, aspect, light."),
         TableColumn("geometry", pa.binary(), "The room, WKB in metres."),
     ),
     {"geometry": ("Polygon",)},

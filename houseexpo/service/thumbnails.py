@@ -1,4 +1,4 @@
-"""Draw small SVG pictures of plans quickly, for galleries: dark walls, gaps at doors, pale rooms or label boxes.
+"""Draw small SVG pictures of plans quickly, for galleries: dark walls with windows, gaps at doors, pale rooms or boxes.
 
 The colours are those of the style ``architect`` of ``houseexpo.drawing``. That package also places names, hangs doors
 and clips boxes exactly, which is too slow for hundreds of pictures per second. Here walls are a broad line around the
@@ -13,6 +13,7 @@ from html import escape
 from typing import Any, Final
 
 import numpy as np
+import numpy.typing as npt
 
 from houseexpo.drawing.styles import dark_colours, style_named
 from houseexpo.floorplan import FloorPlan
@@ -72,7 +73,29 @@ def draw_thumbnail(plan: FloorPlan) -> bytes:
         parts.append(f'<path d="{rings}" fill="{_STYLE.furniture}" stroke="{_STYLE.line}" stroke-width="5"/>')
     if gaps := path(door.ring for door in plan.doors if door.kind == "entrance"):  # others are free space
         parts.append(f'<path d="{gaps}" fill="{_STYLE.floor}"/>')
+    if plan.windows:
+        parts.append(f'<path d="{path(_panes(plan, wall / 2 / scale))}" fill="{_STYLE.floor}"/>')
     return "".join([*parts, "</svg>"]).encode()
+
+
+def _panes(plan: FloorPlan, wall_m: float) -> npt.NDArray[np.float64]:
+    """Return the middle third of each window in its wall, drawn ``wall_m`` thick round the floor, (n, 4, 2)."""
+    import shapely
+
+    ends = np.array([window.segment for window in plan.windows], dtype=np.float64)
+    along = (ends[:, 1] - ends[:, 0]) / np.maximum([window.width for window in plan.windows], 1e-6)[:, None]
+    across = np.stack([-along[:, 1], along[:, 0]], axis=1)
+    sizes = [len(window.ring) for window in plan.windows]
+    corners = np.concatenate([window.ring for window in plan.windows]) - np.repeat(ends[:, 0], sizes, axis=0)
+    depths = (corners * np.repeat(across, sizes, axis=0)).sum(axis=1)
+    starts = np.cumsum([0, *sizes[:-1]])
+    low, high = np.minimum.reduceat(depths, starts), np.maximum.reduceat(depths, starts)
+    faces = ends + np.stack([low, high])[..., None, None] * across[:, None]  # (2, n, 2 ends, 2)
+    walls = shapely.multilinestrings([shapely.linearrings(ring) for ring in (plan.verts, *plan.holes)])
+    is_low = np.less(*shapely.distance(walls, shapely.linestrings(faces)))
+    near = np.where(is_low[:, None, None], *faces)
+    out = (np.where(is_low, 1, -1)[:, None] * across * wall_m / 3)[:, None]
+    return np.concatenate([near + out, (near + 2 * out)[:, ::-1]], axis=1)
 
 
 def _rooms(plan: FloorPlan, path: Callable[[Iterable[Any]], str]) -> Iterable[str]:

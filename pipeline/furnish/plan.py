@@ -68,8 +68,8 @@ def furnish_plan(plan: FloorPlan, rng: np.random.Generator) -> FloorPlan:
 
 def _of_room(plan: FloorPlan, room: Room, rng: np.random.Generator) -> list[PlacedPiece]:
     """R1."""
-    doors = [door for door in plan.doors if room.id in door.rooms]
-    return RoomFurnisher(room, doors, _wants(plan, room), rng).furnish()
+    doors, windows = ([hole for hole in holes if room.id in hole.rooms] for holes in (plan.doors, plan.windows))
+    return RoomFurnisher(room, doors, _wants(plan, room), rng, windows).furnish()
 
 
 def _wants(plan: FloorPlan, room: Room) -> tuple[FurnitureWish, ...]:

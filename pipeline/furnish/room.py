@@ -6,6 +6,7 @@
 4. A robot of 0.2 m still gets from everywhere to everywhere in the room, and where ways of 0.6 m led from door to door,
    they do still.
 5. Pieces cover no more than a part of the room.
+6. No tall piece, such as a wardrobe, stands before a window, unless it ends below the sill; a desk or a sofa may.
 """
 
 from __future__ import annotations
@@ -32,6 +33,8 @@ COVERED: Final = 0.4
 
 _DOOR_CM: Final = 80  # free before a door, from its wall
 _SMALL_DOOR_CM: Final = 45
+_WINDOW_CM: Final = 30  # what stands nearer to a window than this stands before it
+_TALL_CM: Final = 130  # a higher piece takes the light; a plant does not
 _SMALL_M2: Final = 5.0
 _SPECK_CM2: Final = 1000.0
 _PLACES_TRIED: Final = 12
@@ -55,7 +58,12 @@ class RoomFurnisher:
     """A room that is being furnished; all in centimetres."""
 
     def __init__(
-        self, room: Room, doors: Sequence[Door], wants: Sequence[FurnitureWish], rng: np.random.Generator
+        self,
+        room: Room,
+        doors: Sequence[Door],
+        wants: Sequence[FurnitureWish],
+        rng: np.random.Generator,
+        windows: Sequence[Door] = (),
     ) -> None:
         shape = shapely.orient_polygons(round_to_cm(room.polygon))
         self._room, self._edge, self._rng = shape, shape.boundary, rng
@@ -65,7 +73,9 @@ class RoomFurnisher:
             [np.round(shapely.get_coordinates(ring)[:-1]).astype(np.int64) for ring in rings]
         )
         self._bounds: Boxes = np.round(np.array(shape.bounds)).astype(np.int64)
-        self._doors = shapely.union_all(list(self._before_doors(doors)))
+        reach = _SMALL_DOOR_CM if self._area_m2 < _SMALL_M2 else _DOOR_CM
+        self._doors = shapely.union_all([_before(door, reach) for door in doors])
+        self._windows = [((window.sill or 0) * CM_PER_M, _before(window, _WINDOW_CM)) for window in windows]
         inner = [round_to_cm(door.polygon) for door in doors if door.kind != "entrance"]
         floor = shapely.union_all([shape, *inner])
         self._entries = shapely.points([_entry(door, shape) for door in doors]) if doors else np.array([])
@@ -76,7 +86,7 @@ class RoomFurnisher:
         self._joined = self._entries_are_connected(self._left)
         self.standing: list[PlacedPiece] = []
         shapely.prepare(self._room)
-        shapely.prepare(self._doors)
+        shapely.prepare([self._doors, *(place for _, place in self._windows)])
 
     def furnish(self) -> list[PlacedPiece]:
         """Place the furniture that is wanted and that fits."""
@@ -105,7 +115,7 @@ class RoomFurnisher:
                     return
 
     def _free_places(self, piece: FurnitureKind, boxes: Boxes, facings: npt.NDArray[np.int64]) -> npt.NDArray[np.bool_]:
-        """Return whether each place is free and has its front free (R1 to R3, R5)."""
+        """Return whether each place is free and has its front free (R1 to R3, R5, R6)."""
         zones = (
             enlarge_boxes(boxes, piece.front)
             if piece.place == "middle"
@@ -122,7 +132,9 @@ class RoomFurnisher:
         near = np.flatnonzero(good)
         good[near] = shapely.covers(self._room, shapely.box(*zones[near].T))  # a zone holds its box
         near = np.flatnonzero(good)
-        good[near] = ~shapely.intersects(self._doors, shapely.box(*enlarge_boxes(boxes[near], -1).T))
+        inner = shapely.box(*enlarge_boxes(boxes[near], -1).T)
+        shut = [self._doors, *(place for sill, place in self._windows if piece.height > max(sill, _TALL_CM))]
+        good[near] = ~np.any([shapely.intersects(each, inner) for each in shut], axis=0)
         return np.asarray(good)
 
     def _flush_or_clear(self, box: npt.NDArray[np.int64]) -> bool:
@@ -149,17 +161,6 @@ class RoomFurnisher:
         """Return whether one place, 0.6 m wide at its narrowest, holds the entries of all doors."""
         return any(shapely.covers(part, self._entries).all() for part in _places(left.way))
 
-    def _before_doors(self, doors: Sequence[Door]) -> Iterator[Polygon]:
-        """R3."""
-        reach = _SMALL_DOOR_CM if self._area_m2 < _SMALL_M2 else _DOOR_CM
-        for door in doors:
-            (ax, ay), (bx, by) = round_to_cm(shapely.LineString(door.segment)).coords
-            along = np.array([bx - ax, by - ay])
-            extra = along / max(float(np.hypot(*along)), 1.0) * GAP_CM
-            line = shapely.LineString([np.array([ax, ay]) - extra, np.array([bx, by]) + extra])
-            wall = door.polygon.area / max(door.width, 0.1) * CM_PER_M
-            yield shapely.buffer(line, reach + wall / 2, cap_style="flat")
-
 
 def round_to_cm(shape: Polygon) -> Polygon:
     """Return a shape of metres in whole centimetres."""
@@ -172,6 +173,16 @@ def has_simple_rings(shape: Polygon) -> bool:
         return False
     points = [point for ring in (shape.exterior, *shape.interiors) for point in ring.coords[:-1]]
     return len(set(points)) == len(points)
+
+
+def _before(opening: Door, reach: int) -> Polygon:
+    """Return the floor before a door or window on both sides, as deep as ``reach`` from the faces of its wall."""
+    (ax, ay), (bx, by) = round_to_cm(shapely.LineString(opening.segment)).coords
+    along = np.array([bx - ax, by - ay])
+    extra = along / max(float(np.hypot(*along)), 1.0) * GAP_CM
+    line = shapely.LineString([np.array([ax, ay]) - extra, np.array([bx, by]) + extra])
+    wall = opening.polygon.area / max(opening.width, 0.1) * CM_PER_M
+    return shapely.buffer(line, reach + wall / 2, cap_style="flat")
 
 
 def _zone(standing: PlacedPiece) -> npt.NDArray[np.int64]:

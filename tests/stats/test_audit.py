@@ -21,7 +21,7 @@ from houseexpo.analysis.audit import (
 )
 from houseexpo.commands.app import make_app
 from houseexpo.floorplan import FloorPlan, save_plan
-from houseexpo.plan import Door, Room
+from houseexpo.plan import Door, DoorKind, Room
 from stats.html_report import report_html
 from stats.measure import DataSetSummary
 from stats.record import measure_and_audit
@@ -80,6 +80,48 @@ def test_a_room_breaks_one_rule(label: str, size: Box, rule: str, reason: str) -
     found = audited(home((label, size)))
     assert found.broken_rules() == {rule}
     assert list(found.reasons()) == [reason]
+
+
+def test_a_room_without_daylight() -> None:
+    plan = home(
+        ("Living_Room", (0.0, 0.0, 5.0, 4.0)),
+        ("Kitchen", (5.1, 0.0, 8.1, 4.0)),
+        ("Bedroom", (8.2, 0.0, 12.2, 4.0)),
+        ("Dining_Room", (0.0, 4.1, 4.0, 8.1)),
+        ("Bathroom", (4.1, 4.1, 7.0, 8.1)),
+        ("Balcony", (12.3, 0.0, 14.3, 4.0)),
+        ("Office", (7.1, 4.1, 12.0, 8.1)),
+    )
+
+    def hole(kind: DoorKind, rooms: tuple[int, int | None], width: float = 1.0) -> Door:
+        return Door(0, kind, ((0.0, 0.0), (0.0, width)), width, box(0, 0, 0.1, width), rooms)
+
+    def dark(windows: tuple[Door, ...], *doors: Door) -> set[int]:
+        holes = [tuple(replace(each, id=k) for k, each in enumerate(several)) for several in (doors, windows)]
+        found = audited(replace(plan, doors=holes[0], windows=holes[1]))
+        rooms = {room.id for room in found.rooms if "light" in room.broken_rules()}
+        assert ("light" in found.broken_rules()) == bool(rooms)
+        assert all(f"room {room}" in " ".join(found.reasons()) for room in rooms)
+        return rooms
+
+    window = hole("window", (0, None))
+    assert dark(()) == set(), "the source states no windows"
+    assert dark((window,)) == {1, 2, 3, 6}
+    assert dark((hole("window", (0, 1)),)) == {0, 1, 2, 3, 6}, "a window between two rooms"
+    assert dark((window,), hole("door", (2, 5))) == {1, 3, 6}, "a door to a balcony"
+    assert dark((window,), hole("opening", (1, 0), 1.5), hole("door", (3, 0), 1.6)) == {2, 3, 6}
+    assert dark((window,), hole("opening", (1, 0), 1.2), hole("opening", (1, 4), 2.0)) == {1, 2, 3, 6}
+    assert dark((window,), hole("entrance", (2, None), 0.9), hole("entrance", (6, None), 1.8)) == {1, 2, 3}
+
+
+def test_daylight_does_not_count_beside_public_data_sets() -> None:
+    window = Door(0, "window", ((0, 0), (0, 1)), 1.0, box(0, 0, 0.1, 1.0), (0, None))
+    summary = PlanSummary()
+    summary.take(measure_and_audit(replace(home(*SOUND), windows=(window,))))
+    report = summary.report()
+    assert (report["audit"]["break_a_rule"], report["audit"]["rules"]["light"]) == (0, 1)
+    assert report["audit"]["rooms"]["bedroom"]["light"] == 1
+    assert (report["room_windows"]["sum"], report["lit"]["mean"]) == (1, 0.5)
 
 
 def test_rooms_that_overlap() -> None:
@@ -249,7 +291,7 @@ def test_a_list_beside_what_it_would_drop_is_refused(homes: Path, tmp_path: Path
 
 def test_the_report_shows_the_data_set_beside_the_public_ones(homes: Path) -> None:
     shown = run(homes, "--workers", "1")
-    assert "50.00%" in next(line for line in shown.splitlines() if "Any of these" in line)
+    assert "50.00%" in next(line for line in shown.splitlines() if "Any of the first six" in line)
     for name in ("homes", "Swiss Dwellings", "CubiCasa5k", "floorplan_eval"):
         assert name in shown
     told = json.loads(run(homes, "--json", "--workers", "1"))

@@ -7,8 +7,10 @@ import json
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 import trimesh
+import yaml
 
 from houseexpo.exports.dxf import dxf
 from houseexpo.exports.formats import export
@@ -17,6 +19,7 @@ from houseexpo.exports.ifc import ifc
 from houseexpo.exports.mesh import glb
 from houseexpo.exports.mjcf import mjcf
 from houseexpo.exports.plan_bodies import DOOR_HEIGHT_M, WALL_THICKNESS_M, WINDOW_SILL_M, plan_bodies
+from houseexpo.exports.rmf import rmf
 from houseexpo.exports.sdf import sdf
 from houseexpo.exports.svg import svg
 from houseexpo.exports.usd import usd
@@ -70,6 +73,18 @@ def test_walls_of_a_mesh_have_holes_with_glass(lit: FloorPlan, flat: FloorPlan) 
     assert glass[0].bounds[:, 1] == pytest.approx([1.0, 2.2])
 
 
+def test_an_open_rmf_building_has_windows_as_walls_that_one_sees_through(lit: FloorPlan) -> None:
+    data = next(data for name, data in rmf(lit).items() if name.endswith(".yaml"))
+    level = yaml.safe_load(data)["levels"]["L1"]
+    (a, b, said) = level["measurements"][0]
+    points = np.array([vertex[:2] for vertex in level["vertices"]])
+    metre = np.hypot(*(points[a] - points[b])) / said["distance"][1]
+    glass = [(a, b) for a, b, look in level["walls"] if look["alpha"][1] < 1]
+    assert max(np.ptp(points[np.ravel(glass)], axis=0)) > metre, "several windows"
+    lengths = sorted({round(float(np.hypot(*(points[a] - points[b])) / metre), 2) for a, b in glass})
+    assert {0.9, 1.1} <= set(lengths), "lines inside windows of 1.0 and 1.2 m, half of 0.1 m within each end"
+
+
 @pytest.mark.parametrize("write", [sdf, mjcf, usd])
 def test_worlds_have_wall_below_glass_and_wall_above(lit: FloorPlan, flat: FloorPlan, write) -> None:
     text = only(write(lit)).decode().lower()
@@ -89,7 +104,7 @@ def test_an_ifc_file_has_windows_in_openings_of_walls(lit: FloorPlan) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["ifc", "glb", "obj", "usd", "sdf", "mjcf", "dxf", "geojson", "svg"])
+@pytest.mark.parametrize("name", ["ifc", "glb", "obj", "usd", "sdf", "mjcf", "rmf", "dxf", "geojson", "svg"])
 def test_a_plan_with_windows_is_read_back(lit: FloorPlan, tmp_path: Path, name: str) -> None:
     export([lit], name, tmp_path)
     file = next(each for each in sorted(tmp_path.rglob("flat*")) if each.suffix not in {".mtl", ".png", ".json"})
@@ -97,7 +112,7 @@ def test_a_plan_with_windows_is_read_back(lit: FloorPlan, tmp_path: Path, name: 
     assert likeness(lit, back) > 0.99
     assert len(back.rooms) == len(lit.rooms)
     assert sorted(door.kind for door in back.doors) == sorted(door.kind for door in lit.doors)
-    if name in {"glb", "obj", "sdf"}:  # meshes are not searched for windows
+    if name in {"glb", "obj", "sdf", "rmf"}:  # these are not searched for windows
         assert back.windows == ()
         return
     found = {None in window.rooms: (window.width, window.sill, window.head) for window in back.windows}

@@ -6,10 +6,12 @@ import re
 from dataclasses import replace
 
 import numpy as np
+import pytest
 import shapely
 
 from houseexpo.drawing.styles import dark_colours, style_named
 from houseexpo.floorplan import FloorPlan
+from houseexpo.plan import Door
 from houseexpo.service.thumbnails import draw_thumbnail
 from tests.builders.services import two_rooms
 
@@ -41,6 +43,21 @@ def test_an_outline_of_thousands_of_points_is_drawn_with_those_that_show() -> No
     found = outline(draw_thumbnail(FloorPlan("round", ring, 1, {})))
     assert 30 < len(found) < 200
     assert abs(shapely.Polygon(found).area / (np.pi * 940**2) - 1) < 0.01
+
+
+def test_windows_lie_in_the_wall_as_it_is_drawn() -> None:
+    plan = two_rooms("a1", 4.0)  # 0.1 to 7.2 m, 0.1 to 3.1 m
+    below = Door(0, "window", ((1, -0.1), (2, -0.1)), 1, [(1, -0.3), (1, 0.1), (2, 0.1), (2, -0.3)], (0, None))
+    above = Door(1, "window", ((1, 3.25), (2, 3.25)), 1, [(1, 3.4), (2, 3.4), (2, 3.1), (1, 3.1)], (0, None))
+    picture = draw_thumbnail(replace(plan, windows=(below, above)))
+    assert draw_thumbnail(plan)[:-6] == picture[: len(draw_thumbnail(plan)) - 6]
+    (found,) = re.findall(rb'<path d="([^"]+)" fill="[^"]+"/></svg>', picture)
+    scale = 1880 / 7.1
+    low, high = (np.array(ring.split(), dtype=int).reshape(-1, 2)[:, 1] for ring in found[1:-1].split(b"ZM"))
+    for ring, face, way in ((low, 0.1, 1), (high, 3.1, -1)):
+        edge = 1000 - (face - 1.6) * scale
+        assert ((ring - edge) * way / (0.15 * scale)).min() == pytest.approx(1 / 3, abs=0.03)
+        assert ((ring - edge) * way / (0.15 * scale)).max() == pytest.approx(2 / 3, abs=0.03)
 
 
 def test_walls_are_dark_and_on_dark_pages_light() -> None:

@@ -10,7 +10,7 @@ import shapely
 
 from houseexpo.plan import Door, Room
 from houseexpo.plan.room_labels import LABELS, UNLABELLED
-from pipeline.furnish.catalogue import WANTS
+from pipeline.furnish.catalogue import WANTS, FurnitureWish
 from pipeline.furnish.room import (
     COVERED,
     GAP_CM,
@@ -60,6 +60,26 @@ def test_pieces_stand_in_the_room_apart_and_clear_of_the_door(label: str) -> Non
         places = shapely.get_parts(shapely.buffer(left, -20))
         assert len([part for part in places if part.area > 1000]) == 1
     assert count >= len(SEEDS) / 2
+
+
+def _window_below(x: float, width: float, sill: float | None) -> Door:
+    ring = [(x, 0.0), (x, 0.1), (x + width, 0.1), (x + width, 0.0)]
+    return Door(0, "window", ((x, 0.05), (x + width, 0.05)), width, ring, (0, None), sill=sill, head=2.2)
+
+
+@pytest.mark.parametrize(("sill", "before"), [(0.9, False), (None, False), (2.15, True)])
+def test_no_wardrobe_stands_before_a_window_but_a_desk_does(sill: float | None, before: bool) -> None:
+    wants = [FurnitureWish(each.piece) for each in WANTS["Bedroom"] if each.piece.label in {"wardrobe", "desk"}]
+    door = Door(
+        0, "entrance", ((1.0, 4.15), (1.9, 4.15)), 0.9, [(1.0, 4.1), (1.0, 4.2), (1.9, 4.2), (1.9, 4.1)], (0, None)
+    )
+    near, found = shapely.box(50, 10, 350, 40), set[str]()
+    for seed in SEEDS:
+        furnisher = RoomFurnisher(
+            _room("Bedroom"), [door], wants, np.random.default_rng(seed), [_window_below(0.5, 3.0, sill)]
+        )
+        found |= {each.piece.label for each in furnisher.furnish() if near.intersects(shapely.box(*each.box.tolist()))}
+    assert found == ({"desk", "wardrobe"} if before else {"desk"})
 
 
 def test_a_bedroom_has_a_bed_and_a_bathroom_what_it_is_for() -> None:
