@@ -1,6 +1,6 @@
 """Draw the pictures of ``docs/algorithm.md``, ``docs/guide-homes.md`` and ``docs/readers``: ``make pictures``.
 
-Three of the first 60 houses that the tests make with seed 2019: one in which a wall is cut, one with a chimney, one
+Three of the first 60 houses that the tests make with seed 2019: one in which a wall is cut, one with a shaft, one
 with a garage that stands apart. The pages for readers show one home of the demo data set.
 """
 

@@ -30,7 +30,7 @@ from tests.builders.kinds.registry import KINDS
 from tests.builders.shared import CASES, DATA, NOT_YET, as_json, case, needs_shared, plan_nearest, planned, scorer
 from tests.builders.suncg_houses import write_houses
 
-HOUSES, SEED = 500, 11
+HOUSES, SEED = 200, 11
 COLUMNS = {
     "free_iou": "free IoU",
     "room_recall": "room recall",

@@ -28,7 +28,7 @@ LEADS_IN = ("door", "opening")
 class Cell:
     """A room up to its walls' centre lines; ``unit`` numbers the flats of a building.
 
-    ```floor`` is False over a void.
+    ``floor`` is False over a void.
     """
 
     label: str
@@ -61,12 +61,12 @@ class Wall:
         """Metres from end to end."""
         return math.dist(self.a, self.b)
 
-    @property
+    @cached_property
     def along(self) -> np.ndarray:
         """Unit vector from ``a`` to ``b``."""
         return (np.array(self.b) - self.a) / self.length
 
-    @property
+    @cached_property
     def across(self) -> np.ndarray:
         """Unit vector to the left of ``along``."""
         return np.array([-self.along[1], self.along[0]])
