@@ -8,8 +8,9 @@ R3  Furniture, and what is left out, are dropped from the walls unless one piece
     Handles of doors stay where no door has a name: the stages find doors by them.
 R4  Ground that ends with the house is its floor.
 R5  Where dropping leaves hardly anything that stands, the names are wrong and nothing is dropped.
-R6  A part called threshold, flat, on the floor and as narrow as a doorway, is an opening where one can walk across it:
-    nothing stands on it, and no wall within DEEPEST_WALL_M of its middle on both sides.
+R6  A part called threshold, flat, on the floor and as narrow as a doorway (one called opening: of any width), is an
+    opening where one can walk across it: nothing stands on it, and no wall within DEEPEST_WALL_M of its middle on both
+    sides.
 
 Faces are taken apart into connected pieces, and pieces that touch make things. Lengths are metres, z is up.
 """
@@ -538,10 +539,12 @@ def _over_thresholds(bodies: Sequence[NamedBody], solid: Mesh, z: float) -> Iter
     for body in bodies:
         on_floor = abs(float(body.mesh.vertices[:, 2].max()) - z) <= KNEE_M
         wide, deep = plan_sides(body.mesh, np.arange(len(body.mesh.faces)))
-        if on_floor and NARROWEST_DOOR_M <= wide <= WIDEST_DOOR_BODY_M and deep <= min(DEEPEST_WALL_M, wide):
+        has_door = "opening" not in body.words
+        widest = WIDEST_DOOR_BODY_M if has_door else np.inf
+        if on_floor and NARROWEST_DOOR_M <= wide <= widest and deep <= min(DEEPEST_WALL_M, wide):
             box_ = shapely.minimum_rotated_rectangle(shapely.multipoints(body.mesh.vertices[:, :2]))
             if isinstance(box_, Polygon) and _is_crossed(box_, standing):
-                yield Opening.named(box_, has_door="opening" not in body.words)
+                yield Opening.named(box_, has_door=has_door)
 
 
 def _is_crossed(threshold: Polygon, standing: shapely.STRtree) -> bool:

@@ -6,8 +6,8 @@ R2  A passage is a ``door`` where a door is known, under a lintel, over a sill o
     beam. But if it is no wider than a door and its wall goes on in line at both ends (a hole), it is an ``opening``.
 R3  Under a beam, under a lintel wider than ``widest_m`` (posts within ``post_m`` do not divide it), and under a lintel
     wider than ``jambless_m`` that ends in the air (the trim of a stairwell), two rooms meet without a door: each gets
-    half of the strip. A door that the source names stays a door, and a drawn opening an ``opening``, however wide. A
-    single gap of full height between walls is an ``opening``, however wide.
+    half of the strip. A door that the source names stays a door, and an opening that is drawn, or named by its
+    threshold, an ``opening``, however wide. A single gap of full height between walls is an ``opening``, however wide.
 R4  A strip between a room and the outside is an ``entrance``; it stays closed. A railing or a boundary is not an
     entrance. In an upper storey, a strip without a known door that leads from a floor into the air is not an entrance
     but a window that reaches the floor.
@@ -88,7 +88,7 @@ def find_doors(level: Level, planes: Planes, layout: Layout, config: DoorsConfig
     joins: set[tuple[int, int]] = set()
     strips = [c for c in layout.candidates if c.is_strip and c.closed_by in PASSABLE]
     spans, bays = _rows(strips, config.post_m)
-    at_named = _lie_at_named_ways(strips, planes, drawn=isinstance(level.walls, Prisms))
+    at_named = _lie_at_named_ways(strips, planes, with_holes=isinstance(level.walls, Prisms) or level.unnamed_gaps)
     for strip, span, count, is_at_named in zip(strips, spans, bays, at_named, strict=True):
         if strip.sides[0] == strip.sides[1]:  # a space that it parted off was not a room
             continue
@@ -112,9 +112,9 @@ def find_doors(level: Level, planes: Planes, layout: Layout, config: DoorsConfig
     return Spaces(layout.ground, tuple(rooms), tuple(passages), tuple(sorted(joins)), notes=notes)
 
 
-def _lie_at_named_ways(openings: Sequence[Opening], planes: Planes, *, drawn: bool) -> list[bool]:
-    """Return for each opening (n,) whether the source names a doorway there, in a mesh one with a door (R3)."""
-    ways = [each for each in planes.doorways if each.said_by == "named" and (drawn or each.has_door)]
+def _lie_at_named_ways(openings: Sequence[Opening], planes: Planes, *, with_holes: bool) -> list[bool]:
+    """Return for each opening (n,) whether the source names a doorway there, with a door unless ``with_holes`` (R3)."""
+    ways = [each for each in planes.doorways if each.said_by == "named" and (with_holes or each.has_door)]
     named = shapely.STRtree([each.polygon for each in ways])
     found = np.zeros(len(openings), np.bool_)
     found[named.query(strips_of(openings), predicate="intersects")[0]] = True

@@ -170,6 +170,23 @@ def test_courts_slanted_walls_and_rooms_alike_come_back(form, turn_deg, names, t
     assert len(found.holes) == len(plan.holes)
 
 
+@pytest.mark.parametrize("wide", [3, 6])
+@pytest.mark.parametrize("form", SHAPES)
+def test_an_opening_as_wide_as_its_room_comes_back(form, wide, tmp_path):
+    def corners(*sides):
+        return shapely.get_coordinates(shapely.box(*sides, ccw=False))[:-1].round(2)
+
+    rooms = [Room(k, "Room", corners(x, 0.1, x + 4, 0.1 + wide), (), ("Room",)) for k, x in enumerate((0.1, 4.2))]
+    middle = ((4.15, 0.1), (4.15, 0.1 + wide))
+    doors = [
+        Door(0, "opening", middle, float(wide), corners(4.1, 0.1, 4.2, 0.1 + wide), (0, 1)),
+        Door(1, "entrance", ((0.05, 1.0), (0.05, 1.9)), 0.9, corners(0, 1.0, 0.1, 1.9), (0, None)),
+    ]
+    plan = FloorPlan("open", corners(0.1, 0.1, 8.2, 0.1 + wide), 2, {}, rooms=rooms, doors=doors)
+    found = through(plan, form, tmp_path, FORMS[form])
+    assert sorted((door.kind, round(door.width, 1)) for door in found.doors) == [("entrance", 0.9), ("opening", wide)]
+
+
 @pytest.mark.parametrize("form", sorted(FORMS))
 def test_a_plan_comes_back(homes, form, tmp_path):
     assert form in FORMATS
