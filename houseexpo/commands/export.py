@@ -23,6 +23,10 @@ _NAMES = "coco, dxf, geojson, glb, graphml, ifc, irsim, json, mjcf, npz, obj, pn
 _POLICY = "onnx"
 """The format of policies."""
 _MOST_NAMED = 5
+_MAPS = frozenset({"png", "ros"})
+"""Formats that hold the free space alone, and that a build reads."""
+_OPEN_M = 2.0
+"""In a map, a wider gap between walls is no doorway for a build, metres."""
 _OWN = "the format's own"
 
 
@@ -114,8 +118,8 @@ def export(
         plans = _with_rooms(plans)
     frames: Counter[str] = Counter()
     plans = _count_frames(plans, frame, frames)
-    apart: list[str] = []
-    plans = _name_apart(plans, to, apart)
+    apart, merged = list[str](), list[str]()
+    plans = _name_others(plans, to, apart, merged)
     refused: list[PlanError] = []
     files = write(
         plans, to, out, refused=refused.append, replace=replace, sources=[dataset], building=building, **options
@@ -126,16 +130,14 @@ def export(
         f"{count_noun(count - len(refused), 'plan')}, {count_noun(len(files), 'file')} in {out}, {_in_frames(frames)}"
     )
     make_console().print(said, highlight=False, soft_wrap=True)
-    if apart:
-        named = ", ".join(apart[:_MOST_NAMED]) + (
-            f" and {len(apart) - _MOST_NAMED} more" if apart[_MOST_NAMED:] else ""
-        )
-        make_console().print(
-            f"note: no way joins all parts of {named}; {to} cannot say so, and a build of the file cuts one "
-            "(dxf, geojson and svg say it)",
-            highlight=False,
-            soft_wrap=True,
-        )
+    for ids_, told, does in (
+        (apart, "no way joins all parts of", "cuts one"),
+        (merged, f"rooms meet in an opening of {_OPEN_M:g} m or more in", "may make them one"),
+    ):
+        more = f" and {len(ids_) - _MOST_NAMED} more" if ids_[_MOST_NAMED:] else ""
+        note = f"note: {told} {', '.join(ids_[:_MOST_NAMED])}{more}; {to} cannot say so, and a build of the file {does}"
+        if ids_:
+            make_console().print(f"{note} (dxf, geojson and svg say it)", highlight=False, soft_wrap=True)
     print_problems(make_console(stderr=True), "left out", list(map(str, refused)))
     if refused:
         raise typer.Exit(ANSWER_IS_NO)
@@ -161,15 +163,22 @@ def _count_frames(plans: Iterator[FloorPlan], frame: str | None, frames: Counter
         yield plan
 
 
-def _name_apart(plans: Iterator[FloorPlan], to: str, apart: list[str]) -> Iterator[FloorPlan]:
-    """Yield the plans, and name those with parts that no way joins, if a build of the format would cut one."""
+def _name_others(plans: Iterator[FloorPlan], to: str, apart: list[str], merged: list[str]) -> Iterator[FloorPlan]:
+    """Yield the plans, and name those of which a build of the format gives others.
+
+    ``apart`` are those with parts that no way joins, since it would cut one; ``merged`` those with rooms that meet in
+    the open, in a format that holds the free space alone.
+    """
     from houseexpo.corrections.draft import Draft
     from houseexpo.exports.formats import ALIASES, FORMATS
 
-    found = FORMATS.get(ALIASES.get(to, to))
+    form = ALIASES.get(to, to)
+    found = FORMATS.get(form)
     for plan in plans:
         if found is not None and found.leaves_ways_open and len(Draft(plan).pieces()) > 1:
             apart.append(plan.id)
+        if form in _MAPS and any(door.kind == "opening" and door.width >= _OPEN_M for door in plan.doors):
+            merged.append(plan.id)
         yield plan
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -64,3 +65,15 @@ def test_the_export_to_another_format_says_that_a_build_will_cut_a_way(denied: F
     for form, is_said in (("sdf", True), ("geojson", False), ("pol", False)):
         said = call("export", tmp_path / "house.json", "--to", form, "--out", tmp_path / form)
         assert ("no way joins all parts of house" in said) == is_said
+
+
+def test_the_export_to_a_map_says_that_a_build_may_make_open_rooms_one(tmp_path: Path) -> None:
+    plan = two_rooms("house", width=4.0)
+    middle, width, ring = ((4.15, 0.1), (4.15, 3.1)), 3.0, [(4.1, 0.1), (4.1, 3.1), (4.2, 3.1), (4.2, 0.1)]
+    (door,) = plan.doors
+    opening = replace(door, kind="opening", segment=middle, width=width, ring=ring)
+    outline = [(0.1, 0.1), (0.1, 3.1), (7.2, 3.1), (7.2, 0.1)]
+    (tmp_path / "house.json").write_bytes(encode(replace(plan, verts=outline, doors=(opening,))))
+    for form, is_said in (("ros", True), ("png", True), ("sdf", False), ("npz", False)):
+        said = call("export", tmp_path / "house.json", "--to", form, "--out", tmp_path / form)
+        assert ("rooms meet in an opening of 2 m or more in house; " in said) == is_said
