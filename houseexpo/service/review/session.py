@@ -217,6 +217,13 @@ def effect_in(told: Preview[FloorPlan], word: Word, value: Any) -> dict[str, Any
     return next(record for record in told.records if (record["word"], record["value"]) == (word, value))
 
 
+def _without_effect_now(before: Preview[FloorPlan], after: Preview[FloorPlan]) -> list[str]:
+    """Return a sentence about each earlier correction that a new one has robbed of its effect."""
+    had = {author_key(each["word"], each["value"]) for each in before.records if each["outcome"] == "done"}
+    lost = [each for each in after.records if each["outcome"] == "none" and author_key(each["word"], each["value"]) in had]
+    return [f"but {each['word'].replace('_', ' ')} has no effect any more: {each['said']}" for each in lost]
+
+
 def _joined_beside(shown: FloorPlan, after: FloorPlan, said: Sequence[Any]) -> list[str]:
     """Return a sentence about each way between rooms of the shown plan that nobody named, and that are one afterwards.
 
@@ -701,6 +708,7 @@ class Review:
         found = [effect_in(told, word, value) for value in values]
         if word == "one_room":
             found[0] = {**found[0], "also": [*_joined_beside(now.plan, told.plan, values), *found[0].get("also", ())]}
+        found[-1] = {**found[-1], "also": [*found[-1].get("also", ()), *_without_effect_now(now, told)]}
         return [{**each, "also": [line for line in each.get("also", ()) if line not in before]} for each in found]
 
     def say_of_file(self, asked: FileRequest, reviewer: str) -> dict[str, Any]:

@@ -309,6 +309,13 @@ def test_what_does_not_name_a_correction_is_refused(client: TestClient, folder: 
     assert not (folder / "overrides.toml").exists()
 
 
+def test_a_correction_that_another_takes_the_effect_of_is_told(client: TestClient) -> None:
+    decide(client, "doubtful", "label", points=[[2.0, 1.5]], text="Hall")
+    done = decide(client, "doubtful", "wall", points=[[2.0, 0.1], [2.0, 3.1]])
+    assert "but label has no effect any more: no room is there" in " ".join(done["effect"]["also"])
+    assert [each["outcome"] for each in done["effects"]] == ["done", "none"]
+
+
 @pytest.mark.parametrize("step", ["settle", "_try_again", "_apply_waiting", "_WORDS"])
 def test_a_word_whose_shapes_cannot_be_computed_is_refused_and_nothing_written(
     client: TestClient, folder: Path, monkeypatch: pytest.MonkeyPatch, step: str
