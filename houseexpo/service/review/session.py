@@ -220,7 +220,8 @@ def effect_in(told: Preview[FloorPlan], word: Word, value: Any) -> dict[str, Any
 def _without_effect_now(before: Preview[FloorPlan], after: Preview[FloorPlan]) -> list[str]:
     """Return a sentence about each earlier correction that a new one has robbed of its effect."""
     had = {author_key(each["word"], each["value"]) for each in before.records if each["outcome"] == "done"}
-    lost = [each for each in after.records if each["outcome"] == "none" and author_key(each["word"], each["value"]) in had]
+    idle = [each for each in after.records if each["outcome"] == "none"]
+    lost = [each for each in idle if author_key(each["word"], each["value"]) in had]
     return [f"but {each['word'].replace('_', ' ')} has no effect any more: {each['said']}" for each in lost]
 
 
