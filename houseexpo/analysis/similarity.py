@@ -2,8 +2,7 @@
 
 The difference of two masks A and B is |A xor B| / max(|A|, |B|). It is minimised over the eight symmetries of the
 square, and over positions in which the cropped masks are aligned at either end of each axis, shifted by up to two
-cells. ``compare_masks`` computes it for two masks. ``find_similar_pairs`` finds all pairs within a threshold among many
-plans.
+cells. ``find_similar_pairs`` finds all pairs within a threshold among many plans.
 
 ``find_similar_pairs`` rules out nearly all pairs without comparing their masks, and none wrongly. Let D = |A xor B| for
 A and B in their best position.
@@ -32,14 +31,14 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, field
 from functools import cache, lru_cache, partial
-from itertools import islice, product
+from itertools import islice
 from typing import TYPE_CHECKING, Final, NamedTuple, TypeVar
 
 import numpy as np
 import numpy.typing as npt
 
 from houseexpo.grids.frame import GridFrame
-from houseexpo.grids.raster import Mask, Space, all_rings, edges_in_pixels, fill_cells
+from houseexpo.grids.raster import Mask, Space, all_rings, edges_in_pixels
 from houseexpo.plan.model import PlanData
 from houseexpo.progress import show_progress
 from houseexpo.tolerances import FINER_GRID
@@ -66,7 +65,6 @@ SYMMETRIES: Final[Mapping[str, tuple[bool, bool, bool]]] = {
 }
 
 _BINS: Final = 64
-_BIN_PX: Final = 8
 _FINGERPRINTS_PER_TASK: Final = 256  # fingerprints for one task of a thread
 _TASK: Final = 64  # pairs for one task of a thread
 _TASKS_AHEAD: Final = 64  # tasks that are prepared before their results are needed
@@ -81,13 +79,6 @@ Confirm = Callable[[_Numbers], str | None]
 _Limits = tuple[float, int, int]  # the threshold, the shift in cells, and how many symmetries are tried
 _T = TypeVar("_T")
 _R = TypeVar("_R")
-
-
-class MaskDifference(NamedTuple):
-    """The difference of two masks, and the symmetry that maps the second onto the first."""
-
-    difference: float
-    symmetry: str
 
 
 class SimilarPair(NamedTuple):
@@ -107,26 +98,13 @@ class PairSearchResult:
     pairs: tuple[SimilarPair, ...] = ()
 
 
-def comparison_mask(space: Space, pixels_per_metre: float = PIXELS_PER_METRE) -> Mask:
-    """Rasterise a plan or polygon so that rotating or mirroring it does the same to its mask, which is cropped.
-
-    The grid is centred on the bounds, has an even number of cells on each axis and is finer than requested by 1 in
-    10,000. Therefore no wall on the 1 cm grid runs through cell centres, where one side would have to be preferred.
-    """
-    space = space_with_furniture(space)
-    frame = comparison_frame(space, pixels_per_metre)
-    mask = np.zeros(frame.shape, dtype=bool)
-    fill_cells(mask, space, frame, True)
-    return crop_mask(mask)
-
-
 def space_with_furniture(space: Space) -> Space:
     """Return the compared area: the free space and the area under furniture, which does not change the house."""
     return space.floor if isinstance(space, PlanData) and space.objects else space
 
 
 def comparison_frame(space: Space, pixels_per_metre: float = PIXELS_PER_METRE) -> GridFrame:
-    """Return the grid of ``comparison_mask``."""
+    """Return the grid of ``comparison_cells``."""
     corners = np.concatenate(all_rings(space))
     low, high = corners.min(axis=0), corners.max(axis=0)
     scale = pixels_per_metre * (1 + FINER_GRID)
@@ -141,54 +119,6 @@ def crop_mask(mask: Mask) -> Mask:
     if not len(rows):
         return np.zeros((0, 0), dtype=bool)
     return mask[rows[0] : rows[-1] + 1, cols[0] : cols[-1] + 1]
-
-
-def apply_symmetry(mask: Mask, symmetry: str) -> Mask:
-    """Return the mask under one of ``SYMMETRIES``."""
-    swap, flip_rows, flip_cols = SYMMETRIES[symmetry]
-    turned = mask.T if swap else mask
-    return turned[:: -1 if flip_rows else 1, :: -1 if flip_cols else 1]
-
-
-def compare_masks(one: Mask, other: Mask, limit: float = math.inf) -> MaskDifference | None:
-    """Return the exact difference of two cropped masks, or None if it exceeds ``limit``.
-
-    Exchanging the masks gives the same difference and the inverse symmetry. Positions whose row or column sums alone
-    differ by more than the best difference so far are skipped.
-    """
-    sizes = int(one.sum()), int(other.sum())
-    areas, larger = sum(sizes), max(sizes)
-    if not larger:
-        return None
-    best = math.floor(limit * larger) + 1 if math.isfinite(limit) else areas + 1
-    found = None
-    sums, sums_ = (one.sum(axis=1), one.sum(axis=0)), (other.sum(axis=1), other.sum(axis=0))
-    for symmetry, (swap, flip_rows, flip_cols) in SYMMETRIES.items():
-        rows, cols = sums_[::-1] if swap else sums_
-        downs = _offsets(sums[0], rows[:: -1 if flip_rows else 1], areas)
-        rights = _offsets(sums[1], cols[:: -1 if flip_cols else 1], areas)
-        moved = apply_symmetry(other, symmetry)
-        for (down, bound), (right, bound_) in product(downs, rights):
-            if max(bound, bound_) < best:
-                here, there = (
-                    _covered_window(one, down, right, moved.shape),
-                    _covered_window(moved, -down, -right, one.shape),
-                )
-                differ = areas - 2 * int(np.count_nonzero(here & there))
-                if differ < best:
-                    best, found = differ, MaskDifference(differ / larger, symmetry)
-    return found
-
-
-def mask_fingerprint(mask: Mask) -> npt.NDArray[np.int32]:
-    """Return numbers (1 + 2 * 64,) that do not change under the eight symmetries and shifts.
-
-    They are the area, the row sums and the column sums. The sums are sorted and added up in bins of 8; the greater of
-    the two profiles comes first. ``difference_lower_bound`` derives a bound from them.
-    """
-    profiles = [_pool(np.sort(mask.sum(axis=axis))[::-1]) for axis in (1, 0)]
-    profiles.sort(key=lambda sums: sums.tolist(), reverse=True)
-    return np.concatenate([[mask.sum()], *profiles]).astype(np.int32)
 
 
 def difference_lower_bound(print_: npt.NDArray[np.int32], prints: npt.NDArray[np.int32]) -> npt.NDArray[np.int32]:
@@ -263,7 +193,11 @@ def find_similar_pairs(
 
 
 def fingerprint_from_profiles(profiles: MaskProfiles) -> Fingerprint:
-    """Return the ``mask_fingerprint`` of a mask, given its profiles."""
+    """Return numbers (1 + 2 * 64,) that do not change under the eight symmetries and shifts, given a mask's profiles.
+
+    They are the area, the row sums and the column sums. The sums are sorted and added up in bins of 8; the greater of
+    the two profiles comes first. ``difference_lower_bound`` derives a bound from them.
+    """
     from houseexpo.analysis.kernels.masks import pool_sums
 
     first, second = sorted((pool_sums(sums).tolist() for sums in profiles), reverse=True)
@@ -271,13 +205,21 @@ def fingerprint_from_profiles(profiles: MaskProfiles) -> Fingerprint:
 
 
 def _cells_of(load: Load, pixels_per_metre: float, number: int) -> Cells:
-    """Return the cropped mask of a plan: ``comparison_mask``, compiled."""
+    given = load(number)
+    if isinstance(given, PlanData):
+        return comparison_cells(given, pixels_per_metre)
+    return np.ascontiguousarray(crop_mask(given)).view(np.uint8)
+
+
+def comparison_cells(plan: PlanData, pixels_per_metre: float = PIXELS_PER_METRE) -> Cells:
+    """Rasterise a plan so that rotating or mirroring it does the same to its mask, which is cropped.
+
+    The grid is centred on the bounds, has an even number of cells on each axis and is finer than requested by 1 in
+    10,000. Therefore no wall on the 1 cm grid runs through cell centres, where one side would have to be preferred.
+    """
     from houseexpo.analysis.kernels.masks import fill_rings, mask_profiles
 
-    given = load(number)
-    if not isinstance(given, PlanData):
-        return np.ascontiguousarray(crop_mask(given)).view(np.uint8)
-    space = space_with_furniture(given)
+    space = space_with_furniture(plan)
     frame = comparison_frame(space, pixels_per_metre)
     mask = fill_rings(*edges_in_pixels(all_rings(space), frame), *frame.shape)
     rows, cols = (np.flatnonzero(sums) for sums in mask_profiles(mask))
@@ -348,29 +290,3 @@ def _pairs_within(limits: _Limits, jobs: list[tuple[_Numbers, PackedMask, Packed
 def _l1(sums: npt.NDArray[np.int32], table: npt.NDArray[np.int32]) -> npt.NDArray[np.int32]:
     distance: npt.NDArray[np.int32] = np.abs(table - sums).sum(axis=1, dtype=np.int32)
     return distance
-
-
-def _pool(profile: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
-    padded = np.zeros(max(len(profile), _BINS * _BIN_PX), dtype=np.int64)
-    padded[: len(profile)] = profile
-    starts = np.arange(_BINS) * _BIN_PX
-    sums: npt.NDArray[np.int64] = np.add.reduceat(padded, starts)  # the last bin takes the rest
-    return sums
-
-
-def _offsets(sums: npt.NDArray[np.int64], sums_: npt.NDArray[np.int64], areas: int) -> list[tuple[int, int]]:
-    """Return the possible offsets of the second profile on the first, each with a lower bound of the difference."""
-    size, size_ = len(sums), len(sums_)
-    ends = sorted({end + by for end in (0, size - size_) for by in range(-SHIFT_PX, SHIFT_PX + 1)}, key=abs)
-    common = [int(np.minimum(_slice_from(sums, at, size_), _slice_from(sums_, -at, size)).sum()) for at in ends]
-    return [(at, areas - 2 * shared) for at, shared in zip(ends, common, strict=True)]
-
-
-def _slice_from(values: npt.NDArray[np.int64], start: int, length: int) -> npt.NDArray[np.int64]:
-    """Return the part of ``values`` that an array of this length covers if it begins at ``start``."""
-    return values[max(start, 0) : max(start + length, 0)]
-
-
-def _covered_window(mask: Mask, down: int, right: int, shape: tuple[int, ...]) -> Mask:
-    """Return the part of ``mask`` that a mask of this shape covers if it is placed at (down, right)."""
-    return mask[max(down, 0) : max(down + shape[0], 0), max(right, 0) : max(right + shape[1], 0)]

@@ -10,19 +10,13 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from houseexpo.analysis.navigability import navigability
-from houseexpo.analysis.similarity import (
-    SYMMETRIES,
-    apply_symmetry,
-    compare_masks,
-    crop_mask,
-    difference_lower_bound,
-    mask_fingerprint,
-)
+from houseexpo.analysis.similarity import SYMMETRIES, crop_mask, difference_lower_bound
 from houseexpo.floorplan import FloorPlan, decode
 from houseexpo.grids.raster import free_mask
 from houseexpo.plan import Door, Frame, Navigability, PlanObject, Quality, Room
 from houseexpo.plan.json_codec import encode
 from houseexpo.plan.room_labels import LABELS, UNLABELLED
+from tests.builders.mask_twins import apply_symmetry, compare_masks, mask_fingerprint
 from tests.builders.tries import tries
 
 coordinate = st.floats(-1e4, 1e4) | st.integers(-500, 500).map(lambda cm: cm / 100)

@@ -3,8 +3,8 @@
 ``houseexpo.analysis.similarity`` calls it and proves what it rules out.
 
 A mask is (rows, cols) uint8 of 0 and 1, cropped to its cells. Its *profiles* are the sums of its rows and of its
-columns. A *fingerprint* is (129,) int32: the area and both profiles, each sorted and pooled in 64 bins. Functions of
-``houseexpo.grids.raster`` and ``houseexpo.analysis.similarity`` do the same in NumPy; the tests compare them.
+columns. A *fingerprint* is (129,) int32: the area and both profiles, each sorted and pooled in 64 bins. The tests have
+a twin of each function in NumPy.
 """
 
 from __future__ import annotations

@@ -23,7 +23,13 @@ from starlette.routing import BaseRoute, Route
 
 from houseexpo.analysis.graph import shortest_path
 from houseexpo.analysis.navigability import disc_centre_areas, navigability, straighten_walls
-from houseexpo.analysis.similarity import compare_masks, comparison_mask, difference_lower_bound, mask_fingerprint
+from houseexpo.analysis.similarity import (
+    SHIFT_PX,
+    SYMMETRIES,
+    comparison_cells,
+    difference_lower_bound,
+    fingerprint_from_profiles,
+)
 from houseexpo.analysis.walls import walls_around
 from houseexpo.drawing.door_leaves import door_leaves, window_in_walls
 from houseexpo.drawing.styles import DOOR_COLOURS
@@ -308,6 +314,8 @@ def most_similar_plans(now: OpenedDataset, plan_id: str) -> list[dict[str, Any]]
     UnknownPlanError
         There is no plan with this id.
     """
+    from houseexpo.analysis.kernels.masks import least_difference, pack_mask
+
     plan, table = now.plan(plan_id), now.views.table
     row = now.numbers[plan_id]
     columns = [
@@ -328,9 +336,9 @@ def most_similar_plans(now: OpenedDataset, plan_id: str) -> list[dict[str, Any]]
     if not ids:
         return []
     prints = np.array(kept, dtype=np.int32)
-    fine = comparison_mask(plan)
-    bounds = difference_lower_bound(mask_fingerprint(fine), prints) / np.maximum(prints[:, 0], int(fine.sum()))
-    mask = comparison_mask(plan, _PIXELS_PER_METRE)
+    own = np.array(_fingerprint_of(plan), np.int32)
+    bounds = difference_lower_bound(own, prints) / np.maximum(prints[:, 0], own[0])
+    mask, names = pack_mask(comparison_cells(plan, _PIXELS_PER_METRE)), tuple(SYMMETRIES)
     found: list[tuple[float, str, str]] = []
     for other in np.argsort(bounds, kind="stable")[:_PLANS_COMPARED].tolist():
         limit = sorted(each[0] for each in found)[_SHOWN - 1] if len(found) >= _SHOWN else _MAX_DIFFERENCE
@@ -339,9 +347,11 @@ def most_similar_plans(now: OpenedDataset, plan_id: str) -> list[dict[str, Any]]
         there = _read(now, ids[other])  # R4, if its traits are in the cache
         if there is None:
             continue
-        match = compare_masks(mask, comparison_mask(there, _PIXELS_PER_METRE), limit)
-        if match is not None:
-            found.append((match.difference, ids[other], match.symmetry))
+        packed = pack_mask(comparison_cells(there, _PIXELS_PER_METRE))
+        cells, symmetry = least_difference(mask, packed, limit, SHIFT_PX, len(names))
+        if symmetry >= 0:
+            area = max(int(each.profiles.rows.sum()) for each in (mask, packed))
+            found.append((cells / area, ids[other], names[symmetry]))
     return [
         {"id": name, "title": table.title(now.numbers[name]), "difference": round(difference, 4), "symmetry": symmetry}
         for difference, name, symmetry in sorted(found)[:_SHOWN]
@@ -349,7 +359,9 @@ def most_similar_plans(now: OpenedDataset, plan_id: str) -> list[dict[str, Any]]
 
 
 def _fingerprint_of(plan: FloorPlan) -> list[int]:
-    found: list[int] = mask_fingerprint(comparison_mask(plan)).tolist()
+    from houseexpo.analysis.kernels.masks import mask_profiles
+
+    found: list[int] = fingerprint_from_profiles(mask_profiles(comparison_cells(plan))).tolist()
     return found
 
 

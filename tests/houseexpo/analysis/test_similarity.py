@@ -12,13 +12,11 @@ from houseexpo.analysis.similarity import (
     THRESHOLD,
     PairSearchResult,
     SimilarPair,
-    apply_symmetry,
-    compare_masks,
-    comparison_mask,
     crop_mask,
     find_similar_pairs,
 )
 from houseexpo.floorplan import decode
+from tests.builders.mask_twins import apply_symmetry, compare_masks, comparison_mask
 
 
 def slow_difference(one: np.ndarray, other: np.ndarray) -> float:

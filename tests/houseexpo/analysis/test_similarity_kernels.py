@@ -1,4 +1,4 @@
-"""The kernels against their twins in ``houseexpo``, which are NumPy and obvious."""
+"""The kernels against their twins, which are NumPy and obvious."""
 
 from __future__ import annotations
 
@@ -7,17 +7,9 @@ import pytest
 from shapely import Polygon
 
 from houseexpo.analysis.kernels import masks
-from houseexpo.analysis.similarity import (
-    SYMMETRIES,
-    apply_symmetry,
-    compare_masks,
-    comparison_frame,
-    comparison_mask,
-    crop_mask,
-    difference_lower_bound,
-    mask_fingerprint,
-)
+from houseexpo.analysis.similarity import SYMMETRIES, comparison_frame, crop_mask, difference_lower_bound
 from houseexpo.grids.raster import all_rings, edges_in_pixels
+from tests.builders.mask_twins import apply_symmetry, compare_masks, comparison_mask, mask_fingerprint
 
 
 def blob(rng: np.random.Generator, rows: int, cols: int) -> np.ndarray:

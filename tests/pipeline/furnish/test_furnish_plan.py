@@ -16,7 +16,6 @@ from PIL import Image
 
 from houseexpo.analysis.audit import audit_plan
 from houseexpo.analysis.navigability import disc_centre_areas, navigability
-from houseexpo.analysis.similarity import compare_masks, comparison_mask
 from houseexpo.dataset import open_dataset
 from houseexpo.dataset.validation import validate_dataset
 from houseexpo.exports import geojson, glb, irsim, ros_map, sdf, stage, svg
@@ -25,6 +24,7 @@ from pipeline.algorithm import plan_level
 from pipeline.furnish import furnish_plan
 from pipeline.furnish.room import has_simple_rings
 from tests.builders.batch import contents, run_build
+from tests.builders.mask_twins import compare_masks, comparison_mask
 
 ROBOT_M = 0.2
 HOMES = "procedural:14"
