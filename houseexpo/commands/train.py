@@ -20,11 +20,8 @@ def train(
         ),
     ],
     out: Annotated[Path, typer.Option(help="Folder of the run.", show_default=False)],
-    data: Annotated[
-        Path | None,
-        typer.Argument(
-            metavar="[DATASET]", help="Data set.", show_default="the file's, else fetched; avoidance: a room"
-        ),
+    dataset: Annotated[
+        Path | None, typer.Argument(help="Data set.", show_default="the file's, else fetched; avoidance: a room")
     ] = None,
     config: Annotated[
         Path | None,
@@ -35,9 +32,6 @@ def train(
     resume: Annotated[
         bool, typer.Option("--resume", help="Continue from the folder's last complete checkpoint.")
     ] = False,
-    dataset: Annotated[
-        Path | None, typer.Option(help="The data set, in the form of older versions.", show_default=False)
-    ] = None,
     seed: Annotated[int | None, typer.Option(help="Seed of all random numbers.", show_default="the file's")] = None,
     steps: Annotated[
         int | None,
@@ -63,9 +57,6 @@ def train(
     """
     from houseexpo.commands.printing import current_command_line
 
-    if data is not None and dataset is not None and data != dataset:
-        raise ConfigError(f"expected one data set, found {data} and --dataset {dataset}")
-    dataset = data or dataset
     if task == "predictor" and (motion is not None or threads not in {None, 1}):
         raise ConfigError(
             "train predictor: it has no robot to move and uses one thread; leave out --motion and --threads"

@@ -17,9 +17,7 @@ from houseexpo.service import (
     dataset_pages,
     drive,
     plan_page,
-    rejections_page,
     review,
-    statistics,
 )
 from houseexpo.service.api.addresses import add_query_check
 from houseexpo.service.computations import limit_threads
@@ -27,7 +25,7 @@ from houseexpo.service.guard import Guard
 from houseexpo.service.responses import error_response
 from houseexpo.service.service import PARTS, Service
 
-AREAS: Final = (rejections_page, statistics, api, review, drive, plan_page, dataset_pages)
+AREAS: Final = (api, review, drive, plan_page, dataset_pages)
 """Modules with ``routes(service)``. A fixed path must come before a pattern that also matches it."""
 
 

@@ -1,4 +1,4 @@
-"""Serve the start page of all data sets, and each one's gallery and about page (size, licence, how to open it).
+"""Serve the start page of all data sets, and each one's gallery, statistics, about page, and what gave no plan.
 
 The description of a data set may come from strangers. It is shown as plain text of limited length, and it is read only
 from regular files in the data set's folder. A damaged file is ignored.
@@ -13,16 +13,21 @@ from typing import Any, Final
 
 import msgspec
 import numpy as np
+from starlette.exceptions import HTTPException
 from starlette.requests import Request
 from starlette.responses import RedirectResponse, Response
 from starlette.routing import BaseRoute, Route
 
+from houseexpo.analysis.measures import Measure
 from houseexpo.drawing.styles import DOOR_COLOURS
 from houseexpo.files import decode_json, read_file
 from houseexpo.plan.parts import SURE
 from houseexpo.plan.room_labels import LABELS, label_colour
 from houseexpo.release.check_releasable import MADE, OWN
+from houseexpo.service.build_lists import duplicate_picture_path, rejection_picture_path
 from houseexpo.service.collection import Collection, OpenedDataset
+from houseexpo.service.responses import file_response, json_response
+from houseexpo.service.search import MEASURES, Numbers, Query, choose_bins, parse_query, parse_whole_number
 from houseexpo.service.service import Service
 
 _KINDS: Final = {"procedural": "homes made by houseexpo"}
@@ -34,10 +39,13 @@ _SHOWN_LETTERS: Final = 600
 _PICTURES: Final = 12
 _FEW_SOURCES: Final = 6
 """The number of sources listed, and of pictures on the page of all data sets."""
+_LISTED: Final = 100
+"""The number of refused inputs on a page, and of duplicates."""
+_FARTHEST: Final = 10**7
 
 
 def routes(service: Service) -> list[BaseRoute]:
-    """Return the routes of ``/DATA/`` (the gallery), ``/DATA/about``, and ``/`` (all data sets, or the only one)."""
+    """Return the routes of the pages below ``/DATA/`` (the gallery), and of ``/`` (all data sets, or the only one)."""
 
     def about(request: Request) -> Response:
         shown = service.collection(request)
@@ -62,7 +70,13 @@ def routes(service: Service) -> list[BaseRoute]:
     def gallery(request: Request) -> Response:
         return service.page(request, "gallery.html", shown=service.collection(request), here="gallery")
 
-    return [Route("/", start), Route("/{data}/about", about), Route("/{data}/", gallery)]
+    return [
+        Route("/", start),
+        Route("/{data}/about", about),
+        *_refused_routes(service),
+        *_statistics_routes(service),
+        Route("/{data}/", gallery),
+    ]
 
 
 def dataset_facts(shown: Collection, pictures: int) -> dict[str, Any]:
@@ -180,3 +194,115 @@ def _python(opening: str) -> str:
         "plan = some[0]\n"
         "plan.grid(25), plan.graph()    # an occupancy grid, the graph of rooms and doors\n"
     )
+
+
+def _refused_routes(service: Service) -> list[BaseRoute]:
+    """Return the routes of ``/DATA/refused``, what gave no plan and what was dropped, and of its pictures."""
+
+    def page(request: Request) -> Response:
+        shown, given = service.collection(request), request.query_params
+        now, offset = shown.now, parse_whole_number(given, "offset", 0, _FARTHEST)
+        stage, reason = given.get("stage", ""), given.get("reason", "")
+        found = now.records.of(stage, reason)
+        repeated = now.records.repeated
+        listed = found[offset : offset + _LISTED]
+        drawn = {each.id for each in listed if rejection_picture_path(shown.path, each.id)}
+        pictured = {each.id for each in repeated[:_LISTED] if duplicate_picture_path(shown.path, each.id)}
+        return service.page(
+            request,
+            "refused.html",
+            shown=shown,
+            here="refused",
+            records=now.records,
+            chosen=(stage, reason),
+            refused=listed,
+            drawn=drawn,
+            found=len(found),
+            offset=offset,
+            size=_LISTED,
+            repeated=repeated[:_LISTED],
+            pictured=pictured,
+            there=now.numbers,
+        )
+
+    def picture(request: Request) -> Response:
+        shown, name = service.collection(request), request.path_params["plan"]
+        known = any(each.id == name for each in shown.now.records.repeated)
+        file = duplicate_picture_path(shown.path, name) if known else None
+        if file is None:
+            raise HTTPException(404, "the build kept no picture of it")
+        return file_response(request, file, "image/png")
+
+    def refused_picture(request: Request) -> Response:
+        shown, name = service.collection(request), request.query_params.get("id", "")
+        known = any(each.id == name for each in shown.now.records.refused)
+        file = rejection_picture_path(shown.path, name) if known else None
+        if file is None:
+            raise HTTPException(404, "the build kept no picture of it")
+        return file_response(request, file, "image/png")
+
+    return [
+        Route("/{data}/refused", page),
+        Route("/api/{data}/refused/picture.png", refused_picture),
+        Route("/api/{data}/duplicates/{plan}/picture.png", picture),
+    ]
+
+
+def _statistics_routes(service: Service) -> list[BaseRoute]:
+    """Return the routes of ``/DATA/statistics`` and of its numbers."""
+
+    def page(request: Request) -> Response:
+        query = str(parse_query(request.query_params))
+        return service.page(
+            request, "statistics.html", shown=service.collection(request), here="statistics", query=query
+        )
+
+    def numbers(request: Request) -> Response:
+        query = parse_query(request.query_params)
+        now, _ = service.collection(request).find(query)
+        return json_response(request, query_statistics(now, query))
+
+    return [Route("/{data}/statistics", page), Route("/api/{data}/statistics", numbers)]
+
+
+def query_statistics(now: OpenedDataset, query: Query) -> dict[str, Any]:
+    """Return the statistics of the plans that a query finds."""
+    mask = now.views.find(query).mask
+    table = now.views.table
+    return {
+        "total": len(mask),
+        "found": int(mask.sum()),
+        "measures": {
+            each.name: _measure_values(each, table.numbers(each.name, query.radius), mask) for each in MEASURES
+        },
+        "labels": _label_shares(now, mask),
+    }
+
+
+def _measure_values(measure: Measure, values: Numbers, mask: Any) -> dict[str, Any]:
+    bins = choose_bins(values, whole=measure.is_count)
+    return {
+        "title": measure.title,
+        "unit": measure.unit,
+        "whole": measure.is_count,
+        "first": bins.first,
+        "step": bins.step,
+        "counts": bins.counts(mask),
+        **_summary(values[mask]),
+    }
+
+
+def _summary(values: Numbers) -> dict[str, Any]:
+    known = values[~np.isnan(values)]
+    if not len(known):
+        return {"known": 0}
+    names = ("min", "p05", "median", "p95", "max")
+    ends = np.quantile(known, (0, 0.05, 0.5, 0.95, 1)).round(4).tolist()
+    return {"known": len(known), "mean": round(float(known.mean()), 4), **dict(zip(names, ends, strict=True))}
+
+
+def _label_shares(now: OpenedDataset, mask: Any) -> dict[str, float]:
+    """Return each label's share of all pairs of a plan and a label that occurs in it."""
+    counts = (now.views.table.labels & mask).sum(axis=1)
+    shares: list[float] = (counts / max(int(counts.sum()), 1)).round(5).tolist()
+    return dict(zip(LABELS, shares, strict=True))

@@ -227,7 +227,7 @@ def test_without_notes_a_file_is_asked_for(tmp_path: Path, monkeypatch: pytest.M
 
 def test_runs_go_into_folders_of_their_own(homes: Path) -> None:
     before = files_of(homes)
-    assert houseexpo_("train", "avoidance", "--out", homes, "--dataset", homes).exit_code == 2
+    assert houseexpo_("train", "avoidance", "--out", homes, homes).exit_code == 2
     mine = homes.parent / "mine"
     mine.mkdir()
     (mine / "manifest.json").write_text("mine")

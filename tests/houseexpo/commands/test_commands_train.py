@@ -65,7 +65,7 @@ def test_lists_that_share_plans_are_refused(tmp_path: Path) -> None:
     need(modules=["torch", "stable_baselines3", "sb3_contrib", "tensorboard"], how="make learn")
     plans = write_split_huts(tmp_path, test=("hut_a",))
     with pytest.raises(ConfigError, match="share 1 of their plans"):
-        said("exploration", "--out", tmp_path / "run", "--dataset", plans)
+        said("exploration", "--out", tmp_path / "run", plans)
 
 
 @pytest.mark.slow
@@ -75,7 +75,7 @@ def test_the_papers_experiments_run_on_a_small_scale(tmp_path: Path) -> None:
     plans = write_split_huts(tmp_path)
     for name in ("avoidance", "exploration", "exploration-view-10m", "exploration-view-10m-cnn"):
         task = name.partition("-")[0]
-        more = ["--dataset", plans] if task == "exploration" else []
+        more = [plans] if task == "exploration" else []
         config = tmp_path / f"{name}.toml"
         config.write_text(re.sub("(?m)^plans = 200", "plans = 4", (ROOT / "experiments" / config.name).read_text()))
         words = [task, "--config", config, "--seed", 2, "--steps", 2048, "--threads", 1, *more, "--resume"]
@@ -96,7 +96,7 @@ def test_ctrl_c_says_the_command_that_goes_on(
         raise KeyboardInterrupt
 
     monkeypatch.setattr("houseexpo.dataset.open_dataset", interrupted)
-    words = [task, "--dataset", str(tmp_path / "plans"), "--out", str(tmp_path / "run"), *resumed]
+    words = [task, str(tmp_path / "plans"), "--out", str(tmp_path / "run"), *resumed]
     monkeypatch.setattr(sys, "argv", ["houseexpo", "train", *words])
     app = typer.Typer()
     app.command()(train)

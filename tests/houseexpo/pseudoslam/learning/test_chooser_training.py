@@ -140,7 +140,7 @@ def test_the_command_takes_a_file_and_a_seed(tmp_path: Path) -> None:
     file, out = tmp_path / "tiny.toml", tmp_path / "run"
     need_cma()
     file.write_text("generations = 1\ncandidates = 4\nplans = 1\ntested = 1\nsteps = 200\n")
-    done = called("--out", out, "--dataset", write_rooms(tmp_path), "--config", file, "--seed", 3, "--threads", 2)
+    done = called("--out", out, write_rooms(tmp_path), "--config", file, "--seed", 3, "--threads", 2)
     assert done.exit_code == 0, done.output
     assert "generation 1 of 1" in done.output
     assert read_weights(out / WEIGHTS)[1]["seed"] == 3
