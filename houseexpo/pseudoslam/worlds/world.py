@@ -66,7 +66,7 @@ class World:
     flow
         The paths of people to the rooms, if there are any.
     margin_px
-        Width of the margin for what noise moves out of the house (``worlds.margin``), cells.
+        Width of the margin for what noise moves out of the house (``worlds.cache``), cells.
     regions
         The regions of goals by their kind of room or furniture (``worlds.goal_regions``), if there are any.
     labels

@@ -19,8 +19,7 @@ from houseexpo.plan.json_codec import encode
 from houseexpo.pseudoslam.agents.policies import make_policy
 from houseexpo.pseudoslam.config import SimulatorConfig, StartConfig
 from houseexpo.pseudoslam.envs.single import ExplorationEnv, NavigationEnv
-from houseexpo.pseudoslam.io.movies import write_movie
-from houseexpo.pseudoslam.io.record import record_episode, record_race
+from houseexpo.pseudoslam.io.record import record_episode, record_race, write_movie
 from houseexpo.pseudoslam.render.picture import draw_episode
 from houseexpo.pseudoslam.tasks import ROOM
 

@@ -20,8 +20,7 @@ from houseexpo.pseudoslam.config import (
 from houseexpo.pseudoslam.kernels.hashing import normal
 from houseexpo.pseudoslam.kernels.mapping import OBSTACLE, UNKNOWN
 from houseexpo.pseudoslam.simulator import Simulator
-from houseexpo.pseudoslam.worlds.cache import load_static_world, world_for
-from houseexpo.pseudoslam.worlds.margin import MOST_SIGMA, margin_px
+from houseexpo.pseudoslam.worlds.cache import MOST_SIGMA, load_static_world, margin_px, world_for
 from houseexpo.pseudoslam.worlds.world import MAX_WORLD_CELLS
 from tests.builders.simulations import hall, wander
 from tests.builders.tries import slow_but
