@@ -20,7 +20,7 @@ from houseexpo.pseudoslam.config import FURTHEST_M, NoiseConfig, SimulatorConfig
 from houseexpo.pseudoslam.config.moving_obstacles import PeopleConfig
 from houseexpo.pseudoslam.config.obstacles import ObstaclesConfig
 from houseexpo.pseudoslam.io.poses import Pose, relative_pose, wrap_angle
-from houseexpo.pseudoslam.kernels.collision import HALF_DIAGONAL, STATIC, placed_people
+from houseexpo.pseudoslam.kernels.collision import HALF_DIAGONAL, STATIC, distance_to_disc, placed_people
 from houseexpo.pseudoslam.kernels.episode import COUNTS, READINGS
 from houseexpo.pseudoslam.kernels.odometry import draw_odometry_errors, grip_share
 from houseexpo.pseudoslam.kernels.planning.fields import no_flow_field
@@ -32,7 +32,6 @@ from houseexpo.pseudoslam.step_kernels import make_noise_params, make_scratch, m
 from houseexpo.pseudoslam.teams.discs import (
     ROBOTS_MOST,
     check_start_apart,
-    distance_to_touch,
     mark_discs,
     no_room_error,
 )
@@ -299,8 +298,9 @@ class Fleet:
         if number > 0:  # the first robot's simulator does it for that one
             discs.append((self.people_m(), self.radius_m + self.config.people.radius_m))
         for centres, reach in discs:
-            # apart by SAME_M, so that rounding does not make them overlap
-            free = distance_to_touch((centres - at).tolist(), reach, (right, up), free, SAME_M)
+            for x, y in (centres - at).tolist():
+                # apart by SAME_M, so that rounding does not make them overlap
+                free = min(free, distance_to_disc(x, y, right, up, reach, SAME_M))
         return free
 
     def scan(self, robot: int, angles_rad: Floats, least_m: float, most_m: float) -> npt.NDArray[np.float32]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from typing import NamedTuple
 
 import numpy as np
@@ -25,7 +26,6 @@ from houseexpo.pseudoslam.kernels.team_step import (
     prepare_motions,
 )
 from houseexpo.pseudoslam.step_kernels import make_step_params
-from houseexpo.pseudoslam.teams.discs import distance_to_touch
 
 ROWS, COLS, RADIUS, PERSON_RADIUS, SIGHT = 30, 40, 3.0, 4.0, 12.0
 CELLS, PADDED, ROBOTS = ROWS * COLS, 7, 3
@@ -40,6 +40,19 @@ class Scene(NamedTuple):
     poses: np.ndarray
     sizes: np.ndarray
     rows: np.ndarray
+
+
+def distance_to_touch(
+    offsets: Iterable[Iterable[float]], reach: float, course: tuple[float, float], way: float, touch: float
+) -> float:
+    """Return how far, up to ``way``, a disc can go until it touches one of others, at ``offsets`` from its centre."""
+    free = way
+    for x, y in offsets:
+        along = x * course[0] + y * course[1]
+        inside = along * along - (x * x + y * y - reach * reach)
+        if along > 0.0 and inside > 0.0:
+            free = min(free, max(along - math.sqrt(inside) - touch, 0.0))
+    return free
 
 
 def _scene(seed: int, teams: int) -> Scene:
