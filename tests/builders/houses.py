@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -14,6 +15,7 @@ from houseexpo.floorplan import FloorPlan
 from houseexpo.plan import Frame
 from pipeline.algorithm import StageResult, plan_largest_building, run_stages
 from pipeline.config import PipelineConfig
+from pipeline.sources import find, reader
 from pipeline.values import Level, Mesh, Spaces
 from tests.builders.meshes import Rectangle, box, joined, sheet
 
@@ -31,6 +33,13 @@ class Hole:
     end: float
     low: float = 0.0
     high: float = HEAD
+
+
+def levels_of(path: Path, **options: str) -> list[Level]:
+    """Read all levels of a file."""
+    found = [each for item in find(str(path), **options) for each in reader(item.reader).read(item)]
+    assert all(isinstance(each, Level) for each in found)
+    return found  # type: ignore[return-value]
 
 
 def gap(start: float, end: float) -> Hole:

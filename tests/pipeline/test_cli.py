@@ -20,11 +20,8 @@ from typer.testing import CliRunner
 
 from houseexpo.commands.app import make_app
 from houseexpo.dataset import open_dataset
-from houseexpo.plan import Frame
-from pipeline.inspection import _number
 from pipeline.sources.files import id_from_file_name
 from pipeline.terminal_report import describe_oddity
-from pipeline.values import Input, Level, Mesh
 from tests.builders.batch import contents, lines, one_room
 from tests.builders.commands import call
 from tests.builders.formats import published_plans as published
@@ -376,9 +373,6 @@ def test_a_data_set_inside_its_source_is_no_source(tmp_path: Path) -> None:
 # ``build`` and ``inspect`` as people type them.
 
 
-FRAME = Frame(((1.0, 0.0, 0.0), (0.0, 1.0, 0.0)), "z", 0.0, 0)
-
-
 @pytest.fixture
 def street(tmp_path: Path) -> Path:
     one_room(tmp_path / "street" / "annexe.ply")
@@ -404,14 +398,6 @@ def test_inspect_takes_the_house_of_an_id(street: Path, tmp_path: Path) -> None:
         "inspect", street, "--id", "villa", "--out", tmp_path / "out"
     )
     assert "the nearest is 'villa'" in call("inspect", street, "--id", "vila", "--out", tmp_path / "out", code=2)
-
-
-@pytest.mark.parametrize(
-    ("name", "number"), [("inn", 1), ("inn_L0", 0), ("inn_L2", 2), ("inn_B2_L2", 2), ("inn_B2", 1), (None, 1)]
-)
-def test_inspect_takes_the_level_of_an_id(name: str | None, number: int) -> None:
-    levels = [Level(f"inn_L{i}", Mesh(np.empty((0, 3)), np.empty((0, 3), np.int64)), 2.7, FRAME) for i in range(3)]
-    assert _number(Input("inn", "mesh_file", "inn.glb"), levels, 1, name) == number
 
 
 def test_a_quiet_build_says_nothing_and_a_verbose_one_what_came_of_each_house(street: Path, tmp_path: Path) -> None:

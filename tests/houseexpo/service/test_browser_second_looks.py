@@ -167,6 +167,7 @@ def test_statistics_of_nothing_say_so(chromium: Any, address: str) -> None:
     with visit(chromium, address, "/homes/statistics?rooms=99") as page:
         said(page, "#what", "0 of 5 plans. rooms=99")
         said(page, "#what", "No plan meets this filter.")
+        assert page.inner_text("#figures") == ""
 
 
 def test_bars_are_named_by_what_they_hold(chromium: Any, address: str) -> None:

@@ -189,12 +189,6 @@ def test_three_keys_lead_to_the_first_plan_and_the_plans_are_one_stop(chromium: 
         assert numbers == sorted(numbers)
 
 
-def test_statistics_of_nothing_are_no_figures(chromium: Any, address: str) -> None:
-    with visit(chromium, address, "/homes/statistics?rooms=99") as page:
-        said(page, "#what", re.compile("^0 of 4 plans"))
-        said(page, "#figures", "")
-
-
 def test_a_slider_that_moves_on_ends_what_it_asked_for(chromium: Any, address: str) -> None:
     with visit(chromium, address, "/homes/plan/a1") as page:
         ended = []

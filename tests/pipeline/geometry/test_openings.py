@@ -205,12 +205,6 @@ def test_samples_are_uniform_and_every_piece_has_one() -> None:
     assert set(nearest_piece(points[:2], pieces).tolist()) == {0, 1}
 
 
-def test_a_seed_gives_the_same_points() -> None:
-    pieces = erode_floor(TWO_ROOMS[0], 0.2)
-    first, second = (sample_points(pieces, 50, np.random.default_rng(5)) for _ in range(2))
-    np.testing.assert_array_equal(first, second)
-
-
 LEFT, RIGHT = shapely.box(0, 0, 4, 3), shapely.box(4.2, 0, 7.2, 3)
 FLOOR = shapely.union_all([LEFT, RIGHT])
 WALLS = shapely.box(-0.2, -0.2, 7.4, 3.2).difference(FLOOR)

@@ -15,7 +15,7 @@ from pipeline.sources import find, reader
 from pipeline.sources.vector_plans.dxf import metres_per_unit
 from pipeline.sources.vector_plans.named_features import kind_from_name
 from pipeline.values import Level
-from tests.builders.houses import kinds, plan_of
+from tests.builders.houses import kinds, levels_of, plan_of
 
 ezdxf = pytest.importorskip("ezdxf")
 
@@ -30,7 +30,7 @@ def drawn(folder: Path, draw: Callable[[Any], None]) -> Level:
     drawing = ezdxf.new("R2010", units=6)
     draw(drawing.modelspace())
     drawing.saveas(folder / "plan.dxf")
-    (level,) = [x for item in find(str(folder / "plan.dxf")) for x in reader(item.reader).read(item)]
+    (level,) = levels_of(folder / "plan.dxf")
     return level
 
 
@@ -254,7 +254,7 @@ def test_millimetres_that_are_said_to_be_inches(tmp_path):
     drawing = ezdxf.new("R2000", units=1)
     open_faces(drawing.modelspace(), 2000)
     drawing.saveas(tmp_path / "plan.dxf")
-    (level,) = [x for item in find(str(tmp_path / "plan.dxf")) for x in reader(item.reader).read(item)]
+    (level,) = levels_of(tmp_path / "plan.dxf")
     assert level.guesses == ("units",)
     assert plan_of(level).area == pytest.approx(4 * (2 * 3.86**2 + 0.9 * 0.14), rel=0.03)
 
@@ -331,7 +331,7 @@ def test_old_and_binary_files_are_read(tmp_path, version, form):
     drawing = ezdxf.new(version, units=6)
     open_faces(drawing.modelspace(), layer="WALL")
     drawing.saveas(tmp_path / "plan.dxf", fmt=form)
-    (level,) = [x for item in find(str(tmp_path / "plan.dxf")) for x in reader(item.reader).read(item)]
+    (level,) = levels_of(tmp_path / "plan.dxf")
     assert len(plan_of(level).rooms) == 2
 
 
@@ -344,7 +344,7 @@ def test_letters_tell_the_unit_where_lines_of_walls_do_not(tmp_path):
     for name, x in (("Kitchen", 1_000), ("Bedroom", 8_000)):
         space.add_text(name, height=250, dxfattribs={"layer": "TEXT"}).set_placement((x, 3_000))
     drawing.saveas(tmp_path / "plan.dxf")
-    (level,) = [x for item in find(str(tmp_path / "plan.dxf")) for x in reader(item.reader).read(item)]
+    (level,) = levels_of(tmp_path / "plan.dxf")
     assert level.guesses == ("units",)
     assert plan_of(level).area == pytest.approx(84.0, rel=0.05)
 
@@ -519,7 +519,7 @@ def test_polylines_that_people_write_by_hand_are_read(tmp_path, ends):
         tags += [each for x, y in way for each in (10, x, 20, y)]
     tags += [0, "CIRCLE", 8, "COLUMN", 10, 2, 20, 2, 40, 0.2, 0, "ENDSEC", 0, "EOF"]
     (tmp_path / "plan.dxf").write_text(ends.join(map(str, tags)) + ends, newline="")
-    (level,) = [x for item in find(str(tmp_path / "plan.dxf")) for x in reader(item.reader).read(item)]
+    (level,) = levels_of(tmp_path / "plan.dxf")
     assert sorted(round(room.area) for room in plan_of(level).rooms) == [18, 30]
 
 

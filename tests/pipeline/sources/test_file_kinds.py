@@ -13,9 +13,9 @@ from houseexpo.exports.formats import export
 from houseexpo.file_kinds import format_note, format_suffix, xml_root
 from houseexpo.floorplan import load_plan
 from houseexpo.grids.robot_map import read_map
-from pipeline.sources import find, reader
 from pipeline.sources.meshes.formats import SUFFIXES
 from tests.builders.batch import run_build
+from tests.builders.houses import levels_of
 from tests.builders.meshes import one_level, write
 from tests.builders.plan_files import house
 from tests.builders.tries import slow_but
@@ -28,20 +28,16 @@ NAMES = ("house.ply", "house.obj", "house.glb", "house.gltf", "house.stl", "hous
 @pytest.mark.parametrize("name", slow_but(NAMES, "house.ply", "house.json", "house"))
 def test_a_mesh_is_read_as_what_it_is(tmp_path: Path, suffix: str, name: str) -> None:
     true = write(one_level(), tmp_path / f"true{suffix}")
-    (expected,) = levels_at(true)
+    (expected,) = levels_of(true)
     (tmp_path / "folder").mkdir()
     path = (tmp_path / "folder" / name).absolute()
     path.write_bytes(true.read_bytes())
     assert format_suffix(path) == suffix
     for source in (path, path.parent):
-        (found,) = levels_at(source)
+        (found,) = levels_of(source)
         assert np.array_equal(found.walls.vertices, expected.walls.vertices)
         assert (found.frame, found.ceiling_m) == (expected.frame, expected.ceiling_m)
     assert bool(format_note(path)) == (not name.endswith(suffix))
-
-
-def levels_at(source: Path) -> list:
-    return [level for item in find(str(source)) for level in reader(item.reader).read(item)]
 
 
 def test_the_plan_says_so(tmp_path: Path) -> None:
@@ -57,7 +53,7 @@ def test_a_drawing_is_read_as_what_it_is(tmp_path: Path, form: str, name: str) -
     (true,) = export(house("a"), form, tmp_path / "true")
     path = tmp_path / name
     path.write_bytes(true.read_bytes())
-    assert len(levels_at(path)) == 1
+    assert len(levels_of(path)) == 1
 
 
 def test_a_picture_is_a_picture_whatever_its_suffix(tmp_path: Path) -> None:

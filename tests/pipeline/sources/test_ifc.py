@@ -1,9 +1,7 @@
 """Read IFC files: walls, storeys, text encodings, broken files."""
 
-import json
 import re
 import sys
-from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -14,44 +12,14 @@ import shapely
 pytest.importorskip("ifcopenshell")
 
 from houseexpo.errors import ConfigError
-from pipeline.geometry.mesh_slicing import MeshSlicer
-from pipeline.geometry.wall_sections import section_from_segments as wall_section
 from pipeline.rejection import Reason, Rejection
-from pipeline.sources import ifc, mesh_file
+from pipeline.sources import ifc
 from pipeline.sources.ifc.mending import SoundnessChecker
 from pipeline.sources.ifc.step_file import open_model
 from pipeline.sources.storeys.surfaces import Surfaces, cut_at_height
-from pipeline.values import Input, Level
+from pipeline.values import Level
 from tests.builders.formats.ifc import TinyBuilding, tiny_house
-from tests.builders.houses import plan_of
-
-DATA = Path(__file__).resolve().parents[4] / "shared" / "data"
-CASES = [path for path in sorted((DATA / "cases").glob("*.json")) if '"ifc"' in path.read_text()]
-needs_data = pytest.mark.skipif(not CASES, reason="needs the development data beside the repository")
-
-
-def read(path: Path) -> list[Level]:
-    return [level for item in ifc.find(str(path)) for level in ifc.read(item)]
-
-
-@cache
-def storey_of(case: Path) -> tuple[dict[str, Any], Level]:
-    """Return a case's truth and the level read from its IFC file."""
-    truth = json.loads(case.read_text())
-    levels = read(DATA / truth["ifc"])
-    return truth, next(level for level in levels if level.provenance["storey"] == truth["storey"])
-
-
-def in_source_axes(level: Level, shape: shapely.Geometry) -> shapely.Geometry:
-    """Take a shape of the level frame back to the file's axes."""
-    shift = np.asarray(level.frame.matrix)[:, 2]
-    return shapely.transform(shape, lambda points: points + shift)
-
-
-def section_area(level: Level, height: float) -> shapely.Geometry:
-    """What stands at a height, as areas."""
-    found = wall_section(MeshSlicer(level.walls).cut(height), sheet_m=0.05, solid_m=0.7)
-    return shapely.union_all([found.walls, found.solids])
+from tests.builders.houses import levels_of, plan_of
 
 
 def section(level: Level, height: float) -> shapely.Geometry:
@@ -62,7 +30,7 @@ def section(level: Level, height: float) -> shapely.Geometry:
 
 @pytest.mark.parametrize(("schema", "unit_m"), [("IFC4", 1.0), ("IFC4", 0.001), ("IFC2X3", 1.0), ("IFC2X3", 0.01)])
 def test_storeys_with_walls_become_levels_in_metres(tmp_path, schema, unit_m):
-    ground, upper = read(tiny_house(schema, unit_m).write(tmp_path / "house.ifc"))
+    ground, upper = levels_of(tiny_house(schema, unit_m).write(tmp_path / "house.ifc"))
     assert [level.id for level in (ground, upper)] == [f"{tmp_path.name}_house_L{n}".replace("-", "_") for n in (0, 1)]
     assert (ground.frame.floor, upper.frame.floor) == pytest.approx((0.0, 2.8))
     assert (ground.ceiling_m, upper.ceiling_m) == pytest.approx((2.75, 2.5), abs=0.01)
@@ -74,7 +42,7 @@ def test_storeys_with_walls_become_levels_in_metres(tmp_path, schema, unit_m):
 
 
 def test_rooms_keep_their_words_and_get_labels(tmp_path):
-    ground, upper = read(tiny_house().write(tmp_path / "house.ifc"))
+    ground, upper = levels_of(tiny_house().write(tmp_path / "house.ifc"))
     assert [room.words for room in ground.rooms] == [("Küche", "1"), ("Wohnen", "2")]
     assert [room.labels for room in (*ground.rooms, *upper.rooms)] == [("Kitchen",), ("Living_Room",), ("Bedroom",), ()]
     assert ground.room_count == upper.room_count == 2
@@ -83,7 +51,7 @@ def test_rooms_keep_their_words_and_get_labels(tmp_path):
 
 
 def test_openings_tell_doors_from_gaps_and_leave_windows_out(tmp_path):
-    ground, upper = read(tiny_house().write(tmp_path / "house.ifc"))
+    ground, upper = levels_of(tiny_house().write(tmp_path / "house.ifc"))
     found = sorted((opening.polygon.bounds, opening.has_door) for opening in ground.openings)
     assert [door for _, door in found] == [True, True]
     assert found[0][0] == pytest.approx((1.0, 0.0, 2.0, 0.2), abs=0.01)  # through the wall and no farther
@@ -94,7 +62,7 @@ def test_openings_tell_doors_from_gaps_and_leave_windows_out(tmp_path):
 
 
 def test_furniture_leaves_and_railings_are_no_walls(tmp_path):
-    ground, upper = read(tiny_house().write(tmp_path / "house.ifc"))
+    ground, upper = levels_of(tiny_house().write(tmp_path / "house.ifc"))
     room = shapely.box(0.3, 0.3, 3.8, 5.7)
     assert section(ground, 0.5).intersection(room).is_empty
     assert section(upper, 0.5).intersection(shapely.box(4.3, 0.3, 7.7, 5.7)).is_empty
@@ -104,7 +72,7 @@ def test_furniture_leaves_and_railings_are_no_walls(tmp_path):
 
 def test_a_house_far_away_is_brought_near(tmp_path):
     near, far = tiny_house(), tiny_house(unit_m=0.001, shift=(50_000.0, -30_000.0))
-    (still, _), (moved, _) = read(near.write(tmp_path / "a.ifc")), read(far.write(tmp_path / "b.ifc"))
+    (still, _), (moved, _) = levels_of(near.write(tmp_path / "a.ifc")), levels_of(far.write(tmp_path / "b.ifc"))
     assert np.abs(moved.walls.vertices).max() < 20.0
     shift = np.asarray(moved.frame.matrix)[:, 2]
     back = shapely.transform(moved.rooms[0].polygon, lambda points: points + shift)
@@ -117,7 +85,7 @@ def test_in_a_file_without_walls_proxies_are_the_walls(tmp_path):
     storey = house.storey("Level 0", 0.0)
     for x1, y1, x2, y2 in ((0, 0, 6, 0.2), (0, 3.8, 6, 4), (0, 0.2, 0.2, 3.8), (5.8, 0.2, 6, 3.8)):
         house.element("IfcBuildingElementProxy", storey, (x1, y1, 0, x2, y2, 2.5), "box")
-    (level,) = read(house.write(tmp_path / "proxies.ifc"))
+    (level,) = levels_of(house.write(tmp_path / "proxies.ifc"))
     assert len(level.walls.faces) == 48
     assert level.room_count is None
     assert not level.named_openings
@@ -125,7 +93,7 @@ def test_in_a_file_without_walls_proxies_are_the_walls(tmp_path):
 
 def rejection(path: Path) -> Rejection:
     with pytest.raises(Rejection) as caught:
-        read(path)
+        levels_of(path)
     assert caught.value.stage == "source"
     assert caught.value.advice
     return caught.value
@@ -143,7 +111,9 @@ def test_bad_files_are_rejected(tmp_path):
         path = tmp_path / f"{name}.ifc"
         path.write_bytes(content)
         assert rejection(path).reason is reason
-    assert rejection(tmp_path / "missing.ifc").reason is Reason.MISSING_FILE
+    with pytest.raises(Rejection) as caught:
+        list(ifc.read(next(ifc.find(str(tmp_path / "missing.ifc")))))
+    assert caught.value.reason is Reason.MISSING_FILE
 
 
 def test_a_building_without_walls_or_storeys_has_no_level(tmp_path):
@@ -167,7 +137,7 @@ def test_spaces_without_walls_get_walls_where_they_leave_room_for_them(tmp_path,
     if not levels:
         assert rejection(path).reason is Reason.NO_LEVEL
         return
-    (level,) = read(path)
+    (level,) = levels_of(path)
     assert len(level.rooms) == 4
     assert [room.area for room in plan_of(level).rooms] == pytest.approx([12.0] * 4, rel=0.01)
 
@@ -180,7 +150,7 @@ def test_a_walled_storey_with_a_slab_counts_though_only_another_has_rooms(tmp_pa
         house.element("IfcSlab", storey, (0, 0, 3.0 * k - 0.2, 8, 6, 3.0 * k))
         if k == 0:
             house.space(storey, (0.2, 0.2, 0, 7.8, 5.8, 2.5), "1", "Zimmer")
-    assert len(read(house.write(tmp_path / "two.ifc"))) == 2
+    assert len(levels_of(house.write(tmp_path / "two.ifc"))) == 2
 
 
 def test_without_the_library_it_says_what_to_install(tmp_path, monkeypatch):
@@ -194,58 +164,6 @@ def test_options_are_refused(tmp_path):
         list(ifc.find(str(tmp_path), units="mm"))
 
 
-def matched(truth: list[shapely.Polygon], found: list[shapely.Polygon]) -> list[float]:
-    """For each shape the best intersection over union among those found."""
-    return [max(a.intersection(b).area / a.union(b).area for b in found) for a in truth]
-
-
-@needs_data
-@pytest.mark.slow
-@pytest.mark.parametrize("case", CASES, ids=lambda path: path.stem)
-def test_real_rooms_are_those_of_the_case(case):
-    truth, level = storey_of(case)
-    assert level.frame.floor == pytest.approx(truth["floor_z"], abs=0.2)  # where people stand, not the raw slab
-    rooms = [shapely.Polygon(room["polygon"], room["holes"]) for room in truth["rooms"]]
-    found = [in_source_axes(level, room.polygon) for room in level.rooms if room.polygon]
-    assert min(matched(rooms, found)) > 0.98
-    for room, shape in zip(truth["rooms"], rooms, strict=True):
-        best = max(level.rooms, key=lambda each: in_source_axes(level, each.polygon).intersection(shape).area)
-        assert room["label"] in best.words
-
-
-@needs_data
-@pytest.mark.slow
-@pytest.mark.parametrize("case", CASES, ids=lambda path: path.stem)
-def test_real_doors_are_all_found_and_nothing_else(case):
-    truth, level = storey_of(case)
-    places = [np.asarray(door["centre"]) for door in truth["doors"]]
-    doors = [in_source_axes(level, each.polygon).centroid for each in level.openings if each.has_door]
-    assert len(doors) == len(places)
-    for place, door in zip(places, truth["doors"], strict=True):
-        near = min(level.openings, key=lambda each: in_source_axes(level, each.polygon).distance(shapely.Point(place)))
-        assert in_source_axes(level, near.polygon).centroid.distance(shapely.Point(place)) < 0.35
-        assert near.has_door
-        sides = np.hypot(*np.diff(np.asarray(near.polygon.exterior.coords)[:3], axis=0).T)
-        assert np.abs(sides - door["width"]).min() < 0.2
-    assert level.named_openings
-    assert len(level.leaves) == len(places)
-
-
-@pytest.mark.slow
-@needs_data
-@pytest.mark.parametrize("case", CASES, ids=lambda path: path.stem)
-def test_real_walls_hold_those_of_the_mesh_and_stand_in_no_room(case):
-    truth, level = storey_of(case)
-    rooms = shapely.union_all([shapely.Polygon(room["polygon"], room["holes"]).buffer(-0.1) for room in truth["rooms"]])
-    standing = in_source_axes(level, section_area(level, 0.3))
-    assert standing.intersection(rooms).area < 0.02 * rooms.area
-    if truth["mesh"].endswith(".ply"):
-        mesh, *_ = mesh_file.read(Input("case", "mesh_file", str(DATA / truth["mesh"])))
-        lines = in_source_axes(mesh, section(mesh, level.frame.floor + 0.3 - mesh.frame.floor))
-        found = in_source_axes(level, section(level, 0.3))
-        assert lines.intersection(found.buffer(0.03)).length > 0.94 * lines.length  # some meshes hold stairs
-
-
 def test_through_a_hole_in_a_slab_the_storey_below_shows(tmp_path):
     house = TinyBuilding()
     for name, z, slabs in (("EG", 0.0, [(0, 0, 8, 6)]), ("OG", 2.8, [(0, 0, 5, 6), (5, 4, 8, 6)])):
@@ -254,7 +172,7 @@ def test_through_a_hole_in_a_slab_the_storey_below_shows(tmp_path):
         for x1, y1, x2, y2 in slabs:
             house.element("IfcSlab", storey, (x1, y1, z - 0.3, x2, y2, z), "floor")
     house.element("IfcStairFlight", storey, (5, 0.2, 0.0, 7.8, 4, 2.8), "stair")
-    ground, upper = read(house.write(tmp_path / "house.ifc"))
+    ground, upper = levels_of(house.write(tmp_path / "house.ifc"))
     assert ground.below is None
     assert upper.below is not None
     assert upper.below.equals(shapely.box(5, 0, 8, 4))
@@ -269,7 +187,7 @@ def test_storeys_that_are_drawn_in_one_are_told_apart_by_their_slabs(tmp_path, u
     house.element("IfcSlab", storey, (0, 0, 2.6, 8, 6, 2.8), "floor")
     wall = house.walls_around(storey, (0, 0, 2.6, 8, 6, 2.6 + upper))[0]
     house.opening(wall, (3, -0.5, 2.8, 4, 0.5, 3.5), "IfcWindow")
-    found = read(house.write(tmp_path / "house.ifc"))
+    found = levels_of(house.write(tmp_path / "house.ifc"))
     assert [round(level.frame.floor, 2) for level in found] == [0.0, 2.8][:levels]
 
 
@@ -282,7 +200,7 @@ def test_storeys_drawn_in_one_are_told_apart_by_slabs_of_several_pieces(tmp_path
         walls = house.walls_around(storey, (0, 0, 2.8 * k, 8, 6, 2.8 * k + 2.6))
         house.opening(walls[0], (3, 0, 2.8 * k + 0.9, 4, 0.2, 2.8 * k + 2.1), "IfcWindow")
     house.opening(walls[1], (7.8, 1, 0.0, 8, 2, 2.1), "IfcDoor")
-    found = read(house.write(tmp_path / "house.ifc"))
+    found = levels_of(house.write(tmp_path / "house.ifc"))
     assert [round(level.frame.floor, 2) for level in found] == [0.0, 2.8, 5.6]
 
 
@@ -295,7 +213,7 @@ def test_windows_from_knee_to_ceiling_do_not_raise_the_floor(tmp_path):
             house.element("IfcWindow", storey, (0.5 + k, y, 0.8, 1.3 + k, y + 0.2, 2.8), "window")
             house.opening(wall, (0.5 + k, y, 0.8, 1.3 + k, y + 0.2, 2.8), None)
     house.opening(walls[1], (7.8, 1, 0.0, 8, 2, 2.1), "IfcDoor")
-    (level,) = read(house.write(tmp_path / "house.ifc"))
+    (level,) = levels_of(house.write(tmp_path / "house.ifc"))
     assert level.frame.floor == 0.0
     assert [opening.has_door for opening in level.openings] == [True]
 
@@ -310,7 +228,7 @@ def test_stairs_landings_and_ramps_lead_up_to_the_next_storey(tmp_path):
     house.element("IfcSlab", storey, (5, 4, 1.2, 7, 5, 1.4), "landing", PredefinedType="LANDING")
     house.element("IfcStairFlight", storey, (6, 1, 1.4, 7, 4, 2.8), "upper flight")
     house.element("IfcRamp", storey, (1, 1, 2.8, 2, 5, 5.6), "ramp")
-    ground, first, second = read(house.write(tmp_path / "house.ifc"))
+    ground, first, second = levels_of(house.write(tmp_path / "house.ifc"))
     assert ground.stairs is None
     assert first.stairs.equals(shapely.box(5, 1, 7, 5))
     assert second.stairs.equals(shapely.box(1, 1, 2, 5))
@@ -322,7 +240,7 @@ def test_what_lies_under_the_roof_slab_is_under_cover(tmp_path):
     house.walls_around(storey, (0, 0, 0.0, 8, 6, 2.5))
     house.element("IfcSlab", storey, (0, -3, -0.3, 8, 6, 0.0), "floor")
     house.element("IfcSlab", storey, (0, 0, 2.5, 8, 6, 2.8), "roof")
-    (ground,) = read(house.write(tmp_path / "house.ifc"))
+    (ground,) = levels_of(house.write(tmp_path / "house.ifc"))
     assert ground.cover is not None
     assert ground.cover.equals(shapely.box(0, 0, 8, 6))
 
@@ -342,7 +260,7 @@ class Tower:
 
     def floors(self, folder):
         path = self.house.write(folder / "tower.ifc")
-        levels = [level for item in ifc.find(str(path)) for level in ifc.read(item)]
+        levels = levels_of(path)
         return [round(level.frame.floor, 2) for level in levels]
 
 
@@ -368,7 +286,7 @@ def test_where_nothing_names_rooms_or_doors_walls_make_the_level(tmp_path):
     house = TinyBuilding()
     for name, z in (("EG", 0.0), ("OG", 2.8)):
         house.walls_around(house.storey(name, z), (0, 0, z, 8, 6, z + 2.5))
-    levels = list(ifc.read(next(ifc.find(str(house.write(tmp_path / "walls.ifc"))))))
+    levels = levels_of(house.write(tmp_path / "walls.ifc"))
     assert [level.frame.floor for level in levels] == [0.0, 2.8]
 
 
@@ -380,7 +298,7 @@ def test_a_storey_is_one_whose_rooms_are_not_drawn_yet(tmp_path, height, size, f
     house.walls_around(ground, (0, 0, 0, 8, 6, 2.5))
     house.space(ground, (0.2, 0.2, 0, 7.8, 5.8, 2.5), "1", "Wohnen")
     house.walls_around(upper, (0, 0, 2.8, size, size * 0.75, 2.8 + height))
-    levels = ifc.read(next(ifc.find(str(house.write(tmp_path / "begun.ifc")))))
+    levels = levels_of(house.write(tmp_path / "begun.ifc"))
     assert [level.frame.floor for level in levels] == floors
 
 
@@ -416,7 +334,7 @@ def test_walls_that_are_all_in_one_storey_are_where_they_stand(tmp_path, held_by
         walls = house.walls_around(storeys[held_by], (0, 0, z, 8, 6, z + 3))
         if named:
             house.opening(walls[0], (1, 0, z, 2, 0.2, z + 2.1), "IfcDoor")
-    levels = read(house.write(tmp_path / "house.ifc"))
+    levels = levels_of(house.write(tmp_path / "house.ifc"))
     assert [level.provenance["storey"] for level in levels] == ["EG", "OG"]
     assert [level.frame.floor for level in levels] == [0.0, 3.0]
 
@@ -440,7 +358,7 @@ def test_storeys_of_two_buildings_do_not_cut_each_other_short(tower, tmp_path):
     walls = house.walls_around(lower, (20, 0, 1.4, 28, 6, 3.9))
     house.space(lower, (20.2, 0.2, 1.4, 27.8, 5.8, 3.9), "1", "Wohnen")
     house.opening(walls[0], (21, 0, 1.4, 22, 0.2, 3.5), "IfcDoor")
-    first, second = ifc.read(next(ifc.find(str(house.write(tmp_path / "two.ifc")))))
+    first, second = levels_of(house.write(tmp_path / "two.ifc"))
     assert (first.frame.floor, second.frame.floor) == (0.0, 1.4)
     assert (first.ceiling_m, second.ceiling_m) == pytest.approx((2.5, 2.5))
     assert first.walls.vertices[:, 0].max() == pytest.approx(8.0)
@@ -451,7 +369,7 @@ def test_a_building_of_parapets_and_no_room_has_no_level(tmp_path):
     house = TinyBuilding()
     house.walls_around(house.storey("EG", 0.0), (0, 0, 0, 8, 6, 1.1))
     with pytest.raises(Rejection) as caught:
-        list(ifc.read(next(ifc.find(str(house.write(tmp_path / "parapets.ifc"))))))
+        levels_of(house.write(tmp_path / "parapets.ifc"))
     assert caught.value.reason is Reason.NO_LEVEL
 
 
@@ -478,7 +396,7 @@ class Unsorted:
 @pytest.mark.parametrize("place", ["building", "nowhere", "one storey"])
 def test_what_stands_in_no_storey_gets_those_of_its_heights(tmp_path, place):
     path = Unsorted(place).house.write(tmp_path / "unsorted.ifc")
-    levels = list(ifc.read(next(ifc.find(str(path)))))
+    levels = levels_of(path)
     assert [level.frame.floor for level in levels] == pytest.approx([0.0, 2.8])
     assert [[room.words[0] for room in level.rooms] for level in levels] == [["Küche", "Wohnen"], ["Bad", "Schlafen"]]
     assert [[opening.has_door for opening in level.openings] for level in levels] == [[True, True]] * 2
@@ -492,7 +410,7 @@ def test_without_spaces_the_feet_of_walls_give_the_storeys(tmp_path):
     for z in (0.0, 2.8):
         house.walls_around(house.building, (0, 0, z, 8, 6, z + 2.5))
         house.element("IfcSlab", house.building, (0, 0, z - 0.3, 8, 6, z), "slab")
-    levels = list(ifc.read(next(ifc.find(str(house.write(tmp_path / "walls.ifc"))))))
+    levels = levels_of(house.write(tmp_path / "walls.ifc"))
     assert [level.frame.floor for level in levels] == pytest.approx([0.0, 2.8])
 
 
@@ -508,7 +426,7 @@ def test_two_buildings_without_storeys_keep_their_floors(tmp_path):
     for building, x, z in ((house.building, 0.0, 0.0), (other, 20.0, 1.2)):
         house.walls_around(building, (x, 0, z, x + 8, 6, z + 2.5))
         house.space(building, (x + 0.2, 0.2, z, x + 7.8, 5.8, z + 2.5), "1", "Wohnen")
-    levels = list(ifc.read(next(ifc.find(str(house.write(tmp_path / "two.ifc"))))))
+    levels = levels_of(house.write(tmp_path / "two.ifc"))
     assert [level.frame.floor for level in levels] == pytest.approx([0.0, 1.2])
     assert [len(level.rooms) for level in levels] == [1, 1]
 
@@ -623,7 +541,7 @@ def test_a_line_break_within_a_string_or_an_escape_counts_for_nothing(tmp_path, 
 def test_a_byte_order_mark_is_no_part_of_the_file(tmp_path, encoding):
     path = tiny_house().write(tmp_path / "marked.ifc")
     path.write_text(path.read_text(), encoding=encoding)
-    assert len(read(path)) == 2
+    assert len(levels_of(path)) == 2
 
 
 @pytest.mark.parametrize("token", ["3000.0.", "1.#INF"])
@@ -633,7 +551,7 @@ def test_one_number_that_is_none_does_not_cost_the_file(tmp_path, token):
     path = house.write(tmp_path / "number.ifc")
     path.write_text(path.read_text().replace("-4321.,", f"{token},"))
     assert token in path.read_text()
-    assert len(read(path)) == 2
+    assert len(levels_of(path)) == 2
 
 
 def edited(tmp_path: Path, pattern: str, by: Any) -> Path:
@@ -646,7 +564,7 @@ def edited(tmp_path: Path, pattern: str, by: Any) -> Path:
 
 @pytest.mark.parametrize("name", [r"C:\temp\new", r"a\X2\00E", "end\\"])
 def test_a_backslash_that_begins_no_escape_does_not_cost_the_file(tmp_path, name):
-    (low, _) = read(edited(tmp_path, "'table'", lambda _: f"'{name}'"))
+    (low, _) = levels_of(edited(tmp_path, "'table'", lambda _: f"'{name}'"))
     assert [thing.words[0] for thing in low.furniture] == [name]
 
 
@@ -662,7 +580,7 @@ def test_a_backslash_that_begins_no_escape_does_not_cost_the_file(tmp_path, name
 )
 def test_a_damaged_attribute_costs_neither_its_file_nor_the_next_one(tmp_path, pattern, by):
     for path in (edited(tmp_path, pattern, by), tiny_house().write(tmp_path / "next.ifc")):
-        assert [(len(level.rooms), len(level.openings)) for level in read(path)] == [(2, 2), (2, 1)]
+        assert [(len(level.rooms), len(level.openings)) for level in levels_of(path)] == [(2, 2), (2, 1)]
 
 
 def test_an_extrusion_of_a_negative_depth_goes_the_other_way(tmp_path):
@@ -673,13 +591,13 @@ def test_an_extrusion_of_a_negative_depth_goes_the_other_way(tmp_path):
             house.model.createIfcCartesianPoint((x, y, z + solid.Depth))
         )
         solid.Depth = -solid.Depth
-    assert [len(level.rooms) for level in read(house.write(tmp_path / "down.ifc"))] == [2, 2]
+    assert [len(level.rooms) for level in levels_of(house.write(tmp_path / "down.ifc"))] == [2, 2]
 
 
 def test_doors_lower_than_a_knee_say_that_the_unit_is_another(tmp_path):
     house = tiny_house(unit_m=0.01)
     house.model.by_type("IfcSIUnit")[0].Prefix = "MILLI"
-    levels = read(house.write(tmp_path / "centimetres.ifc"))
+    levels = levels_of(house.write(tmp_path / "centimetres.ifc"))
     assert {level.provenance["units"] for level in levels} == {"the file's, times 10"}
     assert levels[0].rooms[0].polygon.area == pytest.approx(3.8 * 5.6, abs=0.01)
 
@@ -687,7 +605,7 @@ def test_doors_lower_than_a_knee_say_that_the_unit_is_another(tmp_path):
 def test_a_library_beside_the_project_leaves_the_units_as_they_are(tmp_path):
     house = tiny_house("IFC4", 0.001)
     house.element("IfcProjectLibrary", None, None, "types")
-    ground, *_ = read(house.write(tmp_path / "house.ifc"))
+    ground, *_ = levels_of(house.write(tmp_path / "house.ifc"))
     assert np.ptp(ground.walls.vertices[:, :2], axis=0) == pytest.approx((8.0, 6.0), abs=1e-3)
 
 

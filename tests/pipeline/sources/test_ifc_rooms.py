@@ -13,22 +13,43 @@ from houseexpo import FloorPlan, plan
 from houseexpo.exports import export
 from pipeline.geometry.mesh_slicing import MeshSlicer
 from pipeline.geometry.wall_sections import section_from_segments
-from pipeline.sources import ifc
 from pipeline.sources.ifc.rooms_and_openings import floor_polygon
 from pipeline.sources.storeys.surfaces import Surfaces, cut_at_height
 from pipeline.values import Level, Mesh, SourceRoom
 from tests.builders.formats.ifc import Box, TinyBuilding
-from tests.builders.houses import kinds, plan_of
+from tests.builders.houses import kinds, levels_of, plan_of
 
 LEFT, RIGHT = (0.2, 0.2, 0, 4, 5.8, 2.5), (4.2, 0.2, 0, 7.8, 5.8, 2.5)
 
 
 class Flat:
-    def __init__(self) -> None:
+    """Outer walls of 8 x 6 m, and one inner wall, x from 4.0 to 4.2, on one storey."""
+
+    def __init__(self, *, inner: bool = True) -> None:
         self.house = TinyBuilding()
         self.storey = self.house.storey("EG", 0.0)
-        self.house.walls_around(self.storey, (0, 0, 0, 8, 6, 2.5))
-        self.house.element("IfcWall", self.storey, (4, 0.2, 0, 4.2, 5.8, 2.5), "inner")
+        self.outer = self.house.walls_around(self.storey, (0, 0, 0, 8, 6, 2.5))
+        if inner:
+            self.inner = self.house.element("IfcWall", self.storey, (4, 0.2, 0, 4.2, 5.8, 2.5), "inner")
+
+    def levels(self, folder: Path) -> list[Level]:
+        return levels_of(self.house.write(folder / "flat.ifc"))
+
+    def level(self, folder: Path) -> Level:
+        (level,) = self.levels(folder)
+        return level
+
+    def bounds(self, folder: Path) -> list[tuple[float, float, float, float, bool]]:
+        """Bounds of the openings of the one level, to the centimetre, and whether each has a door."""
+        return sorted(
+            (*np.round(each.polygon.bounds, 2).tolist(), each.has_door) for each in self.level(folder).openings
+        )
+
+    def stands(self, folder: Path, box: tuple[float, ...] = (1, 1, 7, 5), height: float = 1.0) -> bool:
+        """Whether a wall stands in a part of the plan at a height."""
+        walls = Surfaces.of(self.level(folder).walls)
+        lines = shapely.union_all(shapely.linestrings(cut_at_height(walls, walls.walls(), height)))
+        return bool(lines.intersects(shapely.box(*box)))
 
     def flat_space(self, box: Box, name: str) -> None:
         model = self.house.model
@@ -41,8 +62,7 @@ class Flat:
         space.Representation = model.createIfcProductDefinitionShape(None, None, [shape])
 
     def rooms(self, folder: Path) -> tuple[SourceRoom, ...]:
-        (level,) = [x for item in ifc.find(str(self.house.write(folder / "flat.ifc"))) for x in ifc.read(item)]
-        return level.rooms
+        return self.level(folder).rooms
 
     def words(self, folder: Path) -> list[str]:
         return [room.words[0] for room in self.rooms(folder)]
@@ -175,31 +195,9 @@ def test_a_room_of_many_slivers_is_one_piece():
 # Doors and openings of tiny IFC storeys: each rule with a wall that needs it and one that it leaves alone.
 
 
-ROOM = (0, 0, 0, 8, 6, 2.5)
-
-
-class HoledFlat:
-    """Outer walls and one inner wall, x from 4.0 to 4.2, on one storey."""
-
-    def __init__(self) -> None:
-        self.house = TinyBuilding()
-        self.storey = self.house.storey("EG", 0.0)
-        self.outer = self.house.walls_around(self.storey, ROOM)
-        self.inner = self.house.element("IfcWall", self.storey, (4, 0.2, 0, 4.2, 5.8, 2.5), "inner")
-
-    def levels(self, folder: Path) -> list[Level]:
-        return [level for item in ifc.find(str(self.house.write(folder / "flat.ifc"))) for level in ifc.read(item)]
-
-    def bounds(self, folder: Path) -> list[tuple[float, float, float, float, bool]]:
-        """Bounds of the openings of the one level, to the centimetre, and whether each has a door."""
-        (level,) = self.levels(folder)
-        found = [(*np.round(each.polygon.bounds, 2).tolist(), each.has_door) for each in level.openings]
-        return sorted(found)
-
-
 @pytest.fixture
 def holed_flat():
-    return HoledFlat()
+    return Flat()
 
 
 @pytest.mark.parametrize("depth", [0.0, 0.05, 0.8])
@@ -279,7 +277,7 @@ def test_an_opening_as_wide_as_the_way_is_no_niche(tmp_path):
         doors=(plan.Door(0, "opening", ((0, 4.125), (1.1, 4.125)), 1.1, way, (0, 1)),),
     )
     (file,) = export(made, "ifc", tmp_path)
-    (level,) = [level for item in ifc.find(str(file)) for level in ifc.read(item)]
+    (level,) = levels_of(file)
     (opening,) = level.openings
     assert opening.polygon.bounds == pytest.approx((0, 3.75, 1.1, 4), abs=0.01)  # mirrored back
 
@@ -287,7 +285,7 @@ def test_an_opening_as_wide_as_the_way_is_no_niche(tmp_path):
 def test_a_door_without_an_opening_is_one(holed_flat, tmp_path):
     door = holed_flat.house.element("IfcDoor", holed_flat.storey, (0, 0, 0, 0.9, 0.05, 2.1), "door", OverallWidth=0.9)
     holed_flat.house.turned(door, (4.05, 2.0, 0.0), (0.0, 1.0))
-    (level,) = holed_flat.levels(tmp_path)
+    level = holed_flat.level(tmp_path)
     assert not level.named_openings  # openings without a door have no element in such a file
     assert holed_flat.bounds(tmp_path) == [(4.0, 2.0, 4.2, 2.9, True)]
 
@@ -304,7 +302,7 @@ def test_a_door_without_an_opening_is_one(holed_flat, tmp_path):
 )
 def test_what_is_called_a_door_is_one_whatever_its_class(holed_flat, tmp_path, kind, name):
     holed_flat.house.element(kind, holed_flat.storey, (4.05, 2, 0, 4.1, 2.9, 2.1), name)
-    (level,) = holed_flat.levels(tmp_path)
+    level = holed_flat.level(tmp_path)
     assert holed_flat.bounds(tmp_path) == [(4.0, 2.0, 4.2, 2.9, True)]
     assert [leaf.words for leaf in level.leaves] == [(name, kind)]
     assert not level.furniture
@@ -344,7 +342,7 @@ def test_in_a_file_without_walls_doors_and_furniture_are_told_from_walls_by_thei
         house.element("IfcBuildingElementProxy", storey, (x1, y1, 0, x2, y2, 2.5), "Wall")
     house.element("IfcBuildingElementProxy", storey, (4.05, 2, 0, 4.1, 2.9, 2.1), "Door 1")
     house.element("IfcBuildingElementProxy", storey, (1, 1, 0, 3, 1.6, 2.2), "Wardrobe")
-    (level,) = [x for item in ifc.find(str(house.write(tmp_path / "house.ifc"))) for x in ifc.read(item)]
+    (level,) = levels_of(house.write(tmp_path / "house.ifc"))
     assert [thing.words[0] for thing in level.furniture] == ["Wardrobe"]
     plan = plan_of(level)
     assert len(plan.rooms) == 2
@@ -411,7 +409,7 @@ def test_in_a_turned_building_openings_run_along_their_walls(holed_flat, tmp_pat
     house.opening(wall, (1, -0.5, 0, 1.9, 0.7, 2.1), "IfcDoor")
     for element in (*house.model.by_type("IfcOpeningElement"), *house.model.by_type("IfcDoor")):
         house.turned(element, (4.5, 1.0, 0.0), direction)
-    (level,) = holed_flat.levels(tmp_path)
+    level = holed_flat.level(tmp_path)
     corners = np.asarray(level.openings[0].polygon.exterior.coords)
     sides = np.sort(np.hypot(*np.diff(corners[:3], axis=0).T))
     assert sides == pytest.approx((0.2, 0.9), abs=0.01)
@@ -435,7 +433,7 @@ def standing(level: Level, plan: tuple[float, float, float, float], height: floa
 def test_a_window_up_to_the_ceiling_is_wall_as_deep_as_its_wall(holed_flat, tmp_path, filling, deeper):
     x1, y1, z1, x2, y2, z2 = WINDOW
     holed_flat.house.opening(holed_flat.outer[0], (x1, y1 - deeper, z1, x2, y2 + deeper, z2), filling)
-    (level,) = holed_flat.levels(tmp_path)
+    level = holed_flat.level(tmp_path)
     assert standing(level, (1, 0, 2, 0.2), 2.0) == pytest.approx(1.0, abs=0.01)
     assert standing(level, (1, 0.21, 2, 0.7), 2.0) == 0.0
     assert not level.openings
@@ -443,13 +441,13 @@ def test_a_window_up_to_the_ceiling_is_wall_as_deep_as_its_wall(holed_flat, tmp_
 
 def test_a_way_through_a_wall_is_not_closed(holed_flat, tmp_path):
     holed_flat.house.opening(holed_flat.inner, (4, 2, 0, 4.2, 2.9, 2.5), None)
-    (level,) = holed_flat.levels(tmp_path)
+    level = holed_flat.level(tmp_path)
     assert standing(level, (4, 2.01, 4.2, 2.89), 2.0) == 0.0
 
 
 def test_a_niche_over_a_table_is_not_closed(holed_flat, tmp_path):
     holed_flat.house.opening(holed_flat.inner, (4, 2, 0.9, 4.1, 2.9, 2.5), None)
-    (level,) = holed_flat.levels(tmp_path)
+    level = holed_flat.level(tmp_path)
     assert standing(level, (4, 2.01, 4.09, 2.89), 2.0) == 0.0
 
 
@@ -475,7 +473,7 @@ def test_a_window_that_reaches_down_to_the_floor_is_no_door(tmp_path, sill):
     for left in (3, 5):
         house.opening(walls[0], (left, -0.1, sill, left + 1, 0.2, 2.55), "IfcWindow")
         house.element("IfcWindow", storey, (left, -0.07, sill, left + 1, 0.17, 2.55), "its frame, proud of the wall")
-    (level,) = [level for item in ifc.find(str(house.write(tmp_path / "thin.ifc"))) for level in ifc.read(item)]
+    (level,) = levels_of(house.write(tmp_path / "thin.ifc"))
     assert kinds(plan_of(level)) == ["entrance"]
 
 
@@ -497,7 +495,7 @@ def test_the_frame_of_a_window_is_no_leaf_where_the_file_has_doors(tmp_path):
     for left in (3, 5.5):
         house.opening(walls[0], (left, -0.1, 0, left + 2, 0.3, 2.5), "IfcWindow")
         framed(house, storey, (left, 0, 0.05, left + 2, 0.1, 2.45))
-    (level,) = [level for item in ifc.find(str(house.write(tmp_path / "tall.ifc"))) for level in ifc.read(item)]
+    (level,) = levels_of(house.write(tmp_path / "tall.ifc"))
     assert kinds(plan_of(level)) == ["entrance"]
 
 
@@ -553,14 +551,14 @@ def test_a_window_as_high_as_a_door_and_called_so_is_one(holed_flat, tmp_path, n
     window = holed_flat.house.opening(holed_flat.outer[0], (1, 0, 0, 2, 0.2, height), "IfcWindow")
     window.Name = name
     assert [each[-1] for each in holed_flat.bounds(tmp_path)] == [True] * doors
-    (level,) = holed_flat.levels(tmp_path)
+    level = holed_flat.level(tmp_path)
     assert len(level.leaves) == doors
 
 
 def test_a_corner_window_closes_the_walls_and_not_the_room(holed_flat, tmp_path):
     for wall in (holed_flat.outer[0], holed_flat.outer[3]):
         holed_flat.house.opening(wall, (-0.5, -0.5, 0.4, 3, 2.5, 2.0), "IfcWindow")
-    (level,) = holed_flat.levels(tmp_path)
+    level = holed_flat.level(tmp_path)
     assert standing(level, (0.3, 0.01, 2.9, 0.19), 1.5) == pytest.approx(1.0, abs=0.01)
     assert standing(level, (0.01, 0.3, 0.19, 2.4), 1.5) == pytest.approx(1.0, abs=0.01)
     assert standing(level, (0.3, 0.3, 2.9, 2.4), 1.5) < 0.05  # the window itself, across the corner
@@ -574,26 +572,9 @@ HERE = (2, 2, 0, 3, 2.1, 2.4)
 """A thin upright box in the middle of the room."""
 
 
-class Room:
-    def __init__(self) -> None:
-        self.house = TinyBuilding()
-        self.storey = self.house.storey("EG", 0.0)
-        self.outer = self.house.walls_around(self.storey, (0, 0, 0, 8, 6, 2.5))
-
-    def level(self, folder) -> Level:
-        (level,) = [x for item in ifc.find(str(self.house.write(folder / "room.ifc"))) for x in ifc.read(item)]
-        return level
-
-    def stands(self, folder, box=(1, 1, 7, 5), height=1.0) -> bool:
-        """Whether a wall stands in a part of the plan at a height."""
-        walls = Surfaces.of(self.level(folder).walls)
-        lines = shapely.union_all(shapely.linestrings(cut_at_height(walls, walls.walls(), height)))
-        return bool(lines.intersects(shapely.box(*box)))
-
-
 @pytest.fixture
 def room():
-    return Room()
+    return Flat(inner=False)
 
 
 @pytest.mark.parametrize(
@@ -697,7 +678,7 @@ def test_a_low_sheet_in_a_room_is_a_screen_and_no_wall(tmp_path, box, is_screen)
     house = Flat()
     house.house.space(house.storey, RIGHT, "2", "Bad")
     house.house.element("IfcWall", house.storey, box, "screen")
-    (level,) = [x for item in ifc.find(str(house.house.write(tmp_path / "flat.ifc"))) for x in ifc.read(item)]
+    level = house.level(tmp_path)
     assert ["screen" in thing.words for thing in level.furniture] == [True] * is_screen
     assert len(plan_of(level).rooms) == (2 if is_screen else 3)
 
@@ -721,7 +702,7 @@ class Atrium:
             self.house.element(kind, self.storey, (x1, y1, bottom, x2, y2, top), kind)
 
     def areas(self, folder: Path) -> list[float]:
-        (level,) = [x for item in ifc.find(str(self.house.write(folder / "ring.ifc"))) for x in ifc.read(item)]
+        (level,) = levels_of(self.house.write(folder / "ring.ifc"))
         return sorted(round(room.area) for room in plan_of(level).rooms)
 
 
@@ -770,7 +751,7 @@ def test_a_beam_over_one_room_of_the_file_parts_nothing_a_lintel_does(tmp_path, 
     house.element("IfcBeam", storey, (0.2 + nib_m, 4, 2.2, 2.8, 4.2, 2.6), "beam")
     for number, box in enumerate(spaces):
         house.space(storey, box, str(number), "Flur")
-    (level,) = [x for item in ifc.find(str(house.write(tmp_path / "beam.ifc"))) for x in ifc.read(item)]
+    (level,) = levels_of(house.write(tmp_path / "beam.ifc"))
     assert len(plan_of(level).rooms) == (rooms if nib_m < 1 or len(spaces) != 2 else 3)
 
 
@@ -789,7 +770,7 @@ def test_the_beams_of_a_floor_on_posts_are_no_lintels(tmp_path, doors, joists, e
     if doors:
         house.opening(wall, (6, 5.7, 0, 7, 6.1, 2.1), "IfcDoor")
     house.space(storey, (0.2, 0.2, 0, 7.8, 5.8, 2.5), "1", "Room")
-    (level,) = [x for item in ifc.find(str(house.write(tmp_path / "frame.ifc"))) for x in ifc.read(item)]
+    (level,) = levels_of(house.write(tmp_path / "frame.ifc"))
     found = plan_of(level)
     assert len(found.rooms) == 1
     assert [door.kind for door in found.doors] == ["entrance"] * entrances
@@ -804,7 +785,7 @@ def test_an_external_space_is_outside(flat, tmp_path, said):
         terrace.PredefinedType = "EXTERNAL"
     elif said == "property":
         flat.house.property_of(terrace, "Pset_SpaceCommon", IsExternal=True)
-    (level,) = [x for item in ifc.find(str(flat.house.write(tmp_path / "flat.ifc"))) for x in ifc.read(item)]
+    level = flat.level(tmp_path)
     found = plan_of(level)
     assert len(level.rooms) == len(found.rooms) == (1 if said else 2)
     assert [door.kind for door in found.doors] == ["entrance" if said else "door"]
@@ -812,7 +793,7 @@ def test_an_external_space_is_outside(flat, tmp_path, said):
 
 def test_an_external_space_around_the_house_says_nothing_of_its_rooms(flat, tmp_path):
     flat.house.space(flat.storey, (-5, -5, 0, 15, 15, 9), "0", "Site", PredefinedType="EXTERNAL")
-    (level,) = [x for item in ifc.find(str(flat.house.write(tmp_path / "flat.ifc"))) for x in ifc.read(item)]
+    level = flat.level(tmp_path)
     assert level.outdoors is None
     assert len(plan_of(level).rooms) == 2
 
@@ -825,7 +806,7 @@ def test_a_door_in_a_wall_that_ends_in_the_air_parts_the_two_spaces_that_the_fil
     house.opening(stub, (4, 0.4, 0, 4.2, 1.25, 2.1), "IfcDoor")
     house.space(storey, (0.2, 0.2, 0, 4.05, 1.5, 2.4), "1", "Storage")
     house.space(storey, (0.2, 0.2, 0, 7.8, 5.8, 2.4), "2", "Hall")
-    (level,) = [x for item in ifc.find(str(house.write(tmp_path / "stairs.ifc"))) for x in ifc.read(item)]
+    (level,) = levels_of(house.write(tmp_path / "stairs.ifc"))
     found = plan_of(level)
     assert sorted(round(room.area) for room in found.rooms) == [5, 37]
     (door,) = found.doors
@@ -839,5 +820,5 @@ def test_a_window_that_is_called_a_door_is_one_where_one_can_walk_out(tmp_path, 
     walls = house.walls_around(storey, (0, 0, 0, 8, 6, 3.0))
     house.space(storey, (0.2, 0.2, 0, 7.8, 5.8, 3.0), "1", "Studio")
     house.opening(walls[0], (3, 0, sill, 4, 0.2, sill + 1.95), "IfcWindow").Name = "Fenstertür"
-    (level,) = [x for item in ifc.find(str(house.write(tmp_path / "flat.ifc"))) for x in ifc.read(item)]
+    (level,) = levels_of(house.write(tmp_path / "flat.ifc"))
     assert kinds(plan_of(level)) == found

@@ -8,10 +8,9 @@ import pytest
 pytest.importorskip("ifcopenshell")
 
 from pipeline.rejection import Reason, Rejection
-from pipeline.sources import ifc
 from pipeline.values import Level
 from tests.builders.formats.ifc import Box, TinyBuilding
-from tests.builders.houses import plan_of
+from tests.builders.houses import levels_of, plan_of
 
 DOORWAY: Box = (4, 2, 2.1, 4.2, 2.9, 2.6)
 WALLS: list[Box] = [
@@ -41,7 +40,7 @@ class House:
 
     def levels(self) -> list[Level]:
         """Write the file and read it."""
-        return [each for item in ifc.find(str(self.file.write(self._path))) for each in ifc.read(item)]
+        return levels_of(self.file.write(self._path))
 
     def check(self) -> Level:
         """Assert that the file gives the two rooms and the doorway; return the level."""

@@ -23,7 +23,7 @@ from tests.builders.formats.clouds import (
     write_ply,
     write_xyz,
 )
-from tests.builders.houses import kinds, plan_of
+from tests.builders.houses import kinds, levels_of, plan_of
 
 ROOMS = shapely.union_all(
     [shapely.box(0, 0, 4, 3), shapely.box(4.2, 0, 7.2, 3), shapely.box(4.0, 1.0, 4.2, 1.9)],
@@ -41,10 +41,6 @@ def wide(**options):
     """Two such flats side by side: the floor is larger than any wall."""
     found = cloud(**options)
     return np.concatenate([found, found + np.array([0.0, 3.2, 0.0])])
-
-
-def levels(path, **options):
-    return [level for item in find(str(path), **options) for level in points.read(item)]
 
 
 def free_iou(plan, truth):
@@ -69,7 +65,7 @@ def free_iou(plan, truth):
 def test_a_scanned_flat_gives_its_two_rooms_and_the_door(tmp_path, noise, outliers, least, degrees):
     there = (3.0, -2.0, 1.0)
     found = turned(cloud(noise_m=noise, outliers=outliers), degrees, there)
-    (level,) = levels(write_ply(tmp_path / "scan.ply", found))
+    (level,) = levels_of(write_ply(tmp_path / "scan.ply", found))
     plan = plan_of(level)
     truth = shapely.transform(ROOMS, lambda xy: turned(np.column_stack([xy, 0 * xy[:, :1]]), degrees, there)[:, :2])
     assert free_iou(plan, truth) > least
@@ -80,7 +76,7 @@ def test_a_scanned_flat_gives_its_two_rooms_and_the_door(tmp_path, noise, outlie
 
 
 def test_furniture_and_windows_leave_no_trace(tmp_path):
-    (level,) = levels(write_ply(tmp_path / "scan.ply", cloud()))
+    (level,) = levels_of(write_ply(tmp_path / "scan.ply", cloud()))
     plan = plan_of(level)
     assert plan.holes == ()  # a cupboard stands in the first room
     assert kinds(plan) == ["door"]  # and a window is in its wall
@@ -119,21 +115,21 @@ def test_every_format_holds_the_same_points(tmp_path, name):
 
 
 def test_a_cloud_with_y_up_is_turned_upright(tmp_path):
-    (level,) = levels(write_ply(tmp_path / "wide.ply", wide()[:, [0, 2, 1]] * (1.0, 1.0, -1.0)))
+    (level,) = levels_of(write_ply(tmp_path / "wide.ply", wide()[:, [0, 2, 1]] * (1.0, 1.0, -1.0)))
     assert (level.frame.up, level.frame.matrix[1][1]) == ("y", -1.0)
-    (level,) = levels(write_ply(tmp_path / "scan.ply", cloud()[:, [0, 2, 1]] * (1.0, 1.0, -1.0)), up="y")
+    (level,) = levels_of(write_ply(tmp_path / "scan.ply", cloud()[:, [0, 2, 1]] * (1.0, 1.0, -1.0)), up="y")
     assert free_iou(plan_of(level), shapely.transform(ROOMS, lambda xy: xy * (1.0, -1.0))) > 0.95
 
 
 def test_millimetres_are_said_or_guessed(tmp_path):
     path = write_ply(tmp_path / "scan.ply", 1000 * cloud(density=500.0))
-    (guessed,) = levels(path)
+    (guessed,) = levels_of(path)
     assert (guessed.guesses, guessed.ceiling_m) == (("units",), pytest.approx(2.5, abs=0.08))
     for said in ("mm", "0.001"):
-        (level,) = levels(path, units=said)
+        (level,) = levels_of(path, units=said)
         assert level.guesses == ()
     with pytest.raises(Rejection) as found:
-        levels(path, units="m")
+        levels_of(path, units="m")
     assert found.value.reason is Reason.BAD_UNITS
 
 
@@ -154,7 +150,7 @@ def test_a_heading_is_passed_over_and_names_the_columns(tmp_path, heading, order
 def test_a_cloud_of_a_sensor_held_askew_is_turned_upright(tmp_path):
     tilt = np.deg2rad(7.0)
     turn = np.array([[1.0, 0.0, 0.0], [0.0, np.cos(tilt), -np.sin(tilt)], [0.0, np.sin(tilt), np.cos(tilt)]])
-    (level,) = levels(write_ply(tmp_path / "scan.ply", cloud(noise_m=0.005) @ turn.T))
+    (level,) = levels_of(write_ply(tmp_path / "scan.ply", cloud(noise_m=0.005) @ turn.T))
     assert level.ceiling_m == pytest.approx(2.5, abs=0.1)
     plan = plan_of(level)
     assert sorted(room.area for room in plan.rooms) == pytest.approx([9.0, 12.0], rel=0.09)
@@ -172,13 +168,13 @@ def test_walls_as_full_as_the_layer_over_them_have_no_ceiling(tmp_path):
     dense = walls[walls[:, 2] > 2.2]  # where the sensor was
     path = write_ply(tmp_path / "scan.ply", np.concatenate([walls, dense + np.array([0.0, 0.0, 0.05])]))
     with pytest.raises(Rejection) as rejected:
-        levels(path, up="z")
+        levels_of(path, up="z")
     assert rejected.value.reason is Reason.NO_LEVEL
 
 
 def test_a_storey_of_which_the_floor_was_not_seen_begins_where_the_cloud_does(tmp_path):
     found = cloud()
-    (level,) = levels(write_ply(tmp_path / "scan.ply", found[found[:, 2] > 0.8]))
+    (level,) = levels_of(write_ply(tmp_path / "scan.ply", found[found[:, 2] > 0.8]))
     assert level.frame.floor == pytest.approx(0.6, abs=0.06)  # 1.9 m under the ceiling
     assert level.guesses == ("floor",)
     assert sorted(round(room.area) for room in plan_of(level).rooms) == pytest.approx([9, 12], abs=1)
@@ -187,7 +183,7 @@ def test_a_storey_of_which_the_floor_was_not_seen_begins_where_the_cloud_does(tm
 def test_two_storeys_are_two_levels(tmp_path):
     lower = wide(density=800.0)
     upper = lower + np.array([0.0, 0.0, 2.8])
-    (below, above) = levels(write_ply(tmp_path / "scan.ply", np.concatenate([lower, upper])))
+    (below, above) = levels_of(write_ply(tmp_path / "scan.ply", np.concatenate([lower, upper])))
     assert (below.frame.floor, above.frame.floor) == pytest.approx((0.0, 2.8), abs=0.05)
 
 
@@ -255,7 +251,7 @@ def test_what_a_laser_sees_far_outside_costs_nothing(tmp_path):
     far = rng.uniform((-600.0, 20.0, 0.0), (600.0, 900.0, 3.0), (20, 3))
     behind_glass = rng.uniform((30.0, 0.0, 0.0), (60.0, 4.0, 3.0), (30, 3))
     write_ply(tmp_path / "flat.ply", np.concatenate([inside, far, behind_glass]))
-    (level,) = levels(tmp_path / "flat.ply")
+    (level,) = levels_of(tmp_path / "flat.ply")
     assert free_iou(plan_of(level), ROOMS) > 0.9
     assert "far from all others" in level.provenance["left_out"]
 
@@ -263,7 +259,7 @@ def test_what_a_laser_sees_far_outside_costs_nothing(tmp_path):
 def test_a_cloud_of_a_street_is_none(tmp_path):
     write_ply(tmp_path / "street.ply", cloud() * (200.0, 1.0, 1.0))
     with pytest.raises(Rejection, match="from its middle"):
-        levels(tmp_path / "street.ply")
+        levels_of(tmp_path / "street.ply")
 
 
 def test_literal_bytes_and_copies():  # R1, R2

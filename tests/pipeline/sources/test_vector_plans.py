@@ -15,6 +15,7 @@ from pipeline.sources.drawn_storeys import Hole, Wall, deepen_to_wall_faces
 from tests.builders.batch import plans_of
 from tests.builders.damage import rejected
 from tests.builders.formats import published_plans as published
+from tests.builders.houses import levels_of
 
 
 def written(path, content):
@@ -237,7 +238,7 @@ SVG = (
 
 def levels(path, text):
     path.write_bytes(text if isinstance(text, bytes) else text.encode())
-    return [level for item in find(str(path)) for level in reader(item.reader).read(item)]
+    return levels_of(path)
 
 
 def collection(*features):

@@ -14,7 +14,7 @@ from houseexpo.pseudoslam.config import LaserConfig, RobotConfig, SimulatorConfi
 from houseexpo.pseudoslam.config.moving_obstacles import PeopleConfig
 from houseexpo.pseudoslam.worlds.cache import WorldCache, world_for
 from houseexpo.pseudoslam.worlds.prepare import prepare_worlds
-from houseexpo.pseudoslam.worlds.store import RecordError, WorldStore, decode_world, encode_world
+from houseexpo.pseudoslam.worlds.store import RecordError, decode_world, encode_world
 from tests.builders.simulations import COARSE, HUTS, assert_same_step, assert_same_world, hut, native
 
 
@@ -43,22 +43,6 @@ def test_what_is_asked_for_once_is_found_by_the_next(plans: Path, made: list[str
         assert_same_world(second[i], world)
         assert_same_world(second[i], world_for(HUTS[i], COARSE))
     assert made == ["small", "middle", "large"] * 2  # the second time by this test alone
-
-
-def test_what_waits_is_written_when_nobody_needs_the_store_any_more(plans: Path) -> None:
-    one = WorldCache(plans, COARSE)
-    one[1]
-    assert not WorldStore(COARSE).keys()
-    one._stored[1]._cache.close()  # as at the end of a program
-    assert len(WorldStore(COARSE).keys()) == 1
-
-
-def test_others_find_it_while_both_go_on(plans: Path, made: list[str]) -> None:
-    one, other = WorldCache(plans, COARSE), WorldCache(plans, COARSE)
-    one[0]
-    one._stored[1].flush()
-    other[0]
-    assert made == ["small"]
 
 
 def test_other_sizes_and_other_plans_are_other_worlds(plans: Path, made: list[str], tmp_path: Path) -> None:

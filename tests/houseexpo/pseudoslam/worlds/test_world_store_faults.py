@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import sqlite3
-from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
 
@@ -19,23 +18,6 @@ from houseexpo.pseudoslam.worlds.cache import WorldCache, world_for
 from houseexpo.pseudoslam.worlds.prepare import prepare_worlds
 from houseexpo.pseudoslam.worlds.store import world_file
 from tests.builders.simulations import COARSE, HUTS, assert_same_world
-
-
-def test_a_damaged_world_is_made_again(plans: Path, made: list[str]) -> None:
-    prepare_worlds(open_dataset(plans), COARSE, 1)
-    with closing(sqlite3.connect(world_file())) as database, database:
-        for key, value in database.execute("SELECT key, value FROM entries ORDER BY key LIMIT 1").fetchall():
-            wrong = value[:-10] + bytes([value[-10] ^ 1]) + value[-9:]
-            database.execute("UPDATE entries SET value = ? WHERE key = ?", (wrong, key))
-    made.clear()
-    kept = WorldCache(plans, COARSE)
-    for i in range(3):
-        assert_same_world(kept[i], world_for(HUTS[i], COARSE))
-    assert len(made) == 3 + 1  # three are this test's own
-    kept._stored[1].flush()
-    made.clear()
-    WorldCache(plans, COARSE)[2]
-    assert made == []
 
 
 def test_a_full_disk_leaves_worlds_in_memory(
