@@ -166,7 +166,7 @@ def find_copies(
     def walls(number: int) -> WallsAndParts:
         return walls_and_parts(load(number), pixels_per_metre)
 
-    def is_copy(pair: tuple[int, int]) -> str | None:
+    def confirm(pair: tuple[int, int]) -> str | None:
         return copy_symmetry(walls(pair[0]), walls(pair[1]), symmetries=symmetries)
 
     return find_similar_pairs(
@@ -178,7 +178,7 @@ def find_copies(
         shift_px=shift_px,
         known=known,
         threads=threads,
-        confirm=is_copy,
+        confirm=confirm,
     )
 
 

@@ -92,7 +92,7 @@ class SB3VecEnv(VecEnv):  # type: ignore[misc]  # it comes without types where i
         return [getattr(self.env, attr_name)] * len(self._indices(indices))
 
     def set_attr(self, attr_name: str, value: Any, indices: Indices = None) -> None:
-        """Set a shared attribute (``SharedAttributes.set_attr``); raise ConfigError for only some environments."""
+        """Set a shared attribute (the environments' ``set_attr``); raise ConfigError for only some environments."""
         if sorted(self._indices(indices)) != list(range(self.num_envs)):
             raise ConfigError(
                 f"{attr_name}: all environments share this attribute; set it for all of them (indices=None)"

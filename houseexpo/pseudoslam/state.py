@@ -215,7 +215,15 @@ def new_episode(
     return Episode(
         *rasters, np.zeros((side, side), np.uint8), np.zeros((cells, cells), np.uint8), np.zeros(beams),
         np.zeros(0, np.uint8),
-        np.array([(*pose, *pose)], POSE), np.array([(-1, 0, 0, 0, 0, 0, key, 0, NO_CELL, 0)], COUNTS),
-        np.array([(0.0, 0.0, best_px, pose[0], pose[1], 0.0, 0.0, 0.0)], READINGS),
+        np.array([(*pose, *pose)], POSE), _row(COUNTS, steps=-1, key=key, low=NO_CELL),
+        _row(READINGS, to_goal=best_px, start_x=pose[0], start_y=pose[1]),
         bodies, tracks, flow, goal_paths, no_planner_memory(), changed, Blocks(*blocks),
     )  # fmt: skip
+
+
+def _row(dtype: np.dtype[Any], **values: float) -> Array:
+    """Return one record (1,) with these values, and 0 for the others."""
+    row = np.zeros(1, dtype)
+    for name, value in values.items():
+        row[name] = value
+    return row

@@ -156,5 +156,5 @@ def kernel_arguments(state: State, motion: Floats, params: StepParams, scratch: 
 
 
 def take_first_scan(state: State, params: StepParams, scratch: Scratch) -> None:
-    """Take the first scan of an episode that has just begun: a step in place, which is not counted."""
+    """Take a step in place; the first of an episode is not counted, since its count of steps begins at -1."""
     step_episode(state, np.zeros((1, 2)), params, scratch)

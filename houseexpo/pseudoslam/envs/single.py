@@ -82,11 +82,11 @@ class PseudoSlamEnv(gymnasium.Env[Observation, Any]):
     dataset
         The path of a data set, a data set, a plan or a list of plans; a plan is drawn at random for each episode.
     config
-        The configuration of the simulation, or the name of one of ``config.PRESETS``, which sets the laser and
+        The configuration of the simulation, or the name of one of ``config.simulator.PRESETS``, which sets the laser and
         the view. By default, the values of the task.
     actions
         "discrete", "continuous" or "frontier"; by default "discrete", or "continuous" for a robot with a drive
-        (``options.EnvOptions.motion``).
+        (``EnvOptions.motion``).
     observation
         "map", "dict" or "scales".
     planning
@@ -94,7 +94,7 @@ class PseudoSlamEnv(gymnasium.Env[Observation, Any]):
     render_mode
         "rgb_array", "human", or None.
     more
-        Further arguments, see ``options.EnvOptions``.
+        Further arguments, see ``EnvOptions``.
 
     Raises
     ------

@@ -125,7 +125,7 @@ PERSON = make_row_dtype(
     x=float, y=float, vx=float, vy=float, speed=float, anchor_x=float, anchor_y=float, waited=float, goal=int, visit=int
 )
 """Position and velocity; the desired speed; where and for how long the person waits; the number of the goal in
-``Flow.goals``, and the number of earlier goals."""
+``FlowField.goals``, and the number of earlier goals."""
 
 
 class Disc(NamedTuple):

@@ -29,12 +29,12 @@ from houseexpo.pseudoslam.kernels.types import (
 )
 
 POSE = make_row_dtype(x=float, y=float, heading=float, seen_x=float, seen_y=float, seen_heading=float)
-"""The robot's pose and the believed pose, pixels and radians."""
+"""The robot's pose and the believed pose (``seen_...``), pixels and radians."""
 COUNTS = make_row_dtype(
     steps=int, collisions=int, known=int, covered=int, scans=int, blocked=int, key=int, lost=int, low=int,
     high=int,
 )  # fmt: skip
-"""Counts of steps, of collisions, of known cells and of scans; whether an obstacle blocked the last step; the key of
+"""Counts of steps, of collisions, of known cells, of those among them that are observable, and of scans; whether an obstacle blocked the last step; the key of
 the episode's noise; the number of cells that scans would have drawn beyond the map; and the flat indices between which
 scans have drawn, the second excluded."""
 READINGS = make_row_dtype(

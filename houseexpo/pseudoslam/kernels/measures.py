@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from numba import njit
+from numba import literal_unroll, njit
 
 from houseexpo.pseudoslam.kernels.episode import COUNTS, POSE, READINGS
 from houseexpo.pseudoslam.kernels.types import Floats, Rows, make_row_dtype
 
+_COUNTS, _READINGS, _POSE = COUNTS.names or (), READINGS.names or (), POSE.names or ()
 MEASURES = make_row_dtype(
-    **dict.fromkeys(COUNTS.names or (), int), **dict.fromkeys(READINGS.names or (), float),
-    **dict.fromkeys(POSE.names or (), float), explored_m2=float, coverage=float, collided=bool, truncated=bool,
+    **dict.fromkeys(_COUNTS, int), **dict.fromkeys((*_READINGS, *_POSE), float), explored_m2=float, coverage=float, collided=bool, truncated=bool,
 )  # fmt: skip
 """The counts, the readings and the poses of an episode, and what follows: the known area, m2, the known share of the
 observable cells, whether an obstacle blocked the last step, and whether the episode has reached its time limit."""
@@ -39,14 +39,12 @@ def measure_pool(
     """
     for i in range(len(out)):
         row, count, reading, at = out[i], counts[i, 0], readings[i, 0], pose[i, 0]
-        row.steps, row.collisions, row.known, row.covered = count.steps, count.collisions, count.known, count.covered
-        row.scans, row.blocked, row.key, row.lost = count.scans, count.blocked, count.key, count.lost
-        row.low, row.high = count.low, count.high
-        row.path_length, row.clearance, row.to_goal = reading.path_length, reading.clearance, reading.to_goal
-        row.start_x, row.start_y, row.bias = reading.start_x, reading.start_y, reading.bias
-        row.speed, row.turning = reading.speed, reading.turning
-        row.x, row.y, row.heading = at.x, at.y, at.heading
-        row.seen_x, row.seen_y, row.seen_heading = at.seen_x, at.seen_y, at.seen_heading
+        for name in literal_unroll(_COUNTS):
+            row[name] = count[name]
+        for name in literal_unroll(_READINGS):
+            row[name] = reading[name]
+        for name in literal_unroll(_POSE):
+            row[name] = at[name]
         row.explored_m2 = count.known * cell_m2
         row.coverage = count.covered / constants[i, 6]
         row.collided = count.blocked != 0

@@ -54,7 +54,7 @@ from houseexpo.pseudoslam.kernels.types import Cells, Floats, Grid, PathScratch,
 def start_travel(
     known: Grid, pose: Rows, plan: PlannerMemory, choice: Floats, rules: PlannerRules, found: PathScratch
 ) -> None:
-    """Find the path of an action, in ``found``, and set ``plan.state``.
+    """Find the path of an action, in ``found``, and set the state of the plan.
 
     Parameters
     ----------

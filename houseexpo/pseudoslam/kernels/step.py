@@ -322,7 +322,7 @@ def scan_rays_into_map(episode: Episode, params: StepParams, scratch: Scratch) -
 
 @njit(inline="always")
 def _count(episode: Episode, scratch: Scratch, n_hit: int, new: int, covered: int) -> None:
-    """Merge the visible obstacles after the free cells, and count new cells."""
+    """Merge the visible obstacles after the free cells, and count what became known."""
     new_hit, covered_hit = merge_cells(
         episode.known, episode.observable, scratch.hit, n_hit, as_int64(OBSTACLE), episode.fresh
     )

@@ -14,7 +14,7 @@ from numba import njit
 Grid: TypeAlias = npt.NDArray[np.uint8]
 """A grid (rows, cols), in C order."""
 Kinds: TypeAlias = npt.NDArray[np.uint16]
-"""The contents of blocks of a map, see ``crop``."""
+"""The contents of blocks of a map, see ``crop_view``."""
 Bits: TypeAlias = npt.NDArray[np.uint16]
 """Sets of a team's robots: bit k stands for robot k."""
 Cells: TypeAlias = npt.NDArray[np.int32]

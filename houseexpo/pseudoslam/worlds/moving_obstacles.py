@@ -185,7 +185,7 @@ def start_people(  # noqa: PLR0917  # the kernel's arguments, in its order
 ) -> None:
     """Place people at random and give them speeds and goals, without drawing them in ``occupied`` (static bits only).
 
-    People without a place remain 0 in ``bodies.there``.
+    People without a place remain zeros.
 
     Raises
     ------

@@ -36,7 +36,7 @@ _CODES[[FREE, OBSTACLE]] = 1 << 14, 2 << 14
 
 
 class RobotReport(NamedTuple):
-    """The state of the robot; ``pose_px`` is the pose by odometry, ``bumps`` are counted by ``robots.Bumps``."""
+    """The state of the robot; ``pose_px`` is the pose by odometry, ``bumps`` are counted by ``robots.BumpCounter``."""
 
     number: int
     flags: int

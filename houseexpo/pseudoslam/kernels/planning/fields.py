@@ -19,7 +19,7 @@ from houseexpo.pseudoslam.kernels.types import Cells, Grid, Rows, make_row_dtype
 FLOW_SIZES = make_row_dtype(rows=int, cols=int, block_px=int, goals=int)
 """Rows and columns of blocks, cells per side of a block, number of goals."""
 THERE, NOWHERE = 8, 255
-"""Values of ``Flow.toward`` other than the eight neighbours: the goal itself, and no path."""
+"""Values of ``FlowField.toward`` other than the eight neighbours: the goal itself, and no path."""
 FAR = np.iinfo(np.int32).max
 """The value of ``distances`` for no path."""
 STEPS = np.array([(0, 1), (-1, 1), (-1, 0), (-1, -1), (0, -1), (1, -1), (1, 0), (1, 1)], np.int64)

@@ -83,15 +83,6 @@ def find_frontiers(
 
 
 @njit(cache=True, nogil=True)
-def list_frontier_cells(known: Grid, spare_px: float, given_up: Cells, found: PathScratch) -> int:
-    """List the frontiers' cells (R1) in row order in the queue's first row; return their number. Uses ``found.box``."""
-    n = _find_edges(known, spare_px, given_up, found)
-    for k in range(n):
-        found.marks[found.queue[0, k]] = 0
-    return n
-
-
-@njit(cache=True, nogil=True)
 def _find_edges(known: Grid, spare_px: float, given_up: Cells, found: PathScratch) -> int:
     """List the frontiers' cells (R1) in row order in the queue's first row, and mark them; return their number."""
     rows, cols = known.shape
