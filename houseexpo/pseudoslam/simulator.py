@@ -96,7 +96,7 @@ class Simulator:
         self.move(state, *self._moves[action])
 
     def move(self, state: State, turn_rad: float, forward_m: float) -> None:
-        """Turn the robot and then move it straight on, exactly but for noise.slip, unless an obstacle blocks it; in place.
+        """Turn the robot and then move it straight on, in place; exact without ``noise.slip`` and if nothing blocks it.
 
         A blocked robot stops at the obstacle, and ``state.blocked`` is true until the next step.
         """

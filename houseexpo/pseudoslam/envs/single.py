@@ -82,8 +82,8 @@ class PseudoSlamEnv(gymnasium.Env[Observation, Any]):
     dataset
         The path of a data set, a data set, a plan or a list of plans; a plan is drawn at random for each episode.
     config
-        The configuration of the simulation, or the name of one of ``config.simulator.PRESETS``, which sets the laser and
-        the view. By default, the values of the task.
+        The configuration of the simulation, or the name of one of ``config.simulator.PRESETS``, which sets the laser
+        and the view. By default, the values of the task.
     actions
         "discrete", "continuous" or "frontier"; by default "discrete", or "continuous" for a robot with a drive
         (``EnvOptions.motion``).

@@ -34,9 +34,9 @@ COUNTS = make_row_dtype(
     steps=int, collisions=int, known=int, covered=int, scans=int, blocked=int, key=int, lost=int, low=int,
     high=int,
 )  # fmt: skip
-"""Counts of steps, of collisions, of known cells, of those among them that are observable, and of scans; whether an obstacle blocked the last step; the key of
-the episode's noise; the number of cells that scans would have drawn beyond the map; and the flat indices between which
-scans have drawn, the second excluded."""
+"""Counts of steps, of collisions, of known cells, of those among them that are observable, and of scans; whether an
+obstacle blocked the last step; the key of the episode's noise; the number of cells that scans would have drawn beyond
+the map; and the flat indices between which scans have drawn, the second excluded."""
 READINGS = make_row_dtype(
     path_length=float, clearance=float, to_goal=float, start_x=float, start_y=float, speed=float, turning=float,
     bias=float,

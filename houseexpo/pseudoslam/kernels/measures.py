@@ -9,7 +9,8 @@ from houseexpo.pseudoslam.kernels.types import Floats, Rows, make_row_dtype
 
 _COUNTS, _READINGS, _POSE = COUNTS.names or (), READINGS.names or (), POSE.names or ()
 MEASURES = make_row_dtype(
-    **dict.fromkeys(_COUNTS, int), **dict.fromkeys((*_READINGS, *_POSE), float), explored_m2=float, coverage=float, collided=bool, truncated=bool,
+    **dict.fromkeys(_COUNTS, int), **dict.fromkeys((*_READINGS, *_POSE), float), explored_m2=float,
+    coverage=float, collided=bool, truncated=bool,
 )  # fmt: skip
 """The counts, the readings and the poses of an episode, and what follows: the known area, m2, the known share of the
 observable cells, whether an obstacle blocked the last step, and whether the episode has reached its time limit."""

@@ -37,8 +37,8 @@ def world_for(plan: House, config: SimulatorConfig) -> World:
     Raises
     ------
     ConfigError
-        The grid would have more than ``world.MAX_WORLD_CELLS`` cells, the robot or people fit nowhere, or a trajectory runs
-        into a wall.
+        The grid would have more than ``world.MAX_WORLD_CELLS`` cells, the robot or people fit nowhere, or a trajectory
+        runs into a wall.
     PlanError
         The plan has no free cell.
     """
