@@ -38,18 +38,18 @@ class RadioParams(NamedTuple):
 
 
 @njit(cache=True, nogil=True)
-def received_dbm(link: RadioParams, air_m: float, wall_m: float, air_fading_db: float, wall_fading_db: float) -> float:
-    """Return the received power after lengths in air and in walls, and fading in both."""
+def received_dbm(link: RadioParams, air_m: float, wall_m: float) -> float:
+    """Return the received power after lengths in air and in walls."""
     loss = link.loss_db
     if wall_m > 0.0:
-        loss += 10.0 * link.wall_exponent * math.log10(max(wall_m / link.wall_unit_m, 1.0)) + wall_fading_db
+        loss += 10.0 * link.wall_exponent * math.log10(max(wall_m / link.wall_unit_m, 1.0))
     if air_m >= link.reference_m:
-        loss += 10.0 * link.air_exponent * math.log10(air_m / link.reference_m) + air_fading_db
+        loss += 10.0 * link.air_exponent * math.log10(air_m / link.reference_m)
     return link.power_dbm - loss
 
 
 @njit(cache=True, nogil=True)
-def find_heard(link: RadioParams, walls: Grid, places: Floats, fading_db: Floats, heard: Grid) -> bool:
+def find_heard(link: RadioParams, walls: Grid, places: Floats, heard: Grid) -> bool:
     """Write who hears whom (R, R), symmetric, 0 on the diagonal; return whether each robot reaches every other one.
 
     Parameters
@@ -58,14 +58,12 @@ def find_heard(link: RadioParams, walls: Grid, places: Floats, fading_db: Floats
         (rows, cols), not 0 for static obstacles.
     places
         (R, 2), pixels.
-    fading_db
-        (2,), additional losses in air and in walls.
     """
     robots = len(places)
     for i in range(robots):
         heard[i, i] = 0
         for j in range(i):
-            heard[i, j] = heard[j, i] = _hears(link, walls, places[i], places[j], fading_db)
+            heard[i, j] = heard[j, i] = _hears(link, walls, places[i], places[j])
     reached, number = np.zeros(robots, np.uint8), 1
     reached[0] = 1
     for _ in range(robots):
@@ -82,13 +80,13 @@ def find_heard(link: RadioParams, walls: Grid, places: Floats, fading_db: Floats
 
 
 @njit(cache=True, nogil=True)
-def _hears(link: RadioParams, walls: Grid, one: Floats, other: Floats, fading_db: Floats) -> bool:
+def _hears(link: RadioParams, walls: Grid, one: Floats, other: Floats) -> bool:
     if link.model <= ALWAYS:
         return link.model == ALWAYS
     way_m = math.hypot(other[0] - one[0], other[1] - one[1]) * link.cell_m
     if link.model == SIGNAL:
         wall_m = length_in_walls(walls, one[0], one[1], other[0], other[1]) * link.cell_m
-        return received_dbm(link, way_m - wall_m, wall_m, fading_db[0], fading_db[1]) > link.threshold_dbm
+        return received_dbm(link, way_m - wall_m, wall_m) > link.threshold_dbm
     if way_m > link.range_m:
         return False
     return link.model == RANGE or length_in_walls(walls, one[0], one[1], other[0], other[1]) == 0.0
@@ -97,7 +95,7 @@ def _hears(link: RadioParams, walls: Grid, one: Floats, other: Floats, fading_db
 @njit(cache=True, nogil=True)
 def exchange_maps(
     known: Grid, observable: Grid, counts: Rows, sizes: Counts, others: TeamObstacles, shared: TeamKnowledge,
-    link: RadioParams, fading_db: Floats, heard: Grid, joined: Grid, wanted: Grid, first: int, end: int,
+    link: RadioParams, heard: Grid, joined: Grid, wanted: Grid, first: int, end: int,
 ) -> None:  # fmt: skip
     """Let the robots of the ``wanted`` teams exchange their maps, and count what is new to them.
 
@@ -105,9 +103,9 @@ def exchange_maps(
     ----------
     known, observable, counts, sizes
         Arrays of the pool of all robots (N * R, ...).
-    fading_db, heard, joined, wanted
-        ``fading_db`` is (N, 2). ``heard`` (N, R, R), who hears whom, and ``joined`` (N,), whether each robot reaches
-        every other one, are written. ``wanted`` (N,) is not 0 for teams that exchange.
+    heard, joined, wanted
+        ``heard`` (N, R, R), who hears whom, and ``joined`` (N,), whether each robot reaches every other one, are
+        written. ``wanted`` (N,) is not 0 for teams that exchange.
     """
     robots = others.places.shape[1]
     for i in range(first, end):
@@ -116,7 +114,7 @@ def exchange_maps(
         row = i * robots
         rows, cols = sizes[row, 0], sizes[row, 1]
         walls = others.walls[i, : rows * cols].reshape((rows, cols))
-        joined[i] = find_heard(link, walls, others.places[row], fading_db[i], heard[i])
+        joined[i] = find_heard(link, walls, others.places[row], heard[i])
         if shared.pending.shape[2] > 0:
             maps, seen = known[row : row + robots], observable[row]
             own_counts, cells = counts[row : row + robots], rows * cols

@@ -94,7 +94,6 @@ class TeamPools:
         self._drawn[rows] = team.others.drawn
         contact = self.contact
         contact.heard[i], contact.joined[i] = team.heard, team.is_joined
-        contact.fading_db[i] = team.contact.fading_db[0]
         self.placed[i] = team
         for k in range(self.teams) if before != width else [i]:
             if self.placed[k] is not None:
@@ -127,7 +126,7 @@ class TeamPools:
         team.walls = self._walls[i, : rows * cols].reshape(rows, cols)
         one, shared, contact = slice(i, i + 1), self._shared, self.contact
         team.shared = TeamKnowledge(shared.known[one], shared.pending[one], shared.waiting[one], shared.together[one])
-        team.contact = RadioContact(contact.heard[one], contact.joined[one], contact.fading_db[one])
+        team.contact = RadioContact(contact.heard[one], contact.joined[one])
         team.observable = self.observable[one]
         return team
 

@@ -32,12 +32,10 @@ class Radio:
         The path-loss exponents of air and of walls.
     wall_unit_m
         The thickness of wall that adds no loss.
-    air_fading_db, wall_fading_db
-        Upper limits of additional losses, which are drawn for each episode, uniformly from 0.
 
     Notes
     -----
-    "signal" is the model of IR2 (Tan et al., IROS 2024): with the length ``a`` of the line between two robots in
+    "signal" is the model of IR2 (Tan et al., IROS 2024) without its fading: with the length ``a`` of the line between two robots in
     air and ``w`` in walls, the received power is ``power - loss - 10 air_exponent log10(a / reference) - 10
     wall_exponent log10(w / wall_unit)``; a logarithm below 0 counts as 0. IR2 counts lengths in cells of its maps
     (reference 35, unit 1); the defaults here take one of its cells as 0.1 m. It treats unknown cells like walls,
@@ -53,15 +51,12 @@ class Radio:
     air_exponent: float = 2.0
     wall_exponent: float = 4.0
     wall_unit_m: float = 0.1
-    air_fading_db: float = 0.0
-    wall_fading_db: float = 0.0
 
     def __post_init__(self) -> None:
         check_one_of(self.model, "radio.model", get_args(Model))
         for name in ("range_m", "reference_m", "wall_unit_m", "air_exponent", "wall_exponent"):
             check_number(getattr(self, name), f"radio.{name}", above=0.0)
-        for name in ("loss_db", "air_fading_db", "wall_fading_db"):
-            check_number(getattr(self, name), f"radio.{name}", at_least=0.0)
+        check_number(self.loss_db, "radio.loss_db", at_least=0.0)
         for name in ("power_dbm", "threshold_dbm"):
             check_number(getattr(self, name), f"radio.{name}")
 

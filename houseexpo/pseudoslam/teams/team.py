@@ -181,7 +181,7 @@ class TeamKernels:
     ) -> None:
         """Call ``kernels.radio.exchange_maps`` for teams from one number to another."""
         given = (
-            pool.known, pool.observable, pool.counts, sizes, others, shared, self._link, contact.fading_db,
+            pool.known, pool.observable, pool.counts, sizes, others, shared, self._link,
             contact.heard.view(np.uint8), contact.joined.view(np.uint8), wanted, *part,
         )  # fmt: skip
         self._call("exchange", exchange_maps, given)
@@ -229,8 +229,6 @@ class RadioContact:
     """(N, R, R), whether one robot could hear another."""
     joined: Bools
     """(N,), whether each robot reached every other robot, directly or through others."""
-    fading_db: Floats
-    """(N, 2), additional losses in air and in walls."""
 
 
 def disc_sizes_px(params: StepParams) -> tuple[float, float, float]:
@@ -241,7 +239,7 @@ def disc_sizes_px(params: StepParams) -> tuple[float, float, float]:
 
 def new_radio_contact(teams: int, robots: int) -> RadioContact:
     """Return the initial contact: nobody has heard anybody; only a team of one robot is joined."""
-    return RadioContact(np.zeros((teams, robots, robots), bool), np.full(teams, robots == 1), np.zeros((teams, 2)))
+    return RadioContact(np.zeros((teams, robots, robots), bool), np.full(teams, robots == 1))
 
 
 def count_chunks(cells: int) -> int:
@@ -302,7 +300,6 @@ class Team:
             self.constants.rows[k] = compute_episode_constants(state, world)
         self.pool, self.sizes = self._share()
         self.contact = new_radio_contact(1, robots)
-        self.contact.fading_db[0] = _fading(radio, first)
         chunks = count_chunks(self.walls.size) if shares_map_changes(radio) and robots > 1 else 0
         self.shared = new_knowledge(1, robots, self.walls.size, chunks)
         self.observable = np.array([float(max(first.observable_cells, 1))])
@@ -455,11 +452,3 @@ class Team:
 def make_team_kernels(spec: EnvSpec, params: StepParams, radio: Radio) -> TeamKernels:
     """Return the compiled parts of a step round the single robot's."""
     return TeamKernels(params, radio, spec.config.pixels_per_metre, drives=spec.config.robot.drive is not None)
-
-
-def _fading(radio: Radio, first: State) -> tuple[float, float]:
-    """Return the losses of an episode in air and in walls, which its key decides."""
-    if not (radio.air_fading_db or radio.wall_fading_db):
-        return 0.0, 0.0
-    air, wall = np.random.default_rng(int(first.counts.key)).random(2).tolist()
-    return air * radio.air_fading_db, wall * radio.wall_fading_db
