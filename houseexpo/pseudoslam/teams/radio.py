@@ -35,9 +35,9 @@ class Radio:
 
     Notes
     -----
-    "signal" is the model of IR2 (Tan et al., IROS 2024) without its fading: with the length ``a`` of the line between two robots in
-    air and ``w`` in walls, the received power is ``power - loss - 10 air_exponent log10(a / reference) - 10
-    wall_exponent log10(w / wall_unit)``; a logarithm below 0 counts as 0. IR2 counts lengths in cells of its maps
+    "signal" is the model of IR2 (Tan et al., IROS 2024) without its fading: with the length ``a`` of the line between
+    two robots in air and ``w`` in walls, the received power is ``power - loss - 10 air_exponent log10(a / reference) -
+    10 wall_exponent log10(w / wall_unit)``; a logarithm below 0 counts as 0. IR2 counts lengths in cells of its maps
     (reference 35, unit 1); the defaults here take one of its cells as 0.1 m. It treats unknown cells like walls,
     because it asks the robots' maps; here the house itself decides.
     """
