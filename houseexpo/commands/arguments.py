@@ -47,8 +47,9 @@ def make_completion(*words: str) -> Callable[[str], list[str]]:
 
 
 POLICIES = (
-    *("random", "spin", "forward", "wall", "frontier", "random-frontier", "frontier-mapex", "information", "tour"),
-    *("chooser", "chooser-1", "chooser-2", "finisher", "look-around", "straight", "swift", "oracle"),
+    *("random", "spin", "forward", "wall", "frontier", "random-frontier", "frontier-mapex"),
+    *("information", "prospector", "tour", "chooser", "chooser-1", "chooser-2", "finisher", "look-around"),
+    *("straight", "swift", "oracle"),
     *("seek", "seek-likely", "seek-likely-1", "seek-likely-2", "shortest", "wait", "keep-away", "greedy", "a-star"),
 )
 """The policies of the project. Their table would import the simulator; a test compares the two."""

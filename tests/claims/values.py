@@ -86,7 +86,7 @@ def mapex_table() -> list[str]:
     """docs/benchmark-exploration.md: our rows are those of the results, with multiples of both nearest frontiers."""
     keys = ("coverage_75_metres", "coverage_150_metres", "coverage_300_metres", "area_300_metres")
     found = {}
-    for name in ("chooser", "information", "finisher", "frontier", "frontier-mapex"):
+    for name in ("prospector", "chooser", "information", "finisher", "frontier", "frontier-mapex"):
         summary = _summary(RESULTS / f"kth-v1-{name}.json")
         found[name] = [summary[key]["mean"] for key in keys]
     text = "\n".join(block.text for block in _section("docs/benchmark-exploration.md", "MapEx's table"))

@@ -30,7 +30,7 @@ from houseexpo.pseudoslam.kernels.planning.cover import short_tour
 from houseexpo.pseudoslam.kernels.planning.frontiers import find_frontiers, unknown_area_in_sight
 from houseexpo.pseudoslam.kernels.planning.paths import find_distances
 from houseexpo.pseudoslam.kernels.planning.planner_types import STRAIGHT
-from houseexpo.pseudoslam.kernels.tolerances import GAIN_PER_M, MAX_BUMPS, MAX_FRONTIERS
+from houseexpo.pseudoslam.kernels.tolerances import BEYOND_M, GAIN_PER_M, MAX_BUMPS, MAX_FRONTIERS
 from houseexpo.pseudoslam.kernels.types import NO_WAY, PathScratch, Rows, new_path_scratch
 from houseexpo.pseudoslam.planning import count_first_looks, descent_rules, explorer_frontier_rules
 from houseexpo.pseudoslam.step_kernels import enlarge_scratch, make_scratch
@@ -172,8 +172,24 @@ class InformationGain(Explorer):
     def choose(self, known: Grid, frontiers: Rows, info: Knowledge) -> int:  # noqa: ARG002  # others use it
         """Return the first frontier with the greatest value."""
         first = frontiers[:_GAINS]
-        ways_m = first["way"] / (STRAIGHT * self.metre)
-        return int(np.argmax(unknown_areas(known, first, self.range_px) * np.exp(-GAIN_PER_M * ways_m)))
+        nearness = self.nearness(first["way"] / (STRAIGHT * self.metre))
+        return int(np.argmax(unknown_areas(known, first, self.range_px) * nearness))
+
+    def nearness(self, ways_m: Floats) -> Floats:
+        """Return the factors of the areas for paths in metres (n,)."""
+        return np.exp(-GAIN_PER_M * ways_m)
+
+
+class Prospector(InformationGain):
+    """Go where most can be seen for each metre: it maximises A / (L + 10 m), with A and L as above.
+
+    With L in an exponent, an area of any size is worth nothing from afar. So a robot whose laser reaches far goes into
+    each room beside it, and leaves large parts of a floor for later.
+    """
+
+    def nearness(self, ways_m: Floats) -> Floats:
+        """Return the factors of the areas for paths in metres (n,)."""
+        return 1.0 / (ways_m + BEYOND_M)
 
 
 def unknown_areas(known: Grid, frontiers: Rows, range_px: float) -> Floats:

@@ -27,6 +27,7 @@ NAMES: Final = {
     "random-frontier": f"{_HERE}.explorers:RandomFrontier",
     "frontier-mapex": f"{_HERE}.mapex:MapExNearest",
     "information": f"{_HERE}.explorers:InformationGain",
+    "prospector": f"{_HERE}.explorers:Prospector",
     "tour": f"{_HERE}.explorers:Tour",
     "chooser": f"{_HERE}.learned:chooser_0",
     "chooser-1": f"{_HERE}.learned:chooser_1",

@@ -62,6 +62,9 @@ NO_PUSH_M = 1.5
 """Distance beyond which the force of a person is less than 1%, metres: it is left out."""
 GAIN_PER_M = 0.2
 """The factor exp(-0.2) of an explorer's gain for each metre of the path (Gonzalez-Banos and Latombe, 2002)."""
+BEYOND_M = 10.0
+"""Metres added to the path when the gain of each metre is computed, since a frontier leads on. With 2 and 5 m, less is
+seen of made floors of offices."""
 OFF_CENTRE_PX = 1.5
 """Pixels from the robot within which a line need not be in standing cells, since it need not be at a cell's centre."""
 BESIDE_CELLS = 3

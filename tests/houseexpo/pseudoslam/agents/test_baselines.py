@@ -15,10 +15,11 @@ from houseexpo.floorplan import FloorPlan
 from houseexpo.pseudoslam.agents.loading import NAMES, load_policy
 from houseexpo.pseudoslam.agents.protocol import Robot, make_knowledge, make_robot
 from houseexpo.pseudoslam.agents.simple import WallFollower
-from houseexpo.pseudoslam.config import GoalConfig, SimulatorConfig, StartConfig
+from houseexpo.pseudoslam.config import GoalConfig, LaserConfig, SimulatorConfig, StartConfig
 from houseexpo.pseudoslam.envs.single import ExplorationEnv, NavigationEnv, PseudoSlamEnv
-from houseexpo.pseudoslam.kernels.mapping import FREE
+from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE, UNKNOWN
 from houseexpo.pseudoslam.kernels.planning.planner_types import FRONTIER
+from houseexpo.pseudoslam.planning import MapPlanner
 from tests.builders.simulations import flat
 from tests.builders.tries import slow_but
 
@@ -27,7 +28,7 @@ ANGLE = FloorPlan("angle", [(0, 0), (0, 8), (3, 8), (3, 2), (9, 2), (9, 0)], 1, 
 POCKET = FloorPlan(
     "pocket", [(0, 0), (0, 6), (10, 6), (10, 0), (6, 0), (6, 4.5), (5.8, 4.5), (5.8, 0)], 1, {}
 )  # a wall from below to 4.5 m
-EXPLORERS = ("frontier", "information", "tour", "oracle")
+EXPLORERS = ("frontier", "information", "prospector", "tour", "oracle")
 
 
 def config(x_m: float, y_m: float, heading_deg: float = 0.0, **others: Any) -> SimulatorConfig:
@@ -102,8 +103,23 @@ def test_explorers_see_all_round_a_corner(name: str, seed: int) -> None:
     env = ExplorationEnv(ANGLE, SimulatorConfig(pixels_per_metre=16.0, max_steps=400), success_coverage=1.0)
     steps = list(episode(name, env, seed))
     assert steps[-1]["coverage"] == 1.0
-    assert len(steps) < (200 if name == "information" else 150)
+    assert len(steps) < {"information": 200, "prospector": 300}.get(name, 150)
     assert steps[-1]["collisions"] <= 1
+
+
+def test_a_large_area_far_off_is_worth_its_way_to_a_prospector_and_a_niche_is_not() -> None:
+    config = SimulatorConfig(pixels_per_metre=10.0, laser=LaserConfig(20.0, 360.0))
+    known = np.full((100, 600), OBSTACLE, np.uint8)
+    known[40:60, 20:420] = FREE  # a corridor of 40 m, with a niche of 1 x 1 m beside the robot, and a hall at its end
+    known[30:40, 60:70] = known[1:99, 420:599] = UNKNOWN
+    chosen = {}
+    for name in ("information", "prospector"):
+        policy = load_policy(name).factory(Robot(config), 0)
+        planner = MapPlanner(config)
+        frontiers = planner.frontiers(known, 65.0, 50.0)
+        chosen[name] = frontiers["goal"][policy.choose(known, frontiers, None)] % 600
+    assert chosen["information"] < 80
+    assert chosen["prospector"] > 400
 
 
 def test_explorers_are_done_when_nothing_is_left() -> None:
