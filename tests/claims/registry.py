@@ -58,6 +58,7 @@ NEEDS: Final[dict[str, tuple[str, Callable[[], bool]]]] = {
         lambda: "HOUSEEXPO_CORPUS" in os.environ,
     ),
     "plan collections": ("the data sets of docs/guide-statistics.md, each from its authors", lambda: False),
+    "DARE": ("a clone of github.com/marmotlab/DARE and what its code needs", lambda: False),
     "icp-slam": ("apt-get install mrpt-apps", lambda: shutil.which("icp-slam") is not None),
     "learn": ("make learn", lambda: is_installed("sb3_contrib")),
     "ros": ("make ros", lambda: is_installed("cyclonedds")),
