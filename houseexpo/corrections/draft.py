@@ -282,7 +282,7 @@ class Draft:
             holes=holes,
             rooms=rooms,
             doors=doors,
-            room_num=max(self.plan.room_num + len(rooms) - len(self.plan.rooms), 0),
+            room_num=max(self.plan.room_num + len(rooms) - len(self.plan.rooms), 1),
             room_category=self._boxes(rooms),
             objects=objects,
             windows=place_windows(self.windows, rooms, objects),

@@ -46,7 +46,7 @@ def corrections_by_building(level: Level, buildings: Sequence[tuple[Level, Space
     """Return the buildings of a level, each with the words that belong to it (R2)."""
     if len(buildings) < 2 or not level.corrections:
         return list(buildings)
-    places = shapely.multipoints([plan_points_from_source(level.frame, np.array(c.points)) for c in level.corrections])
+    places = [shapely.MultiPoint(plan_points_from_source(level.frame, np.array(c.points))) for c in level.corrections]
     nearest = [
         int(np.argmin([min((place.distance(o) for o in spaces.outlines), default=np.inf) for _, spaces in buildings]))
         for place in places
@@ -146,7 +146,7 @@ def level_of_corrected(level: Level, before: FloorPlan, corrected: Corrected[Flo
         rooms = [_moved(room.polygon, origin) for room in after.rooms]
         doorways = [_moved(door.polygon, origin) for door in after.doors]
         level = replace(level, signs=level.measure_signs(rooms, doorways))
-    count = None if level.room_count is None else max(level.room_count + len(after.rooms) - len(before.rooms), 0)
+    count = None if level.room_count is None else max(level.room_count + len(after.rooms) - len(before.rooms), 1)
     drawn = [room for room in level.rooms if room.polygon is not None]
     if not drawn:
         return replace(level, room_count=count)

@@ -18,6 +18,7 @@ from houseexpo.corrections.joining import CUT_M
 from houseexpo.corrections.passages import WIDEST_DOOR_M
 from houseexpo.corrections.preview import preview
 from houseexpo.corrections.vocabulary import UNITS, WORDS
+from houseexpo.dataset.validation import BOTH, OURS
 from houseexpo.errors import ConfigError
 from houseexpo.floorplan import FloorPlan, decode
 from houseexpo.plan import Door, Frame, Room
@@ -43,6 +44,16 @@ def areas(plan: FloorPlan) -> list[float]:
 
 def kinds(plan: FloorPlan) -> list[str]:
     return sorted(door.kind for door in plan.doors)
+
+
+def test_a_corrected_plan_keeps_the_rules_of_the_format() -> None:
+    assert corrected(replace(PLAN, room_num=1), no_room=[5.5, 1.5]).plan.room_num == 1
+    rooms = tuple(Room(k, "Room", box(x, 0.1, x + 3, 3.1)) for k, x in enumerate((0.1, 10.1)))
+    way = Door(0, "door", ((6.6, 1.0), (6.6, 1.9)), 0.9, box(3.1, 1.0, 10.1, 1.9), (0, 1))
+    ring = [(0.1, 0.1), (0.1, 3.1), (3.1, 3.1), (3.1, 1.9), (10.1, 1.9), (10.1, 3.1), (13.1, 3.1), (13.1, 0.1)]
+    plan = FloorPlan("far", [*ring, (10.1, 0.1), (10.1, 1.0), (3.1, 1.0), (3.1, 0.1)], 2, {}, rooms=rooms, doors=(way,))
+    found = corrected(plan, no_door=[6.6, 1.5]).plan  # a slit of 7 m joins the rooms
+    assert not [fault for rule in (BOTH | OURS).values() for fault in rule(found)]
 
 
 @pytest.mark.parametrize("x", [4.0, 4.1, 4.12, 4.15, 4.18, 4.2, 4.3])

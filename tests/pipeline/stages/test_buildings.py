@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 import shapely
 
+from houseexpo.corrections import Override
 from houseexpo.floorplan import FloorPlan
+from houseexpo.grids.frame import source_points_from_plan
 from pipeline.algorithm import plan_level
 from pipeline.config import PipelineConfig
 from pipeline.stages.buildings import building_id, with_floor_near
@@ -30,6 +32,20 @@ def test_detached_houses_become_plans_of_their_own_without_a_cut() -> None:
     assert [plan.area for plan in found] == pytest.approx([21.18, 21.18], abs=0.01)
     assert [door.kind for plan in found for door in plan.doors] == ["door", "door"]
     assert found[0].frame.matrix[0][2] < found[1].frame.matrix[0][2]  # numbered by place
+
+
+def test_words_of_one_point_and_of_several_go_to_the_nearest_building_of_a_level() -> None:
+    parts = [*moved(two_rooms(DOOR), 15.0), *two_rooms(DOOR)]
+    first, second = plans(parts)
+    said = []
+    for plan, word in ((first, "label"), (second, "one_room")):
+        places = [room.polygon.centroid.coords[0] for room in plan.rooms]
+        there = source_points_from_plan(plan.frame, places).tolist()
+        said.append(Override(**{word: (*there[0], "Gym") if word == "label" else there}))
+    corrections = tuple(each for one in said for each in one.corrections)
+    whole = level(parts, id="row_L1", corrections=corrections)
+    one, other = plan_level(whole, PipelineConfig(), np.random.default_rng(0))
+    assert (sorted(room.label for room in one.rooms), len(other.rooms)) == (["Gym", "Unlabelled"], 1)
 
 
 def test_a_building_has_the_pieces_of_floor_in_the_hull_of_its_outlines() -> None:
