@@ -291,8 +291,12 @@ class NamedRoom:
 
 @dataclass(frozen=True, eq=False)
 class Obstacle:
-    """A piece of furniture: its footprint in the level frame, its height in metres, and the source's word for it."""
+    """A piece of furniture: its footprint in the level frame, its height in metres, and the source's word for it.
+
+    What is not ``in_room`` is an opening in the floor.
+    """
 
     polygon: Polygon
     height_m: float
     word: str
+    in_room: bool = True

@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from houseexpo.drawing.door_leaves import Leaf, door_leaves, entrance_gap, valid_shape, window_in_walls
 from houseexpo.drawing.room_names import TextLines, place_name, text_length
+from houseexpo.drawing.stairs import is_stair, stair_lines
 from houseexpo.drawing.styles import DOOR_COLOURS, DOOR_TINTS, UNSURE, Style, StyleName, style_named
 from houseexpo.errors import ConfigError
 from houseexpo.grids.frame import check_not_too_coarse
@@ -47,6 +48,7 @@ class _Space:
     shape: Polygon
     name: str
     id: int | None = None
+    is_stair: bool = False
 
     @property
     def words(self) -> tuple[str, ...]:
@@ -123,7 +125,7 @@ def lay_out_plan(
     margin, line = 0.04 * extent + parts.wall_m, 2.2 * text / scale
     rooms = (list(_rooms(plan)) or list(_boxes(plan))) if parts.rooms else []
     doors = plan.doors if parts.doors else ()
-    objects = plan.objects if parts.objects else ()
+    objects = [each for each in plan.objects if parts.objects or each.is_stairwell]
     leaves = door_leaves(plan) if look.swings and doors else {}
     hair = min(max(0.02 * scale, 0.7), 1.6)  # thin lines and leaves stay visible, and thin
     areas: list[FilledArea] = []
@@ -138,6 +140,7 @@ def lay_out_plan(
         areas += _furniture(thing, look)
         if look.swings:
             lines.append(ThinLine(_closed(thing.ring), look.line, hair))
+    lines += [ThinLine(points, look.line, hair) for points in stair_lines(plan)] if parts.rooms else ()
     for door in doors:
         if look.swings:
             areas += _gap(door, plan, walls, look) if door.kind == "entrance" and parts.walls and door.width else ()
@@ -178,7 +181,7 @@ def _inner_area(plan: PlanData) -> Polygon | MultiPolygon:
 
 
 def _rooms(plan: PlanData) -> list[_Space]:
-    return [_Space((room.label,), room.polygon, room.name, room.id) for room in plan.rooms]
+    return [_Space((room.label,), room.polygon, room.name, room.id, is_stair(room)) for room in plan.rooms]
 
 
 def _boxes(plan: PlanData) -> list[_Space]:
@@ -306,6 +309,8 @@ def _names(
     taken = np.array([*(thing.polygon for thing in objects), *swings], dtype=object)
     tree = shapely.STRtree(taken)
     for room in rooms:
+        if room.is_stair:  # its lines say so
+            continue
         inside = [valid_shape(thing.polygon) for thing in objects if thing.room is not None and thing.room == room.id]
         floor = _largest(shapely.union_all([valid_shape(room.shape), *inside])) or room.shape
         near = taken[np.sort(tree.query(floor, predicate="intersects"))].tolist()
@@ -334,7 +339,7 @@ def _key(
         occur |= {"cut": look.ink} if "cut" in kinds else {}
     else:
         occur |= {kind: DOOR_COLOURS[kind] for kind in kinds}
-        occur |= {"furniture": look.line} if plan.objects else {}
+        occur |= {"furniture": look.line} if any(not each.is_stairwell for each in plan.objects) else {}
     unsure = any(room.is_unsure for room in plan.rooms) or any(door.is_unsure for door in plan.doors)
     occur |= {"unsure": look.line if look.swings else UNSURE} if unsure else {}
     for name, fill in occur.items():

@@ -59,7 +59,8 @@ class WindowBody:
 class PlanBodies:
     """The bodies of a plan: polygons in metres, x right and y up in the export's world, and heights above the floor.
 
-    ``space`` is the floor, with walls straightened by at most 0.01 m, and ``free`` is ``space`` without ``furniture``.
+    ``space`` is the floor, with walls straightened by at most 0.01 m and open over the stairs from below. ``free`` is
+    ``space`` without ``furniture``.
     ``walls`` are around and in the floor and leave doors open. They have no cavities: a courtyard without a door is
     filled, since it is not free. ``lintels`` are the areas of doors, from ``door_height`` to ``wall_height``.
     ``windows`` lie in the walls, which ``standing`` are without them. ``pose`` is the pose of all of them in the
@@ -134,9 +135,11 @@ def plan_bodies(
         found = f"wall_height {wall_height!r} and door_height {door_height!r}"
         raise ConfigError(f"export: expected heights 0 < door_height <= wall_height in metres, found {found}")
     turned = orient_plan(plan, orientation)
-    space = shapely.set_precision(turned.floor.simplify(STRAIGHTEN_AREA_M), WELD_M)
+    wells = shapely.union_all([thing.polygon for thing in turned.objects if thing.is_stairwell])
+    space = shapely.set_precision(shapely.difference(turned.floor, wells).simplify(STRAIGHTEN_AREA_M), WELD_M)
+    inside = shapely.union(space, wells)
     things = tuple(thing for thing in turned.objects if thing.room is not None)
-    walls = shapely.set_precision(_without_hollows(space, walls_around(space, wall_thickness)), WELD_M)
+    walls = shapely.set_precision(_without_hollows(inside, walls_around(inside, wall_thickness)), WELD_M)
     doors = [door.polygon for door in turned.doors if door.kind in _UNDER_LINTELS] if door_height < wall_height else []
     lintels = (_polygons(shapely.intersection(door, space)) for door in doors)
     windows = (_window_body(each, door_height, wall_height) for each in window_openings(turned, wall_thickness))

@@ -87,8 +87,11 @@ class StoreyBodies:
 
     @property
     def slab(self) -> BaseGeometry:
-        """The area of the storey's floor and walls in its own axes, metres."""
-        return _slab(self.built)
+        """The area of the storey's floor and walls in its own axes, metres; it is open over the stairs from below."""
+        import shapely
+
+        wells = [thing.polygon for thing in self.built.plan.objects if thing.is_stairwell]
+        return shapely.difference(_footprint(self.built), shapely.union_all(wells))
 
 
 def storey_bodies(plans: Sequence[FloorPlan], name: str, options: BodyOptions) -> list[StoreyBodies]:
@@ -116,13 +119,13 @@ def storey_bodies(plans: Sequence[FloorPlan], name: str, options: BodyOptions) -
         built = plan_bodies(storey.plan, **options | {"wall_height": min(wall_height, room)})
         made.append(StoreyBodies(storey, built, shapely.Polygon()))
     for number, (low, high) in enumerate(pairwise(made)):
-        roof = shapely.difference(low.slab, high.storey.pose.to(low.storey.pose).shape(high.slab))
+        roof = shapely.difference(low.slab, high.storey.pose.to(low.storey.pose).shape(_footprint(high.built)))
         parts = [part for part in shapely.get_parts(roof) if part.geom_type == "Polygon" and part.area > CRUMB_M2]
         made[number] = replace(low, roof=shapely.set_precision(shapely.union_all(parts), WELD_M))
     return made
 
 
-def _slab(built: PlanBodies) -> BaseGeometry:
+def _footprint(built: PlanBodies) -> BaseGeometry:
     import shapely
 
     whole = shapely.union_all([built.space, *built.walls])

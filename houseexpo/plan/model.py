@@ -104,8 +104,8 @@ class PlanData(FrozenValue):
 
     @cached_property
     def floor(self) -> Polygon | MultiPolygon:
-        """The whole area inside the walls, metres: the free space and the footprints of furniture in rooms."""
-        things = [thing.polygon for thing in self.objects if thing.room is not None]
+        """The whole area inside the walls, metres: the free space, the footprints of furniture in rooms, stairwells."""
+        things = [thing.polygon for thing in self.objects if thing.room is not None or thing.is_stairwell]
         if not things:
             return self.free_space
         import shapely

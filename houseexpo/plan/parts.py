@@ -289,7 +289,8 @@ class PlanObject(FrozenValue):
 
     ``label`` is the source's own word, or "object" without such a word. ``room`` is None if the object's centre lies in
     no room. The footprint, ``ring`` (n, 2) in metres, is also an obstacle: it is a hole of the plan's outline, or a
-    notch in the outline if it touches a wall.
+    notch in the outline if it touches a wall. The opening in the floor over a stair from below is one, too
+    (``is_stairwell``).
     """
 
     id: int
@@ -314,6 +315,11 @@ class PlanObject(FrozenValue):
         from shapely import Polygon
 
         return Polygon(self.ring)
+
+    @property
+    def is_stairwell(self) -> bool:
+        """Whether it is the opening in the floor over a stair from below, which is in no room."""
+        return self.room is None and self.label == "stairs"
 
     def __repr__(self) -> str:
         return f"PlanObject({self.id}, {self.label!r}, {self.height:.2f} m high, room {self.room})"

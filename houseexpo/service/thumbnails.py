@@ -15,6 +15,7 @@ from typing import Any, Final
 import numpy as np
 import numpy.typing as npt
 
+from houseexpo.drawing.stairs import stair_lines
 from houseexpo.drawing.styles import dark_colours, style_named
 from houseexpo.floorplan import FloorPlan
 from houseexpo.plan import Ring
@@ -50,14 +51,15 @@ def draw_thumbnail(plan: FloorPlan) -> bytes:
     scale = (_TENTHS - 2 * _MARGIN_TENTHS) / max(x2 - x1, y2 - y1, 1e-6)
     left, top = (_TENTHS - (x2 - x1) * scale) / 2 - x1 * scale, (_TENTHS + (y2 - y1) * scale) / 2 + y1 * scale
 
-    def path(rings: Iterable[Any]) -> str:
-        return "".join(_path(np.asarray(ring, dtype=np.float64) * (scale, -scale) + (left, top)) for ring in rings)
+    def path(rings: Iterable[Any], end: str = "Z") -> str:
+        placed = (np.asarray(ring, dtype=np.float64) * (scale, -scale) + (left, top) for ring in rings)
+        return "".join(_path(ring) + end for ring in placed)
 
     def box(x1: float, y1: float, x2: float, y2: float) -> str:
         start = round(left + x1 * scale)
         return f"M{start} {round(top - y1 * scale)}H{round(left + x2 * scale)}V{round(top - y2 * scale)}H{start}Z"
 
-    whole = path([plan.verts, *plan.holes])
+    whole = path([plan.verts, *plan.holes, *(thing.ring for thing in plan.objects if thing.is_stairwell)])
     least, most = _WALL_TENTHS
     wall = round(2 * min(max(_WALL_M * scale, least), most))  # half of the line lies under the floor
     rules = "".join(_RULES.get(label, "") for label in {room.label: 0 for room in plan.rooms} or plan.room_category)
@@ -71,6 +73,8 @@ def draw_thumbnail(plan: FloorPlan) -> bytes:
     if plan.objects:
         rings = path(thing.ring for thing in plan.objects)
         parts.append(f'<path d="{rings}" fill="{_STYLE.furniture}" stroke="{_STYLE.line}" stroke-width="5"/>')
+    if stairs := path(stair_lines(plan), ""):
+        parts.append(f'<path d="{stairs}" fill="none" stroke="{_STYLE.line}" stroke-width="5"/>')
     if gaps := path(door.ring for door in plan.doors if door.kind == "entrance"):  # others are free space
         parts.append(f'<path d="{gaps}" fill="{_STYLE.floor}"/>')
     if plan.windows:
@@ -114,7 +118,7 @@ def _boxes(plan: FloorPlan, path: Callable[[float, float, float, float], str], w
 
 
 def _path(ring: Ring) -> str:
-    return f"M{' '.join(map(str, np.rint(_fewer(ring)).astype(np.int64).ravel().tolist()))}Z"
+    return f"M{' '.join(map(str, np.rint(_fewer(ring)).astype(np.int64).ravel().tolist()))}"
 
 
 def _fewer(ring: Ring) -> Ring:

@@ -54,7 +54,7 @@ def draw_whether_furnished(share: float, rng: np.random.Generator) -> bool:
 
 def furnish_plan(plan: FloorPlan, rng: np.random.Generator) -> FloorPlan:
     """Return the plan with furniture as ``objects``; itself where nothing fits, or has furniture already."""
-    if plan.objects or not plan.rooms:
+    if not plan.rooms or not all(thing.is_stairwell for thing in plan.objects):
         return plan
     found = {room.id: _of_room(plan, room, rng) for room in plan.rooms}
     while any(found.values()):
@@ -101,17 +101,17 @@ def _cut(plan: FloorPlan, found: _Furniture) -> FloorPlan | None:
         verts=verts,
         holes=holes,
         rooms=tuple(rooms),
-        objects=tuple(_objects(found)),
+        objects=(*plan.objects, *_objects(found, len(plan.objects))),
         navigability=NavigabilityByRadius(),
     )
 
 
-def _objects(found: _Furniture) -> list[PlanObject]:
+def _objects(found: _Furniture, first: int) -> list[PlanObject]:
     pieces = [(room, each) for room in sorted(found) for each in found[room]]
     rings = [snap_ring(_in_metres(shapely.box(*each.box.tolist())).exterior, clockwise=True) for _, each in pieces]
     return [
         PlanObject(number, each.piece.label, room, ring, each.piece.height / CM_PER_M)
-        for number, ((room, each), ring) in enumerate(zip(pieces, rings, strict=True))
+        for number, ((room, each), ring) in enumerate(zip(pieces, rings, strict=True), first)
     ]
 
 

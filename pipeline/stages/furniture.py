@@ -4,6 +4,8 @@ R1  An object is an obstacle if it begins below ``KNEE_M``. A hanging lamp is no
 R2  If furniture divides a room, its largest part in the main piece of the floor stays.
 R3  Furniture without a name is what the evidence took for furniture, and what is thin and low and bounds no room. Its
     height is that of what stands there.
+R4  An opening in the floor that the stairs from below fill for half or more, in no room, is an obstacle without height
+    in all builds.
 """
 
 from __future__ import annotations
@@ -18,7 +20,7 @@ from shapely.geometry.base import BaseGeometry
 from pipeline.geometry.areas import drop_thin_parts, intersect, polygons_of, subtract, unite
 from pipeline.geometry.meshes import footprint
 from pipeline.geometry.rooms_and_passages import walkable_floor
-from pipeline.tolerances import KNEE_M, SLIVER_M, TINY_M2
+from pipeline.tolerances import KNEE_M, MOST, SLIVER_M, TINY_M2
 from pipeline.values import Evidence, Level, Obstacle, Spaces
 
 UNNAMED = "object"
@@ -41,6 +43,15 @@ def subtract_furniture(level: Level, evidence: Evidence, spaces: Spaces) -> tupl
     owners = [k for k, found in enumerate(parts) if found]
     furnished = spaces.keeping(owners)
     return replace(furnished, rooms=tuple(kept)), tuple(inside)
+
+
+def stairwells(level: Level, spaces: Spaces) -> tuple[Obstacle, ...]:
+    """Return the openings in the floor over stairs, as obstacles (R4)."""
+    if level.below is None or level.stairs is None:
+        return ()
+    open_ = polygons_of(subtract(level.below, unite(spaces.rooms)))
+    found = [part for part in open_ if intersect(part, level.stairs).area >= part.area * MOST]
+    return tuple(Obstacle(part, 0.0, "stairs", in_room=False) for part in found)
 
 
 def _named_obstacles(level: Level) -> list[Obstacle]:

@@ -32,6 +32,7 @@ from houseexpo.analysis.similarity import (
 )
 from houseexpo.analysis.walls import walls_around
 from houseexpo.drawing.door_leaves import door_leaves, window_in_walls
+from houseexpo.drawing.stairs import stair_lines
 from houseexpo.drawing.styles import DOOR_COLOURS
 from houseexpo.errors import ConfigError, HouseExpoError
 from houseexpo.floorplan import FloorPlan
@@ -144,6 +145,7 @@ def shape_values(plan: FloorPlan) -> dict[str, Any]:
         "objects": [
             {"label": thing.label, "height": thing.height, "rings": _points([thing.ring])} for thing in plan.objects
         ],
+        "stairs": _points(stair_lines(plan)),
         "frame": None if plan.frame is None else {"matrix": plan.frame.matrix, "up": plan.frame.up},
         **rooms_and_doors(plan),
     }

@@ -39,7 +39,8 @@ export class Drawing {
     layers.space.append(area("space", shape.space));
     layers.outline.append(area("outline", shape.space));
     layers.walls.append(area("wall", shape.walls));
-    layers.objects.append(...shape.objects.map((each) => titled(area("object", each.rings), `${each.label}, ${each.height} m high`)));
+    layers.objects.append(...shape.objects.map((each) => titled(area("object", each.rings), `${each.label}, ${each.height} m high`)),
+      ...(shape.stairs ?? []).map((points) => stroke("arc", points)));
     layers.boxes.append(element("clipPath", { id: "inside" }, element("path", { d: path(shape.space), "clip-rule": "evenodd" })));
     layers.boxes.setAttribute("clip-path", "url(#inside)");
     const boxes = [...shape.boxes].sort((a, b) => size(b.box) - size(a.box));

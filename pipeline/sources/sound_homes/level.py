@@ -39,7 +39,10 @@ def levels_of_sound_home(home: SoundHome) -> Iterator[Level]:
             else SourceRoom((label,), (label,), polygon=room)
             for label, room in zip(storey.labels, storey.rooms, strict=True)
         ]
-        doors = (*storey.doors, *storey.fronts)
+        doors = []
+        for door in (*storey.doors, *storey.fronts):
+            to_stairs = any(room is not None and storey.labels[room] == STAIRS for room in door.rooms)
+            doors.append(Opening.named(shapely.box(*door.rect), has_door=not to_stairs))
         shell = _shell(storey, home)
         void = storey.void
         yield Level(
@@ -52,7 +55,7 @@ def levels_of_sound_home(home: SoundHome) -> Iterator[Level]:
             stairs=void and below and unite([step.area for step in below.steps]),
             rooms=tuple(rooms),
             room_count=len(rooms),
-            openings=tuple(Opening.named(shapely.box(*door.rect), True) for door in doors),
+            openings=tuple(doors),
             windows=tuple(_window(window, storey.rooms[window.room]) for window in storey.windows),
             named_openings=True,
             only_walls=True,

@@ -84,7 +84,7 @@ def test_a_room_without_a_label_has_the_name_that_its_source_gives_it(two_rooms)
     first, *others = two_rooms.rooms
     for source, name in (
         ((), ""),
-        (("stairs",), "Stairs"),
+        (("stairwell",), "Stairwell"),
         (("flur_oben", "diele"), "Flur oben / diele"),
         (("17", "Bad", "2"), "Bad"),
         (("17", "20"), "17"),

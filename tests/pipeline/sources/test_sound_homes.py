@@ -12,7 +12,9 @@ import shapely
 from shapely.affinity import translate
 
 from houseexpo.drawing.door_leaves import door_leaves
+from houseexpo.drawing.stairs import stair_lines
 from houseexpo.exports import export
+from houseexpo.exports.storeys import storey_bodies
 from houseexpo.floorplan import FloorPlan
 from pipeline.algorithm import plan_level
 from pipeline.config import PipelineConfig
@@ -209,6 +211,24 @@ def test_outer_walls_and_those_of_the_stair_stand_above_each_other(houses: list[
                 assert above.void.area.buffer(0.001).covers(stair), home.id
 
 
+def test_an_upper_storey_shows_its_stair_where_no_robot_gets(houses: list[SoundHome]) -> None:
+    for home in houses[-3:]:
+        for storey, level in zip(home.storeys, levels_of_sound_home(home), strict=True):
+            (plan,) = plan_level(level, PipelineConfig(), np.random.default_rng(0))
+            assert isinstance(plan, FloorPlan)
+            assert len(list(stair_lines(plan))) > 10, home.id
+            furnished = furnish_plan(plan, np.random.default_rng(0))
+            for each in (plan, furnished):
+                wells = [thing.polygon for thing in each.objects if thing.is_stairwell]
+                assert len(wells) == (storey.void is not None), home.id
+                for well in wells:
+                    assert well.area == pytest.approx(storey.void.area.area, abs=0.1)
+                    assert well.intersection(each.free_space).area < 1e-3, home.id
+                    assert each.floor.covers(well), home.id
+            assert plan.free_space.covers(furnished.free_space), home.id
+            assert len(furnished.objects) > len(plan.objects), home.id
+
+
 def test_baths_lie_over_pipes(houses: list[SoundHome]) -> None:
     for home in houses:
         for below, above in pairwise(home.storeys):
@@ -269,6 +289,8 @@ def test_the_storeys_of_an_exported_house_come_back(houses: list[SoundHome], tmp
     back = plans_of(file)
     assert [len(plan.rooms) for plan in back] == [len(plan.rooms) for plan in plans]
     assert all(likeness(one, other) > 0.99 for one, other in zip(plans, back, strict=True))
+    stack = storey_bodies(plans, "house", {})
+    assert all(each.slab.intersection(t.polygon).area < 1e-3 for each in stack for t in each.built.plan.objects)
 
 
 @pytest.mark.slow
