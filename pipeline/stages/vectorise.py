@@ -127,8 +127,8 @@ def _objects(obstacles: tuple[Obstacle, ...], rooms: list[Polygon], shift: Point
         if not shape:
             continue
         filled = Polygon(shape[0].exterior)
-        near = tree.query_nearest(filled.centroid, max_distance=AROUND_M) if obstacle.in_room else ()
-        room = int(near[0]) if len(near) else None
+        near = tree.query_nearest(filled.centroid, max_distance=AROUND_M)
+        room = int(near[0]) if obstacle.in_room and len(near) else None
         yield PlanObject(found, obstacle.word, room, snap_polygons([filled], shift)[0][0], round(obstacle.height_m, 2))
         found += 1
 

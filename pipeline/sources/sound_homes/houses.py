@@ -30,7 +30,7 @@ from pipeline.sources.homes.values import Rect
 from pipeline.sources.sound_homes.layout import CONTACT_M, PORCH_WIDTH_M, Column, Rooms, put_column
 from pipeline.sources.sound_homes.limits import LIMITS, MOST_RATIO, distance_from_wishes
 from pipeline.sources.sound_homes.openings import shared_stretches
-from pipeline.sources.sound_homes.programme import draw_area
+from pipeline.sources.sound_homes.programme import AREAS, draw_area
 from pipeline.sources.sound_homes.stairs import LANDING_M, Stair, StairKind, draw_stair_size
 from pipeline.sources.sound_homes.values import ENTRYWAY, HALL, STAIRS, Cell, Join, Layout, Programme, Side
 
@@ -143,7 +143,7 @@ class _Ground:
         self.starts: list[float] = np.cumsum([0.0, *(column.width_m for column in self.row)]).tolist()
 
     def add(self, label: str, size: float = 1.0) -> int:
-        return self.rooms.add(label, draw_area(label, self.rng) * size)
+        return self.rooms.add(label, min(draw_area(label, self.rng) * size, AREAS[label].most_m2))
 
     def width(self, room: int, depth_m: float, least_m: float) -> float:
         return max(self.rooms.areas[room] / depth_m, least_m) + self.wall_m

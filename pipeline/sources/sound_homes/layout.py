@@ -60,7 +60,7 @@ _ENTRY_M: Final = (1.2, 1.4)
 _VESTIBULE_M: Final = (1.35, 1.7)
 _SMALL_VESTIBULES: Final = 0.6
 """The depth of a small vestibule, before a part of the hall, and how often one that does not lie back is so small."""
-_NORTH_M: Final = {"studio": (2.6, 3.3), "whole": (3.5, 4.7), "beside": (3.5, 4.7), "behind": (3.6, 4.7)}
+_NORTH_M: Final = {"studio": (2.6, 3.3), "whole": (3.5, 4.7), "beside": (3.5, 4.7), "behind": (3.4, 4.2)}
 """The depth of the north row, by where the day rooms lie."""
 _PATIO_M: Final = (2.8, 4.2)
 _PATIOS: Final = 0.4
@@ -77,14 +77,15 @@ _EAT_IN_M2: Final = 9.5
 """Where people can eat in the kitchen, it may be the way to the living room (L2)."""
 CONTACT_M: Final = 1.1
 """What a door and its jambs take of a wall between two rooms, metres."""
-_PORCH_M: Final = (0.6, 1.3)
+_PORCH_M: Final = (0.6, 1.9)
 PORCH_WIDTH_M: Final = 1.05
 """What is free between the outer walls beside a front door that lies back."""
 _LEAST_ENTRY_M: Final = 1.2
 """The least depth of an entry that lies back."""
 _WC_M: Final = (1.0, 1.25)
 _WC_AT_HALL_M: Final = (1.2, 1.35)
-"""The clear widths of a toilet; beside a vestibule it is wide enough for a door to the corridor."""
+_WC_DEPTH_M: Final = (1.5, 1.65)
+"""The clear widths of a toilet; beside a vestibule it is wide enough for a door to the corridor. And its depth."""
 _STORE_M: Final = (0.6, 2.2)
 """The least and the largest depth of a store at the corridor's end, metres (L4)."""
 _CUPBOARDS: Final = 0.45
@@ -238,8 +239,8 @@ def _draw_form(programme: Programme, rooms: Rooms, day: Day, rng: np.random.Gene
     kitchen: Literal["north", "south", "day"] = "day"
     if day == "whole":
         kitchen = "north" if studio or not lit or rng.random() < 0.3 else "south"
-    may_lie_back = (free and not service) or (kind in _FLATS and (service or not rooms.of("Toilet")))
-    porch = may_lie_back and bool(rng.random() < 0.7)
+    may_lie_back = (free and not service) or (kind in _FLATS and (service or not _small_stores(rooms)))
+    porch = may_lie_back and bool(rng.random() < 0.9)
     bumps = (0.0, 0.0, 0.9, 1.4) if free else (0.0,)
     return _Form(
         north_m=north,
@@ -387,6 +388,10 @@ def _entry_columns(rooms: Rooms, form: _Form, rng: np.random.Generator) -> list[
     return [Column([HALL, room], [1 - share, share], form.entry_m, False)]
 
 
+def _small_stores(rooms: Rooms) -> list[int]:
+    return [room for room in rooms.of("Storage") if rooms.areas[room] < _SMALL_STORE_M2]
+
+
 def _wet_columns(
     rooms: Rooms, form: _Form, column: Callable[[int, float], Column], rng: np.random.Generator
 ) -> list[Column]:
@@ -394,15 +399,21 @@ def _wet_columns(
     columns = [column(room, form.south_m) for room in rooms.of("Bathroom")]
     toilets, stores = rooms.of("Toilet"), rooms.of("Storage")
     if toilets and form.entry and not form.service:
-        wide = _WC_AT_HALL_M if form.vestibule else _WC_M
-        share = min(float(rng.uniform(1.5, 1.7)) / form.south_m, 0.75)
-        small = [room for room in stores if rooms.areas[room] < _SMALL_STORE_M2]
+        wide = float(rng.uniform(*(_WC_AT_HALL_M if form.vestibule else _WC_M))) + form.wall_m
+        if form.porch:
+            return [
+                *columns,
+                *(column(room, form.south_m) for room in stores),
+                Column([toilets[0]], [1.0], wide, False),
+            ]
+        share = min(float(rng.uniform(*_WC_DEPTH_M)) / form.south_m, 0.75)
+        small = _small_stores(rooms)
         stores = [room for room in stores if room not in small]
         closet = small[0] if small else rooms.add("Wardrobe", 0.0)
         columns += [column(room, form.south_m) for room in stores]
         return [
             *columns,
-            Column([toilets[0], closet], [share, 1 - share], float(rng.uniform(*wide)) + form.wall_m, False),
+            Column([toilets[0], closet], [share, 1 - share], wide, False),
         ]
     return [*columns, *(column(room, form.south_m) for room in [*toilets, *stores])]
 
@@ -467,10 +478,12 @@ def _place(
     cells.append(Cell((day, bottom, end, top + north_bump), living))
     entrance: tuple[int, Side] = (-1, "west")
     x = start
+    forward = _forward_m(rooms, form, rng)
     for column in rows.south:
         is_entry = rooms.labels[column.rooms[0]] in {"Hallway", ENTRYWAY}
-        forward = _forward_m(rooms, form, rng) if is_entry else 0.0
-        put_column(cells, column, (x, -forward, x + column.width_m, low), up=False)
+        lies_back = forward < 0 and not form.service and rooms.labels[column.rooms[0]] == "Toilet"
+        bottom = -forward if is_entry or lies_back else 0.0
+        put_column(cells, column, (x, bottom, x + column.width_m, low), up=False)
         if is_entry:
             entrance = (len(cells) - 1, "south")
             if rooms.of("Garage"):
@@ -517,9 +530,14 @@ def put_column(cells: list[Cell], column: Column, rect: Rect, *, up: bool) -> No
 
 
 def _forward_m(rooms: Rooms, form: _Form, rng: np.random.Generator) -> float:
-    """Return how far the entry comes forward beside a garage (L7), or lies back behind a porch (negative), m."""
+    """Return how far the entry comes forward beside a garage (L7), or lies back behind a porch (negative), m.
+
+    In a deep row a toilet beside it lies back, too.
+    """
     if rooms.of("Garage"):
         return CONTACT_M + 0.2
+    if form.porch and rooms.of("Toilet") and not form.service:
+        return min(float(rng.uniform(*_WC_DEPTH_M)) + form.wall_m - form.south_m, 0.0)
     most = min(_PORCH_M[1], form.south_m - form.wall_m - _LEAST_ENTRY_M)
     least = most if form.vestibule else min(_PORCH_M[0], most)
     return -float(rng.uniform(least, most)) if form.porch and most > 0 else 0.0

@@ -2,7 +2,7 @@
 
 R1  Rooms keep the least area and width and the largest aspect of their label (``LIMITS``, stricter than the limits of
     ``houseexpo.analysis.audit``).
-R2  A room has at most ``MOST_RATIO`` times the area that is asked for, and 8 m2 more; a store may be larger.
+R2  A room has at most ``MOST_RATIO`` times the area that is asked for, and 5 m2 more; a store may be larger.
 R3  A storey has at most one cupboard or smallest of toilets, and only in some kinds of dwellings.
 """
 
@@ -40,12 +40,13 @@ LIMITS: Final = {
     "Entryway": _Limits(1.4, 1.15, 3.2),
 }
 MOST_RATIO: Final = 1.7
-_MOST_MORE_M2: Final = 8.0
+_MOST_MORE_M2: Final = 5.0
 _TINY: Final = (1.5, 0.86)
 """Smaller (m2) or narrower (m) than that, a room is a cupboard or the smallest of toilets (R3)."""
 _MAY_BE_TINY: Final = frozenset({"flat", "shared flat", "studio"})
-_HALL_M2: Final = 0.9
-"""What a hall has for each room without being too large; 7.5 m2 for 6.8 rooms are 1.1 m2 (Swiss Dwellings)."""
+_HALL_M2: Final = 0.65
+"""What a hall has for each room without being too large. Few are so small; what comes nearest has about the median
+of Swiss Dwellings, 7.5 m2."""
 _HALL_WEIGHT: Final = 12.0
 _SLIM_M: Final = 1.0
 """A hall that is wider than this and a fifth of a metre may be larger."""

@@ -23,17 +23,17 @@ class _Area(NamedTuple):
 
 
 AREAS: Final = {
-    "Living_Room": _Area(27.2, 0.35, 13.0, 44.0),
+    "Living_Room": _Area(27.6, 0.35, 13.0, 44.0),
     "Kitchen": _Area(7.45, 0.42, 3.5, 16.0),
     "Dining_Room": _Area(11.5, 0.22, 8.0, 14.5),
     "Bedroom": _Area(15.0, 0.2, 11.0, 24.0),
     "Child_Room": _Area(12.5, 0.2, 9.0, 18.0),
     "Office": _Area(11.0, 0.22, 7.5, 18.0),
-    "Bathroom": _Area(3.3, 0.39, 2.6, 8.0),
+    "Bathroom": _Area(3.2, 0.44, 2.5, 8.0),
     "Toilet": _Area(1.7, 0.15, 1.55, 2.6),
-    "Storage": _Area(2.3, 1.35, 0.6, 8.2),
+    "Storage": _Area(2.4, 1.35, 0.6, 7.6),
     "Wardrobe": _Area(3.6, 0.25, 2.4, 6.0),
-    "Balcony": _Area(6.5, 0.8, 2.0, 27.0),
+    "Balcony": _Area(6.8, 0.8, 2.0, 27.0),
     "Terrace": _Area(14.0, 0.35, 8.0, 28.0),
     "Garage": _Area(20.0, 0.1, 17.0, 26.0),
 }
@@ -79,9 +79,9 @@ _VESTIBULES: Final = 0.2
 _SLEEP: Final = frozenset({"Bedroom", "Child_Room", "Office"})
 _TWO_SIDED: Final = 3
 """So many rooms to sleep and work in need light on two sides, as a dining room does."""
-_CORRIDOR_M: Final = (1.1, 1.2)
+_CORRIDOR_M: Final = (1.05, 1.2)
 _SHORT_HALL_M: Final = (1.4, 1.8)
-_WIDE_HALL_M: Final = (1.5, 2.2)
+_WIDE_HALL_M: Final = (1.6, 2.5)
 _INNER_M: Final = (0.10, 0.12, 0.14)
 _OUTER_M: Final = (0.28, 0.30, 0.36, 0.40)
 
