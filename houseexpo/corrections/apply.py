@@ -14,7 +14,8 @@ R4  ``entrance``: a door to the outside, whatever lies there. ``wall``: parts th
     encloses together with the source's walls, rooms and other drawn walls become rooms. A wall that encloses no space
     waits. Walls over more than half of a passage, or just before it, shut it. A passage in which a line ends becomes
     one passage for each of the rooms that the line parts.
-R5  ``one_room``: the rooms become one, together with the passages and walls between them (``merging``). ``no_wall``:
+R5  ``one_room``: the rooms become one, together with the passages and walls between them (``merging``). If a door or
+    an opening then does nothing, and both have an effect in the other order, the rooms are parted first. ``no_wall``:
     the rooms on both sides of a line in a wall become one, joined by the drawn part of the wall; in an outer wall the
     room is open to the outside there, by an entrance. If it is a line of the drawing, a wall that another line draws
     there stays, and an outer wall too. ``no_door``: the passage becomes wall, or else the cut through the wall there.
@@ -192,6 +193,28 @@ def _in_plan(plan: PlanData, correction: Correction) -> Vector:
 
 
 def _apply_all(draft: Draft, placed: Sequence[Placed]) -> list[Effect]:
+    """Apply words in turn; if a line then does nothing in joined rooms, lines part before rooms are joined (R5)."""
+    before = draft.state()
+    effects = _apply_in_turn(draft, placed)
+    idle = [effect.correction.word for effect in effects if effect.outcome == "none"]
+    joins = [k for k, each in enumerate(placed) if each.correction.word == "one_room"]
+    if not joins or _PARTING.isdisjoint(idle):
+        return effects
+    found = draft.state()
+    draft.restore(before)
+    parted = max(k for k, each in enumerate(placed) if each.correction.word in _PARTING)
+    order = [k for k in range(parted + 1) if k not in joins] + joins
+    order += [k for k in range(len(placed)) if k not in order]
+    again = dict(zip(order, _apply_in_turn(draft, [placed[k] for k in order]), strict=True))
+    if len(idle) > sum(effect.outcome == "none" for effect in again.values()) and all(
+        again[k].outcome != "none" for k, effect in enumerate(effects) if effect.outcome != "none"
+    ):
+        return [again[k] for k in range(len(placed))]
+    draft.restore(found)
+    return effects
+
+
+def _apply_in_turn(draft: Draft, placed: Sequence[Placed]) -> list[Effect]:
     """Apply words in turn. After walls, after passages and at the end, try those without an effect again."""
     effects: list[Effect] = []
     words = [each.correction.word for each in placed]

@@ -285,7 +285,11 @@ def _passages(plan: FloorPlan) -> Iterator[Question]:
             )
         elif door.kind == "entrance":
             says = f"Does one walk in here, an entrance of {door.width:.2f} m?"
-            answers = Answer("An entrance", "entrance", ends), Answer("A window", "window", (at,))
+            answers = (
+                Answer("An entrance", "entrance", ends),
+                Answer("A window", "window", (at,)),
+                Answer("No way", "no_door", (at,)),
+            )
         else:
             says = f"Is there {'an' if door.kind == 'opening' else 'a'} {door.kind} of {door.width:.2f} m: {between}?"
             answers = (

@@ -10,7 +10,6 @@ from typing import Annotated, Any, Final, Literal, NamedTuple
 
 import msgspec
 import numpy as np
-import shapely
 from msgspec import Meta
 from shapely import GEOSException, LineString, Polygon
 
@@ -223,28 +222,6 @@ def _without_effect_now(before: Preview[FloorPlan], after: Preview[FloorPlan]) -
     idle = [each for each in after.records if each["outcome"] == "none"]
     lost = [each for each in idle if author_key(each["word"], each["value"]) in had]
     return [f"but {each['word'].replace('_', ' ')} has no effect any more: {each['said']}" for each in lost]
-
-
-def _joined_beside(shown: FloorPlan, after: FloorPlan, said: Sequence[Any]) -> list[str]:
-    """Return a sentence about each way between rooms of the shown plan that nobody named, and that are one afterwards.
-
-    ``one_room`` is applied before the lines that part rooms, so it may join more than the page shows.
-    """
-    rooms, frame = shown.rooms, shown.frame
-    if frame is None:
-        return []
-    places = shapely.multipoints(plan_points_from_source(frame, [point for value in said for point in value]))
-    named = {room.id for room in rooms if room.polygon.intersects(places)}
-    ways = [door for door in shown.doors if None not in door.rooms and not named.issuperset(door.rooms)]
-    kept = [door.polygon for door in after.doors]
-    floor = [room.polygon for room in after.rooms]
-    areas: dict[int | None, str] = {room.id: f"{room.area:.1f} m2" for room in rooms}
-    return [
-        f"but rooms are joined before lines part them, so {' and '.join(areas[side] for side in door.rooms)}, which "
-        f"nobody named, are one too; draw the {door.kind} of {door.width:.2f} m between them again, or undo"
-        for door in ways
-        if not shapely.intersects(kept, door.polygon).any() and shapely.covers(floor, door.polygon.centroid).any()
-    ]
 
 
 def _hash_of(plan: FloorPlan | None) -> str:
@@ -707,8 +684,6 @@ class Review:
         told, now = self.told(base, table, source), self.told(base, self.decisions.table(name), source)
         before = {line for each in now.records for line in each.get("also", ())}
         found = [effect_in(told, word, value) for value in values]
-        if word == "one_room":
-            found[0] = {**found[0], "also": [*_joined_beside(now.plan, told.plan, values), *found[0].get("also", ())]}
         found[-1] = {**found[-1], "also": [*found[-1].get("also", ()), *_without_effect_now(now, told)]}
         return [{**each, "also": [line for line in each.get("also", ()) if line not in before]} for each in found]
 

@@ -724,6 +724,29 @@ def test_rooms_are_joined_before_an_opening_parts_them_whatever_the_order() -> N
     assert areas(across.plan) == [21.08]
 
 
+def test_a_room_that_a_line_has_parted_is_joined_in_part() -> None:
+    """An opening parts the kitchen, whose two parts both have a door to the hall; one part and the hall are one."""
+    shapes = box(0.0, 0.0, 4.0, 3.0), box(4.1, 0.0, 7.0, 3.0)
+    rooms = tuple(
+        Room(k, label, shape) for k, (label, shape) in enumerate(zip(("Kitchen", "Hall"), shapes, strict=True))
+    )
+    ways = tuple(
+        Door(k, "door", ((4.05, y), (4.05, y + 0.8)), 0.8, box(4.0, y, 4.1, y + 0.8), (0, 1))
+        for k, y in enumerate((0.3, 2.0))
+    )
+    whole = shapely.union_all([*(room.polygon for room in rooms), *(door.polygon for door in ways)])
+    plan = FloorPlan(
+        "two", list(whole.exterior.coords[:-1]), 2, {}, (list(whole.interiors[0].coords[:-1]),), rooms, ways
+    )
+    line: dict[str, Any] = {"opening": [[0.0, 1.5], [4.0, 1.5]]}
+    found = corrected(plan, **line, one_room=[[2.0, 0.5], [6.0, 1.0]])
+    assert [effect.outcome for effect in found.effects] == ["done", "done"]
+    assert areas(found.plan) == pytest.approx([5.8, 14.58], abs=0.05)
+    assert sorted(door.kind for door in found.plan.doors) == ["door", "opening"]
+    whole_kitchen = corrected(plan, **line, one_room=[[2.0, 0.5], [6.0, 1.0], [2.0, 2.5]])
+    assert [effect.outcome for effect in whole_kitchen.effects] == ["done", "none"]
+
+
 def test_a_word_acts_in_what_a_later_one_makes() -> None:
     from shapely import box as area
 

@@ -62,8 +62,8 @@ def test_a_plan_that_is_sure_asks_nothing() -> None:
         (plan_with("cut", None), CUT_ANSWERS),
         (plan_with("door", 0.5), ("door", "no_door", "one_room")),
         (plan_with("opening", 0.8), ("opening", "no_door", "one_room")),
-        (with_entrance(0.4), ("entrance", "window")),
-        (with_entrance(0.95), ("entrance", "window")),
+        (with_entrance(0.4), ("entrance", "window", "no_door")),
+        (with_entrance(0.95), ("entrance", "window", "no_door")),
         (plan_with(room=0.3), ("room", "no_room", "outside")),
     ],
 )

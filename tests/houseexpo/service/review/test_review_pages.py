@@ -396,14 +396,13 @@ def test_what_was_said_before_the_size_of_the_file_is_a_ghost_until_somebody_ans
         assert all(each["ghost"] for each in state(client, plan="doubtful")["effects"])
 
 
-def test_rooms_that_become_one_beside_those_that_were_named_are_told(client: TestClient) -> None:
-    lower, right = (2.0, 0.6), (8.0, 1.0)
-    plain = decide(client, "doubtful", "one_room", points=[lower, right])["effect"]
-    assert "nobody named" not in " ".join(plain["also"])
-    client.post("/houses/review/undo", json={"reviewer": "ann"})
+def test_one_room_joins_the_rooms_that_the_page_shows_and_no_others(client: TestClient) -> None:
     parted = decide(client, "doubtful", "opening", points=[(0.2, 1.5), (6.0, 1.5)])
     assert len(parted["shape"]["rooms"]) == 3
-    joined = decide(client, "doubtful", "one_room", points=[lower, right])  # the rooms as built: the kitchen as a whole
-    assert len(joined["shape"]["rooms"]) == 1
-    told = " ".join(joined["effect"]["also"])
-    assert "which nobody named, are one too; draw the opening of 5.80 m between them again" in told
+    upper, lower, right = sorted(parted["shape"]["rooms"], key=lambda room: room["label"] == "Bedroom")
+    joined = decide(client, "doubtful", "one_room", points=[(2.0, 0.6), (8.0, 1.0)])
+    areas = sorted(room["area"] for room in joined["shape"]["rooms"])
+    assert areas[0] in {upper["area"], lower["area"]}
+    assert len(areas) == 2
+    assert areas[1] > right["area"] + 1.0
+    assert {each["outcome"] for each in joined["effects"]} == {"done"}
