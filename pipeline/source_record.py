@@ -11,6 +11,7 @@ R6  A level that cannot become a plan is recorded as far as its stages came, an 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -39,7 +40,7 @@ from houseexpo.dataset.source_records import (
     Stroke,
 )
 from houseexpo.errors import ConfigError
-from houseexpo.floorplan import FloorPlan
+from houseexpo.floorplan import FloorPlan, decode
 from houseexpo.grids.frame import source_points_from_plan
 from houseexpo.grids.robot_map import MapError, RobotMap
 from houseexpo.plan import Box, Frame
@@ -70,8 +71,10 @@ from pipeline.sources import OVERRIDABLE, reader
 from pipeline.sources.meshes.formats import load_scene
 from pipeline.sources.occupancy_map import scaled_map
 from pipeline.sources.points_file import read_blocks
+from pipeline.sources.storeys.levels import other_floors
 from pipeline.sources.storeys.scale import UNITS as _UNITS
 from pipeline.sources.storeys.scale import said_size
+from pipeline.sources.storeys.size_evidence import SizesFound, other_scales
 from pipeline.sources.tolerances import NARROWEST_DOOR_M, VOXEL_M
 from pipeline.sources.vector_plans import drawing_lines, lines_in_level
 from pipeline.stages.corrections import shown_walls, standing_walls
@@ -94,6 +97,11 @@ _SHOWN_M: Final = (3.0, 200.0)
 _MOST_TRIANGLES: Final = 60_000
 """Some two megabytes on their way to the browser."""
 _SHOWN_HEIGHTS_M: Final = (-0.5, 3.5)
+_MOST_FLOORS: Final = 2
+"""Other floors that are asked about: a key for an answer each."""
+_SIDE_PX: Final = 480
+_SIDE_SAMPLES: Final = 100_000
+"""The picture from the side: the width of the questions, and a point for one of its pixels."""
 _SHARES: Final = (0.15, 0.35, 0.5, 0.65, 0.85)
 """Heights at which a mesh without a storey is cut, as shares of its own: not where its floors are likely."""
 _ONWARD_M: Final = 0.3
@@ -151,6 +159,7 @@ class SourceReader:
             override = LevelOverride.of(item.id, said, sha256).own
             levels = [_of_file(item, override, self._whole, self._config, sha256=sha256, why=self._why)]
         units = {level.unit_m for level in self._levels if isinstance(level, Level)}
+        unit_m = next(iter(units)) if len(units) == 1 else None
         takes = {*OVERRIDABLE.get(self._found.reader, ()), "keep"} - (set() if self._names else {"drop_nodes"})
         takes = takes if self._is_alone else set()  # what is said under their id would be of all of them
         return SourceRecord(
@@ -159,8 +168,10 @@ class SourceReader:
             tuple(levels),
             self._why,
             tuple(sorted(takes)),
-            next(iter(units)) if len(units) == 1 else None,
+            unit_m,
+            *_other_units(self._found.reader, unit_m, levels),
             tuple(self._names[:_MOST_NAMES]),
+            *self._whole.floors,
             item.reader,
             item.key,
             item.options,
@@ -172,7 +183,7 @@ class SourceReader:
             self._levels.extend(reader(item.reader).read(item))
         except Rejection as rejection:
             self._why = str(rejection)
-        self._whole, self._names = _contents(item, is_read=bool(self._levels))
+        self._whole, self._names = _contents(item, [each for each in self._levels if isinstance(each, Level)])
 
     def _of_level(self, level: Level | RejectedLevel, item: Input, override: Override) -> LevelSource:
         if isinstance(level, RejectedLevel):
@@ -223,11 +234,15 @@ def _state_of(path: Path) -> tuple[int, int]:
 
 @dataclass(frozen=True, eq=False)
 class _Whole:
-    """What a file holds, whatever is made of it: triangles or points, a drawing's lines by storeys, a robot's map."""
+    """What a file holds, whatever is made of it: triangles or points, a drawing's lines by storeys, a robot's map.
+
+    ``floors`` are the other floors of a mesh of which levels were made, and its picture from the side.
+    """
 
     mesh: Mesh | None = None
     lines: Sequence[Sequence[tuple[str, Any]]] = ()
     cells: RobotMap | None = None
+    floors: tuple[tuple[float, ...], bytes] = ((), b"")
 
     @property
     def is_empty(self) -> bool:
@@ -246,17 +261,18 @@ class _Searched:
         return next((each.value for each in self.results if isinstance(each.value, Layout)), None)
 
 
-def _contents(item: Input, *, is_read: bool) -> tuple[_Whole, list[str]]:
+def _contents(item: Input, levels: Sequence[Level]) -> tuple[_Whole, list[str]]:
     """Return what a file holds, in its own axes and unit, and the names of its parts.
 
-    Of what was read, only the names and a drawing's lines are wanted.
+    Of a file of which ``levels`` were made, only the names, a drawing's lines and a mesh's floors are wanted.
     """
-    path, options = Path(item.path), dict(item.options)
+    path, options, is_read = Path(item.path), dict(item.options), bool(levels)
     try:
         if item.reader == "mesh_file":
             scene = load_scene(path)
             names = {name for part in scene.parts for name in (*part.groups, part.mesh, part.material) if name}
-            return _Whole(None if is_read else scene.mesh), sorted(names)
+            mesh = scene.without_sky().mesh
+            return _Whole(floors=_floors(mesh, levels)) if is_read else _Whole(scene.mesh), sorted(names)
         if item.reader == "points" and not is_read:
             points = np.concatenate([block[:, :3] for block in read_blocks(path)]).astype(np.float64)
             return _Whole(Mesh(points, np.zeros((0, 3), np.int64))), []
@@ -272,6 +288,44 @@ def _contents(item: Input, *, is_read: bool) -> tuple[_Whole, list[str]]:
     except (Rejection, ValueError, MapError):
         pass
     return _Whole(), []
+
+
+def _floors(mesh: Mesh, levels: Sequence[Level]) -> tuple[tuple[float, ...], bytes]:
+    """Return heights that may be floors beside those of the levels, and a picture from the side with all of them."""
+    vertices = mesh.vertices * (levels[0].unit_m or 1.0)
+    if levels[0].frame.up == "y":
+        vertices = np.column_stack([vertices[:, 0], -vertices[:, 2], vertices[:, 1]])
+    upright, taken = Mesh(vertices, mesh.faces), [level.frame.floor for level in levels]
+    others = other_floors(upright, taken)[:_MOST_FLOORS]
+    points = sample_points(upright, _SIDE_SAMPLES)
+    wide = int(np.ptp(points[:, 1]) > np.ptp(points[:, 0]))
+    low, high = np.quantile(points[:, [wide, 2]], [0.001, 0.999], axis=0)
+    sheet = _Sheet((float(low[0]), float(low[1]) - AROUND_M, float(high[0]), float(high[1]) + AROUND_M), _SIDE_PX)
+    columns, rows = np.floor(sheet.pixels(points[:, [wide, 2]])).astype(np.int64).T
+    inside = (columns >= 0) & (rows >= 0) & (columns < sheet.size[0]) & (rows < sheet.size[1])
+    grey = np.full((sheet.size[1], sheet.size[0]), 255, np.uint8)
+    grey[rows[inside], columns[inside]] = 150
+    image = Image.fromarray(grey).convert("RGB")
+    pen = ImageDraw.Draw(image)
+    for heights, colour in ((taken, _COLOURS[0]), (others, _COLOURS[1])):
+        for height in heights:
+            y = float(sheet.pixels(np.array([low[0], height]))[1])
+            pen.line([(0, y), (image.width, y)], fill=colour, width=2)
+            pen.text((4, y - 12), f"{height:.2f} m", fill=colour)
+    return tuple(others), encode_png(np.asarray(image))
+
+
+def _other_units(reader: str, unit_m: float | None, levels: Sequence[LevelSource]) -> tuple[tuple[float, ...], bool]:
+    """Return what else a unit may be by the sizes of the plans, and whether one is likelier; a map states its own."""
+    doors = [door for level in levels for plan in level.plans for door in decode(bytes(plan.plan)).doors]
+    extents = [math.sqrt(math.prod(level.extent)) for level in levels if min(level.extent) > 0]
+    if unit_m is None or not extents or reader == "occupancy_map":
+        return (), False
+    storeys = [level.ceiling_m for level in levels if level.ceiling_m]
+    widths = tuple(door.width for door in doors if door.kind != "cut")
+    found = SizesFound(float(np.median(storeys)) if storeys else 0.0, max(extents), widths=widths)
+    others, is_odd = other_scales(found, unit_m)
+    return tuple(others), is_odd
 
 
 def _ifc_contents(path: Path, *, is_read: bool) -> tuple[_Whole, list[str]]:
@@ -334,6 +388,7 @@ def _searched(level: Level, item: Input, whole: _Whole, override: Override, conf
         strokes=_strokes(lines[level.frame.level] if level.frame.level < len(lines) else (), level, level.unit_m),
         solid=_solid(level),
         seen=tuple(_seen_lines(level, walls)),
+        ceiling_m=0.0 if item.reader in {"vector_plans", "occupancy_map"} else round(level.ceiling_m, 2),
     )
     return _Searched(source, results)
 

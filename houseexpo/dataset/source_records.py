@@ -73,7 +73,7 @@ class LevelSource(msgspec.Struct, frozen=True):
     ``edges`` are the walls, to which points snap. ``guesses`` names the facts that the reader guessed. ``extent`` is
     the size of the walls' bounds along the source's two axes, metres. ``strokes`` are the drawing's own lines.
     ``solid`` is the level in three dimensions, or None if the source has no triangles. ``seen`` are straight lines of
-    what stands higher than a person.
+    what stands higher than a person. ``ceiling_m`` is the height of its rooms, metres, 0 if the source has none.
     """
 
     id: str
@@ -88,6 +88,7 @@ class LevelSource(msgspec.Struct, frozen=True):
     strokes: tuple[Stroke, ...] = ()
     solid: Solid | None = None
     seen: tuple[Points, ...] = ()
+    ceiling_m: float = 0.0
 
 
 class SourceRecord(msgspec.Struct, frozen=True):
@@ -96,7 +97,9 @@ class SourceRecord(msgspec.Struct, frozen=True):
     ``reader``, ``key`` and ``options`` are how its file was read, with what is said of the file.
 
     ``takes`` are the keys of ``overrides.toml`` that its reader supports. ``unit_m`` is the length of the file's unit,
-    metres, or None if it is unknown. ``names`` are the names of its parts.
+    metres, or None if it is unknown. ``other_units_m`` are other lengths of it, the likeliest first; ``is_odd``: one is
+    clearly likelier by the sizes in the file. ``names`` are the names of its parts. ``other_floors`` are heights of
+    level surfaces that were not taken for floors. ``side`` is a PNG of the file from the side, with the floors.
     """
 
     id: str
@@ -105,7 +108,11 @@ class SourceRecord(msgspec.Struct, frozen=True):
     rejected: str = ""
     takes: tuple[str, ...] = ()
     unit_m: float | None = None
+    other_units_m: tuple[float, ...] = ()
+    is_odd: bool = False
     names: tuple[str, ...] = ()
+    other_floors: tuple[float, ...] = ()
+    side: bytes = b""
     reader: str = ""
     key: str = ""
     options: tuple[tuple[str, str], ...] = ()

@@ -14,7 +14,9 @@ R6  If a corner juts into a room, the lines that extend its two edges to the opp
     rooms, as may a door or a gap that the source shows in a room. A line is asked about if it parts off a space that
     could be a room, and is as narrow as an opening, or narrower than this space is wide.
 R7  Facts about the whole file that the reader guessed (its unit, its axis) are asked first, once for the file: all else
-    depends on them. What somebody has said is not asked.
+    depends on them. Its size is also asked about if the sizes of its doors and storeys make another one clearly
+    likelier, and its floors if another level surface may be one, or a storey of several is doubtful or gave no plan.
+    What somebody has said is not asked.
 R8  An answer's value is the question's doubt times (``_LEAST`` + the share of the plan's area that it concerns).
     Questions of one kind about parts of a similar size are grouped, as one answer is often true of all of them. The
     group with the most valuable question comes first.
@@ -123,19 +125,25 @@ _SIZES: Final = {"units", "scale", "storey_height"}
 _TOLD_BY: Final = {"units": _SIZES, "scale": _SIZES, "up": {"up"}, "levels": {"floors", "storey_height"}}
 """Options of a reader that state what it would guess; a known distance is given to it as the unit."""
 GUESS: Final = "guess of the file"
-"""The key of the question about guesses: one for all storeys of a file."""
-_GUESSED: Final = {"units": "the unit", "scale": "the scale", "up": "the upward axis", "levels": "the floors"}
+FLOORS: Final = "floors of the file"
+"""The keys of the questions about a file: one for all its storeys."""
+_UNIT_NAMES: Final = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254, "ft": 0.3048}
+_MOST_SIZES: Final = 3
+_MOST_LEFT_OUT: Final = 3
+"""Storeys that may be none, and sizes that are offered: each answer needs a key."""
+_GUESSED: Final = {"units": "the unit", "scale": "the scale", "up": "the upward axis"}
 
 
 class Answer(msgspec.Struct, frozen=True):
     """An answer: the text of its button, and its word; no word if the plan is right as it is.
 
-    The action "file" opens the statements about the file.
+    The action "file" opens the statements about the file; a key of ``FILE_WORDS`` states ``text``.
     """
 
     title: str
     action: str = "leave"
     points: tuple[tuple[float, float], ...] = ()
+    text: str = ""
 
 
 class Question(msgspec.Struct, frozen=True):
@@ -180,6 +188,7 @@ def questions(
         places = [(kind, LineString(np.add(ends, (dx, dy)).round(3))) for kind, ends in source.places]
         rules += [
             _guesses(plan, source),
+            _floors(plan, source),
             _parted(plan, places),
             _seen_in_part(plan, source, (dx, dy)),
             _spaces_left_out(plan, source, (dx, dy), closed),
@@ -433,15 +442,54 @@ def _parts_or_joins(plan: FloorPlan, question: Question, said: Sequence[Correcti
 
 def _guesses(plan: FloorPlan, source: SourceView) -> Iterator[Question]:
     """R7."""
-    told = {key for key, _ in source.record.options}
-    names = [_GUESSED[name] for name in source.level.guesses if name in _GUESSED and told.isdisjoint(_TOLD_BY[name])]
-    if not names or not {"units", "up"} & set(source.record.takes):
-        return
+    told, record = {key for key, _ in source.record.options}, source.record
+    guesses = [name for name in source.level.guesses if name in _GUESSED and told.isdisjoint(_TOLD_BY[name])]
     x1, y1, x2, y2 = plan.bbox
     at = round((x1 + x2) / 2, 3), round((y1 + y2) / 2, 3)
-    size = f"{x2 - x1:.1f} m x {y2 - y1:.1f} m"
-    says = f"The file does not say {' and '.join(names)}; this storey is {size} so. Is that right?"
-    yield Question(GUESS, at, says, (Answer("Right"), Answer("Wrong", "file")), 1.0)
+    answers = [Answer("Right")]
+    is_size_open = "units" in record.takes and told.isdisjoint(_SIZES)
+    if (is_size_open and record.is_odd) or (guesses and {"units", "up"} & set(record.takes)):
+        names = " and ".join(_GUESSED[name] for name in guesses)
+        why = f"The file does not say {names}" if names else "The sizes in this file are unusual"
+        high = f" and {source.level.ceiling_m:.1f} m high" if source.level.ceiling_m else ""
+        widths = sorted(door.width for door in plan.doors if door.kind != "cut")
+        doors = f", its doors are {widths[len(widths) // 2]:.2f} m wide" if widths else ""
+        says = f"{why}; this storey is {x2 - x1:.1f} m x {y2 - y1:.1f} m{high} so{doors}. Is that right?"
+        if "up" in guesses and "up" in record.takes and plan.frame is not None:
+            other = "y" if plan.frame.up == "z" else "z"
+            answers.append(Answer(f"{other} is up", "up", text=other))
+        if is_size_open and record.unit_m:
+            for unit_m in record.other_units_m[:_MOST_SIZES]:
+                by = unit_m / record.unit_m
+                sized = f"{(x2 - x1) * by:.1f} m x {(y2 - y1) * by:.1f} m"
+                wide = f", doors {widths[len(widths) // 2] * by:.2f} m" if widths else ""
+                name = next((name for name, unit in _UNIT_NAMES.items() if math.isclose(unit, unit_m)), f"{unit_m:g}")
+                answers.append(Answer(f"{sized}{wide}", "units", text=name))
+        yield Question(GUESS, at, says, (*answers, Answer("Another", "file")), 1.0)
+
+
+def _floors(plan: FloorPlan, source: SourceView) -> Iterator[Question]:
+    """R7."""
+    record = source.record
+    levels = [level for level in record.levels if min(level.extent) > 0]
+    is_unsure = any(level.rejected for level in levels) or (plan.quality is not None and plan.quality.is_doubtful)
+    is_open = "floors" in record.takes and not {key for key, _ in record.options} & _TOLD_BY["levels"]
+    if not is_open or not (record.other_floors or "levels" in source.level.guesses or (len(levels) > 1 and is_unsure)):
+        return
+    heights = sorted({round(level.frame.floor, 2) for level in levels})
+
+    def answer(title: str, floors: Sequence[float]) -> Answer:
+        return Answer(title, "floors", text=", ".join(f"{height:g}" for height in sorted(floors)))
+
+    more = [answer(f"Also {height:.2f} m", [*heights, height]) for height in record.other_floors]
+    fewer = [answer(f"None at {height:.2f} m", [each for each in heights if each != height]) for height in heights]
+    x1, y1, x2, y2 = plan.bbox
+    found = " and ".join(f"{height:.2f} m" for height in heights)
+    others = " and ".join(f"{height:.2f} m" for height in record.other_floors)
+    says = f"Floors were found at {found}{f', and level surfaces with walls on them at {others}' if others else ''}. "
+    answers = Answer("Right"), *more, *(fewer[:_MOST_LEFT_OUT] if len(heights) > 1 else ()), Answer("Others", "file")
+    at = round((x1 + x2) / 2, 3), round((y1 + y2) / 2, 3)
+    yield Question(FLOORS, at, f"{says}Is that right?", answers, 1.0)
 
 
 def _spaces_left_out(

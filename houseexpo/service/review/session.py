@@ -32,6 +32,7 @@ from houseexpo.service.plan_page import room_names_beside
 from houseexpo.service.review.changes import list_items, replacement
 from houseexpo.service.review.decisions import DecisionStore, NothingHereError, PlanDecisions
 from houseexpo.service.review.questions import (
+    FLOORS,
     GUESS,
     MOST_POINTS,
     Answer,
@@ -492,8 +493,8 @@ class Review:
         """Return the questions that are not asked again; that about the file is left on any of its storeys."""
         found = self.decisions.left(name)
         storeys = [plan.id for level in source.record.levels for plan in level.plans] if source is not None else []
-        if any(GUESS in self.decisions.left(storey) for storey in storeys):
-            found.add(GUESS)
+        for storey in storeys:
+            found |= self.decisions.left(storey) & {GUESS, FLOORS}
         return found
 
     def _mark_ghosts(

@@ -184,6 +184,7 @@ class SourceView:
                 for each in self.level.strokes
             ],
             "is_solid": self.level.solid is not None,
+            "side": msgspec.to_builtins(self.record.side),
         }  # fmt: skip
 
     def solid_over(self, plan: FloorPlan | None) -> dict[str, Any]:

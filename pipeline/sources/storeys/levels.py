@@ -367,6 +367,29 @@ def find_levels(
     return tuple(found) if asked else _join_parts_of_halls(found)
 
 
+def other_floors(mesh: Mesh, taken: Sequence[float]) -> list[float]:
+    """Return the heights of level surfaces in a house (metres, z up) that may be floors beside those ``taken``.
+
+    They are a clear height away from them, half of the usual walls stand on them, and the largest comes first.
+    """
+    surfaces = Surfaces.of(mesh)
+    walls = surfaces.walls()
+    if not walls.any():
+        return []
+    profile, grid = WallProfile.of(surfaces, walls), PlanGrid.over(*wall_bounds(surfaces, walls))
+    found = [
+        (-grid.area(layer.cells), layer.top)
+        for layer in find_layers(surfaces, grid)
+        if all(abs(layer.top - height) >= HEAD_M for height in taken)
+        and profile.length_at(layer.top + HEAD_M / 2) >= profile.usual / 2
+    ]
+    kept: list[float] = []
+    for _, height in sorted(found):
+        if all(abs(height - other) >= HEAD_M for other in kept):
+            kept.append(round(height, 2))
+    return kept
+
+
 def _asked_floor(
     surfaces: Surfaces, walls: Bools, height: float, layers: Sequence[LevelLayer], grid: PlanGrid
 ) -> FloorSurface | None:

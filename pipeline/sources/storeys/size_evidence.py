@@ -82,7 +82,10 @@ class NamedThing:
 
 @dataclass(frozen=True)
 class SizesFound:
-    """What was measured in a mesh, in the file's unit; ``may_be_cut``: nothing hangs over its openings."""
+    """What was measured, in the file's unit; ``storey`` is 0 if it is not known.
+
+    ``may_be_cut``: nothing hangs over its openings.
+    """
 
     storey: float
     extent: float
@@ -120,7 +123,9 @@ def log_likelihood(found: SizesFound, log_metres: Floats) -> Floats:
     """Return how likely all measures are (E1, E2) for each logarithm of the metres in a unit."""
     usual = usual_sizes()
     storey = "bare_storey" if found.may_be_cut else "storey"  # E6
-    total = usual[storey].log_density(math.log(found.storey) + log_metres)
+    total = (
+        usual[storey].log_density(math.log(found.storey) + log_metres) if found.storey else np.zeros_like(log_metres)
+    )
     total += usual["extent"].log_density(math.log(found.extent) + log_metres) + _things(found, log_metres)
     if found.heads:  # E2
         total += np.max([usual["head"].log_density(math.log(head) + log_metres) for head in found.heads], axis=0)
@@ -191,6 +196,25 @@ def weigh_scale(
     if len(near):
         return float(math.exp(places[near[weight[near].argmax()]]))
     return float(f"{math.exp(answers[best]):.2g}")
+
+
+def other_scales(found: SizesFound, metres: float) -> tuple[list[float], bool]:
+    """Return what else a unit may be than ``metres``, and whether the first is clearly likelier (E4) by what was found.
+
+    What was ``found`` is in metres as it was read. The others are known units, and those that make a storey or the
+    middle one of the openings usual; the likeliest come first.
+    """
+    usual = usual_sizes()
+    measured = ("storey", found.storey), ("width", float(np.median(found.widths)) if found.widths else 0.0)
+    wanted = [usual[kind].parts[0][1] / size for kind, size in measured if size]
+    factors = [1.0, *(unit / metres for unit, _ in UNIT_ODDS), *wanted]
+    odds = log_likelihood(found, np.log(factors))
+    kept = [0]
+    for k in np.argsort(-odds, kind="stable").tolist():
+        if all(abs(math.log(factors[k] / factors[other])) >= 2 * LIKE for other in kept):
+            kept.append(k)
+    others = [float(f"{factors[k] * metres:.3g}") for k in kept[1:]]
+    return others, len(kept) > 1 and bool(odds[kept[1]] > odds[0] + CLEARLY)
 
 
 # Openings: two short faces across from each other are the jambs of one, as long as its wall is thick. Where faces run

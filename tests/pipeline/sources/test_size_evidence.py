@@ -17,6 +17,7 @@ from pipeline.sources.storeys.size_evidence import (
     find_openings,
     kinds_by_word,
     log_likelihood,
+    other_scales,
     usual_sizes,
     weigh_scale,
 )
@@ -120,6 +121,18 @@ def test_the_likeliest_scale_is_the_true_one() -> None:
 @pytest.mark.parametrize(("by", "metres"), [(100.0, 0.01), (1000.0, 0.001), (10.0, 0.1), (0.0254, 1 / 0.0254)])
 def test_another_unit_that_is_clearly_likelier_is_taken(by: float, metres: float) -> None:
     assert weigh_scale(usual(by), 1.0, None, 1e-4, 1e3) == pytest.approx(metres)
+
+
+def test_other_sizes_are_those_that_make_doors_and_storeys_usual() -> None:
+    """``other_scales`` is given what was found in metres, as it was read."""
+    others, is_odd = other_scales(usual(1.0), 1.0)
+    assert not is_odd
+    others, is_odd = other_scales(usual(0.5), 1.0)
+    assert is_odd
+    assert others[0] == pytest.approx(2.0, rel=0.15)
+    others, is_odd = other_scales(usual(100.0, storey=0.0), 0.3048)
+    assert is_odd
+    assert others[0] in {0.003, 0.00305} or others[0] == pytest.approx(0.003, rel=0.15)
 
 
 def test_an_answer_stays_that_is_about_as_likely() -> None:

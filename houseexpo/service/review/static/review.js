@@ -13,6 +13,7 @@ const MOST_ALIKE = 200; // places of which the same is said at once
 const LAYER_KEYS = [..."fghqvz"]; // digits answer
 const ANY = 9; // all questions of a kind are marked, and no answer is chosen yet
 const LEAVE = { title: "Leave it", action: "leave", points: [] }; // the last answer to any question
+const OF_FILE = new Set(["file", "take_out", "units", "up", "floors"]); // answers that hold for the whole file
 const OF_SPACE = { wall: 2, room: 1, door: 2, opening: 2 }; // words that may leave a space open, and the points that each takes
 const at = (id) => document.getElementById(id);
 const tools = JSON.parse(root.dataset.tools); // the words of a storey, each with its key and the points that it asks for
@@ -249,7 +250,7 @@ function showChosen(number) {
 const kindOf = ({ key, answers }) => JSON.stringify([key.split(" at ")[0], answers.map(({ action }) => action)]);
 const groupOf = (question) => `${kindOf(question)} ${question.like ?? ""}`;
 const KINDS = { // of one, and of several
-  changed: ["of the file"], guess: ["of the file"], cut: ["cut", "cuts"], entrance: ["entrance", "entrances"], door: ["door", "doors"],
+  changed: ["of the file"], guess: ["of the file"], floors: ["of the floors"], cut: ["cut", "cuts"], entrance: ["entrance", "entrances"], door: ["door", "doors"],
   opening: ["opening", "openings"], room: ["room", "rooms"], meet: ["pair of rooms that meet", "pairs of rooms that meet"],
   seen: ["space seen in part", "spaces seen in part"], parted: ["pair of rooms with a way", "pairs of rooms with a way"],
   space: ["space left out", "spaces left out"], place: ["place for a door", "places for doors"], corner: ["narrow place", "narrow places"],
@@ -301,6 +302,9 @@ function showQuestions() {
   showSolid();
   if (!first) return;
   at("question").textContent = first.says;
+  const side = first.key.startsWith("floors") && sheet.source?.side;
+  at("side").hidden = !side;
+  if (side) at("side").src = `data:image/png;base64,${side}`;
   at("answers").replaceChildren(...[...first.answers, LEAVE].map(({ title }, i) => {
     const found = button(` ${title}`, (event) => (event.shiftKey ? answerAll(i) : answer(i)), "answer");
     found.prepend(Object.assign(document.createElement("kbd"), { textContent: i + 1 }));
@@ -308,7 +312,7 @@ function showQuestions() {
     return found;
   }));
   const [some, whole] = [alike(false).length, alike(true).length], next = forAll < 0 && some > 1 ? some : whole;
-  at("all").hidden = whole < 2 || first.answers.some(({ action }) => ["file", "take_out"].includes(action));
+  at("all").hidden = whole < 2 || first.answers.some(({ action }) => OF_FILE.has(action));
   at("all").replaceChildren(Object.assign(document.createElement("kbd"), { textContent: "Shift 0" }), ` All ${next} ${next > some ? "of this kind" : "like this"}`);
   at("all").setAttribute("aria-pressed", String(forAll >= 0));
   const kinds = [...new Map(all.map((each) => [groupOf(each), each])).entries()];
@@ -326,7 +330,7 @@ function answerAll(which) {
   const [first] = questions();
   if (!first || alike(true).length < 2 || !mayWrite()) return undefined;
   const { action, title } = first.answers[which] ?? LEAVE;
-  if (which > first.answers.length || action === "file" || action === "take_out") return undefined;
+  if (which > first.answers.length || OF_FILE.has(action)) return undefined;
   if (forAll !== which) {
     mark(which, forAll < 0 ? alike(false).length < 2 : wide);
     showQuestions();
@@ -363,6 +367,7 @@ function answer(which) {
   const chosen = first.answers[which] ?? LEAVE;
   if (chosen.action === "file") return file.open();
   if (chosen.action === "take_out") return takeOutGhosts();
+  if (OF_FILE.has(chosen.action)) return sayOfFile(chosen.action, chosen.text);
   if (chosen.action === "leave" && strokes.length) return endForAll();
   const all = forAll >= 0 ? alike() : [first];
   mark(-1);

@@ -321,12 +321,51 @@ def test_what_was_guessed_of_the_file_is_asked_first() -> None:
     plan, view = shown(guesses=("units", "up"))
     first = questions(plan, (), view)[0]
     assert "does not say the unit and the upward axis" in first.says
-    assert first.answers[1].action == "file"
+    assert [answer.action for answer in first.answers] == ["leave", "up", "file"]
+    assert first.answers[1].text == "y"
+    sized = replace(view, record=msgspec.structs.replace(view.record, unit_m=1.0, other_units_m=(0.0254, 2.0)))
+    by_key = [each for each in questions(plan, (), sized)[0].answers if each.action == "units"]
+    assert [(each.title, each.text) for each in by_key] == [("0.2 m x 0.1 m", "in"), ("14.2 m x 6.0 m", "2")]
+
+
+def test_a_size_that_the_file_states_is_asked_about_if_another_is_clearly_likelier() -> None:
+    plan, view = shown()
+    plan = replace(plan, doors=tuple(replace(door, kind="door", confidence=1.0) for door in plan.doors))
+    assert asked_of(plan, view) == []
+    odd = replace(view, record=msgspec.structs.replace(view.record, unit_m=1.0, other_units_m=(2.0,), is_odd=True))
+    (asked,) = questions(plan, (), odd)
+    assert "The sizes in this file are unusual; this storey is 7.1 m x 3.0 m so" in asked.says
+    assert "its doors are 0.80 m wide" in asked.says
+    assert asked.answers[1] == Answer("14.2 m x 6.0 m, doors 1.60 m", "units", text="2")
+    assert questions(plan, [asked.key], odd) == []
+
+
+def test_the_floors_are_asked_about_with_their_heights() -> None:
+    plan, view = shown()
+    level = msgspec.structs.replace(view.level, extent=(7.1, 3.0))
+    upper = msgspec.structs.replace(level, id="up", frame=replace(FRAME, floor=2.8), rejected="layout: not_enclosed")
+    record = msgspec.structs.replace(view.record, levels=(level, upper), takes=("floors",), other_floors=(6.0,))
+    found = replace(view, level=level, record=record)
+    first = questions(plan, (), found)[0]
+    assert first.says.startswith(
+        "Floors were found at 0.00 m and 2.80 m, and level surfaces with walls on them at 6.00 m."
+    )
+    assert [(each.action, each.text) for each in first.answers] == [
+        ("leave", ""),
+        ("floors", "0, 2.8, 6"),
+        ("floors", "2.8"),
+        ("floors", "0"),
+        ("file", ""),
+    ]
+    sure = msgspec.structs.replace(record, levels=(level, msgspec.structs.replace(upper, rejected="")), other_floors=())
+    assert asked_of(plan, replace(found, record=sure)) == ["cut"]
+    told = msgspec.structs.replace(record, options=(("floors", "[0]"),))
+    assert asked_of(plan, replace(found, record=told)) == ["cut"]
 
 
 def test_what_somebody_said_of_the_file_is_not_asked() -> None:
     plan, view = shown(guesses=("units", "scale", "up", "levels"))
-    for said, asks in (("units", "the upward axis and the floors"), ("storey_height", "the upward axis; ")):
+    for said, asks in (("units", "the upward axis; "), ("storey_height", "the upward axis; ")):
         told = replace(view, record=msgspec.structs.replace(view.record, options=((said, "1.5"),)))
         assert f"does not say {asks}" in questions(plan, (), told)[0].says
     told = replace(
