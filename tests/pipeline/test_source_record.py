@@ -48,6 +48,9 @@ def id_of(path: Path) -> str:
 def test_a_record_is_the_same_after_it_was_written() -> None:
     record = SourceReader(config_of(FILE), id_of(FILE)).record({})
     assert decode_source_record(encode_source_record(record)) == record
+    assert record.side.startswith(b"\x89PNG")
+    assert (record.is_odd, record.other_floors) == (False, ())
+    assert record.levels[0].ceiling_m == pytest.approx(2.6, abs=0.1)
 
 
 def test_the_plan_and_its_spaces_are_enough_to_say_what_a_build_will_do() -> None:

@@ -2,7 +2,7 @@
 
 R1  A cut was made because nothing showed a way between two parts of the plan: either a door is there, or no door.
 R2  A passage or a room that is rated below ``ASKED_BELOW`` is asked about, and every entrance: a window may be one.
-    A room of a robot's map is also asked about if the map shows no wall along much of its edge.
+    A room is also asked about if the source shows no wall along much of its edge: a porch, or what rays saw.
 R3  Rooms that meet without a wall are one room, or they stay two; only where nobody has drawn a wall. If the source is
     known, the same is asked of rooms that several passages join, or one that is as wide as what lies at its sides:
     there, one space may have been parted. Passages in which the source shows a door or a lintel do not count.
@@ -26,6 +26,8 @@ R11 A shape whose ring crosses itself counts as its largest part. A rule that me
     questions; those of the other rules stay.
 R12 A front is a line of a room's edge towards the outside that is wider than a door, and where the source shows no
     wall, or a lintel or a sill: it may be a garage's mouth or an open porch. A robot's map shows none: there R2 asks.
+R13 In a robot's map, a part of a room behind a narrow place is asked about if the map shows no wall along much of its
+    edge: rays went through a gap. A wall that stands free in a room may part it, with an opening at each of its ends.
 """
 
 from __future__ import annotations
@@ -70,6 +72,8 @@ _OPEN: Final = 0.35
 _SEEN: Final = 0.75
 """The least share of a room's edge beside which the source shows a wall or the plan has a passage. In right plans of
 robots' maps, all rooms have 0.83 or more; what only rays saw through glass or doors has 0.5 to 0.7."""
+_PORCH: Final = 0.5
+"""The same of other sources: a garage or a shop lacks one wall of four, and its front is asked about; a porch two."""
 _UNSEEN: Final = 0.5
 """Doubt of a room of which the source shows less."""
 _OF_EDGE_M: Final = 0.3
@@ -104,6 +108,9 @@ _WIDEST_WALL_M: Final = 0.6
 """A place in a wall of a room is at most this far from the room, metres: half of the thickest wall."""
 _PASSAGE_M: Final = (0.6, 2.5)
 """The least and the greatest width of an opening, metres."""
+_BAY_NECK_M: Final = 2 * _PASSAGE_M[0]
+"""The widest place behind which a part of a room in a map is a bay, metres: rays went through a door or a gap."""
+_MOST_BAYS: Final = 6
 _CORNER: Final = 0.4
 """Doubt of an opening at a corner that juts into a room: of 19 groups of them, 7 part a room that is several."""
 _MOST_CORNERS: Final = 6
@@ -137,13 +144,15 @@ _GUESSED: Final = {"units": "the unit", "scale": "the scale", "up": "the upward 
 class Answer(msgspec.Struct, frozen=True):
     """An answer: the text of its button, and its word; no word if the plan is right as it is.
 
-    The action "file" opens the statements about the file; a key of ``FILE_WORDS`` states ``text``.
+    The action "file" opens the statements about the file; a key of ``FILE_WORDS`` states ``text``. ``more`` are the
+    points of further places for the same word.
     """
 
     title: str
     action: str = "leave"
     points: tuple[tuple[float, float], ...] = ()
     text: str = ""
+    more: tuple[tuple[tuple[float, float], ...], ...] = ()
 
 
 class Question(msgspec.Struct, frozen=True):
@@ -196,10 +205,20 @@ def questions(
             _places(plan, places, closed),
             _fronts(plan, source, places, (dx, dy)),
             _walls_seen(plan, source, (dx, dy), closed),
+            _bays(plan, source, (dx, dy)),
+            _free_walls(plan, source, (dx, dy)),
         ]
     rules.append(_corners(plan, [line for kind, line in places if kind in _SHOWN]))
     found = [each for rule in rules for each in _without_fault(rule)]
+    bays = [LineString(each.answers[0].points) for each in found if each.key.startswith("bay")]
+    found = [each for each in found if not each.key.startswith("corner") or not _is_at(each, bays)]
     return _in_order([each for each in found if each.key not in left], plan.area)
+
+
+def _is_at(question: Question, lines: Sequence[LineString]) -> bool:
+    """Return whether a question's line is one of those."""
+    line = LineString(question.answers[0].points)
+    return any(line.distance(other) < _OF_EDGE_M for other in lines)
 
 
 def _mended(plan: FloorPlan) -> FloorPlan:
@@ -310,7 +329,7 @@ def _passages(plan: FloorPlan) -> Iterator[Question]:
 
 
 def _rooms(plan: FloorPlan) -> Iterator[Question]:
-    for room in plan.rooms:
+    for room in plan.rooms if len(plan.rooms) > 1 else ():  # the only room cannot be taken out
         doubt = _doubt(room.confidence)
         if doubt is not None:
             at = _inside(room)
@@ -344,25 +363,104 @@ def _meetings(plan: FloorPlan) -> Iterator[Question]:
 
 def _seen_in_part(plan: FloorPlan, source: SourceView, shift: tuple[float, float]) -> Iterator[Question]:
     """R2."""
-    if not (source.is_map and source.walls):
+    if not source.walls or len(plan.rooms) < 2:
         return
     for room in plan.rooms:
         if room.confidence == 1.0 or _doubt(room.confidence) is not None:
             continue
-        ring = room.polygon.exterior
-        at = shapely.line_interpolate_point(ring, np.arange(_OF_EDGE_M / 2, ring.length, _OF_EDGE_M))
-        ways = [door.polygon for door in plan.doors if room.id in door.rooms]
-        seen = shapely.dwithin(
-            shapely.transform(at, lambda points: points - np.array(shift)), source.all_walls, _OF_EDGE_M
-        )
-        seen |= shapely.dwithin(at, shapely.union_all(ways), _OF_EDGE_M)
-        if (share := float(seen.mean())) >= _SEEN:
+        beside = [door.polygon for door in plan.doors if room.id in door.rooms]
+        if not source.is_map:  # where rooms meet without a wall, another question is asked
+            beside += [other.polygon for other in plan.rooms if other is not room]
+        share = _seen_share(room.polygon.exterior, source, shift, shapely.union_all(beside))
+        if share >= (_SEEN if source.is_map else _PORCH):
             continue
         point = _inside(room)
-        says = f"The map shows no wall along {1 - share:.0%} of the edge of this {_name(room)} of {room.area:.1f} m². "
-        says, key = f"{says}Is it a room of the house?", _key(plan, "seen", point)
+        says = f"The {'map' if source.is_map else 'source'} shows no wall along {1 - share:.0%} of the edge of this "
+        says += f"{_name(room)} of {room.area:.1f} m². Is it a room of the house?"
         answers = Answer("A room"), *_none(point)
-        yield Question(key, point, says, answers, _UNSEEN, room.area, room.area**0.5)
+        yield Question(_key(plan, "seen", point), point, says, answers, _UNSEEN, room.area, room.area**0.5)
+
+
+def _seen_share(ring: LineString, source: SourceView, shift: tuple[float, float], ways: shapely.Geometry) -> float:
+    """Return the share of a line beside which the source shows a wall, or one of the ways lies."""
+    at = shapely.line_interpolate_point(ring, np.arange(_OF_EDGE_M / 2, max(ring.length, _OF_EDGE_M), _OF_EDGE_M))
+    there = shapely.transform(at, lambda points: points - np.array(shift))
+    seen = shapely.dwithin(there, source.all_walls, _OF_EDGE_M) | shapely.dwithin(at, ways, _OF_EDGE_M)
+    return float(seen.mean())
+
+
+def _bays(plan: FloorPlan, source: SourceView, shift: tuple[float, float]) -> Iterator[Question]:
+    """R13."""
+    if not (source.is_map and source.walls):
+        return
+    ways = shapely.union_all([door.polygon for door in plan.doors])
+    found = [
+        (area, line, point)
+        for room in plan.rooms
+        for area, line, point, edge in _narrow_bays(room.polygon.wkb)
+        if _seen_share(edge, source, shift, ways) < _SEEN
+    ]
+    for area, line, point in sorted(found, key=lambda each: (-each[0], each[1].bounds))[:_MOST_BAYS]:
+        (ax, ay), (bx, by) = shapely.get_coordinates(line).round(3).tolist()
+        at = round(point.x, 3), round(point.y, 3)
+        says = (
+            f"The map shows hardly any wall around this part of {area:.1f} m², behind a place of {line.length:.2f} m. "
+        )
+        answers = (
+            Answer("A wall shuts it off", "wall", ((ax, ay), (bx, by))),
+            Answer("It is of the room"),
+            Answer("An opening to it", "opening", ((ax, ay), (bx, by))),
+        )
+        yield Question(_key(plan, "bay", at), at, f"{says}Is it of the room?", answers, _UNSEEN, area, area**0.5)
+
+
+@lru_cache(maxsize=256)
+def _narrow_bays(room: bytes) -> list[tuple[float, LineString, Point, LineString]]:
+    """Return the bays of a room (WKB): the area of each, its narrow place, a point in it, and the rest of its edge."""
+    shape, half, found = shapely.from_wkb(room), _BAY_NECK_M / 2, []
+    wide = max(shapely.get_parts(shapely.buffer(shape, -half)), key=lambda part: part.area, default=shape)
+    main = shapely.buffer(wide, half + _TOUCH_M)
+    for bay in shapely.get_parts(shapely.difference(shape, main)):
+        if not SMALLEST_ROOM_M2 <= bay.area <= shape.area / 2:
+            continue
+        neck = shapely.intersection(bay.boundary, shapely.buffer(main, _TOUCH_M))
+        ends = shapely.get_coordinates(neck)
+        apart = np.hypot(*(ends[:, None] - ends[None]).transpose(2, 0, 1))
+        line = LineString(ends[list(np.unravel_index(int(apart.argmax()), apart.shape))])
+        edge = shapely.difference(bay.boundary, shapely.buffer(neck, _OF_EDGE_M))
+        if _OF_EDGE_M <= line.length <= edge.length:
+            found.append((bay.area, line, bay.representative_point(), edge))
+    return found
+
+
+def _free_walls(plan: FloorPlan, source: SourceView, shift: tuple[float, float]) -> Iterator[Question]:
+    """R13."""
+    if not source.is_map:
+        return
+    moved = np.subtract(shift, source.origin)
+    found: list[tuple[float, LineString, list[LineString], float]] = []
+    for line in shapely.linestrings(np.add(source.level.seen, moved)) if source.level.seen else []:
+        for room in plan.rooms:
+            whole = Polygon(room.polygon.exterior)
+            stands = [hole for ring in room.polygon.interiors if (hole := Polygon(ring)).intersects(line)]
+            if not stands or shapely.intersection(line, whole).length < _FREE * line.length:
+                continue
+            (reach,) = shapely.get_parts(shapely.union_all(stands).convex_hull)
+            through = shapely.intersection(_longer(line, whole.length), whole)
+            across = [part for part in shapely.get_parts(through) if part.intersects(reach)]
+            gaps = [part for each in across for part in shapely.get_parts(shapely.difference(each, reach))]
+            gaps = [part for part in gaps if isinstance(part, LineString) and part.length > _TOUCH_M]
+            area = _parted_m2(whole, _longer(line, whole.length))
+            if len(gaps) != 2 or min(gap.length for gap in gaps) < _PASSAGE_M[0] or area < SMALLEST_ROOM_M2 * 2:
+                continue
+            if max(gap.length for gap in gaps) <= max(math.sqrt(area), _PASSAGE_M[1]):
+                found.append((line.length, line, gaps, area))
+    for length, line, gaps, area in sorted(found, key=lambda each: (-each[0], each[1].bounds))[:_MOST_WALLS_ASKED]:
+        ends = [tuple(map(tuple, shapely.get_coordinates(gap).round(3).tolist())) for gap in gaps]
+        at = tuple(np.mean(line.coords, axis=0).round(3).tolist())
+        says = f"A wall of {length:.2f} m stands free here. Does it part two rooms, with an opening at each end?"
+        answers = Answer("Two rooms", "opening", ends[0], more=(ends[1],)), Answer("One room")
+        yield Question(_key(plan, "free", at), at, says, answers, _CORNER, area, area**0.5)
 
 
 def _parted(plan: FloorPlan, places: Sequence[tuple[str, LineString]]) -> Iterator[Question]:
@@ -412,7 +510,7 @@ def with_effect(
     kept: list[Question] = []
     tried: set[tuple[str, ...]] = set()
     for question in asked:
-        is_place = question.key.startswith(("place", "corner", "wall", "larger", "front"))
+        is_place = question.key.startswith(("place", "corner", "wall", "larger", "front", "bay", "free"))
         is_tried = question.group in tried and not question.key.startswith("front")  # one front says nothing of others
         if is_tried or not is_place or _parts_or_joins(plan, question, said, source):
             tried.add(question.group)
@@ -423,26 +521,25 @@ def with_effect(
 def _parts_or_joins(plan: FloorPlan, question: Question, said: Sequence[Correction], source: SourceView | None) -> bool:
     answer = question.answers[0]
     frame: Any = plan.frame
-    ends = source_points_from_plan(frame, answer.points).round(3).tolist()  # rounded as in a decision
+    places = [source_points_from_plan(frame, each).round(3).tolist() for each in (answer.points, *answer.more)]
     try:
-        (value,) = checked_values(answer.action, [ends])  # type: ignore[arg-type]  # places and corners have words
-        new = Correction(answer.action, value)  # type: ignore[arg-type]
+        values = checked_values(answer.action, places)  # type: ignore[arg-type]  # places and corners have words
+        new = [Correction(answer.action, value) for value in values]  # type: ignore[arg-type]
         if source is not None and source.plan is not None:
-            words = sorted([*said, new], key=lambda each: _ORDER[each.word])
+            words = sorted([*said, *new], key=lambda each: _ORDER[each.word])
             shown = {"walls": source.walls, "lines": source.lines}
             found = correct_plan(source.plan, words, source.spaces, source.standing, **shown, measure=False)
         else:
-            found = correct_plan(plan, [new], measure=False)
+            found = correct_plan(plan, new, measure=False)
     except (ConfigError, GEOSException):  # R11
         return False
-    outcome = next(effect.outcome for effect in found.effects if effect.correction == new)
-    more = len(found.plan.rooms) > len(plan.rooms) or not question.key.startswith("corner")
-    return outcome == "done" and more
+    done = {effect.outcome for effect in found.effects if effect.correction in new} == {"done"}
+    return done and (len(found.plan.rooms) > len(plan.rooms) or not question.key.startswith(("corner", "free")))
 
 
 def _guesses(plan: FloorPlan, source: SourceView) -> Iterator[Question]:
     """R7."""
-    told, record = {key for key, _ in source.record.options}, source.record
+    told, record = _told(source), source.record
     guesses = [name for name in source.level.guesses if name in _GUESSED and told.isdisjoint(_TOLD_BY[name])]
     x1, y1, x2, y2 = plan.bbox
     at = round((x1 + x2) / 2, 3), round((y1 + y2) / 2, 3)
@@ -465,7 +562,12 @@ def _guesses(plan: FloorPlan, source: SourceView) -> Iterator[Question]:
                 wide = f", doors {widths[len(widths) // 2] * by:.2f} m" if widths else ""
                 name = next((name for name, unit in _UNIT_NAMES.items() if math.isclose(unit, unit_m)), f"{unit_m:g}")
                 answers.append(Answer(f"{sized}{wide}", "units", text=name))
-        yield Question(GUESS, at, says, (*answers, Answer("Another", "file")), 1.0)
+        yield Question(GUESS, at, says, (*answers, Answer("Another", "file")), 1.0, plan.area)
+
+
+def _told(source: SourceView) -> set[str]:
+    """Return the options of the reader that somebody has stated."""
+    return {key for key, value in source.record.options if value not in {"", "auto", "1"}}
 
 
 def _floors(plan: FloorPlan, source: SourceView) -> Iterator[Question]:
@@ -473,7 +575,7 @@ def _floors(plan: FloorPlan, source: SourceView) -> Iterator[Question]:
     record = source.record
     levels = [level for level in record.levels if min(level.extent) > 0]
     is_unsure = any(level.rejected for level in levels) or (plan.quality is not None and plan.quality.is_doubtful)
-    is_open = "floors" in record.takes and not {key for key, _ in record.options} & _TOLD_BY["levels"]
+    is_open = "floors" in record.takes and _told(source).isdisjoint(_TOLD_BY["levels"])
     if not is_open or not (record.other_floors or "levels" in source.level.guesses or (len(levels) > 1 and is_unsure)):
         return
     heights = sorted({round(level.frame.floor, 2) for level in levels})

@@ -384,7 +384,8 @@ def other_floors(mesh: Mesh, taken: Sequence[float]) -> list[float]:
         and profile.length_at(layer.top + HEAD_M / 2) >= profile.usual / 2
     ]
     kept: list[float] = []
-    for _, height in sorted(found):
+    for _, low in sorted(found):
+        height = max(top for _, top in found if 0.0 <= top - low <= THICKEST_SLAB_M)  # not the underside of a slab
         if all(abs(height - other) >= HEAD_M for other in kept):
             kept.append(round(height, 2))
     return kept

@@ -13,7 +13,7 @@ from shapely import Polygon
 
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources import mesh_file
-from pipeline.sources.storeys.levels import FoundLevel, find_levels
+from pipeline.sources.storeys.levels import FoundLevel, find_levels, other_floors
 from pipeline.values import Input, Level
 from tests.builders.meshes import (
     HOUSE,
@@ -69,6 +69,12 @@ def test_each_level_has_its_own_walls():
     assert ground.walls.vertices[:, 2].max() == pytest.approx(2.5)
     assert lowest(upper) == pytest.approx(-0.3)
     assert upper.ceiling_m == pytest.approx(2.45)
+
+
+def test_a_floor_that_was_not_taken_may_be_one_if_walls_stand_on_it():
+    assert other_floors(two_levels(), [0.0, 2.8]) == []
+    assert other_floors(two_levels(), [0.0]) == [2.8]
+    assert other_floors(one_level(), [0.0]) == []  # neither the table nor the ceiling
 
 
 def test_furniture_is_no_level():

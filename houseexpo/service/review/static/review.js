@@ -255,7 +255,7 @@ const KINDS = { // of one, and of several
   seen: ["space seen in part", "spaces seen in part"], parted: ["pair of rooms with a way", "pairs of rooms with a way"],
   space: ["space left out", "spaces left out"], place: ["place for a door", "places for doors"], corner: ["narrow place", "narrow places"],
   larger: ["room in a larger space", "rooms in larger spaces"], wall: ["wall seen", "walls seen"], stroke: ["line", "lines"], gap: ["gap"],
-  front: ["open front", "open fronts"],
+  front: ["open front", "open fronts"], bay: ["bay of a room", "bays of rooms"], free: ["free wall", "free walls"],
 };
 
 // All that is asked, what is asked now first: lines that were clicked, then what is on the screen, then the kind that was chosen.
@@ -367,14 +367,17 @@ function answer(which) {
   const chosen = first.answers[which] ?? LEAVE;
   if (chosen.action === "file") return file.open();
   if (chosen.action === "take_out") return takeOutGhosts();
-  if (OF_FILE.has(chosen.action)) return sayOfFile(chosen.action, chosen.text);
+  if (OF_FILE.has(chosen.action)) {
+    now.questions = [];
+    return sayOfFile(chosen.action, chosen.text);
+  }
   if (chosen.action === "leave" && strokes.length) return endForAll();
   const all = forAll >= 0 ? alike() : [first];
   mark(-1);
   strokes = [];
   now.questions = []; // a key that is too fast is not for the next question
   const text = chosen.action === "leave" ? all.map(({ key }) => key).join("\n") : "";
-  return decide(chosen.action, { points: chosen.points, text, more: chosen.action === "leave" ? [] : all.slice(1).map(({ answers }) => answers[which].points) });
+  return decide(chosen.action, { points: chosen.points, text, more: chosen.action === "leave" ? [] : all.flatMap(({ answers }, i) => [...(i ? [answers[which].points] : []), ...answers[which].more ?? []]) });
 }
 
 function takeOutGhosts() {

@@ -321,6 +321,9 @@ def test_what_was_guessed_of_the_file_is_asked_first() -> None:
     plan, view = shown(guesses=("units", "up"))
     first = questions(plan, (), view)[0]
     assert "does not say the unit and the upward axis" in first.says
+    defaults = (("scale", "1"), ("storey_height", ""), ("units", "auto"), ("up", "auto"))
+    unsaid = replace(view, record=msgspec.structs.replace(view.record, options=defaults))
+    assert questions(plan, (), unsaid)[0] == first
     assert [answer.action for answer in first.answers] == ["leave", "up", "file"]
     assert first.answers[1].text == "y"
     sized = replace(view, record=msgspec.structs.replace(view.record, unit_m=1.0, other_units_m=(0.0254, 2.0)))
@@ -435,6 +438,13 @@ def arena(*spans: tuple[float, float], shows: tuple[Place, ...] = (), sides: int
     return plan, SourceView(SourceRecord("house", levels=(level,)), level, found)
 
 
+def plan_of(one: Room, other: Room, plan: FloorPlan) -> FloorPlan:
+    """The plan with two other rooms."""
+    whole = shapely.union_all([each.polygon for each in (one, other, *plan.doors)])
+    holes = tuple(list(ring.coords[:-1]) for ring in whole.interiors)
+    return replace(plan, verts=list(whole.exterior.coords[:-1]), holes=holes, rooms=(one, other))
+
+
 def test_rooms_that_are_open_to_each_other_may_be_one() -> None:
     assert asked_of(*arena((2.0, 2.9))) == []
     assert asked_of(*arena((0.0, 5.0))) == ["parted"]
@@ -465,6 +475,59 @@ def test_a_room_along_whose_edge_the_source_shows_no_wall_may_be_none() -> None:
     assert questions(plan) == []
     drawing = msgspec.structs.replace(view.level, pictures=())
     assert asked_of(plan, SourceView(view.record, drawing, view.found)) == ["front"]
+
+
+def test_a_space_with_walls_at_two_sides_may_be_a_porch() -> None:
+    plan, view = arena((2.0, 2.9), sides=2)
+    drawing = msgspec.structs.replace(view.level, pictures=())
+    kinds = asked_of(plan, SourceView(view.record, drawing, view.found))
+    assert "seen" not in kinds  # each room lacks one side
+    bare = msgspec.structs.replace(view.found, walls=view.found.walls[:1])  # type: ignore[union-attr]
+    found = SourceView(view.record, drawing, bare)
+    asked = [each for each in questions(plan, (), found) if each.key.startswith("seen")]
+    assert [each.says[:31] for each in asked] == ["The source shows no wall along "] * 2
+
+
+def test_a_bay_of_a_map_around_which_no_wall_is_seen_can_be_shut_off_by_one_key() -> None:
+    """Rays went through a gap of 1 m in the right wall, and saw 2 m x 2 m behind it."""
+    plan, view = arena((2.0, 2.9))
+    left, right = plan.rooms
+    outline = [(4.1, 0.0), (8.1, 0.0), (8.1, 2.0), (8.3, 2.0), (8.3, 1.0), (10.3, 1.0), (10.3, 4.0), (8.3, 4.0)]
+    outline += [(8.3, 3.0), (8.1, 3.0), (8.1, 6.0), (4.1, 6.0)]
+    with_bay = replace(right, ring=outline)
+    plan = plan_of(left, with_bay, plan)
+    view = SourceView(view.record, view.level, msgspec.structs.replace(view.found, plan=msgspec.Raw(encode(plan))))  # type: ignore[type-var]
+    (asked,) = [each for each in questions(plan, (), view) if each.key.startswith("bay")]
+    assert asked.area == pytest.approx(6.0, abs=0.4)
+    assert asked.at[0] > 8.3
+    assert [answer.action for answer in asked.answers] == ["wall", "leave", "opening"]
+    ends = tuple(map(tuple, source_points_from_plan(plan.frame, asked.answers[0].points).tolist()))
+    found = preview(plan, [Correction("wall", ends)], view.plan, view.spaces, view.standing, walls=view.walls).plan
+    assert sorted(round(room.area) for room in found.rooms) == [6, 24, 24]
+    assert questions(plan, [asked.key], view) == []
+
+
+def test_a_wall_that_stands_free_in_a_map_may_part_two_rooms_by_one_key() -> None:
+    plan, view = arena((2.0, 2.9))
+    left, right = plan.rooms
+    hole = [(6.0, 2.0), (6.1, 2.0), (6.1, 4.0), (6.0, 4.0)]
+    plan = plan_of(left, replace(right, holes=(hole,)), plan)
+    found = msgspec.structs.replace(view.found, plan=msgspec.Raw(encode(plan)))  # type: ignore[type-var]
+    level = msgspec.structs.replace(view.level, seen=(((6.05, 2.0), (6.05, 4.0)),), plans=(found,))
+    view = SourceView(view.record, level, found)
+    (asked,) = [each for each in questions(plan, (), view) if each.key.startswith("free")]
+    assert "A wall of 2.00 m stands free here" in asked.says
+    assert with_effect(plan, [asked], (), view) == [asked]
+    lines = [asked.answers[0].points, *asked.answers[0].more]
+    assert sorted(round(shapely.LineString(line).length, 1) for line in lines) == [2.0, 2.0]
+    said = [
+        Correction("opening", tuple(map(tuple, source_points_from_plan(plan.frame, line).tolist()))) for line in lines
+    ]
+    parted = preview(plan, said, view.plan, view.spaces, view.standing, walls=view.walls)
+    assert [record["outcome"] for record in parted.records] == ["done", "done"]
+    assert len(parted.plan.rooms) == 3
+    drawing = msgspec.structs.replace(level, pictures=())
+    assert "free" not in asked_of(plan, SourceView(view.record, drawing, found))
 
 
 def test_a_side_of_a_room_without_a_wall_may_be_open_to_the_outside() -> None:
