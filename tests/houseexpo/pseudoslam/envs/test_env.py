@@ -129,18 +129,6 @@ def test_observations_are_copies_and_the_robot_is_not_on_them() -> None:
     assert second.shape == (1, 64, 64)
 
 
-def test_a_collision_is_told_and_counted() -> None:
-    env = make(replace(SMALL, max_steps=200))
-    env.reset(seed=4, options={"plan_id": "small"})
-    told = []
-    for _ in range(25):
-        *_, info = env.step(0)
-        told.append(info["collided"])
-    assert info["collisions"] == sum(told) > 0
-    *_, info = env.step(1)
-    assert not info["collided"]
-
-
 def test_a_render_mode_that_is_no_text_is_refused_in_words() -> None:
     for given in (5, ["human"]):
         with pytest.raises(ConfigError, match=r"render_mode: expected one of \['rgb_array', 'human'\], found"):

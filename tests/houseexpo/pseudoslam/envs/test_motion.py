@@ -17,7 +17,7 @@ from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.config import Ackermann, Differential, RobotConfig, SimulatorConfig
 from houseexpo.pseudoslam.envs.single import ExplorationEnv, ObstacleAvoidanceEnv
 from houseexpo.pseudoslam.simulator import Simulator
-from tests.builders.simulations import HUTS, assert_same_step, at, hall, native, singles, started
+from tests.builders.simulations import HUTS, at, hall, started
 
 pytestmark = pytest.mark.slow  # the kernels of drives take a quarter of a minute to compile
 
@@ -114,29 +114,6 @@ def test_what_is_known_does_not_depend_on_the_slices() -> None:
         exact.move(other, 0.0, 0.3)
     assert (state.known == other.known).all()
     assert int(state.counts.scans) == int(other.counts.scans)
-
-
-CASES: dict[str, tuple[str, dict[str, Any]]] = {
-    "differential": ("Exploration", {"dataset": HUTS, "motion": "differential", "max_episode_steps": 11}),
-    "car, dict": (
-        "Navigation",
-        {"dataset": HUTS, "motion": "ackermann", "observation": "dict", "max_episode_steps": 11},
-    ),
-}
-
-
-@pytest.mark.parametrize("case", CASES)
-def test_many_are_single_ones_step_by_step(case: str) -> None:
-    task, given = CASES[case]
-    many, each = native(task, 5, **given), singles(task, 5, **given)
-    assert_same_step(many.reset(seed=5), each.reset(seed=5), "reset")
-    many.action_space.seed(1)
-    for step in range(30):
-        actions = many.action_space.sample()
-        actions[:, 0] = np.abs(actions[:, 0])
-        assert_same_step(many.step(actions), each.step(actions), step)
-    many.close()
-    each.close()
 
 
 @pytest.mark.parametrize("motion", ["differential", "ackermann"])

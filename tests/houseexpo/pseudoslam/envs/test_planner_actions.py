@@ -4,18 +4,20 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
 from gymnasium.utils.env_checker import check_env
 
+from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.config import GoalConfig
 from houseexpo.pseudoslam.config.simulator import PlanningConfig
 from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE, UNKNOWN
 from houseexpo.pseudoslam.planning import MapPlanner
 from houseexpo.pseudoslam.tasks import Exploration, Task
 from tests.builders.robot_maps import reach_of
-from tests.builders.simulations import SMALL_PLANNER, env_of, hut
+from tests.builders.simulations import SMALL_PLANNER, env_of, hut, native
 
 pytestmark = pytest.mark.slow  # the kernels of planners' actions take half a minute to compile
 
@@ -191,3 +193,47 @@ def test_enough_cells_are_the_fewest_that_succeed(share: float) -> None:
         assert enough / cells >= share
         assert (enough - 1) / cells < share
     assert Exploration(None).enough_cells(10) > 10**12
+
+
+def test_masks_are_told_as_sb3_contrib_asks() -> None:
+    env = native("Exploration", 3, "SameStep", dataset=HALL, config=SMALL_PLANNER, actions="frontier")
+    observation, _ = env.reset(seed=0)
+    masks = env.unwrapped.action_masks()
+    assert masks.dtype == bool
+    assert np.array_equal(masks, observation["action_mask"].astype(bool))
+    assert all(np.array_equal(env.unwrapped.action_masks(i), masks[i]) for i in range(3))
+    assert all(map(np.array_equal, env.unwrapped.call("action_masks"), masks))
+    env.close()
+
+
+@pytest.mark.parametrize(
+    ("action", "words"),
+    [
+        (16, "the number of a frontier, 0 to 15"),
+        (-1, "the number of a frontier"),
+        (0.0, "the number of a frontier"),
+        ([0, 1], "shape"),
+    ],
+)
+def test_what_is_no_action_is_refused(action: Any, words: str) -> None:
+    env = env_of("frontier").unwrapped
+    env.reset(seed=0)
+    with pytest.raises(ConfigError, match=words):
+        env.step(np.array(action))
+
+
+def test_what_cannot_be_is_refused() -> None:
+    with pytest.raises(ConfigError, match=r"ObstacleAvoidance .* do not add up"):
+        env_of("frontier", "ObstacleAvoidance")
+    with pytest.raises(ConfigError, match="planning: expected actions='frontier'"):
+        env_of("discrete", planning=PlanningConfig())
+    with pytest.raises(ConfigError, match="expected a PlanningConfig"):
+        env_of("frontier", planning=3)
+    for name, value in (
+        ("frontiers", 0),
+        ("max_steps", 0),
+        ("large_m", -1.0),
+        ("settled_m", math.nan),
+    ):
+        with pytest.raises(ConfigError, match=f"planning.{name}"):
+            PlanningConfig(**{name: value})
