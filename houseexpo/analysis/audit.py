@@ -11,7 +11,7 @@ R4  *Area*: a room has the least area of its type (``LIMITS``).
 R5  *Width*: a room has the least clear width of its type: the diameter of the largest circle inside.
 R6  *Aspect*: the sides of the smallest rotated rectangle round a room have at most the ratio of its type.
 R7  *Daylight*: in a plan with windows, a room to live, cook, eat, sleep or work in has a window to the outside or to a
-    balcony, a door to a balcony, an entrance as wide as a glazed door (``LIGHT_M``), or an opening of that width to a
+    balcony, a door to a balcony, an entrance as wide as a glazed door (``LIGHT_M``), or a passage of that width to a
     room with one of these. This rule is ours, so that it does not count where plans are compared with public data sets.
 
 Rooms are polygons. A published plan has none; ``houseexpo.inference.with_rooms`` finds them.
@@ -53,7 +53,7 @@ BETWEEN_ROOMS_M: Final = 0.6
 SHARED_WALL_M: Final = 0.5
 """R3: the least length of wall that two adjoining rooms share, metres."""
 LIGHT_M: Final = 1.5
-"""R7: the least width of a glazed door to the outside, and of an opening that lets in light, metres; front doors are
+"""R7: the least width of a glazed door to the outside, and of a passage that lets in light, metres; front doors are
 narrower."""
 HABITABLE: Final = frozenset({"living room", "kitchen", "bedroom", "dining room", "study"})
 """R7: types of rooms that need daylight."""
@@ -216,7 +216,7 @@ def lit_rooms(plan: PlanData) -> dict[int, bool]:
         for one, other in (hole.rooms, hole.rooms[::-1])
         if other in outdoors and (hole.kind == "window" or other is not None or hole.width >= LIGHT_M)
     }
-    wide = [door.rooms for door in plan.doors if door.kind in {"opening", "cut"} and door.width >= LIGHT_M]
+    wide = [door.rooms for door in plan.doors if door.width >= LIGHT_M]
     lit |= {room for rooms in wide if lit.intersection(rooms) for room in rooms}
     return {room: room in lit for room, kind in types.items() if kind in HABITABLE}
 
