@@ -111,7 +111,7 @@ FAR: dict[str, object] = {
 
 
 def _check_other_words(level: Level, before: FloorPlan, most: int) -> int:
-    """Take walls out and make windows of entrances, one at a time, and part a room; return how many."""
+    """Take walls out, make rooms one and windows of entrances, one at a time; return how many."""
     count = 0
     for line, one, other in list(walls_without_door(before))[: most - 1]:
         drawn = in_source(before, line)
@@ -121,6 +121,14 @@ def _check_other_words(level: Level, before: FloorPlan, most: int) -> int:
         ]
         touched = shapely.union_all([*sides, *between, LineString(drawn).buffer(0.6)])
         after = check(level, before, Override(no_wall=drawn), touched)
+        assert len(after.rooms) == len(before.rooms) - 1
+        count += 1
+    for door in [door for door in before.doors if None not in door.rooms][: most - 1]:
+        pair = [before.rooms[side] for side in door.rooms if side is not None]
+        places = in_source(before, [room.polygon.representative_point().coords[0] for room in pair])
+        between = [each for each in before.doors if set(each.rooms) == set(door.rooms)]
+        touched = shapely.union_all([Polygon(in_source(before, each.ring)) for each in (*pair, *between)])
+        after = check(level, before, Override(one_room=places), touched.buffer(0.6))
         assert len(after.rooms) == len(before.rooms) - 1
         count += 1
     for door in [door for door in before.doors if door.kind == "entrance"][: most - 1]:
