@@ -66,6 +66,7 @@ def _plan_rows(placed: ReleasePlan) -> Iterator[Row]:
     known = index_row(plan)
     reach = known.pop("navigability") or {}
     audit = placed.audit
+    named = [*(" ".join(room.source_labels) for room in plan.rooms), *(thing.label for thing in plan.objects)]
     yield {
         **known,
         "split": placed.split,
@@ -73,6 +74,7 @@ def _plan_rows(placed: ReleasePlan) -> Iterator[Row]:
         **{_reach_column(radius): (reach.get(f"{radius:.2f}") or {}).get("largest_share") for radius in RADII_M},
         "narrowest": (reach.get(_SHARE_RADIUS) or {}).get("narrowest"),
         "windows": len(plan.windows),
+        "stairs": sum("stair" in words.lower() for words in named),
         "objects": len(plan.objects),
         "kind": (plan.provenance or {}).get("kind"),
         "broken_rules": None if audit is None else sorted(audit.broken_rules()),
@@ -180,6 +182,7 @@ PLANS: Final = ReleaseTable(
         TableColumn("doors", pa.int32(), "Doors of every kind."),
         TableColumn("cuts", pa.int32(), "Doors that were cut to connect parts without a door."),
         TableColumn("windows", pa.int32(), "Windows; 0 also if the source names none."),
+        TableColumn("stairs", pa.int32(), "Rooms and objects that the source calls stairs."),
         TableColumn("objects", pa.int32(), "Pieces of furniture."),
         *_REACH,
         TableColumn(

@@ -51,12 +51,17 @@ def test_rows_say_what_the_plans_say(made: Path, released: Path) -> None:
         assert shapely.from_wkb(row["geometry"]).equals(plan.free_space)
         assert row["source"] == "procedural"
         assert row["kind"] in KINDS
+        assert row["stairs"] == [
+            *(room.source_labels for room in plan.rooms),
+            *((o.label,) for o in plan.objects),
+        ].count(("stairs",))
         audit = audit_plan(plan)
         assert audit is not None
         assert set(row["broken_rules"]) == audit.broken_rules()
         audits[plan.id] = {room.id: room for room in audit.rooms}
     rooms = [row for file in _files(released, "rooms") for row in pq.read_table(file).to_pylist()]
     doors = [row for file in _files(released, "doors") for row in pq.read_table(file).to_pylist()]
+    assert sum(row["stairs"] for row in rows.values()) > 0
     assert len(rooms) == sum(len(plan.rooms) for plan in plans)
     for row in rooms:
         found = audits[row["plan_id"]][row["room"]]
