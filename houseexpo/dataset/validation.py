@@ -13,7 +13,7 @@ from functools import partial
 from itertools import chain, islice
 from math import dist
 from pathlib import Path, PurePosixPath
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 import msgspec
 import numpy as np
@@ -29,6 +29,9 @@ from houseexpo.plan.room_labels import LABELS
 from houseexpo.processes import map_in_processes, split_into_chunks
 from houseexpo.progress import show_progress
 from houseexpo.tolerances import GRID_M, ROUNDED_M2, SAME_M, TILE_M2
+
+if TYPE_CHECKING:
+    from shapely.geometry.base import BaseGeometry
 
 Broken = tuple[str, str]
 """A violation: the key, and what was expected and found."""
@@ -149,13 +152,17 @@ def _check_rooms(plan: FloorPlan) -> Iterator[Broken]:
     overlap = sum(shape.area for shape in shapes) - shapely.union_all(shapes).area
     if overlap > ROUNDED_M2:
         yield "rooms", f"expected rooms that do not overlap, found {overlap:.3f} m² in two of them"
-    outside = shapely.union_all(shapes).difference(plan.free_space).area
+    outside = _wider_than_slits(shapely.union_all(shapes).difference(plan.free_space), ROUNDED_M2)
     if outside > ROUNDED_M2:
         yield "rooms", f"expected rooms inside the free space, found {outside:.3f} m² outside"
-    off = plan.free_space.symmetric_difference(together)
-    gap = off.buffer(-GRID_M).buffer(GRID_M).area if off.area > TILE_M2 else 0.0  # a slit may be as long as it likes
+    gap = _wider_than_slits(plan.free_space.symmetric_difference(together), TILE_M2)
     if gap > TILE_M2:
         yield "rooms", f"expected rooms and doors to tile the free space to {TILE_M2} m², found {gap:.3f} m² off"
+
+
+def _wider_than_slits(shape: BaseGeometry, most_m2: float) -> float:
+    """Return the area of a shape without slits and what rounding moved, m², 0 if all of it is within ``most_m2``."""
+    return float(shape.buffer(-GRID_M).buffer(GRID_M).area) if shape.area > most_m2 else 0.0
 
 
 def _check_doors(plan: FloorPlan) -> Iterator[Broken]:
