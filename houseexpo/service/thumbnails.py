@@ -59,7 +59,7 @@ def draw_thumbnail(plan: FloorPlan) -> bytes:
         start = round(left + x1 * scale)
         return f"M{start} {round(top - y1 * scale)}H{round(left + x2 * scale)}V{round(top - y2 * scale)}H{start}Z"
 
-    whole = path([plan.verts, *plan.holes, *(thing.ring for thing in plan.objects if thing.is_stairwell)])
+    whole = path([plan.verts, *plan.holes, *(thing.ring for thing in plan.objects)])
     least, most = _WALL_TENTHS
     wall = round(2 * min(max(_WALL_M * scale, least), most))  # half of the line lies under the floor
     rules = "".join(_RULES.get(label, "") for label in {room.label: 0 for room in plan.rooms} or plan.room_category)
