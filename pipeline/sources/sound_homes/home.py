@@ -17,6 +17,7 @@ import numpy as np
 import shapely
 from shapely.affinity import affine_transform
 
+from houseexpo.analysis.audit import LIGHT_M
 from houseexpo.tolerances import SAME_M2
 from pipeline.sources.homes.values import Rect, snap_wall_line
 from pipeline.sources.sound_homes.footprint import add_bay, angle_wall
@@ -55,8 +56,6 @@ LIT: Final = frozenset({"Living_Room", "Dining_Room", "Kitchen", "Bedroom", "Chi
 SLEEPING: Final = frozenset({"Bedroom", "Child_Room"})
 _WAY_M: Final = 1.0
 """The least width of a hall, metres."""
-_OPEN_M: Final = 1.5
-"""The least opening through which a kitchen has its light from another room, metres."""
 _BAYS: Final = {
     "studio": 0.0,
     "flat": 0.06,
@@ -254,7 +253,7 @@ def _open_kitchens(layout: Layout, doors: list[Doorway], lit: set[int]) -> set[i
     found = set()
     for door in doors:
         one, other = door.rooms
-        wide = max(door.rect[2] - door.rect[0], door.rect[3] - door.rect[1]) >= _OPEN_M
+        wide = max(door.rect[2] - door.rect[0], door.rect[3] - door.rect[1]) >= LIGHT_M
         if other is not None and other < len(layout.labels) and wide:
             found |= {a for a, b in ((one, other), (other, one)) if layout.labels[a] == "Kitchen" and b in lit}
     return found
