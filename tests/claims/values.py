@@ -49,7 +49,7 @@ def figures_of_the_readme() -> list[str]:
         "| 65 drawings": ("docs/contributing/corpus.md", "Vector plans and scenes"),
         "Of 100 houses": ("docs/benchmarks.md", "Made houses of each kind"),
         "| exploration, each reset": ("docs/benchmarks.md", "The whole data set"),
-        "| 500 made houses": ("docs/benchmarks.md", "Made houses in SUNCG's layout"),
+        "| 200 made houses": ("docs/benchmarks.md", "Made houses in SUNCG's layout"),
         "| one such house": ("docs/benchmarks.md", "Speed of the pipeline"),
         "| 2,000 such houses": ("docs/benchmarks.md", "Batches"),
         "| a mesh of 3.7 million": ("docs/benchmarks.md", "Speed of the pipeline"),
