@@ -333,7 +333,7 @@ class Draft:
         return {label: tuple(sorted(boxes)) for label, boxes in sorted(found.items()) if boxes}
 
     def _objects(self, rooms: Sequence[Room]) -> list[PlanObject]:
-        """Return the furniture of the remaining rooms, each piece with the room in which it stands now."""
+        """Return the furniture of the remaining rooms, each piece with its room of now; a stairwell is in none."""
         found: list[PlanObject] = []
         filled = [Polygon(room.ring) for room in rooms]
         lost = [room.polygon for room in self.plan.rooms]
@@ -343,7 +343,7 @@ class Draft:
             was_inside = thing.room is not None and bool(lost)
             if home is None and was_inside and all(shape.distance(middle) > 1.0 for shape in filled):
                 continue
-            found.append(replace(thing, id=len(found), room=home))
+            found.append(replace(thing, id=len(found), room=None if thing.is_stairwell else home))
         return found
 
     def _provenance(self, doors: Sequence[Door]) -> Mapping[str, Any] | None:

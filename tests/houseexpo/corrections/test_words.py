@@ -56,6 +56,14 @@ def test_a_corrected_plan_keeps_the_rules_of_the_format() -> None:
     assert not [fault for rule in (BOTH | OURS).values() for fault in rule(found)]
 
 
+def test_a_stairwell_that_a_room_surrounds_stays_in_none() -> None:
+    plan = furnished("a")
+    (table,) = plan.objects
+    well = replace(plan, objects=(replace(table, label="stairs", room=None, height=0.0),))
+    (after,) = corrected(well, label=[1.0, 1.0, "Office"]).plan.objects
+    assert after.is_stairwell
+
+
 @pytest.mark.parametrize("x", [4.0, 4.1, 4.12, 4.15, 4.18, 4.2, 4.3])
 def test_a_door_beside_a_wall_opens_the_wall(x: float) -> None:
     found = corrected(door=[[x, 2.1], [x, 2.9]])
