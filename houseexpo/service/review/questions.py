@@ -567,7 +567,7 @@ def _guesses(plan: FloorPlan, source: SourceView) -> Iterator[Question]:
 
 def _told(source: SourceView) -> set[str]:
     """Return the options of the reader that somebody has stated."""
-    return {key for key, value in source.record.options if value not in {"", "auto", "1"}}
+    return {key for key, value in source.record.options if value not in {"", "auto"} and (key, value) != ("scale", "1")}
 
 
 def _floors(plan: FloorPlan, source: SourceView) -> Iterator[Question]:
@@ -578,7 +578,7 @@ def _floors(plan: FloorPlan, source: SourceView) -> Iterator[Question]:
     is_open = "floors" in record.takes and _told(source).isdisjoint(_TOLD_BY["levels"])
     if not is_open or not (record.other_floors or "levels" in source.level.guesses or (len(levels) > 1 and is_unsure)):
         return
-    heights = sorted({round(level.frame.floor, 2) for level in levels})
+    heights = sorted({round(level.frame.floor, 2) + 0.0 for level in levels})  # not -0
 
     def answer(title: str, floors: Sequence[float]) -> Answer:
         return Answer(title, "floors", text=", ".join(f"{height:g}" for height in sorted(floors)))

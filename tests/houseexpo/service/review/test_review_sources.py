@@ -341,11 +341,13 @@ def test_a_size_that_the_file_states_is_asked_about_if_another_is_clearly_likeli
     assert "its doors are 0.80 m wide" in asked.says
     assert asked.answers[1] == Answer("14.2 m x 6.0 m, doors 1.60 m", "units", text="2")
     assert questions(plan, [asked.key], odd) == []
+    said = replace(odd, record=msgspec.structs.replace(odd.record, options=(("units", "1"),)))
+    assert asked_of(plan, said) == []
 
 
 def test_the_floors_are_asked_about_with_their_heights() -> None:
     plan, view = shown()
-    level = msgspec.structs.replace(view.level, extent=(7.1, 3.0))
+    level = msgspec.structs.replace(view.level, extent=(7.1, 3.0), frame=replace(FRAME, floor=-1e-9))
     upper = msgspec.structs.replace(level, id="up", frame=replace(FRAME, floor=2.8), rejected="layout: not_enclosed")
     record = msgspec.structs.replace(view.record, levels=(level, upper), takes=("floors",), other_floors=(6.0,))
     found = replace(view, level=level, record=record)
