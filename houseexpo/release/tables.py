@@ -7,6 +7,7 @@ They are written as Parquet files, in small row groups and with settings that gi
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -74,7 +75,7 @@ def _plan_rows(placed: ReleasePlan) -> Iterator[Row]:
         **{_reach_column(radius): (reach.get(f"{radius:.2f}") or {}).get("largest_share") for radius in RADII_M},
         "narrowest": (reach.get(_SHARE_RADIUS) or {}).get("narrowest"),
         "windows": len(plan.windows),
-        "stairs": sum("stair" in words.lower() for words in named),
+        "stairs": sum(re.search(r"\bstair", words, re.IGNORECASE) is not None for words in named),
         "objects": sum(not thing.is_stairwell for thing in plan.objects),
         "kind": (plan.provenance or {}).get("kind"),
         "broken_rules": None if audit is None else sorted(audit.broken_rules()),

@@ -1,7 +1,8 @@
-"""The parts of a release: no house and no copy of one on both sides."""
+"""The parts of a release: no house and no copy of one on both sides; what a row of its tables says."""
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import pyarrow.parquet as pq
@@ -13,7 +14,9 @@ from houseexpo.errors import DatasetError
 from houseexpo.plan.json_codec import encode
 from houseexpo.release import release
 from houseexpo.release.splits import release_splits
+from houseexpo.release.tables import PLANS, ReleasePlan
 from tests.builders.plan_files import house, pack
+from tests.builders.services import two_rooms
 
 LISTS = {"train": "a\nb\n", "val": "", "test": "c\n"}
 
@@ -78,3 +81,11 @@ def test_lists_that_part_a_house_are_refused(tmp_path: Path) -> None:
     folder = _with_lists(pack(tmp_path, "nested", members), {"train": "a\nb\n", "test": "a_L1\n"})
     with pytest.raises(DatasetError, match="found a, a_L1 in test and train; run houseexpo split again"):
         release_splits(open_dataset(folder))
+
+
+@pytest.mark.parametrize(("words", "count"), [("stairs", 1), ("Main Staircase", 1), ("Upstairs landing", 0)])
+def test_stairs_are_what_the_source_calls_so(words: str, count: int) -> None:
+    plan = two_rooms("a")
+    plan = replace(plan, rooms=(plan.rooms[0], replace(plan.rooms[1], source_labels=(words,))))
+    (row,) = PLANS.rows(ReleasePlan(plan, "train", "a", b"", None))
+    assert row["stairs"] == count
