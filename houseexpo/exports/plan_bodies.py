@@ -79,6 +79,11 @@ class PlanBodies:
     pose: Pose
     windows: tuple[WindowBody, ...] = ()
 
+    @property
+    def wells(self) -> tuple[Polygon, ...]:
+        """The openings in the floor over the stairs from below."""
+        return tuple(thing.polygon for thing in self.plan.objects if thing.is_stairwell)
+
     @cached_property
     def standing(self) -> tuple[Polygon, ...]:
         """The walls without the windows, which have wall below and above them."""

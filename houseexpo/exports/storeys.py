@@ -90,8 +90,7 @@ class StoreyBodies:
         """The area of the storey's floor and walls in its own axes, metres; it is open over the stairs from below."""
         import shapely
 
-        wells = [thing.polygon for thing in self.built.plan.objects if thing.is_stairwell]
-        return shapely.difference(_footprint(self.built), shapely.union_all(wells))
+        return shapely.difference(_footprint(self.built), shapely.union_all(self.built.wells))
 
 
 def storey_bodies(plans: Sequence[FloorPlan], name: str, options: BodyOptions) -> list[StoreyBodies]:

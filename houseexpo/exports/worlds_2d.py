@@ -47,7 +47,7 @@ def irsim(
     pose = pose_in_export(plan, orientation, frame)
     x1, y1, x2, y2 = _bounds(built, pose)
     start, goal = map(pose.point, start_and_goal(built.free))
-    solids = (*built.walls, *(thing.polygon for thing in built.furniture))
+    solids = (*built.walls, *built.wells, *(thing.polygon for thing in built.furniture))
     lines = [
         f"# plan {json.dumps(plan.id)}; metres",
         "world:",
@@ -127,7 +127,11 @@ def stage(
         "  gui_nose 0",
         "  gui_move 0",
         "  obstacle_return 1",
-        *(_block(pose.points(ring), built.wall_height) for wall in built.walls for ring in cut_into_trapezoids(wall)),
+        *(
+            _block(pose.points(ring), built.wall_height)
+            for solid in (*built.walls, *built.wells)
+            for ring in cut_into_trapezoids(solid)
+        ),
         *(
             _block(pose.points(ring), thing.height)
             for thing in built.furniture

@@ -19,6 +19,7 @@ from houseexpo.exports import (
     export,
     glb,
     ifc,
+    irsim,
     mjcf,
     obj,
     orient_plan,
@@ -29,7 +30,7 @@ from houseexpo.exports import (
 )
 from houseexpo.exports.plan_bodies import plan_bodies
 from houseexpo.plan import PlanObject, Room
-from tests.houseexpo.exports.readers import box_of, enclosed, near, parsed, polyline_of, solid_at, stage_blocks
+from tests.houseexpo.exports.readers import READERS, box_of, enclosed, near, parsed, polyline_of, solid_at, stage_blocks
 
 
 def test_ifc_through_ifcopenshell(plans):
@@ -268,3 +269,13 @@ def test_words_that_no_file_can_hold(tmp_path, to):
             assert "\x07" not in text or to == "dxf"
         if file.suffix in {".svg", ".graphml", ".xml", ".sdf"}:
             parsed(file.read_bytes())
+
+
+@pytest.mark.parametrize("form", ["irsim", "stage"])
+def test_a_flat_world_shuts_the_opening_over_a_stair(form):
+    room = np.array([(0.1, 0.1), (0.1, 4.1), (4.1, 4.1), (4.1, 0.1)])
+    well = PlanObject(0, "stairs", None, np.array([(0.5, 4.1), (0.5, 8.1), (2.5, 8.1), (2.5, 4.1)]), 0.0)
+    plan = FloorPlan("0" * 32, room, 1, {}, objects=(well,))
+    write = {"irsim": irsim, "stage": stage}[form]
+    free = READERS[form](write(plan, frame="plan", orientation="plan"))
+    assert free.symmetric_difference(plan.free_space).area < 0.1
