@@ -63,8 +63,8 @@ class PlanBodies:
     ``space`` without ``furniture``.
     ``walls`` are around and in the floor and leave doors open. They have no cavities: a courtyard without a door is
     filled, since it is not free. ``lintels`` are the areas of doors, from ``door_height`` to ``wall_height``.
-    ``windows`` lie in the walls, which ``standing`` are without them. ``pose`` is the pose of all of them in the
-    export's frame.
+    ``windows`` lie in the walls, which ``standing`` are without them; it shuts the openings over stairs. ``pose`` is
+    the pose of all of them in the export's frame.
     """
 
     plan: FloorPlan
@@ -86,11 +86,15 @@ class PlanBodies:
 
     @cached_property
     def standing(self) -> tuple[Polygon, ...]:
-        """The walls without the windows, which have wall below and above them."""
-        if not self.windows:
+        """The walls without the windows, which have wall below and above them, and with what lies over stairs.
+
+        The formats of robots' worlds take it: an edge of the floor keeps no robot and no builder of plans away.
+        """
+        if not self.windows and not self.wells:
             return self.walls
         open_ = shapely.union_all([each.shape for each in self.windows])
-        return tuple(_polygons(shapely.difference(shapely.union_all(self.walls), open_, grid_size=WELD_M)))
+        shut = shapely.union_all([*self.walls, *self.wells], grid_size=WELD_M)
+        return tuple(_polygons(shapely.difference(shut, open_, grid_size=WELD_M)))
 
     @property
     def window_parts(self) -> Iterator[tuple[str, Literal["wall", "glass"], BaseGeometry, float, float]]:

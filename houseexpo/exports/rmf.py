@@ -99,7 +99,8 @@ def _level(
     picture = None if in_metres else free_mask(turned, 1.0 / PNG_RESOLUTION_M, y_up=True)[1]
     sheet = _Sheet(storey.pose, picture)
     doors = wall_openings(turned, wall_thickness)
-    walls = shapely.union_all(plan_bodies(turned, wall_thickness=wall_thickness, orientation="plan").walls)
+    built = plan_bodies(turned, wall_thickness=wall_thickness, orientation="plan")
+    walls = shapely.union_all([*built.walls, *built.wells])
     gaps = shapely.union_all([each.shape for each in doors]) if doors else shapely.Polygon()
     glass = shapely.union_all([each.shape for each in window_openings(turned, wall_thickness)])
     standing = shapely.difference(walls, gaps)

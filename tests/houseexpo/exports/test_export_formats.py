@@ -29,7 +29,7 @@ from houseexpo.exports import (
     usd,
 )
 from houseexpo.exports.plan_bodies import plan_bodies
-from houseexpo.plan import PlanObject, Room
+from houseexpo.plan import Frame, PlanObject, Room
 from tests.houseexpo.exports.readers import READERS, box_of, enclosed, near, parsed, polyline_of, solid_at, stage_blocks
 
 
@@ -271,11 +271,11 @@ def test_words_that_no_file_can_hold(tmp_path, to):
             parsed(file.read_bytes())
 
 
-@pytest.mark.parametrize("form", ["irsim", "stage"])
-def test_a_flat_world_shuts_the_opening_over_a_stair(form):
+@pytest.mark.parametrize("write", [irsim, mjcf, sdf, stage, usd])
+def test_a_robots_world_shuts_the_opening_over_a_stair(write):
     room = np.array([(0.1, 0.1), (0.1, 4.1), (4.1, 4.1), (4.1, 0.1)])
     well = PlanObject(0, "stairs", None, np.array([(0.5, 4.1), (0.5, 8.1), (2.5, 8.1), (2.5, 4.1)]), 0.0)
-    plan = FloorPlan("0" * 32, room, 1, {}, objects=(well,))
-    write = {"irsim": irsim, "stage": stage}[form]
-    free = READERS[form](write(plan, frame="plan", orientation="plan"))
+    source = Frame(((1.0, 0.0, 0.0), (0.0, 1.0, 0.0)), "z", 0.0, 0)
+    plan = FloorPlan("0" * 32, room, 1, {}, objects=(well,), frame=source)
+    free = READERS[write.__name__](write(plan, frame="source", orientation="plan"))
     assert free.symmetric_difference(plan.free_space).area < 0.1
