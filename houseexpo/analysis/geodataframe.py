@@ -29,7 +29,7 @@ def _plans(plan: PlanData) -> Iterator[Row]:
         "area": round(plan.area, 2),
         "doors": len(plan.doors),
         "windows": len(plan.windows),
-        "objects": len(plan.objects),
+        "objects": sum(not thing.is_stairwell for thing in plan.objects),
         "quality": None if plan.quality is None else plan.quality.score,
         "geometry": plan.free_space,
     }
