@@ -12,7 +12,8 @@ const LOOK_MS = 700;
 const MOST_ALIKE = 200; // places of which the same is said at once
 const LAYER_KEYS = [..."fghqvz"]; // digits answer
 const ANY = 9; // all questions of a kind are marked, and no answer is chosen yet
-const LEAVE = { title: "Leave it", action: "leave", points: [] }; // the last answer to any question
+const LEFT = 8; // the number of the last answer to any question, from 0: its key is 9, however many others there are
+const LEAVE = { title: "Leave it", action: "leave", points: [] };
 const OF_FILE = new Set(["file", "take_out", "units", "up", "floors"]); // answers that hold for the whole file
 const OF_SPACE = { wall: 2, room: 1, door: 2, opening: 2 }; // words that may leave a space open, and the points that each takes
 const at = (id) => document.getElementById(id);
@@ -305,8 +306,8 @@ function showQuestions() {
   const side = first.key.startsWith("floors") && sheet.source?.side;
   at("side").hidden = !side;
   if (side) at("side").src = `data:image/png;base64,${side}`;
-  at("answers").replaceChildren(...[...first.answers, LEAVE].map(({ title }, i) => {
-    const found = button(` ${title}`, (event) => (event.shiftKey ? answerAll(i) : answer(i)), "answer");
+  at("answers").replaceChildren(...[...Object.entries(first.answers.slice(0, LEFT)), [LEFT, LEAVE]].map(([number, { title }]) => {
+    const i = Number(number), found = button(` ${title}`, (event) => (event.shiftKey ? answerAll(i) : answer(i)), "answer");
     found.prepend(Object.assign(document.createElement("kbd"), { textContent: i + 1 }));
     found.setAttribute("aria-keyshortcuts", i + 1);
     return found;
@@ -325,12 +326,14 @@ function showQuestions() {
   }));
 }
 
+const answerOf = (question, which) => (which === LEFT ? question && LEAVE : question?.answers[which]);
+
 // One answer to all questions of a kind: their places are marked first, and the same key again answers them, as one decision.
 function answerAll(which) {
-  const [first] = questions();
-  if (!first || alike(true).length < 2 || !mayWrite()) return undefined;
-  const { action, title } = first.answers[which] ?? LEAVE;
-  if (which > first.answers.length || OF_FILE.has(action)) return undefined;
+  const [first] = questions(), chosen = answerOf(first, which);
+  if (!chosen || alike(true).length < 2 || !mayWrite()) return undefined;
+  const { action, title } = chosen;
+  if (OF_FILE.has(action)) return undefined;
   if (forAll !== which) {
     mark(which, forAll < 0 ? alike(false).length < 2 : wide);
     showQuestions();
@@ -361,10 +364,8 @@ function askOfStroke(segments, kind) {
 }
 
 function answer(which) {
-  const [first] = questions();
-  if (!first || !mayWrite()) return undefined;
-  if (which > first.answers.length) return undefined;
-  const chosen = first.answers[which] ?? LEAVE;
+  const [first] = questions(), chosen = answerOf(first, which);
+  if (!chosen || !mayWrite()) return undefined;
   if (chosen.action === "file") return file.open();
   if (chosen.action === "take_out") return takeOutGhosts();
   if (OF_FILE.has(chosen.action)) {
@@ -595,7 +596,7 @@ const KEYS = {
   k: () => decide("keep"), x: () => decide("drop"), n: openNote,
   j: nextRejected,
   ...Object.fromEntries(LAYER_KEYS.map((key, i) => [key, () => toggleLayer(i)])),
-  ...Object.fromEntries([1, 2, 3, 4, 5, 6, 7, 8].map((digit) => [digit, () => answer(digit - 1)])),
+  ...Object.fromEntries([1, 2, 3, 4, 5, 6, 7, 8, 9].map((digit) => [digit, () => answer(digit - 1)])),
   u: undo, y: redo, delete: () => remove(sheet.chosen), backspace: () => remove(sheet.chosen), b: build, arrowright: () => go("next"), arrowleft: () => go("previous"), " ": () => go("open"),
 };
 
@@ -621,7 +622,7 @@ document.addEventListener("keydown", (event) => {
   if (event.key === "Escape" && endForAll()) { event.preventDefault(); return; }
   if (event.key === "Enter" && forAll >= 0 && forAll < ANY && !event.target.matches("button, a, pre")) { event.preventDefault(); answer(forAll); return; }
   if (event.target.matches("button, a, pre") && (event.key === " " || event.key === "Enter")) return;
-  if (event.shiftKey && /^Digit[1-8]$/.test(event.code)) { event.preventDefault(); answerAll(Number(event.code.at(-1)) - 1); return; }
+  if (event.shiftKey && /^Digit[1-9]$/.test(event.code)) { event.preventDefault(); answerAll(Number(event.code.at(-1)) - 1); return; }
   const work = KEYS[event.key.toLowerCase()];
   if (work) { event.preventDefault(); work(); }
 });
