@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Generic, TypeVar
 
 import msgspec
@@ -21,7 +21,7 @@ _Plan = TypeVar("_Plan", bound=PlanData)
 
 @dataclass(frozen=True, eq=False)
 class Preview(Generic[_Plan]):
-    """The corrected plan, in the coordinates of the built plan, and a record of each correction.
+    """The corrected plan, in the coordinates and with the quality of the built plan, and a record of each correction.
 
     A record has the keys of ``Effect.as_record``, and ``built``: whether the plan was built with this correction.
     """
@@ -85,7 +85,8 @@ def _from_base(plan: _Plan, found: Corrected[_Plan], built: Mapping[bytes, dict[
     done = [record for record in records if record["outcome"] == "done"]
     if found.followed and done:
         done[-1]["also"] = [*done[-1].get("also", []), *found.followed]
-    return Preview(_in_place_of(found.plan, plan), tuple(records))
+    shown = replace(found.plan, quality=plan.quality)  # ``base`` has the quality of the plan without corrections
+    return Preview(_in_place_of(shown, plan), tuple(records))
 
 
 def _key(word: str, value: Any) -> bytes:

@@ -21,7 +21,7 @@ from houseexpo.corrections.vocabulary import UNITS, WORDS
 from houseexpo.dataset.validation import BOTH, OURS
 from houseexpo.errors import ConfigError
 from houseexpo.floorplan import FloorPlan, decode
-from houseexpo.plan import Door, Frame, Room
+from houseexpo.plan import Door, Frame, Quality, Room
 from houseexpo.plan.json_codec import encode
 from houseexpo.tolerances import TILE_M2
 from pipeline.config import ConnectivityConfig, DoorsConfig
@@ -1017,6 +1017,14 @@ def test_a_preview_of_a_plan_that_was_built_with_words_shows_that_plan() -> None
     more = preview(plan, Override(**words, no_room=[4.0, 6.0]).corrections)
     assert [record["built"] for record in more.records] == [True, False, True]
     assert len(more.plan.rooms) == len(plan.rooms) - 1
+
+
+def test_a_preview_has_the_quality_of_the_built_plan() -> None:
+    said = Override(label=[5.0, 1.0, "Office"]).corrections
+    frame = Frame(((1.0, 0.0, 0.0), (0.0, 1.0, 0.0)), "z", 0.0, 0)
+    base = replace(PLAN, frame=frame, quality=Quality(0.2, {"cut_share": 0.5}))
+    built = replace(correct_plan(base, said).plan, quality=Quality(0.4, {"tall": 0.8}))
+    assert preview(built, said, base).plan.quality == built.quality
 
 
 @pytest.mark.parametrize("x", [4.1, 4.15, 4.2])
