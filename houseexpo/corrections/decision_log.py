@@ -48,6 +48,8 @@ class LogLine(msgspec.Struct, frozen=True, omit_defaults=True):
         SHA-256 of ``overrides.toml`` before and after.
     source
         SHA-256 of the plan's file at the time of the decision, "" if unknown.
+    answer
+        For "leave", the answer that confirms the plan, in words; "" if the question was left.
     """
 
     number: int
@@ -62,6 +64,7 @@ class LogLine(msgspec.Struct, frozen=True, omit_defaults=True):
     redoes: int = 0
     about: str = ""
     source: str = ""
+    answer: str = ""
 
     @property
     def new_keys(self) -> set[str]:

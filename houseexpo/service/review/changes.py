@@ -100,4 +100,6 @@ def describe_log_line(line: LogLine) -> str:
         "move": "moved a correction",
         "remove": "took out a correction",
     }
+    if line.answer:
+        return f"{line.reviewer} answered “{line.answer}”"
     return f"{line.reviewer} {words.get(line.action, f'chose {line.action}')}"

@@ -124,6 +124,7 @@ class DecisionStore:
         *,
         more: Sequence[Any] = (),
         source: str = "",
+        answer: str = "",
     ) -> LogLine:
         """Store a decision; it is on the disk when this returns.
 
@@ -138,6 +139,8 @@ class DecisionStore:
             Further values of the word, or further skipped questions; all of them are one decision.
         source
             SHA-256 of the plan's file.
+        answer
+            The answer that confirms the plan, in words, for "leave".
 
         Raises
         ------
@@ -150,7 +153,7 @@ class DecisionStore:
             self._check_seen(plan, seen)
             about = "\n".join([value, *more]) if action == "leave" else ""
             changes = decision_changes(self.table(plan), action, value, more)
-            return self._note(plan, action, reviewer, changes, about=about, source=source)
+            return self._note(plan, action, reviewer, changes, about=about, source=source, answer=answer)
 
     def say_of_file(self, name: str, key: str, value: Any, reviewer: str) -> LogLine:
         """Store a statement about a whole file under the file's id; the value None removes the key.
@@ -251,9 +254,8 @@ class DecisionStore:
             undo, line = undone[-1]
             table = self.table(line.plan)
             again = {key: changed_value(line, key, table.get(key), *pair) for key, pair in line.changes.items()}
-            return self._note(
-                line.plan, line.action, reviewer, again, redoes=undo.number, about=line.about, source=line.source
-            )
+            same: dict[str, Any] = {"about": line.about, "source": line.source, "answer": line.answer}
+            return self._note(line.plan, line.action, reviewer, again, redoes=undo.number, **same)
 
     def history(self, plan: str) -> list[tuple[LogLine, bool]]:
         """Return the decisions on a plan in order, and whether each is in force; a redone decision appears once."""
@@ -340,6 +342,7 @@ class DecisionStore:
         about: str = "",
         upto: int | None = None,
         source: str = "",
+        answer: str = "",
     ) -> LogLine:
         changes = {key: pair for key, pair in changes.items() if pair[0] != pair[1]}
         before = self._text()
@@ -359,6 +362,7 @@ class DecisionStore:
             redoes,
             about,
             source,
+            answer,
         )
         partial = self._write_partial(after) if changes else None  # R2
         try:

@@ -637,7 +637,7 @@ def _larger(plan: FloorPlan, source: SourceView, shift: tuple[float, float]) -> 
             at = _inside(room)
             says = f"The walls here enclose {shape.area:.1f} m², and this {_name(room)} has {room.area:.1f} m². "
             says += "Is all of it this room?"
-            answers = Answer("All of it", "room_outline", corners), Answer("No")
+            answers = Answer("All of it", "room_outline", corners), Answer("A part of it")
             yield Question(_key(plan, "larger", at), at, says, answers, _LARGER, room.area)
             break
 

@@ -67,7 +67,8 @@ class DecisionRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """A decision; ``points`` are in plan metres, ``seen`` is the number of the last log line that the reviewer saw.
 
     ``text`` is the text of a note or a drop, the label of a room, or the keys of the skipped questions, one a line.
-    ``more`` are the points of further places for the same word; all of them are one decision.
+    ``more`` are the points of further places for the same word; all of them are one decision. ``answer`` is the answer
+    that confirms the plan, for "leave"; "" leaves the question.
     """
 
     plan: Id
@@ -77,6 +78,7 @@ class DecisionRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     points: Annotated[list[Point], Meta(max_length=MOST_POINTS)] = []
     text: Annotated[str, Meta(max_length=_MOST_LIKE * 100)] = ""
     more: Annotated[list[Annotated[list[Point], Meta(max_length=MOST_POINTS)]], Meta(max_length=_MOST_LIKE)] = []
+    answer: Annotated[str, Meta(max_length=100)] = ""
 
 
 class ReplaceRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -384,7 +386,14 @@ def decision_history(name: str, decisions: DecisionStore, judged: PlanDecisions 
     last, latest = judged.last if judged else None, decisions.latest().get(name)
     said = {"by": last.reviewer, "time": last.time, "actions": list(judged.actions)} if last and judged else None
     steps = [
-        {"number": line.number, "action": line.action, "by": line.reviewer, "time": line.time, "holds": holds}
+        {
+            "number": line.number,
+            "action": line.action,
+            "by": line.reviewer,
+            "time": line.time,
+            "holds": holds,
+            "answer": line.answer,
+        }
         for line, holds in decisions.history(name)
     ]
     return {"judged": said, "seen": latest.number if latest else 0, "history": steps[-_STEPS:]}
@@ -644,9 +653,10 @@ class Review:
             word: Word = asked.action
             wanted = [value, *(word_value(word, points, asked.text, plan) for points in asked.more)]
             (value, *more), effect = self._said(asked.plan, plan, word, wanted)
-        source = self._hash_at(asked.plan)
+        source = self._hash_at(asked.plan) if effect else ""
+        answer = one_line(asked.answer) if asked.action == "leave" else ""
         line = self.decisions.decide(
-            asked.plan, asked.action, reviewer, value, asked.seen, more=more, source=source if effect else ""
+            asked.plan, asked.action, reviewer, value, asked.seen, more=more, source=source, answer=answer
         )
         return {**self.state(asked.plan), "noted": line.number, "effect": effect}
 

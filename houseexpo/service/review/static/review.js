@@ -378,7 +378,8 @@ function answer(which) {
   strokes = [];
   now.questions = []; // a key that is too fast is not for the next question
   const text = chosen.action === "leave" ? all.map(({ key }) => key).join("\n") : "";
-  return decide(chosen.action, { points: chosen.points, text, more: chosen.action === "leave" ? [] : all.flatMap(({ answers }, i) => [...(i ? [answers[which].points] : []), ...answers[which].more ?? []]) });
+  const confirms = chosen.action === "leave" && chosen !== LEAVE ? chosen.title : "";
+  return decide(chosen.action, { answer: confirms, points: chosen.points, text, more: chosen.action === "leave" ? [] : all.flatMap(({ answers }, i) => [...(i ? [answers[which].points] : []), ...answers[which].more ?? []]) });
 }
 
 function takeOutGhosts() {
@@ -387,10 +388,10 @@ function takeOutGhosts() {
   for (const { word, value } of gone) inTurn(async () => sayEffect(await send("replace", plan, { word, value }), plan, `Taken out: ${word.replaceAll("_", " ")}.`));
 }
 
-function step({ action, by, holds }) {
+function step({ action, by, holds, answer: confirms }) {
   const line = document.createElement("li");
   line.className = holds ? "" : "undone";
-  line.textContent = `${titles[action]} (${by})${holds ? "" : ", undone"}`;
+  line.textContent = `${confirms ? confirmed(confirms) : titles[action]} (${by})${holds ? "" : ", undone"}`;
   return line;
 }
 
@@ -437,15 +438,17 @@ function sayEffect({ effect }, plan, otherwise) {
   else say(`${otherwise} It is on the disk.`, "good");
 }
 
-function decide(action, { points = [], text = "", more = [] } = {}) {
+const confirmed = (answer) => (answer === "Right" ? answer : `Right: ${answer[0].toLowerCase()}${answer.slice(1)}`);
+
+function decide(action, { points = [], text = "", more = [], answer: confirms = "" } = {}) {
   if (!mayWrite()) return undefined;
   const { plan } = now;
   const leaves = action === "keep" || action === "drop";
   leaving = leaves;
   return inTurn(async () => {
-    const words = { keep: "Kept", drop: "Dropped", note: "Note saved for", leave: "Left a question about" };
+    const words = { keep: "Kept", drop: "Dropped", note: "Note saved for", leave: confirms ? `${confirmed(confirms)}, in` : "Left a question about" };
     try {
-      sayEffect(await send("decide", plan, { action, points, text, more }), plan, `${words[action]} ${plan}.`);
+      sayEffect(await send("decide", plan, { action, points, text, more, answer: confirms }), plan, `${words[action]} ${plan}.`);
     } finally {
       if (now?.plan === plan) askOfGap(plan, action, points);
     }

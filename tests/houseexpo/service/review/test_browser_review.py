@@ -16,7 +16,7 @@ pytest.importorskip("starlette")
 
 from houseexpo import build, open_dataset, save_plan
 from tests.builders.browsing import look, visited
-from tests.builders.services import FRAME, judged_later, no_plans, running, service_of, two_rooms
+from tests.builders.services import FRAME, box, judged_later, no_plans, running, service_of, two_rooms
 
 pytestmark = [pytest.mark.slow, pytest.mark.browser]
 PHONE: dict[str, Any] = {"viewport": {"width": 390, "height": 800}, "color_scheme": "dark", "has_touch": True}
@@ -270,6 +270,21 @@ def test_it_asks_first_and_a_key_answers(tmp_path: Path) -> None:
         shows(page, "home_L1")
         look(page, "review-storeys")
     assert list(overrides(folder)["home_L0"]) == ["door", "no_room"]
+
+
+def test_an_answer_that_confirms_the_plan_is_said_as_it_is(tmp_path: Path) -> None:
+    folder = tmp_path / "houses"
+    folder.mkdir()
+    plan = replace(two_rooms("house"), frame=FRAME, doors=())
+    kitchen, bedroom = plan.rooms
+    wide = replace(kitchen, ring=box(0.1, 0.1, 4.2, 3.1))  # to the bedroom
+    save_plan(replace(plan, rooms=(wide, bedroom)), folder / "house.json")
+    with running(service_of(folder, review=True)) as address, visited(address, "/houses/review") as page:
+        shows(page, "house")
+        page.wait_for_function("() => document.getElementById('question').textContent.includes('One room?')")
+        page.keyboard.press("2")
+        says(page, "Right: two rooms, in house. It is on the disk.")
+        assert page.locator("#history li").all_inner_texts()[0].startswith("Right: two rooms (")
 
 
 @pytest.mark.parametrize("stays", [True, False])

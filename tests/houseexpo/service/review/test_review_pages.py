@@ -21,6 +21,7 @@ from houseexpo.corrections import apply
 from houseexpo.corrections.vocabulary import WORDS
 from houseexpo.service.app import make_app
 from houseexpo.service.collection import Collection
+from houseexpo.service.review.changes import describe_log_line
 from houseexpo.service.review.session import Review
 from houseexpo.service.review.tools import tools
 from houseexpo.service.service import Service, ServiceSettings
@@ -351,6 +352,18 @@ def test_several_questions_are_left_at_once(client: TestClient, folder: Path) ->
     decide(client, "doubtful", "leave", text="cut at 1.0, 2.0\nroom at 3.0, 4.0")
     review = Review(Collection("houses", folder))
     assert review.decisions.left("doubtful") == {"cut at 1.0, 2.0", "room at 3.0, 4.0"}
+
+
+def test_an_answer_that_confirms_the_plan_is_logged_as_what_it_says(client: TestClient, folder: Path) -> None:
+    found = decide(client, "doubtful", "leave", text="meet at 1.0, 2.0", answer="Two rooms")
+    assert found["history"][-1]["answer"] == "Two rooms"
+    decisions = Review(Collection("houses", folder)).decisions
+    assert decisions.left("doubtful") == {"meet at 1.0, 2.0"}
+    assert describe_log_line(decisions.latest()["doubtful"]) == "ann answered “Two rooms”"
+    client.post("/houses/review/undo", json={"reviewer": "ann"})
+    client.post("/houses/review/redo", json={"reviewer": "ann"})
+    assert state(client, plan="doubtful")["history"][-1]["answer"] == "Two rooms"
+    assert decide(client, "doubtful", "leave", text="room at 3.0, 4.0")["history"][-1]["answer"] == ""
 
 
 def test_what_was_said_of_another_state_of_the_file_is_a_ghost_until_somebody_answers(folder: Path) -> None:
