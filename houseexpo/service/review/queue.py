@@ -41,7 +41,7 @@ class ReviewQueue:
         self._looked_at: dict[str, tuple[str, float]] = {}
 
     def move(self, start: str | None, how: Move, reviewer: str, judged: Mapping[str, PlanDecisions]) -> str | None:
-        """Return the "next" or "previous" plan, the next "open" (undecided) one, or the plan "here".
+        """Return the "next" or "previous" plan, the next "open" one (neither kept nor dropped), or the plan "here".
 
         If ``start`` is not in the data set, the queue starts at the first plan. The result is None if no plan is left.
         """
@@ -49,18 +49,18 @@ class ReviewQueue:
         if not size:
             return None
         if start is None or start not in self.places:
-            return self.order[0] if how != "open" else self._next_undecided(-1, reviewer, judged)
+            return self.order[0] if how != "open" else self._next_open(-1, reviewer, judged)
         place = self.places[start]
         if how == "open":
-            return self._next_undecided(place, reviewer, judged)
+            return self._next_open(place, reviewer, judged)
         step = {"here": 0, "next": 1, "previous": -1}[how]
         return self.order[min(max(place + step, 0), size - 1)]
 
-    def _next_undecided(self, place: int, reviewer: str, judged: Mapping[str, PlanDecisions]) -> str | None:
+    def _next_open(self, place: int, reviewer: str, judged: Mapping[str, PlanDecisions]) -> str | None:
         now, others = time.monotonic(), None
         for step in range(1, len(self.order) + 1):
             name = self.order[(place + step) % len(self.order)]
-            if name in judged:
+            if name in judged and not {"keep", "drop"}.isdisjoint(judged[name].actions):
                 continue
             who, when = self._looked_at.get(name, ("", -math.inf))
             if who in {"", reviewer} or now - when > LOOKED_AT_S:

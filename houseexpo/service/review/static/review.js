@@ -76,11 +76,13 @@ function go(move, plan = now?.plan) {
       showProgress(found.progress);
       sayNone(found);
     } else show(found);
+    if (move === "open" && plan && found.plan === plan) say("All other plans are kept or dropped.");
   });
 }
 
 function show(found) {
   if (found.plan !== now?.plan) elsewhere = false;
+  if (found.plan !== now?.plan || found.seen !== now.seen) at("ended").hidden = true;
   holdQuestion(found);
   const { file: of, said } = found.source ?? {}, { file: before, said: earlier } = now?.source ?? {};
   if (of === before && JSON.stringify(said) !== JSON.stringify(earlier)) sheet.source = null; // the file is read again with what is said of it
@@ -90,11 +92,11 @@ function show(found) {
   showRejections(found);
   if (found.plan === null) {
     const [first] = Object.keys(found.rejections);
-    if (!found.progress.plans && first) go("here", first);
+    if (found.progress.plans) go("here").then(() => sayNone(found)); // all are reviewed: the first one
+    else if (first) go("here", first);
     else sayNone(found);
     return;
   }
-  at("ended").hidden = true;
   seen.set(found.plan, found.seen);
   history.replaceState(null, "", `?plan=${encodeURIComponent(found.plan)}`);
   at("plan").textContent = found.plan;
@@ -409,7 +411,7 @@ function showProgress(progress) {
   at("progress").max = Math.max(doubtful || plans, 1);
   at("progress").value = doubtful ? done : judged;
   at("progress-words").textContent = doubtful
-    ? `${done} of ${doubtful} doubtful plans reviewed, ${judged} of all ${plans}` : `${judged} of ${plans} plans judged`;
+    ? `${done} of ${doubtful} doubtful plans have decisions, ${judged} of all ${plans}` : `${judged} of ${plans} plans have decisions`;
 }
 
 function mayWrite() {

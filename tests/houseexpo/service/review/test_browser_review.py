@@ -82,7 +82,7 @@ def test_the_keyboard_alone_is_enough(page: Any, folder: Path) -> None:
     shows(page, "sure")
     assert overrides(folder)["doubtful"]["keep"]
     assert overrides(folder)["middling"] == {"drop": True}
-    assert "2 of 2 doubtful plans reviewed" in page.inner_text("#progress-words")
+    assert "2 of 2 doubtful plans have decisions" in page.inner_text("#progress-words")
     press("u")
     says(page, "nothing to undo on this plan. U again takes back the last decision on middling")
     press("u")
@@ -101,6 +101,18 @@ def test_the_keyboard_alone_is_enough(page: Any, folder: Path) -> None:
     assert "3 plans: kept" in ended
     assert "Decided by" in ended
     look(page, "review-ended")
+
+
+def test_the_page_opens_on_a_plan_also_if_all_are_reviewed(folder: Path) -> None:
+    with running(service_of(folder, review=True)) as address, visited(address, "/houses") as page:
+        for name in QUALITIES:
+            asked = {"plan": name, "action": "keep", "reviewer": "ann"}
+            assert page.request.post("/houses/review/decide", data=asked).ok
+        page.goto(f"{address}/houses/review")
+        says(page, "All plans are reviewed")
+        shows(page, "doubtful")
+        assert page.is_visible("#ended")
+        assert page.inner_text("#progress-words") == "2 of 2 doubtful plans have decisions, 3 of all 3"
 
 
 def pixel(page: Any, x: float, y: float) -> tuple[float, float]:

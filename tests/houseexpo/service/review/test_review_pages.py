@@ -125,6 +125,16 @@ def test_the_next_open_plan_is_one_that_nobody_judged_or_looks_at(client: TestCl
     }
 
 
+def test_a_plan_with_corrections_only_is_open(client: TestClient) -> None:
+    decide(client, "published", "drop")
+    for name in ("doubtful", "middling", "sure"):
+        decide(client, name, "no_room", points=[[7.0, 3.0]])
+    found = state(client, move="open")
+    assert (found["plan"], found["progress"]["judged"]) == ("doubtful", 4)
+    decide(client, "doubtful", "keep")
+    assert state(client, move="open")["plan"] == "middling"
+
+
 def test_undo_goes_back_over_http(client: TestClient, folder: Path) -> None:
     decide(client, "doubtful", "keep")
     found = client.post("/houses/review/undo", json={"reviewer": "ann"}).json()
