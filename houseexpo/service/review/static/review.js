@@ -283,6 +283,7 @@ function alike(isWide = wide) {
 }
 
 function mark(which, isWide = false) {
+  if (forAll >= 0 && which < 0) say(""); // the line says what is marked
   forAll = which;
   wide = isWide;
 }
@@ -294,7 +295,8 @@ function widen() {
   else if (forAll >= 0 && !wide && all > some) mark(ANY, true);
   else mark(-1);
   showQuestions();
-  if (forAll >= 0) say(`${alike().length} places are marked: the next answer counts for all of them. Shift-0 ${wide || all === some ? "unmarks them" : `marks all ${all} of this kind`}.`);
+  if (forAll < 0) say("No places are marked: the next answer counts for this one.");
+  else say(`${alike().length} places are marked: the next answer counts for all of them. Shift-0 ${wide || all === some ? "unmarks them" : `marks all ${all} of this kind`}.`);
 }
 
 function showQuestions() {

@@ -366,6 +366,11 @@ def test_shift_marks_what_is_alike_and_once_more_answers_it(tmp_path: Path) -> N
         assert overrides(folder) == {}
         page.click("#all")
         assert page.locator(".like-at").count() == 2
+        page.keyboard.press("Shift+0")
+        says(page, "No places are marked: the next answer counts for this one")
+        assert page.locator(".like-at").count() == 0
+        page.keyboard.press("Shift+0")
+        says(page, "2 places are marked")
         page.click("#answers button >> nth=0")
         says(page, "2 places at once")
 
