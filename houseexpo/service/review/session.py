@@ -449,6 +449,11 @@ class Review:
             return self._sources.read(name, tables, is_plan=known)
         return self._sources.known(name, tables, is_plan=known)
 
+    def _shown(self, name: str) -> SourceView | None:
+        """Return the source of a plan, or while it is not read with the current statements, the one to show."""
+        tables, is_plan = self.decisions.tables(), name in self.queue.dataset
+        return self.source(name) or self._sources.latest_with(name, tables, is_plan=is_plan)
+
     def state(self, name: str | None) -> dict[str, Any]:
         """Return the state of the page for a plan, or for the end of the queue (None), and the review's progress."""
         judged = self.decisions.by_plan()
@@ -464,7 +469,7 @@ class Review:
         common["source"] = self._source_facts(name, source, is_plan=is_plan)
         common |= {**decision_history(name, self.decisions, judged.get(name)), "table": table}
         common |= {"storeys": queue.storeys(name) if is_plan else [], "place": queue.places.get(name, -1) + 1}
-        shown = source or (None if is_plan and self._sources.is_found(name) else self._sources.latest(name))
+        shown = self._shown(name)
         plan = self.base(name, shown)
         if plan is None:
             rejected = self.rejected.get(name) or (shown.why_no_plan if shown else "")
@@ -591,7 +596,7 @@ class Review:
         ConfigError
             The source of a house without a plan has not been read.
         """
-        source = self.source(name) or self._sources.latest(name)
+        source = self._shown(name)
         plan = self.base(name, source)
         if source is None and plan is None:
             raise ConfigError(f"{name}: its source is not read yet; wait until it is shown")
@@ -612,7 +617,7 @@ class Review:
         ConfigError
             There is no such plan, a point is outside it, or its source has not been read.
         """
-        ground, source = self._ground(name), self.source(name) or self._sources.latest(name)
+        ground, source = self._ground(name), self._shown(name)
         _check_inside(points, ground)
         if ground.frame is None:
             return {}

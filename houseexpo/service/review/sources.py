@@ -219,7 +219,7 @@ class Sources:
         """``commands`` returns the commands of the builds that made the data set, or raises ConfigError (R2)."""
         self._commands = commands
         self._views: LruCache[SourceView] = LruCache(_KEPT_SOURCES)
-        self._latest: dict[str, SourceView] = {}
+        self._latest: dict[str, tuple[bytes, SourceView]] = {}
         self._failed: dict[tuple[str, bytes], str] = {}
         self._reading = Lock()
         self._workers = _Workers()
@@ -228,22 +228,31 @@ class Sources:
         """Return the source of a plan if it has been read with the current statements, else None."""
         return self._views.get(self._key(name, tables, is_plan=is_plan))
 
+    def latest_with(self, name: str, tables: Mapping[str, Any], *, is_plan: bool) -> SourceView | None:
+        """Return the source to show while it is read again: None where the search finds a plan, as far as is known."""
+        return None if is_plan and self._is_found(name, tables) else self.latest(name)
+
     def latest(self, name: str) -> SourceView | None:
         """Return the source of a plan as last read, even if statements have changed since, or None."""
-        return self._latest.get(name)
+        return self._latest[name][1] if name in self._latest else None
 
     def why_not(self, name: str, tables: Mapping[str, Any], *, is_plan: bool) -> str:
         """Return why reading the source failed, "" if it succeeded or was not tried."""
         return self._failed.get(self._key(name, tables, is_plan=is_plan), "")
 
-    def is_found(self, name: str) -> bool:
-        """Return whether the search finds a plan without the words of its storey, as far as is known."""
-        latest = self._latest.get(name)
+    def _is_found(self, name: str, tables: Mapping[str, Any]) -> bool:
+        """Return whether the search finds a plan without the words of its storey, as far as is known.
+
+        What was read with other statements about the file tells nothing: an undo may have taken them back.
+        """
+        said = _key(name, tables, is_plan=True)
+        of, latest = self._latest.get(name, (b"", None))
+        latest = latest if of == said[1] else self._views.get(said)
         return latest is None or (latest.found is not None and not latest.is_founded)
 
     def _key(self, name: str, tables: Mapping[str, Any], *, is_plan: bool) -> tuple[str, bytes]:
         """R3."""
-        return _key(name, tables, is_plan=is_plan and self.is_found(name))
+        return _key(name, tables, is_plan=is_plan and self._is_found(name, tables))
 
     def read(self, name: str, tables: Mapping[str, Any], *, is_plan: bool) -> SourceView:
         """Return the source of a plan; reading it takes seconds unless it is in memory.
@@ -264,7 +273,8 @@ class Sources:
                 raise SourceError(str(error)) from None
             self._failed.pop(key, None)
             self._latest.pop(name, None)
-            self._latest = dict([*self._latest.items(), (name, view)][-_KEPT_SOURCES:])
+            latest = _key(name, tables, is_plan=True)[1], view
+            self._latest = dict([*self._latest.items(), (name, latest)][-_KEPT_SOURCES:])
             return self._views.get_or_make(self._key(name, tables, is_plan=is_plan), lambda: view)
 
     def _record(self, name: str) -> SourceRecord:

@@ -31,7 +31,7 @@ let wide = false; // whether all of the kind are marked, and not only those that
 let forAll = -1; // the answer that is about to be given to all questions of a kind: -1 if none is, ANY before one is chosen
 let elsewhere = false; // whether the next undo is of a decision on another plan
 let strokes = []; // questions about lines of the drawing, the one that was clicked first
-let reading = ""; // the plan whose source is on its way
+let reading = ""; // the plan whose source is on its way, and what was said of its file when it was asked for
 let now = null; // what the server said of the plan that is shown
 const seen = new Map(); // by plan, the number of the latest line about it that was shown here
 let busy = Promise.resolve(); // one request after the other: keys may come faster than answers
@@ -134,19 +134,26 @@ function show(found) {
 
 // Has the source of the plan read, once for what is said of the file, and shows it under the plan.
 function readSource({ plan, source: { known, why } }) {
-  if (reading === plan || (known && sheet.source) || why) return;
-  reading = plan;
+  if (reading || (known && sheet.source) || why) return;
+  const isLate = () => readingOf(now) !== reading; // another plan is shown, or the file was said to be another
+  reading = readingOf(now);
   if (!known) say("Reading the source of this plan…");
   ask(`source?${new URLSearchParams({ plan })}`).then((found) => {
-    if (now?.plan !== plan) return undefined;
+    if (isLate()) return undefined;
     sheet.under(found);
     showSwitches();
     if (known) return undefined;
     if (at("said").textContent.startsWith("Reading")) say("");
     return go("here", plan); // with the questions that the source answers
-  }).catch((error) => { if (now?.plan === plan) { now.source.why = error.message; file.show(now.source, readOnly); say(error.message, "bad"); } })
-    .finally(() => { reading = ""; if (now?.plan && now.plan !== plan) readSource(now); });
+  }).catch((error) => { if (!isLate()) { now.source.why = error.message; file.show(now.source, readOnly); say(error.message, "bad"); } })
+    .finally(() => {
+      const wasLate = isLate();
+      reading = "";
+      if (now?.plan && wasLate) readSource(now);
+    });
 }
+
+const readingOf = (found) => JSON.stringify([found?.plan, found?.source?.said]);
 
 function showSwitches() {
   const switches = sheet.switches;

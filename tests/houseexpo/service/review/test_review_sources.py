@@ -208,6 +208,24 @@ def test_a_command_that_fails_is_told_by_its_last_line() -> None:
         sources.read("house", {}, is_plan=True)
 
 
+def test_after_an_undo_of_the_scale_the_plan_is_that_before_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    plan, view = shown()
+    rejected = SourceRecord("house", levels=(LevelSource("house", FRAME, rejected="403 x 406 m"),))
+    sources, scaled, door = Sources(list), {"house": {"scale": 0.1}}, {"house": {"door": [[1, 2], [2, 2]]}}
+    for record, said in ((view.record, {}), (rejected, scaled)):
+        monkeypatch.setattr(sources, "_record", lambda _, record=record: record)
+        sources.read("house", said, is_plan=True)
+    assert sources.latest_with("house", scaled, is_plan=True) == sources.latest("house")
+    for said in ({}, door):  # the scale is taken back, then a question is answered
+        known = sources.known("house", said, is_plan=True)
+        assert known is not None
+        assert known.plan == plan
+        assert sources.latest_with("house", said, is_plan=True) is None
+    again = sources.known("house", scaled, is_plan=True)
+    assert again is not None
+    assert again.why_no_plan == "403 x 406 m"
+
+
 def test_lines_along_the_edges_of_a_corner_that_juts_into_a_room() -> None:
     room = shapely.Polygon([(0, 0), (6, 0), (6, 3), (4, 3), (4, 5), (0, 5)])  # juts in at (4, 3)
     found = sorted([*map(tuple, line.coords)] for line in corner_rays(room))
