@@ -295,6 +295,16 @@ function mark(which, isWide = false) {
   wide = isWide;
 }
 
+// Lines of a drawing may be more than one decision takes.
+function nearestWords() {
+  const [{ of = 0 }] = questions();
+  return of > MOST_ALIKE ? `The nearest ${MOST_ALIKE} of ${of.toLocaleString("en")}` : "";
+}
+
+function markedWords() {
+  return nearestWords() ? `${nearestWords()} lines are marked` : `${alike().length} places are marked`;
+}
+
 // Marks all that look alike, then all of the kind, then none.
 function widen() {
   const [some, all] = [alike(false).length, alike(true).length];
@@ -303,7 +313,7 @@ function widen() {
   else mark(-1);
   showQuestions();
   if (forAll < 0) say("No places are marked: the next answer counts for this one.");
-  else say(`${alike().length} places are marked: the next answer counts for all of them. Shift-0 ${wide || all === some ? "unmarks them" : `marks all ${all} of this kind`}.`);
+  else say(`${markedWords()}: the next answer counts for all of them. Shift-0 ${wide || all === some ? "unmarks them" : `marks all ${all} of this kind`}.`);
 }
 
 function showQuestions() {
@@ -325,7 +335,7 @@ function showQuestions() {
   }));
   const [some, whole] = [alike(false).length, alike(true).length], next = forAll < 0 && some > 1 ? some : whole;
   at("all").hidden = whole < 2 || first.answers.some(({ action }) => OF_FILE.has(action));
-  at("all").replaceChildren(Object.assign(document.createElement("kbd"), { textContent: "Shift 0" }), ` All ${next} ${next > some ? "of this kind" : "like this"}`);
+  at("all").replaceChildren(Object.assign(document.createElement("kbd"), { textContent: "Shift 0" }), ` ${nearestWords() || `All ${next} ${next > some ? "of this kind" : "like this"}`}`);
   at("all").setAttribute("aria-pressed", String(forAll >= 0));
   const kinds = [...new Map(all.map((each) => [groupOf(each), each])).entries()];
   at("kinds").hidden = kinds.length < 2;
@@ -348,7 +358,7 @@ function answerAll(which) {
   if (forAll !== which) {
     mark(which, forAll < 0 ? alike(false).length < 2 : wide);
     showQuestions();
-    return say(`${alike().length} places are marked. Shift-${which + 1} again, or Enter, says “${title}” of all of them; Escape does not.`);
+    return say(`${markedWords()}. Shift-${which + 1} again, or Enter, says “${title}” of all of them; Escape does not.`);
   }
   return answer(which);
 }
@@ -366,6 +376,7 @@ function endForAll() {
 function askOfStroke(segments, kind) {
   const far = ([[ax, ay], [bx, by]]) => Math.hypot(ax - bx, ay - by);
   strokes = segments.slice(0, MOST_ALIKE).map((ends) => ({
+    of: segments.length,
     key: `stroke ${kind} at ${ends.flat().join(", ")}`, at: [(ends[0][0] + ends[1][0]) / 2, (ends[0][1] + ends[1][1]) / 2],
     says: `A line of ${far(ends).toFixed(2)} m, “${kind}” in the drawing. Is it a wall?`,
     answers: [{ title: "A wall", action: "wall", points: ends }, { title: "No wall", action: "no_wall", points: ends }],

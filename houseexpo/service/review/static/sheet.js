@@ -267,7 +267,7 @@ export class Sheet {
       const stroke = mark < 0 && !place ? this.#strokeAt(point, event) : null;
       if (this.#gap && farFrom(this.#gap, point) <= this.#reach(event)) this.hooks.take("wall", this.#gap);
       else if (place) this.hooks.take(this.#wordOf(place), place.ends);
-      else if (stroke) this.#askOf(stroke);
+      else if (stroke) this.#askOf(stroke, point);
       else this.choose(mark);
       return;
     }
@@ -305,10 +305,11 @@ export class Sheet {
     return far <= this.#reach(event) ? found : null;
   }
 
-  // A line first, then all others of its layer.
-  #askOf({ kind, ends }) {
+  // A line first, then all others of its layer, the nearest to the point first.
+  #askOf({ kind, ends }, point) {
     const like = this.strokes.filter((each) => each.kind === kind && each.ends[0] !== ends[0] && apart(...each.ends) >= SHORTEST_M);
-    this.hooks.stroke([ends, ...like.map((each) => each.ends)], kind);
+    const near = like.map((each) => [farFrom(each.ends, point), each.ends]).sort((one, other) => one[0] - other[0]);
+    this.hooks.stroke([ends, ...near.map(([, other]) => other)], kind);
   }
 
   // The gap by which a space is still open, if it is asked about.

@@ -428,6 +428,45 @@ def test_a_click_on_a_line_of_a_drawing_makes_walls_of_its_layer(
         page.wait_for_function("() => document.getElementById('title').textContent.startsWith('3 rooms')")
 
 
+def test_of_very_many_lines_the_nearest_are_marked_and_counted(folder: Path) -> None:
+    lines = [
+        {"kind": "NEW", "points": [[round(0.3 + 0.02 * k, 2), 0.5], [round(0.3 + 0.02 * k, 2), 2.5]]}
+        for k in range(240)
+    ]
+    told: dict[str, Any] = {}
+
+    def state(route: Any) -> None:
+        found = route.fetch().json()
+        told["state"] = {**found, "questions": [], "source": {**found["source"], "known": True, "why": ""}}
+        route.fulfill(json=told["state"])
+
+    def decide(route: Any) -> None:
+        told["asked"] = route.request.post_data_json
+        route.fulfill(json=told["state"])
+
+    with running(service_of(folder, review=True)) as address, visited(address, "/houses") as page:
+        page.route(re.compile("/review/state"), state)
+        page.route(re.compile("/review/decide"), decide)
+        drawn = {"layers": [], "edges": [], "places": [], "strokes": lines}
+        page.route(re.compile("/review/source"), lambda route: route.fulfill(json=drawn))
+        page.goto(f"{address}/houses/review?plan=doubtful")
+        shows(page, "doubtful")
+        page.get_by_role("button", name=re.compile("Lines of the file")).wait_for()
+        if not page.locator(".strokes .stroke").count():
+            page.get_by_role("button", name=re.compile("Lines of the file")).click()
+        page.wait_for_selector(".strokes .stroke", state="attached")
+        click(page, (4.9, 1.5))
+        page.wait_for_function("() => document.getElementById('all').textContent.includes('The nearest 200 of 240')")
+        page.click("#all")
+        says(page, "The nearest 200 of 240 lines are marked: the next answer counts for all of them")
+        look(page, "review-nearest")
+        page.keyboard.press("1")
+        page.wait_for_function("() => document.getElementById('asked').hidden")
+    ends = [told["asked"]["points"], *told["asked"]["more"]]
+    assert len(ends) == 200
+    assert min(x for (x, _), _ in ends) > 1.0  # the first 40 lines are further away
+
+
 def test_escape_and_another_persons_decision(folder: Path) -> None:
     # the browser has a line of its own about the request that is refused
     with running(service_of(folder, review=True)) as address, pytest.raises(AssertionError, match="409"):
