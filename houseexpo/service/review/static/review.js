@@ -9,6 +9,7 @@ const root = document.getElementById("review");
 const base = root.dataset.base;
 const readOnly = root.dataset.readOnly === "yes";
 const LOOK_MS = 700;
+const WORKING = "Working on the last decision…";
 const MOST_ALIKE = 200; // places of which the same is said at once
 const LAYER_KEYS = [..."fghqvz"]; // digits answer
 const ANY = 9; // all questions of a kind are marked, and no answer is chosen yet
@@ -34,6 +35,7 @@ let strokes = []; // questions about lines of the drawing, the one that was clic
 let reading = ""; // the plan whose source is on its way, and what was said of its file when it was asked for
 let now = null; // what the server said of the plan that is shown
 const seen = new Map(); // by plan, the number of the latest line about it that was shown here
+let working = 0; // decisions that were sent, or wait to be sent, and have no reply yet
 let busy = Promise.resolve(); // one request after the other: keys may come faster than answers
 let buildPhase = "";
 let buildShown = ""; // stands for the commands that are shown, when they are confirmed
@@ -64,6 +66,21 @@ async function ask(path, body) {
 function inTurn(work) {
   busy = busy.then(work).catch((error) => say(error.message, "bad"));
   return busy;
+}
+
+// A decision, which may take a minute: the line below the plan says so until the reply.
+function decideInTurn(work) {
+  working += 1;
+  say(WORKING);
+  return inTurn(async () => {
+    say(WORKING);
+    try { await work(); } finally { working -= 1; }
+  });
+}
+
+// A key for a question while its successor is not known yet.
+function refuseEarly() {
+  return working ? say(`${WORKING} The last key was not taken: no question is shown yet.`, "bad") : undefined;
 }
 
 function go(move, plan = now?.plan) {
@@ -212,7 +229,7 @@ function drawDistance(done) {
 function sayOfFile(key, value, points = []) {
   if (!mayWrite()) return undefined;
   const { plan } = now;
-  return inTurn(async () => {
+  return decideInTurn(async () => {
     const found = await ask("file", { plan, key, value, points, reviewer: reviewer() }).catch(async (error) => {
       show(await ask(`state?${new URLSearchParams({ move: "here", plan, reviewer: reviewer() })}`));
       throw error;
@@ -352,7 +369,8 @@ const answerOf = (question, which) => (which === LEFT ? question && LEAVE : ques
 // One answer to all questions of a kind: their places are marked first, and the same key again answers them, as one decision.
 function answerAll(which) {
   const [first] = questions(), chosen = answerOf(first, which);
-  if (!chosen || alike(true).length < 2 || !mayWrite()) return undefined;
+  if (!chosen) return refuseEarly();
+  if (alike(true).length < 2 || !mayWrite()) return undefined;
   const { action, title } = chosen;
   if (OF_FILE.has(action)) return undefined;
   if (forAll !== which) {
@@ -387,7 +405,8 @@ function askOfStroke(segments, kind) {
 
 function answer(which) {
   const [first] = questions(), chosen = answerOf(first, which);
-  if (!chosen || !mayWrite()) return undefined;
+  if (!chosen) return refuseEarly();
+  if (!mayWrite()) return undefined;
   if (chosen.action === "file") return file.open();
   if (chosen.action === "take_out") return takeOutGhosts();
   if (OF_FILE.has(chosen.action)) {
@@ -407,7 +426,7 @@ function answer(which) {
 function takeOutGhosts() {
   const { plan } = now, gone = now.effects.filter(({ ghost }) => ghost);
   now.questions = [];
-  for (const { word, value } of gone) inTurn(async () => sayEffect(await send("replace", plan, { word, value }), plan, `Taken out: ${word.replaceAll("_", " ")}.`));
+  for (const { word, value } of gone) decideInTurn(async () => sayEffect(await send("replace", plan, { word, value }), plan, `Taken out: ${word.replaceAll("_", " ")}.`));
 }
 
 function step({ action, by, holds, answer: confirms }) {
@@ -467,7 +486,7 @@ function decide(action, { points = [], text = "", more = [], answer: confirms = 
   const { plan } = now;
   const leaves = action === "keep" || action === "drop";
   leaving = leaves;
-  return inTurn(async () => {
+  return decideInTurn(async () => {
     const words = { keep: "Kept", drop: "Dropped", note: "Note saved for", leave: confirms ? `${confirmed(confirms)}, in` : "Left a question about" };
     try {
       sayEffect(await send("decide", plan, { action, points, text, more, answer: confirms }), plan, `${words[action]} ${plan}.`);
@@ -495,20 +514,20 @@ function move(number, points) {
   if (!mayWrite()) return undefined;
   const { plan, effects: { [number]: { word, value } } } = now;
   const text = typeof value.at(-1) === "string" ? value.at(-1) : "";
-  return inTurn(async () => sayEffect(await send("replace", plan, { word, value, points, text }), plan, "Moved."));
+  return decideInTurn(async () => sayEffect(await send("replace", plan, { word, value, points, text }), plan, "Moved."));
 }
 
 function remove(number) {
   if (number < 0 || !now?.effects[number] || !mayWrite()) return undefined;
   const { plan, effects: { [number]: { word, value, built } } } = now;
   const later = built ? " The plan was built with it, and is without it after the next build." : "";
-  return inTurn(async () => sayEffect(await send("replace", plan, { word, value }), plan, `Taken out: ${word.replaceAll("_", " ")}.${later}`));
+  return decideInTurn(async () => sayEffect(await send("replace", plan, { word, value }), plan, `Taken out: ${word.replaceAll("_", " ")}.${later}`));
 }
 
 // On the plan that is shown; what was decided on another one is taken back by a second press only.
 function undo() {
   if (readOnly) return say("This service is read-only.", "bad");
-  return inTurn(takeBack);
+  return decideInTurn(takeBack);
 }
 
 async function takeBack() {
@@ -521,7 +540,7 @@ async function takeBack() {
 
 function redo() {
   if (readOnly) return say("This service is read-only.", "bad");
-  return inTurn(async () => {
+  return decideInTurn(async () => {
     const found = await ask("redo", { reviewer: reviewer() });
     if (found.plan !== null) show(found);
     say(`Made again: the last decision that was undone, on ${found.redone}.`, "good");

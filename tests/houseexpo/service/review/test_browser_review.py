@@ -375,6 +375,28 @@ def test_shift_marks_what_is_alike_and_once_more_answers_it(tmp_path: Path) -> N
         says(page, "2 places at once")
 
 
+def test_while_an_answer_is_worked_on_the_page_says_so_and_takes_no_other(tmp_path: Path) -> None:
+    folder = tmp_path / "houses"
+    folder.mkdir()
+    plan = replace(two_rooms("house"), frame=FRAME)
+    save_plan(replace(plan, rooms=tuple(replace(room, confidence=0.4) for room in plan.rooms)), folder / "house.json")
+    held: list[Any] = []
+    with running(service_of(folder, review=True)) as address, visited(address, "/houses/review") as page:
+        shows(page, "house")
+        page.route(re.compile("/review/decide"), lambda route: held.extend([route]))
+        page.wait_for_selector("#all:not([hidden])")
+        page.keyboard.press("Shift+1")
+        page.keyboard.press("Shift+1")
+        says(page, "Working on the last decision…")
+        page.keyboard.press("2")
+        says(page, "The last key was not taken")
+        page.keyboard.press("u")  # waits its turn
+        (route,) = held
+        route.continue_()
+        says(page, "Undone")
+    assert overrides(folder) == {}
+
+
 def test_rooms_of_other_sizes_are_marked_only_as_all_of_the_kind(tmp_path: Path) -> None:
     folder = tmp_path / "houses"
     folder.mkdir()
