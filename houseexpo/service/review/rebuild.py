@@ -14,6 +14,7 @@ from __future__ import annotations
 import atexit
 import hashlib
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -37,19 +38,21 @@ from houseexpo.service.review.changes import DecidedOtherwiseError
 from houseexpo.service.review.decisions import DecisionStore
 from houseexpo.service.review.queue import house_of
 
-Became = Literal["changed", "the same", "gone", "new"]
+Became = Literal["changed", "the same", "gone", "no plan", "new"]
 Phase = Literal["idle", "building", "built", "failed", "stopped"]
 _LINES: Final = 60
 """The number of last lines of a build's output to keep."""
 _MAX_SHOWN: Final = 400
 """The most plans to keep for comparison (R2); further plans are built, but not shown."""
+_MOST_NAMED: Final = 12
+"""The most plans to name in a sentence."""
 _MAX_LOOKS: Final = 100
 _LOOK_S: Final = 0.1
 """After a build, the data set is reopened within this number of looks, this many seconds apart."""
 
 
 class DecidedPlan(msgspec.Struct, frozen=True):
-    """The result for a plan with decisions; ``why`` is the reason if the plan is gone.
+    """The result for a plan with decisions; ``why`` is the reason if the plan is gone, or if there was and is none.
 
     ``effects`` are sentences about the corrections with an effect, ``idle`` the reasons why others had no effect.
     """
@@ -243,7 +246,8 @@ def compare_decided_plans(root: Path, before: Mapping[str, bytes], touched: Sequ
             became: Became = "new" if name not in before else "the same" if same else "changed"
             found.append(DecidedPlan(name, became, "", *_effects(dataset[name])))
         else:
-            found.append(DecidedPlan(name, "gone", reasons.get(name, "it is no longer in the data set")))
+            was: Became = "gone" if name in before else "no plan"
+            found.append(DecidedPlan(name, was, reasons.get(name) or _what_came_instead(name, dataset.ids)))
     return found
 
 
@@ -270,3 +274,10 @@ def _reasons(root: Path) -> dict[str, str]:
     found = read_build_lists(root)
     reasons = {each.id: f"{each.reason.replace('_', ' ')}: {each.detail}" for each in found.refused}
     return reasons | {each.id: f"a duplicate of {each.kept_id}" for each in found.repeated}
+
+
+def _what_came_instead(name: str, ids: Sequence[str]) -> str:
+    """Return a sentence about the plans of the levels and buildings that a plan is divided into, if there are any."""
+    parts = [each for each in ids if re.fullmatch(r"(_[LB]\d+)+", each.removeprefix(name))]
+    more = f" and {len(parts) - _MOST_NAMED} more" if len(parts) > _MOST_NAMED else ""
+    return f"it is divided into {', '.join(parts[:_MOST_NAMED])}{more}" if parts else "it is not in the data set"

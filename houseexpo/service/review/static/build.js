@@ -32,15 +32,15 @@ function pair(outcome, base) {
   const place = document.createElement("div");
   place.className = "outcome";
   const title = document.createElement("h3");
-  const why = outcome.became === "gone" ? `: ${outcome.why}` : "";
+  const why = outcome.why ? `: ${outcome.why}` : "", isNone = outcome.became === "no plan";
   title.textContent = `${outcome.plan}: ${outcome.became}${why}`;
   const both = document.createElement("div");
   both.className = "pair";
   const picture = `${base}/pictures/${encodeURIComponent(outcome.plan)}.svg`;
   const stamp = Date.now();
   both.append(
-    figure("Before", outcome.became === "new" ? "" : `${picture}?when=before&at=${stamp}`, outcome.plan),
-    figure("After", outcome.became === "gone" ? "" : `${picture}?when=built&at=${stamp}`, outcome.plan),
+    figure("Before", isNone || outcome.became === "new" ? "" : `${picture}?when=before&at=${stamp}`, outcome.plan),
+    figure("After", isNone || outcome.became === "gone" ? "" : `${picture}?when=built&at=${stamp}`, outcome.plan),
   );
   const told = document.createElement("ul");
   told.className = "effects";

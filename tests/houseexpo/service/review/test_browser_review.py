@@ -554,6 +554,19 @@ def _look_at_a_build(address: str) -> None:
         assert len(looks) == 2
 
 
+def test_a_house_that_has_no_plan_after_a_build_shows_no_picture(folder: Path) -> None:
+    outcome = {"plan": "shed", "became": "no plan", "why": "it is no house", "effects": [], "idle": []}
+    told = {"phase": "built", "refusal": "", "waiting": 0, "lines": [], "outcomes": [outcome]}
+    with running(service_of(folder, review=True)) as address, visited(address, "/houses") as page:
+        page.route(
+            re.compile("/review/state"), lambda route: route.fulfill(json={**route.fetch().json(), "build": told})
+        )
+        page.goto(f"{address}/houses/review")
+        page.wait_for_selector(".outcome")
+        assert page.inner_text(".outcome h3") == "shed: no plan: it is no house"
+        assert page.locator(".outcome img").count() == 0
+
+
 def test_it_works_on_a_phone_in_the_dark(folder: Path) -> None:
     with (
         running(service_of(folder, review=True)) as address,

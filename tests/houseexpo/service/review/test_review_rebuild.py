@@ -15,8 +15,8 @@ from houseexpo.dataset.build_record import BuildCommand, BuildRecord, write_buil
 from houseexpo.errors import ConfigError
 from houseexpo.service.collection import Collection
 from houseexpo.service.review.decisions import DecisionStore
-from houseexpo.service.review.rebuild import Rebuild
-from tests.builders.services import built, some_plans
+from houseexpo.service.review.rebuild import DecidedPlan, Rebuild, compare_decided_plans
+from tests.builders.services import built, some_plans, two_rooms
 
 Begun = Callable[[str], Rebuild]
 
@@ -65,6 +65,21 @@ def test_what_is_decided_while_it_is_built_waits_for_the_next_build(
     assert [outcome.plan for outcome in building.outcomes] == ["a1"]
     assert decisions.since_build() == ["b2"]
     assert DecisionStore(decisions.file).since_build() == ["b2"]
+
+
+def test_a_house_that_had_no_plan_and_has_none_is_not_gone(decisions: DecisionStore, begun: Begun) -> None:
+    decisions.decide("shed", "keep", "ann")
+    building = begun("exit 0")
+    assert ended(building) == "built"
+    (outcome,) = building.outcomes
+    assert (outcome.plan, outcome.became, outcome.why) == ("shed", "no plan", "too small: 2.1 m2")
+
+
+def test_the_plans_that_came_instead_of_a_house_are_named(tmp_path: Path) -> None:
+    folder = built(tmp_path / "homes", [two_rooms("level0_B1"), two_rooms("level0_B2", 5.0), two_rooms("level01", 6.0)])
+    (outcome,) = compare_decided_plans(folder, {}, ["level0"])
+    assert outcome == DecidedPlan("level0", "no plan", "it is divided into level0_B1, level0_B2")
+    assert compare_decided_plans(folder, {}, ["level"])[0].why == "it is not in the data set"
 
 
 def test_a_first_decision_while_it_is_built_waits_too(tmp_path: Path, decisions: DecisionStore, begun: Begun) -> None:
