@@ -67,6 +67,8 @@ from houseexpo.tolerances import GRID_M, MIN_DOOR_M, ROUNDED_M2, TILE_M2
 
 FARTHEST_ROOM_M: Final = 5.0
 """A room drawn farther than this from the others is refused, metres: probably a digit is wrong."""
+OF_NO_ROOM: Final = 0.2
+"""Confidence of an entrance that was the door of what is no room: reviewers took most of them out."""
 _SAME: Final = 0.2
 """A drawn room is a room of the plan if they share all but this part of both: drawing by hand is that inexact."""
 
@@ -119,8 +121,16 @@ def _wall_in(draft: Draft, room: DraftRoom, area: Polygon, length_m: float) -> l
     if len(closed_parts := _parts_of(closed)) > len(kept):
         kept = closed_parts
     draft.spaces += _closets(left, kept)
-    if (lost_m2 := sum(part.area for part in _cut_off(left, kept))) > TILE_M2:
+    lost = list(_cut_off(left, kept))
+    if (lost_m2 := sum(part.area for part in lost)) > TILE_M2:
         also.append(f"{lost_m2:.1f} m2 that it cuts off are in no room now")
+    also += [
+        f"the {door.kind} of {door.width:.2f} m there has no room at one side now; if it is no way, say no_door"
+        for door in draft.doors
+        if any(side is room for side in door.rooms)
+        and any(part.distance(door.shape) <= MEETS_M for part in lost)
+        and all(part.distance(door.shape) > MEETS_M for part in kept)
+    ]
     if len(kept) > 1:
         made = draft.replace_room(room, kept)
         also.append("it parts a room into " + " and ".join(draft.name(each) for each in made))
@@ -470,6 +480,9 @@ def remove_room(draft: Draft, placed: Placed) -> Said:
     draft.remove_room(room, open_outside=is_outside or not _is_enclosed(draft, room))
     draft.taken_out.append(Place(room.shape, str(placed.correction)))
     outside = [door for door in draft.doors if id(door) not in before]
+    for door in outside:
+        if not (is_outside or door.said):
+            door.confidence = OF_NO_ROOM
     also = [f"its {kinds[id(door.shape)]} of {door.width:.2f} m leads outside now" for door in outside]
     shut = len(gone) - len(also)
     if is_outside:

@@ -50,6 +50,7 @@ from houseexpo.corrections import Correction
 from houseexpo.corrections.apply import correct_plan
 from houseexpo.corrections.draft import Space, uncrossed
 from houseexpo.corrections.openings import ONWARD_M
+from houseexpo.corrections.rooms import OF_NO_ROOM
 from houseexpo.corrections.vocabulary import WORDS, checked_values
 from houseexpo.errors import ConfigError
 from houseexpo.floorplan import FloorPlan
@@ -311,13 +312,11 @@ def _passages(plan: FloorPlan) -> Iterator[Question]:
                 Answer("They are one room", "one_room", places),
                 Answer(f"{area:.1f} m² are no room", "no_room", places[:1]),
             )
-        elif door.kind == "entrance":
+        elif door.kind == "entrance" and door.confidence is not None:
             says = f"Does one walk in here, an entrance of {door.width:.2f} m?"
-            answers = (
-                Answer("An entrance", "entrance", ends),
-                Answer("A window", "window", (at,)),
-                Answer("No way", "no_door", (at,)),
-            )
+            none, window = Answer("No way", "no_door", (at,)), Answer("A window", "window", (at,))
+            way = Answer("An entrance", "entrance", ends)
+            answers = (none, way, window) if door.confidence <= OF_NO_ROOM else (way, window, none)  # R9
         else:
             says = f"Is there {'an' if door.kind == 'opening' else 'a'} {door.kind} of {door.width:.2f} m: {between}?"
             answers = (

@@ -292,9 +292,21 @@ def test_a_region_that_is_no_room_goes_alone_and_its_door_leads_outside() -> Non
     found = corrected(no_room=[5.0, 1.0])
     assert areas(found.plan) == [12.0]
     assert kinds(found.plan) == ["entrance"]
+    assert found.plan.doors[0].is_unsure
+    said = corrected(no_room=[5.0, 1.0], door=[[4.15, 1.1], [4.15, 1.9]]).plan.doors
+    assert not said[0].is_unsure
+    assert not corrected(outside=[5.0, 1.0]).plan.doors[0].is_unsure
     assert found.plan.room_num == 1
     assert list(found.plan.room_category) == ["Kitchen"]
     assert corrected(found.plan, no_room=[1.0, 1.0]).effects[0].said.startswith("it is the only room")
+
+
+def test_a_wall_that_cuts_off_the_floor_before_a_way_names_it() -> None:
+    niche = [(0.1, 0.1), (0.1, 3.1), (3.6, 3.1), (3.6, 2.0), (4.1, 2.0), (4.1, 1.0), (3.6, 1.0), (3.6, 0.1)]
+    plan = replace(PLAN, rooms=(Room(0, "Kitchen", niche), PLAN.rooms[1]))
+    (effect,) = corrected(plan, wall=[[3.6, 0.9], [3.6, 2.1]]).effects
+    assert any("the door of 0.80 m there has no room at one side now" in each for each in effect.also)
+    assert not any("no room at one side" in each for each in corrected(wall=[[2.0, 0.1], [2.0, 3.1]]).effects[0].also)
 
 
 def test_a_room_without_its_door_is_closed_and_no_cut_is_made_in_its_place() -> None:

@@ -34,6 +34,7 @@ let elsewhere = false; // whether the next undo is of a decision on another plan
 let strokes = []; // questions about lines of the drawing, the one that was clicked first
 let reading = ""; // the plan whose source is on its way, and what was said of its file when it was asked for
 let now = null; // what the server said of the plan that is shown
+let asking = new Set(); // the keys of all questions of the plan that is shown
 const seen = new Map(); // by plan, the number of the latest line about it that was shown here
 let working = 0; // decisions that were sent, or wait to be sent, and have no reply yet
 let busy = Promise.resolve(); // one request after the other: keys may come faster than answers
@@ -295,7 +296,9 @@ function questions() {
 // The question on the screen stays first until it is answered, also if a source that was read in the meantime asks others.
 function holdQuestion(found) {
   const asked = found.plan && found.plan === now?.plan && !strokes.length ? questions()[0] : undefined;
-  held = asked?.key ?? "";
+  const raised = found.plan === now?.plan && found.questions?.find(({ key }) => key.startsWith("entrance") && !asking.has(key));
+  asking = new Set(found.questions?.map(({ key }) => key));
+  held = (asked ?? (raised || undefined))?.key ?? ""; // what an answer made an entrance is asked about next
   mark(-1); // there may be more alike than were marked
   const isSame = asked && found.seen === now.seen && JSON.stringify(found.shape?.bounds) === JSON.stringify(now.shape?.bounds);
   if (isSame && found.questions.every(({ key }) => key !== held)) found.questions.unshift(asked);

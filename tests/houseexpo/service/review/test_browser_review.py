@@ -612,3 +612,18 @@ def test_an_opening_that_parts_nothing_yet_shows_where_the_room_is_open(page: An
     )
     assert "wall" in overrides(folder)["doubtful"]
     assert page.locator(".marks .gap").count() == 0
+
+
+def test_the_door_of_what_is_no_room_is_asked_about_next(tmp_path: Path) -> None:
+    folder = tmp_path / "houses"
+    folder.mkdir()
+    plan = replace(two_rooms("house"), frame=FRAME)
+    save_plan(replace(plan, rooms=tuple(replace(room, confidence=0.4) for room in plan.rooms)), folder / "house.json")
+    with running(service_of(folder, review=True)) as address, visited(address, "/houses/review") as page:
+        shows(page, "house")
+        page.keyboard.press("2")  # no room
+        page.wait_for_function("() => document.getElementById('question').textContent.includes('Does one walk in')")
+        assert page.locator("#answers button").all_inner_texts()[0].split() == ["1", "No", "way"]
+        page.keyboard.press("1")
+        page.wait_for_function("() => document.getElementById('effects').textContent.includes('no door, in the next')")
+        assert list(overrides(folder)["house"]) == ["no_room", "no_door"]

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 from shapely import GEOSException
 
-from houseexpo.corrections import Correction
+from houseexpo.corrections import Correction, Override
+from houseexpo.corrections.apply import correct_plan
 from houseexpo.corrections.draft import Draft
 from houseexpo.corrections.preview import preview
 from houseexpo.floorplan import FloorPlan
@@ -142,3 +143,15 @@ def test_questions_of_parts_of_one_size_are_alike() -> None:
     assert sorted(each.like for each in found) == ["1.0 m", *["2.0 to 2.1 m"] * 3]
     assert len({each.group for each in found}) == 2
     assert {each.like for each in questions(plan)} == {""}
+
+
+def test_the_entrance_that_was_the_door_of_no_room_is_asked_about_with_no_way_first() -> None:
+    plan = replace(two_rooms("house"), frame=FRAME)
+    (asked,) = questions(correct_plan(plan, Override(no_room=(source_of(plan, (5.5, 1.5)),)).corrections).plan)
+    assert "Does one walk in here" in asked.says
+    assert [each.action for each in asked.answers] == ["no_door", "entrance", "window"]
+
+
+def source_of(plan: FloorPlan, at: tuple[float, float]) -> tuple[float, float]:
+    x, y = source_points_from_plan(plan.frame, [at]).round(3)[0].tolist()  # type: ignore[arg-type]  # it has one
+    return x, y
