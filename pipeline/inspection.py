@@ -132,8 +132,8 @@ def _inspect_input(
     shown = InspectedLevel(level.id, number, len(levels), item.id, place, len(inputs), tuple(overrides))
     if isinstance(level, RejectedLevel):
         return Inspection(shown, _picture_of(level.rejection, output), level.rejection)
-    override = LevelOverride.of(level.id, overrides, level.content).own
-    level = correct_level(level, override)
+    said = LevelOverride.of(level.id, overrides, level.content)
+    level, override = correct_level(level, said), said.own
     results: list[StageResult] = []
     rejection_: Rejection | None = None
     try:

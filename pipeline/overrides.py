@@ -172,8 +172,8 @@ def _converted(value: Any, hint: Any, key: str) -> Any:
 # R2  ``FILE_WORDS`` (its axis, its size, its floors, its nodes) concern a whole file: they stand under the input's own
 #     id, and its reader must take them. ``keep`` and ``drop`` under it are of all its storeys.
 # R3  What is said of a storey goes with its level, and is applied to the finished plan (``stages.corrections``).
-# R4  What is said under the id of a building belongs to its level, too. An id that no level has is refused once the
-#     levels are known.
+# R4  What is said under the id of a building goes with its level, too, and belongs to this building, if the level has
+#     it (``stages.corrections``, R2). An id that no level has is refused once the levels are known.
 # R5  A file alone has another id than in its folder (docs/format.md, "Ids"). Corrections written for one are right for
 #     the other: an id that is the end of one file's path, from a folder's name on or its own, means that file.
 
@@ -374,12 +374,14 @@ def _decides(override: Override) -> bool:
     return override.keep or override.drop
 
 
-def correct_level(level: Level, override: Override) -> Level:
-    """Return the level with what an override says of its storey (R3), and what of it does nothing here."""
-    heights = () if level.sills else [word for word in ("h_g", "h_d") if getattr(override, word) is not None]
+def correct_level(level: Level, said: LevelOverride) -> Level:
+    """Return the level with what people say of its storey and under which ids (R3, R4), and what does nothing here."""
+    heights = () if level.sills else [word for word in ("h_g", "h_d") if getattr(said.own, word) is not None]
+    words = {name: {*each.corrections} for name, each in said.by_id.items() if level_id_from(name) == level.id}
+    own = [replace(each, said_of=tuple(name for name in words if each in words[name])) for each in said.own.corrections]
     idle = [f"{word}: only houses in SUNCG's layout are cut at such a height" for word in heights]
     told = {**level.provenance, IDLE: [*level.provenance.get(IDLE, ()), *idle]} if idle else level.provenance
-    return replace(level, corrections=(*level.corrections, *override.corrections), provenance=told)
+    return replace(level, corrections=(*level.corrections, *own), provenance=told)
 
 
 def level_without_walls(item: Input, override: Override, sha256: str) -> Level:

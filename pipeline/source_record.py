@@ -152,12 +152,12 @@ class SourceReader:
             self._read(item)
             self._read_as = now
         levels = [
-            self._of_level(level, item, LevelOverride.of(level.id, said, _content_of(level, sha256)).own)
+            self._of_level(level, item, LevelOverride.of(level.id, said, _content_of(level, sha256)))
             for level in self._levels
         ]
         if not levels and not self._whole.is_empty:
-            override = LevelOverride.of(item.id, said, sha256).own
-            levels = [_of_file(item, override, self._whole, self._config, sha256=sha256, why=self._why)]
+            whole_said = LevelOverride.of(item.id, said, sha256)
+            levels = [_of_file(item, whole_said, self._whole, self._config, sha256=sha256, why=self._why)]
         units = {level.unit_m for level in self._levels if isinstance(level, Level)}
         unit_m = next(iter(units)) if len(units) == 1 else None
         takes = {*OVERRIDABLE.get(self._found.reader, ()), "keep"} - (set() if self._names else {"drop_nodes"})
@@ -185,17 +185,18 @@ class SourceReader:
             self._why = str(rejection)
         self._whole, self._names = _contents(item, [each for each in self._levels if isinstance(each, Level)])
 
-    def _of_level(self, level: Level | RejectedLevel, item: Input, override: Override) -> LevelSource:
+    def _of_level(self, level: Level | RejectedLevel, item: Input, said: LevelOverride) -> LevelSource:
         if isinstance(level, RejectedLevel):
             frame = Frame(((1.0, 0.0, 0.0), (0.0, 1.0, 0.0)), "z", 0.0, 0)
             return LevelSource(level.id, frame, rejected=str(level.rejection))
+        override = said.own
         key = level.id, (override.keep, override.h_g, override.h_d)
         found = self._made.get(key)
         if found is None:
             found = self._made[key] = _searched(level, item, self._whole, override, self._config)
         results, why, is_founded = found.results, found.source.rejected, False
         if why and override.corrections:
-            results, why = _stages(correct_level(level, override), override, self._config)
+            results, why = _stages(correct_level(level, said), override, self._config)
             is_founded = True
         plans = (_plan_source(level, plan, results, found.layout, is_founded=is_founded) for plan in _plans_of(results))
         return msgspec.structs.replace(found.source, plans=tuple(plans), rejected=why)
@@ -342,9 +343,10 @@ def _ifc_contents(path: Path, *, is_read: bool) -> tuple[_Whole, list[str]]:
 
 
 def _of_file(
-    item: Input, override: Override, whole: _Whole, config: BuildConfig, *, sha256: str, why: str
+    item: Input, said: LevelOverride, whole: _Whole, config: BuildConfig, *, sha256: str, why: str
 ) -> LevelSource:
     """Return what can be shown of a file whose levels could not be found: all of it, from above (R6)."""
+    override = said.own
     level = level_without_walls(item, override, sha256)
     pictures: list[Picture] = []
     strokes: tuple[Stroke, ...] = ()
@@ -365,7 +367,7 @@ def _of_file(
         lines = whole.lines[0]
         strokes = _strokes(lines, level, _shown_unit(lines, override))
         pictures.append(_lines_picture(strokes))
-    results, again = _stages(correct_level(level, override), override, config) if override.corrections else ([], why)
+    results, again = _stages(correct_level(level, said), override, config) if override.corrections else ([], why)
     plans = tuple(_plan_source(level, plan, results, None, is_founded=True) for plan in _plans_of(results))
     return LevelSource(item.id, level.frame, tuple(pictures), plans=plans, rejected=again, strokes=strokes)
 

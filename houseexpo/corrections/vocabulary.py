@@ -10,7 +10,7 @@ import itertools
 import json
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Final, Literal, NamedTuple, TypeAlias
 
 from houseexpo.errors import ConfigError
@@ -83,10 +83,14 @@ _FEWEST: Final[dict[Word, int]] = {"room_outline": 3, "one_room": 2}
 
 @dataclass(frozen=True)
 class Correction:
-    """One correction of a storey; points of ``value`` are in metres along the source's plan axes."""
+    """One correction of a storey; points of ``value`` are in metres along the source's plan axes.
+
+    ``said_of`` are the ids under which a build's corrections say it: of the storey, or of buildings of it.
+    """
 
     word: Word
     value: Any
+    said_of: tuple[str, ...] = field(default=(), repr=False, compare=False)
 
     def __str__(self) -> str:
         return f"{self.word} {_plain(self.value)}"

@@ -172,7 +172,7 @@ def _of_level(level: Level, job: Job, settings: JobSettings) -> Iterator[Outcome
     said = LevelOverride.of(level.id, job.overrides, level.content)
     try:
         check_not_dropped(said.own)
-        level, found = _plan_level(level, said.own, settings)
+        level, found = _plan_level(level, said, settings)
         outcomes = [_of_building(each, level, said, settings) for each in found]
     except Exception as error:  # noqa: BLE001 - the other levels of the house go on
         rejection = _as_rejection(error, job.item)
@@ -182,12 +182,12 @@ def _of_level(level: Level, job: Job, settings: JobSettings) -> Iterator[Outcome
     yield from outcomes
 
 
-def _plan_level(level: Level, override: Override, settings: JobSettings) -> tuple[Level, Sequence[Planned]]:
+def _plan_level(level: Level, said: LevelOverride, settings: JobSettings) -> tuple[Level, Sequence[Planned]]:
     """Return a level as a person corrects it, and its plans.
 
     What a person keeps is planned again without the rule that rejects it.
     """
-    level = correct_level(level, override)
+    level, override = correct_level(level, said), said.own
     try:
         config = configure(settings.config, replace(override, keep=False))
         return level, settings.plan(level, config, level_rng(level, settings.seed))

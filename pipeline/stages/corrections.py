@@ -4,7 +4,8 @@ A word is one correction by a person.
 
 R1  The search does not use a person's words. The plan is first made without them, and they change the finished plan
     (``houseexpo.corrections.apply``). The exception is a storey that the search rejects (``stages.said_walls``).
-R2  A word belongs to the nearest building of its storey.
+R2  A word that is said under the id of a building belongs to this building, wherever it lies: the page Review shows it
+    in that plan. A word of the storey, or under an id that no building has, belongs to the nearest building.
 R3  Words can name spaces that are no rooms as rooms. A room that was left out because nothing led into it comes back
     with a door. A new wall may close a space together with the walls that stand. Merged rooms keep only the walls that
     the source shows.
@@ -47,13 +48,15 @@ def corrections_by_building(level: Level, buildings: Sequence[tuple[Level, Space
     if len(buildings) < 2 or not level.corrections:
         return list(buildings)
     places = [shapely.MultiPoint(plan_points_from_source(level.frame, np.array(c.points))) for c in level.corrections]
-    nearest = [
-        int(np.argmin([min((place.distance(o) for o in spaces.outlines), default=np.inf) for _, spaces in buildings]))
-        for place in places
-    ]
+    ids = {building.id for building, _ in buildings}
+    homes = []
+    for word, place in zip(level.corrections, places, strict=True):
+        far = [min((place.distance(o) for o in spaces.outlines), default=np.inf) for _, spaces in buildings]
+        nearest = buildings[int(np.argmin(far))][0].id
+        homes.append({name if name in ids else nearest for name in word.said_of or (level.id,)})
     found = []
-    for k, (building, spaces) in enumerate(buildings):
-        own = tuple(word for word, home in zip(level.corrections, nearest, strict=True) if home == k)
+    for building, spaces in buildings:
+        own = tuple(word for word, home in zip(level.corrections, homes, strict=True) if building.id in home)
         found.append((replace(building, corrections=own), spaces))
     return found
 

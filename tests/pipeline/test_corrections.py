@@ -190,7 +190,7 @@ def test_scale_of_a_level_or_of_a_reader_that_takes_none_is_refused() -> None:
 def test_a_door_and_no_room_are_said_in_the_source_s_plan_axes() -> None:
     given = Override(door=(((10.0, -3.0), (10.0, -4.0)),), no_room=((12.0, -7.0),))
     y_up = Frame(((1.0, 0.0, 9.0), (0.0, -1.0, -2.0)), "y", 0.0, 0)  # X = x + 9, Z = -y - 2
-    found = correct_level(level(y_up), given)
+    found = correct_level(level(y_up), LevelOverride(given, {}))
     assert found.corrections == given.corrections
     assert not found.openings  # nothing of it is an input of the search
     places = [plan_points_from_source(found.frame, np.array(each.points)).tolist() for each in found.corrections]

@@ -173,7 +173,7 @@ def _check_idle(found: Review) -> None:
 
 def _start(found: Review, body: bytes) -> dict[str, Any]:
     asked = decode_body(body, RebuildRequest)
-    found.building.start(_reviewer(asked.reviewer), asked.confirm)
+    found.building.start(_reviewer(asked.reviewer), asked.confirm, found.shown_plans())
     return found.building.status()
 
 

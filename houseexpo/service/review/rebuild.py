@@ -1,7 +1,8 @@
 """Rebuild a data set with the decisions of a review, in its own process, and say how each decided plan changed.
 
 R1  A data set has one build at a time. It continues when the browser is closed, and it ends with the server.
-R2  The old versions of plans with decisions are kept in memory, to be shown beside the new versions.
+R2  The old versions of plans with decisions, and of the other plans of their inputs, are kept in memory, to be shown
+    beside the new versions. Another plan of an input is named only if it has changed.
 R3  A decision made during a build counts as made after it.
 R4  A failed build leaves the decisions unchanged; its last lines give the reason.
 R5  If the last build kept plans of earlier ones (``--add``), those are rebuilt first, with the same decisions.
@@ -24,6 +25,7 @@ from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 from threading import Lock, Thread
+from types import MappingProxyType
 from typing import Any, Final, Literal
 
 import msgspec
@@ -51,10 +53,17 @@ _LOOK_S: Final = 0.1
 """After a build, the data set is reopened within this number of looks, this many seconds apart."""
 
 
+_SAME_M2: Final = 0.1
+"""A plan whose area differs less from the shown one is as shown, m2: the page shows tenths."""
+_PART: Final = re.compile(r"(_B\d+)?(_L\d+)?(?=(_[0-9a-f]{8})?$)")
+"""What a build adds to the id of an input for the plan of a building or of a level."""
+
+
 class DecidedPlan(msgspec.Struct, frozen=True):
     """The result for a plan with decisions; ``why`` is the reason if the plan is gone, or if there was and is none.
 
     ``effects`` are sentences about the corrections with an effect, ``idle`` the reasons why others had no effect.
+    ``shown`` says what the page showed, if the plan was built otherwise.
     """
 
     plan: str
@@ -62,6 +71,7 @@ class DecidedPlan(msgspec.Struct, frozen=True):
     why: str = ""
     effects: tuple[str, ...] = ()
     idle: tuple[str, ...] = ()
+    shown: str = ""
 
 
 class Rebuild:
@@ -104,13 +114,15 @@ class Rebuild:
             "outcomes": msgspec.to_builtins(self.outcomes),
         }
 
-    def start(self, reviewer: str, confirmed: str) -> None:
+    def start(self, reviewer: str, confirmed: str, shown: Mapping[str, FloorPlan] = MappingProxyType({})) -> None:
         """Start a build.
 
         Parameters
         ----------
         confirmed
             The value "confirm" of ``status`` at the time the commands were shown (R6).
+        shown
+            The plans with decisions as the page shows them, by id, as far as they are known.
 
         Raises
         ------
@@ -129,7 +141,8 @@ class Rebuild:
                 raise ConfigError(f"{self.root.name} is already being built; wait until that build has ended")
             upto = self._decisions.last()  # before the build reads the file: later decisions wait for the next build
             touched, dataset = self._decisions.since_build(), self._collection.dataset
-            before = {name: dataset.raw(name) for name in touched[:_MAX_SHOWN] if name in dataset}  # R2
+            touched = touched[:_MAX_SHOWN]
+            before = {name: dataset.raw(name) for name in _with_others(touched, dataset.ids) if name in dataset}  # R2
             commands = self._commands(record)
             try:
                 self._process = _start_process(commands[0])
@@ -138,7 +151,8 @@ class Rebuild:
             self.before, self.outcomes, self.phase, self._stopped = before, [], "building", False
             self._lines.clear()
             atexit.register(self.stop)
-        Thread(target=self._follow, args=(commands[1:], touched[:_MAX_SHOWN], reviewer, upto), daemon=True).start()
+        work = commands[1:], touched, reviewer, upto, shown
+        Thread(target=self._follow, args=work, daemon=True).start()
 
     def commands(self) -> list[list[str]]:
         """Return the commands of the builds that made the data set; raise ConfigError if they may not be run (R6)."""
@@ -169,9 +183,16 @@ class Rebuild:
             raise ConfigError(f"{self.root.name}: the record of its build is gone; run its houseexpo build once more")
         return record
 
-    def _follow(self, rest: Sequence[Sequence[str]], touched: Sequence[str], reviewer: str, upto: int) -> None:
+    def _follow(
+        self,
+        rest: Sequence[Sequence[str]],
+        touched: Sequence[str],
+        reviewer: str,
+        upto: int,
+        shown: Mapping[str, FloorPlan],
+    ) -> None:
         try:
-            self._finish(rest, touched, reviewer, upto)
+            self._finish(rest, touched, reviewer, upto, shown)
         except Exception as error:  # noqa: BLE001  # a phase that stays "building" would block every later build
             self.stop()
             words = str(error) if isinstance(error, HouseExpoError) else f"{type(error).__name__}: {error}"
@@ -189,7 +210,14 @@ class Rebuild:
             self._lines.extend(line.rstrip() for line in lines)
         return process.wait() in {0, NO_PLAN}
 
-    def _finish(self, rest: Sequence[Sequence[str]], touched: Sequence[str], reviewer: str, upto: int) -> None:
+    def _finish(
+        self,
+        rest: Sequence[Sequence[str]],
+        touched: Sequence[str],
+        reviewer: str,
+        upto: int,
+        shown: Mapping[str, FloorPlan],
+    ) -> None:
         dataset, manifest = self._collection.dataset, _look(self.root)
         ended_well = self._ended_well()
         for command in rest:
@@ -201,7 +229,7 @@ class Rebuild:
         if not ended_well:
             self.phase = "stopped" if self._stopped else "failed"  # R4
             return
-        found = compare_decided_plans(self.root, self.before, touched)
+        found = compare_decided_plans(self.root, self.before, touched, shown)
         for _ in range(_MAX_LOOKS):  # the pages reopen the data set at their next look
             self._collection.look()
             if _look(self.root) == manifest or self._collection.dataset is not dataset:
@@ -225,8 +253,13 @@ def _look(root: Path) -> int:
         return 0
 
 
-def compare_decided_plans(root: Path, before: Mapping[str, bytes], touched: Sequence[str]) -> list[DecidedPlan]:
-    """Return the result for each plan with decisions.
+def compare_decided_plans(
+    root: Path,
+    before: Mapping[str, bytes],
+    touched: Sequence[str],
+    shown: Mapping[str, FloorPlan] = MappingProxyType({}),
+) -> list[DecidedPlan]:
+    """Return the result for each plan with decisions, and for each other plan of their inputs that changed (R2).
 
     Parameters
     ----------
@@ -234,17 +267,22 @@ def compare_decided_plans(root: Path, before: Mapping[str, bytes], touched: Sequ
         The JSON of the plans before the build, by id.
     touched
         The ids of plans with decisions.
+    shown
+        Plans with decisions as the page showed them, by id.
     """
     dataset = open_dataset(root)
     reasons = _reasons(root)
     found = []
     ids = [*dataset.ids, *reasons]
     named = [each for name in touched for each in _ids_of(name, ids)]
-    for name in dict.fromkeys(named):
+    for name in _with_others(named, [*before]):
         if name in dataset:
             same = before.get(name) == dataset.raw(name)
             became: Became = "new" if name not in before else "the same" if same else "changed"
-            found.append(DecidedPlan(name, became, "", *_effects(dataset[name])))
+            if named.count(name) or not same:
+                plan = dataset[name]
+                other = _shown_otherwise(shown.get(name, plan), plan)
+                found.append(DecidedPlan(name, became, "", *_effects(plan), other))
         else:
             was: Became = "gone" if name in before else "no plan"
             found.append(DecidedPlan(name, was, reasons.get(name) or _what_came_instead(name, dataset.ids)))
@@ -256,6 +294,25 @@ def _ids_of(name: str, ids: Sequence[str]) -> list[str]:
     if name in ids:
         return [name]
     return [each for each in ids if house_of(each) == name] or [name]
+
+
+def _with_others(names: Sequence[str], ids: Sequence[str]) -> list[str]:
+    """Return names of plans, then those of the other plans of their inputs."""
+    inputs = {_input_of(name) for name in names}
+    return list(dict.fromkeys([*names, *(each for each in ids if _input_of(each) in inputs)]))
+
+
+def _input_of(name: str) -> str:
+    """Return the id of the input of a plan, with the digits of a hash that it may end in."""
+    return _PART.sub("", name, count=1)
+
+
+def _shown_otherwise(shown: FloorPlan, built: FloorPlan) -> str:
+    """Return what the page showed of a plan that was built otherwise, "" if it was built as it was shown."""
+    counts = [(len(plan.rooms), len(plan.doors)) for plan in (shown, built)]
+    if counts[0] == counts[1] and abs(shown.area - built.area) <= _SAME_M2:
+        return ""
+    return f"it is not as it was shown: {counts[0][0]} rooms, {counts[0][1]} doors, {shown.area:.1f} m2"
 
 
 def _effects(plan: FloorPlan) -> tuple[tuple[str, ...], tuple[str, ...]]:

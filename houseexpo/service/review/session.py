@@ -454,6 +454,16 @@ class Review:
         tables, is_plan = self.decisions.tables(), name in self.queue.dataset
         return self.source(name) or self._sources.latest_with(name, tables, is_plan=is_plan)
 
+    def shown_plans(self) -> dict[str, FloorPlan]:
+        """Return the plans with decisions since the last build as the page shows them, where their source is read."""
+        found = {}
+        for name in self.decisions.since_build():
+            source = self.source(name)
+            plan = None if source is None else self.base(name, source)
+            if plan is not None:
+                found[name] = self.told(plan, self.decisions.table(name), source).plan
+        return found
+
     def state(self, name: str | None) -> dict[str, Any]:
         """Return the state of the page for a plan, or for the end of the queue (None), and the review's progress."""
         judged = self.decisions.by_plan()

@@ -19,7 +19,7 @@ export function showBuild(found, base, readOnly) {
   const key = JSON.stringify([found.phase, found.outcomes]);
   if (key === shown) return;
   shown = key;
-  const isSame = (outcome) => outcome.became === "the same" && !outcome.effects.length && !outcome.idle.length;
+  const isSame = (outcome) => outcome.became === "the same" && !outcome.effects.length && !outcome.idle.length && !outcome.shown;
   const same = found.outcomes.filter(isSame), changed = found.outcomes.filter((outcome) => !isSame(outcome));
   const told = document.createElement("p");
   told.className = "muted";
@@ -45,6 +45,7 @@ function pair(outcome, base) {
   const told = document.createElement("ul");
   told.className = "effects";
   told.append(
+    ...(outcome.shown ? [Object.assign(document.createElement("li"), { textContent: `${outcome.plan}: ${outcome.shown}.`, className: "idle" })] : []),
     ...outcome.idle.map((text) => Object.assign(document.createElement("li"), { textContent: `Correction without effect: ${text}.`, className: "idle" })),
     ...outcome.effects.map((text) => Object.assign(document.createElement("li"), { textContent: `${text}.` })),
   );
