@@ -10,9 +10,11 @@ R3  *Pieces*: the rooms form one piece. Two rooms adjoin if each comes within 0.
 R4  *Area*: a room has the least area of its type (``LIMITS``).
 R5  *Width*: a room has the least clear width of its type: the diameter of the largest circle inside.
 R6  *Aspect*: the sides of the smallest rotated rectangle round a room have at most the ratio of its type.
-R7  *Daylight*: in a plan with windows, a room to live, cook, eat, sleep or work in has a window to the outside or to a
-    balcony, a door to a balcony, an entrance as wide as a glazed door (``LIGHT_M``), or a passage of that width to a
-    room with one of these. This rule is ours, so that it does not count where plans are compared with public data sets.
+R7  *Daylight*: in a plan with windows, each room to live, cook, eat, sleep or work in has daylight (``LIGHT_M``).
+
+Daylight comes by a window to the outside or to a balcony, a door to a balcony, an entrance as wide as a glazed door, or
+a passage of that width to a room with one of these. R7 is ours, so that it does not count where plans are compared with
+public data sets.
 
 Rooms are polygons. A published plan has none; ``houseexpo.inference.with_rooms`` finds them.
 """

@@ -46,7 +46,7 @@ _LINES: Final = 60
 """The number of last lines of a build's output to keep."""
 _MAX_SHOWN: Final = 400
 """The most plans to keep for comparison (R2); further plans are built, but not shown."""
-_MOST_NAMED: Final = 12
+_MOST_PLANS_NAMED: Final = 12
 """The most plans to name in a sentence."""
 _MAX_LOOKS: Final = 100
 _LOOK_S: Final = 0.1
@@ -336,5 +336,5 @@ def _reasons(root: Path) -> dict[str, str]:
 def _what_came_instead(name: str, ids: Sequence[str]) -> str:
     """Return a sentence about the plans of the levels and buildings that a plan is divided into, if there are any."""
     parts = [each for each in ids if re.fullmatch(r"(_[LB]\d+)+", each.removeprefix(name))]
-    more = f" and {len(parts) - _MOST_NAMED} more" if len(parts) > _MOST_NAMED else ""
-    return f"it is divided into {', '.join(parts[:_MOST_NAMED])}{more}" if parts else "it is not in the data set"
+    more = f" and {len(parts) - _MOST_PLANS_NAMED} more" if len(parts) > _MOST_PLANS_NAMED else ""
+    return f"it is divided into {', '.join(parts[:_MOST_PLANS_NAMED])}{more}" if parts else "it is not in the data set"
