@@ -21,8 +21,9 @@ import subprocess
 import sys
 import time
 from collections import deque
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
+from functools import partial
 from pathlib import Path
 from threading import Lock, Thread
 from types import MappingProxyType
@@ -151,8 +152,8 @@ class Rebuild:
             self.before, self.outcomes, self.phase, self._stopped = before, [], "building", False
             self._lines.clear()
             atexit.register(self.stop)
-        work = commands[1:], touched, reviewer, upto, shown
-        Thread(target=self._follow, args=work, daemon=True).start()
+        finish = partial(self._finish, commands[1:], touched, reviewer, upto, shown)
+        Thread(target=self._follow, args=(finish,), daemon=True).start()
 
     def commands(self) -> list[list[str]]:
         """Return the commands of the builds that made the data set; raise ConfigError if they may not be run (R6)."""
@@ -183,16 +184,9 @@ class Rebuild:
             raise ConfigError(f"{self.root.name}: the record of its build is gone; run its houseexpo build once more")
         return record
 
-    def _follow(
-        self,
-        rest: Sequence[Sequence[str]],
-        touched: Sequence[str],
-        reviewer: str,
-        upto: int,
-        shown: Mapping[str, FloorPlan],
-    ) -> None:
+    def _follow(self, finish: Callable[[], None]) -> None:
         try:
-            self._finish(rest, touched, reviewer, upto, shown)
+            finish()
         except Exception as error:  # noqa: BLE001  # a phase that stays "building" would block every later build
             self.stop()
             words = str(error) if isinstance(error, HouseExpoError) else f"{type(error).__name__}: {error}"
