@@ -29,7 +29,7 @@ def _plans(plan: PlanData) -> Iterator[Row]:
         "area": round(plan.area, 2),
         "doors": len(plan.doors),
         "windows": len(plan.windows),
-        "objects": sum(not thing.is_stairwell for thing in plan.objects),
+        "objects": len(plan.furniture),
         "quality": None if plan.quality is None else plan.quality.score,
         "geometry": plan.free_space,
     }

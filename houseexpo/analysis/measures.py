@@ -140,7 +140,7 @@ def _quality(plan: PlanData) -> float | None:
 
 
 def _furniture(plan: PlanData) -> int | None:
-    return sum(not thing.is_stairwell for thing in plan.objects) or None
+    return len(plan.furniture) or None
 
 
 def _doors(plan: PlanData) -> int | None:

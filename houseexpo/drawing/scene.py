@@ -125,7 +125,7 @@ def lay_out_plan(
     margin, line = 0.04 * extent + parts.wall_m, 2.2 * text / scale
     rooms = (list(_rooms(plan)) or list(_boxes(plan))) if parts.rooms else []
     doors = plan.doors if parts.doors else ()
-    objects = [each for each in plan.objects if parts.objects or each.is_stairwell]
+    objects = plan.objects if parts.objects else plan.stairwells
     leaves = door_leaves(plan) if look.swings and doors else {}
     hair = min(max(0.02 * scale, 0.7), 1.6)  # thin lines and leaves stay visible, and thin
     areas: list[FilledArea] = []
@@ -339,7 +339,7 @@ def _key(
         occur |= {"cut": look.ink} if "cut" in kinds else {}
     else:
         occur |= {kind: DOOR_COLOURS[kind] for kind in kinds}
-        occur |= {"furniture": look.line} if any(not each.is_stairwell for each in plan.objects) else {}
+        occur |= {"furniture": look.line} if plan.furniture else {}
     unsure = any(room.is_unsure for room in plan.rooms) or any(door.is_unsure for door in plan.doors)
     occur |= {"unsure": look.line if look.swings else UNSURE} if unsure else {}
     for name, fill in occur.items():

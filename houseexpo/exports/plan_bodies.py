@@ -82,7 +82,7 @@ class PlanBodies:
     @property
     def wells(self) -> tuple[Polygon, ...]:
         """The openings in the floor over the stairs from below."""
-        return tuple(thing.polygon for thing in self.plan.objects if thing.is_stairwell)
+        return tuple(thing.polygon for thing in self.plan.stairwells)
 
     @cached_property
     def standing(self) -> tuple[Polygon, ...]:
@@ -144,7 +144,7 @@ def plan_bodies(
         found = f"wall_height {wall_height!r} and door_height {door_height!r}"
         raise ConfigError(f"export: expected heights 0 < door_height <= wall_height in metres, found {found}")
     turned = orient_plan(plan, orientation)
-    wells = shapely.union_all([thing.polygon for thing in turned.objects if thing.is_stairwell])
+    wells = shapely.union_all([thing.polygon for thing in turned.stairwells])
     space = shapely.set_precision(shapely.difference(turned.floor, wells).simplify(STRAIGHTEN_AREA_M), WELD_M)
     inside = shapely.union(space, wells)
     things = tuple(thing for thing in turned.objects if thing.room is not None)

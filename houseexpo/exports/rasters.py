@@ -118,8 +118,7 @@ def ros_map(
     pixels, cells = occupancy_picture(plan, resolution, wall_thickness, orientation)
     pose = pose_in_export(plan, orientation, frame)
     origin = (*pose.point(cells.origin_m), pose.yaw)
-    walls_only = all(thing.is_stairwell for thing in plan.objects)
-    return map_server_files(plan.id, pixels, resolution, origin, walls_only=walls_only)
+    return map_server_files(plan.id, pixels, resolution, origin, walls_only=not plan.furniture)
 
 
 def map_server_files(

@@ -102,6 +102,16 @@ class PlanData(FrozenValue):
         """The outline without the holes, metres, repaired in the same way as ``outline``."""
         return self._with_id_in_errors(even_odd_polygons, self.holes) if self.holes else self.outline
 
+    @property
+    def furniture(self) -> tuple[PlanObject, ...]:
+        """The objects that are no stairwells."""
+        return tuple(thing for thing in self.objects if not thing.is_stairwell)
+
+    @property
+    def stairwells(self) -> tuple[PlanObject, ...]:
+        """The openings in the floor over stairs from below (``PlanObject.is_stairwell``)."""
+        return tuple(thing for thing in self.objects if thing.is_stairwell)
+
     @cached_property
     def floor(self) -> Polygon | MultiPolygon:
         """The whole area inside the walls, metres: the free space, the footprints of furniture in rooms, stairwells."""

@@ -76,7 +76,7 @@ def _plan_rows(placed: ReleasePlan) -> Iterator[Row]:
         "narrowest": (reach.get(_SHARE_RADIUS) or {}).get("narrowest"),
         "windows": len(plan.windows),
         "stairs": sum(re.search(r"\bstair", words, re.IGNORECASE) is not None for words in named),
-        "objects": sum(not thing.is_stairwell for thing in plan.objects),
+        "objects": len(plan.furniture),
         "kind": (plan.provenance or {}).get("kind"),
         "broken_rules": None if audit is None else sorted(audit.broken_rules()),
         "image": {"bytes": placed.png, "path": f"{plan.id}.png"},

@@ -54,7 +54,7 @@ def draw_whether_furnished(share: float, rng: np.random.Generator) -> bool:
 
 def furnish_plan(plan: FloorPlan, rng: np.random.Generator) -> FloorPlan:
     """Return the plan with furniture as ``objects``; itself where nothing fits, or has furniture already."""
-    if not plan.rooms or not all(thing.is_stairwell for thing in plan.objects):
+    if not plan.rooms or plan.furniture:
         return plan
     found = {room.id: _of_room(plan, room, rng) for room in plan.rooms}
     while any(found.values()):
