@@ -27,8 +27,9 @@ FILE_WORDS: Final = ("up", "units", "scale", "distance", "storey_height", "floor
 """The keys that concern a whole file; the file's reader applies them."""
 LOWEST_STOREY_M: Final = 1.8
 """The lowest storey, metres: ``pipeline.tolerances.HEAD_M``."""
-UNITS: Final = ("m", "cm", "mm", "in", "ft")
-"""The names that ``units`` accepts, as does the option ``--units`` of a build."""
+UNITS_M: Final = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254, "ft": 0.3048}
+UNITS: Final = tuple(UNITS_M)
+"""The names that ``units`` accepts, as does the option ``--units`` of a build, and the metres in each."""
 
 Point: TypeAlias = tuple[float, float]
 Line: TypeAlias = tuple[Point, Point]

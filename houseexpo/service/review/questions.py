@@ -51,7 +51,7 @@ from houseexpo.corrections.apply import correct_plan
 from houseexpo.corrections.draft import Space, uncrossed
 from houseexpo.corrections.openings import ONWARD_M
 from houseexpo.corrections.rooms import OF_NO_ROOM
-from houseexpo.corrections.vocabulary import WORDS, checked_values
+from houseexpo.corrections.vocabulary import UNITS_M, WORDS, checked_values
 from houseexpo.errors import ConfigError
 from houseexpo.floorplan import FloorPlan
 from houseexpo.grids.frame import source_points_from_plan
@@ -135,7 +135,6 @@ _TOLD_BY: Final = {"units": _SIZES, "scale": _SIZES, "up": {"up"}, "levels": {"f
 GUESS: Final = "guess of the file"
 FLOORS: Final = "floors of the file"
 """The keys of the questions about a file: one for all its storeys."""
-_UNIT_NAMES: Final = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254, "ft": 0.3048}
 _MOST_SIZES: Final = 3
 _MOST_LEFT_OUT: Final = 3
 """Storeys that may be none, and sizes that are offered: each answer needs a key."""
@@ -559,7 +558,7 @@ def _guesses(plan: FloorPlan, source: SourceView) -> Iterator[Question]:
                 by = unit_m / record.unit_m
                 sized = f"{(x2 - x1) * by:.1f} m x {(y2 - y1) * by:.1f} m"
                 wide = f", doors {widths[len(widths) // 2] * by:.2f} m" if widths else ""
-                name = next((name for name, unit in _UNIT_NAMES.items() if math.isclose(unit, unit_m)), f"{unit_m:g}")
+                name = next((name for name, unit in UNITS_M.items() if math.isclose(unit, unit_m)), f"{unit_m:g}")
                 answers.append(Answer(f"{sized}{wide}", "units", text=name))
         yield Question(GUESS, at, says, (*answers, Answer("Another", "file")), 1.0, plan.area)
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 
+from houseexpo.corrections.vocabulary import UNITS_M
 from houseexpo.errors import ConfigError
 from pipeline.sources.tolerances import (
     COMMON_STOREY_M,
@@ -19,7 +20,7 @@ from pipeline.sources.tolerances import (
 )
 from pipeline.tolerances import SPECK
 
-UNITS = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254, "ft": 0.3048}
+UNITS = UNITS_M
 
 
 def do_opening_heads_fit_unit(heads: Sequence[float], metres: float) -> bool:
