@@ -127,9 +127,7 @@ def _with_authors(overrides: Mapping[str, Override], path: Path) -> Mapping[str,
     if log.path.is_symlink() or not log.path.is_file():
         return overrides
     log.catch_up()
-    said: dict[str, dict[str, tuple[str, str]]] = {}
-    for line in log.active:
-        said.setdefault(line.plan, {}).update(dict.fromkeys(line.new_keys, (line.reviewer, line.time)))
+    said = log.authors()
     return {
         name: replace(each, authors=tuple((key, *who) for key, who in sorted(said.get(name, {}).items())))
         for name, each in overrides.items()

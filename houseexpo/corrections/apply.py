@@ -1,8 +1,9 @@
 """Apply a person's corrections of a storey to its plan, one word at a time, and report the effect of each.
 
 R1  A correction changes the rooms and passages that it touches. Everything else stays as it is.
-R2  Words are applied in the order of ``WORDS``, so the order of a table's keys does not matter. The values of one word
-    are applied in the order in which they were said. A person's word wins over what the build found. A word without an
+R2  Words are applied in the order in which they were said, as far as a review's log tells: each is of the plan that was
+    shown then. Others come before, in the order of ``WORDS``, so the order of a table's keys does not matter, and the
+    values of one word in their order. A person's word wins over what the build found. A word without an
     effect is tried again after the walls, after the passages and at the end, since a later word may make the room that
     it needs. If two words contradict each other, the later one does nothing and its message names the other.
 R3  ``door``, ``opening``: in a wall between two rooms, it joins them. In an outer wall, it leads outside. On a floor,
@@ -22,7 +23,8 @@ R5  ``one_room``: the rooms become one, together with the passages and walls bet
     ``window``: the same, and a window is there.
 R6  ``room``: a space that the plan lacks, and that walls, rooms and what may close gaps enclose, becomes a room.
     ``room_outline``: the free part of an area
-    becomes a room; it parts a room that takes more than a fifth of it, or replaces its outline if both nearly agree.
+    becomes a room; it takes it from rooms that have more than a fifth of it, or of which it covers half, or replaces
+    their outline if both nearly agree.
     Entrances that lead to the place of a new room lead into it. ``no_room``: the room is removed, and its doors to
     other rooms lead outside. ``outside``: the same, and rooms that meet the area without a wall are open to it.
     ``label``: names a room.
@@ -256,10 +258,16 @@ def _close_with_walls(draft: Draft, placed: Sequence[Placed], effects: list[Effe
 
 
 def _join_again(draft: Draft, placed: Sequence[Placed], effects: list[Effect]) -> list[int]:
-    """Merge rooms that were one when ``one_room`` was applied, and that a later line has parted; return its indices."""
+    """Merge rooms that were one when ``one_room`` was applied, and that a later line has parted; return its indices.
+
+    A later outline of one of them is of what is shown by then, and stays.
+    """
     again = []
     for k, effect in enumerate(effects):
         if effect.correction.word == "one_room" and effect.outcome != "none":
+            outlines = {str(each.correction) for each in placed[k:] if each.correction.word == "room_outline"}
+            if any(room and room.said in outlines for room in map(draft.room_at, placed[k].points)):
+                continue
             found = _apply(draft, placed[k], join_rooms)
             if found.outcome == "done" or (found.outcome == "none" and effect.outcome == "already"):
                 effects[k] = found

@@ -9,7 +9,7 @@ R4  A log that shares its file with a copy (hard links) is separated from it bef
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal
@@ -69,11 +69,20 @@ class LogLine(msgspec.Struct, frozen=True, omit_defaults=True):
     @property
     def new_keys(self) -> set[str]:
         """Return the statements that the line adds, by ``author_key``."""
-        found: set[str] = set()
-        for key, (before, after) in self.changes.items():
-            if after is not None:
-                found |= set(_author_keys(key, after)) - set(_author_keys(key, before))
-        return found
+        return _added((key, *pair) for key, pair in self.changes.items())
+
+    @property
+    def old_keys(self) -> set[str]:
+        """Return the statements that the line takes out, by ``author_key``."""
+        return _added((key, *pair[::-1]) for key, pair in self.changes.items())
+
+
+def _added(changes: Iterable[tuple[str, Any, Any]]) -> set[str]:
+    found: set[str] = set()
+    for key, before, after in changes:
+        if after is not None:
+            found |= set(_author_keys(key, after)) - set(_author_keys(key, before))
+    return found
 
 
 def _author_keys(key: str, value: Any) -> list[str]:
@@ -149,6 +158,15 @@ class DecisionLog:
     def active(self) -> Iterator[LogLine]:
         """The decisions that are not undone, in order."""
         return (line for line in self.lines if line.action not in {"undo", "build"} and line.number not in self.undone)
+
+    def authors(self) -> dict[str, dict[str, tuple[str, str]]]:
+        """Return who made each statement, and when, by plan and ``author_key``; one that is moved keeps its time."""
+        found: dict[str, dict[str, tuple[str, str]]] = {}
+        for line in self.active:
+            own = found.setdefault(line.plan, {})
+            before = [own[key][1] for key in line.old_keys if key in own] if line.action == "move" else []
+            own.update(dict.fromkeys(line.new_keys, (line.reviewer, min(before, default=line.time))))
+        return found
 
     def undone_by(self, reviewer: str) -> list[tuple[LogLine, LogLine]]:
         """Return the undos that a reviewer can redo, each with the line that it undid, the latest last.

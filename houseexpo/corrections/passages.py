@@ -244,10 +244,15 @@ def space_behind(draft: Draft, strip: Strip, side: int, faces: Faces) -> DraftRo
     return DraftRoom(shapes[found], confidence=None) if found >= 0 and faces.shapes[1 - side] >= 0 else None
 
 
-def free_part(draft: Draft, shape: Polygon, parted: DraftRoom | None = None) -> Polygon | None:
-    """Return the largest part of a space that no room but ``parted`` and no passage covers."""
-    rooms = [room.shape for room in draft.rooms if room is not parted]
-    taken = shapely.union_all([*rooms, *(door.shape for door in draft.inner_doors)])
+def free_part(draft: Draft, shape: Polygon, parted: Sequence[DraftRoom] = ()) -> Polygon | None:
+    """Return the largest part of a space that no room and no passage covers but ``parted`` and those between them."""
+
+    def is_parted(side: DraftRoom | None) -> bool:
+        return any(side is room for room in parted)
+
+    rooms = [room.shape for room in draft.rooms if not is_parted(room)]
+    doors = [door.shape for door in draft.inner_doors if not all(map(is_parted, door.rooms))]
+    taken = shapely.union_all([*rooms, *doors])
     parts = split_pieces(shapely.difference(shape, taken))
     return parts[0] if parts else None
 

@@ -359,29 +359,26 @@ def add_room(draft: Draft, placed: Placed) -> Said:
 
 
 def draw_room(draft: Draft, placed: Placed) -> Said:
-    """Make a room of the area between corners, without what other rooms cover; it parts the room it lies in (R6)."""
+    """Make a room of the area between corners; it takes it from the rooms that it covers more than in part (R6)."""
     drawn = Polygon(placed.points)
-    shares = [(shapely.intersection(room.shape, drawn).area / drawn.area, room) for room in draft.rooms]
-    most, there = max(shares, key=itemgetter(0), default=(0.0, None))
-    others, parted = sum(share for share, _ in shares) - most, None
-    if there is not None and most + others > _SAME:
-        if others > _SAME:
-            raise NoEffectError(
-                f"{draft.name(there)} takes {100 * most:.0f}% of it, and other rooms {100 * others:.0f}%; to join "
-                "rooms, say one_room"
-            )
-        parted = there
-    walled = shapely.union_all([room.shape for room in draft.rooms if room is not parted])
+    shares = [(shapely.intersection(room.shape, drawn).area, room) for room in draft.rooms]
+    taken = [(area, room) for area, room in shares if area > min(_SAME * drawn.area, room.shape.area / 2)]
+    parted = [room for _, room in sorted(taken, key=itemgetter(0), reverse=True)]
+    if sum(area for area, _ in shares) <= _SAME * drawn.area:
+        parted = []
+    walled = shapely.union_all([room.shape for room in draft.rooms if all(room is not each for each in parted)])
     free = free_part(draft, shapely.difference(drawn, walled.buffer(SAID_WALL_M, join_style="mitre")), parted)
-    shape = free if free is None or parted is None else _at_its_walls(free, parted.shape)
+    floor = shapely.union_all([room.shape for room in parted])
+    if len(parted) > 1:  # with the walls between them
+        closed = floor.buffer(WALL_REACH_M / 4, join_style="mitre").buffer(-WALL_REACH_M / 4, join_style="mitre")
+        floor = shapely.union(floor, shapely.intersection(closed, drawn))
+    shape = free if free is None or not parted else _at_its_walls(free, floor)
     if shape is None or not may_be_room(shape):
         raise NoEffectError("other rooms and passages take all of it")
-    if parted is not None and shapely.symmetric_difference(shape, parted.shape).area < TILE_M2:
-        parted.confidence = None if parted.confidence is None else 1.0
-        parted.said = parted.said or str(placed.correction)
-        raise AlreadySoError(f"{draft.name(parted)} is there already")
-    if parted is not None and parted.said:
-        raise contradiction(parted.said)
+    if len(parted) == 1 and shapely.symmetric_difference(shape, parted[0].shape).area < TILE_M2:
+        parted[0].confidence = None if parted[0].confidence is None else 1.0
+        parted[0].said = parted[0].said or str(placed.correction)
+        raise AlreadySoError(f"{draft.name(parted[0])} is there already")
     far = min((float(each.shape.distance(drawn)) for each in draft.rooms), default=math.inf)
     if far > FARTHEST_ROOM_M:
         raise NoEffectError(f"it lies {far:,.1f} m from the nearest room; draw it at the house")
@@ -399,24 +396,30 @@ def _at_its_walls(shape: Polygon, floor: Polygon) -> Polygon:
     return [*split_pieces(shapely.difference(inside, shapely.union_all(beyond))), shape][0]
 
 
-def _put_in(draft: Draft, shape: Polygon, parted: DraftRoom | None) -> tuple[DraftRoom, list[str]]:
-    """Add a room, with a wall between it and what it leaves of the room that it parts; return it and sentences."""
-    if parted is None:
+def _put_in(draft: Draft, shape: Polygon, parted: Sequence[DraftRoom]) -> tuple[DraftRoom, list[str]]:
+    """Add a room, with a wall between it and what it leaves of the rooms that it parts; return it and sentences."""
+    if not parted:
         draft.rooms.append(DraftRoom(shape))
         return draft.rooms[-1], []
-    name, shared = draft.name(parted), shapely.intersection(parted.shape, shape).area
-    left = split_pieces(shapely.difference(parted.shape, shape.buffer(SAID_WALL_M, join_style="mitre")))
-    is_its_outline = shared > (1 - _SAME) * max(shape.area, parted.shape.area)
+    name = _names(draft, parted)
+    whole, between = _as_one(draft, parted)
+    shared = shapely.intersection(whole.shape, shape).area
+    left = split_pieces(shapely.difference(whole.shape, shape.buffer(SAID_WALL_M, join_style="mitre")))
+    is_its_outline = shared > (1 - _SAME) * max(shape.area, whole.shape.area)
     wide = [] if is_its_outline else left
     wide = [part for part in wide if is_room_sized(part) and not part.buffer(-SNAP_M).is_empty]
-    made = draft.replace_room(parted, [shape, *wide])
+    made = draft.replace_room(whole, [shape, *wide])
+    for door in between:
+        one, other = sorted(made, key=lambda part: part.shape.distance(door.shape))[:2] if wide else (made[0], made[0])
+        door.rooms = one, other
     lost = [
         door
-        for door in draft.doors
-        if any(side in made and side.shape.distance(door.shape) >= STEP_M for side in door.rooms if side is not None)
-        or (door.rooms[1] is None and shapely.intersection(door.shape, shape).area > door.shape.area / 2)
+        for door in (*draft.doors, *between)
+        if door.rooms[0] is door.rooms[1]
+        or any(side in made and side.shape.distance(door.shape) >= STEP_M for side in door.rooms if side is not None)
+        or ((door.rooms[1] is None or door in between) and _lies_in(door, shape))
     ]
-    draft.doors = [door for door in draft.doors if all(door is not each for each in lost)]
+    draft.doors = [door for door in (*draft.doors, *between) if all(door is not each for each in lost)]
     draft.beside += [f"the {door.kind} of {door.width:.2f} m is gone" for door in lost]
     rest = [each for each in made if each.shape is not shape]
     if is_its_outline:
@@ -426,8 +429,27 @@ def _put_in(draft: Draft, shape: Polygon, parted: DraftRoom | None) -> tuple[Dra
     elif rest:
         also = [f"the rest of {name} is {_names(draft, rest)} now; say no_room there if that is no room"]
     else:
-        also = [f"{name} is gone"]
+        also = [f"{name} {'is' if len(parted) == 1 else 'are'} gone"]
     return next(each for each in made if each.shape is shape), also
+
+
+def _as_one(draft: Draft, rooms: Sequence[DraftRoom]) -> tuple[DraftRoom, list[DraftDoor]]:
+    """Put one room in the place of several, of their shapes, and return it with the passages between those."""
+    first, *others = rooms
+    inside = [door for door in draft.doors if all(any(side is room for room in rooms) for side in door.rooms)]
+    draft.doors = [door for door in draft.doors if all(door is not each for each in inside)]
+    for door in draft.doors:
+        one, other = (first if any(side is room for room in others) else side for side in door.rooms)
+        assert one is not None  # noqa: S101  # the first side of a door is a room
+        door.rooms = one, other
+    draft.rooms = [room for room in draft.rooms if all(room is not each for each in others)]
+    if others:
+        first.change(shapely.union_all([room.shape for room in rooms]))
+    return first, inside
+
+
+def _lies_in(door: DraftDoor, shape: Polygon) -> bool:
+    return bool(shapely.intersection(door.shape, shape).area > door.shape.area / 2)
 
 
 def _lead_in(draft: Draft, room: DraftRoom) -> list[str]:

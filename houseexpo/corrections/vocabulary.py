@@ -9,7 +9,7 @@ from __future__ import annotations
 import itertools
 import json
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Final, Literal, NamedTuple, TypeAlias
 
@@ -76,7 +76,7 @@ WORDS: Final[dict[Word, Form]] = {
     "outside": Form("[x, y]", 1, "the region around this point lies outside, and is open to the rooms beside it"),
     "label": Form('[x, y, "Kitchen"]', 1, "the room around this point has this label"),
 }
-"""The words of a storey, in the order in which they are applied. A word takes one value or a list of values. Points are
+"""The words of a storey, in the order in which they are applied if no log tells when they were said. A word takes one value or a list of values. Points are
 in metres along the source's plan axes."""
 _FEWEST: Final[dict[Word, int]] = {"room_outline": 3, "one_room": 2}
 """The least number of points, for words that take any number of points."""
@@ -178,8 +178,9 @@ class Override:
 
     @property
     def corrections(self) -> tuple[Correction, ...]:
-        """The corrections of the storey, in the order in which they are applied."""
-        return tuple(Correction(word, value) for word in WORDS for value in getattr(self, word))
+        """The corrections of the storey, in the order in which they are applied (``in_order_said``)."""
+        said = [Correction(word, value) for word in WORDS for value in getattr(self, word)]
+        return in_order_said(said, {key: at for key, _, at in self.authors})
 
     @property
     def of_file(self) -> bool:
@@ -204,6 +205,14 @@ class Override:
             **_sizes(self, later),
             **rest,
         )
+
+
+def in_order_said(corrections: Sequence[Correction], times: Mapping[str, str]) -> tuple[Correction, ...]:
+    """Return corrections in the order in which they were said: a person speaks of the plan with all that was said before.
+
+    ``times`` are those of a review's log, by ``author_key``. What no log knows comes first, in the order given.
+    """
+    return tuple(sorted(corrections, key=lambda each: times.get(author_key(each.word, each.value), "") if times else ""))
 
 
 def author_key(word: str, value: Any) -> str:

@@ -183,6 +183,12 @@ class DecisionStore:
             self._catch_up()
             return {key: line.source for line in self.log.active if line.plan == plan for key in line.new_keys}
 
+    def times(self, plan: str) -> dict[str, str]:
+        """Return when each statement about a plan was made, by ``author_key``."""
+        with self._thread:
+            self._catch_up()
+            return {key: at for key, (_, at) in self.log.authors().get(plan, {}).items()}
+
     def said_before_size(self, plan: str, file: str) -> tuple[int, set[str]]:
         """Return the last line about the size or the axis of a plan's file, and what was said of the plan before it.
 

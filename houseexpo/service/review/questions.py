@@ -51,7 +51,7 @@ from houseexpo.corrections.apply import correct_plan
 from houseexpo.corrections.draft import Space, uncrossed
 from houseexpo.corrections.openings import ONWARD_M
 from houseexpo.corrections.rooms import OF_NO_ROOM
-from houseexpo.corrections.vocabulary import UNITS_M, WORDS, checked_values
+from houseexpo.corrections.vocabulary import UNITS_M, checked_values
 from houseexpo.errors import ConfigError
 from houseexpo.floorplan import FloorPlan
 from houseexpo.grids.frame import source_points_from_plan
@@ -128,7 +128,6 @@ _SHORTEST_WALL_M: Final = 0.5
 _MOST_WALLS_ASKED: Final = 6
 _LEAST: Final = 0.25
 """The value of a passage itself: as if it concerned a quarter of the plan."""
-_ORDER: Final = {word: number for number, word in enumerate(WORDS)}
 _SIZES: Final = {"units", "scale", "storey_height"}
 _TOLD_BY: Final = {"units": _SIZES, "scale": _SIZES, "up": {"up"}, "levels": {"floors", "storey_height"}}
 """Options of a reader that state what it would guess; a known distance is given to it as the unit."""
@@ -524,9 +523,8 @@ def _parts_or_joins(plan: FloorPlan, question: Question, said: Sequence[Correcti
         values = checked_values(answer.action, places)  # type: ignore[arg-type]  # places and corners have words
         new = [Correction(answer.action, value) for value in values]  # type: ignore[arg-type]
         if source is not None and source.plan is not None:
-            words = sorted([*said, *new], key=lambda each: _ORDER[each.word])
             shown = {"walls": source.walls, "lines": source.lines}
-            found = correct_plan(source.plan, words, source.spaces, source.standing, **shown, measure=False)
+            found = correct_plan(source.plan, [*said, *new], source.spaces, source.standing, **shown, measure=False)
         else:
             found = correct_plan(plan, new, measure=False)
     except (ConfigError, GEOSException):  # R11

@@ -6,6 +6,7 @@ import logging
 import math
 import re
 from collections.abc import Mapping, Sequence, Set
+from types import MappingProxyType
 from typing import Annotated, Any, Final, Literal, NamedTuple
 
 import msgspec
@@ -18,7 +19,7 @@ from houseexpo.corrections.apply import Effect
 from houseexpo.corrections.leaks import find_gap
 from houseexpo.corrections.openings import SAID_WALL_M
 from houseexpo.corrections.preview import Preview, preview
-from houseexpo.corrections.vocabulary import FILE_WORDS, WORDS, Word, author_key, checked_values
+from houseexpo.corrections.vocabulary import FILE_WORDS, WORDS, Word, author_key, checked_values, in_order_said
 from houseexpo.dataset.store.folders import overrides_path
 from houseexpo.errors import ConfigError, PlanError
 from houseexpo.floorplan import FloorPlan
@@ -52,6 +53,8 @@ _OUTSIDE_M: Final = 2.0
 """Points further than this from the plan are refused, metres."""
 _DIGITS: Final = 3
 """Decimals of stored points: millimetres."""
+_LAST: Final = "~"
+"""Comes after all times of a log, which begin with digits."""
 _CONTROLS: Final = re.compile(r"[\x00-\x1f\x7f]+")
 
 _MOST_LIKE: Final = 200
@@ -185,28 +188,30 @@ def word_value(word: Word, points: Sequence[Point], text: str, plan: Ground) -> 
 _TOOLS: Final = {tool.word: tool for tool in tools()}
 
 
-def corrections_in(table: Mapping[str, Any]) -> list[Correction]:
-    """Return the corrections of a storey in a table."""
-    return [Correction(word, value) for word in WORDS for value in checked_values(word, table.get(word, ()))]
+def corrections_in(table: Mapping[str, Any], times: Mapping[str, str] = MappingProxyType({})) -> list[Correction]:
+    """Return the corrections of a storey in a table; see ``in_order_said`` for ``times``."""
+    said = [Correction(word, value) for word in WORDS for value in checked_values(word, table.get(word, ()))]
+    return [*in_order_said(said, times)]
 
 
-def told_corrections(plan: FloorPlan, table: Mapping[str, Any], source: SourceView | None = None) -> Preview[FloorPlan]:
-    """Return the plan with the corrections in a table, and the effect of each; exact only if the source is known."""
+def told_corrections(
+    plan: FloorPlan, said: Sequence[Correction], source: SourceView | None = None
+) -> Preview[FloorPlan]:
+    """Return the plan with corrections, and the effect of each; exact only if the source is known."""
     base = None if source is None else source.plan
     if base is None or source is None:
-        return preview(plan, corrections_in(table))
+        return preview(plan, said)
     if source.is_founded:
         records = (base.provenance or {}).get("corrections", [])
         return Preview(base, tuple({**record, "built": False} for record in records))
     shown = {"walls": source.walls, "lines": source.lines}
-    return preview(plan, corrections_in(table), base, source.spaces, source.standing, **shown)
+    return preview(plan, said, base, source.spaces, source.standing, **shown)
 
 
-def _told_or_refused(plan: FloorPlan, table: Mapping[str, Any], source: SourceView | None) -> Preview[FloorPlan]:
+def _told_or_refused(plan: FloorPlan, said: Sequence[Correction], source: SourceView | None) -> Preview[FloorPlan]:
     """Return ``told_corrections``, or the plan without them and the reason if their shapes cannot be computed."""
-    said = corrections_in(table)
     try:
-        return told_corrections(plan, table, source)
+        return told_corrections(plan, said, source)
     except (GEOSException, PlanError, ValueError, IndexError) as fault:
         _LOG.warning("%s: refused: %s", plan.id, [*map(str, said)], exc_info=True)
         why = f"its shapes cannot be computed ({fault}); move a point by some centimetres"
@@ -461,7 +466,7 @@ class Review:
             source = self.source(name)
             plan = None if source is None else self.base(name, source)
             if plan is not None:
-                found[name] = self.told(plan, self.decisions.table(name), source).plan
+                found[name] = self.told(plan, self._said_of(name), source).plan
         return found
 
     def state(self, name: str | None) -> dict[str, Any]:
@@ -484,11 +489,12 @@ class Review:
         if plan is None:
             rejected = self.rejected.get(name) or (shown.why_no_plan if shown else "")
             return {**_nothing(name, shown), "rejected": rejected, **common}
-        told, left = self.told(plan, table, shown), self._left(name, shown)
+        all_said = self._said_of(name)
+        told, left = self.told(plan, all_said, shown), self._left(name, shown)
         effects = said_corrections(plan, told)
         ghosts, size = self._mark_ghosts(name, plan, effects, left)
         closed = [tuple(each["points"][0]) for each in effects if each["word"] in _DENIED]
-        said = () if source is None or source.is_founded else corrections_in(table)
+        said = () if source is None or source.is_founded else all_said
         asked = msgspec.to_builtins(with_effect(told.plan, questions(told.plan, left, source, closed), said, source))
         return {
             **plan_facts(told.plan),
@@ -592,11 +598,23 @@ class Review:
     def _there(self, name: str) -> str | None:
         return name if name in self.queue.dataset or name in self.rejected else None
 
-    def told(self, plan: FloorPlan, table: Mapping[str, Any], source: SourceView | None = None) -> Preview[FloorPlan]:
+    def told(
+        self, plan: FloorPlan, said: Sequence[Correction], source: SourceView | None = None
+    ) -> Preview[FloorPlan]:
         """Return ``told_corrections``; the latest answers are kept."""
-        words = msgspec.json.encode({word: table[word] for word in WORDS if word in table})
+        words = "\n".join(map(str, said)).encode()
         key = plan.id, words, None if source is None else id(source)
-        return self._told.get_or_make(key, lambda: _told_or_refused(plan, table, source))
+        return self._told.get_or_make(key, lambda: _told_or_refused(plan, said, source))
+
+    def _said_of(
+        self, name: str, table: Mapping[str, Any] | None = None, times: Mapping[str, str] = MappingProxyType({})
+    ) -> list[Correction]:
+        """Return the corrections of a plan, or in a table of it, in the order in which they were said.
+
+        ``times`` are of statements that the log does not know yet.
+        """
+        table = self.decisions.table(name) if table is None else table
+        return corrections_in(table, {**self.decisions.times(name), **times})
 
     def _ground(self, name: str) -> Ground:
         """Return the place in which a person draws: the plan, and the source around it if it is read.
@@ -634,7 +652,7 @@ class Review:
         plan, table = self.base(name, source), self.decisions.table(name)
         lines, standing, rooms = list_items(table.get("wall"), "wall"), list[Polygon](), list[Polygon]()
         if plan is not None:
-            told = self.told(plan, table, self.source(name))
+            told = self.told(plan, self._said_of(name), self.source(name))
             rooms = [room.polygon for room in told.plan.rooms]
             lines = [*lines, *(each["value"] for each in told.records if each.get("waits"))]
         if source is not None:
@@ -698,16 +716,20 @@ class Review:
         return [each["value"] for each in done], {**done[0], "said": said, "also": [*none, *also]}
 
     def _effects(
-        self, name: str, plan: Ground, table: Mapping[str, Any], word: Word, values: Sequence[Any]
+        self, name: str, plan: Ground, table: Mapping[str, Any], word: Word, values: Sequence[Any], at: str = _LAST
     ) -> list[dict[str, Any]]:
-        """Return the records of new corrections; effects that only the search can tell are found later."""
+        """Return the records of new corrections; effects that only the search can tell are found later.
+
+        ``at`` is the time that the log will have for them.
+        """
         source = self.source(name)
         if not plan.is_plan or (source is not None and source.is_founded):
             Override(**{each: table[each] for each in WORDS if each in table})
             said = {"word": word, "outcome": "done", "said": "the rooms are searched with it now"}
             return [{**said, "value": value} for value in values]
         base = self._plan(name)
-        told, now = self.told(base, table, source), self.told(base, self.decisions.table(name), source)
+        said = self._said_of(name, table, {author_key(word, value): at for value in values})
+        told, now = self.told(base, said, source), self.told(base, self._said_of(name), source)
         before = {line for each in now.records for line in each.get("also", ())}
         found = [effect_in(told, word, value) for value in values]
         found[-1] = {**found[-1], "also": [*found[-1].get("also", ()), *_without_effect_now(now, told)]}
@@ -747,7 +769,8 @@ class Review:
         changed = {key: after for key, (_, after) in replacement(table, asked.word, asked.value, new).items()}
         effect = None
         if new is not None:
-            (effect,) = self._effects(asked.plan, plan, {**table, **changed}, asked.word, [new])
+            at = self.decisions.times(asked.plan).get(author_key(asked.word, asked.value), "")
+            (effect,) = self._effects(asked.plan, plan, {**table, **changed}, asked.word, [new], at)
             if effect["outcome"] == "none" and not effect.get("waits"):
                 raise ConfigError(f"{asked.word}: no effect: {effect['said']}")
         source = self._hash_at(asked.plan)

@@ -147,7 +147,6 @@ def test_a_door_where_one_stands_is_already_so() -> None:
         ({"window": [500.0, 1.5]}, "no passage is there; the nearest is"),
         ({"outside": [500.0, 1.5]}, "no room is there; the nearest is"),
         ({"room_outline": [[500, 1], [503, 1], [503, 4]]}, "492.8 m from the nearest room"),
-        ({"room_outline": [[1, 1], [6, 1], [6, 3], [1, 3]]}, "takes 62% of it, and other rooms 36%; to join rooms"),
     ],
 )
 def test_what_has_no_effect_says_why_and_changes_nothing(words: dict[str, Any], why: str) -> None:
@@ -937,8 +936,8 @@ def test_an_outline_within_a_larger_room_parts_it() -> None:
     assert [effect.outcome for effect in two.effects] == ["done", "done"]
     assert areas(two.plan)[:2] == [pytest.approx(2.9 * 5.0), 30.0]
     again = corrected(wrong(), room_outline=[drawn, [[4.0, 4.0], [6.0, 4.0], [6.0, 6.0], [4.0, 6.0]]])
-    assert [effect.outcome for effect in again.effects] == ["done", "none"]
-    assert "room_outline [[3.0, 3.0]" in again.effects[1].said
+    assert [effect.outcome for effect in again.effects] == ["done", "done"]  # the later one is of what is shown
+    assert areas(again.plan) == [4.0, pytest.approx(30.0 - 2.2 * 2.2), pytest.approx(120.0 - 6.2 * 5.2)]
 
 
 @pytest.mark.parametrize("off", [-0.2, -0.05, 0.0, 0.05, 0.2])
@@ -967,8 +966,34 @@ def test_an_outline_replaces_that_of_the_room_that_is_there() -> None:
     assert "the entrance of 1.00 m is gone" in east.effects[0].sentence
     first, second = [[0, 0], [10.5, 0], [10.5, 10], [0, 10]], [[0, 0], [9, 0], [9, 10], [0, 10]]
     again = corrected(wrong(), room_outline=[first, second])
-    assert [effect.outcome for effect in again.effects] == ["done", "none"]
+    assert [effect.outcome for effect in again.effects] == ["done", "done"]
+    assert areas(again.plan) == [pytest.approx(90.0)]
     assert more.plan.rooms[0].label == "Office"
+
+
+def test_an_outline_is_of_the_rooms_that_earlier_words_have_made() -> None:
+    """An edge may be dragged of a room that was confirmed, drawn or made of two; the page shows it so."""
+    grown, more = ([[0.1, 0.1], [4.1, 0.1], [4.1, y], [0.1, y]] for y in (4.1, 5.1))
+    assert areas(corrected(room=[1.0, 1.0], room_outline=grown).plan) == [9.0, 16.0]
+    assert areas(corrected(room_outline=[grown, more]).plan) == [9.0, 20.0]
+    whole = [[0.1, 0.1], [7.2, 0.1], [7.2, 4.1], [0.1, 4.1]]
+    both = Override(one_room=[[1.0, 1.0], [5.5, 1.5]]).corrections
+    found = correct_plan(PLAN, [*both, *Override(room_outline=whole).corrections])
+    assert [effect.outcome for effect in found.effects] == ["done", "done"]
+    assert areas(found.plan) == [pytest.approx(7.1 * 4.0, abs=0.3)]  # the wall that is there stands in it
+    part = Override(room_outline=[[3.0, 0.1], [7.2, 0.1], [7.2, 3.1], [3.0, 3.1]]).corrections
+    assert areas(correct_plan(PLAN, [*both, *part]).plan) == [pytest.approx(8.4), pytest.approx(12.6, abs=0.3)]
+
+
+def test_an_outline_over_two_rooms_takes_from_both() -> None:
+    alone = corrected(room_outline=[[0.1, 0.1], [7.2, 0.1], [7.2, 3.1], [0.1, 3.1]])
+    assert areas(alone.plan) == [pytest.approx(21.3)]
+    assert not alone.plan.doors
+    found = corrected(room_outline=[[2.1, 0.1], [6.2, 0.1], [6.2, 3.1], [2.1, 3.1]])
+    assert areas(found.plan) == [pytest.approx(0.9 * 3.0), pytest.approx(1.9 * 3.0), pytest.approx(4.1 * 3.0)]
+    assert kinds(found.plan) == ["cut", "cut"]
+    across = corrected(room_outline=[[2.1, 0.1], [6.2, 0.1], [6.2, 1.0], [2.1, 1.0]])  # below the door between them
+    assert kinds(across.plan) == ["cut", "door"]
 
 
 def test_an_outline_grows_a_room_and_takes_the_entrance_in_its_former_edge_out() -> None:

@@ -22,7 +22,7 @@ from houseexpo.floorplan import FloorPlan
 from houseexpo.grids.frame import source_points_from_plan
 from houseexpo.service.collection import Collection
 from houseexpo.service.review.labels import labels_of
-from houseexpo.service.review.session import DecisionRequest, Review, told_corrections
+from houseexpo.service.review.session import DecisionRequest, Review, corrections_in, told_corrections
 from houseexpo.service.review.sources import SourceView
 from pipeline.batch.listing import list_inputs
 from pipeline.cli_common import load_build_config
@@ -57,7 +57,7 @@ def said_no_room(view: SourceView) -> tuple[FloorPlan, list[float]]:
     """The plan without its first room, and where that lies."""
     plan = plan_of(view)
     place = in_source(plan, *plan.rooms[0].polygon.representative_point().coords[0])
-    return told_corrections(plan, {"no_room": [place]}, view).plan, place
+    return told_corrections(plan, corrections_in({"no_room": [place]}), view).plan, place
 
 
 def test_a_house_that_was_kept_tells_of_all_its_parts(view: SourceView) -> None:

@@ -53,6 +53,24 @@ def test_who_moved_it_said_it_and_who_was_undone_did_not(tmp_path: Path) -> None
     assert told(tmp_path, [record("door", DOOR)])["corrections"][0]["by"] == "ann"
 
 
+def test_words_are_applied_in_the_order_in_which_they_were_said(tmp_path: Path) -> None:
+    store = DecisionStore(tmp_path / "overrides.toml")
+    (tmp_path / "overrides.toml").write_text("[house]\nno_room = [9.0, 9.0]\n")
+    store.decide("house", "no_door", "ann", [1.0, 2.0])
+    second = store.decide("house", "door", "ann", DOOR, 1)
+
+    def order() -> list[str]:
+        return [each.word for each in load_overrides(None, None, tmp_path)["house"].corrections]
+
+    store.decide("house", "wall", "ann", [[1.0, 1.0], [2.0, 2.0]], second.number)
+    assert order() == ["no_room", "no_door", "door", "wall"]
+    store.replace("house", "door", DOOR, OTHER, reviewer="ben", seen=3)
+    assert order() == ["no_room", "no_door", "door", "wall"]  # what is moved keeps its place
+    store.replace("house", "no_door", [1.0, 2.0], None, reviewer="ben", seen=4)
+    store.decide("house", "no_door", "ben", [1.0, 2.0], 5)
+    assert order() == ["no_room", "door", "wall", "no_door"]
+
+
 def test_a_file_without_a_log_names_nobody(tmp_path: Path) -> None:
     (tmp_path / "overrides.toml").write_text("[house]\ndoor = [[0, 0], [0, 0.9]]\n")
     assert told(tmp_path, [record("door", DOOR)])["corrections"] == [record("door", DOOR)]
