@@ -162,16 +162,57 @@ def correct_plan(
         The plan has no rooms, and its outline cannot be repaired.
     """
     plan = plan if plan.rooms else with_rooms(plan)
+    draft, placed, effects = _begun(plan, corrections, spaces, standing, walls=walls, lines=lines)
+    if not any(effect.outcome == "done" for effect in effects):
+        return Corrected(draft.made(measure=False) if draft.is_surer else plan, tuple(effects))
+    followed = _settle(draft, placed, effects)
+    return Corrected(draft.made(measure=measure), tuple(effects), followed)
+
+
+class Trial:
+    """A plan with corrections, on which further ones are tried; see ``correct_plan`` for the parameters."""
+
+    def __init__(
+        self,
+        plan: PlanData,
+        said: Sequence[Correction] = (),
+        spaces: Iterable[Space] = (),
+        standing: Iterable[Polygon] = (),
+        *,
+        walls: Iterable[Polygon] | None = None,
+        lines: Iterable[LineString] = (),
+    ) -> None:
+        plan = plan if plan.rooms else with_rooms(plan)
+        self._draft, self._placed, self._effects = _begun(plan, said, spaces, standing, walls=walls, lines=lines)
+
+    def outcomes(self, new: Sequence[Correction]) -> tuple[list[Outcome], int]:
+        """Return the outcome of each of some corrections, said after the others, and the number of rooms with them."""
+        before = self._draft.state()
+        placed = [*self._placed, *(Placed(each, _in_plan(self._draft.plan, each)) for each in new)]
+        effects = [*self._effects, *_apply_in_turn(self._draft, placed[len(self._placed) :])]
+        if any(effect.outcome == "none" for effect in effects):
+            _try_again(self._draft, placed, effects)
+        rooms = len(self._draft.rooms)
+        self._draft.restore(before)
+        return [effect.outcome for effect in effects[len(self._placed) :]], rooms
+
+
+def _begun(
+    plan: PlanData,
+    corrections: Sequence[Correction],
+    spaces: Iterable[Space],
+    standing: Iterable[Polygon],
+    *,
+    walls: Iterable[Polygon] | None,
+    lines: Iterable[LineString],
+) -> tuple[Draft, list[Placed], list[Effect]]:
+    """Return a draft with corrections applied, before cuts are made and removed (R7), and their effects."""
     draft = Draft(plan, spaces, standing, walls, lines)
     placed = [Placed(each, _in_plan(plan, each)) for each in corrections]
     erased = [each for each in placed if each.correction.word == "no_wall"]
     draft.lines, found = drop_lines(draft.lines, [each.points for each in erased])
     draft.no_walls = {str(erased[k].correction) for k in found}
-    effects = _apply_all(draft, placed)
-    if not any(effect.outcome == "done" for effect in effects):
-        return Corrected(draft.made(measure=False) if draft.is_surer else plan, tuple(effects))
-    followed = _settle(draft, placed, effects)
-    return Corrected(draft.made(measure=measure), tuple(effects), followed)
+    return draft, placed, _apply_all(draft, placed)
 
 
 def _settle(draft: Draft, placed: Sequence[Placed], effects: list[Effect]) -> tuple[str, ...]:

@@ -76,8 +76,8 @@ WORDS: Final[dict[Word, Form]] = {
     "outside": Form("[x, y]", 1, "the region around this point lies outside, and is open to the rooms beside it"),
     "label": Form('[x, y, "Kitchen"]', 1, "the room around this point has this label"),
 }
-"""The words of a storey, in the order in which they are applied if no log tells when they were said. A word takes one value or a list of values. Points are
-in metres along the source's plan axes."""
+"""The words of a storey, in the order in which they are applied if no log tells when they were said. A word takes one
+value or a list of values. Points are in metres along the source's plan axes."""
 _FEWEST: Final[dict[Word, int]] = {"room_outline": 3, "one_room": 2}
 """The least number of points, for words that take any number of points."""
 
@@ -208,11 +208,13 @@ class Override:
 
 
 def in_order_said(corrections: Sequence[Correction], times: Mapping[str, str]) -> tuple[Correction, ...]:
-    """Return corrections in the order in which they were said: a person speaks of the plan with all that was said before.
+    """Return corrections in the order in which they were said: each is of the plan with all that was said before it.
 
     ``times`` are those of a review's log, by ``author_key``. What no log knows comes first, in the order given.
     """
-    return tuple(sorted(corrections, key=lambda each: times.get(author_key(each.word, each.value), "") if times else ""))
+    return tuple(
+        sorted(corrections, key=lambda each: times.get(author_key(each.word, each.value), "") if times else "")
+    )
 
 
 def author_key(word: str, value: Any) -> str:

@@ -54,7 +54,7 @@ def review_labels(collection: Collection) -> Iterator[StoreyLabels | str]:
         if view is None or view.plan is None:
             yield f"{name}: it is no plan, so nothing is known of its parts"
             continue
-        told = review.told(view.plan, review.decisions.table(name), view).plan
+        told = review.told(view.plan, review.said_of(name), view).plan
         yield labels_of(view, told, is_kept="keep" in actions)
 
 

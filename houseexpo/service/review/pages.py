@@ -86,8 +86,8 @@ def routes(service: Service) -> list[BaseRoute]:
         if when == "built":
             return _picture_response(found.queue.dataset[name])
         if when != "before":
-            table, source_ = found.decisions.table(name), found.source(name)
-            return _picture_response(found.told(found.queue.dataset[name], table, source_).plan)
+            plan, said = found.queue.dataset[name], found.said_of(name)
+            return _picture_response(found.told(plan, said, found.source(name)).plan)
         if name not in found.building.before:
             raise HTTPException(404, f"{name}: this plan did not exist before the last build")
         return _picture_response(decode(found.building.before[name]))

@@ -47,8 +47,8 @@ from shapely import GEOSException, LineString, Point, Polygon
 from shapely.ops import split
 
 from houseexpo.corrections import Correction
-from houseexpo.corrections.apply import correct_plan
-from houseexpo.corrections.draft import Space, uncrossed
+from houseexpo.corrections.apply import Trial
+from houseexpo.corrections.draft import uncrossed
 from houseexpo.corrections.openings import ONWARD_M
 from houseexpo.corrections.rooms import OF_NO_ROOM
 from houseexpo.corrections.vocabulary import UNITS_M, checked_values
@@ -506,31 +506,36 @@ def with_effect(
     """
     kept: list[Question] = []
     tried: set[tuple[str, ...]] = set()
+    trial: Trial | None = None
     for question in asked:
         is_place = question.key.startswith(("place", "corner", "wall", "larger", "front", "bay", "free"))
         is_tried = question.group in tried and not question.key.startswith("front")  # one front says nothing of others
-        if is_tried or not is_place or _parts_or_joins(plan, question, said, source):
-            tried.add(question.group)
-            kept.append(question)
+        if is_place and not is_tried:
+            trial = trial or _trial(plan, said, source)
+            if not _parts_or_joins(plan, question, trial):
+                continue
+        tried.add(question.group)
+        kept.append(question)
     return kept
 
 
-def _parts_or_joins(plan: FloorPlan, question: Question, said: Sequence[Correction], source: SourceView | None) -> bool:
+def _trial(plan: FloorPlan, said: Sequence[Correction], source: SourceView | None) -> Trial:
+    if source is None or source.plan is None:
+        return Trial(plan)
+    return Trial(source.plan, said, source.spaces, source.standing, walls=source.walls, lines=source.lines)
+
+
+def _parts_or_joins(plan: FloorPlan, question: Question, trial: Trial) -> bool:
     answer = question.answers[0]
     frame: Any = plan.frame
     places = [source_points_from_plan(frame, each).round(3).tolist() for each in (answer.points, *answer.more)]
     try:
         values = checked_values(answer.action, places)  # type: ignore[arg-type]  # places and corners have words
         new = [Correction(answer.action, value) for value in values]  # type: ignore[arg-type]
-        if source is not None and source.plan is not None:
-            shown = {"walls": source.walls, "lines": source.lines}
-            found = correct_plan(source.plan, [*said, *new], source.spaces, source.standing, **shown, measure=False)
-        else:
-            found = correct_plan(plan, new, measure=False)
+        outcomes, rooms = trial.outcomes(new)
     except (ConfigError, GEOSException):  # R11
         return False
-    done = {effect.outcome for effect in found.effects if effect.correction in new} == {"done"}
-    return done and (len(found.plan.rooms) > len(plan.rooms) or not question.key.startswith(("corner", "free")))
+    return set(outcomes) == {"done"} and (rooms > len(plan.rooms) or not question.key.startswith(("corner", "free")))
 
 
 def _guesses(plan: FloorPlan, source: SourceView) -> Iterator[Question]:
@@ -590,15 +595,35 @@ def _floors(plan: FloorPlan, source: SourceView) -> Iterator[Question]:
     yield Question(FLOORS, at, f"{says}Is that right?", answers, 1.0)
 
 
+def _moved_spaces(source: SourceView, shift: tuple[float, float]) -> list[Polygon]:
+    """Return the spaces of a source (``SourceView.spaces``), moved to a plan."""
+    return [shapely.transform(space.shape, lambda points: points + np.array(shift)) for space in source.spaces]
+
+
+class _Taken:
+    """What takes the ground of a plan: its rooms and its passages."""
+
+    def __init__(self, plan: FloorPlan) -> None:
+        self.parts = [*(room.polygon for room in plan.rooms), *(door.polygon for door in plan.doors)]
+        self._tree = shapely.STRtree(self.parts)
+
+    def near(self, shape: Polygon, but: int = -1) -> shapely.Geometry:
+        """Return what lies at a shape, without the room of this number."""
+        return shapely.union_all([self.parts[k] for k in sorted(self._tree.query(shape).tolist()) if k != but])
+
+
 def _spaces_left_out(
     plan: FloorPlan, source: SourceView, shift: tuple[float, float], closed: Sequence[tuple[float, float]]
 ) -> Iterator[Question]:
     """R5."""
-    taken = shapely.union_all([*(room.polygon for room in plan.rooms), *(door.polygon for door in plan.doors)])
+    taken = _Taken(plan)
     asked: list[Polygon] = []
-    for space in (*source.spaces, *(Space(shape, reachable=False) for shape in source.enclosed)):
-        shape = shapely.transform(space.shape, lambda points: points + np.array(shift))
-        free = shapely.difference(shape, shapely.union_all([taken, *asked]))
+    enclosed = shapely.transform(source.enclosed, lambda points: points + np.array(shift)).tolist()
+    reachable = [*(space.reachable for space in source.spaces), *(False for _ in enclosed)]
+    for shape, is_reachable in zip((*_moved_spaces(source, shift), *enclosed), reachable, strict=True):
+        if shape.area < SMALLEST_ROOM_M2:
+            continue
+        free = shapely.difference(shape, shapely.union_all([taken.near(shape), *asked]))
         if free.area < SMALLEST_ROOM_M2 or free.area < _FREE * shape.area:
             continue
         if any(shapely.contains_xy(shape, *place) for place in closed):
@@ -606,7 +631,7 @@ def _spaces_left_out(
         asked.append(shape)
         point = shape.representative_point()
         at = round(point.x, 3), round(point.y, 3)
-        why = "nothing leads into it" if not space.reachable else "it was taken for no room"
+        why = "nothing leads into it" if not is_reachable else "it was taken for no room"
         says = f"This space of {shape.area:.1f} m² between walls was left out: {why}. Is it a room?"
         answers = Answer("A room", "room", (at,)), Answer("No room")
         yield Question(_key(plan, "space", at), at, says, answers, _LEFT_OUT, shape.area, shape.area**0.5)
@@ -614,17 +639,19 @@ def _spaces_left_out(
 
 def _larger(plan: FloorPlan, source: SourceView, shift: tuple[float, float]) -> Iterator[Question]:
     """R5."""
-    for room in plan.rooms:
+    taken, spaces = _Taken(plan), _moved_spaces(source, shift)
+    tree = shapely.STRtree(spaces)
+    for k, room in enumerate(plan.rooms):
         if room.confidence == 1.0:
             continue
-        others = [other.polygon for other in plan.rooms if other is not room]
-        taken = shapely.union_all([*others, *(door.polygon for door in plan.doors)])
-        for space in source.spaces:
-            shape = shapely.transform(space.shape, lambda points: points + np.array(shift))
+        for number in sorted(tree.query(room.polygon, predicate="intersects").tolist()):
+            shape = spaces[number]
             more = shape.area - room.area
-            if not SMALLEST_ROOM_M2 <= more <= room.area or shape.intersection(taken).area > more / 2:
+            if not SMALLEST_ROOM_M2 <= more <= room.area:
                 continue
             if shape.intersection(room.polygon).area < _FREE * room.area:
+                continue
+            if shape.intersection(taken.near(shape, but=k)).area > more / 2:
                 continue
             ring = shapely.simplify(shapely.Polygon(shape.exterior), _OF_EDGE_M / 3).exterior
             corners = tuple((round(x, 3), round(y, 3)) for x, y in ring.coords[:-1])

@@ -466,7 +466,7 @@ class Review:
             source = self.source(name)
             plan = None if source is None else self.base(name, source)
             if plan is not None:
-                found[name] = self.told(plan, self._said_of(name), source).plan
+                found[name] = self.told(plan, self.said_of(name), source).plan
         return found
 
     def state(self, name: str | None) -> dict[str, Any]:
@@ -489,7 +489,7 @@ class Review:
         if plan is None:
             rejected = self.rejected.get(name) or (shown.why_no_plan if shown else "")
             return {**_nothing(name, shown), "rejected": rejected, **common}
-        all_said = self._said_of(name)
+        all_said = self.said_of(name)
         told, left = self.told(plan, all_said, shown), self._left(name, shown)
         effects = said_corrections(plan, told)
         ghosts, size = self._mark_ghosts(name, plan, effects, left)
@@ -598,15 +598,13 @@ class Review:
     def _there(self, name: str) -> str | None:
         return name if name in self.queue.dataset or name in self.rejected else None
 
-    def told(
-        self, plan: FloorPlan, said: Sequence[Correction], source: SourceView | None = None
-    ) -> Preview[FloorPlan]:
+    def told(self, plan: FloorPlan, said: Sequence[Correction], source: SourceView | None = None) -> Preview[FloorPlan]:
         """Return ``told_corrections``; the latest answers are kept."""
         words = "\n".join(map(str, said)).encode()
         key = plan.id, words, None if source is None else id(source)
         return self._told.get_or_make(key, lambda: _told_or_refused(plan, said, source))
 
-    def _said_of(
+    def said_of(
         self, name: str, table: Mapping[str, Any] | None = None, times: Mapping[str, str] = MappingProxyType({})
     ) -> list[Correction]:
         """Return the corrections of a plan, or in a table of it, in the order in which they were said.
@@ -652,7 +650,7 @@ class Review:
         plan, table = self.base(name, source), self.decisions.table(name)
         lines, standing, rooms = list_items(table.get("wall"), "wall"), list[Polygon](), list[Polygon]()
         if plan is not None:
-            told = self.told(plan, self._said_of(name), self.source(name))
+            told = self.told(plan, self.said_of(name), self.source(name))
             rooms = [room.polygon for room in told.plan.rooms]
             lines = [*lines, *(each["value"] for each in told.records if each.get("waits"))]
         if source is not None:
@@ -716,7 +714,7 @@ class Review:
         return [each["value"] for each in done], {**done[0], "said": said, "also": [*none, *also]}
 
     def _effects(
-        self, name: str, plan: Ground, table: Mapping[str, Any], word: Word, values: Sequence[Any], at: str = _LAST
+        self, name: str, plan: Ground, table: Mapping[str, Any], word: Word, values: Sequence[Any], *, at: str = _LAST
     ) -> list[dict[str, Any]]:
         """Return the records of new corrections; effects that only the search can tell are found later.
 
@@ -728,8 +726,8 @@ class Review:
             said = {"word": word, "outcome": "done", "said": "the rooms are searched with it now"}
             return [{**said, "value": value} for value in values]
         base = self._plan(name)
-        said = self._said_of(name, table, {author_key(word, value): at for value in values})
-        told, now = self.told(base, said, source), self.told(base, self._said_of(name), source)
+        with_new = self.said_of(name, table, {author_key(word, value): at for value in values})
+        told, now = self.told(base, with_new, source), self.told(base, self.said_of(name), source)
         before = {line for each in now.records for line in each.get("also", ())}
         found = [effect_in(told, word, value) for value in values]
         found[-1] = {**found[-1], "also": [*found[-1].get("also", ()), *_without_effect_now(now, told)]}
@@ -770,7 +768,7 @@ class Review:
         effect = None
         if new is not None:
             at = self.decisions.times(asked.plan).get(author_key(asked.word, asked.value), "")
-            (effect,) = self._effects(asked.plan, plan, {**table, **changed}, asked.word, [new], at)
+            (effect,) = self._effects(asked.plan, plan, {**table, **changed}, asked.word, [new], at=at)
             if effect["outcome"] == "none" and not effect.get("waits"):
                 raise ConfigError(f"{asked.word}: no effect: {effect['said']}")
         source = self._hash_at(asked.plan)

@@ -62,7 +62,9 @@ def test_each_building_is_built_as_the_page_shows_it(folder: Path, tmp_path: Pat
     views = {found.id: SourceView(None, level, found) for found in level.plans}  # type: ignore[arg-type]  # not needed
     before = {name: view.plan for name, view in views.items() if view.plan is not None}
     tables = {"pair_B1": {}, "pair_B2": SAID}
-    shown = {name: told_corrections(plan, corrections_in(tables[name]), views[name]).plan for name, plan in before.items()}
+    shown = {
+        name: told_corrections(plan, corrections_in(tables[name]), views[name]).plan for name, plan in before.items()
+    }
     run_build([folder], tmp_path / "out", overrides={"pair_B2": Override(**SAID)}, plan=plan_level)
     built = {plan.id: plan for plan in open_dataset(tmp_path / "out")}
     assert {name: rooms(plan) for name, plan in built.items()} == {name: rooms(plan) for name, plan in shown.items()}
