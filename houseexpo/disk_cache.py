@@ -82,7 +82,7 @@ class DiskCache:
         columns = "CAST(key AS BLOB), CAST(value AS BLOB)"  # damage may change a value's type
         asked = f"SELECT {columns} FROM entries WHERE {condition}"  # noqa: S608  # the conditions stand above
         rows = self._use(lambda database: database.execute(asked, values).fetchall()) or []
-        return {key: data[_CHECKSUM_BYTES:] for key, data in rows if data == _checked(data[_CHECKSUM_BYTES:])}  # R2
+        return {key: data[_CHECKSUM_BYTES:] for key, data in rows if data == _verify(data[_CHECKSUM_BYTES:])}  # R2
 
     def _use(self, work: Callable[[sqlite3.Connection], _T]) -> _T | None:
         """Call ``work`` with the open file; if the file cannot be used (R3), return None and do not use it again."""
@@ -128,7 +128,7 @@ def _open(file: Path) -> sqlite3.Connection:
 
 
 def _insert(database: sqlite3.Connection, entries: _Entries) -> bool:
-    rows = ((name, key, _checked(value)) for (name, key), value in entries.items())
+    rows = ((name, key, _verify(value)) for (name, key), value in entries.items())
     with database:
         database.executemany("INSERT OR REPLACE INTO entries VALUES (?, ?, ?)", rows)
         if _used_bytes(database) > _FILE_BYTES:  # R5
@@ -143,7 +143,7 @@ def _used_bytes(database: sqlite3.Connection) -> int:
     return (pages - free) * size
 
 
-def _checked(value: bytes) -> bytes:
+def _verify(value: bytes) -> bytes:
     """Return a value behind its checksum."""
     return zlib.crc32(value).to_bytes(_CHECKSUM_BYTES, "big") + value
 

@@ -346,40 +346,6 @@ class FloorPlan(PlanData):
 
         return rooms_graph_with_distances(self.divided, outside=outside)
 
-    def to_cell(self, points: npt.ArrayLike, pixels_per_metre: float = 25.0) -> npt.NDArray[np.int64]:
-        """Convert points (..., 2), (x, y) in metres, to cells (..., 2) of ``grid``, (row, col), maybe outside it.
-
-        Parameters
-        ----------
-        points
-            Points (..., 2), (x, y) along the plan's own axes, metres.
-        pixels_per_metre
-            Cells per metre: 25 means cells of 4 cm.
-
-        Raises
-        ------
-        ConfigError
-            As for ``grid_frame``.
-        """
-        return self.grid_frame(pixels_per_metre).cells_from_points(points)
-
-    def to_world(self, cells: npt.ArrayLike, pixels_per_metre: float = 25.0) -> npt.NDArray[np.float64]:
-        """Convert cells (..., 2) of ``grid``, (row, col), to their centres (..., 2), (x, y) in metres.
-
-        Parameters
-        ----------
-        cells
-            Cells (..., 2), (row, col).
-        pixels_per_metre
-            Cells per metre: 25 means cells of 4 cm.
-
-        Raises
-        ------
-        ConfigError
-            As for ``grid_frame``.
-        """
-        return self.grid_frame(pixels_per_metre).points_from_cells(cells)
-
     def plot(
         self,
         ax: Axes | None = None,

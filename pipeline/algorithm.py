@@ -54,7 +54,7 @@ from pipeline.stages.said_walls import (
 )
 from pipeline.stages.vectorise import vectorise
 from pipeline.timing import time_stages
-from pipeline.values import Evidence, Layout, Level, Obstacle, Planes, RejectedLevel, Spaces
+from pipeline.values import Evidence, FloorObstacle, Layout, Level, Planes, RejectedLevel, Spaces
 
 
 @dataclass(frozen=True, eq=False)
@@ -212,7 +212,7 @@ def _of_building(
     spaces = straighten_rooms(spaces, config.refine, (room.polygon for room in level.rooms))
     yield StageResult("refine", spaces, level.id)
     grounds = _grounds(level, whole, spaces)  # before furniture: it makes no plan doubtful
-    obstacles: tuple[Obstacle, ...] = ()
+    obstacles: tuple[FloorObstacle, ...] = ()
     wells = stairwells(level, spaces)
     if config.evidence.furniture:
         spaces, obstacles = subtract_furniture(level, whole.evidence, spaces)

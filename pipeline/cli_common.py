@@ -42,7 +42,7 @@ def load_build_config(config: Path | None, given: Mapping[str, Any]) -> BuildCon
     file of weights is read.
     """
     from pipeline.config_file import BuildConfig, absolute_folders, load_config
-    from pipeline.stages.logistic import read_weights
+    from pipeline.stages.logistic import read_model_weights
 
     settings = BuildConfig() if config is None else load_config(config)
     chosen = {name: value for name, value in given.items() if value not in (None, ())}
@@ -60,7 +60,7 @@ def load_build_config(config: Path | None, given: Mapping[str, Any]) -> BuildCon
         if not Path(folder).is_dir():
             raise ConfigError(f"model_path: expected a folder, found none at {folder}; check the path")
     if settings.build.weights:
-        weights = read_weights(Path(settings.build.weights))
+        weights = read_model_weights(Path(settings.build.weights))
         settings = replace(settings, stages=replace(settings.stages, weights=weights))
     return settings
 

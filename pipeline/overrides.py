@@ -152,13 +152,13 @@ def _override(name: str, table: Any, path: Path) -> Override:
             raise ConfigError(f"{path}: {name}.{error}") from None
     with name_in_config_errors(path):
         try:
-            return config_from_mapping(Override, table, name, convert=_converted)
+            return config_from_mapping(Override, table, name, convert=_convert_value)
         except ConfigError as error:
             text = str(error)
             raise ConfigError(text if name in text else f"{name}: {text}") from None
 
 
-def _converted(value: Any, hint: Any, key: str) -> Any:
+def _convert_value(value: Any, hint: Any, key: str) -> Any:
     """Return a value converted to its type; those of words and distances are checked already."""
     return tuple(value) if key.rpartition(".")[2] in {*WORDS, "distance"} else convert_to_type(value, hint, key)
 
@@ -409,13 +409,13 @@ def outcomes_of_corrections(override: Override, plans: Iterable[FloorPlan]) -> l
             key = json.dumps([told["word"], told["value"]])
             if found.get(key, ("none", ""))[0] == "none":
                 found[key] = told["outcome"], told["said"]
-    wanted = {json.dumps([each.word, _listed(each.value)]): str(each) for each in override.corrections}
+    wanted = {json.dumps([each.word, _as_lists(each.value)]): str(each) for each in override.corrections}
     outcomes = [(outcome, f"{wanted[key]}: {said}") for key, (outcome, said) in found.items() if key in wanted]
     return outcomes + [("none", sentence) for sentence in idle]
 
 
-def _listed(value: Any) -> Any:
-    return [_listed(part) for part in value] if isinstance(value, tuple) else value
+def _as_lists(value: Any) -> Any:
+    return [_as_lists(part) for part in value] if isinstance(value, tuple) else value
 
 
 def is_id_of_input(name: str, known: str) -> bool:

@@ -64,7 +64,7 @@ def stage_pictures(results: Sequence[StageResult], frame: Frame, side_px: int = 
         if isinstance(value, FloorPlan):
             pictures.append(("plan", draw_plan(value, size=side_px)))
             continue
-        canvas = Canvas(bounds, side_px)
+        canvas = AreaCanvas(bounds, side_px)
         if isinstance(value, Evidence):
             pictures.append(("evidence", draw_evidence(value, bounds, frame, side_px)))
         elif isinstance(value, Planes):
@@ -109,7 +109,7 @@ def _bounds(results: Sequence[StageResult]) -> Box:
 
 
 def _draw_planes(planes: Planes, bounds: Box, side_px: int) -> list[tuple[str, Picture]]:
-    door = Canvas(bounds, side_px)
+    door = AreaCanvas(bounds, side_px)
     door.fill(planes.door, WALL)
     known = shapely.union_all([doorway.polygon for doorway in planes.doorways])
     layers = [
@@ -119,7 +119,7 @@ def _draw_planes(planes: Planes, bounds: Box, side_px: int) -> list[tuple[str, P
         ("known doorway", DOOR, known),
         ("wall", WALL, planes.door),
     ]
-    ground = Canvas(bounds, side_px)
+    ground = AreaCanvas(bounds, side_px)
     for _, colour, shape in layers:
         ground.fill(shape, colour)
     legend = [(name, colour) for name, colour, shape in layers if not shape.is_empty]
@@ -130,7 +130,7 @@ def _draw_planes(planes: Planes, bounds: Box, side_px: int) -> list[tuple[str, P
     ]
 
 
-def _draw_layout(canvas: Canvas, layout: Layout) -> Picture:
+def _draw_layout(canvas: AreaCanvas, layout: Layout) -> Picture:
     _draw_floors(canvas, layout.rooms)
     canvas.fill(layout.door, WALL)
     for candidate in layout.candidates:
@@ -143,7 +143,7 @@ def _draw_layout(canvas: Canvas, layout: Layout) -> Picture:
     return canvas.finish(f"layout: {len(layout.rooms)} closed spaces", legend)
 
 
-def _draw_spaces(canvas: Canvas, spaces: Spaces, before: Spaces | None) -> Picture:
+def _draw_spaces(canvas: AreaCanvas, spaces: Spaces, before: Spaces | None) -> Picture:
     if spaces.outlines:
         canvas.fill(Polygon([(-1e4, -1e4), (1e4, -1e4), (1e4, 1e4), (-1e4, 1e4)]), OUTSIDE)
         for outline in spaces.outlines:
@@ -183,7 +183,7 @@ def _lost_rooms(spaces: Spaces, before: Spaces | None) -> list[Polygon]:
     return [r for r in before.rooms if not len(tree.query(r.representative_point(), predicate="within"))]
 
 
-def _draw_floors(canvas: Canvas, rooms: Iterable[BaseGeometry]) -> None:
+def _draw_floors(canvas: AreaCanvas, rooms: Iterable[BaseGeometry]) -> None:
     for room in rooms:
         canvas.fill(room, FLOOR)
 
@@ -202,7 +202,7 @@ RULER = "#9aa0a6"
 CROSS = "#c2185b"  # on floors, furniture and walls alike
 
 
-class Canvas:
+class AreaCanvas:
     """Areas in metres painted over each other, with a legend below."""
 
     def __init__(self, bounds: Box, side_px: int = SIDE_PX) -> None:
@@ -333,7 +333,7 @@ def draw_evidence(evidence: Evidence, bounds: Box, frame: Frame, side_px: int = 
         ("known doorway", DOORWAY, shapely.union_all([doorway.polygon for doorway in evidence.doorways])),
         ("door leaf", LEAF, shapely.union_all(evidence.leaves)),
     ]
-    canvas = Canvas(bounds, side_px)
+    canvas = AreaCanvas(bounds, side_px)
     for _, colour, shape in layers:
         canvas.fill(shape, colour)
     canvas.ruler(frame)

@@ -41,7 +41,7 @@ def draw_top_view(mesh: Mesh, up: int = 2) -> bytes:
     """
     from scipy.ndimage import minimum_filter
 
-    points = sample_points(mesh)
+    points = sample_mesh_points(mesh)
     if not len(points):
         return b""
     if up == 1:
@@ -57,7 +57,7 @@ def draw_top_view(mesh: Mesh, up: int = 2) -> bytes:
     return encode_png(minimum_filter(grey.T[::-1], 3))  # between the points, the highest place beside
 
 
-def sample_points(mesh: Mesh, count: int = SAMPLES) -> npt.NDArray[np.float64]:
+def sample_mesh_points(mesh: Mesh, count: int = SAMPLES) -> npt.NDArray[np.float64]:
     """Return points (count, 3) spread evenly over the faces by area, always the same ones."""
     a, b, c = (mesh.vertices[mesh.faces[:, i]] for i in range(3))
     areas = np.linalg.norm(np.cross(b - a, c - a), axis=1)

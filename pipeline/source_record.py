@@ -65,7 +65,7 @@ from pipeline.overrides import (
     overrides_by_input,
     settle_override_ids,
 )
-from pipeline.png import encode_png, sample_points
+from pipeline.png import encode_png, sample_mesh_points
 from pipeline.rejection import Rejection
 from pipeline.sources import OVERRIDABLE, reader
 from pipeline.sources.meshes.formats import load_scene
@@ -129,7 +129,7 @@ class SourceReader:
             raise ConfigError(f"{name}: expected an id of this build, found no such input")
         longest = max(len(item.id) for item in known)
         same = [item for item in known if len(item.id) == longest]
-        self._found, self._is_alone = _named_by_content(name, same) if len(same) > 1 else same[0], len(same) == 1
+        self._found, self._is_alone = _input_by_content(name, same) if len(same) > 1 else same[0], len(same) == 1
         self._read_as: tuple[Any, ...] = ()
         self._levels: list[Level | RejectedLevel] = []
         self._why = ""
@@ -193,7 +193,7 @@ class SourceReader:
         key = level.id, (override.keep, override.h_g, override.h_d)
         found = self._made.get(key)
         if found is None:
-            found = self._made[key] = _searched(level, item, self._whole, override, self._config)
+            found = self._made[key] = _search_level(level, item, self._whole, override, self._config)
         results, why, is_founded = found.results, found.source.rejected, False
         if why and override.corrections:
             results, why = _stages(correct_level(level, said), override, self._config)
@@ -206,7 +206,7 @@ def _sha256_of(item: Input) -> str:
     return InputFiles(item).own_sha256()
 
 
-def _named_by_content(name: str, same: Sequence[Input]) -> Input:
+def _input_by_content(name: str, same: Sequence[Input]) -> Input:
     """Return the one of inputs of one id whose content an id ends with: that of its file, else that of its levels."""
     own = (item for item in same if name.endswith(f"_{_sha256_of(item)[:8]}"))
     ends = ((item, _contents_of_levels(item)) for item in same)
@@ -298,7 +298,7 @@ def _floors(mesh: Mesh, levels: Sequence[Level]) -> tuple[tuple[float, ...], byt
         vertices = np.column_stack([vertices[:, 0], -vertices[:, 2], vertices[:, 1]])
     upright, taken = Mesh(vertices, mesh.faces), [level.frame.floor for level in levels]
     others = other_floors(upright, taken)[:_MOST_FLOORS]
-    points = sample_points(upright, _SIDE_SAMPLES)
+    points = sample_mesh_points(upright, _SIDE_SAMPLES)
     wide = int(np.ptp(points[:, 1]) > np.ptp(points[:, 0]))
     low, high = np.quantile(points[:, [wide, 2]], [0.001, 0.999], axis=0)
     sheet = _Sheet((float(low[0]), float(low[1]) - AROUND_M, float(high[0]), float(high[1]) + AROUND_M), _SIDE_PX)
@@ -372,7 +372,7 @@ def _of_file(
     return LevelSource(item.id, level.frame, tuple(pictures), plans=plans, rejected=again, strokes=strokes)
 
 
-def _searched(level: Level, item: Input, whole: _Whole, override: Override, config: BuildConfig) -> _Searched:
+def _search_level(level: Level, item: Input, whole: _Whole, override: Override, config: BuildConfig) -> _Searched:
     results, why = _stages(level, override, config)
     evidence = next((each.value for each in results if isinstance(each.value, Evidence)), None)
     layout = next((each.value for each in results if isinstance(each.value, Layout)), None)
@@ -382,7 +382,7 @@ def _searched(level: Level, item: Input, whole: _Whole, override: Override, conf
         id=level.id,
         frame=level.frame,
         pictures=tuple(_pictures(level, item, walls, is_plan=not why)),
-        edges=tuple(_rings(wall) for wall in _simplified(walls)),
+        edges=tuple(_rings(wall) for wall in _simplify_walls(walls)),
         places=tuple(_places(evidence, layout, is_map=item.reader == "occupancy_map")),
         rejected=why,
         guesses=level.guesses,
@@ -473,7 +473,7 @@ def _seen_lines(level: Level, walls: Sequence[Polygon]) -> Iterator[Points]:
         pairs = pairs[~is_own]
 
 
-def _simplified(walls: Sequence[Polygon]) -> list[BaseGeometry]:
+def _simplify_walls(walls: Sequence[Polygon]) -> list[BaseGeometry]:
     """Return walls to snap to, as fine as a browser takes them."""
     fine_m = CM_M
     found = [shapely.simplify(wall, fine_m) for wall in walls]
@@ -632,7 +632,7 @@ def _mesh_of(level: Level) -> Mesh:
 
 
 def _solid(level: Level) -> Solid | None:
-    """R5."""
+    """Return the largest triangles of a mesh, to be shown in three dimensions."""
     mesh = _mesh_of(level)
     if isinstance(mesh, Prisms) or mesh.is_cloud:
         return None
@@ -658,7 +658,7 @@ def _bounds_of(meshes: Iterable[Mesh]) -> Box:
 
 
 def _section(mesh: Mesh, height: float, sheet: _Sheet) -> Image.Image:
-    """R2: return where something stands at a height, as a mask."""
+    """Return where something stands at a height, as a mask."""
     mask = Image.new("L", sheet.size, 0)
     pen = ImageDraw.Draw(mask)
     if isinstance(mesh, Prisms):
@@ -688,10 +688,10 @@ _FLOOR, _HIGH = 225, 70
 
 
 def _top_view(mesh: Mesh, bounds: Box, roof_m: float) -> Picture | None:
-    """R3: return what is visible from above: the higher, the darker; None if nothing is."""
+    """Return what is visible from above: the higher, the darker; None if nothing is."""
     from scipy.ndimage import grey_dilation
 
-    points = mesh.vertices if mesh.is_cloud else sample_points(mesh, _TOP_SAMPLES)
+    points = mesh.vertices if mesh.is_cloud else sample_mesh_points(mesh, _TOP_SAMPLES)
     x1, y1, x2, y2 = bounds
     x, y, z = points.T if len(points) else np.zeros((3, 0))
     kept = points[(x > x1) & (x < x2) & (y > y1) & (y < y2) & (z < roof_m)]
@@ -718,7 +718,7 @@ def _map_frame(level: Level, found: RobotMap) -> Frame:
 
 
 def _map_picture(found: RobotMap, level: Level) -> Picture:
-    """R4: return the map itself; what nobody saw is clear."""
+    """Return the map itself; what nobody saw is clear."""
     grid, own = np.array([*found.affine, (0.0, 0.0, 1.0)]), np.array([*level.frame.matrix, (0.0, 0.0, 1.0)])
     (x, y) = (np.linalg.inv(own) @ grid)[:2, 2].tolist()
     rows, columns = found.occupancy.shape

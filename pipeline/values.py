@@ -34,13 +34,13 @@ __all__ = [
     "KEPT_FROM",
     "MADE",
     "Evidence",
+    "FloorObstacle",
     "Input",
     "JoinedPoints",
     "Layout",
     "Level",
     "Mesh",
     "NamedRoom",
-    "Obstacle",
     "Opening",
     "Planes",
     "Reader",
@@ -290,7 +290,7 @@ class NamedRoom:
 
 
 @dataclass(frozen=True, eq=False)
-class Obstacle:
+class FloorObstacle:
     """A piece of furniture: its footprint in the level frame, its height in metres, and the source's word for it.
 
     What is not ``in_room`` is an opening in the floor.

@@ -16,7 +16,7 @@ from typing import Any
 
 from houseexpo.errors import ConfigError
 from pipeline.config import PipelineConfig
-from pipeline.fitting.rows import Building, buildings_of
+from pipeline.fitting.rows import PlannedBuilding, buildings_of
 from pipeline.rejection import Rejection
 from pipeline.sources import find, reader
 from pipeline.values import Level, RejectedLevel
@@ -34,7 +34,7 @@ class BuiltHouse:
     ``truths`` are those of a made house, one for each of its storeys.
     """
 
-    storeys: tuple[tuple[Level, tuple[Building, ...]], ...]
+    storeys: tuple[tuple[Level, tuple[PlannedBuilding, ...]], ...]
     rejected: tuple[str, ...]
     truths: tuple[dict[str, Any], ...] = ()
 
@@ -86,7 +86,7 @@ def _build(
     truths: tuple[dict[str, Any], ...] = (),
 ) -> BuiltHouse:
     """Build all storeys of a file; ``change`` is done to each of them first."""
-    storeys: list[tuple[Level, tuple[Building, ...]]] = []
+    storeys: list[tuple[Level, tuple[PlannedBuilding, ...]]] = []
     rejected: list[str] = []
     try:
         for level in _levels(path, model_path):

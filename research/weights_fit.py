@@ -26,7 +26,7 @@ import numpy as np
 from rich.console import Console
 
 from pipeline.fitting.models import fit, is_of_model
-from pipeline.fitting.rows import HouseRows, Part, parts_of, rated
+from pipeline.fitting.rows import HouseRows, Part, parts_of, rate_building
 from pipeline.quality import is_of_map, score_quality
 from pipeline.stages.logistic import FITTED, WEIGHTS, LogisticModel, Models, load_models, source_of
 from research import quality_fit
@@ -54,7 +54,7 @@ def _fit(parts: Sequence[Part], name: str) -> LogisticModel:
 def judged_plans(rows: Sequence[HouseRows], space: LogisticModel) -> list[Judged]:
     """Return the plans, but maps, of which somebody knows whether they are right, with the scores of today's model."""
     known = [plan for row in rows for plan in row.plans if plan.right is not None and not is_of_map(plan.grounds)]
-    plans = [rated(plan, space) for plan in known]
+    plans = [rate_building(plan, space) for plan in known]
     scores = [score_quality(plan.grounds).score for plan in plans]
     return [
         Judged(plan.repository, plan.group, bool(plan.right), score, plan.grounds, plan.file)
@@ -76,7 +76,7 @@ def left_out(rows: Sequence[HouseRows]) -> list[tuple[Part, float]]:
 
 def score(rows: Sequence[HouseRows], models: Models) -> list[tuple[Part, float]]:
     """Return the parts of houses with the confidences that models give them."""
-    parts = [part for row in rows for plan in row.plans for part in rated(plan, models["space"]).parts]
+    parts = [part for row in rows for plan in row.plans for part in rate_building(plan, models["space"]).parts]
     parts += [part for row in rows for part in row.spaces]
     return [(part, models[part.part].confidence(part.features)) for part in parts]
 

@@ -56,7 +56,7 @@ def stats(
     """
     from houseexpo.commands.printing import make_console, print_json, print_name_and_text
     from houseexpo.outputs import CommandOutput
-    from stats.html_report import check_report_paths, write_report
+    from stats.html_report import check_report_paths, write_statistics
     from stats.measure import open_and_measure
     from stats.report import Report
     from stats.terminal_tables import report_tables
@@ -85,7 +85,7 @@ def stats(
         for table in () if json else report_tables(report):
             make_console().print(table)
         for path in files:
-            write_report(report, path)
+            write_statistics(report, path)
             print_name_and_text(make_console(stderr=json), "written", str(path))
 
 

@@ -22,7 +22,7 @@ from stats.record import BY_KEY
 from stats.report import Report, audited_data_sets, count_leaks
 from stats.summary import Reach
 from stats.tally import Tally
-from stats.terminal_tables import format_mean, format_number
+from stats.terminal_tables import format_mean, format_quantity
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -49,7 +49,7 @@ def report_html(report: Report) -> str:
     environment = Environment(
         loader=PackageLoader("stats"), autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )
-    environment.filters.update(number=format_number, mean=format_mean)
+    environment.filters.update(number=format_quantity, mean=format_mean)
     return environment.get_template("report.html.j2").render(
         report=report,
         one=report.one,
@@ -87,7 +87,7 @@ def _histogram(report: Report, name: str, size: tuple[float, float] = _CARD) -> 
     other = None if report.other is None else report.other.whole.tallies[name]
     found = tally.report()
     keys = {"mean": "mean", "median": "median", "5%": "p05", "95%": "p95", "min": "min", "max": "max"}
-    rows = [(title, format_number(found[key], measure.unit)) for title, key in keys.items()]
+    rows = [(title, format_quantity(found[key], measure.unit)) for title, key in keys.items()]
     return MeasurePlot(measure.title, measure.about, draw_histogram(measure, tally, other, size=size), rows)
 
 
@@ -118,7 +118,7 @@ def _reach(report: Report) -> Iterator[MeasurePlot]:
     if here is not None and here.count:
         measure = Measure("narrowest", "Narrowest passage", lambda _: None, "m", here.step, here.bin_width)
         found = here.report()
-        rows = [(key, format_number(found[key], "m")) for key in ("mean", "median", "min", "max")]
+        rows = [(key, format_quantity(found[key], "m")) for key in ("mean", "median", "min", "max")]
         about = f"That a robot of {_ROBOT} m radius has to take to get about; the width of a house of one space."
         yield MeasurePlot(measure.title, about, draw_histogram(measure, here, there, size=_CARD), rows)
 
@@ -140,7 +140,7 @@ def check_report_paths(files: Iterable[Path]) -> None:
             raise ConfigError(f"--out: expected a file that ends in {' or '.join(_WRITERS)}, found {path.name!r}")
 
 
-def write_report(report: Report, path: Path) -> None:
+def write_statistics(report: Report, path: Path) -> None:
     """Write the page or the numbers, depending on the file's extension."""
     write_atomically(path, _WRITERS[path.suffix](report))
 

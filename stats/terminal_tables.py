@@ -37,7 +37,7 @@ def report_tables(report: Report) -> Iterator[Table]:
         yield comparison_table(report)
 
 
-def format_number(value: float, unit: str = "") -> str:
+def format_quantity(value: float, unit: str = "") -> str:
     """Format a number with thousands separators and at most two decimals, without trailing zeros."""
     text = f"{value:,.2f}".rstrip("0").rstrip(".") if value != int(value) else f"{int(value):,}"
     return f"{text} {unit}".rstrip()
@@ -47,7 +47,7 @@ def format_mean(value: float | None, distance: Distance) -> str:
     """Format a mean or a share of a distance, "" for neither."""
     if value is None:
         return ""
-    return f"{value:.2%}" if distance.kind == DIFFERENCE else format_number(value)
+    return f"{value:.2%}" if distance.kind == DIFFERENCE else format_quantity(value)
 
 
 def numbers_table(gathered: DataSetSummary) -> Table:
@@ -59,7 +59,7 @@ def numbers_table(gathered: DataSetSummary) -> Table:
         if found["count"]:
             keys = ("mean", "median", "p05", "p95", "min", "max")
             name = f"{measure.title}, {measure.unit}" if measure.unit else measure.title
-            table.add_row(name, format_number(found["sum"]), *(format_number(found[key]) for key in keys))
+            table.add_row(name, format_quantity(found["sum"]), *(format_quantity(found[key]) for key in keys))
     return table
 
 
@@ -79,7 +79,7 @@ def navigability_table(summary: PlanSummary) -> Table:
     """Show the navigability for several radii."""
     table = _table("What a robot reaches", "radius, m", "connected", "share", "narrowest, median")
     for radius, reach in sorted(summary.reach.items()):
-        narrowest = format_number(reach.narrowest.quantile(0.5), "m") if reach.narrowest.count else "-"
+        narrowest = format_quantity(reach.narrowest.quantile(0.5), "m") if reach.narrowest.count else "-"
         table.add_row(radius, f"{reach.connected:,}", f"{reach.connected_share:.2%}", narrowest)
     return table
 
@@ -134,7 +134,7 @@ def splits_table(gathered: DataSetSummary) -> Table:
         also = ", ".join(f"{n} in {other}" for other, n in repeated.get(name, {}).items() if n) or "-"
         table.add_row(
             name, f"{gathered.listed.get(name, summary.plans):,}", f"{summary.plans:,}",
-            format_number(summary.tallies[counted.key].moments()[0]), format_number(area.quantile(0.5), "m²"),
+            format_quantity(summary.tallies[counted.key].moments()[0]), format_quantity(area.quantile(0.5), "m²"),
             f"{reach.connected_share:.2%}", also,
         )  # fmt: skip
     return table
@@ -146,8 +146,8 @@ def comparison_table(report: Report) -> Table:
     table = _table("Compared", "", report.one.name, other, "distance", "", "deviations")
     for d in report.distances:
         means = (format_mean(value, d) for value in (d.one, d.other))
-        relative = "" if d.deviations is None else format_number(d.deviations)
-        table.add_row(d.title, *means, format_number(round(d.value, 3), d.unit), d.kind, relative)
+        relative = "" if d.deviations is None else format_quantity(d.deviations)
+        table.add_row(d.title, *means, format_quantity(round(d.value, 3), d.unit), d.kind, relative)
     return table
 
 

@@ -243,7 +243,7 @@ def copy_symmetry(one: WallsAndParts, other: WallsAndParts, *, symmetries: bool 
 def _are_copies(one: WallsAndParts, other: WallsAndParts, symmetry: str) -> bool:
     from houseexpo.analysis.kernels.walls import all_near
 
-    edges = _moved(other.edges, symmetry)
+    edges = _apply_symmetry(other.edges, symmetry)
 
     def within(limit: float) -> bool:
         return all_near(one.edges, edges, limit, _STEP_M) and all_near(edges, one.edges, limit, _STEP_M)
@@ -264,7 +264,7 @@ def _match(parts: _Parts, others: _Parts, symmetry: str) -> bool:
         return False
     if not parts.names:
         return True
-    boxes = _moved(others.boxes, symmetry)
+    boxes = _apply_symmetry(others.boxes, symmetry)
     low, high = np.minimum(boxes[:, :2], boxes[:, 2:]), np.maximum(boxes[:, :2], boxes[:, 2:])
     apart = np.abs(parts.boxes[:, None] - np.column_stack([low, high])[None]).max(axis=2)
     alike = (apart <= SAME_WALL_M) & (np.abs(parts.widths[:, None] - others.widths[None]) <= OPENING_M)
@@ -278,7 +278,7 @@ def _openings_match(one: WallsAndParts, other: WallsAndParts, edges: Floats, sym
     from houseexpo.analysis.passages import Passages
 
     here, there = one.passages, other.passages
-    there = Passages(there.radius, _moved(there.middle, symmetry))
+    there = Passages(there.radius, _apply_symmetry(there.middle, symmetry))
     return _openings_recur(here, there, edges) and _openings_recur(there, here, one.edges)
 
 
@@ -296,7 +296,7 @@ def _openings_recur(passages: Passages, others: Passages, edges: Floats) -> bool
     return bool(recurs.all())
 
 
-def _moved(points: Floats, symmetry: str) -> Floats:
+def _apply_symmetry(points: Floats, symmetry: str) -> Floats:
     """Return points (n, 2), or pairs of points (n, 4), about the middle, under one of ``SYMMETRIES``."""
     swap, flip_y, flip_x = SYMMETRIES[symmetry]
     pairs = points.reshape(len(points), points.shape[1] // 2, 2)

@@ -210,7 +210,7 @@ def team(
     from houseexpo.pseudoslam.benchmark.cases import choose_plan_ids
     from houseexpo.pseudoslam.teams.policies import POLICIES as TEAM_POLICIES
     from houseexpo.pseudoslam.teams.policies import find_policy_class
-    from houseexpo.pseudoslam.teams.tracks import TRACKS, find_team_track, format_markdown, make_table, run_team
+    from houseexpo.pseudoslam.teams.tracks import TRACKS, find_team_track, format_track_markdown, make_table, run_team
 
     if out.suffix != ".md":
         raise ConfigError(f"--out: expected a file that ends in .md, found {out.name!r}")
@@ -226,7 +226,7 @@ def team(
         for one in tracks:
             found = [run_team(one, name, houses, ids) for name in policies]
             results += found
-            tables.append(format_markdown(one, found))
+            tables.append(format_track_markdown(one, found))
             make_console().print(f"{one.id}: {len(found[0]['plans'])} plans", style="italic", highlight=False)
             print_table(make_console(), *make_table(found))
         output.write(out, "\n".join(tables).encode())

@@ -87,7 +87,7 @@ def data_set_of(
     from houseexpo import build
     from houseexpo.dataset.store import files_at
 
-    if len(sources) == 1 and (found := opened(files_at(sources[0], "review"))) is not None:
+    if len(sources) == 1 and (found := open_if_data_set(files_at(sources[0], "review"))) is not None:
         if out is not None:
             raise ConfigError(f"--out: {sources[0]} is built already, and its corrections go there; leave --out out")
         if weights is not None:
@@ -104,7 +104,7 @@ def data_set_of(
     return made
 
 
-def opened(place: Path) -> Dataset | None:
+def open_if_data_set(place: Path) -> Dataset | None:
     """Return the data set at a place; None if what lies there is not one."""
     from houseexpo.dataset import open_dataset
 

@@ -102,7 +102,7 @@ def ros(
 
     from houseexpo.commands.printing import make_console
     from houseexpo.pseudoslam.agents.loading import load_policy
-    from houseexpo.pseudoslam.ros.dds import Network
+    from houseexpo.pseudoslam.ros.dds import Participant
     from houseexpo.pseudoslam.ros.fleet import Fleet
     from houseexpo.pseudoslam.ros.node import EVENTS, Node, NodeConfig
     from houseexpo.pseudoslam.ros.policy_driver import TRACK, PolicyDriver, check_interface, first_pose
@@ -141,7 +141,7 @@ def ros(
             PolicyDriver(named, fleet, k, seed=seed, step_s=simulated.step_s, say=tell) for k in range(robots) if named
         ]
 
-    with closing(Network(domain, local=True if local else None, warn=say)) as network:
+    with closing(Participant(domain, local=True if local else None, warn=say)) as network:
         with shown.status("making the house ready"):
             fleet = fleet_in(houses.first, starts)
             network.refuse_second(EVENTS)

@@ -90,7 +90,7 @@ class DraftDoor:
 
 
 @dataclass(frozen=True, eq=False)
-class Place:
+class CorrectedArea:
     """An area that a correction concerns; ``said`` is the correction."""
 
     shape: BaseGeometry
@@ -118,14 +118,14 @@ class Draft:
     ) -> None:
         self.plan = plan
         own = {
-            room.id: DraftRoom(uncrossed(room.polygon), room.label, room.source_labels, room.confidence, room)
+            room.id: DraftRoom(largest_valid_part(room.polygon), room.label, room.source_labels, room.confidence, room)
             for room in plan.rooms
         }
         self.rooms = list(own.values())
         self.doors = [
             DraftDoor(
                 door.kind,
-                uncrossed(door.polygon),
+                largest_valid_part(door.polygon),
                 np.array(door.segment),
                 (own[door.rooms[0] or 0], None if door.rooms[1] is None else own[door.rooms[1]]),
                 door.confidence,
@@ -143,11 +143,11 @@ class Draft:
         """The straight lines of the source, if it is a drawing, without those that a person says are no walls."""
         self.no_walls: set[str] = set()
         """The corrections that say so of a line of the drawing."""
-        self.walls: list[Place] = []
+        self.walls: list[CorrectedArea] = []
         """The walls that a person has drawn."""
-        self.taken_out: list[Place] = []
+        self.taken_out: list[CorrectedArea] = []
         """The rooms that a person has removed."""
-        self.joined: list[Place] = []
+        self.joined: list[CorrectedArea] = []
         """The areas between rooms that a person has merged."""
         self.beside: list[str] = []
         """Sentences on what the latest word has changed beside what it states."""
@@ -228,7 +228,7 @@ class Draft:
                 one, other = (nearest if side is room else side for side in door.rooms)
                 assert one is not None  # noqa: S101  # the first side of a door is a room
                 door.rooms = (one, other)
-        divided = [(door, _divided(door, made)) for door in self.doors]
+        divided = [(door, _divide_passage(door, made)) for door in self.doors]
         self.doors = [each for _, parts in divided for each in parts]
         counts = {2: "two", 3: "three"}
         self.beside += [
@@ -293,7 +293,7 @@ class Draft:
         return replace(plan, navigability=navigability(plan)) if measure and self.plan.navigability else plan
 
     def _tile(self) -> None:
-        """R2."""
+        """Round changed rooms and doors to the grid together with their neighbours, so that neighbours share edges."""
         changed = [room.shape for room in self.rooms if room.before is None]
         changed += [door.shape for door in self.doors if door.before is None or door.shape is not door.before.polygon]
         gone = [room.polygon for room in self.plan.rooms if all(room is not each.before for each in self.rooms)]
@@ -359,7 +359,7 @@ class Draft:
         return told or self.plan.provenance
 
 
-def _divided(door: DraftDoor, rooms: Sequence[DraftRoom]) -> list[DraftDoor]:
+def _divide_passage(door: DraftDoor, rooms: Sequence[DraftRoom]) -> list[DraftDoor]:
     """Return a passage as one for each of the rooms at one of its sides.
 
     If there is only one of them, or the passage is as narrow as one door, it stays whole, and leads into the room at
@@ -401,7 +401,7 @@ def may_be_room(shape: Polygon) -> bool:
     return bool(shape.area >= SMALLEST_SAID_ROOM_M2)
 
 
-def uncrossed(shape: Polygon) -> Polygon:
+def largest_valid_part(shape: Polygon) -> Polygon:
     """Return a polygon, or its largest part if its ring crosses itself."""
     return shape if shape.is_valid else _largest(shapely.make_valid(shape))
 

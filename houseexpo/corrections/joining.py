@@ -38,7 +38,7 @@ def settle(draft: Draft) -> Iterator[str]:
     closed: set[int] = set()
     while True:
         parts = draft.pieces()
-        lone = [part for part in _unreached(draft, parts) if id(part[0]) not in closed]
+        lone = [part for part in _parts_without_entrance(draft, parts) if id(part[0]) not in closed]
         if not lone:
             break
         part = lone[-1]
@@ -59,7 +59,7 @@ def settle(draft: Draft) -> Iterator[str]:
     yield from _apart(draft, before)
 
 
-def _unreached(draft: Draft, parts: Sequence[list[DraftRoom]]) -> list[list[DraftRoom]]:
+def _parts_without_entrance(draft: Draft, parts: Sequence[list[DraftRoom]]) -> list[list[DraftRoom]]:
     """Return the parts without an entrance, but not the largest part if no part has an entrance."""
     entered = {id(door.rooms[0]) for door in draft.doors if door.rooms[1] is None}
     lone = [part for part in parts if not any(id(room) in entered for room in part)]
@@ -78,7 +78,7 @@ def _is_denied(draft: Draft, part: Sequence[DraftRoom], before: Sequence[shapely
 def _apart(draft: Draft, before: Sequence[shapely.Geometry]) -> Iterator[str]:
     """Yield a sentence about each part that has lost its last passage from inside."""
     parts = draft.pieces()
-    lone = {id(part[0]) for part in _unreached(draft, parts)}
+    lone = {id(part[0]) for part in _parts_without_entrance(draft, parts)}
     for part in parts[1:]:
         shape = shapely.union_all([room.shape for room in part])
         if not any(other.intersects(shape) for other in before[1:]):

@@ -61,7 +61,7 @@ def find_gap(
     """
     ends = np.array(line, dtype=np.float64)
     is_wall = len(ends) > 1
-    own = _drawn(ends) if is_wall else Polygon()
+    own = _wall_along(ends) if is_wall else Polygon()
     sides = _beside(ends) if is_wall else ends
     there = next((room for room in rooms if all(room.distance(Point(at)) < MEETS_M for at in sides)), None)
     if there is not None:  # R1
@@ -75,7 +75,7 @@ def find_gap(
         gap = _gap(ends, sides, around, barrier)
         if gap is None or math.dist(*gap) >= MIN_DOOR_M:
             return None if gap is None else _at_end(gap, ends)
-        barrier = shapely.union(barrier, _drawn(gap))  # R4
+        barrier = shapely.union(barrier, _wall_along(gap))  # R4
     return None
 
 
@@ -92,11 +92,11 @@ def _gap(ends: _Floats, sides: _Floats, around: Polygon, barrier: BaseGeometry) 
         return None
     gap = None if narrow is None else _across(narrow, barrier)
     if gap is None and is_wall:
-        gap = _onward(ends, shapely.difference(barrier, _drawn(ends).buffer(SAID_WALL_M)))
+        gap = _onward(ends, shapely.difference(barrier, _wall_along(ends).buffer(SAID_WALL_M)))
     return gap
 
 
-def _drawn(ends: _Floats) -> Polygon:
+def _wall_along(ends: _Floats) -> Polygon:
     return LineString(ends).buffer(SAID_WALL_M / 2, cap_style="square")
 
 
@@ -214,7 +214,7 @@ def _across(place: _Floats, barrier: BaseGeometry) -> _Floats | None:
 
 
 def _onward(ends: _Floats, others: BaseGeometry) -> _Floats | None:
-    """R3."""
+    """Return the longer of the shortest lines from the wall's ends to what else stands; None where both meet it."""
     lines = [shapely.shortest_line(Point(end), others) for end in ends] if not others.is_empty else []
     widest = max(lines, key=lambda line: float(line.length), default=None)
     return None if widest is None or widest.length < MEETS_M else np.asarray(shapely.get_coordinates(widest))

@@ -16,7 +16,7 @@ import shapely
 from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
-from houseexpo.corrections.draft import Draft, DraftRoom, Place, split_pieces
+from houseexpo.corrections.draft import CorrectedArea, Draft, DraftRoom, split_pieces
 from houseexpo.corrections.openings import MEETS_M, SAID_WALL_M, STEP_M, WALL_REACH_M
 from houseexpo.corrections.saying import NoEffectError, contradiction
 from houseexpo.plan.room_labels import UNLABELLED
@@ -43,10 +43,10 @@ def merge_rooms(draft: Draft, rooms: Sequence[DraftRoom], text: str, *, gap: Pol
     parts = split_pieces(whole)
     filled = len(parts) > 1
     if filled:
-        parts = _joined(draft, parts, shapely.union_all(others))
+        parts = _join_parts(draft, parts, shapely.union_all(others))
     whole = parts[0]
     shapes = [room.shape for room in rooms]
-    unseen = [] if gap is not None else _invented(draft, whole, shapes, shapely.union_all(others))
+    unseen = [] if gap is not None else _invented_walls(draft, whole, shapes, shapely.union_all(others))
     if (unseen_m2 := sum(part.area for part in unseen)) > TILE_M2:
         whole = split_pieces(shapely.union_all([whole, *(part.buffer(_OVERLAP_M) for part in unseen)]))[0]
     first = max(rooms, key=lambda room: (room.label != UNLABELLED, room.shape.area))
@@ -54,7 +54,7 @@ def merge_rooms(draft: Draft, rooms: Sequence[DraftRoom], text: str, *, gap: Pol
     made = DraftRoom(whole, first.label, words, None if first.confidence is None else 1.0, said=text)
     inside = -SAID_WALL_M / 2 - GRID_M  # the seam keeps clear of the merged room's own edge
     seam = shapely.difference(whole.buffer(inside), shapely.union_all([shape.buffer(inside) for shape in shapes]))
-    draft.joined.append(Place(seam, text))
+    draft.joined.append(CorrectedArea(seam, text))
     place = draft.rooms.index(rooms[0])
     draft.rooms[place] = made
     draft.rooms = [room for room in draft.rooms if all(room is not each for each in rooms)]
@@ -71,15 +71,17 @@ def merge_rooms(draft: Draft, rooms: Sequence[DraftRoom], text: str, *, gap: Pol
     return also
 
 
-def _joined(draft: Draft, parts: list[Polygon], others: BaseGeometry) -> list[Polygon]:
+def _join_parts(draft: Draft, parts: list[Polygon], others: BaseGeometry) -> list[Polygon]:
     """Return the parts of a room with the walls between them as floor, in one piece; raise NoEffectError if too far."""
     drawn, said = shapely.union_all([wall.shape for wall in draft.walls]), ""
     for reach in _REACHES_M:
         if len(parts) == 1:
             break
         filling = shapely.difference(_closing(parts, reach), others)
-        said = next((wall.said for wall in draft.walls if _between(wall.shape.intersection(filling), parts)), said)
-        between = [piece.buffer(_OVERLAP_M) for piece in _between(shapely.difference(filling, drawn), parts)]
+        said = next(
+            (wall.said for wall in draft.walls if _pieces_between(wall.shape.intersection(filling), parts)), said
+        )
+        between = [piece.buffer(_OVERLAP_M) for piece in _pieces_between(shapely.difference(filling, drawn), parts)]
         parts = split_pieces(shapely.union_all([*parts, *between]))
     if len(parts) > 1 and said:
         raise contradiction(said, "parts them, and")
@@ -90,17 +92,17 @@ def _joined(draft: Draft, parts: list[Polygon], others: BaseGeometry) -> list[Po
     return parts
 
 
-def _invented(draft: Draft, whole: Polygon, parts: Sequence[Polygon], others: BaseGeometry) -> list[Polygon]:
+def _invented_walls(draft: Draft, whole: Polygon, parts: Sequence[Polygon], others: BaseGeometry) -> list[Polygon]:
     """Return what is wall between the parts of a room, and is none in the source (M3)."""
     if draft.source_walls is None:
         return []
     drawn = [wall.shape for wall in draft.walls]
     between = shapely.difference(_closing([whole], _REACHES_M[-1]), shapely.union_all([others, *drawn]))
-    between = shapely.union_all(_between(between, parts))
+    between = shapely.union_all(_pieces_between(between, parts))
     walls = shapely.union_all([wall for wall in draft.source_walls if wall.intersects(between)])
     far = shapely.union_all(split_pieces(shapely.difference(between, shapely.buffer(walls, STEP_M, quad_segs=2))))
     open_ = shapely.union_all(split_pieces(shapely.difference(between, walls)))
-    return _between(shapely.intersection(open_, shapely.buffer(far, STEP_M, quad_segs=2)), parts)
+    return _pieces_between(shapely.intersection(open_, shapely.buffer(far, STEP_M, quad_segs=2)), parts)
 
 
 def _closing(parts: Sequence[Polygon], reach_m: float) -> BaseGeometry:
@@ -110,7 +112,7 @@ def _closing(parts: Sequence[Polygon], reach_m: float) -> BaseGeometry:
     return shapely.union_all(split_pieces(shapely.difference(closed, whole)))
 
 
-def _between(filling: BaseGeometry, parts: Iterable[Polygon]) -> list[Polygon]:
+def _pieces_between(filling: BaseGeometry, parts: Iterable[Polygon]) -> list[Polygon]:
     """Return the pieces of a filling that touch several parts."""
     shapes = list(parts)
     return [piece for piece in split_pieces(filling) if sum(piece.distance(shape) < MEETS_M for shape in shapes) > 1]

@@ -224,7 +224,7 @@ def bare_part(strip: Strip, lines: Sequence[LineString]) -> tuple[float, float]:
     return best
 
 
-def squared(strip: Strip, shape: Polygon) -> Strip:
+def turn_square(strip: Strip, shape: Polygon) -> Strip:
     """Return a line turned about its middle until parallel or square to a room's nearest edge, if it nearly is."""
     starts, ends = edges_of([shape])
     lines = shapely.linestrings(np.stack([starts, ends], axis=1))
@@ -242,7 +242,7 @@ def squared(strip: Strip, shape: Polygon) -> Strip:
     return strip
 
 
-def drawn_on(strip: Strip, shape: Polygon) -> tuple[Strip, tuple[float, float]] | None:
+def extend_to_walls(strip: Strip, shape: Polygon) -> tuple[Strip, tuple[float, float]] | None:
     """Return the line from wall to wall of a room, and how far the walls lie beyond its ends, metres (R3).
 
     Its depth is that of the wall ends that it meets, else ``SAID_WALL_M``. A line that passes by a wall's end within

@@ -25,10 +25,10 @@ from houseexpo.corrections.openings import (
     Strip,
     depth_of_entrances,
     dot,
-    drawn_on,
+    extend_to_walls,
     faces_beside,
-    squared,
     strip_of,
+    turn_square,
     walls_beside,
 )
 from houseexpo.corrections.saying import AlreadySoError, NoEffectError, PartsNothingError, Placed, Said, contradiction
@@ -143,7 +143,7 @@ def _new_passage(draft: Draft, strip: Strip, placed: Placed) -> Said:
                 return _over_post(draft, strip, one, placed)
             return opened_wall(draft, strip, one, faces)
         return _between(draft, strip, rooms=(one, other), faces=faces, word=word, text=text, said=said)
-    return open_to_outside(draft, strip, rooms=(one, other), faces=faces, text=text, said=said)
+    return make_entrance(draft, strip, rooms=(one, other), faces=faces, text=text, said=said)
 
 
 def _meeting_at(draft: Draft, strip: Strip) -> tuple[DraftRoom, DraftRoom] | None:
@@ -159,7 +159,7 @@ def _meeting_at(draft: Draft, strip: Strip) -> tuple[DraftRoom, DraftRoom] | Non
 def _on_common_edge(draft: Draft, strip: Strip, rooms: tuple[DraftRoom, DraftRoom], placed: Placed) -> Said:
     """Make a passage on the part of the edge that two rooms share, as deep as a wall that a person draws."""
     one, other = rooms
-    low, high = _shared_on(strip, one.shape, other.shape)
+    low, high = _shared_part(strip, one.shape, other.shape)
     if high - low < MIN_DOOR_M - 1e-9:
         raise NoEffectError(
             f"only {high - low:.2f} m of it lies on their common edge, a door has {MIN_DOOR_M} m or more"
@@ -174,11 +174,11 @@ def _on_common_edge(draft: Draft, strip: Strip, rooms: tuple[DraftRoom, DraftRoo
     draft.doors.append(DraftDoor(kind, area, whole.ends, rooms, 1.0, said=str(placed.correction)))
     joined = f"{draft.name(one)} and {draft.name(other)}, which meet there"
     said.text = f"{with_article(kind)} of {whole.length:.2f} m joins {joined}"
-    said.also += narrowed(strip, whole)
+    said.also += describe_narrowing(strip, whole)
     return said
 
 
-def _shared_on(strip: Strip, one: Polygon, other: Polygon) -> tuple[float, float]:
+def _shared_part(strip: Strip, one: Polygon, other: Polygon) -> tuple[float, float]:
     """Return the part of a line with one room on its right and the other on its left: its ends, metres from its middle.
 
     It is the part around the middle; its length is 0 if there is none.
@@ -277,7 +277,7 @@ def _between(
     kind = _kind(word, fitted.length)
     draft.doors.append(DraftDoor(kind, area, fitted.ends, rooms, 1.0, said=text))
     said.text = f"{with_article(kind)} of {fitted.length:.2f} m joins {draft.name(rooms[0])} and {draft.name(rooms[1])}"
-    said.also += narrowed(strip, fitted)
+    said.also += describe_narrowing(strip, fitted)
     if word == "door" and kind == "opening":
         said.also.append(f"wider than any door ({WIDEST_DOOR_M} m), it is an opening")
     return said
@@ -295,7 +295,7 @@ def fit_to_wall(strip: Strip, faces: Faces) -> Strip:
     return Strip(centre, strip.along, high - low, right + left)
 
 
-def narrowed(strip: Strip, fitted: Strip) -> Iterator[str]:
+def describe_narrowing(strip: Strip, fitted: Strip) -> Iterator[str]:
     """Yield a sentence about the clear length of a line if it is shorter than the line."""
     if strip.length - fitted.length > STEP_M:
         yield f"of the {strip.length:.2f} m that were drawn, {fitted.length:.2f} m are clear"
@@ -317,7 +317,7 @@ def _give_way(draft: Draft, area: Polygon) -> list[str]:
     return [f"the {door.kind} of {door.width:.2f} m in its place gave way" for door in over]
 
 
-def open_to_outside(
+def make_entrance(
     draft: Draft,
     strip: Strip,
     *,
@@ -344,7 +344,7 @@ def open_to_outside(
     said.also += _give_way(draft, area)
     draft.doors.append(DraftDoor("entrance", area, fitted.ends, (room, None), 1.0, said=text))
     said.text = f"an entrance of {fitted.length:.2f} m leads into {draft.name(room)}"
-    said.also += narrowed(strip, fitted)
+    said.also += describe_narrowing(strip, fitted)
     return said
 
 
@@ -378,7 +378,7 @@ def _on_floor(draft: Draft, strip: Strip, room: DraftRoom, placed: Placed) -> Sa
         part.confidence = 1.0 if part.confidence is not None else None
     width = f"{with_article(door.kind)} of {door.width:.2f} m"
     said = Said(f"{width} parts a room into {draft.name(one)} and {draft.name(other)}")
-    said.also += narrowed(strip, passage)
+    said.also += describe_narrowing(strip, passage)
     if max(onward) > STEP_M:
         said.also.append(f"a wall of {max(onward[0], 0) + max(onward[1], 0):.2f} m closes its line")
     return said
@@ -388,8 +388,8 @@ def _line_on_floor(draft: Draft, strip: Strip, room: DraftRoom, word: Word) -> t
     """Return the line from wall to wall, the passage in it, and how far the line goes beyond both ends, metres."""
     if word == "entrance":
         raise NoEffectError(f"it lies in {draft.name(room)}, away from its walls; draw it in an outer wall")
-    strip = squared(strip, room.shape)
-    found = drawn_on(strip, room.shape)
+    strip = turn_square(strip, room.shape)
+    found = extend_to_walls(strip, room.shape)
     if found is None:
         raise PartsNothingError(
             f"it lies in {draft.name(room)}, and its line meets no wall within {ONWARD_M:g} m of both ends; draw it in "

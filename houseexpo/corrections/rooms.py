@@ -14,10 +14,10 @@ from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
 from houseexpo.corrections.draft import (
+    CorrectedArea,
     Draft,
     DraftDoor,
     DraftRoom,
-    Place,
     Space,
     Vector,
     is_room_sized,
@@ -38,18 +38,18 @@ from houseexpo.corrections.openings import (
     dot,
     drawn_walls,
     faces_beside,
-    squared,
     strip_of,
+    turn_square,
 )
 from houseexpo.corrections.passages import (
     WIDEST_DOOR_M,
     clear_part,
+    describe_narrowing,
     far_from_rooms,
     fit_to_wall,
     free_part,
     in_its_wall,
-    narrowed,
-    open_to_outside,
+    make_entrance,
     opened_wall,
     space_behind,
     with_article,
@@ -76,15 +76,15 @@ _SAME: Final = 0.2
 def place_wall(draft: Draft, placed: Placed) -> Said:
     """Place a wall (R4)."""
     strip = strip_of(*placed.points, depth_m=SAID_WALL_M)
-    shut = _shut_by(draft, strip)
+    shut = _passages_shut_by(draft, strip)
     crossed = [room for room in draft.rooms if room.shape.intersects(shapely.LineString(strip.ends))]
     if not crossed and shut:
         drawn = shapely.union_all([strip.polygon(), *(door.shape for door in shut)])
-        draft.walls.append(Place(drawn, str(placed.correction)))
-        return Said(wall_text(placed), _shut(draft, shut, strip.polygon()))
+        draft.walls.append(CorrectedArea(drawn, str(placed.correction)))
+        return Said(wall_text(placed), _shut_passages(draft, shut, strip.polygon()))
     if not crossed:
         _place_outside_rooms(draft, strip, placed)
-    strip = squared(strip, crossed[0].shape)
+    strip = turn_square(strip, crossed[0].shape)
     starts, ends = strip.ends
     edge = shapely.union_all([room.shape.boundary for room in crossed])
     reach = []
@@ -100,8 +100,8 @@ def place_wall(draft: Draft, placed: Placed) -> Said:
     wanted = [room for room in crossed if shapely.intersection(room.shape, area).area >= ROUNDED_M2]
     for room in wanted:
         also += _wall_in(draft, room, area, whole.length)
-    draft.walls.append(Place(area, str(placed.correction)))
-    also += _shut(draft, shut, area)
+    draft.walls.append(CorrectedArea(area, str(placed.correction)))
+    also += _shut_passages(draft, shut, area)
     if not wanted and not shut:
         raise AlreadySoError("no floor is there: it lies in a wall already")
     return Said(wall_text(placed), also)
@@ -142,17 +142,17 @@ def _wall_in(draft: Draft, room: DraftRoom, area: Polygon, length_m: float) -> l
     return also
 
 
-def _shut_by(draft: Draft, strip: Strip) -> list[DraftDoor]:
+def _passages_shut_by(draft: Draft, strip: Strip) -> list[DraftDoor]:
     """Return the passages that a wall shuts: it lies in or just before each, along it, and covers most of its width."""
     area = strip.polygon()
     return [
         door
         for door in draft.doors
-        if _covered(door, [strip]) > door.width / 2 or area.intersection(door.shape).area > door.shape.area / 2
+        if _covered_share(door, [strip]) > door.width / 2 or area.intersection(door.shape).area > door.shape.area / 2
     ]
 
 
-def _covered(door: DraftDoor, walls: Sequence[Strip]) -> float:
+def _covered_share(door: DraftDoor, walls: Sequence[Strip]) -> float:
     """Return how much of a passage's width is covered by walls that lie in or just before it, along it, metres."""
     way = strip_of(*door.ends, depth_m=door.shape.area / max(door.width, STEP_M) + 2 * SNAP_M)
     before, spans = way.polygon(longer_m=MEETS_M), []
@@ -169,12 +169,12 @@ def shut_together(draft: Draft, walls: Sequence[Placed]) -> dict[int, list[str]]
     said: dict[int, list[str]] = {}
     strips = [strip_of(*each.points, depth_m=SAID_WALL_M) for each in walls]
     for door in [door for door in draft.doors if not door.said]:
-        over = [k for k, strip in enumerate(strips) if _covered(door, [strip]) > 0]
-        if len(over) < 2 or _covered(door, [strips[k] for k in over]) <= door.width / 2:
+        over = [k for k, strip in enumerate(strips) if _covered_share(door, [strip]) > 0]
+        if len(over) < 2 or _covered_share(door, [strips[k] for k in over]) <= door.width / 2:
             continue
         area = shapely.union_all([strips[k].polygon() for k in over])
-        sentences = _shut(draft, [door], area)
-        draft.walls.append(Place(shapely.union(area, door.shape), str(walls[over[0]].correction)))
+        sentences = _shut_passages(draft, [door], area)
+        draft.walls.append(CorrectedArea(shapely.union(area, door.shape), str(walls[over[0]].correction)))
         for k in over:
             said.setdefault(k, []).extend(sentences)
     return said
@@ -185,7 +185,7 @@ def wall_text(placed: Placed) -> str:
     return f"a wall of {math.dist(*placed.points):.2f} m stands there"
 
 
-def _shut(draft: Draft, shut: Sequence[DraftDoor], wall: Polygon) -> list[str]:
+def _shut_passages(draft: Draft, shut: Sequence[DraftDoor], wall: Polygon) -> list[str]:
     """Remove the passages that a wall shuts; return a sentence about each."""
     if said := next((door.said for door in shut if door.said), ""):
         raise contradiction(said)
@@ -205,7 +205,7 @@ def _place_outside_rooms(draft: Draft, strip: Strip, placed: Placed) -> NoReturn
             f"it lies {far:,.1f} m from the nearest room; to add the room that it bounds, draw its outline with "
             "room_outline"
         )
-    draft.walls.append(Place(strip.polygon(), str(placed.correction)))
+    draft.walls.append(CorrectedArea(strip.polygon(), str(placed.correction)))
     raise AlreadySoError("no floor is there: it lies in a wall already")
 
 
@@ -216,10 +216,10 @@ def close_spaces(draft: Draft, walls: Sequence[Placed]) -> dict[int, Said]:
     floor = [room.shape for room in draft.rooms] + [door.shape for door in draft.inner_doors]
     standing = shapely.union_all([*draft.standing, *floor, *(wall.shape for wall in draft.walls)])
     drawn = drawn_walls([shapely.LineString(each.points) for each in walls], standing)
-    closed = shapely.union_all(enclosed_by(standing))
+    closed = shapely.union_all(spaces_enclosed_by(standing))
     bounds: dict[int, list[DraftRoom]] = {}
     also: dict[int, list[str]] = {}
-    for space in enclosed_by(shapely.union_all([standing, *drawn])):
+    for space in spaces_enclosed_by(shapely.union_all([standing, *drawn])):
         is_new = shapely.intersection(space, closed).area < space.area / 2
         if not is_new or not is_room_sized(space) or space.buffer(-SNAP_M).is_empty:
             continue
@@ -235,11 +235,11 @@ def close_spaces(draft: Draft, walls: Sequence[Placed]) -> dict[int, Said]:
         what = "a space" if len(made) == 1 else f"{len(made)} spaces"
         text = f"a wall of {math.dist(*walls[number].points):.2f} m closes {what}, {_names(draft, made)} now"
         done[number] = Said(text, also[number])
-        draft.walls.append(Place(drawn[number], str(walls[number].correction)))
+        draft.walls.append(CorrectedArea(drawn[number], str(walls[number].correction)))
     return done
 
 
-def enclosed_by(barrier: BaseGeometry) -> list[Polygon]:
+def spaces_enclosed_by(barrier: BaseGeometry) -> list[Polygon]:
     """Return the spaces that a barrier encloses on all sides, the largest first."""
     if barrier.is_empty:
         return []
@@ -307,7 +307,7 @@ def remove_wall(draft: Draft, placed: Placed) -> Said:
             )
         if behind is None:
             sides = (found[0], None) if faces.shapes[0] >= 0 else (None, found[0])
-            return open_to_outside(draft, drawn, rooms=sides, faces=faces, text=str(placed.correction), said=Said(""))
+            return make_entrance(draft, drawn, rooms=sides, faces=faces, text=str(placed.correction), said=Said(""))
         draft.rooms.append(behind)
         found.append(behind)
         faces = faces_beside(drawn, [room.shape for room in draft.rooms])
@@ -317,7 +317,7 @@ def remove_wall(draft: Draft, placed: Placed) -> Said:
     gap = clear_part(fitted.polygon(deeper_m=STEP_M), (room.shape for room in draft.rooms), fitted.centre)
     said = Said(f"{fitted.length:.2f} m of wall are gone: one room are now " + _names(draft, found))
     said.also += merge_rooms(draft, found, str(placed.correction), gap=gap)
-    said.also += narrowed(drawn, fitted)
+    said.also += describe_narrowing(drawn, fitted)
     return said
 
 
@@ -345,7 +345,7 @@ def add_room(draft: Draft, placed: Placed) -> Said:
     shape = next((each for each in free if each is not None and each.covers(point) and may_be_room(each)), None)
     if shape is None:
         taken = [*(room.shape for room in draft.rooms), *(door.shape for door in draft.inner_doors)]
-        closed = enclosed_by(shapely.union_all([*draft.standing, *taken, *(wall.shape for wall in draft.walls)]))
+        closed = spaces_enclosed_by(shapely.union_all([*draft.standing, *taken, *(wall.shape for wall in draft.walls)]))
         shape = next((each for each in closed if each.covers(point) and may_be_room(each)), None)
     if shape is None:
         raise NoEffectError(
@@ -500,7 +500,7 @@ def remove_room(draft: Draft, placed: Placed) -> Said:
     is_outside = placed.correction.word == "outside"
     text = f"{draft.name(room)} {'lies outside' if is_outside else 'is no room'}"
     draft.remove_room(room, open_outside=is_outside or not _is_enclosed(draft, room))
-    draft.taken_out.append(Place(room.shape, str(placed.correction)))
+    draft.taken_out.append(CorrectedArea(room.shape, str(placed.correction)))
     outside = [door for door in draft.doors if id(door) not in before]
     for door in outside:
         if not (is_outside or door.said):

@@ -290,10 +290,10 @@ def checked_values(word: Word, value: Any) -> tuple[Any, ...]:
     values = word_values(word, value)
     if not all(isinstance(each, list | tuple) for each in values):
         raise _other_form(word, value)
-    return tuple(dict.fromkeys(_checked(word, each) for each in values))
+    return tuple(dict.fromkeys(_check_value(word, each) for each in values))
 
 
-def _checked(word: Word, value: Any) -> Any:
+def _check_value(word: Word, value: Any) -> Any:
     form = WORDS[word]
     if word == "label":
         if not (_is_list(value, 3) and _is_point(value[:2]) and isinstance(value[2], str)):

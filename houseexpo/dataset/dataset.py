@@ -420,7 +420,7 @@ class Dataset(Sequence[FloorPlan]):
         """
         from houseexpo.dataset.store.columns import (
             are_within_limits,
-            check_share,
+            check_least_share,
             largest_area_shares,
             parse_labels,
             read_column,
@@ -434,7 +434,7 @@ class Dataset(Sequence[FloorPlan]):
             if limits is not None:
                 are_within_limits(np.empty(0), limits, name)  # an error now, not after minutes of finding rooms
         rows = self._rows
-        least_quality = None if min_quality is None else (check_share(min_quality, "min_quality"), None)
+        least_quality = None if min_quality is None else (check_least_share(min_quality, "min_quality"), None)
         given = (
             ("source_rooms", "source_rooms", source_rooms),
             ("area", "area", area),

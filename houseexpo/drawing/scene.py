@@ -139,7 +139,7 @@ def lay_out_plan(
     for thing in objects:
         areas += _furniture(thing, look)
         if look.swings:
-            lines.append(ThinLine(_closed(thing.ring), look.line, hair))
+            lines.append(ThinLine(_close_ring(thing.ring), look.line, hair))
     lines += [ThinLine(points, look.line, hair) for points in stair_lines(plan)] if parts.rooms else ()
     for door in doors:
         if look.swings:
@@ -167,7 +167,7 @@ def _closed_walls(plan: PlanData, wall_m: float) -> Polygon | MultiPolygon:
         return around.buffer(-wall_m, join_style="mitre")
 
 
-def _closed(ring: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+def _close_ring(ring: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
     return np.vstack([ring, ring[:1]])
 
 

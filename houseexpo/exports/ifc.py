@@ -14,7 +14,7 @@ from houseexpo.exports.encoding import Files, valid_xml_text
 from houseexpo.exports.openings import WallOpening, wall_openings
 from houseexpo.exports.placement import pose_in_export
 from houseexpo.exports.plan_bodies import BodyOptions, PlanBodies, plan_bodies
-from houseexpo.exports.storeys import FLOOR_M, Storey, stack_storeys
+from houseexpo.exports.storeys import FLOOR_M, PlacedStorey, stack_storeys
 from houseexpo.floorplan import FloorPlan
 from houseexpo.grids.raster import all_rings
 from houseexpo.plan import Room
@@ -45,7 +45,7 @@ def ifc(plan: FloorPlan, **options: Unpack[BodyOptions]) -> Files:
     """
     level = 0 if plan.frame is None else plan.frame.level
     pose = pose_in_export(plan, options.get("orientation", "world"), options.get("frame"))
-    return _file(plan.id, [(f"Level {level}", Storey(plan, pose))], options)
+    return _file(plan.id, [(f"Level {level}", PlacedStorey(plan, pose))], options)
 
 
 def ifc_building(plans: Sequence[FloorPlan], name: str, **options: Unpack[BodyOptions]) -> Files:
@@ -57,7 +57,7 @@ def ifc_building(plans: Sequence[FloorPlan], name: str, **options: Unpack[BodyOp
     return _file(name, [(each.plan.id, each) for each in storeys], options)
 
 
-def _file(name: str, storeys: Sequence[tuple[str, Storey]], options: BodyOptions) -> Files:
+def _file(name: str, storeys: Sequence[tuple[str, PlacedStorey]], options: BodyOptions) -> Files:
     """Write a building of storeys, each with its name."""
     try:
         import ifcopenshell
@@ -79,7 +79,7 @@ class _Part(NamedTuple):
     """A storey, its name, and its bodies."""
 
     name: str
-    storey: Storey
+    storey: PlacedStorey
     built: PlanBodies
     doors: Sequence[WallOpening]
 
@@ -146,7 +146,7 @@ class _Writer:
             self._begin(number, part.storey)
             self._fill(storey, part.built, part.doors)
 
-    def _begin(self, number: int, storey: Storey) -> None:
+    def _begin(self, number: int, storey: PlacedStorey) -> None:
         """Make a storey the place of the elements that follow."""
         self._storey = f"storey {number}\n" if number else ""
         if not storey.pose:

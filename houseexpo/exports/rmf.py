@@ -14,7 +14,7 @@ from houseexpo.exports.placement import ExportFrame, Orientation, Pose, default_
 from houseexpo.exports.plan_bodies import WALL_THICKNESS_M, plan_bodies
 from houseexpo.exports.polygons import cut_into_trapezoids
 from houseexpo.exports.rasters import PNG_RESOLUTION_M, png
-from houseexpo.exports.storeys import Storey, stack_storeys
+from houseexpo.exports.storeys import PlacedStorey, stack_storeys
 from houseexpo.floorplan import FloorPlan
 from houseexpo.grids.frame import GridFrame
 from houseexpo.grids.raster import all_rings, free_mask
@@ -52,7 +52,7 @@ def rmf(
     word. The user draws the lanes.
     """
     is_source = (frame or default_frame(plan)) == "source"
-    storey = Storey(plan, pose_in_export(plan, orientation, frame))
+    storey = PlacedStorey(plan, pose_in_export(plan, orientation, frame))
     level = _level(storey, wall_thickness, orientation, in_metres=is_source)
     return {
         f"{plan.id}.building.yaml": _as_yaml(_building(plan.id, [level], in_metres=is_source)),
@@ -87,7 +87,7 @@ def rmf_building(
 
 
 def _level(
-    storey: Storey,
+    storey: PlacedStorey,
     wall_thickness: float,
     orientation: Orientation,
     corners: Mapping[str, tuple[float, float]] | None = None,

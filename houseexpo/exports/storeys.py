@@ -25,7 +25,7 @@ FLOOR_M: Final = 0.05
 
 
 @dataclass(frozen=True)
-class Storey:
+class PlacedStorey:
     """An oriented plan and its pose in a building; in the plan's frame, the lowest storey lies at the origin."""
 
     plan: FloorPlan
@@ -34,7 +34,7 @@ class Storey:
 
 def stack_storeys(
     plans: Sequence[FloorPlan], name: str, orientation: Orientation = "world", frame: ExportFrame | None = None
-) -> list[Storey]:
+) -> list[PlacedStorey]:
     """Return the storeys of a building, lowest first.
 
     If the frames of the plans state different heights, the plans are stacked at these heights and placed as in their
@@ -57,12 +57,12 @@ def stack_storeys(
         poses = [pose_in_export(plan, orientation, frame) for plan in plans]
         base = min(pose.z for pose in poses)
         return [
-            Storey(plan, replace(pose, z=base + i * STOREY_HEIGHT_M))
+            PlacedStorey(plan, replace(pose, z=base + i * STOREY_HEIGHT_M))
             for i, (plan, pose) in enumerate(zip(plans, poses, strict=True))
         ]
     ordered = [plan for _, plan in sorted(zip(floors, plans, strict=True), key=lambda pair: pair[0])]
     if frame == "source":
-        return [Storey(plan, pose_in_export(plan, orientation, frame)) for plan in ordered]
+        return [PlacedStorey(plan, pose_in_export(plan, orientation, frame)) for plan in ordered]
     matrices = [
         np.array(turned.frame.matrix)
         for turned in (orient_plan(plan, orientation) for plan in ordered)
@@ -73,7 +73,7 @@ def stack_storeys(
     storeys = []
     for plan, each, floor in zip(ordered, matrices, sorted(floors), strict=True):
         x, y = np.linalg.solve(axes, each[:, 2] - matrices[0][:, 2]).round(4).tolist() if is_one_source else (0.0, 0.0)
-        storeys.append(Storey(plan, Pose(x + 0.0, y + 0.0, round(floor - min(floors), 4))))
+        storeys.append(PlacedStorey(plan, Pose(x + 0.0, y + 0.0, round(floor - min(floors), 4))))
     return storeys
 
 
@@ -81,7 +81,7 @@ def stack_storeys(
 class StoreyBodies:
     """The bodies of a storey above its floor, and its roof: the part that no storey above covers; empty for the top."""
 
-    storey: Storey
+    storey: PlacedStorey
     built: PlanBodies
     roof: BaseGeometry
 

@@ -15,7 +15,7 @@ import numpy.typing as npt
 
 from houseexpo.errors import ConfigError
 from houseexpo.plan import Frame
-from houseexpo.plan.checks import check_number
+from houseexpo.plan.checks import to_finite_float
 from houseexpo.tolerances import SAME_PX, TINY
 
 FloatArray = npt.NDArray[np.float64]
@@ -78,7 +78,7 @@ class GridFrame:
         those of the constructor.
         """
         _check_scale(pixels_per_metre)  # before the division
-        x1, y1, x2, y2 = (check_number(value, "bounds") for value in bounds)
+        x1, y1, x2, y2 = (to_finite_float(value, "bounds") for value in bounds)
         if (longest := max(x2 - x1, y2 - y1) * pixels_per_metre) > MAX_CELLS:  # may be infinite
             raise _too_many(f"{longest:.3g} along one side")
         margin_m = margin_px / pixels_per_metre

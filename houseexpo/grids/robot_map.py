@@ -337,7 +337,7 @@ def map_picture_path(path: Path) -> Path | None:
 
 @dataclass(frozen=True, eq=False)
 class _Picture:
-    """R1: the mean of a picture's colours (rows, cols), 0 to 255, and where it is transparent; R8."""
+    """The mean of a picture's colours (rows, cols), 0 to 255, and where it is transparent; R8."""
 
     grey: npt.NDArray[np.uint8]
     clear: Bools | None = None
@@ -348,7 +348,7 @@ class _Picture:
 
 @dataclass(frozen=True)
 class _Shading:
-    """R1 to R3: how pixels become occupancy."""
+    """How pixels become occupancy."""
 
     negate: bool = False
     occupied: float = OCCUPIED_THRESH
@@ -509,7 +509,7 @@ def _picture_in_folder(file: Path, named: Any, key: str) -> Path:
 
 
 def _picture(file: Path, named: Any) -> Path | None:
-    """R5: the picture of a name, or None."""
+    """The picture of a name, or None."""
     if not isinstance(named, str) or not named or "\0" in named:
         return None
     folder = real_path(file.parent)
@@ -567,7 +567,7 @@ def _told_by(texts: Mapping[Any, Any], name: str) -> tuple[bool, float | None, t
 
 
 def _from_array(file: Path) -> Occupancy:
-    """R6."""
+    """Return the occupancy in a ``.npy`` file: bool is True for occupied, floats are probabilities, NaN is unknown."""
     try:
         array = np.load(file, mmap_mode="r", allow_pickle=False)
     except (OSError, ValueError, EOFError) as error:
@@ -624,7 +624,7 @@ def open_bag(path: Path) -> Iterator[Any]:
 
 
 def _from_bag(path: Path, topic: str | None) -> RobotMap:
-    """R7."""
+    """Return the last map that a bag has on a topic."""
     with open_bag(path) as reader:
         maps = [each for each in reader.connections if each.msgtype == GRID_TYPE]
         chosen = _choose_topic([each.topic for each in maps], topic, path.name)
@@ -638,7 +638,7 @@ def _from_bag(path: Path, topic: str | None) -> RobotMap:
 
 
 def _choose_topic(topics: list[str], wanted: str | None, name: str) -> str:
-    """R7."""
+    """Return the wanted topic, ``/map``, or the only one that has maps."""
     known = sorted(set(topics))
     if not known:
         raise MapError(f"{name}: expected a topic of type {GRID_TYPE}, found none", "record the topic /map", "empty")

@@ -159,7 +159,7 @@ def _brackets(tokens: list[tuple[str, str]], at: int, name: str, depth: int) -> 
 
 
 def _with_definition(name: str, entity: _Entity, defined: Mapping[str, tuple[str, _Entity]]) -> dict[str, Any]:
-    """R1."""
+    """Return an entity's properties and those that it inherits from its definition; its own win."""
     values, seen = dict(entity.values), set()
     while name in defined and name not in seen:
         seen.add(name)

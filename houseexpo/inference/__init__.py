@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from houseexpo.inference.division import Doorway, divide_into_rooms
+from houseexpo.inference.division import FoundDoor, divide_into_rooms
 from houseexpo.inference.openings import find_openings
 from houseexpo.inference.snapping import snap_polygon
 from houseexpo.inference.windows import place_windows
@@ -96,7 +96,7 @@ def _label(names: tuple[str, ...]) -> str:
     return next((known for name in names if (known := canonical(name))), UNLABELLED)
 
 
-def _door(door_id: int, found: Doorway, room_id: dict[int, int]) -> Door:
+def _door(door_id: int, found: FoundDoor, room_id: dict[int, int]) -> Door:
     (x1, y1), (x2, y2) = found.opening.segment.round(2).tolist()
     one, other = sorted(room_id[room] for room in found.rooms)
     return Door(

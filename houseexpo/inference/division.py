@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from houseexpo.inference.openings import Floats, Opening
+from houseexpo.inference.openings import Floats, OpeningCandidate
 from houseexpo.inference.snapping import enclosed_faces
 from houseexpo.tolerances import (
     APART_M,
@@ -29,10 +29,10 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False)
-class Doorway:
+class FoundDoor:
     """A door: its opening, the area of its passage, and the indices of the two rooms in front of the opening."""
 
-    opening: Opening
+    opening: OpeningCandidate
     polygon: Polygon
     rooms: tuple[int, int]
 
@@ -41,12 +41,14 @@ class Doorway:
 class _Link:
     """An opening among the faces: its own face, and the face in front of each front."""
 
-    opening: Opening
+    opening: OpeningCandidate
     face: int
     sides: tuple[int, int]
 
 
-def divide_into_rooms(space: Polygon | MultiPolygon, candidates: list[Opening]) -> tuple[list[Polygon], list[Doorway]]:
+def divide_into_rooms(
+    space: Polygon | MultiPolygon, candidates: list[OpeningCandidate]
+) -> tuple[list[Polygon], list[FoundDoor]]:
     """Return rooms and doors that cover a free space (metres); ``candidates`` are sorted, the most likely first.
 
     R1  Of candidates that overlap, the most likely one counts.
@@ -64,12 +66,12 @@ def divide_into_rooms(space: Polygon | MultiPolygon, candidates: list[Opening]) 
         chosen = [link.opening for link in links]  # the others separate nothing
     links, rooms = _drop_until_stable(faces, links)
     room_of = {face: k for k, room in enumerate(rooms) for face in room}
-    doors = [Doorway(k.opening, faces[k.face], (room_of[k.sides[0]], room_of[k.sides[1]])) for k in links]
+    doors = [FoundDoor(k.opening, faces[k.face], (room_of[k.sides[0]], room_of[k.sides[1]])) for k in links]
     return [_union_of_faces(faces[room]) for room in rooms], doors
 
 
-def _non_overlapping(candidates: list[Opening]) -> list[Opening]:
-    """R1."""
+def _non_overlapping(candidates: list[OpeningCandidate]) -> list[OpeningCandidate]:
+    """Return the candidates without those that overlap a more likely one."""
     import shapely
 
     if not candidates:
@@ -83,7 +85,7 @@ def _non_overlapping(candidates: list[Opening]) -> list[Opening]:
     return [candidates[k] for k in np.flatnonzero(taken)]
 
 
-def _faces(space: Polygon | MultiPolygon, openings: list[Opening]) -> npt.NDArray[np.object_]:
+def _faces(space: Polygon | MultiPolygon, openings: list[OpeningCandidate]) -> npt.NDArray[np.object_]:
     """Return the faces of the free space when it is cut along all fronts of the openings."""
     import shapely
 
@@ -97,7 +99,7 @@ def _faces(space: Polygon | MultiPolygon, openings: list[Opening]) -> npt.NDArra
     return np.asarray(faces[inside])
 
 
-def _links(faces: npt.NDArray[np.object_], openings: list[Opening]) -> list[_Link]:
+def _links(faces: npt.NDArray[np.object_], openings: list[OpeningCandidate]) -> list[_Link]:
     """Return the openings that have a face of their own between two other faces."""
     import shapely
 
@@ -117,7 +119,9 @@ def _links(faces: npt.NDArray[np.object_], openings: list[Opening]) -> list[_Lin
     return [link for link in found if own.isdisjoint(link.sides)]
 
 
-def _faces_filled_by_openings(faces: npt.NDArray[np.object_], openings: list[Opening]) -> npt.NDArray[np.bool_]:
+def _faces_filled_by_openings(
+    faces: npt.NDArray[np.object_], openings: list[OpeningCandidate]
+) -> npt.NDArray[np.bool_]:
     """Return whether each face is about as large as its opening, that is, whether nothing else runs through it."""
     import shapely
 
@@ -128,7 +132,7 @@ def _faces_filled_by_openings(faces: npt.NDArray[np.object_], openings: list[Ope
     return np.asarray((found > 0.5 * area - JAGS_M2) & (found < 2.0 * area + JAGS_M2))
 
 
-def _points_in_front(opening: Opening) -> Floats:
+def _points_in_front(opening: OpeningCandidate) -> Floats:
     """Return the middle of an opening and a point in front of each of its fronts, (3, 2)."""
     return np.vstack([opening.middle[None], opening.fronts.mean(axis=1) - BEFORE_DOOR_M * opening.into])
 
@@ -165,7 +169,7 @@ def _rooms(faces: int, links: list[_Link], kept: list[_Link]) -> list[list[int]]
 
 
 def _open_links(links: list[_Link], sides: list[tuple[int, int]]) -> set[int]:
-    """R3."""
+    """Return the links between rooms whose wall is mostly open, so that no passage there is a door."""
     wide: set[int] = set()
     for row in _in_rows([link.opening for link in links], sides):
         openings = [links[k].opening for k in row]
@@ -178,7 +182,7 @@ def _open_links(links: list[_Link], sides: list[tuple[int, int]]) -> set[int]:
     return wide
 
 
-def _in_rows(openings: list[Opening], sides: list[tuple[int, int]]) -> list[list[int]]:
+def _in_rows(openings: list[OpeningCandidate], sides: list[tuple[int, int]]) -> list[list[int]]:
     """Return the indices of openings between the same two rooms, grouped if they are side by side in one wall."""
     import networkx as nx
 

@@ -53,7 +53,7 @@ _RAY_WALL_PAIRS: Final = 500_000  # rays times walls at once: 4 MB per array
 
 
 @dataclass(frozen=True, eq=False)
-class Opening:
+class OpeningCandidate:
     """A candidate: its two fronts (2, 2, 2) in the same direction, and the unit vectors (2, 2) from them into it.
 
     ``width`` and ``depth`` are in metres; ``room`` is the width of the narrower of the two spaces in front of it;
@@ -79,7 +79,7 @@ class Opening:
         return np.asarray(self.fronts.mean(axis=0))
 
 
-def find_openings(space: Polygon | MultiPolygon) -> list[Opening]:
+def find_openings(space: Polygon | MultiPolygon) -> list[OpeningCandidate]:
     """Return all candidates of a free space (metres), the most likely first.
 
     R1  Two fronts lie opposite each other, at most 0.8 m apart, and the line of sight between them is free.
@@ -122,7 +122,7 @@ def _opposite(fronts: _Fronts) -> tuple[npt.NDArray[np.intp], npt.NDArray[np.int
     return i[facing & near], j[facing & near]
 
 
-def _neck(fronts: _Fronts, i: int, j: int) -> Opening | None:
+def _neck(fronts: _Fronts, i: int, j: int) -> OpeningCandidate | None:
     """Return the candidate between two fronts, or None if it violates R3 or R4."""
     line, width = fronts.line[[i, j]], fronts.width[[i, j]]
     corner = fronts.is_corner[[i, j]]
@@ -138,7 +138,7 @@ def _neck(fronts: _Fronts, i: int, j: int) -> Opening | None:
     if not narrow and (depth > USUAL_DEPTH_M or (across > COMMON_DOOR_M and not whole)):  # R4
         return None
     cost = across + 0.5 * depth + 0.35 * (2 - whole) + float(np.ptp(width)) - 0.3 * min(float(widens[0]), 0.5)
-    return Opening(line, fronts.into[[i, j]], across, depth, float(fronts.room[[i, j]].min()), whole, cost)
+    return OpeningCandidate(line, fronts.into[[i, j]], across, depth, float(fronts.room[[i, j]].min()), whole, cost)
 
 
 @dataclass(frozen=True, eq=False)

@@ -75,8 +75,8 @@ def check_count(value: object, key: str) -> int:
     return int(value)
 
 
-def check_number(value: object, key: str) -> float:
-    """Return a finite float."""
+def to_finite_float(value: object, key: str) -> float:
+    """Return any real number as a finite float."""
     if type(value) is float and math.isfinite(value):
         return value
     if isinstance(value, bool) or not isinstance(value, Real) or not math.isfinite(value):
@@ -86,7 +86,7 @@ def check_number(value: object, key: str) -> float:
 
 def check_share(value: object, key: str) -> float:
     """Return a float from 0 to 1."""
-    found = check_number(value, key)
+    found = to_finite_float(value, key)
     if not 0 <= found <= 1:
         raise PlanError(f"expected 0 to 1, found {found:g}", key)
     return found
@@ -102,7 +102,7 @@ def check_numbers(value: Any, length: int, key: str) -> tuple[float, ...]:
         return found  # a fast path for the common case
     if len(found) != length:
         raise PlanError(f"expected {length} numbers, found {_short(value)}", key)
-    return tuple(check_number(item, f"{key}[{i}]") for i, item in enumerate(found))
+    return tuple(to_finite_float(item, f"{key}[{i}]") for i, item in enumerate(found))
 
 
 def check_boxes(
@@ -122,7 +122,7 @@ def check_text(value: object, key: str) -> str:
     return value
 
 
-def check_one_of(value: object, allowed: Iterable[str], key: str) -> None:
+def check_word(value: object, allowed: Iterable[str], key: str) -> None:
     """Raise PlanError if a word is not among those allowed."""
     words = tuple(allowed)
     if value not in words:

@@ -92,9 +92,9 @@ class Frame:
         if a * d == b * c:
             raise PlanError("expected a matrix that can be inverted, found determinant 0", "matrix")
         object.__setattr__(self, "matrix", matrix)
-        checks.check_one_of(self.up, ("y", "z"), "up")
-        object.__setattr__(self, "floor", checks.check_number(self.floor, "floor"))
-        checks.check_number(self.level, "level")
+        checks.check_word(self.up, ("y", "z"), "up")
+        object.__setattr__(self, "floor", checks.to_finite_float(self.floor, "floor"))
+        checks.to_finite_float(self.level, "level")
 
 
 @dataclass(frozen=True)
@@ -111,8 +111,8 @@ class Navigability:
 
     def __post_init__(self) -> None:
         checks.check_count(self.components, "components")
-        checks.check_number(self.largest_share, "largest_share")
-        checks.check_number(self.narrowest, "narrowest")
+        checks.to_finite_float(self.largest_share, "largest_share")
+        checks.to_finite_float(self.narrowest, "narrowest")
 
 
 class NavigabilityByRadius(Mapping[str, Navigability]):
@@ -179,7 +179,7 @@ class Room(FrozenValue):
 
     def __post_init__(self) -> None:
         checks.check_count(self.id, "id")
-        checks.check_one_of(self.label, (*LABELS, UNLABELLED), "label")
+        checks.check_word(self.label, (*LABELS, UNLABELLED), "label")
         self._set("ring", checks.check_ring(self.ring, "polygon"))
         self._set("holes", checks.check_rings(self.holes, "holes"))
         self._set("source_labels", tuple(self.source_labels))
@@ -246,18 +246,18 @@ class Door(FrozenValue):
 
     def __post_init__(self) -> None:
         checks.check_count(self.id, "id")
-        checks.check_one_of(self.kind, DOOR_KINDS, "kind")
+        checks.check_word(self.kind, DOOR_KINDS, "kind")
         if len(self.segment) != 2:
             raise PlanError(f"expected the two ends of the opening, found {len(self.segment)}", "segment")
         self._set("segment", tuple(checks.check_numbers(end, 2, f"segment[{i}]") for i, end in enumerate(self.segment)))
-        self._set("width", checks.check_number(self.width, "width"))
+        self._set("width", checks.to_finite_float(self.width, "width"))
         self._set("ring", checks.check_ring(self.ring, "polygon"))
         self._set("rooms", tuple(self.rooms))
         if self.confidence is not None:
             self._set("confidence", checks.check_share(self.confidence, "confidence"))
         heights = {name: getattr(self, name) for name in ("sill", "head") if getattr(self, name) is not None}
         for name, height in heights.items():
-            self._set(name, checks.check_number(height, name))
+            self._set(name, checks.to_finite_float(height, name))
         if heights and (self.kind != "window" or not 0 <= heights.get("sill", 0) < heights.get("head", math.inf)):
             raise PlanError(f"expected metres of a window, 0 <= sill < head, found {heights}", "sill")
         inside = sum(isinstance(room, int) for room in self.rooms)
@@ -305,7 +305,7 @@ class PlanObject(FrozenValue):
         if self.room is not None:
             checks.check_count(self.room, "room")
         self._set("ring", checks.check_ring(self.ring, "polygon"))
-        self._set("height", checks.check_number(self.height, "height"))
+        self._set("height", checks.to_finite_float(self.height, "height"))
         if self.height < 0:
             raise PlanError(f"expected metres, 0 or more, found {self.height}", "height")
 
@@ -345,7 +345,7 @@ class Quality(FrozenValue):
         self._set("score", checks.check_share(self.score, "score"))
         for name in self.grounds:
             checks.check_text(name, "grounds")
-        grounds = {name: checks.check_number(self.grounds[name], f"grounds.{name}") for name in sorted(self.grounds)}
+        grounds = {name: checks.to_finite_float(self.grounds[name], f"grounds.{name}") for name in sorted(self.grounds)}
         self._set("grounds", grounds)
 
     @property

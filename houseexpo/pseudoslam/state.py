@@ -17,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from houseexpo.pseudoslam.config.obstacles import Obstacle
-from houseexpo.pseudoslam.kernels.body_tracks import Bodies, Tracks
+from houseexpo.pseudoslam.kernels.body_tracks import BodyTracks, Tracks
 from houseexpo.pseudoslam.kernels.bound_pool import PoolBinding
 from houseexpo.pseudoslam.kernels.episode import COUNTS, NO_CELL, POSE, READINGS, Blocks, Episode
 from houseexpo.pseudoslam.kernels.planning.fields import FlowField
@@ -182,7 +182,7 @@ def new_episode(
     rasters: tuple[Grid, Grid, Grid],
     shown: tuple[int, int, int],
     pose: Floats,
-    moving: tuple[Bodies, Tracks, FlowField, GoalPaths],
+    moving: tuple[BodyTracks, Tracks, FlowField, GoalPaths],
     *,
     key: int,
     best_px: float,

@@ -19,7 +19,7 @@ from houseexpo.pseudoslam.kernels.types import (
     Drive,
     Errors,
     Floats,
-    Robot,
+    RobotBody,
     Scratch,
     Sensor,
     new_path_scratch,
@@ -39,7 +39,7 @@ def make_step_params(config: SimulatorConfig, clearance_m: float = 0.0, plan: Pl
     half = math.radians(laser.fov_deg) / 2
     angles = np.arange(-half, half, math.radians(laser.resolution_deg))
     return StepParams(
-        Robot(config.robot.radius_m * ppm, BETWEEN_M * ppm, math.radians(BETWEEN_DEG)),
+        RobotBody(config.robot.radius_m * ppm, BETWEEN_M * ppm, math.radians(BETWEEN_DEG)),
         Sensor(laser.rule == "rays", half, laser.range_m * ppm, np.cos(angles), np.sin(angles)),
         make_noise_params(noise, ppm),
         make_walk_params(config.people, ppm),

@@ -21,7 +21,7 @@ from houseexpo.plan import checks
 _T = TypeVar("_T", bound=msgspec.Struct)
 
 
-class Rejection(msgspec.Struct, frozen=True):
+class RejectionLine(msgspec.Struct, frozen=True):
     """A line of ``rejected.jsonl``: an input that gave no plan."""
 
     id: str
@@ -44,7 +44,7 @@ class DroppedDuplicate(msgspec.Struct, frozen=True):
 class BuildLists:
     """Both lists; ``broken`` are errors in reading them, ``listed`` says whether a build wrote them."""
 
-    refused: tuple[Rejection, ...] = ()
+    refused: tuple[RejectionLine, ...] = ()
     repeated: tuple[DroppedDuplicate, ...] = ()
     broken: tuple[str, ...] = ()
     listed: bool = False
@@ -55,7 +55,7 @@ class BuildLists:
         counts = Counter((each.stage, each.reason) for each in self.refused)
         return [(*key, n) for key, n in sorted(counts.items(), key=lambda item: (-item[1], item[0]))]
 
-    def of(self, stage: str, reason: str) -> Sequence[Rejection]:
+    def of(self, stage: str, reason: str) -> Sequence[RejectionLine]:
         """Return the inputs rejected at a stage for a reason; "" stands for any."""
         return [each for each in self.refused if stage in ("", each.stage) and reason in ("", each.reason)]
 
@@ -68,7 +68,7 @@ def read_build_lists(path: Path) -> BuildLists:
     """Read the lists in a data set's folder; both are empty if it is not a folder or has no lists."""
     if not path.is_dir():
         return BuildLists()
-    refused, one = _lines(path / "rejected.jsonl", Rejection)
+    refused, one = _lines(path / "rejected.jsonl", RejectionLine)
     repeated, other = _lines(path / "duplicates.jsonl", DroppedDuplicate)
     listed = (path / "rejected.jsonl").is_file()
     return BuildLists(tuple(refused), tuple(repeated), (*one, *other), listed)

@@ -34,7 +34,7 @@ from houseexpo.plan.json_codec import FORMAT, encode
 from houseexpo.summary_plugins import Summary, new_summaries
 from pipeline.batch import disk
 from pipeline.batch.data_set_folder import MANIFEST, PARTS, DataSetFolder, FinishedBuild, WrittenFile
-from pipeline.batch.entry import Entry, StoredPlan, StoredRejection
+from pipeline.batch.entry import Entry, PlanRecord, StoredRejection
 from pipeline.batch.plan_store import PlanStore
 from pipeline.batch.recipe import library_versions, modules_digest
 from pipeline.config import DedupeConfig
@@ -206,7 +206,7 @@ def _as_it_was(parts: AssemblyParts, finished: FinishedBuild) -> BuildResult:
     )
 
 
-def _find_copies(parts: AssemblyParts, kept: Mapping[str, StoredPlan]) -> tuple[list[Duplicate], frozenset[str]]:
+def _find_copies(parts: AssemblyParts, kept: Mapping[str, PlanRecord]) -> tuple[list[Duplicate], frozenset[str]]:
     """Return the plans that repeat others, and those that a person keeps although nothing would leave them out."""
     keep = {name for name, plan in kept.items() if plan.by_hand or _override(name, plan, parts.overrides).keep}
     alone = {name for name in keep if not kept[name].kept_from}
@@ -228,7 +228,7 @@ def _with_copies(rows: list[dict[str, Any]], dropped: Iterable[Duplicate]) -> li
     return [{**row, "copies": copies.get(row["id"], [])} for row in rows]
 
 
-def _settle_ids(entries: Sequence[Entry]) -> tuple[list[tuple[str, StoredPlan]], list[StoredRejection]]:
+def _settle_ids(entries: Sequence[Entry]) -> tuple[list[tuple[str, PlanRecord]], list[StoredRejection]]:
     """Return the plans with their final ids, sorted, and what was refused; no two inputs share an id."""
     plans = [(number, kept) for number, entry in enumerate(entries) for kept in entry.plans]
     own = {(number, kept.id) for number, kept in plans}
@@ -252,7 +252,7 @@ def _settle_ids(entries: Sequence[Entry]) -> tuple[list[tuple[str, StoredPlan]],
     return sorted(zip(of_plans, (kept for _, kept in plans), strict=True), key=lambda pair: pair[0]), refused
 
 
-def _store_renamed(parts: AssemblyParts, plans: Iterable[tuple[str, StoredPlan]]) -> dict[str, StoredPlan]:
+def _store_renamed(parts: AssemblyParts, plans: Iterable[tuple[str, PlanRecord]]) -> dict[str, PlanRecord]:
     """Return the plans by final id; one whose id had to change is kept again."""
     found = {}
     for name, kept in plans:
@@ -273,7 +273,7 @@ def _content(entry: Entry) -> str:
     return hashlib.sha256(msgspec.json.encode(held)).hexdigest()
 
 
-def _override(name: str, kept: StoredPlan, overrides: Mapping[str, Override]) -> Override:
+def _override(name: str, kept: PlanRecord, overrides: Mapping[str, Override]) -> Override:
     return overrides.get(name) or overrides.get(kept.id) or Override()
 
 
@@ -373,7 +373,7 @@ _NAMES = tuple(SYMMETRIES)
 
 
 def find_duplicate_pairs(
-    file: Path, plans: PlanStore, kept: Sequence[StoredPlan], config: DedupeConfig
+    file: Path, plans: PlanStore, kept: Sequence[PlanRecord], config: DedupeConfig
 ) -> tuple[SimilarPair, ...]:
     """Return all pairs that are copies, by the plans' places in ``kept``, which is sorted by id.
 
@@ -390,7 +390,7 @@ def find_duplicate_pairs(
     return found.pairs
 
 
-def _bytes(recipe: str, kept: Sequence[StoredPlan], found: PairSearchResult) -> bytes:
+def _bytes(recipe: str, kept: Sequence[PlanRecord], found: PairSearchResult) -> bytes:
     stream = io.BytesIO()
     np.savez(
         stream,
@@ -440,7 +440,7 @@ class WrittenPlans:
     counts: dict[str, Any]
 
 
-def plan_file_hashes(kept: Mapping[str, StoredPlan], *, pictured: bool) -> dict[str, str]:
+def plan_file_hashes(kept: Mapping[str, PlanRecord], *, pictured: bool) -> dict[str, str]:
     """Return the files of these plans by name, each with its SHA-256; with those of their pictures if ``pictured``."""
     files = {_plan(name): plan.plan for name, plan in kept.items()}
     pictures = {_picture(name): plan.stages.sha256 for name, plan in kept.items() if plan.stages is not None}
@@ -450,7 +450,7 @@ def plan_file_hashes(kept: Mapping[str, StoredPlan], *, pictured: bool) -> dict[
 def write_plans(
     folder: DataSetFolder,
     plans: PlanStore,
-    kept: Mapping[str, StoredPlan],
+    kept: Mapping[str, PlanRecord],
     files: Mapping[str, str],
     before: FinishedBuild | None,
 ) -> WrittenPlans:

@@ -21,7 +21,7 @@ class StoredPicture(msgspec.Struct, frozen=True, array_like=True):
     size: int
 
 
-class StoredPlan(msgspec.Struct, frozen=True, omit_defaults=True):
+class PlanRecord(msgspec.Struct, frozen=True, omit_defaults=True):
     """A plan in the store: its reader's id, the SHA-256 of what it was made from and of its bytes, and how many.
 
     ``stages`` is the picture of its stages, if the build keeps pictures. ``by_hand``: a person keeps it although it is
@@ -75,7 +75,7 @@ class FileRecord(msgspec.Struct, frozen=True, array_like=True):
     sha256: str
 
 
-Outcome: TypeAlias = StoredPlan | StoredRejection
+Outcome: TypeAlias = PlanRecord | StoredRejection
 
 
 class Entry(msgspec.Struct, frozen=True):
@@ -91,7 +91,7 @@ class Entry(msgspec.Struct, frozen=True):
     recipe: str
     files: list[FileRecord]
     seconds: float
-    plans: list[StoredPlan] = []
+    plans: list[PlanRecord] = []
     refused: list[StoredRejection] = []
     versions: dict[str, str] = {}
     transient: bool = msgspec.field(default=False, name="passing")  # as journals have it
@@ -125,5 +125,5 @@ def sort_entries(entries: Iterable[Entry]) -> list[Entry]:
     """Return entries in an order that depends on what came of them only, not on when or from where."""
     return sorted(
         entries,
-        key=lambda entry: [(o.id, o.content if isinstance(o, StoredPlan) else o.reason) for o in entry.outcomes],
+        key=lambda entry: [(o.id, o.content if isinstance(o, PlanRecord) else o.reason) for o in entry.outcomes],
     )

@@ -18,7 +18,7 @@ from houseexpo.errors import MissingDependencyError, find_transient_fault
 from houseexpo.file_kinds import format_note
 from houseexpo.floorplan import FloorPlan
 from houseexpo.plan.json_codec import encode
-from pipeline.batch.entry import Entry, Outcome, StoredPlan, StoredRejection, display_name
+from pipeline.batch.entry import Entry, Outcome, PlanRecord, StoredRejection, display_name
 from pipeline.batch.file_records import InputFiles
 from pipeline.batch.plan_store import PlanStore
 from pipeline.config import PipelineConfig
@@ -104,7 +104,7 @@ class Job:
 
     def entry(self, outcomes: Sequence[Outcome]) -> Entry:
         """Return the entry of what came of the input, without files, times and versions."""
-        plans = [outcome for outcome in outcomes if isinstance(outcome, StoredPlan)]
+        plans = [outcome for outcome in outcomes if isinstance(outcome, PlanRecord)]
         refused = [outcome for outcome in outcomes if isinstance(outcome, StoredRejection)]
         file = display_name(self.item, self.source)
         return Entry(self.name, self.source, self.recipe, [], 0.0, plans, refused, file=file)
@@ -232,7 +232,7 @@ def _of_unread(rejection: Rejection, job: Job, settings: JobSettings) -> Sequenc
             outcomes = list(_of_level(level_without_walls(job.item, override, content), job, settings))
     except Rejection as dropped:
         rejection = dropped
-    made = any(isinstance(each, StoredPlan) for each in outcomes)
+    made = any(isinstance(each, PlanRecord) for each in outcomes)
     return outcomes if made else [StoredRejection.of(job.item.id, rejection, content)]
 
 

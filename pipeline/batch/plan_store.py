@@ -9,7 +9,7 @@ import hashlib
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from pipeline.batch.entry import StoredPicture, StoredPlan
+from pipeline.batch.entry import PlanRecord, StoredPicture
 
 if TYPE_CHECKING:  # how a store is kept shows in no plan: it is no part of what a result depends on
     from pipeline.batch.result_store import Store
@@ -20,7 +20,7 @@ _FOLDER = ".build/plans"
 class DamagedPlanError(Exception):
     """A plan in the store, or the picture of its stages, is gone or no longer what was written."""
 
-    def __init__(self, kept: StoredPlan) -> None:
+    def __init__(self, kept: PlanRecord) -> None:
         super().__init__(kept)
         self.kept = kept
 
@@ -31,19 +31,19 @@ class PlanStore:
 
     store: Store
 
-    def put(self, name: str, content: str, data: bytes, picture: bytes = b"") -> StoredPlan:
+    def put(self, name: str, content: str, data: bytes, picture: bytes = b"") -> PlanRecord:
         """Store a plan, and the picture of its stages if there is one. ``get`` detects files that a crash damaged."""
         stages = StoredPicture(self._add(picture), len(picture)) if picture else None
-        return StoredPlan(name, content, self._add(data), len(data), stages)
+        return PlanRecord(name, content, self._add(data), len(data), stages)
 
-    def stands(self, kept: StoredPlan, *, pictured: bool) -> bool:
+    def stands(self, kept: PlanRecord, *, pictured: bool) -> bool:
         """Tell whether a plan (and, if ``pictured``, its picture) is stored with its size; nothing is read."""
         if self.store.size(_place(kept.plan)) != kept.size:
             return False
         stages = kept.stages
         return not pictured or (stages is not None and self.store.size(_place(stages.sha256)) == stages.size)
 
-    def get(self, kept: StoredPlan) -> bytes:
+    def get(self, kept: PlanRecord) -> bytes:
         """Return the bytes of a plan.
 
         Raises
@@ -53,7 +53,7 @@ class PlanStore:
         """
         return self._get(kept, kept.plan)
 
-    def picture(self, kept: StoredPlan) -> bytes:
+    def picture(self, kept: PlanRecord) -> bytes:
         """Return the picture of a plan's stages, or b"" without one. Raises DamagedPlanError as ``get`` does."""
         return b"" if kept.stages is None else self._get(kept, kept.stages.sha256)
 
@@ -66,7 +66,7 @@ class PlanStore:
         self.store.add(_place(sha256), data)
         return sha256
 
-    def _get(self, kept: StoredPlan, sha256: str) -> bytes:
+    def _get(self, kept: PlanRecord, sha256: str) -> bytes:
         try:
             data = self.store.get(_place(sha256))
         except OSError:
@@ -77,7 +77,7 @@ class PlanStore:
         return data
 
 
-def stored_names(kept: StoredPlan) -> list[str]:
+def stored_names(kept: PlanRecord) -> list[str]:
     """Return the names under which a plan, and the picture of its stages, are kept."""
     return [_place(kept.plan), *([_place(kept.stages.sha256)] if kept.stages is not None else [])]
 

@@ -39,7 +39,7 @@ SPACE: Final = "space:"
 
 
 @dataclass(frozen=True, eq=False)
-class Building:
+class PlannedBuilding:
     """What the stages found of a building, and its plan."""
 
     evidence: Evidence
@@ -55,10 +55,10 @@ class Building:
         return FinalBuilding(level, self.evidence, self.layout, self.spaces, named, grounds, doubts)
 
 
-def buildings_of(level: Level, config: PipelineConfig) -> tuple[list[Building], list[Rejection]]:
+def buildings_of(level: Level, config: PipelineConfig) -> tuple[list[PlannedBuilding], list[Rejection]]:
     """Return the buildings of a level that became plans, and why others did not."""
     evidence = layout = spaces = None
-    found: list[Building] = []
+    found: list[PlannedBuilding] = []
     rejected: list[Rejection] = []
     try:
         for result in run_stages(level, config, np.random.default_rng(0)):
@@ -72,7 +72,7 @@ def buildings_of(level: Level, config: PipelineConfig) -> tuple[list[Building], 
                 case RejectedLevel():
                     rejected.append(result.value.rejection)
                 case FloorPlan() if evidence and layout and spaces:
-                    found.append(Building(evidence, layout, spaces, result.value))
+                    found.append(PlannedBuilding(evidence, layout, spaces, result.value))
     except Rejection as rejection:
         rejected.append(rejection)
     return found, rejected
@@ -184,7 +184,7 @@ def rows_of_labels(item: Input, marked: Sequence[Marked], config: PipelineConfig
 
 
 def rows_of(
-    storeys: Iterable[tuple[Level, Sequence[Building], Sequence[Told], Sequence[bool | None]]], origin: Origin
+    storeys: Iterable[tuple[Level, Sequence[PlannedBuilding], Sequence[Told], Sequence[bool | None]]], origin: Origin
 ) -> HouseRows:
     """Return the rows of a house's storeys: level, buildings, what somebody knows of it, and which plans are right."""
     plans: list[PlanRow] = []
@@ -207,7 +207,7 @@ def rows_of(
     return HouseRows(plans, spaces)
 
 
-def rated(plan: PlanRow, space: LogisticModel) -> PlanRow:
+def rate_building(plan: PlanRow, space: LogisticModel) -> PlanRow:
     """Return a plan with the doubts that a model of spaces has of its rooms, in its grounds and its parts."""
     doubtful = max((_doubt(space, features) for features in plan.spaces), default=0.0)
     grounds = plan.grounds | {"doubtful_space": doubtful}
@@ -226,7 +226,9 @@ def parts_of(rows: Iterable[HouseRows], part: str, space: LogisticModel) -> list
     """Return the parts of one sort of houses, with the doubts that a model of spaces has."""
     if part == "space":
         return [each for row in rows for each in row.spaces]
-    return [each for row in rows for plan in row.plans for each in rated(plan, space).parts if each.part == part]
+    return [
+        each for row in rows for plan in row.plans for each in rate_building(plan, space).parts if each.part == part
+    ]
 
 
 def _doubt(space: LogisticModel, features: Mapping[str, float]) -> float:
@@ -240,7 +242,7 @@ def _part(part: str, origin: Origin, true: bool, features: dict[str, float]) -> 
 
 def _plan_row(
     level: Level,
-    building: Building,
+    building: PlannedBuilding,
     told: Sequence[Told],
     of_spaces: list[dict[str, float]],
     origin: Origin,

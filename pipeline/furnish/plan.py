@@ -67,7 +67,7 @@ def furnish_plan(plan: FloorPlan, rng: np.random.Generator) -> FloorPlan:
 
 
 def _of_room(plan: FloorPlan, room: Room, rng: np.random.Generator) -> list[PlacedPiece]:
-    """R1."""
+    """Return the furniture of a room."""
     doors, windows = ([hole for hole in holes if room.id in hole.rooms] for holes in (plan.doors, plan.windows))
     return RoomFurnisher(room, doors, _wants(plan, room), rng, windows).furnish()
 

@@ -152,7 +152,7 @@ class RoomFurnisher:
         return True
 
     def _keeps_ways(self, left: _FreeFloor) -> bool:
-        """R4; and what is left of the room is one plain polygon."""
+        """Return whether the robot still reaches all places and all doors, and the floor left is one plain polygon."""
         if not 0 < len(_places(left.robot)) <= self._places:
             return False
         return (not self._joined or self._entries_are_connected(left)) and has_simple_rings(left.room)

@@ -36,7 +36,7 @@ from pipeline.geometry.areas import (
     subtract,
     unite,
 )
-from pipeline.geometry.leaves import LEAF_WIDTH_M, Leaf, find_leaves
+from pipeline.geometry.leaves import LEAF_WIDTH_M, LeafBodies, find_leaves
 from pipeline.geometry.meshes import (
     Bodies,
     Box,
@@ -122,14 +122,14 @@ def doorway_around_leaf(box: Box, walls: BaseGeometry) -> Box | None:
 
 
 def _are_crossing(box: Box, ends: list[float], walls: BaseGeometry) -> bool:
-    """R4: return whether no wall as deep as its jambs goes on in line with a leaf, on either side."""
+    """Return whether no wall as deep as its jambs goes on in line with a leaf, on either side."""
     low, high = ends
     beyond = np.array([-low - RUN_M, -low - 2 * RUN_M, high + RUN_M, high + 2 * RUN_M])
     return not any(face is not None and face[1] - face[0] > WALL_M for face in _faces(box, beyond, walls))
 
 
 def _doorway_across(box: Box, ends: list[float], faces: list[tuple[float, float]], walls: BaseGeometry) -> Box | None:
-    """R1: return the doorway along the wall with these ``faces`` at the ``ends`` of a leaf; None if it is two walls."""
+    """Return the doorway along the wall with these ``faces`` at the ``ends`` of a leaf; None if it is two walls."""
     if len(faces) < 2 or abs(np.ptp(faces[0]) - np.ptp(faces[1])) > STAND_M:
         return None
     at = [-ends[0] - SLIVER_M, ends[1] + SLIVER_M]
@@ -151,7 +151,7 @@ def _doorway_across(box: Box, ends: list[float], faces: list[tuple[float, float]
 
 
 def doorway_in_uncut_wall(box: Box, walls: BaseGeometry) -> Box | None:
-    """R5: return the doorway through the wall that runs on behind a leaf or through it, or None without such a wall."""
+    """Return the doorway through the wall that runs on behind a leaf or through it, or None without such a wall."""
     reach = box.width / 2 + AROUND_M
     x, y = box.centre
     near = clip_to_box(walls, x - reach, y - reach, x + reach, y + reach)
@@ -188,7 +188,7 @@ def _jambs(box: Box, walls: BaseGeometry) -> list[float] | None:
 
 
 def _jambs_behind(box: Box, walls: BaseGeometry) -> list[float] | None:
-    """R3: return ``_jambs`` for a leaf that lies before the hole at a face of its wall, or None."""
+    """Return ``_jambs`` for a leaf that lies before the hole at a face of its wall, or None."""
     if box.thickness > HAND_M:
         return None
     for sign in (-1.0, 1.0):
@@ -251,7 +251,7 @@ def _has_jambs(lintel: Polygon, walls: BaseGeometry) -> bool:
 
 
 def glazed_recesses(
-    lintels: BaseGeometry, walls: BaseGeometry, panes: Sequence[Leaf] = (), *, any_width: bool = False
+    lintels: BaseGeometry, walls: BaseGeometry, panes: Sequence[LeafBodies] = (), *, any_width: bool = False
 ) -> list[Polygon]:
     """Return the lintels beside full-height glazing (a pane too wide for a door), which count as wall there.
 
@@ -356,7 +356,7 @@ class JudgedLeaves:
     furniture: BaseGeometry
 
 
-def judge_leaves(leaves: Sequence[Leaf], walls: BaseGeometry, hanging: BaseGeometry) -> JudgedLeaves:
+def judge_leaves(leaves: Sequence[LeafBodies], walls: BaseGeometry, hanging: BaseGeometry) -> JudgedLeaves:
     """Judge the bodies shaped like doors (R1, R2); ``walls`` and ``hanging`` do not contain them."""
     doorways: list[Opening] = []
     found: list[Polygon] = []
@@ -400,7 +400,7 @@ def _ends_beside_lintel(box: Box, hanging: BaseGeometry) -> bool:
 
 
 def _stands_ajar(box: Box, hanging: BaseGeometry) -> bool:
-    """R5: return whether a leaf stands ajar at a lintel in ``hanging``."""
+    """Return whether a leaf stands ajar at a lintel in ``hanging``."""
     plan = box_polygon(box, depth=max(box.thickness, SHEET_M))
     ends = shapely.points([box.centre - box.width / 2 * box.along, box.centre + box.width / 2 * box.along])
     parts = [p for p in polygons_of(hanging) if shapely.distance(p, plan) < THIN_WALL_M]
@@ -444,7 +444,7 @@ def find_known_doorways(
 def _in_uncut_walls(
     boxes: Sequence[Box], walls: BaseGeometry, lintels: BaseGeometry, known: Sequence[Opening]
 ) -> Iterator[Box]:
-    """R6: yield the doorways of named leaves in walls without a hole for them."""
+    """Yield the doorways of named leaves in walls without a hole for them."""
     others = unite([each.polygon for each in known])
     for box in boxes:
         as_large = DOORWAY_M[0] <= box.width <= DOORWAY_M[1] and box.low <= FOOT_M and box.high >= HEAD_M

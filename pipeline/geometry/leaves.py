@@ -53,7 +53,7 @@ SQUARE_LEAVES = np.sin(np.deg2rad(10.0))
 
 
 @dataclass(frozen=True, eq=False)
-class Leaf:
+class LeafBodies:
     """A body or bodies shaped like a door: the box around all, the numbers of the bodies, and their boxes.
 
     ``plate_m`` is the thickness without frames: metres across the box from the first to the last of its plates.
@@ -68,12 +68,12 @@ class Leaf:
     ends_with_walls: bool = False
 
 
-def find_leaves(bodies: Bodies, ceiling_m: float = HIGHEST_M) -> list[Leaf]:
+def find_leaves(bodies: Bodies, ceiling_m: float = HIGHEST_M) -> list[LeafBodies]:
     """Return all bodies shaped like a door (R1 to R4); ``ceiling_m`` counts from the level's floor."""
     return part_from_panelling(find_plates(bodies, ceiling_m))[0]
 
 
-def find_plates(bodies: Bodies, ceiling_m: float = HIGHEST_M) -> list[Leaf]:
+def find_plates(bodies: Bodies, ceiling_m: float = HIGHEST_M) -> list[LeafBodies]:
     """Return all bodies shaped like a door, plates of panelling included (R1, R2)."""
     boxes = {k: bodies.box(k) for k in _likely(bodies, min(ceiling_m - HAND_M, HIGHEST_M))}
     parts = {k: box for k, box in boxes.items() if _is_part(box, bodies, k)}
@@ -94,7 +94,7 @@ def find_plates(bodies: Bodies, ceiling_m: float = HIGHEST_M) -> list[Leaf]:
             has_handle = any(k in handled for k in group)
             boxes_ = tuple(parts[k] for k in group)
             found.append(
-                Leaf(box, tuple(group), boxes_, _depth(box, plates), has_handle, _ends_with_walls(box, bodies))
+                LeafBodies(box, tuple(group), boxes_, _depth(box, plates), has_handle, _ends_with_walls(box, bodies))
             )
     return found
 
@@ -233,7 +233,7 @@ def _likely(bodies: Bodies, highest_m: float) -> list[int]:
 
 
 def _is_part(box: Box, bodies: Bodies, body: int) -> bool:
-    """R1."""
+    """Return whether a body is a part of a door: on the floor, below the ceiling, no wider than a door."""
     if box.width > LEAF_WIDTH_M[1] or box.thickness > WALL_M:
         return False
     if box.thickness <= HAND_M and box.width >= LEAF_WIDTH_M[0]:
@@ -242,7 +242,7 @@ def _is_part(box: Box, bodies: Bodies, body: int) -> bool:
 
 
 def _is_casing(box: Box, parts: Iterable[Box]) -> bool:
-    """R1: return whether a box holds a leaf: a frame and its filling drawn as one block."""
+    """Return whether a box holds a leaf: a frame and its filling drawn as one block."""
     if not (LEAF_WIDTH_M[0] <= box.width <= LEAF_WIDTH_M[1] and box.thickness <= WALL_M):
         return False
     return any(_holds(box, part) for part in parts if part.width > 0.7 * box.width)
@@ -261,8 +261,8 @@ def _volume(bodies: Bodies, body: int) -> float:
     return abs(float(np.einsum("ij,ij->i", a, np.cross(b, c)).sum())) / 6
 
 
-def part_from_panelling(leaves: list[Leaf]) -> tuple[list[Leaf], list[Leaf]]:
-    """R3, R4: return the leaves, and the rows of three plates or more, from their first plate to their last."""
+def part_from_panelling(leaves: list[LeafBodies]) -> tuple[list[LeafBodies], list[LeafBodies]]:
+    """Return the leaves, and the rows of three plates or more, from their first plate to their last."""
     pairs = combinations(range(len(leaves)), 2)
     near = (pair for pair in pairs if _in_row(*(leaves[k].box for k in pair)))
     panelling = {k for row in connected_groups(len(leaves), near) if len(row) > 2 for k in row}
@@ -271,7 +271,7 @@ def part_from_panelling(leaves: list[Leaf]) -> tuple[list[Leaf], list[Leaf]]:
     return [leaf for k, leaf in enumerate(leaves) if k not in panelling], [leaves[k] for k in sorted(panelling)]
 
 
-def _plates(leaf: Leaf) -> int:
+def _plates(leaf: LeafBodies) -> int:
     """Return how many plates stand side by side in a leaf; a pane and its frame count as one."""
     wide = [part for part in leaf.parts if part.width >= LEAF_WIDTH_M[0]]
     at = sorted(float(dot_product(part.centre - leaf.box.centre, leaf.box.along)) for part in wide)

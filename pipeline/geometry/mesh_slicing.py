@@ -141,7 +141,7 @@ class MeshSlicer:
         return SectionSegments(np.ascontiguousarray(segments[kept]), self._body[faces][kept], height, self.caps)
 
     def _of_walls(self, segments: npt.NDArray[np.float64], face: npt.NDArray[np.int64]) -> npt.NDArray[np.bool_]:
-        """R3: return which segments (n, 2, 2) of these faces are of walls."""
+        """Return which segments (n, 2, 2) of these faces are of walls."""
         upright, body = self._upright[face], self._body[face]
         length = np.hypot(*(segments[:, 1] - segments[:, 0]).T)
         count = int(self._body.max()) + 1

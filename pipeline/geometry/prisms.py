@@ -45,7 +45,7 @@ class Prisms(Mesh):
 
     @cached_property
     def _mesh(self) -> Mesh:
-        return merge_meshes(extrude_polygon(each.area, each.bottom_m, each.top_m) for each in self.bodies)
+        return merge_meshes(make_prisms(each.area, each.bottom_m, each.top_m) for each in self.bodies)
 
     @property
     def vertices(self) -> Floats:
@@ -139,7 +139,7 @@ def _without_specks(area: BaseGeometry) -> BaseGeometry:
     return parts[0] if len(parts) == 1 else MultiPolygon(parts)
 
 
-def extrude_polygon(shape: BaseGeometry, bottom_m: float, top_m: float) -> Mesh:
+def make_prisms(shape: BaseGeometry, bottom_m: float, top_m: float) -> Mesh:
     """Return a body that stands on a plan shape, or nothing if it has no height."""
     polygons = [p for p in shapely.get_parts(shape) if isinstance(p, Polygon) and p.area > SAME_M2]
     if top_m - bottom_m < POINT_M or not polygons:

@@ -36,8 +36,8 @@ class JoinedPoints:
 class Spaces:
     """From stage ``doors`` on: a house as rooms and ways between them.
 
-    ``walls`` is the closed plane. ``joins`` are pairs of rooms that meet without a wall and without a door (under a
-    beam too wide for a door). ``outlines`` are the outer contours, one for each free-standing part of the house.
+    ``walls`` is the closed plane. ``open_pairs`` are pairs of rooms that meet without a wall and a door (under a beam
+    too wide for a door). ``outlines`` are the outer contours, one for each free-standing part of the house.
     ``joined`` are the pairs of points that cuts were made for. ``closed`` are spaces that were left out because nothing
     leads into them. ``notes`` counts what the rules did, by rule.
     """
@@ -45,7 +45,7 @@ class Spaces:
     walls: BaseGeometry
     rooms: tuple[Polygon, ...]
     passages: tuple[Opening, ...]
-    joins: tuple[tuple[int, int], ...] = ()
+    open_pairs: tuple[tuple[int, int], ...] = ()
     outlines: tuple[Polygon, ...] = ()
     joined: tuple[JoinedPoints, ...] = ()
     closed: tuple[Polygon, ...] = ()
@@ -63,7 +63,7 @@ class Spaces:
             self,
             rooms=tuple(self.rooms[k] for k in keep),
             passages=tuple(passages),
-            joins=tuple((new[a], new[b]) for a, b in self.joins if a in new and b in new),
+            open_pairs=tuple((new[a], new[b]) for a, b in self.open_pairs if a in new and b in new),
             notes={**self.notes, **notes},
         )
 
@@ -80,9 +80,9 @@ def rooms_inside(outlines: Sequence[Polygon], rooms: Sequence[Polygon]) -> tuple
 
 
 def connected_rooms(spaces: Spaces) -> list[list[int]]:
-    """Groups of room indices joined by passages or joins, each sorted, in the order of their first room."""
+    """Groups of rooms (indices) that passages join or that meet, sorted, in the order of their first room."""
     inner = [p.sides for p in spaces.passages if not p.leads_outside]
-    return connected_groups(len(spaces.rooms), [*inner, *spaces.joins])
+    return connected_groups(len(spaces.rooms), [*inner, *spaces.open_pairs])
 
 
 # ---------------------------------------------------------------------------------------------------------------------
@@ -150,7 +150,7 @@ def walkable_floor(spaces: Spaces) -> BaseGeometry:
     """Return all rooms and the open passages between them, as one area."""
     strips = strips_of([p for p in spaces.passages if not p.leads_outside], deeper_m=CM_M)
     floor = unite([*spaces.rooms, *strips])
-    return close_cracks(floor, MM_M) if spaces.joins else floor
+    return close_cracks(floor, MM_M) if spaces.open_pairs else floor
 
 
 def erode_floor(floor: BaseGeometry, radius_m: float) -> list[Polygon]:

@@ -136,7 +136,7 @@ def columns_of_mesh(mesh: Mesh, low_m: float, high_m: float, cell_m: float) -> C
 
 
 def _cuts(corners: Floats, heights: Floats) -> tuple[Floats, npt.NDArray[np.int64]]:
-    """R2: return the segments (n, 2, 2) of all faces at all planes, and the plane of each."""
+    """Return the segments (n, 2, 2) of all faces at all planes, and the plane of each."""
     order = np.argsort(corners[:, :, 2], axis=1)
     a, b, c = np.moveaxis(np.take_along_axis(corners, order[:, :, None], axis=1), 1, 0)
     first, last = np.searchsorted(heights, a[:, 2]), np.searchsorted(heights, c[:, 2])
@@ -156,7 +156,7 @@ def _at(low: Floats, high: Floats, z: Floats) -> Floats:
 
 
 def raster_around_points(plan: Floats, along: Floats, cell_m: float) -> Raster:
-    """R1: a raster over plan points (n, 2) with a margin, its cells larger where they would be too many."""
+    """A raster over plan points (n, 2) with a margin, its cells larger where they would be too many."""
     axes = np.array([along, [-along[1], along[0]]])
     turned = plan @ axes.T
     low = turned.min(axis=0, initial=0.0 if not len(turned) else np.inf) - AROUND_M
@@ -302,14 +302,14 @@ def columns_of_points(points: Floats, low_m: float, high_m: float, cell_m: float
 
 
 def _raster(plan: Floats, cell_m: float) -> Raster:
-    """R1: return the raster; points that lie on a grid of their own are sharpest in its direction."""
+    """Return the raster; points that lie on a grid of their own are sharpest in its direction."""
     off = np.random.default_rng(0).uniform(-cell_m / 2, cell_m / 2, plan.shape)
     along = sharpest_direction(plan + off, np.array([1.0, 0.0]), TURNS_DEG)
     return raster_around_points(plan, sharpest_direction(plan + off, along), cell_m)
 
 
 def _step(cells: npt.NDArray[np.int64], height_m: float) -> float:
-    """R2."""
+    """Return the distance of the planes at which faces are cut, metres."""
     mass = np.bincount(cells)
     if not len(cells):
         return STAND_M
@@ -319,7 +319,7 @@ def _step(cells: npt.NDArray[np.int64], height_m: float) -> float:
 
 
 def _ground_points(floor: Floats, raster: Raster) -> Bools:
-    """R3."""
+    """Return where points near the floor's height are as dense as most of them; outliers lie far apart."""
     rows, columns = raster.shape
     at = np.floor((floor @ raster.axes.T - raster.origin) / raster.cell_m).astype(np.int64)
     at = at[((at >= 0) & (at < (columns, rows))).all(axis=1)]

@@ -146,7 +146,7 @@ def _holes(found: Bools, reaching: Bools) -> Bools:
 
 
 def _continue_runs(reaching: Bools, body: Bools, traces: Bools, raster: Raster) -> Bools:
-    """R1: return the walls with straight runs continued to what stands before their ends, and to their corners."""
+    """Return the walls with straight runs continued to what stands before their ends, and to their corners."""
     below = grow_mask(body, 1)
     angles = np.pi * np.arange(TURNS) / TURNS
     runs = _runs(reaching, raster)
@@ -167,7 +167,7 @@ def _continue_runs(reaching: Bools, body: Bools, traces: Bools, raster: Raster) 
 
 
 def _without_traces(reaching: Bools, raster: Raster) -> Bools:
-    """R2: return the walls with short holes before their free ends closed, traces or not."""
+    """Return the walls with short holes before their free ends closed, traces or not."""
     found = reaching.copy()
     for turn, run in enumerate(_runs(reaching, raster)):
         angle = np.pi * turn / TURNS
@@ -235,7 +235,7 @@ def add_unseen_corners(reaching: Bools, unseen: Bools, raster: Raster) -> Bools:
 
 
 def _between_jambs(reaching: Bools, body: Bools, raster: Raster) -> Bools:
-    """R3, along the rows and along the columns."""
+    """Close the tops of doors in short walls: two jambs in one line, or a jamb that faces the end of a wall."""
     found = reaching.copy()
     for walls, standing, marked in ((reaching, body, found), (reaching.T, body.T, found.T)):
         beside = _close_by(walls, raster)
@@ -367,7 +367,7 @@ def _without_specks(mask: Bools, raster: Raster) -> Bools:
 
 
 def _outside(inside: Bools, raster: Raster) -> Bools:
-    """R4: return the air around the house, entered through nothing that is narrower than ``AROUND_M``."""
+    """Return the air around the house, entered through nothing that is narrower than ``AROUND_M``."""
     half = raster.size(AROUND_M / 2)
     air = (~grow_mask(inside, half)).view(np.uint8)
     _, label = cv2.connectedComponents(np.pad(air, 1, constant_values=1), connectivity=4)
@@ -376,7 +376,7 @@ def _outside(inside: Bools, raster: Raster) -> Bools:
 
 
 def _open_edge(band: Bools, walls: Bools, columns: Columns) -> Bools:
-    """R4: return the parts of the band around the house that are longer than a hole and have nothing standing near.
+    """Return the parts of the band around the house that are longer than a hole and have nothing standing near.
 
     Neighbouring cells count together: in a wall that was hardly seen, each cell has other heights.
     """
@@ -405,7 +405,7 @@ def _has_ground(air: Bools, columns: Columns) -> bool:
 
 
 def _unseen_cells(air: Bools, columns: Columns) -> Bools:
-    """R5: return the regions without ground; nothing if the scan has little ground at all."""
+    """Return the regions without ground; nothing if the scan has little ground at all."""
     import scipy.ndimage
 
     if not _has_ground(air, columns):
@@ -418,7 +418,7 @@ def _unseen_cells(air: Bools, columns: Columns) -> Bools:
 
 
 def _regions_without_walls(air: Bools, walls: Bools) -> Bools:
-    """R5: return all regions but the largest that have walls along less than ``SOME`` of their edge."""
+    """Return all regions but the largest that have walls along less than ``SOME`` of their edge."""
     count, label, boxes, _ = cv2.connectedComponentsWithStats(air.view(np.uint8), connectivity=4)
     found, margin = np.zeros_like(air), 2 * CUT_SPREAD_CELLS
     largest = 1 + int(np.argmax(boxes[1:, cv2.CC_STAT_AREA])) if count > 1 else 0
@@ -441,7 +441,7 @@ def _shrink(solid: Bools) -> Bools:
 
 
 def _doorways(free: Bools, air: Bools, raster: Raster) -> tuple[Floats, ...]:
-    """R6."""
+    """Return the places in walls, as long as doors, where nothing stands up to head height, with air on both sides."""
     count, label, boxes, _ = cv2.connectedComponentsWithStats(free.view(np.uint8), connectivity=4)
     found = []
     for k in range(1, count):

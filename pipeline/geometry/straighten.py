@@ -227,7 +227,7 @@ def _redraw(edges: _Edges, line: Floats, normal: Floats, n_rings: int, offset_m:
 
 
 def _without_steps(index: list[int], line: Floats, normal: Floats, length: Floats, offset_m: float) -> list[int]:
-    """R3: drop short edges whose neighbours meet without them, and join neighbours on one line."""
+    """Drop short edges whose neighbours meet without them, and join neighbours on one line."""
     ways, offsets = normal[index].tolist(), line[index].tolist()  # lists of numbers are quicker than arrays
     short = (length[index] <= offset_m).tolist()
 
@@ -252,7 +252,7 @@ def _without_steps(index: list[int], line: Floats, normal: Floats, length: Float
 
 
 def _accept_if_sound(room: Polygon, rings: list[Floats], offset_m: float) -> Polygon:
-    """R4: return the redrawn room if it is sound and close to what it was."""
+    """Return the redrawn room if it is sound and close to what it was."""
     if any(len(ring) < 3 for ring in rings[:1]):
         return room
     redrawn = Polygon(rings[0], [ring for ring in rings[1:] if len(ring) >= 3])

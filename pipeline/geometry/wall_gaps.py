@@ -466,7 +466,7 @@ class _HallEnd(NamedTuple):
 
 
 def _hall_ends(room: Polygon, corridors: Sequence[Opening], ways: Sequence[Opening]) -> list[Opening]:
-    """R4: return the ends of a hall in a room, or nothing; ``ways`` are all other ways of the storey."""
+    """Return the ends of a hall in a room, or nothing; ``ways`` are all other ways of the storey."""
     inside = [strip for strip in corridors if shapely.contains(room, shapely.points(strip.centre))]
     inner = unite(way.polygon for way in ways if not (way.is_strip and way.leads_outside))
     ends = [end for strip in inside if (end := _hall_end(strip, room, inner)) is not None]
@@ -572,14 +572,14 @@ def find_doorless_openings(rooms: Sequence[Polygon], free: BaseGeometry, walls: 
         apart = float(rooms[one].distance(rooms[other]))
         near = [buffer_mitred(rooms[k], apart / 2 + SHEET_M) for k in (one, other)]
         for piece in polygons_of(intersect(intersect(near[0], near[1]), free)):
-            opening = _straight(piece, apart)
+            opening = _straight_gap(piece, apart)
             if opening is not None and _is_between(opening, (rooms[one], rooms[other]), walls):
                 found.append(opening)
     return found
 
 
-def _straight(piece: Polygon, apart: float) -> Opening | None:
-    """R1."""
+def _straight_gap(piece: Polygon, apart: float) -> Opening | None:
+    """Return the gap between two ends of one wall as an opening, or None if it is no straight strip."""
     box = shapely.oriented_envelope(piece)
     if box.geom_type != "Polygon" or piece.area < NEARLY_ALL * box.area:
         return None
@@ -594,7 +594,7 @@ def _straight(piece: Polygon, apart: float) -> Opening | None:
 
 
 def _is_between(opening: Opening, rooms: tuple[Polygon, Polygon], walls: BaseGeometry) -> bool:
-    """R2."""
+    """Return whether an opening runs from wall to wall, at one end a wall with one of the rooms on each side."""
     sides = list(zip(opening.segment, (-opening.along, opening.along), strict=True))
     if not all(shapely.dwithin(walls, shapely.points(end + STAND_M * out), SHEET_M) for end, out in sides):
         return False

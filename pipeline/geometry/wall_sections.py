@@ -152,7 +152,7 @@ def _is_dense(segments: Floats) -> bool:
 
 
 def _lines_of(segments: Floats) -> npt.NDArray[np.object_]:
-    """R5: return the segments as lines with as few corners as ``CM_M`` allows."""
+    """Return the segments as lines with as few corners as ``CM_M`` allows."""
     order = np.lexsort((segments[:, :, 1], segments[:, :, 0]), axis=1)
     once = np.unique(np.take_along_axis(segments, order[:, :, None], axis=1), axis=0)  # two sheets may coincide
     merged = shapely.line_merge(shapely.multilinestrings(shapely.linestrings(once)))
@@ -160,7 +160,7 @@ def _lines_of(segments: Floats) -> npt.NDArray[np.object_]:
 
 
 def _not_too_slim(faces: npt.NDArray[np.object_], sheet_m: float) -> npt.NDArray[np.object_]:
-    """R4: return the faces, and for each that is thinner than ``sheet_m`` a strip of that width along it."""
+    """Return the faces, and for each that is thinner than ``sheet_m`` a strip of that width along it."""
     slim = 2 * shapely.area(faces) / shapely.length(faces) < NEARLY_ALL * sheet_m  # thickness of a long strip
     return np.concatenate([faces, _strips(faces[slim], sheet_m)]) if slim.any() else faces
 
@@ -224,7 +224,7 @@ def _arrange(
 
 
 def _is_filled(found: WallSection, walls: BaseGeometry) -> bool:
-    """R6: return whether most of what walls and massive bodies enclose is massive."""
+    """Return whether most of what walls and massive bodies enclose is massive."""
     if found.solids.is_empty:
         return False
     enclosed = unite(Polygon(part.exterior) for part in polygons_of(unite([found.solids, walls])))
@@ -232,7 +232,7 @@ def _is_filled(found: WallSection, walls: BaseGeometry) -> bool:
 
 
 def _split_solids(solids: BaseGeometry, solid_m: float) -> tuple[BaseGeometry, BaseGeometry]:
-    """R2: return the massive part of solid bodies, and their thin rest, which is wall."""
+    """Return the massive part of solid bodies, and their thin rest, which is wall."""
     if solids.is_empty:
         return EMPTY, EMPTY
     massive = drop_thin_parts(solids, solid_m)
@@ -240,7 +240,7 @@ def _split_solids(solids: BaseGeometry, solid_m: float) -> tuple[BaseGeometry, B
 
 
 def _hollow_parts(solids: BaseGeometry, bodies: BaseGeometry) -> BaseGeometry:
-    """R2: return the parts of the solids that lie among bodies within them (rooms in a cladding)."""
+    """Return the parts of the solids that lie among bodies within them (rooms in a cladding)."""
     within = intersect(bodies, solids)
     if within.is_empty:
         return EMPTY
@@ -249,7 +249,7 @@ def _hollow_parts(solids: BaseGeometry, bodies: BaseGeometry) -> BaseGeometry:
 
 
 def _are_hollow(faces: Shapes, within: BaseGeometry) -> npt.NDArray[np.bool_]:
-    """R2: return which solid faces lie among bodies that stand ``within`` the solid, along most of their edges."""
+    """Return which solid faces lie among bodies that stand ``within`` the solid, along most of their edges."""
     edges = shapely.boundary(faces)
     beside = shapely.intersection(edges, buffer_mitred(within, POINT_M))
     return np.asarray(shapely.length(beside) > LARGELY * shapely.length(edges), np.bool_)
@@ -288,7 +288,7 @@ def close_cracks(walls: BaseGeometry, width_m: float = CRACK_M) -> BaseGeometry:
 
 
 def _inside(points: npt.NDArray[np.object_], cut: SectionSegments) -> npt.NDArray[np.bool_]:
-    """R2: return which points lie in a closed body: all round, above and below."""
+    """Return which points lie in a closed body: all round, above and below."""
     around = winding_number(points, cut.ends) > 0
     around[around] = cut.caps.close(shapely.get_coordinates(points[around]), cut.height)
     return around

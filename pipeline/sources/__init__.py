@@ -27,7 +27,7 @@ _OPTIONS = {
     "generated": ("seed",),
     "reader_choice": ("model_path", "up", "units", "resolution"),
 }
-"""The readers, and which of a build's options each of them takes."""
+"""The readers that ``find`` asks, and which of a build's options each takes; ``reader_choice`` asks all others."""
 
 OVERRIDABLE = {
     "mesh_file": ("drop_nodes", "floors", "keep", "scale", "storey_height", "units", "up"),

@@ -74,7 +74,7 @@ class Hole:
 
     @property
     def is_passage(self) -> bool:
-        """R1."""
+        """Whether one can walk through: it starts at the knee or lower and ends above a person's head."""
         return not self.is_window and self.bottom_m <= KNEE_M and self.top_m >= LOWEST_HEAD_M
 
 
@@ -110,7 +110,7 @@ def _courses(walls: Iterable[Wall]) -> Courses:
 
 
 def _bodies(courses: Courses, passages: Sequence[Hole]) -> list[Prism]:
-    """R2."""
+    """Return the walls as prisms: a passage takes its part out of each, but for its sill and its lintel."""
     parts = []
     for (bottom, top), shapes in sorted(courses.items()):
         whole = shapely.union_all(shapes, grid_size=FILE_GRID_M)  # R3
@@ -142,7 +142,7 @@ def passage_openings(holes: Iterable[Hole]) -> tuple[Opening, ...]:
     return tuple(Opening.named(hole.shape, hole.has_door) for hole in holes if hole.is_passage)
 
 
-def window_openings(holes: Iterable[Hole]) -> tuple[Opening, ...]:
+def openings_of_windows(holes: Iterable[Hole]) -> tuple[Opening, ...]:
     """Return the windows among the holes (R1), for the plan."""
     windows = [hole for hole in holes if (hole.is_window or hole.bottom_m > KNEE_M) and hole.shape.area > SAME]
     return tuple(Opening.window(each.shape, (each.bottom_m, each.top_m), np.array(each.across)) for each in windows)
@@ -155,7 +155,7 @@ def unite_rooms(shapes: Iterable[Polygon]) -> Polygon | MultiPolygon | None:
 
 
 def drop_outdoor_rooms(rooms: Sequence[SourceRoom], walls: Sequence[Wall]) -> tuple[SourceRoom, ...]:
-    """R4: return the rooms but those whose edge is open for more than HARDLY of its length."""
+    """Return the rooms but those whose edge is open for more than HARDLY of its length."""
     shapes = [room.polygon for room in rooms if room.polygon is not None]
     # a wall or room so near is beside it
     near = shapely.buffer(shapely.union_all([wall.shape for wall in walls]), BESIDE_M)
@@ -172,7 +172,7 @@ def drop_outdoor_rooms(rooms: Sequence[SourceRoom], walls: Sequence[Wall]) -> tu
 
 
 def subtract_rooms_from_walls(rooms: Sequence[SourceRoom], walls: Sequence[Wall], holes: Sequence[Hole]) -> list[Wall]:
-    """R6: return the walls without their parts in rooms; unchanged if rooms are drawn over the walls."""
+    """Return the walls without their parts in rooms; unchanged if rooms are drawn over the walls."""
     shapes = [room.polygon for room in rooms if room.polygon is not None]
     area, standing_ = shapely.union_all(shapes), shapely.union_all([wall.shape for wall in walls])
     if shapely.intersection(area, standing_).area > THIRD * standing_.area:
@@ -190,10 +190,10 @@ def subtract_rooms_from_walls(rooms: Sequence[SourceRoom], walls: Sequence[Wall]
     return found
 
 
-def walls_between_rooms(
+def fill_between_rooms(
     rooms: Sequence[SourceRoom], walls: Sequence[Wall], holes: Sequence[Hole]
 ) -> tuple[list[Wall], list[Hole]]:
-    """R5: return what is left between the rooms and the walls, and the holes, those of passages going on through it.
+    """Return what is left between the rooms and the walls, and the holes, those of passages going on through it.
 
     The passages that the slits themselves are stand behind the holes, without doors.
     """
@@ -255,7 +255,7 @@ def polygon_from_ring(ring: Iterable[Sequence[float]]) -> Polygon | None:
 # R4  A door's hole goes on to the floors on both sides of it. One that each of its rooms has for itself is one.
 
 
-def walls_around(floors: Sequence[Polygon], top_m: float) -> list[Wall]:
+def walls_around_floors(floors: Sequence[Polygon], top_m: float) -> list[Wall]:
     """Return the walls of a storey, from its floor to ``top_m``."""
     floor = shapely.union_all(floors, grid_size=FILE_GRID_M)
     whole = buffer_mitred(buffer_mitred(floor, CRACK_M / 2), -CRACK_M / 2)  # R1
@@ -266,7 +266,7 @@ def walls_around(floors: Sequence[Polygon], top_m: float) -> list[Wall]:
 
 
 def deepen_to_wall_faces(hole: Hole, walls: Sequence[Wall]) -> Hole | None:
-    """R4, or None if the hole is in no wall."""
+    """Return a hole as deep as the walls that it goes through, or None if it is in no wall."""
     step = DEEPEST_WALL_M * np.array(hole.across)
     corners = shapely.get_coordinates(hole.shape)
     lane = shapely.convex_hull(shapely.multipoints(np.concatenate([corners + step, corners - step])))
@@ -309,7 +309,7 @@ def _is_deep(part: BaseGeometry, hole: Hole) -> bool:
 
 
 def merge_parallel_holes(holes: Sequence[Hole]) -> list[Hole]:
-    """R4: holes that lie beside each other, along most of their length, as one; a hole is wider than deep."""
+    """Holes that lie beside each other, along most of their length, as one; a hole is wider than deep."""
     if not holes:
         return []
     shapes = [hole.shape for hole in holes]

@@ -32,7 +32,7 @@ from shapely import LineString, Polygon
 
 from houseexpo.plan import Frame
 from pipeline.geometry.areas import polygons_of
-from pipeline.geometry.prisms import extrude_polygon
+from pipeline.geometry.prisms import make_prisms
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.drawn_storeys import (
     Hole,
@@ -41,7 +41,7 @@ from pipeline.sources.drawn_storeys import (
     passage_openings,
     unite_rooms,
     wall_mesh,
-    walls_around,
+    walls_around_floors,
 )
 from pipeline.sources.files import LeftOutParts, check_file, check_lengths, decode_document, input_from_file, level_id
 from pipeline.sources.roles import labels_for
@@ -260,7 +260,7 @@ class _Floor:
 
 
 def _floor(room: SceneRoom) -> _Floor | None:
-    """R1."""
+    """Return the area of a room's meshes of type Floor, or None without one."""
     meshes = [surface.mesh for surface in room.surfaces if surface.kind == "Floor" and len(surface.mesh.faces)]
     if not meshes:
         return None
@@ -281,7 +281,7 @@ def _in_plan(points: np.ndarray) -> np.ndarray:
 
 
 def _levels(floors: Sequence[_Floor]) -> list[list[_Floor]]:
-    """R3: return the floors by level, lowest first, the largest of each level first."""
+    """Return the floors by level, lowest first, the largest of each level first."""
     levels: list[list[_Floor]] = []
     for floor in sorted(floors, key=lambda each: each.height_m):
         if levels and floor.height_m - levels[-1][0].height_m < STOREYS_APART_M:
@@ -295,7 +295,7 @@ def _level(floors: list[_Floor], rooms: Sequence[SceneRoom], above: float, prove
     """Return a level, still without its own id and number; ``above`` is the height of the next one."""
     height = floors[0].height_m
     top = _top(rooms, height, above)
-    walls = walls_around([floor.shape for floor in floors], top)
+    walls = walls_around_floors([floor.shape for floor in floors], top)
     holes = [hole for each in _holes(rooms, height, top) if (hole := deepen_to_wall_faces(each, walls)) is not None]
     named = tuple(_room(floor) for floor in floors)
     things = [thing for floor in floors for thing in floor.room.furniture]
@@ -325,7 +325,7 @@ def _top(rooms: Sequence[SceneRoom], height: float, above: float) -> float:
 
 
 def _holes(rooms: Sequence[SceneRoom], height: float, top: float) -> list[Hole]:
-    """R2."""
+    """Return the doors and holes that reach from the floor to above a person's head, and the windows."""
     found: list[Hole] = []
     for surface in (surface for room in rooms for surface in room.surfaces if surface.kind in {"Door", "Hole"}):
         low, high = (float(end(surface.mesh.vertices[:, 1])) - height for end in (np.min, np.max))
@@ -344,11 +344,11 @@ def _room(floor: _Floor) -> SourceRoom:
 
 
 def _object(thing: PlacedFurniture, height: float) -> SourceObject:
-    """R4; a turn about the upright axis is the same turn in the plan, counter-clockwise."""
+    """Return furniture as a box; a turn about the upright axis is the same turn in the plan, counter-clockwise."""
     across, deep = thing.size[0] / 2, thing.size[2] / 2
     cos, sin = np.cos(thing.turn_rad), np.sin(thing.turn_rad)
     at = np.array([thing.at[0], -thing.at[2]])
     corners = np.array([(-across, -deep), (across, -deep), (across, deep), (-across, deep)])
     shape = Polygon(at + corners @ np.array([[cos, sin], [-sin, cos]]))
     bottom = thing.at[1] - height
-    return SourceObject((thing.words,), extrude_polygon(shape, bottom, bottom + thing.size[1]))
+    return SourceObject((thing.words,), make_prisms(shape, bottom, bottom + thing.size[1]))

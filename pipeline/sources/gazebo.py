@@ -122,7 +122,7 @@ class _Parts:
 
 
 def _sort_bodies(bodies: list[ModelBody]) -> _Parts:
-    """R1, R2."""
+    """Divide bodies into the building, leaves and furniture: what moves or ends below the walls is furniture."""
     bodies = [part for body in bodies for part in _without_leaves(body)]
     roles = {id(body): role for body in bodies if (role := _role(body))}
     leaves = [body for body in bodies if roles.get(id(body)) is Role.DOOR]
@@ -145,7 +145,7 @@ def _sort_bodies(bodies: list[ModelBody]) -> _Parts:
 
 
 def _says_where(body: ModelBody) -> bool:
-    """R5: tell whether a body is a room's floor, or a doorway's."""
+    """Tell whether a body is a room's floor, or a doorway's."""
     named = role_from_name(body.name)
     is_ground = named is not None and (named.role is Role.THRESHOLD or bool(part_room_words(PartNames((body.name,)))))
     return is_ground and _is_flat(body)
@@ -169,7 +169,7 @@ def _named_scene(parts: _Parts, shift: Shift) -> NamedScene:
 
 
 def _role(body: ModelBody) -> Role | None:
-    """R2."""
+    """Return what the names of a body say that it is; what is called a door is a leaf."""
     named = role_from_name(body.name)
     if named and named.role is Role.DOOR:
         links = [role_from_name(link) for link in body.links]
@@ -179,7 +179,7 @@ def _role(body: ModelBody) -> Role | None:
 
 
 def _without_leaves(body: ModelBody) -> Iterator[ModelBody]:
-    """R2: yield the links of a model that are leaves, each as a body, then the rest of it."""
+    """Yield the links of a model that are leaves, each as a body, then the rest of it."""
     is_thing = _role(body) in {Role.DOOR, Role.FURNITURE, Role.LEFT_OUT} or names_furniture_with_doors(body.name)
     links = [] if is_thing else list(zip(body.links, body.parts, strict=True))
     leaves = [link for link in links if _is_leaf(*link)]
@@ -199,7 +199,7 @@ def _is_leaf(name: str, mesh: Mesh) -> bool:
 
 
 def _stretch_bodies(parts: _Parts, floor_z: float, factor: float) -> _Parts:
-    """R4: return all bodies so many times as high over the floor."""
+    """Return all bodies so many times as high over the floor."""
 
     def stretch(mesh: Mesh) -> Mesh:
         return Mesh((mesh.vertices - (0.0, 0.0, floor_z)) * (1.0, 1.0, factor) + (0.0, 0.0, floor_z), mesh.faces)
@@ -229,7 +229,7 @@ def _stands_in(body: ModelBody, main: ModelBody) -> bool:
 
 
 def _is_storey_below(body: ModelBody, main: ModelBody) -> bool:
-    """R1: head high, and all of it under the building's foot."""
+    """Head high, and all of it under the building's foot."""
     (low, high), (floor, _) = _box(body.mesh), _box(main.mesh)
     return bool(high[2] - low[2] >= HEAD_M and high[2] <= floor[2] + BESIDE_M)
 
@@ -239,7 +239,7 @@ def _box(mesh: Mesh) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _on_level(bodies: list[ModelBody], level: FoundLevel, shift: Shift) -> Iterator[SourceObject]:
-    """R3."""
+    """Yield the furniture that stands on a level."""
     floor = level.floor_z + shift[2]
     for body in bodies:
         low, high = body.mesh.vertices[:, 2].min(), body.mesh.vertices[:, 2].max()

@@ -44,7 +44,7 @@ import shapely.affinity
 from houseexpo.file_kinds import format_suffix
 from houseexpo.files import real_path
 from pipeline.geometry.meshes import NO_MESH, merge_meshes
-from pipeline.geometry.prisms import Prism, Prisms, extrude_polygon
+from pipeline.geometry.prisms import Prism, Prisms, make_prisms
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.drawn_storeys import polygon_from_ring
 from pipeline.sources.files import Element, LeftOutParts, parse_xml
@@ -221,7 +221,7 @@ def _cylinder(shape: Element, what: str) -> Mesh:
 
 def _capsule(shape: Element, what: str) -> Mesh:
     (radius,), (length,) = _sizes(shape.findtext("radius"), 1, what), _sizes(shape.findtext("length"), 1, what)
-    return extrude_polygon(_round(radius), -length / 2 - radius, length / 2 + radius)
+    return make_prisms(_round(radius), -length / 2 - radius, length / 2 + radius)
 
 
 def _sphere(shape: Element, what: str) -> Mesh:
@@ -372,7 +372,7 @@ class SceneReader:
     def _include(
         self, include: Element, place: _Place, frames: ModelFrames, state: dict[str, Element]
     ) -> Iterator[ModelBody]:
-        """R2."""
+        """Yield the bodies of an included model; one that is missing or damaged is named and left out."""
         uri = (include.findtext("uri") or "").strip()
         file = self._model_file(uri, place.folder)
         model = self._tree(file).find("model") if file is not None else None
@@ -396,7 +396,7 @@ class SceneReader:
         return self._included[uri, folder]
 
     def _link(self, link: Element, place: _Place, frames: ModelFrames, name: str) -> Mesh:
-        """R1."""
+        """Return the fuller of a link's visuals and collisions: fewer meshes missing, then more wall in them."""
         at = place.pose @ frames.pose(link)
         kinds = [self._triangles_of(link.findall(tag), place, at, frames, name) for tag in ("visual", "collision")]
         return min(kinds, key=lambda kind: (kind[0], -_wall_area(kind[1])))[1]
@@ -440,7 +440,7 @@ class SceneReader:
 
 
 def _model_file(found: Path | None) -> Path | None:
-    """R2: return the ``.sdf`` of a model's folder that ``model.config`` names last, else ``model.sdf``."""
+    """Return the ``.sdf`` of a model's folder that ``model.config`` names last, else ``model.sdf``."""
     if found is None or found.is_file():
         return found
     config = found / "model.config"
@@ -476,7 +476,7 @@ def _unite_upright(parts: list[Mesh]) -> Iterator[Mesh]:
             standing.setdefault((round(each.bottom_m / FILE_GRID_M), round(each.top_m / FILE_GRID_M)), []).append(each)
     for same in standing.values():
         area = shapely.union_all([each.area for each in same], grid_size=FILE_GRID_M) if len(same) > 1 else same[0].area
-        yield extrude_polygon(area, same[0].bottom_m, same[0].top_m)
+        yield make_prisms(area, same[0].bottom_m, same[0].top_m)
 
 
 def _wall_area(mesh: Mesh) -> float:
@@ -549,7 +549,7 @@ class ModelFinder:
         return {name: sorted(each, key=lambda p: (len(p.parts), p)) for name, each in found.items()}
 
     def _inside_roots(self, path: Path) -> Path | None:
-        """R3."""
+        """Return a path if it lies in one of the folders that may be read, else None."""
         try:
             real = path.resolve(strict=True)
         except (OSError, RuntimeError, ValueError):

@@ -24,7 +24,7 @@ from pipeline.rejection import Reason, Rejection
 from pipeline.sources.files import KEY as LEFT_OUT
 from pipeline.sources.files import id_from_file_name, level_id, list_files_of_format
 from pipeline.sources.meshes.formats import SUFFIXES, frame_convention, load_scene
-from pipeline.sources.meshes.scene import PartNames, Scene
+from pipeline.sources.meshes.scene import MeshScene, PartNames
 from pipeline.sources.named_scene import divide_among_levels, named_door_heights, sort_faces_by_role, structural_mesh
 from pipeline.sources.roles import is_romance_word, split_words, word_role
 from pipeline.sources.storeys.axis_and_unit import (
@@ -96,7 +96,7 @@ def read(item: Input) -> Iterator[Level]:
     if found.cut_off:
         upright = _raise_walls(upright, *found.cut_off)
     shift, kept_from = shift_to_origin(upright.vertices), ""
-    named = sort_faces_by_role(Scene(Mesh(upright.vertices - shift, upright.faces), raw.owner, raw.parts))
+    named = sort_faces_by_role(MeshScene(Mesh(upright.vertices - shift, upright.faces), raw.owner, raw.parts))
     try:
         asked = [height - shift[2] for height in json.loads(options.get("floors", "[]"))]
         levels = find_levels(named.solid, named.floor, named.ceiling, asked)
@@ -116,7 +116,7 @@ def read(item: Input) -> Iterator[Level]:
         "units": found.units,
         "up": found.up,
         **({LEFT_OUT: raw.left_out} if raw.left_out else {}),
-        **({"wall_height": _raised(*found.cut_off)} if found.cut_off else {}),
+        **({"wall_height": _describe_raising(*found.cut_off)} if found.cut_off else {}),
         **({"scale": float(options["scale"])} if options.get("scale", "1") != "1" else {}),
         **({IDLE: idle} if idle else {}),
         **({KEPT_FROM: kept_from} if kept_from else {}),
@@ -175,7 +175,7 @@ def _raise_walls(mesh: Mesh, foot: float, top: float) -> Mesh:
     return Mesh(np.column_stack([mesh.vertices[:, :2], raised]), mesh.faces)
 
 
-def _raised(foot: float, top: float) -> str:
+def _describe_raising(foot: float, top: float) -> str:
     return f"drawn up from {top - foot:.2f} m to {USUAL_STOREY_M} m"
 
 
@@ -204,7 +204,7 @@ def _frame(level: FoundLevel, found: AxisAndUnit, shift: Shift, number: int) -> 
 _AXES = {"y": 1, "z": 2}
 
 
-def measure_named_things(scene: Scene) -> dict[str, tuple[NamedThing, ...]]:
+def measure_named_things(scene: MeshScene) -> dict[str, tuple[NamedThing, ...]]:
     """Return the named things with their sizes in the file's unit, by up axis."""
     parts: dict[tuple[str, tuple[str, ...]], list[int]] = defaultdict(list)
     for index, part in enumerate(scene.parts):

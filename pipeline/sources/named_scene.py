@@ -27,7 +27,7 @@ import numpy.typing as npt
 import shapely
 from shapely import Polygon
 
-from pipeline.sources.meshes.scene import PartNames, Scene
+from pipeline.sources.meshes.scene import MeshScene, PartNames
 from pipeline.sources.roles import (
     NamedRole,
     Role,
@@ -232,7 +232,7 @@ class NamedScene:
         return cls(mesh, none, none)
 
 
-def structural_mesh(scene: Scene) -> Mesh:
+def structural_mesh(scene: MeshScene) -> Mesh:
     """Return what the names alone leave as building, in the scene's own frame, for finding its axis and unit."""
     dropped = {Role.DOOR, Role.FURNITURE, Role.LEFT_OUT, Role.TERRAIN, Role.SPACE, Role.OPENING}
     keep = [not ((named := role_from_part(part)) and named.role in dropped) for part in scene.parts]
@@ -243,7 +243,7 @@ def structural_mesh(scene: Scene) -> Mesh:
 
 
 def _is_building(mesh: Mesh, chosen: Bools) -> bool:
-    """R5, in a mesh whose axis and unit are not known: terrain and trees have many more faces than walls."""
+    """Return whether faces, axis and unit unknown, are most of a mesh: terrain and trees have more faces than walls."""
     if chosen.sum() >= SCARCELY * len(chosen):  # so much names leave standing, at least
         return True
     surfaces = Surfaces.of(mesh)
@@ -260,7 +260,7 @@ class DoorHeight:
     is_sure: bool = True
 
 
-def named_door_heights(scene: Scene) -> dict[str, DoorHeight]:
+def named_door_heights(scene: MeshScene) -> dict[str, DoorHeight]:
     """Return the middle height of the doors that names alone tell, by up axis.
 
     Only those count that stand upright on the axis: 1.5 to 4.5 times as high as wide.
@@ -281,7 +281,7 @@ def named_door_heights(scene: Scene) -> dict[str, DoorHeight]:
     return found
 
 
-def drop_default_cube(scene: Scene) -> Scene:
+def drop_default_cube(scene: MeshScene) -> MeshScene:
     """Drop the cube of side 2 about the origin with which Blender begins, where it was left among many parts."""
     for index, part in enumerate(scene.parts):
         if len(scene.parts) < 5 or "Cube" not in {part.mesh, *part.groups[-1:]}:
@@ -289,13 +289,13 @@ def drop_default_cube(scene: Scene) -> Scene:
         faces = scene.owner == index
         corners = scene.mesh.vertices[scene.mesh.faces[faces]]
         if faces.sum() == 12 and np.allclose(np.abs(corners), 1.0, atol=SAME):
-            return Scene(
+            return MeshScene(
                 Mesh(scene.mesh.vertices, scene.mesh.faces[~faces]), scene.owner[~faces], scene.parts, scene.left_out
             )
     return scene
 
 
-def sort_faces_by_role(scene: Scene) -> NamedScene:
+def sort_faces_by_role(scene: MeshScene) -> NamedScene:
     """Sort an upright scene in metres by role."""
     roles = [role_from_part(part) for part in scene.parts]
     if not any(roles):
@@ -313,7 +313,7 @@ def sort_faces_by_role(scene: Scene) -> NamedScene:
 class _Sorter:
     """Goes through the nodes of a scene; what it takes out of the walls is marked in ``out``."""
 
-    def __init__(self, scene: Scene, roles: list[NamedRole | None]) -> None:
+    def __init__(self, scene: MeshScene, roles: list[NamedRole | None]) -> None:
         self.mesh, self.parts = scene.mesh, scene.parts
         self.surfaces = Surfaces.of(scene.mesh)
         self.out = np.zeros(len(scene.mesh.faces), np.bool_)
@@ -351,7 +351,7 @@ class _Sorter:
                 yield part, faces
 
     def _doors(self) -> Iterator[SourceObject]:
-        """R1."""
+        """Yield what is called and shaped like a door; anything else of that name stays with the walls."""
         for named, _, faces in self.nodes:
             if named is None or named.role is not Role.DOOR:
                 continue
@@ -361,7 +361,7 @@ class _Sorter:
                 yield SourceObject((named.words,), take_faces(self.mesh, thing))
 
     def _furniture(self) -> Iterator[SourceObject]:
-        """R3."""
+        """Yield the furniture, and drop it from the walls unless one piece is as large as the house."""
         for named, _, faces in self.nodes:
             if named is None or named.role is not Role.FURNITURE:
                 continue
@@ -374,7 +374,7 @@ class _Sorter:
                 yield SourceObject((named.words,), take_faces(self.mesh, thing))
 
     def _drop(self, role: Role, *, but_handles: bool = False) -> None:
-        """R3; handles of doors stay where no door has a name."""
+        """Drop the parts of a role from the walls; handles of doors stay where no door has a name."""
         for named, _, faces in self.nodes:
             if named is None or named.role is not role or (but_handles and names_door_handle(named.words)):
                 continue
@@ -384,7 +384,7 @@ class _Sorter:
                 self.out[faces] = True
 
     def _terrain(self) -> None:
-        """R4."""
+        """Drop the ground, unless it ends with the house: then it is the floor."""
         for _, faces in self._each(Role.TERRAIN):
             if self._reaches_beyond(faces):
                 self.out[faces] = True
@@ -392,14 +392,14 @@ class _Sorter:
                 self.floor[faces] = True
 
     def _floors(self) -> Iterator[NamedBody]:
-        """R2."""
+        """Yield the flat parts that are called floor; their faces stay with the walls."""
         for part, faces in self._each(Role.FLOOR):
             if is_floor(self.surfaces, faces):
                 self.floor[faces] = True
                 yield NamedBody(part_room_words(part), take_faces(self.mesh, faces))
 
     def _thresholds(self) -> Iterator[NamedBody]:
-        """R6: yield what is flat, with the words that its name is of; it is a piece of the floor."""
+        """Yield what is flat, with the words that its name is of; it is a piece of the floor."""
         for part, faces in self._each(Role.THRESHOLD):
             if is_floor(self.surfaces, faces):
                 self.floor[faces] = True
@@ -421,7 +421,7 @@ class _Sorter:
         return is_whole_house(self.mesh, faces, self.low, self.high)
 
 
-def _by_node(scene: Scene, roles: list[NamedRole | None]) -> list[tuple[NamedRole | None, PartNames, Indices]]:
+def _by_node(scene: MeshScene, roles: list[NamedRole | None]) -> list[tuple[NamedRole | None, PartNames, Indices]]:
     """Faces of each node and role: the materials of one node that say the same are one."""
     order = np.argsort(scene.owner, kind="stable")
     counts = np.bincount(scene.owner, minlength=len(scene.parts))
@@ -530,7 +530,7 @@ def _hull(mesh: Mesh) -> Polygon:
 
 
 def _over_thresholds(bodies: Sequence[NamedBody], solid: Mesh, z: float) -> Iterator[Opening]:
-    """R6: yield the openings over the thresholds of a floor at height z."""
+    """Yield the openings over the thresholds of a floor at height z."""
     if not bodies:
         return
     surfaces = Surfaces.of(solid)
@@ -548,7 +548,7 @@ def _over_thresholds(bodies: Sequence[NamedBody], solid: Mesh, z: float) -> Iter
 
 
 def _is_crossed(threshold: Polygon, standing: shapely.STRtree) -> bool:
-    """R6: tell whether one can walk across a rectangle, with the segments that stand at the height of a waist."""
+    """Tell whether one can walk across a rectangle, with the segments that stand at the height of a waist."""
     corners = shapely.get_coordinates(threshold)[:4]
     sides = np.roll(corners, -1, axis=0) - corners
     k = int(np.argmin(np.hypot(*sides[:2].T)))

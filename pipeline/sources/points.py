@@ -317,7 +317,7 @@ def _height(voxels: Voxels) -> float:
 
 
 def _level(voxels: Voxels, storey: StoreyHeights, name: str, number: int, provenance: dict[str, str]) -> Level:
-    """R1."""
+    """Return the level of the voxels between a floor and its ceiling, without the ceiling's noise."""
     x, y, _ = (float(value) for value in voxels.origin)
     (a, b), (c, d) = voxels.turn.T[:2, :2].tolist()
     at = (voxels.turn.T @ (x, y, storey.floor_m)).tolist() if a < 1.0 else (x, y)

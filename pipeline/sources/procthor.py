@@ -31,16 +31,16 @@ import shapely
 
 from houseexpo.plan import Frame
 from houseexpo.plan.room_labels import canonical
-from pipeline.geometry.prisms import extrude_polygon
+from pipeline.geometry.prisms import make_prisms
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.drawn_storeys import (
     Hole,
     Wall,
+    openings_of_windows,
     passage_openings,
     polygon_from_ring,
     unite_rooms,
     wall_mesh,
-    window_openings,
 )
 from pipeline.sources.files import check_lengths, decode_document, id_from_file_name
 from pipeline.sources.reader_choice import (
@@ -79,7 +79,7 @@ class HoleBox(msgspec.Struct, frozen=True):
     max: Corner
 
 
-class DoorOrWindow(msgspec.Struct, frozen=True):
+class WallHole(msgspec.Struct, frozen=True):
     """A door or a window."""
 
     id: str
@@ -116,20 +116,20 @@ class HouseObject(msgspec.Struct, frozen=True):
     box: ObjectBox | None = msgspec.field(name="axisAlignedBoundingBox", default=None)
 
 
-class House(msgspec.Struct, frozen=True):
+class ProcthorHouse(msgspec.Struct, frozen=True):
     """One house."""
 
     walls: list[WallRectangle]
     rooms: list[HouseRoom]
-    doors: list[DoorOrWindow] = []
-    windows: list[DoorOrWindow] = []
+    doors: list[WallHole] = []
+    windows: list[WallHole] = []
     objects: list[HouseObject] = []
 
 
-_HOUSE = msgspec.json.Decoder(House)
+_HOUSE = msgspec.json.Decoder(ProcthorHouse)
 
 
-def parse_house(data: bytes, name: str) -> House:
+def parse_house(data: bytes, name: str) -> ProcthorHouse:
     """Read one house; raises Rejection (EMPTY, UNREADABLE, NOT_FINITE, BAD_UNITS)."""
     house = decode_document(_HOUSE, data, name, _ADVICE)
     corners = (corner for shape in _shapes(house) for corner in shape)
@@ -137,7 +137,7 @@ def parse_house(data: bytes, name: str) -> House:
     return house
 
 
-def _shapes(house: House) -> Iterable[list[Corner]]:
+def _shapes(house: ProcthorHouse) -> Iterable[list[Corner]]:
     yield from (wall.polygon for wall in house.walls)
     yield from (slot.hole for slot in [*house.doors, *house.windows])
     yield from (room.floor_polygon for room in house.rooms)
@@ -183,7 +183,7 @@ def read(item: Input) -> Iterator[Level]:
         rooms=rooms,
         room_count=len(rooms) or None,
         openings=passage_openings(holes),
-        windows=window_openings(holes),
+        windows=openings_of_windows(holes),
         n_objects=len(house.objects),
         provenance={"source": "procthor", "file": name, "sha256": hashlib.sha256(data).hexdigest()},
     )
@@ -264,8 +264,8 @@ def _is_house(file: Path, line: tuple[int, int]) -> bool:
     return bool(text.startswith(b"{") and text.endswith(b"}"))
 
 
-def _walls(house: House) -> list[Wall]:
-    """R1."""
+def _walls(house: ProcthorHouse) -> list[Wall]:
+    """Return the walls, each once, although a wall is drawn for each of its rooms, and as thick as a drawn sheet."""
     found = []
     for wall in house.walls:
         ends = _wall_ends(wall)
@@ -285,8 +285,8 @@ def _wall_ends(wall: WallRectangle) -> tuple[tuple[float, float], tuple[float, f
     return (corners[0], end) if math.dist(corners[0], end) > DRAWN_SHEET_M else None
 
 
-def _holes(house: House, name: str) -> list[Hole]:
-    """R2."""
+def _holes(house: ProcthorHouse, name: str) -> list[Hole]:
+    """Return the doors and windows, measured along their first wall from its first corner."""
     walls = {wall.id: wall for wall in house.walls}
     found = []
     for slot, is_door in [(door, True) for door in house.doors] + [(window, False) for window in house.windows]:
@@ -301,7 +301,7 @@ def _holes(house: House, name: str) -> list[Hole]:
     return found
 
 
-def _hole(slot: DoorOrWindow, ends: Any, foot: float, is_door: bool) -> Hole:
+def _hole(slot: WallHole, ends: Any, foot: float, is_door: bool) -> Hole:
     along = (ends[1] - ends[0]) / np.hypot(*(ends[1] - ends[0]))
     reach = [corner.x for corner in slot.hole]
     line = shapely.LineString([ends[0] + min(reach) * along, ends[0] + max(reach) * along])
@@ -311,7 +311,7 @@ def _hole(slot: DoorOrWindow, ends: Any, foot: float, is_door: bool) -> Hole:
     return Hole(shape, min(heights), max(heights), has_leaf)
 
 
-def _rooms(house: House) -> tuple[SourceRoom, ...]:
+def _rooms(house: ProcthorHouse) -> tuple[SourceRoom, ...]:
     found = []
     for room in house.rooms:
         label = canonical(room.room_type)
@@ -322,13 +322,13 @@ def _rooms(house: House) -> tuple[SourceRoom, ...]:
 
 
 def _furniture(things: list[HouseObject]) -> tuple[SourceObject, ...]:
-    """R3."""
+    """Return the objects whose boxes the file has."""
     found = []
     for thing in things:
         if thing.box is None:
             continue
         centre, size = thing.box.center, thing.box.size
         low, high = (centre.x - size.x / 2, centre.z - size.z / 2), (centre.x + size.x / 2, centre.z + size.z / 2)
-        body = extrude_polygon(shapely.box(*low, *high), centre.y - size.y / 2, centre.y + size.y / 2)
+        body = make_prisms(shapely.box(*low, *high), centre.y - size.y / 2, centre.y + size.y / 2)
         found.append(SourceObject((thing.id.partition("|")[0],), body))
     return tuple(found)

@@ -281,7 +281,7 @@ def parse_made_houses(source: str) -> MadeHouses | None:
     return MadeHouses(int(found[1]), style) if found and style else None
 
 
-_TAKES: dict[str, tuple[str, ...]] = {
+_READER_OPTIONS: dict[str, tuple[str, ...]] = {
     "procthor": (),
     "front3d": (),
     "gazebo": ("model_path", "root"),
@@ -291,7 +291,7 @@ _TAKES: dict[str, tuple[str, ...]] = {
     "vector_plans": (),
     "occupancy_map": ("resolution",),
 }
-"""The readers, and which of a build's options each of them takes."""
+"""The readers that are chosen by the file, and the options that each takes; ``root`` is the folder of the source."""
 
 _MODEL = "model.config"
 
@@ -323,7 +323,7 @@ def belongs_to_another_file(file: Path, root: Path) -> bool:
 
 def _inputs(file: Path, kind: str | None, name: str, options: dict[str, str]) -> Iterator[Input]:
     if kind is not None:
-        chosen = {key: value for key, value in options.items() if key in _TAKES[kind]}
+        chosen = {key: value for key, value in options.items() if key in _READER_OPTIONS[kind]}
         yield from import_module(f"pipeline.sources.{kind}").find(str(file), **chosen, file=name)
 
 

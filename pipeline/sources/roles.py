@@ -401,7 +401,7 @@ def names_door_handle(name: str) -> bool:
 
 
 def role_from_part(part: PartNames) -> NamedRole | None:
-    """R4: return what a part's names say together."""
+    """Return what a part's names say together."""
     own = _first([*part.groups[-1:], part.mesh])
     material = role_from_name(part.material)
     if material and material.role not in SAID_BY_MATERIALS:
@@ -416,7 +416,7 @@ def role_from_part(part: PartNames) -> NamedRole | None:
 
 
 def part_room_words(part: PartNames) -> tuple[str, ...]:
-    """R5: return the source's own words for the room of a floor or a space; empty where it has none."""
+    """Return the source's own words for the room of a floor or a space; empty where it has none."""
     for name in (*part.groups[-1:], part.mesh):
         rest = [word for word in split_words(name) if _meaning(word) not in {Role.FLOOR, Role.SPACE}]
         words = " ".join(word for word in rest if word not in {"space", "ifcspace", "mesh", "other", "transition"})
@@ -441,7 +441,7 @@ def _meaning(word: str) -> Role | None:
 
 
 def _has_doors(word: str) -> bool:
-    """R2: tell whether a word is for furniture that has doors."""
+    """Tell whether a word is for furniture that has doors."""
     plain = {word, *(word.removesuffix(end) for end in ("s", "es", "n", "en") if len(word) > len(end) + SHORTEST_REST)}
     if not plain.isdisjoint(FURNITURE_DOORS):
         return True
@@ -449,7 +449,7 @@ def _has_doors(word: str) -> bool:
 
 
 def _without_places(words: list[str]) -> list[str]:
-    """R3: drop the names of storeys and rooms."""
+    """Drop the names of storeys and rooms."""
     kept = list(words)
     for i in range(len(words) - 1):
         storey = words[i] in STOREYS and words[i + 1] in {"floor", "floors"}
@@ -558,7 +558,7 @@ def _labels(word: str) -> list[str]:
 
 
 def _read(tokens: list[str]) -> Iterator[str]:
-    """R2, R3: yield labels from left to right."""
+    """Yield the labels in a name from left to right; names of storeys say nothing of the thing."""
     at = 0
     while at < len(tokens):
         for length in range(min(_LONGEST_NAME, len(tokens) - at), 0, -1):
@@ -580,7 +580,7 @@ def _by_ending(token: str) -> str | None:
 
 
 def _tokens(word: str) -> list[str]:
-    """R1: plain lower-case words; "/" stands between parts."""
+    """Plain lower-case words; "/" stands between parts."""
     parted = re.sub(r"(?<=[a-zß-ÿ])(?=[A-Z])", " ", word)
     parts = unicodedata.normalize("NFKD", parted.replace("ß", "ss"))
     plain = "".join(each for each in parts if not unicodedata.combining(each)).lower()

@@ -27,7 +27,7 @@ from shapely import Polygon
 from houseexpo.files import sha256_of
 from houseexpo.plan import Frame
 from pipeline.geometry.areas import buffer_mitred, drop_thin_parts, enclosed_pieces, polygons_of
-from pipeline.geometry.prisms import extrude_polygon
+from pipeline.geometry.prisms import make_prisms
 from pipeline.geometry.wall_sections import close_cracks
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources import mesh_file
@@ -40,7 +40,7 @@ from pipeline.sources.drawn_storeys import (
     passage_openings,
     unite_rooms,
     wall_mesh,
-    walls_around,
+    walls_around_floors,
 )
 from pipeline.sources.files import check_file, input_from_file, level_id
 from pipeline.sources.roles import labels_for
@@ -104,7 +104,7 @@ def _scan(path: Path) -> Scan:
 
 
 def _heights(scan: Scan) -> list[float]:
-    """R4: return the floors' heights, lowest first."""
+    """Return the floors' heights, lowest first."""
     feet = [wall.low_m for wall in scan.walls if wall.high_m - wall.low_m > 1.0]
     return group_storey_heights(feet or [wall.low_m for wall in scan.walls])
 
@@ -156,7 +156,7 @@ def _level(scan: Scan, height: float, provenance: dict[str, str]) -> Level:
 
 
 def _walls(scan: Scan, floors: Sequence[Polygon], top: float) -> list[Wall]:
-    """R1."""
+    """Return what lies between and around the floors, and the surfaces called walls that stand on these."""
     strips = shapely.union_all([_strip(wall.shape, ROOMPLAN_WALL_M, 0.0) for wall in scan.walls], grid_size=FILE_GRID_M)
     if not floors:
         return [Wall(part, 0.0, top) for part in polygons_of(strips)]
@@ -164,11 +164,11 @@ def _walls(scan: Scan, floors: Sequence[Polygon], top: float) -> list[Wall]:
     inner = shapely.intersection(strips, buffer_mitred(close_cracks(shapely.union_all(floors)), -HAND_M))
     reached = shapely.union_all([buffer_mitred(part, HAND_M) for part in polygons_of(inner)])
     free_standing = polygons_of(shapely.intersection(reached, strips))
-    return [*walls_around(floors, top), *(Wall(part, 0.0, top) for part in free_standing)]
+    return [*walls_around_floors(floors, top), *(Wall(part, 0.0, top) for part in free_standing)]
 
 
 def _open_sides(scan: Scan) -> list[Polygon]:
-    """R5: return strips along the stretches of the floors' edges where nothing was seen."""
+    """Return strips along the stretches of the floors' edges where nothing was seen."""
     seen = shapely.union_all([thing.shape for thing in (*scan.walls, *scan.doors, *scan.openings)])
     near, found = shapely.buffer(seen, BESIDE_M), []  # a wall or room so near is beside it
     floor = close_cracks(shapely.union_all([each.shape for each in scan.floors], grid_size=FILE_GRID_M))
@@ -211,7 +211,7 @@ def _strip(shape: Polygon, thick_m: float, longer_m: float) -> Polygon:
 
 
 def _rooms(floors: Sequence[Floor], sections: Sequence[LabelledSection]) -> tuple[SourceRoom, ...]:
-    """R3."""
+    """Return each floor as a room, named by the section in it; several name the rooms that walls make of it."""
     rooms, free = [], list(sections)
     for floor in floors:
         inside = [s for s in sections if shapely.intersects_xy(floor.shape, *s.at)]
@@ -229,4 +229,4 @@ def _rooms(floors: Sequence[Floor], sections: Sequence[LabelledSection]) -> tupl
 
 
 def _object(thing: UprightBox, height: float) -> SourceObject:
-    return SourceObject((thing.word,), extrude_polygon(thing.shape, thing.low_m - height, thing.high_m - height))
+    return SourceObject((thing.word,), make_prisms(thing.shape, thing.low_m - height, thing.high_m - height))

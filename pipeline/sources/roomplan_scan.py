@@ -145,7 +145,7 @@ def _farthest(points: np.ndarray) -> np.ndarray:
 
 
 def _things(surfaces: Iterable[_Surface], name: str) -> Iterable[UprightBox]:
-    """R1."""
+    """Yield each surface or object as a box of its dimensions about its transform."""
     for surface in surfaces:
         matrix, size = _place(surface, name)
         signs = np.array([(x, y, z) for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)])
@@ -155,7 +155,7 @@ def _things(surfaces: Iterable[_Surface], name: str) -> Iterable[UprightBox]:
 
 
 def _floor(surface: _Surface, name: str) -> Floor | None:
-    """R3."""
+    """Return the ring of a floor's corners, else its box."""
     matrix, size = _place(surface, name)
     corners = [corner for corner in surface.polygon_corners or [] if len(corner) == 3]
     if len(corners) < 3:
@@ -274,7 +274,7 @@ def _is_body(geometry: Any, prim: Any) -> bool:
 
 
 def _body(geometry: Any, prim: Any) -> _Body:
-    """R5: return a mesh or a cube in its own frame and unit; raise ValueError where its faces are damaged."""
+    """Return a mesh or a cube in its own frame and unit; raise ValueError where its faces are damaged."""
     if prim.IsA(geometry.Cube):
         size = float(geometry.Cube(prim).GetSizeAttr().Get() or 2.0)
         return _Body(_CUBE * size, _CUBE_CORNERS, np.full(6, 4))
@@ -325,7 +325,7 @@ def _check_whole(path: Path) -> None:
 
 
 def _check_layers(sdf: Any, path: Path, names: tuple[str, ...]) -> None:
-    """R2."""
+    """Raise Rejection if a layer refers to one that is not in the archive."""
     layers = [name for name in names if name.lower().endswith((".usd", ".usda", ".usdc"))]
     for name in layers:
         layer = sdf.Layer.OpenAsAnonymous(f"{path}[{name}]")
@@ -370,7 +370,7 @@ def _read(stage: Any, geometry: Any, name: str) -> Scan:
 
 
 def _sections(stage: Any, cache: Any, metres: float, z_up: bool) -> Iterator[LabelledSection]:
-    """R6: yield the sections, which are empty places below a prim of their own."""
+    """Yield the sections, which are empty places below a prim of their own."""
     for prim in stage.Traverse():
         if prim.GetParent().GetName() == _SECTIONS:
             x, y, z = (float(each) * metres for each in cache.GetLocalToWorldTransform(prim).ExtractTranslation())
@@ -380,7 +380,7 @@ def _sections(stage: Any, cache: Any, metres: float, z_up: bool) -> Iterator[Lab
 
 
 def _holes(wall: UprightBox, points: np.ndarray, faces: np.ndarray) -> list[UprightBox]:
-    """R3: the holes of a wall's mesh, points (n, 3) and triangles (m, 3), each through all of the wall."""
+    """The holes of a wall's mesh, points (n, 3) and triangles (m, 3), each through all of the wall."""
     corners = shapely.get_coordinates(shapely.minimum_rotated_rectangle(wall.shape))[:4]
     sides = np.roll(corners, -1, axis=0) - corners
     k = int(np.argmax(np.hypot(*sides.T)))
@@ -401,7 +401,7 @@ def _holes(wall: UprightBox, points: np.ndarray, faces: np.ndarray) -> list[Upri
 
 
 def _beside_walls(floors: list[Floor], walls: tuple[UprightBox, ...]) -> Iterator[Floor]:
-    """R4; walls that are sheets have nothing under them."""
+    """Yield what of each floor lies beside the bodies of walls; walls that are sheets have nothing under them."""
     bodies = [wall.shape for wall in walls if _depth(wall.shape) > ROOMPLAN_WALL_M]
     if not bodies:
         yield from floors
@@ -419,7 +419,7 @@ def _depth(shape: Polygon) -> float:
 
 
 def _kind(path: str) -> tuple[str, str]:
-    """R1."""
+    """Return what a prim is by its path: the kind of surface or object, and its name."""
     parts = [re.sub(r"[\d_]+(grp)?$", "", part) for part in reversed(path.split("/")) if part]
     for part in parts:
         for kind in _KINDS:

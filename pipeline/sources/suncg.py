@@ -44,7 +44,7 @@ class Bounds(msgspec.Struct, frozen=True):
     max: tuple[float, float, float]
 
 
-class Node(msgspec.Struct, frozen=True, rename="camel"):
+class SceneNode(msgspec.Struct, frozen=True, rename="camel"):
     """A node of a level; keys that plans do not need are passed over. Flags are 0 or 1 in the file.
 
     ``bbox`` and ``transform`` stay undecoded until they are asked for: most belong to furniture, which most builds
@@ -73,7 +73,7 @@ class Node(msgspec.Struct, frozen=True, rename="camel"):
 class HouseLevel(msgspec.Struct, frozen=True):
     """One level."""
 
-    nodes: list[Node]
+    nodes: list[SceneNode]
     valid: int = 1
 
 
@@ -280,7 +280,7 @@ def _plan_area(mesh: Mesh) -> shapely.Polygon | shapely.MultiPolygon | None:
     return area if isinstance(area, shapely.Polygon | shapely.MultiPolygon) else None
 
 
-def _room(node: Node, scale: float, origin: npt.NDArray[np.float64]) -> SourceRoom:
+def _room(node: SceneNode, scale: float, origin: npt.NDArray[np.float64]) -> SourceRoom:
     words = tuple(node.room_types or ())
     labels = (canonical(word) for word in words)
     box = None
@@ -292,7 +292,7 @@ def _room(node: Node, scale: float, origin: npt.NDArray[np.float64]) -> SourceRo
 
 
 def _furniture(
-    nodes: list[Node], files: _Files, scale: float, origin: npt.NDArray[np.float64]
+    nodes: list[SceneNode], files: _Files, scale: float, origin: npt.NDArray[np.float64]
 ) -> tuple[SourceObject, ...]:
     """Return the objects but the door leaves; ``transform`` is column-major and mirrors by itself."""
     found = []

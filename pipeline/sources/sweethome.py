@@ -3,7 +3,7 @@
 Frame: the file's plan is drawn with y down; a level has y up, and its frame takes (x, y) back to the file's metres.
 
 R1  A level is one where a wall stands. Rooms with a name have the label that it spells.
-R2  A home that has only the older ``Home`` entry (a Java serialisation, before 5.3) is read from that.
+R2  A home that has only the older ``SweetHome`` entry (a Java serialisation, before 5.3) is read from that.
 R3  A home without any wall, whose doors stand in the edges of its rooms, has walls along these edges, as thick as the
     program draws them.
 
@@ -29,7 +29,7 @@ S3  A sloping wall goes up in steps of 0.1 m.
 S4  A door's hole goes through the whole of each wall that runs along it and in which its frame stands, however deep the
     frame is.
 
-**Old homes**: the ``Home`` entry of Sweet Home 3D before 5.3, a Java serialisation, is turned into the ``Home.xml``
+**Old homes**: the ``SweetHome`` entry of Sweet Home 3D before 5.3, a Java serialisation, is turned into the ``Home.xml``
 that newer versions write. The library only reads the values: no class is loaded and nothing is run. Fields have the
 names of the later attributes; a wall's neighbours and an object's level are references, which get ids here.
 """
@@ -55,19 +55,19 @@ from shapely.ops import substring
 from houseexpo.files import sha256_of
 from houseexpo.plan import Frame
 from pipeline.geometry.areas import fill_enclosed, polygons_of, shares_inside, unite
-from pipeline.geometry.prisms import extrude_polygon
+from pipeline.geometry.prisms import make_prisms
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.drawn_storeys import (
     Hole,
     Wall,
     drop_outdoor_rooms,
+    fill_between_rooms,
+    openings_of_windows,
     passage_openings,
     polygon_from_ring,
     subtract_rooms_from_walls,
     unite_rooms,
     wall_mesh,
-    walls_between_rooms,
-    window_openings,
 )
 from pipeline.sources.files import Element, LeftOutParts, check_file, input_from_file, level_id, parse_xml, read_member
 from pipeline.sources.roles import Role, labels_for, role_from_name, split_words, word_role
@@ -97,7 +97,7 @@ _ADVICE = "save it again in Sweet Home 3D"
 
 
 @dataclass(frozen=True)
-class Storey:
+class SweetHomeLevel:
     """A level: ``key`` is the file's own id of it, "" for a home without levels."""
 
     key: str
@@ -164,24 +164,24 @@ class DrawnRoom:
 
 
 @dataclass(frozen=True)
-class Home:
+class SweetHome:
     """A home; levels from the lowest to the highest."""
 
-    levels: tuple[Storey, ...]
+    levels: tuple[SweetHomeLevel, ...]
     walls: tuple[DrawnWall, ...]
     doors: tuple[DoorOrWindow, ...]
     rooms: tuple[DrawnRoom, ...]
     furniture: tuple[FurniturePiece, ...]
 
 
-def parse_home(root: Element, name: str, left_out: LeftOutParts) -> Home:
+def parse_home(root: Element, name: str, left_out: LeftOutParts) -> SweetHome:
     """Read a home; raises Rejection (UNREADABLE, NOT_FINITE, BAD_UNITS) where its levels or walls are damaged."""
     if root.tag != "home":
         detail = f"{name}: expected <home>, found <{root.tag[:40]}>"
         raise Rejection("source", Reason.UNREADABLE, detail, _ADVICE)
     usual = _length(root, "wallHeight", WALL_HEIGHT_M / CM_M)
     storeys = [
-        Storey(
+        SweetHomeLevel(
             each.get("id", ""),
             each.get("name", ""),
             _length(each, "elevation"),
@@ -190,7 +190,7 @@ def parse_home(root: Element, name: str, left_out: LeftOutParts) -> Home:
         )
         for each in root.findall("level")
     ]
-    levels = sorted(storeys, key=lambda each: each.elevation_m) or [Storey("", "", 0.0, usual)]
+    levels = sorted(storeys, key=lambda each: each.elevation_m) or [SweetHomeLevel("", "", 0.0, usual)]
     here = {each.key for each in levels}
     doors: list[DoorOrWindow] = []
     furniture: list[FurniturePiece] = []
@@ -208,7 +208,7 @@ def parse_home(root: Element, name: str, left_out: LeftOutParts) -> Home:
     called = [(piece, door) for piece in furniture if (door := _called_door(piece, walls))]
     doors += [door for _, door in called]
     furniture = [piece for piece in furniture if all(piece is not other for other, _ in called)]
-    return Home(
+    return SweetHome(
         levels=tuple(levels),
         walls=walls,
         doors=tuple(doors),
@@ -306,7 +306,7 @@ def _called_door(piece: FurniturePiece, walls: Sequence[DrawnWall]) -> DoorOrWin
         has_leaf=True,
     )
     strips = wall_strips([wall for wall in walls if wall.level == piece.level])
-    return door if door_hole(door, strips) is not None else None
+    return door if hole_of_door(door, strips) is not None else None
 
 
 def _is_frame(element: Element) -> bool:
@@ -372,7 +372,7 @@ def wall_bodies(found: Sequence[WallStrip]) -> list[Wall]:
     return [piece for strip in found for piece in (*_sloped_walls(strip), *_corners(strip, by_key))]
 
 
-def door_hole(door: DoorOrWindow, found: Sequence[WallStrip]) -> Hole | None:
+def hole_of_door(door: DoorOrWindow, found: Sequence[WallStrip]) -> Hole | None:
     """S4, or None if it stands in no wall."""
     across, along = _axes(door.angle_rad)
     left = 1 - door.wall_left - door.wall_width if door.mirrored else door.wall_left
@@ -598,7 +598,7 @@ def read(item: Input) -> Iterator[Level]:
         yield replace(_level(home, level, level_id(item.id, number, len(levels)), number, provenance), guesses=guesses)
 
 
-def _walls_at_edges(home: Home) -> Iterator[DrawnWall]:
+def _walls_at_edges(home: SweetHome) -> Iterator[DrawnWall]:
     """Yield walls along the edges of the rooms of each level where a door stands in one of these walls (R3)."""
     for level in home.levels:
         walls = [
@@ -608,11 +608,11 @@ def _walls_at_edges(home: Home) -> Iterator[DrawnWall]:
             for wall in _walls_of_ring(k, room, level)
         ]
         found = wall_strips(walls)
-        if any(door.level == level.key and door_hole(door, found) is not None for door in home.doors):
+        if any(door.level == level.key and hole_of_door(door, found) is not None for door in home.doors):
             yield from walls
 
 
-def _walls_of_ring(number: int, room: DrawnRoom, level: Storey) -> Iterator[DrawnWall]:
+def _walls_of_ring(number: int, room: DrawnRoom, level: SweetHomeLevel) -> Iterator[DrawnWall]:
     count = len(room.ring)
     for k, (start, end) in enumerate(zip(room.ring, room.ring[1:] + room.ring[:1], strict=True)):
         joined = (f"{number} {(k - 1) % count}", f"{number} {(k + 1) % count}")
@@ -620,7 +620,7 @@ def _walls_of_ring(number: int, room: DrawnRoom, level: Storey) -> Iterator[Draw
         yield DrawnWall(f"{number} {k}", level.key, start, end, thickness, height, height, 0.0, joined)
 
 
-def _level(home: Home, storey: Storey, name: str, number: int, provenance: dict[str, str]) -> Level:
+def _level(home: SweetHome, storey: SweetHomeLevel, name: str, number: int, provenance: dict[str, str]) -> Level:
     found = wall_strips([wall for wall in home.walls if wall.level == storey.key])
     holes = [
         replace(hole, shape=_flip_y(hole.shape), across=(hole.across[0], -hole.across[1]))
@@ -629,7 +629,7 @@ def _level(home: Home, storey: Storey, name: str, number: int, provenance: dict[
     walls = [Wall(_flip_y(wall.shape), wall.bottom_m, wall.top_m) for wall in wall_bodies(found)]
     rooms = drop_outdoor_rooms([_source_room(room) for room in home.rooms if room.level == storey.key], walls)
     walls = subtract_rooms_from_walls(rooms, walls, holes)
-    fillings, holes = walls_between_rooms(rooms, walls, holes)
+    fillings, holes = fill_between_rooms(rooms, walls, holes)
     pieces = [piece for piece in home.furniture if piece.level == storey.key]
     return Level(
         id=name,
@@ -643,19 +643,19 @@ def _level(home: Home, storey: Storey, name: str, number: int, provenance: dict[
         rooms=rooms,
         room_count=len(rooms) or None,
         openings=passage_openings(holes),
-        windows=window_openings(holes),
+        windows=openings_of_windows(holes),
         n_objects=len(pieces),
         provenance={**provenance, "storey": storey.name, **({} if storey.shown else {"hidden": "yes"})},
     )
 
 
-def _holes(home: Home, storey: Storey, found: Sequence[WallStrip]) -> Iterator[Hole]:
+def _holes(home: SweetHome, storey: SweetHomeLevel, found: Sequence[WallStrip]) -> Iterator[Hole]:
     """Yield the holes in the walls of a level; a window that leads into the air is no way (H8)."""
     doors = [door for door in home.doors if door.level == storey.key]
     upper = storey.elevation_m >= HEAD_M and any(door.called_window for door in doors)
     footing = _footing(home, storey, found) if upper else None
     for door in doors:
-        hole = door_hole(door, found)
+        hole = hole_of_door(door, found)
         if hole is not None and footing is not None and door.called_window and _leads_into_the_air(hole, footing):
             yield replace(hole, is_window=True)
         elif hole is not None:
@@ -670,7 +670,7 @@ def _leads_into_the_air(hole: Hole, footing: BaseGeometry) -> bool:
     return bool(shares_inside(sides, footing).min() < MOST)
 
 
-def _footing(home: Home, storey: Storey, found: Sequence[WallStrip]) -> BaseGeometry:
+def _footing(home: SweetHome, storey: SweetHomeLevel, found: Sequence[WallStrip]) -> BaseGeometry:
     """Return where one can stand in a storey: in rooms, within walls, on pieces, and on lower storeys (H8)."""
     lower = {each.key for each in home.levels if each.elevation_m < storey.elevation_m}
     below = wall_strips([wall for wall in home.walls if wall.level in lower])
@@ -706,9 +706,7 @@ def _source_room(room: DrawnRoom) -> SourceRoom:
 
 def _object(piece: FurniturePiece) -> SourceObject:
     bottom = piece.elevation_m
-    return SourceObject(
-        (piece.name,), extrude_polygon(_flip_y(piece_footprint(piece)), bottom, bottom + piece.height_m)
-    )
+    return SourceObject((piece.name,), make_prisms(_flip_y(piece_footprint(piece)), bottom, bottom + piece.height_m))
 
 
 def _flip_y(shape: Polygon) -> Polygon:

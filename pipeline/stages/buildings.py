@@ -35,7 +35,7 @@ def separate_buildings(level: Level, spaces: Spaces) -> list[tuple[Level, Spaces
 
 
 def _of_buildings(level: Level, spaces: Spaces) -> list[tuple[Level, Spaces]]:
-    """R1."""
+    """Return each part whose outline stands apart as a building with its spaces."""
     outlines = list(spaces.outlines)
     near = shapely.STRtree(outlines).query(outlines, predicate="dwithin", distance=PARTITION_M).T
     groups = connected_groups(len(outlines), near.tolist())

@@ -181,7 +181,7 @@ def _of_entrances(planned: FinalBuilding) -> dict[int, Features]:
     level, passages = planned.level, planned.spaces.passages
     found: dict[int, Features] = {}
     outer = [k for k, passage in enumerate(passages) if passage.leads_outside]
-    barred = _barred([passages[k] for k in outer], level, scanned=planned.evidence.scanned)
+    barred = _barred_shares([passages[k] for k in outer], level, scanned=planned.evidence.scanned)
     upper = level.below is not None
     for k, bar in zip(outer, barred, strict=True):
         opening = passages[k]
@@ -203,7 +203,7 @@ def _air_before(opening: Opening, side: int, level: Level) -> float:
     return 1.0 - max(float(shares_of_places(before, what or EMPTY)[0]) for what in (level.floor, level.below))
 
 
-def _barred(openings: Sequence[Opening], level: Level, *, scanned: bool) -> Sequence[float]:
+def _barred_shares(openings: Sequence[Opening], level: Level, *, scanned: bool) -> Sequence[float]:
     """Return the share of each opening's width (n,) in which something stands that one has to step over (F6)."""
     if isinstance(level.walls, Prisms) or level.walls.is_cloud or scanned or not openings:
         return [0.0] * len(openings)

@@ -428,7 +428,7 @@ def find_door_hints(
 
 
 def _of_kind(why: str, shapes: Iterable[Polygon], ways: shapely.STRtree, leaf: bool) -> Iterator[tuple[Floats, str]]:
-    """R1, R2."""
+    """Yield the evidence of one kind for doors: its jambs and what it is."""
     for shape in sorted(shapes, key=lambda p: (-p.area, p.bounds)):
         box = box_around_polygon(shape)
         if not DOORWAY_M[0] <= box.width <= DOORWAY_M[1] or len(ways.query(shape, "dwithin", BESIDE_M)):

@@ -74,11 +74,13 @@ def correct(
     leads into were left out (R3).
     """
     (evidence, layout), shift = found, -_origin(level, plan)
-    spaces = [Space(_moved(room, shift), reachable=False) for room in unreached]
-    spaces += [Space(_moved(space, shift)) for space in layout.spaces]
-    standing = [_moved(wall, shift) for wall in standing_walls(evidence, layout)]
-    walls = [_moved(wall, shift) for wall in shown_walls(level, evidence)]
-    lines = [_moved(line, shift) for line in drawn_lines(level)] if any(c.word == "no_wall" for c in said) else []
+    spaces = [Space(_move_shape(room, shift), reachable=False) for room in unreached]
+    spaces += [Space(_move_shape(space, shift)) for space in layout.spaces]
+    standing = [_move_shape(wall, shift) for wall in standing_walls(evidence, layout)]
+    walls = [_move_shape(wall, shift) for wall in shown_walls(level, evidence)]
+    lines = (
+        [_move_shape(line, shift) for line in lines_of_drawing(level)] if any(c.word == "no_wall" for c in said) else []
+    )
     corrected = correct_plan(plan, said, spaces, standing, walls=walls, lines=lines)
     told: dict[str, Any] = {"corrections": [effect.as_record() for effect in corrected.effects]}
     if corrected.followed:
@@ -113,7 +115,7 @@ def shown_walls(level: Level, evidence: Evidence) -> list[Polygon]:
     return [part for part in polygons_of(shown) if part.is_valid]
 
 
-def drawn_lines(level: Level) -> list[LineString]:
+def lines_of_drawing(level: Level) -> list[LineString]:
     """Return the straight lines of a drawing: those that are no walls leave the walls that others draw (R3)."""
     pairs = [pair for _, points in (level.lines or tuple)() for pair in pairwise(points)]
     return list(shapely.linestrings(np.reshape(pairs, (-1, 2, 2))))
@@ -122,10 +124,10 @@ def drawn_lines(level: Level) -> list[LineString]:
 def spaces_of_plan(level: Level, plan: FloorPlan, spaces: Spaces) -> Spaces:
     """Return the rooms and passages of a plan in the level's frame, with the notes of ``spaces``."""
     origin = _origin(level, plan)
-    rooms = tuple(_moved(room.polygon, origin) for room in plan.rooms)
+    rooms = tuple(_move_shape(room.polygon, origin) for room in plan.rooms)
     number = {room.id: k for k, room in enumerate(plan.rooms)}
     passages = tuple(_passage(door, number, rooms, origin) for door in plan.doors)
-    return replace(spaces, rooms=rooms, passages=passages, joins=())
+    return replace(spaces, rooms=rooms, passages=passages, open_pairs=())
 
 
 def doubts_left(level: Level, layout: Layout, doubts: Floats, plan: FloorPlan) -> Floats:
@@ -133,7 +135,7 @@ def doubts_left(level: Level, layout: Layout, doubts: Floats, plan: FloorPlan) -
     settled = {room.id for room in plan.rooms if room.confidence == 1.0}
     settled |= {side for door in plan.doors if door.confidence == 1.0 for side in door.rooms if side is not None}
     origin = _origin(level, plan)
-    places = [_moved(room.polygon, origin).representative_point() for room in plan.rooms if room.id in settled]
+    places = [_move_shape(room.polygon, origin).representative_point() for room in plan.rooms if room.id in settled]
     held = shapely.STRtree(places).query(np.array(layout.spaces, np.object_), predicate="contains")[0]
     found = doubts.copy()
     found[held] = 0.0
@@ -146,8 +148,8 @@ def level_of_corrected(level: Level, before: FloorPlan, corrected: Corrected[Flo
     level = replace(level, corrections=tuple(e.correction for e in corrected.effects if e.outcome == "done"))
     if level.measure_signs is not None and has_other_parts(before, after):
         origin = _origin(level, after)
-        rooms = [_moved(room.polygon, origin) for room in after.rooms]
-        doorways = [_moved(door.polygon, origin) for door in after.doors]
+        rooms = [_move_shape(room.polygon, origin) for room in after.rooms]
+        doorways = [_move_shape(door.polygon, origin) for door in after.doors]
         level = replace(level, signs=level.measure_signs(rooms, doorways))
     count = None if level.room_count is None else max(level.room_count + len(after.rooms) - len(before.rooms), 1)
     drawn = [room for room in level.rooms if room.polygon is not None]
@@ -157,7 +159,7 @@ def level_of_corrected(level: Level, before: FloorPlan, corrected: Corrected[Flo
 
     def fit(plan: FloorPlan) -> Floats:
         origin = _origin(level, plan)
-        return overlaps(tuple(_moved(room.polygon, origin) for room in plan.rooms), polygons).max(axis=0)  # type: ignore[no-any-return]
+        return overlaps(tuple(_move_shape(room.polygon, origin) for room in plan.rooms), polygons).max(axis=0)  # type: ignore[no-any-return]
 
     worse = fit(after) < fit(before) - SHEET_M
     contradicted = {id(room) for room, is_worse in zip(drawn, worse, strict=True) if is_worse}
@@ -180,7 +182,7 @@ def _origin(level: Level, plan: FloorPlan) -> Floats:
     return np.asarray(np.round(plan_points_from_source(level.frame, source)[0], 4))
 
 
-def _moved(shape: _Shape, by: Floats) -> _Shape:
+def _move_shape(shape: _Shape, by: Floats) -> _Shape:
     moved: _Shape = shapely.transform(shape, lambda points: points + by)
     return moved
 

@@ -85,7 +85,7 @@ def find_doors(level: Level, planes: Planes, layout: Layout, config: DoorsConfig
     rooms = list(layout.rooms)
     leaves = shapely.STRtree(planes.leaves)
     passages: list[Opening] = []
-    joins: set[tuple[int, int]] = set()
+    open_pairs: set[tuple[int, int]] = set()
     strips = [c for c in layout.candidates if c.is_strip and c.closed_by in PASSABLE]
     spans, bays = _rows(strips, config.post_m)
     at_named = _lie_at_named_ways(strips, planes, with_holes=isinstance(level.walls, Prisms) or level.unnamed_gaps)
@@ -98,7 +98,7 @@ def find_doors(level: Level, planes: Planes, layout: Layout, config: DoorsConfig
         is_gap = strip.closed_by in GAPS and count == 1 and strip.width >= config.narrowest_m
         if not strip.leads_outside and not is_gap and (wide or kind is None or bare):  # R3
             rooms[strip.sides[0]], rooms[strip.sides[1]] = _share_strip(strip, rooms)
-            joins.add((min(strip.sides), max(strip.sides)))
+            open_pairs.add((min(strip.sides), max(strip.sides)))
         elif strip.leads_outside and strip.closed_by not in KNOWN and _leads_into_the_air(strip, rooms, level):  # R4
             continue
         elif strip.width >= config.narrowest_m:  # R1
@@ -109,7 +109,7 @@ def find_doors(level: Level, planes: Planes, layout: Layout, config: DoorsConfig
         passages += _openings_at_guessed_edges(level, layout, config)
     given = {c.closed_by for c in layout.candidates} & (ENDS | {"room_edge"})
     notes: dict[str, int | str] = {"boundary": min(given)} if given else {}
-    return Spaces(layout.ground, tuple(rooms), tuple(passages), tuple(sorted(joins)), notes=notes)
+    return Spaces(layout.ground, tuple(rooms), tuple(passages), tuple(sorted(open_pairs)), notes=notes)
 
 
 def _lie_at_named_ways(openings: Sequence[Opening], planes: Planes, *, with_holes: bool) -> list[bool]:

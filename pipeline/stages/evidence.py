@@ -46,7 +46,7 @@ from pipeline.geometry.areas import (
     unite,
 )
 from pipeline.geometry.doorways import doorway_around_leaf, find_known_doorways, glazed_recesses, judge_leaves
-from pipeline.geometry.leaves import Leaf, find_plates, may_hold_leaves, part_from_panelling
+from pipeline.geometry.leaves import LeafBodies, find_plates, may_hold_leaves, part_from_panelling
 from pipeline.geometry.mesh_slicing import MeshSlicer, nearest_clear_height, section_heights
 from pipeline.geometry.meshes import Bodies, box_around_polygon, footprint
 from pipeline.geometry.prisms import Prisms
@@ -147,7 +147,7 @@ def gather_evidence(level: Level, config: EvidenceConfig) -> Evidence:
     )
 
 
-def _take_leaves_out(level: Level) -> tuple[list[Leaf], list[Leaf], MeshSlicer | Prisms]:
+def _take_leaves_out(level: Level) -> tuple[list[LeafBodies], list[LeafBodies], MeshSlicer | Prisms]:
     """Return what is shaped as a door (R7), the panes in rows (R2), and the walls without doors, ready to be cut."""
     if isinstance(level.walls, Prisms) and not may_hold_leaves(level.walls, level.ceiling_m):
         return [], [], level.walls
@@ -231,7 +231,7 @@ def _in_walls(windows: BaseGeometry, full: BaseGeometry) -> BaseGeometry:
 
 
 def _is_cupboard(part: Polygon, walls: BaseGeometry) -> bool:
-    """R5: return whether a part, once filled (cupboards are often hollow), is mostly thick and not part of a wall.
+    """Return whether a part, once filled (cupboards are often hollow), is mostly thick and not part of a wall.
 
     A low part of a wall stands between ends of the rest of the wall, or of lintels over its doors.
     """

@@ -21,12 +21,12 @@ from pipeline.geometry.areas import drop_thin_parts, intersect, polygons_of, sub
 from pipeline.geometry.meshes import footprint
 from pipeline.geometry.rooms_and_passages import walkable_floor
 from pipeline.tolerances import KNEE_M, MOST, SLIVER_M, TINY_M2
-from pipeline.values import Evidence, Level, Obstacle, Spaces
+from pipeline.values import Evidence, FloorObstacle, Level, Spaces
 
 UNNAMED = "object"
 
 
-def subtract_furniture(level: Level, evidence: Evidence, spaces: Spaces) -> tuple[Spaces, tuple[Obstacle, ...]]:
+def subtract_furniture(level: Level, evidence: Evidence, spaces: Spaces) -> tuple[Spaces, tuple[FloorObstacle, ...]]:
     """Return the spaces without the area that furniture covers, and the furniture."""
     obstacles = [*_named_obstacles(level), *_unnamed_obstacles(level, evidence)]
     floor = unite(spaces.rooms)
@@ -45,33 +45,33 @@ def subtract_furniture(level: Level, evidence: Evidence, spaces: Spaces) -> tupl
     return replace(furnished, rooms=tuple(kept)), tuple(inside)
 
 
-def stairwells(level: Level, spaces: Spaces) -> tuple[Obstacle, ...]:
+def stairwells(level: Level, spaces: Spaces) -> tuple[FloorObstacle, ...]:
     """Return the openings in the floor over stairs, as obstacles (R4)."""
     if level.below is None or level.stairs is None:
         return ()
     open_ = polygons_of(subtract(level.below, unite(spaces.rooms)))
     found = [part for part in open_ if intersect(part, level.stairs).area >= part.area * MOST]
-    return tuple(Obstacle(part, 0.0, "stairs", in_room=False) for part in found)
+    return tuple(FloorObstacle(part, 0.0, "stairs", in_room=False) for part in found)
 
 
-def _named_obstacles(level: Level) -> list[Obstacle]:
-    """R1."""
+def _named_obstacles(level: Level) -> list[FloorObstacle]:
+    """Return the named objects that begin below the knee; a hanging lamp is no obstacle."""
     found = []
     for each in level.furniture:
         z = each.mesh.vertices[:, 2]
         if len(z) and z.min() < KNEE_M:
             word = each.words[0] if each.words else UNNAMED
-            found += [Obstacle(p, float(z.max()), word) for p in polygons_of(footprint(each.mesh))]
+            found += [FloorObstacle(p, float(z.max()), word) for p in polygons_of(footprint(each.mesh))]
     return [obstacle for obstacle in found if obstacle.polygon.area > TINY_M2]
 
 
-def _unnamed_obstacles(level: Level, evidence: Evidence) -> list[Obstacle]:
-    """R3."""
+def _unnamed_obstacles(level: Level, evidence: Evidence) -> list[FloorObstacle]:
+    """Return what the evidence took for furniture, and thin low things that bound no room."""
     if level.sills:
         return []
     named = unite(footprint(each.mesh) for each in level.furniture)
     parts = polygons_of(drop_thin_parts(subtract(unite([evidence.furniture, evidence.rails]), named), SLIVER_M))
-    return [Obstacle(Polygon(part.exterior), _height(part, level), UNNAMED) for part in parts]
+    return [FloorObstacle(Polygon(part.exterior), _height(part, level), UNNAMED) for part in parts]
 
 
 def _height(part: BaseGeometry, level: Level) -> float:

@@ -181,7 +181,7 @@ def _is_floored(level: Level, planes: Planes, rooms: list[Polygon]) -> bool:
 
 
 def _reject_characters(planes: Planes, rooms: list[Polygon]) -> None:
-    """R3."""
+    """Raise Rejection if the walls spell characters: strokes apart from each other that enclose hardly anything."""
     strokes = [p for p in polygons_of(planes.door) if p.length > 2 * AROUND_M]
     # fewer than three strokes are no word
     if len(strokes) < 3 or planes.doorways or not (planes.lintels.is_empty and planes.sills.is_empty):

@@ -70,7 +70,7 @@ def models_with(own: Models) -> Models:
     return {**load_models(), **own}
 
 
-def read_weights(file: Path) -> Models:
+def read_model_weights(file: Path) -> Models:
     """Return the models in a file that ``houseexpo fit`` wrote.
 
     Raises

@@ -42,7 +42,7 @@ def find_planes(level: Level, evidence: Evidence, config: PlanesConfig) -> Plane
 
 
 def _with_sills(level: Level, config: PlanesConfig) -> Planes:
-    """R1."""
+    """Return the planes as the paper's two sections, for a source whose doors have sills (SUNCG)."""
     cutter = MeshSlicer(level.walls)
     door_height = height_or_middle_of_widest_gap(config.door_m, cutter.heights)
     ground_height = height_or_middle_of_widest_gap(config.ground_m, cutter.heights)
@@ -67,7 +67,7 @@ def _section(cut: SectionSegments, config: PlanesConfig, *, sheets: bool = True)
 
 
 def _from_evidence(evidence: Evidence) -> Planes:
-    """R2."""
+    """Return the planes: the walls without the doorways, and these closed by doorways and lintels."""
     known = unite([doorway.polygon for doorway in evidence.doorways])
     door = subtract(evidence.walls, known)
     return Planes(

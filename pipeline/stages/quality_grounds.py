@@ -150,12 +150,12 @@ def _open_share(level: Level, evidence: Evidence, layout: Layout) -> float:
 
 
 def _is_sealed(level: Level, spaces: Spaces) -> bool:
-    """R11."""
+    """Return whether a plan has no way at all, and the source names no room."""
     return not spaces.passages and not level.rooms
 
 
 def _shows_its_use(level: Level, evidence: Evidence, rooms: BaseGeometry) -> bool:
-    """R19."""
+    """Return whether the source names walls, furniture or doors, or anything stands in the rooms."""
     if level.only_walls or level.furniture or evidence.doorways or evidence.leaves:
         return True
     return bool(intersect(evidence.furniture, rooms).area > SPECK * rooms.area)
@@ -166,15 +166,15 @@ def _share(part: float, whole: float) -> float:
 
 
 def _cut_off(spaces: Spaces) -> float:
-    """R1."""
+    """Return the share of rooms that only cuts lead into."""
     by_evidence = {side for p in spaces.passages if p.kind != "cut" for side in p.sides}
-    by_evidence |= {room for pair in spaces.joins for room in pair}
+    by_evidence |= {room for pair in spaces.open_pairs for room in pair}
     by_cut = {side for p in spaces.passages if p.kind == "cut" for side in p.sides} - by_evidence - {OUTSIDE}
     return _share(len(by_cut), len(spaces.rooms))
 
 
 def _floors(level: Level, rooms: BaseGeometry, walls: BaseGeometry, each: tuple[Polygon, ...]) -> dict[str, float]:
-    """R4, R5."""
+    """Return the largest share of a room without a floor, and the floor that is neither room nor wall."""
     floor = level.floor_with_rooms
     if floor is None:
         return {"floorless_room": 0.0, "roomless_floor_share": 0.0}
@@ -186,7 +186,7 @@ def _floors(level: Level, rooms: BaseGeometry, walls: BaseGeometry, each: tuple[
 
 
 def _floorless(level: Level, rooms: tuple[Polygon, ...]) -> float:
-    """R4."""
+    """Return the largest share of a room with neither a floor nor a room of the source under it; 0 for scraps."""
     shares, area = shares_without_floor(level, rooms), shapely.area(rooms)
     return float(shares.max()) if (shares * area).sum() < (1 - MOST) * area.sum() else 0.0
 
@@ -231,7 +231,7 @@ def _roomless_share(walls: BaseGeometry, rooms: BaseGeometry, layout: Layout, fa
 
 
 def _idle(lintels: BaseGeometry, layout: Layout, rooms: BaseGeometry) -> float:
-    """R6."""
+    """Return the share of lintels as wide as doors that the plan has no use for."""
     x1, y1, x2, y2 = rooms.bounds
     here = shapely.box(x1 - HAND_M, y1 - HAND_M, x2 + HAND_M, y2 + HAND_M)
     near = [p for p in polygons_of(lintels) if p.length > 2 * SHOULDERS_M and p.intersects(here)]
@@ -244,12 +244,12 @@ def _idle(lintels: BaseGeometry, layout: Layout, rooms: BaseGeometry) -> float:
 
 
 def _tall(level: Level) -> float:
-    """R13."""
+    """Return how far the source reaches above a storey."""
     return _share(max(level.walls.highest_m - STOREY_M[0], 0.0), STOREY_M[1])
 
 
 def _rails(rails: BaseGeometry, rooms: BaseGeometry, walls: BaseGeometry) -> float:
-    """R14."""
+    """Return the share of railings and low walls beside the rooms, of all walls."""
     if rails.is_empty:
         return 0.0
     beside = intersect(rails, buffer_mitred(rooms, BESIDE_M))
@@ -257,7 +257,7 @@ def _rails(rails: BaseGeometry, rooms: BaseGeometry, walls: BaseGeometry) -> flo
 
 
 def _odd_doors(passages: tuple[Opening, ...]) -> float:
-    """R7."""
+    """Return how far the middle width of the doors is from that of doors."""
     widths = [p.width for p in passages if p.kind in {"door", "entrance"}]
     if not widths:
         return 0.0
@@ -266,7 +266,7 @@ def _odd_doors(passages: tuple[Opening, ...]) -> float:
 
 
 def _unlike(level: Level, rooms: tuple[Polygon, ...]) -> float:
-    """R10."""
+    """Return how far the rooms are from those that the source draws, or from as many as it counts."""
     drawn = [room.polygon for room in level.rooms if room.polygon is not None]
     if drawn:
         return 1.0 - float(overlaps(rooms, tuple(drawn)).max(axis=0).sum()) / len(drawn)

@@ -31,8 +31,8 @@ def straighten_rooms(spaces: Spaces, config: RefineConfig, drawn: Iterable[Polyg
     if not (as_drawn and are_straight(rooms, max(config.offset_m, CRACK_M))):  # R1, R4
         whole = _without_spurs(rooms)
         straight = straighten_outlines(whole, offset_m=config.offset_m, angle_deg=config.angle_deg)
-        rooms = _disjoint(straight, rooms)
-    for a, b in spaces.joins:  # R3
+        rooms = _make_disjoint(straight, rooms)
+    for a, b in spaces.open_pairs:  # R3
         rooms[a] = _meeting(rooms[a], rooms[b])
     passages = fit_to_rooms(spaces.passages, rooms)  # R2
     return replace(spaces, rooms=tuple(rooms), passages=tuple(passages))
@@ -49,7 +49,7 @@ def _meeting(room: Polygon, other: Polygon) -> Polygon:
     return polygons_of(unite([room, between]))[0]
 
 
-def _disjoint(straight: list[Polygon], before: list[Polygon]) -> list[Polygon]:
+def _make_disjoint(straight: list[Polygon], before: list[Polygon]) -> list[Polygon]:
     """Return rooms that do not overlap. Where straightened rooms overlap, the larger one keeps the strip."""
     result = list(straight)
     for k, other in shapely.STRtree(straight).query(straight, predicate="overlaps").T.tolist():

@@ -30,7 +30,7 @@ from houseexpo.plan.room_labels import UNLABELLED
 from houseexpo.tolerances import SMALLEST_SAID_ROOM_M2
 from pipeline.geometry.areas import enclosed_pieces
 from pipeline.geometry.meshes import Mesh, merge_meshes
-from pipeline.geometry.prisms import Prism, Prisms, extrude_polygon
+from pipeline.geometry.prisms import Prism, Prisms, make_prisms
 from pipeline.rejection import Rejection
 from pipeline.stages.vectorise import shifted_frame
 from pipeline.tolerances import CRACK_M, HAND_M
@@ -70,7 +70,7 @@ def level_with_walls(level: Level, walls: Sequence[Polygon]) -> Level:
         points = [_cloud_of(wall, top) for wall in walls]
         new = Mesh(np.concatenate([old.vertices, *points]), old.faces)
     else:
-        new = merge_meshes([old, *(extrude_polygon(wall, 0.0, top) for wall in walls)])
+        new = merge_meshes([old, *(make_prisms(wall, 0.0, top) for wall in walls)])
     return replace(level, walls=new, corrections=rest)
 
 

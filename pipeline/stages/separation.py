@@ -186,7 +186,7 @@ def _parts_nothing(
     planes: tuple[BaseGeometry, BaseGeometry],
     config: LayoutConfig,
 ) -> bool:
-    """R1: ``planes`` are the walls of the door plane and the shallow headers."""
+    """``planes`` are the walls of the door plane and the shallow headers."""
     door, shallow_headers = planes
     if not candidate.is_strip or candidate.sides[0] == candidate.sides[1]:
         return candidate.is_strip

@@ -25,7 +25,7 @@ from pipeline.geometry.areas import OUTSIDE, polygons_of, unite
 from pipeline.geometry.openings import openings_as_arrays, turn_left
 from pipeline.geometry.rooms_and_passages import polygons_between_rooms
 from pipeline.tolerances import AROUND_M, HAND_M, STAND_M
-from pipeline.values import Level, NamedRoom, Obstacle, Opening, Spaces
+from pipeline.values import FloorObstacle, Level, NamedRoom, Opening, Spaces
 
 
 def vectorise(
@@ -33,7 +33,7 @@ def vectorise(
     spaces: Spaces,
     named: tuple[NamedRoom, ...],
     provenance: Mapping[str, Any],
-    obstacles: tuple[Obstacle, ...] = (),
+    obstacles: tuple[FloorObstacle, ...] = (),
 ) -> FloorPlan:
     """Return the plan of docs/format.md; if the free space falls into parts on the grid, only the largest part."""
     tiles = _in_one_piece(spaces, named)
@@ -59,7 +59,7 @@ def vectorise(
         objects=objects,
         windows=place_windows(_windows(level, shift), rooms, objects),
         frame=shifted_frame(level.frame, shift),
-        provenance={**provenance, **_cuts(tiles.passages), **_closed(spaces.closed, shift)},
+        provenance={**provenance, **_cuts(tiles.passages), **_closed_spaces(spaces.closed, shift)},
     )
 
 
@@ -69,7 +69,7 @@ def _cuts(passages: list[Opening]) -> dict[str, list[dict[str, int | str]]]:
     return {"cuts": cuts} if cuts else {}
 
 
-def _closed(spaces: tuple[Polygon, ...], shift: Points) -> dict[str, list[dict[str, Any]]]:
+def _closed_spaces(spaces: tuple[Polygon, ...], shift: Points) -> dict[str, list[dict[str, Any]]]:
     """Return a place in each closed space that was left out, in the plan's axes, and its area."""
     places = [np.round(np.array(space.representative_point().coords[0]) + shift, 2).tolist() for space in spaces]
     told = [{"place": place, "area": round(space.area, 2)} for place, space in zip(places, spaces, strict=True)]
@@ -118,7 +118,7 @@ def _inside(outline: Polygon, shapes: list[Polygon]) -> list[int]:
     return np.flatnonzero(shapely.intersects(outline, shapely.point_on_surface(shapes))).tolist()
 
 
-def _objects(obstacles: tuple[Obstacle, ...], rooms: list[Polygon], shift: Points) -> Iterator[PlanObject]:
+def _objects(obstacles: tuple[FloorObstacle, ...], rooms: list[Polygon], shift: Points) -> Iterator[PlanObject]:
     """Yield the furniture, each piece with the room in which it stands: the nearest one to its middle."""
     tree = shapely.STRtree(rooms)
     found = 0

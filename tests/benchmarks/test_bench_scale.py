@@ -18,7 +18,7 @@ from rich.table import Table
 from pipeline.rejection import Rejection
 from pipeline.sources.mesh_file import measure_named_things
 from pipeline.sources.meshes.formats import FrameConvention, load_scene
-from pipeline.sources.meshes.scene import Scene
+from pipeline.sources.meshes.scene import MeshScene
 from pipeline.sources.named_scene import named_door_heights, structural_mesh
 from pipeline.sources.storeys import axis_and_unit
 from pipeline.sources.storeys.axis_and_unit import SizeOptions, find_axis_and_unit
@@ -30,9 +30,9 @@ FACTORS = (1.0, 0.01, 0.0254, 0.3048, 1 / 6, 2.7, 10.0, 100.0)
 SEED = 29
 
 
-def _off(scene: Scene, up: str, factor: float) -> float:
+def _off(scene: MeshScene, up: str, factor: float) -> float:
     """By which factor the scale that is found is wrong, as a logarithm without its sign."""
-    larger = Scene(Mesh(scene.mesh.vertices * factor, scene.mesh.faces), scene.owner, scene.parts)
+    larger = MeshScene(Mesh(scene.mesh.vertices * factor, scene.mesh.faces), scene.owner, scene.parts)
     doors, things = named_door_heights(larger), measure_named_things(larger)
     wish, unsaid = SizeOptions(up=up), FrameConvention(up, None)
     try:
@@ -51,7 +51,7 @@ def test_scales_are_recovered(request: Any, tmp_path: Path, monkeypatch: pytest.
         for number in range(members):
             member = make_member(kind, number, SEED, tmp_path / kind)
             scene = load_scene(member.path)
-            scene = Scene(
+            scene = MeshScene(
                 Mesh(scene.mesh.vertices * member.unit_m, scene.mesh.faces), scene.owner, scene.parts, scene.left_out
             )
             houses.append((scene, member.up))

@@ -20,7 +20,7 @@ from houseexpo.pseudoslam.agents.explorers import NearestFrontier
 from houseexpo.pseudoslam.agents.protocol import Robot, make_knowledge
 from houseexpo.pseudoslam.config import ObservationConfig, SimulatorConfig, StartConfig
 from houseexpo.pseudoslam.config.moving_obstacles import PeopleConfig, Trajectory
-from houseexpo.pseudoslam.kernels.body_tracks import Bodies, Tracks, distance_to_body
+from houseexpo.pseudoslam.kernels.body_tracks import BodyTracks, Tracks, distance_to_body
 from houseexpo.pseudoslam.kernels.collision import MOVING, STATIC, Disc, disc_is_free, placed_people
 from houseexpo.pseudoslam.kernels.people import WalkParams, mark_bodies, move_bodies
 from houseexpo.pseudoslam.kernels.planning.fields import FlowField, no_flow_field
@@ -110,7 +110,7 @@ class Scene:
     static: np.ndarray
     occupied: np.ndarray
     frame: GridFrame
-    bodies: Bodies
+    bodies: BodyTracks
     tracks: Tracks
     flow: FlowField
     walk: WalkParams

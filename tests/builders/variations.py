@@ -18,7 +18,7 @@ import trimesh
 
 from pipeline.sources import find, mesh_file
 from pipeline.sources.meshes.formats import load_scene
-from pipeline.sources.meshes.scene import PartNames, Scene
+from pipeline.sources.meshes.scene import MeshScene, PartNames
 from pipeline.sources.storeys.scale import UNITS
 from pipeline.values import Level, Mesh
 
@@ -308,7 +308,7 @@ def levels_of(house: VariedHouse) -> Iterator[Level]:
     vertices, faces = corners.reshape(-1, 3), np.arange(corners.size // 3)
     if house.merged:
         vertices, faces = np.unique(vertices, axis=0, return_inverse=True)
-    scene = Scene(Mesh(vertices, faces.reshape(-1, 3).astype(np.int64)), house.owner, house.parts)
+    scene = MeshScene(Mesh(vertices, faces.reshape(-1, 3).astype(np.int64)), house.owner, house.parts)
     (item,) = find(str(house.path))
     with mock.patch.object(mesh_file, "load_scene", return_value=scene):
         yield from mesh_file.read(item)

@@ -45,18 +45,19 @@ def test_grid_is_occupancy(two_rooms):
 
 def test_grids_share_their_frame(two_rooms):
     grid, rooms, doors = two_rooms.grid(20), two_rooms.room_grid(20), two_rooms.door_grid(20)
+    frame = two_rooms.grid_frame(20)
     assert grid.shape == rooms.shape == doors.shape
     assert not grid[rooms >= 0].any()
     assert set(np.unique(rooms)) == {NOTHING, 0, 1}
-    assert grid[tuple(two_rooms.to_cell((1.2, 1.2), 20))] == 1  # the pillar
-    assert doors[tuple(two_rooms.to_cell((4.15, 1.5), 20))] == 0
+    assert grid[tuple(frame.cells_from_points((1.2, 1.2)))] == 1  # the pillar
+    assert doors[tuple(frame.cells_from_points((4.15, 1.5)))] == 0
 
 
 def test_distance_field_is_metres_to_the_wall():
     square = FloorPlan("square", [(0, 0), (0, 2), (2, 2), (2, 0)], 1, {})
     field = square.distance_field(50)
     assert field.max() == pytest.approx(1.0, abs=0.02)
-    assert field[tuple(square.to_cell((0.5, 1.0), 50))] == pytest.approx(0.5, abs=0.02)
+    assert field[tuple(square.grid_frame(50).cells_from_points((0.5, 1.0)))] == pytest.approx(0.5, abs=0.02)
     assert field[0, 0] == 0
 
 

@@ -90,7 +90,7 @@ def measured(policy: str, folder: Path) -> Measured:
 def test_in_ros_it_goes_where_it_went_in_the_benchmark(policy: str, tmp_path: Path) -> None:
     need(modules=["cyclonedds"], how="make ros")
     from houseexpo.pseudoslam.io.ros_messages import TOPICS
-    from houseexpo.pseudoslam.ros.dds import Network
+    from houseexpo.pseudoslam.ros.dds import Participant
     from houseexpo.pseudoslam.ros.node import COMMANDS, EVENTS
     from tests.builders.ros.judge import DOMAIN
 
@@ -103,7 +103,7 @@ def test_in_ros_it_goes_where_it_went_in_the_benchmark(policy: str, tmp_path: Pa
     kinds = {f"/{name}": TOPICS[name].kind for name in ("odom", "scan", "map", "tf", "clock")}
     kinds |= {"/cmd_vel": COMMANDS[0], EVENTS: "std_msgs/msg/String"}
     heard: dict[str, list[Any]] = {topic: [] for topic in kinds}
-    with closing(Network(DOMAIN, local=True, warn=pytest.fail)) as network, ThreadPoolExecutor(1) as pool:
+    with closing(Participant(DOMAIN, local=True, warn=pytest.fail)) as network, ThreadPoolExecutor(1) as pool:
         listened = {topic: network.subscribe(topic, kind) for topic, kind in kinds.items()}
         words = f"{shown} --local --domain {DOMAIN} --rate 10 --speed 10 --for {steps * 0.5 + 0.1}"
         ended = pool.submit(run, words, tmp_path)

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from pipeline.fitting.rows import HouseRows, Part, PlanRow, rated
+from pipeline.fitting.rows import HouseRows, Part, PlanRow, rate_building
 from pipeline.quality import doubt_plan
 from pipeline.stages.logistic import LogisticModel, source_of
 from research import built_houses, weights_fit
@@ -56,7 +56,7 @@ def test_grounds_that_rest_on_weights_are_measured_anew(kept: Path, tmp_path: Pa
 def test_the_doubt_of_spaces_comes_from_the_model_that_is_fitted() -> None:
     part = Part("room", "h", "corpus 1", true=True, features={"space:tiny": 1.0, "plan_doubtful_space": 0.9})
     plan = PlanRow("h", "corpus 1", True, {"doubtful_space": 0.9, "sealed": 1.0}, [{"tiny": 1.0}], [part], "a/b", "h")
-    doubted = rated(plan, LogisticModel(0.0, {"tiny": -1.0}))
+    doubted = rate_building(plan, LogisticModel(0.0, {"tiny": -1.0}))
     assert doubted.grounds == {"doubtful_space": 0.46, "sealed": 1.0}
     assert doubted.parts[0].features == {
         "space:tiny": 1.0,

@@ -8,12 +8,12 @@ import pytest
 from rich.console import Console
 
 from pipeline import display
-from pipeline.batch.entry import Entry, StoredPlan, StoredRejection
+from pipeline.batch.entry import Entry, PlanRecord, StoredRejection
 from pipeline.display import ProgressDisplay
 
 
 def _entry(name: str, seconds: float, *reasons: str) -> Entry:
-    plans = [] if reasons else [StoredPlan(name, "c", "p", 1)]
+    plans = [] if reasons else [PlanRecord(name, "c", "p", 1)]
     return Entry(
         name, "", "", [], seconds, plans, [StoredRejection(name, "source", reason, "") for reason in reasons], file=name
     )

@@ -21,7 +21,7 @@ from pipeline.pictures import (
     EVIDENCE_RAIL,
     FURNITURE,
     LEAF,
-    Canvas,
+    AreaCanvas,
     draw_evidence,
     ruler_ticks,
     turned_ticks,
@@ -83,7 +83,7 @@ def test_the_ruler_has_the_source_s_metres(factor: float, shift: float, expected
 
 
 def test_the_ruler_is_drawn_on_the_lower_and_the_left_edge() -> None:
-    canvas, plain = Canvas(BOUNDS), Canvas(BOUNDS)
+    canvas, plain = AreaCanvas(BOUNDS), AreaCanvas(BOUNDS)
     canvas.ruler(UPRIGHT)
     rows, cols = np.nonzero((np.asarray(canvas.image) != np.asarray(plain.image)).any(axis=-1))
     assert len(rows) > 100
@@ -99,7 +99,7 @@ def test_crosses_name_the_source_s_metres_in_a_turned_frame() -> None:
         assert list(map(float, words.split(", "))) == pytest.approx([0.6 * x - 0.8 * y + 20, 0.8 * x + 0.6 * y - 3])
         assert 0 < x < 9
         assert 0 < y < 9
-    canvas = Canvas(BOUNDS)
+    canvas = AreaCanvas(BOUNDS)
     canvas.ruler(turned)
     for place in ticks.values():
         assert canvas.image.getpixel(tuple(map(round, canvas._pixel(place)))) == ImageColor.getrgb(CROSS)

@@ -13,7 +13,7 @@ import pytest
 from houseexpo.commands.app import make_app
 from houseexpo.dataset import open_dataset
 from houseexpo.floorplan import FloorPlan
-from stats.html_report import report_html, write_report
+from stats.html_report import report_html, write_statistics
 from stats.measure import DataSetSummary, measure_plans, summarise_data_set, summarise_records
 from stats.report import Report, count_leaks
 from stats.terminal_tables import report_tables
@@ -74,7 +74,7 @@ def test_the_same_plans_give_the_same_page_and_the_same_numbers(folder: Path, tm
     one, other = (Report(summarise_data_set(data_set, workers=1)) for _ in range(2))
     assert report_html(one) == report_html(other)
     for name, report in (("one.json", one), ("other.json", other)):
-        write_report(report, tmp_path / name)
+        write_statistics(report, tmp_path / name)
     assert (tmp_path / "one.json").read_bytes() == (tmp_path / "other.json").read_bytes()
 
 

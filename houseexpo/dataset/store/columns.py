@@ -110,10 +110,10 @@ def required_share(robot_radius: float | None, min_connected: float | None) -> f
         raise ConfigError("select: min_connected needs a robot_radius")
     if robot_radius is not None and not (_is_number(robot_radius) and 0 <= robot_radius < math.inf):
         raise ConfigError(f"select: robot_radius: expected metres, 0 or more, found {robot_radius!r}")
-    return 1.0 if min_connected is None else check_share(min_connected, "min_connected")
+    return 1.0 if min_connected is None else check_least_share(min_connected, "min_connected")
 
 
-def check_share(value: float, name: str) -> float:
+def check_least_share(value: float, name: str) -> float:
     """Return a number from 0 to 1; raise ConfigError for anything else."""
     if not (_is_number(value) and 0 <= value <= 1):
         raise ConfigError(f"select: {name}: expected 0 to 1, found {value!r}")

@@ -83,7 +83,7 @@ class Waiting:
     def _go_round(self, info: Knowledge, gap_m: float) -> int | None:
         """Return the next action of the shortest way that keeps a gap from people in sight; None if there is none."""
         free = self._house.copy()
-        for x, y, radius in _expected(info).tolist():
+        for x, y, radius in _predict_people(info).tolist():
             free[_disc(free.shape, x, y, radius + gap_m * self._metre)] = OBSTACLE
         self._walker.aim(free, *info["goal_px"].tolist())
         self._detours = True
@@ -91,7 +91,7 @@ class Waiting:
 
     def _gap_px(self, info: Knowledge, x: float, y: float) -> float:
         """Return the gap between the robot at a place and the nearest person (R2), pixels."""
-        people = _expected(info)
+        people = _predict_people(info)
         return (
             float((np.hypot(people[:, 0] - x, people[:, 1] - y) - people[:, 2]).min(initial=np.inf)) - self._radius_px
         )
@@ -118,7 +118,7 @@ def _moving(info: Knowledge) -> Floats:
     return info.get("moving_px", np.zeros((0, 5)))
 
 
-def _expected(info: Knowledge) -> Floats:
+def _predict_people(info: Knowledge) -> Floats:
     """Return the places of people in sight, now and a little later (R2): (n, 3), x, y and radius in pixels."""
     moving = _moving(info)
     return np.vstack([moving[:, :3], moving[:, :3] + _AHEAD_S * np.insert(moving[:, 3:], 2, 0.0, axis=1)])

@@ -89,7 +89,7 @@ def _with_starts(house: MapHouse, starts: list[Pose]) -> StartedHouse:
 
 
 def _kth(folder: Path, files: list[Path], track: Track) -> list[MapHouse]:
-    """R1: the floors of a track that have starts."""
+    """The floors of a track that have starts."""
     listed = folder / STARTS
     if not listed.is_file():
         raise ConfigError(f"--maps {folder}: expected {STARTS} with the starts of the floors, found none")
@@ -118,7 +118,7 @@ def _kth(folder: Path, files: list[Path], track: Track) -> list[MapHouse]:
 
 
 def _dungeon(file: Path, joined: int, side_m: float, pixels_per_metre: float) -> StartedHouse:
-    """R2, R3."""
+    """Return the house of a picture of DARE's or ARiADNE's, with the start that their code takes."""
     pixels = _pixels(file)
     rows, cols = (length // joined for length in pixels.shape)
     cells = pixels[: rows * joined, : cols * joined].reshape(rows, joined, cols, joined).min(axis=(1, 3))

@@ -99,9 +99,9 @@ class SimulatorConfig:
             The file cannot be read or is not YAML, a key is unknown, or a value is invalid; the error names file and
             key.
         """
-        from houseexpo.pseudoslam.config.yaml_files import read_config
+        from houseexpo.pseudoslam.config.yaml_files import read_yaml_config
 
-        config, notes = read_config(cls, path)
+        config, notes = read_yaml_config(cls, path)
         for note in notes:
             logging.getLogger("houseexpo.pseudoslam").info("%s: %s", path, note)
         return config

@@ -69,7 +69,7 @@ _PUBLISHED: dict[str, _Key | None] = {
 _SHAPES = ["rectangle", "ellipse", "circle"]  # the shapes that the published simulator draws at random
 
 
-def read_config(kind: type[Config], path: str | os.PathLike[str]) -> tuple[Config, list[str]]:
+def read_yaml_config(kind: type[Config], path: str | os.PathLike[str]) -> tuple[Config, list[str]]:
     """Return the ``SimulatorConfig`` (``kind``) in a file, and a line for each published key, converted or ignored.
 
     Raises

@@ -49,7 +49,7 @@ from houseexpo.pseudoslam.tasks import (
 from houseexpo.pseudoslam.worlds.maps import Plans
 
 if TYPE_CHECKING:
-    from houseexpo.pseudoslam.render.window import Window
+    from houseexpo.pseudoslam.render.window import PictureWindow
 
 _WANTED = np.full(1, STEP, np.uint8)
 
@@ -133,7 +133,7 @@ class PseudoSlamEnv(gymnasium.Env[Observation, Any]):
         self._constants = new_episode_constants(1)
         self._after: Metrics
         self._trail: list[npt.NDArray[np.float64]] = []
-        self._window: Window | None = None
+        self._window: PictureWindow | None = None
         self._run: Callable[..., None] | None = None  # the compiled step, which the first one finds
 
     @property
@@ -244,9 +244,9 @@ class PseudoSlamEnv(gymnasium.Env[Observation, Any]):
         image = draw_episode(self.simulator, self.state, self._trail)
         if self.render_mode == "rgb_array":
             return image
-        from houseexpo.pseudoslam.render.window import Window
+        from houseexpo.pseudoslam.render.window import PictureWindow
 
-        self._window = self._window or Window("PseudoSLAM")
+        self._window = self._window or PictureWindow("PseudoSLAM")
         self._window.show(image, fps=self.metadata["render_fps"])
         return None
 

@@ -143,7 +143,7 @@ def _contents(file: Path, wanted: str | None) -> tuple[dict[str, _Frame], list[_
 
 
 def _choose_topic(topics: set[str], wanted: str | None, name: str) -> str:
-    """R1."""
+    """Return the topic of the scans: the one that is wanted, or the only one of type ``sensor_msgs/LaserScan``."""
     if wanted is not None and wanted in topics:
         return wanted
     if wanted is None and len(topics) == 1:
@@ -179,7 +179,7 @@ def _seconds(stamp: Any) -> float:
 
 
 def _pose_of(frames: dict[str, _Frame], scan: _Scan) -> Pose | None:
-    """R2: the pose of the laser, or None if a transform is missing at that time."""
+    """The pose of the laser, or None if a transform is missing at that time."""
     if scan.frame not in frames:
         return None
     pose, name, seen = (0.0, 0.0, 0.0), scan.frame, set[str]()
@@ -193,7 +193,7 @@ def _pose_of(frames: dict[str, _Frame], scan: _Scan) -> Pose | None:
 
 
 def _draw_map(name: str, placed: list[tuple[_Scan, Pose]], cell_m: float) -> RobotMap:
-    """R3, R4."""
+    """Return the map of some scans: cells in which beams end are hit, others along the beams are passed."""
     RobotMap(np.zeros((1, 1), np.int8), cell_m, name=name)  # checks the resolution
     far = [min(scan.most_m, float(np.max(_lengths(scan)[0], initial=0.0))) + 2 * cell_m for scan, _ in placed]
     x1 = min(x - reach for (_, (x, _, _)), reach in zip(placed, far, strict=True))
@@ -231,7 +231,7 @@ def _draw_map(name: str, placed: list[tuple[_Scan, Pose]], cell_m: float) -> Rob
 
 
 def _lengths(scan: _Scan) -> tuple[Floats, npt.NDArray[np.bool_]]:
-    """R4: how far each beam passes (beams,), metres, NaN for nothing, and whether it hits."""
+    """How far each beam passes (beams,), metres, NaN for nothing, and whether it hits."""
     hit = (scan.ranges >= scan.least_m) & (scan.ranges < scan.most_m)
     passed = scan.ranges >= scan.most_m  # also infinite
     return np.where(hit, scan.ranges, np.where(passed, scan.most_m, np.nan)), hit

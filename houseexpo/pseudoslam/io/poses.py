@@ -13,7 +13,7 @@ def relative_pose(origin: Pose, pose: Pose) -> Pose:
 
     Examples
     --------
-    >>> relative((1.0, 1.0, 0.0), (3.0, 2.0, 0.5))
+    >>> relative_pose((1.0, 1.0, 0.0), (3.0, 2.0, 0.5))
     (2.0, 1.0, 0.5)
     """
     x, y, turn = (there - here for there, here in zip(pose, origin, strict=True))
@@ -26,7 +26,7 @@ def compose_poses(origin: Pose, pose: Pose) -> Pose:
 
     Examples
     --------
-    >>> compose((1.0, 1.0, 0.0), (2.0, 1.0, 0.5))
+    >>> compose_poses((1.0, 1.0, 0.0), (2.0, 1.0, 0.5))
     (3.0, 2.0, 0.5)
     """
     x, y, turn = pose

@@ -20,7 +20,7 @@ SHAPE = make_row_dtype(poses=int, corners=int, loops=int, grown=float, core=floa
 the radii of discs inside and around it, the speed of its fastest point."""
 
 
-class Bodies(NamedTuple):
+class BodyTracks(NamedTuple):
     """The state of T tracks and P people, pixels and seconds. In a pool, each array has an additional first axis."""
 
     clocks: Floats

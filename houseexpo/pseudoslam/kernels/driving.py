@@ -37,7 +37,7 @@ from houseexpo.pseudoslam.kernels.step import (
     update_readings,
 )
 from houseexpo.pseudoslam.kernels.tolerances import SAGITTA_PX, SLICE_S
-from houseexpo.pseudoslam.kernels.types import ACKERMANN, Drive, Floats, Grid, Robot, Rows, Scratch, as_bool
+from houseexpo.pseudoslam.kernels.types import ACKERMANN, Drive, Floats, Grid, RobotBody, Rows, Scratch, as_bool
 
 CHORD, ASIDE, TURN, WAY = range(4)
 """Columns of a path: the length of the chord, negative for backward, pixels; its angle from the heading before the
@@ -57,7 +57,7 @@ def ramp_and_integral(start: float, target: float, rate: float, seconds: float) 
 
 @njit(cache=True, nogil=True)
 def command_path(
-    readings: Rows, speed: float, turning: float, drive: Drive, robot: Robot, seconds: float, held: float
+    readings: Rows, speed: float, turning: float, drive: Drive, robot: RobotBody, seconds: float, held: float
 ) -> Floats:
     """Return the path of a command, ``speed`` and ``turning``, that nothing blocks (n, 4), see ``CHORD``.
 

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from numba import njit
 
-from houseexpo.pseudoslam.kernels.body_tracks import Bodies, Tracks
+from houseexpo.pseudoslam.kernels.body_tracks import BodyTracks, Tracks
 from houseexpo.pseudoslam.kernels.collision import placed_people
 from houseexpo.pseudoslam.kernels.hashing import uniform
 from houseexpo.pseudoslam.kernels.people import WalkParams
@@ -21,7 +21,7 @@ from houseexpo.pseudoslam.kernels.types import (
     Errors,
     Floats,
     Grid,
-    Robot,
+    RobotBody,
     Rows,
     Runs,
     Sensor,
@@ -85,7 +85,7 @@ class Episode(NamedTuple):
     """(1,) ``COUNTS``."""
     readings: Rows
     """(1,) ``READINGS``."""
-    bodies: Bodies
+    bodies: BodyTracks
     tracks: Tracks
     flow: FlowField
     paths: GoalPaths
@@ -99,7 +99,7 @@ class Episode(NamedTuple):
 class StepParams(NamedTuple):
     """The parameters of all environments: the robot, its sensor, their noise, and moving obstacles."""
 
-    robot: Robot
+    robot: RobotBody
     sensor: Sensor
     errors: Errors
     walk: WalkParams
@@ -122,7 +122,7 @@ def slice_episode(pool: Episode, sizes: Counts, i: int) -> Episode:
         pool.occupied[i, :cells].reshape((rows, cols)), pool.observable[i, :cells].reshape((rows, cols)),
         pool.known[i, :cells].reshape((rows, cols)), pool.shown[i], pool.overview[i], pool.ranges[i], pool.fresh[i],
         pool.pose[i, 0], pool.counts[i, 0], pool.readings[i, 0],
-        Bodies(bodies.clocks[i], placed_people(bodies.people[i]), bodies.robots[i]),
+        BodyTracks(bodies.clocks[i], placed_people(bodies.people[i]), bodies.robots[i]),
         Tracks(tracks.times_s[i], tracks.poses[i], tracks.corners[i], tracks.shapes[i]),
         FlowField(flow.sizes[i], flow.toward[i], flow.spots[i], flow.goals[i]),
         GoalPaths(

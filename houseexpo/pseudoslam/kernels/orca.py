@@ -19,7 +19,7 @@ import math
 import numpy as np
 from numba import njit
 
-from houseexpo.pseudoslam.kernels.body_tracks import Bodies, Tracks, nearest_body_point, to_body_frame
+from houseexpo.pseudoslam.kernels.body_tracks import BodyTracks, Tracks, nearest_body_point, to_body_frame
 from houseexpo.pseudoslam.kernels.collision import Disc
 from houseexpo.pseudoslam.kernels.tolerances import FASTEST_SHARE, PARALLEL_SINE, WALL_HORIZON_S
 from houseexpo.pseudoslam.kernels.types import Floats, Grid, Rows
@@ -30,7 +30,7 @@ _AS_DIRECTION = 1e6
 
 @njit(cache=True, nogil=True)
 def choose_velocity(
-    occupied: Grid, bodies: Bodies, tracks: Tracks, feelers: Rows, horizon_s: float, radius: float, robot: Disc,
+    occupied: Grid, bodies: BodyTracks, tracks: Tracks, feelers: Rows, horizon_s: float, radius: float, robot: Disc,
     p: int, wish_x: float, wish_y: float, seconds: float,
 ) -> tuple[float, float]:  # fmt: skip
     """Return the velocity of person ``p``, who wishes to go in a direction of length 1, or 0 to stand."""

@@ -16,7 +16,7 @@ import numpy as np
 from numba import njit
 
 from houseexpo.pseudoslam.kernels.body_tracks import (
-    Bodies,
+    BodyTracks,
     Tracks,
     body_may_move,
     distance_to_body,
@@ -102,7 +102,7 @@ def social_force(
 
 
 @njit(cache=True, nogil=True)
-def force_from_bodies(bodies: Bodies, tracks: Tracks, p: int, ppm: float) -> tuple[float, float]:
+def force_from_bodies(bodies: BodyTracks, tracks: Tracks, p: int, ppm: float) -> tuple[float, float]:
     """Return the acceleration of person ``p`` away from the nearest points of bodies on tracks."""
     push_x, push_y = 0.0, 0.0
     for k in range(len(bodies.clocks)):
@@ -165,7 +165,7 @@ _WAYS = np.array(
 @njit(cache=True, nogil=True)
 def walk_people(
     occupied: Grid,
-    bodies: Bodies,
+    bodies: BodyTracks,
     tracks: Tracks,
     flow: FlowField,
     walk: WalkParams,
@@ -211,7 +211,7 @@ def walk_people(
 
 
 @njit(cache=True, nogil=True)
-def draw_next_goal(bodies: Bodies, flow: FlowField, key: int, p: int) -> None:
+def draw_next_goal(bodies: BodyTracks, flow: FlowField, key: int, p: int) -> None:
     """Draw a person's next goal, a different one if there are several."""
     people, goals = bodies.people, flow.sizes[0].goals
     people[p].anchor_x, people[p].anchor_y, people[p].waited = people[p].x, people[p].y, 0.0
@@ -250,7 +250,7 @@ def person_fits(
 
 
 @njit(cache=True, nogil=True)
-def person_fits_bodies(bodies: Bodies, tracks: Tracks, p: int, x: float, y: float, radius: float) -> bool:
+def person_fits_bodies(bodies: BodyTracks, tracks: Tracks, p: int, x: float, y: float, radius: float) -> bool:
     """Return whether bodies on tracks allow person ``p`` to be at a place; it may leave one that it overlaps."""
     for k in range(len(bodies.clocks)):
         clock = bodies.clocks[k]
@@ -261,7 +261,7 @@ def person_fits_bodies(bodies: Bodies, tracks: Tracks, p: int, x: float, y: floa
 
 
 @njit(cache=True, nogil=True)
-def person_fits_robots(bodies: Bodies, p: int, x: float, y: float, touch: float) -> bool:
+def person_fits_robots(bodies: BodyTracks, p: int, x: float, y: float, touch: float) -> bool:
     """Return whether the other robots of a team allow person ``p`` to be at a place, ``touch`` or more from each.
 
     The person may move away from one that it overlaps.
@@ -357,7 +357,7 @@ _SPEEDS = 1 << 40  # counters beyond all others
 @njit(cache=True, nogil=True)
 def place_people(
     occupied: Grid,
-    bodies: Bodies,
+    bodies: BodyTracks,
     tracks: Tracks,
     flow: FlowField,
     walk: WalkParams,
@@ -390,7 +390,7 @@ def place_people(
 @njit(cache=True, nogil=True)
 def _find_place(
     occupied: Grid,
-    bodies: Bodies,
+    bodies: BodyTracks,
     tracks: Tracks,
     flow: FlowField,
     walk: WalkParams,
@@ -423,7 +423,7 @@ def _find_place(
 @njit(cache=True, nogil=True)
 def move_bodies(
     occupied: Grid,
-    bodies: Bodies,
+    bodies: BodyTracks,
     tracks: Tracks,
     flow: FlowField,
     walk: WalkParams,
@@ -450,7 +450,7 @@ def move_bodies(
 
 
 @njit(cache=True, nogil=True)
-def mark_bodies(occupied: Grid, bodies: Bodies, tracks: Tracks, walk: WalkParams) -> None:
+def mark_bodies(occupied: Grid, bodies: BodyTracks, tracks: Tracks, walk: WalkParams) -> None:
     """Set the moving bits of all bodies, by cells' centres."""
     for k in range(len(bodies.clocks)):
         mark_body(occupied, tracks, k, bodies.clocks[k])
@@ -459,7 +459,7 @@ def mark_bodies(occupied: Grid, bodies: Bodies, tracks: Tracks, walk: WalkParams
 
 
 @njit(cache=True, nogil=True)
-def erase_bodies(occupied: Grid, bodies: Bodies, tracks: Tracks, walk: WalkParams) -> None:
+def erase_bodies(occupied: Grid, bodies: BodyTracks, tracks: Tracks, walk: WalkParams) -> None:
     """Clear the moving bits of all bodies."""
     for k in range(len(bodies.clocks)):
         x, y, _ = track_pose_at(tracks, k, bodies.clocks[k])
@@ -469,7 +469,7 @@ def erase_bodies(occupied: Grid, bodies: Bodies, tracks: Tracks, walk: WalkParam
 
 
 @njit(cache=True, nogil=True)
-def _substeps(bodies: Bodies, tracks: Tracks, walk: WalkParams, robot_radius: float, seconds: float) -> int:
+def _substeps(bodies: BodyTracks, tracks: Tracks, walk: WalkParams, robot_radius: float, seconds: float) -> int:
     """Return the number of substeps, so that no body on a track can jump over the robot or a person."""
     parts = math.ceil(seconds / SUBSTEP_S - 1e-9)
     least = min(robot_radius, walk.radius_px) if len(bodies.people) > 0 else robot_radius
@@ -480,7 +480,7 @@ def _substeps(bodies: Bodies, tracks: Tracks, walk: WalkParams, robot_radius: fl
 
 @njit(cache=True, nogil=True)
 def _run(
-    bodies: Bodies,
+    bodies: BodyTracks,
     tracks: Tracks,
     walk: WalkParams,
     k: int,

@@ -24,7 +24,17 @@ from houseexpo.pseudoslam.kernels.collision import (
 from houseexpo.pseudoslam.kernels.driving import command_path, path_length_to_disc
 from houseexpo.pseudoslam.kernels.mapping import CHUNK, CHUNK_BITS, FREE, UNKNOWN
 from houseexpo.pseudoslam.kernels.odometry import grip_share
-from houseexpo.pseudoslam.kernels.types import Bits, Counts, Drive, Errors, Floats, Grid, Robot, Rows, make_row_dtype
+from houseexpo.pseudoslam.kernels.types import (
+    Bits,
+    Counts,
+    Drive,
+    Errors,
+    Floats,
+    Grid,
+    RobotBody,
+    Rows,
+    make_row_dtype,
+)
 
 APART_PX = 1e-6
 """The distance that discs keep, so that rounding does not make them overlap."""
@@ -56,7 +66,7 @@ class TeamObstacles(NamedTuple):
     people: Rows
     """(N * R, P) ``PERSON``, of which the first robots' count."""
     places: Floats
-    """(N * R, R, 2), ``Bodies.robots``, of which the first robots' count: the robots' places, pixels;
+    """(N * R, R, 2), ``BodyTracks.robots``, of which the first robots' count: the robots' places, pixels;
     ``count_met_and_seen`` updates them."""
     drawn: Floats
     """(N * R, R + P, 2), where robots and people are drawn in the cells of each robot, NaN where not."""
@@ -136,7 +146,7 @@ def prepare_motions(
 @njit(cache=True, nogil=True)
 def prepare_commands(
     occupied: Grid, counts: Rows, poses: Rows, sizes: Counts, commands: Floats, others: TeamObstacles, errors: Errors,
-    robot: int, first: int, end: int, readings: Rows, drive: Drive, shape: Robot, seconds: float,
+    robot: int, first: int, end: int, readings: Rows, drive: Drive, shape: RobotBody, seconds: float,
 ) -> None:  # fmt: skip
     """Do as ``prepare_motions`` for robots with a drive; ``commands`` (N * R, 3) are those of ``kernels.driving``."""
     robots = others.places.shape[1]

@@ -41,7 +41,7 @@ NO_STAND, NO_WAY = -1, np.iinfo(np.int32).max
 """Values of ``PathScratch.ways``: cells where the robot cannot stand, and standing cells that it cannot reach."""
 
 
-class Robot(NamedTuple):
+class RobotBody(NamedTuple):
     """The robot: a disc, and its largest distance and turn between two scans."""
 
     radius_px: float

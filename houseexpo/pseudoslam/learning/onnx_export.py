@@ -92,15 +92,15 @@ def write_card(trained: TrainedPolicy, sha256: str) -> str:
     made = (
         f"PPO, network {config.policy}, {about['steps']:,} steps, seed {about['seed']}, in {plans.get('train', room)}"
     )
-    scores = _listed({name: f"{value:.3g}" for name, value in about["score"].items()})
+    scores = _join_items({name: f"{value:.3g}" for name, value in about["score"].items()})
     paragraphs = [
         f"A policy of houseexpo for the task {trained.task}, with {place.actions} actions.",
         f"Made by houseexpo train {trained.task}: {made}.",
-        f"Options of the task: {_listed(place.task) or 'the usual ones'}.",
-        f"Commit {about['commit']}; {_listed(about['versions'])}.",
+        f"Options of the task: {_join_items(place.task) or 'the usual ones'}.",
+        f"Commit {about['commit']}; {_join_items(about['versions'])}.",
         f"Tested in {config.evaluation.plans} episodes, in {plans.get('test', room)}: {scores}.",
-        f"Inputs: {_listed(inputs)}. They are {seen}.",
-        f"Outputs: {_listed(outputs)}. The action of its tests is {chosen[0 if likely else 1]}.",
+        f"Inputs: {_join_items(inputs)}. They are {seen}.",
+        f"Outputs: {_join_items(outputs)}. The action of its tests is {chosen[0 if likely else 1]}.",
         "For N robots at once the first size is N, of a memory the second.",
     ]
     if MEMORY[0] in inputs:
@@ -110,5 +110,5 @@ def write_card(trained: TrainedPolicy, sha256: str) -> str:
     return "".join(f"{each}\n" for each in paragraphs)
 
 
-def _listed(values: Mapping[str, object]) -> str:
+def _join_items(values: Mapping[str, object]) -> str:
     return ", ".join(f"{name} {value}" for name, value in values.items())

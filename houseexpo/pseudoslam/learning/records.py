@@ -82,7 +82,7 @@ def check_same_run(found: Mapping[str, Any], wanted: Mapping[str, Any], where: P
 
     ``free`` are dotted keys that may differ.
     """
-    other = first_difference(_without(found, free), _without(wanted, free))
+    other = first_difference(_drop_keys(found, free), _drop_keys(wanted, free))
     if other is not None:
         key, there, here = other
         raise TrainingError(
@@ -91,10 +91,10 @@ def check_same_run(found: Mapping[str, Any], wanted: Mapping[str, Any], where: P
         )
 
 
-def _without(values: Mapping[str, Any], free: Sequence[str], within: str = "") -> dict[str, Any]:
+def _drop_keys(values: Mapping[str, Any], free: Sequence[str], within: str = "") -> dict[str, Any]:
     """Return nested values without some dotted keys."""
     return {
-        key: _without(value, free, f"{within}{key}.") if isinstance(value, Mapping) else value
+        key: _drop_keys(value, free, f"{within}{key}.") if isinstance(value, Mapping) else value
         for key, value in values.items()
         if f"{within}{key}" not in free
     }

@@ -118,7 +118,7 @@ class _Training:
             f"steps and at the end; on {'the GPU' if learner.device.type == 'cuda' else 'the CPU'}"
         )
         if config.policy == "set" and not done:
-            self._say(f"nearest frontier in these episodes: {_text(self._score(NearestFrontier()))}")
+            self._say(f"nearest frontier in these episodes: {_text(self._score(NearestFrontierBaseline()))}")
         saved_at = start = time.monotonic()
         for update in show_progress(range(done + 1, total + 1), f"learning {self._run.task}", total - done):
             steps, means = self._update(update)
@@ -164,7 +164,7 @@ class _Training:
         self._say(f"{steps:,} of {self._run.config.steps:,} steps: {_text(score)}")
         return score
 
-    def _score(self, policy: NearestFrontier | None = None) -> Score:
+    def _score(self, policy: NearestFrontierBaseline | None = None) -> Score:
         """Return the score of a policy, by default of the learning policy."""
         ids, config = self._run.plans.test, self._run.config.evaluation
         tried = policy or self._learner.policy
@@ -217,7 +217,7 @@ Score = dict[str, float]
 _WAY: Final = 2  # of a frontier's numbers in an observation: the length of the path to it
 
 
-class NearestFrontier:
+class NearestFrontierBaseline:
     """Goes to the frontier with the shortest path, in the same episodes as a policy that learns to choose."""
 
     training = False
@@ -231,7 +231,7 @@ class NearestFrontier:
         return ways.argmin(axis=1), None
 
 
-Tried: TypeAlias = Policy | NearestFrontier
+Tried: TypeAlias = Policy | NearestFrontierBaseline
 
 
 def evaluate(

@@ -10,7 +10,7 @@ import numpy.typing as npt
 from houseexpo.errors import MissingDependencyError, install_command
 
 
-class Window:
+class PictureWindow:
     """A window, which opens with the first picture.
 
     Raises

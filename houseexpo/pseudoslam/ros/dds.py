@@ -52,7 +52,7 @@ _NUMBERS: Final = ("int8", "uint8", "uint16", "int32", "uint32", "int64", "uint6
 _PLAIN: Final = {"bool": bool, "string": str}
 
 
-class Network:
+class Participant:
     """A participant of a ROS 2 graph.
 
     Parameters

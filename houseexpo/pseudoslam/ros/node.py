@@ -57,7 +57,7 @@ from houseexpo.pseudoslam.io.ros_messages import (
     transforms_message,
     velocity_message,
 )
-from houseexpo.pseudoslam.ros.dds import Network, Subscription
+from houseexpo.pseudoslam.ros.dds import Participant, Subscription
 from houseexpo.pseudoslam.ros.fleet import Fleet, Velocity
 from houseexpo.pseudoslam.ros.policy_driver import PolicyDriver
 from houseexpo.pseudoslam.simulator import OccupancyGrid
@@ -160,7 +160,7 @@ class Node:
 
     def __init__(
         self,
-        graph: Network,
+        graph: Participant,
         fleet: Fleet,
         config: NodeConfig,
         *,

@@ -81,7 +81,7 @@ class NearestEach(TeamExplorer):
         return 0
 
 
-class Greedy(TeamExplorer):
+class GreedyTeam(TeamExplorer):
     """The nearest frontier that is not within half the laser's range of the goal of a robot that is heard."""
 
     def share(self, known: Grid, frontiers: Rows, places: Floats, info: Knowledge) -> int:
@@ -132,7 +132,7 @@ class Auction(TeamExplorer):
 
 
 POLICIES: Final[dict[str, type[TeamExplorer]]] = {
-    "nearest": NearestEach, "greedy": Greedy, "hungarian": Hungarian, "auction": Auction,
+    "nearest": NearestEach, "greedy": GreedyTeam, "hungarian": Hungarian, "auction": Auction,
 }  # fmt: skip
 
 

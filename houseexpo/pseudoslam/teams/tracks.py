@@ -181,7 +181,7 @@ def _cell(found: Estimate, plans: int) -> str:
     return "{} [{}, {}]".format(*shown) + (f" /{found.number}" if found.number < plans else "")
 
 
-def format_markdown(track: TeamTrack, results: Sequence[dict[str, Any]]) -> str:
+def format_track_markdown(track: TeamTrack, results: Sequence[dict[str, Any]]) -> str:
     """Return the table of a track as Markdown, with the numbers of plans."""
     heads, rows = make_table(results)
     without = len(results[0]["without_room"])

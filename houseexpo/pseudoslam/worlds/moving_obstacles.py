@@ -16,7 +16,7 @@ from houseexpo.pseudoslam.config.moving_obstacles import PeopleConfig, Trajector
 from houseexpo.pseudoslam.config.obstacles import Circle, Ellipse, Shape
 from houseexpo.pseudoslam.kernels.body_tracks import (
     SHAPE,
-    Bodies,
+    BodyTracks,
     Tracks,
     find_track_collision,
     mark_track_cells,
@@ -167,15 +167,15 @@ def _feeler(angle: float, ring_m: float, radius_px: float, ppm: float) -> tuple[
     return right * reach, down * reach, -right * push, -down * push
 
 
-def new_bodies(tracks: int, people: int) -> Bodies:
+def new_bodies(tracks: int, people: int) -> BodyTracks:
     """Return the state of a number of bodies at the start, before people are placed."""
-    return Bodies(np.zeros(tracks), np.zeros(people, PERSON), np.zeros((0, 2)))
+    return BodyTracks(np.zeros(tracks), np.zeros(people, PERSON), np.zeros((0, 2)))
 
 
 def start_people(  # noqa: PLR0917  # the kernel's arguments, in its order
     config: PeopleConfig,
     occupied: npt.NDArray[np.uint8],
-    bodies: Bodies,
+    bodies: BodyTracks,
     tracks: Tracks,
     flow: FlowField,
     walk: WalkParams,

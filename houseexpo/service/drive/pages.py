@@ -71,7 +71,7 @@ def routes(service: Service) -> list[BaseRoute]:
         return service.page(request, "drive/drive.html", here="drive", shown=shown, **told)
 
     async def socket(websocket: WebSocket) -> None:
-        from houseexpo.service.drive.sessions import FULL, DriveSession
+        from houseexpo.service.drive.sessions import FULL, DriveSocket
 
         found = service.collections.get(websocket.path_params["data"])
         if found is None:
@@ -87,7 +87,7 @@ def routes(service: Service) -> list[BaseRoute]:
         try:
             if not threads:
                 threads.append(anyio.CapacityLimiter(count_cores()))
-            await DriveSession(websocket, found.plan, threads[0], service.settings.policies).run()
+            await DriveSocket(websocket, found.plan, threads[0], service.settings.policies).run()
         finally:
             robots.pop()
 

@@ -72,7 +72,7 @@ class _EndError(Exception):
         self.text, self.code = text, code
 
 
-class DriveSession:
+class DriveSocket:
     """One socket; ``plan_of`` returns a plan by its id, ``threads`` limits the robots that move at once.
 
     ``policies`` are the server's own, see ``DrivenRobot``.

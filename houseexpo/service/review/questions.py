@@ -48,7 +48,7 @@ from shapely.ops import split
 
 from houseexpo.corrections import Correction
 from houseexpo.corrections.apply import Trial
-from houseexpo.corrections.draft import uncrossed
+from houseexpo.corrections.draft import largest_valid_part
 from houseexpo.corrections.openings import ONWARD_M
 from houseexpo.corrections.rooms import OF_NO_ROOM
 from houseexpo.corrections.vocabulary import UNITS_M, checked_values
@@ -228,10 +228,10 @@ def _mended(plan: FloorPlan) -> FloorPlan:
 
     rooms, doors = list(plan.rooms), list(plan.doors)
     for k, room in enumerate(rooms):
-        if not room.polygon.is_valid and (whole := uncrossed(room.polygon)):
+        if not room.polygon.is_valid and (whole := largest_valid_part(room.polygon)):
             rooms[k] = replace(room, ring=ring(whole.exterior), holes=tuple(map(ring, whole.interiors)))
     for k, door in enumerate(doors):
-        if not door.polygon.is_valid and (whole := uncrossed(door.polygon)):
+        if not door.polygon.is_valid and (whole := largest_valid_part(door.polygon)):
             doors[k] = replace(door, ring=ring(whole))
     return replace(plan, rooms=tuple(rooms), doors=tuple(doors))
 

@@ -37,7 +37,7 @@ from shapely.geometry.base import BaseGeometry
 from houseexpo.corrections import Correction
 from houseexpo.corrections.apply import correct_plan
 from houseexpo.corrections.draft import Space
-from houseexpo.corrections.rooms import enclosed_by
+from houseexpo.corrections.rooms import spaces_enclosed_by
 from houseexpo.corrections.vocabulary import FILE_WORDS, WORDS
 from houseexpo.dataset.source_records import LevelSource, PlanSource, Rings, SourceRecord, decode_source_record
 from houseexpo.errors import ConfigError
@@ -110,7 +110,7 @@ class SourceView:
         if self.plan is None:
             return []
         floor = [*(room.polygon for room in self.plan.rooms), *(door.polygon for door in self.plan.doors)]
-        return enclosed_by(shapely.union_all([*self.standing, *floor]))
+        return spaces_enclosed_by(shapely.union_all([*self.standing, *floor]))
 
     @cached_property
     def standing(self) -> list[Polygon]:

@@ -17,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 import shapely
 
-from pipeline.sources.homes.values import Door, Rect
+from pipeline.sources.homes.values import HomeDoor, Rect
 from pipeline.tolerances import PARTITION_M, RUN_M, SHOULDERS_M
 
 _CLEAR_M, _BESIDE_M = 0.45, 0.05
@@ -54,7 +54,7 @@ class _Around:
 
 
 def add_corners(
-    spaces: list[shapely.Polygon], doors: tuple[Door, ...], asked: CornerWishes, rng: np.random.Generator
+    spaces: list[shapely.Polygon], doors: tuple[HomeDoor, ...], asked: CornerWishes, rng: np.random.Generator
 ) -> list[shapely.Polygon]:
     """Return the spaces with their details."""
     keep = shapely.buffer(shapely.union_all([shapely.box(*door.rect) for door in doors]), _CLEAR_M) if doors else None
@@ -122,7 +122,7 @@ def _cut(
     wall_m: float,
     rng: np.random.Generator,
 ) -> tuple[list[shapely.Polygon], float] | None:
-    """R1: cut a corner off that no other space touches; return the spaces and the length of the new wall."""
+    """Cut a corner off that no other space touches; return the spaces and the length of the new wall."""
     corners = [(k, i) for k, space in enumerate(spaces) for i in range(shapely.get_num_coordinates(space.exterior) - 1)]
     for pick in rng.permutation(len(corners)).tolist()[:12]:
         k, i = corners[pick]
@@ -150,7 +150,7 @@ def _cut(
 def _chamfer(
     spaces: list[shapely.Polygon], keep: shapely.Geometry | None, rng: np.random.Generator
 ) -> list[shapely.Polygon]:
-    """R1: take the edge off one corner: a pipe or a slanted stone stands there."""
+    """Take the edge off one corner: a pipe or a slanted stone stands there."""
     k = int(rng.integers(len(spaces)))
     ring = shapely.get_coordinates(shapely.simplify(shapely.orient_polygons(spaces[k]), 0.0).exterior)[:-1]
     i = int(rng.integers(len(ring)))
@@ -171,7 +171,7 @@ def _chamfer(
 def _pilaster(
     spaces: list[shapely.Polygon], around: _Around, missing: int, rng: np.random.Generator
 ) -> tuple[list[shapely.Polygon], int]:
-    """R2: stand a pillar or a wall's end into a space; also return how many corners it adds.
+    """Stand a pillar or a wall's end into a space; also return how many corners it adds.
 
     Few of those stand that would make a nose, or a recess with another one or with what is beside a door.
     """
@@ -234,11 +234,11 @@ _SECOND: Final = 0.25
 
 def draw_front_doors(
     spaces: list[shapely.Polygon], names: tuple[tuple[str, ...], ...], wall_m: float, rng: np.random.Generator
-) -> tuple[Door, ...]:
+) -> tuple[HomeDoor, ...]:
     """Return a front door, sometimes two; none where no axis-parallel outer wall is long enough."""
     welcome = [_WELCOME.get(each[0] if each else "", 0.0) + float(rng.gumbel()) for each in names]
     wanted = 1 + int(rng.random() < _SECOND)
-    found: list[Door] = []
+    found: list[HomeDoor] = []
     for k in np.argsort(welcome)[::-1].tolist():
         others = [space for j, space in enumerate(spaces) if j != k]
         places = [
@@ -248,7 +248,7 @@ def draw_front_doors(
             and not spaces[k].intersects(shapely.box(*before))  # a wall that ends in the room is no outer one
         ]
         if places:
-            found.append(Door(places[int(rng.integers(len(places)))], (k, None)))
+            found.append(HomeDoor(places[int(rng.integers(len(places)))], (k, None)))
         if len(found) == wanted:
             break
     return tuple(found)

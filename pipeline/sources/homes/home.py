@@ -18,7 +18,7 @@ from pipeline.sources.homes.shaping import (
     join_to_one_space,
 )
 from pipeline.sources.homes.slicing import WantedRectangles, slice_box
-from pipeline.sources.homes.values import Door, Home, HomeWish, NamedBox, Rect, snap_wall_line
+from pipeline.sources.homes.values import Home, HomeDoor, HomeWish, NamedBox, Rect, snap_wall_line
 from pipeline.sources.homes.wishes import draw_home_wish
 
 _WISHES: Final = 12
@@ -81,7 +81,7 @@ def _home_of(name: str, wish: HomeWish, found: ShapedRooms, rng: np.random.Gener
         shapely.union_all([shape for shape, k in zip(inner, owner, strict=True) if k == space], grid_size=1e-4)
         for space in range(wish.spaces)
     ]
-    ways = tuple(Door(each.gap, (found.space_of[each.pair[0]], found.space_of[each.pair[1]])) for each in joints)
+    ways = tuple(HomeDoor(each.gap, (found.space_of[each.pair[0]], found.space_of[each.pair[1]])) for each in joints)
     spaces = add_corners(spaces, ways, CornerWishes(wish.corners, wish.oblique, wish.wall_m), rng)
     if not _passable(spaces, ways):
         return None
@@ -89,7 +89,7 @@ def _home_of(name: str, wish: HomeWish, found: ShapedRooms, rng: np.random.Gener
     return Home(name, tuple(spaces), ways, fronts, _boxes(wish, spaces, rng), wish.rooms, wish.wall_m)
 
 
-def _passable(spaces: list[shapely.Polygon], ways: tuple[Door, ...]) -> bool:
+def _passable(spaces: list[shapely.Polygon], ways: tuple[HomeDoor, ...]) -> bool:
     """Return whether a robot gets everywhere, in each space and through all doors."""
     free = shapely.union_all([*spaces, *(shapely.box(*way.rect) for way in ways)], grid_size=1e-4)
     places = shapely.buffer([*spaces, free], -_ROBOT_M)

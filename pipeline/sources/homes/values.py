@@ -47,7 +47,7 @@ class HomeWish:
 
 
 @dataclass(frozen=True)
-class Door:
+class HomeDoor:
     """A doorway through a wall: its freed area, and the two spaces that it joins; a front door leads outside, None."""
 
     rect: Rect
@@ -71,8 +71,8 @@ class Home:
 
     id: str
     spaces: tuple[shapely.Polygon, ...]
-    doors: tuple[Door, ...]
-    fronts: tuple[Door, ...]
+    doors: tuple[HomeDoor, ...]
+    fronts: tuple[HomeDoor, ...]
     boxes: tuple[NamedBox, ...]
     room_count: int
     wall_m: float

@@ -48,21 +48,21 @@ from houseexpo.files import sha256_of
 from houseexpo.plan import Frame
 from pipeline.geometry.areas import buffer_mitred, shares_inside, unite
 from pipeline.geometry.meshes import box_around, merge_meshes
-from pipeline.geometry.prisms import extrude_polygon
+from pipeline.geometry.prisms import make_prisms
 from pipeline.rejection import Reason, Rejection
-from pipeline.sources.drawn_storeys import walls_around
+from pipeline.sources.drawn_storeys import walls_around_floors
 from pipeline.sources.files import id_from_file_name, level_id, list_files_of_format
 from pipeline.sources.ifc.model import Body, Building, ElementBody, Storey, WallHole, load_building
 from pipeline.sources.ifc.rooms_and_openings import (
     WallFootprints,
     door_level_height,
-    find_openings,
     find_rooms,
     find_windows,
-    floor_polygon,
     is_room,
     largest_footprint,
+    openings_of_level,
     project_to_plan,
+    standing_area,
 )
 from pipeline.sources.ifc.storeys import LevelStorey, assign_to_storeys, find_level_storeys, is_made_storey
 from pipeline.sources.storeys.levels import Shift, shift_to_origin
@@ -117,7 +117,7 @@ class IfcLevelParts:
     guesses: tuple[str, ...]
 
 
-def find_levels(building: Building) -> list[IfcLevelParts]:
+def find_ifc_levels(building: Building) -> list[IfcLevelParts]:
     """Return the levels from the lowest to the highest; empty where no storey has walls or rooms."""
     building = _with_high_spaces(building)
     as_drawn, guesses = building, tuple[str, ...]()
@@ -138,7 +138,7 @@ def _with_high_spaces(building: Building) -> Building:
         return building
     floors = [(space, largest_footprint(space.mesh)) for space in building.spaces]
     spaces = tuple(
-        replace(space, mesh=extrude_polygon(floor, space.bottom, space.bottom + COMMON_STOREY_M[0]))
+        replace(space, mesh=make_prisms(floor, space.bottom, space.bottom + COMMON_STOREY_M[0]))
         for space, floor in floors
         if floor.area >= PATCH_M2  # a smaller named area is no room
     )
@@ -151,22 +151,22 @@ def _with_high_walls(building: Building) -> Building:
     if len(low) < 3 or not building.spaces or any(part.top - part.bottom >= HEAD_M for part in low):
         return building
     foot, top = min(part.bottom for part in low), max(part.top for part in low)
-    spaces = (_moved(space, foot - space.bottom) if space.bottom > top else space for space in building.spaces)
-    return replace(building, walls=tuple(map(_raised, low)), spaces=tuple(map(_lowered, spaces)))
+    spaces = (_move_parts(space, foot - space.bottom) if space.bottom > top else space for space in building.spaces)
+    return replace(building, walls=tuple(map(_raise_wall, low)), spaces=tuple(map(_lower_space, spaces)))
 
 
-def _moved(part: ElementBody, up: float) -> ElementBody:
+def _move_parts(part: ElementBody, up: float) -> ElementBody:
     return replace(part, mesh=Mesh(part.mesh.vertices + np.array((0.0, 0.0, up)), part.mesh.faces))
 
 
-def _lowered(space: ElementBody) -> ElementBody:
+def _lower_space(space: ElementBody) -> ElementBody:
     """Return a space no higher than a storey: its ceiling is that of the raised walls."""
     points = space.mesh.vertices.copy()
     points[:, 2] = np.minimum(points[:, 2], space.bottom + COMMON_STOREY_M[0])
     return replace(space, mesh=Mesh(points, space.mesh.faces))
 
 
-def _raised(wall: ElementBody) -> ElementBody:
+def _raise_wall(wall: ElementBody) -> ElementBody:
     """Return a wall as high as a storey, on its own foot."""
     points = wall.mesh.vertices.copy()
     points[:, 2] = wall.bottom + (points[:, 2] - wall.bottom) * (COMMON_STOREY_M[0] / (wall.top - wall.bottom))
@@ -195,8 +195,8 @@ def _walls_of_spaces(building: Building) -> Iterator[ElementBody]:
         if _spaces_touch(floors):
             continue
         bottom, top = min(space.bottom for space in here), max(space.top for space in here)
-        for wall in walls_around(floors, top - bottom):
-            mesh = extrude_polygon(wall.shape, bottom, top)
+        for wall in walls_around_floors(floors, top - bottom):
+            mesh = make_prisms(wall.shape, bottom, top)
             yield ElementBody(mesh=mesh, storey=key, kind="IfcWall")
 
 
@@ -242,7 +242,7 @@ def _level(
         cover=_cover(building, floor),
         outdoors=_outdoors([each for each in building.outdoors if _is_on(each, standing, floors)], rooms),
         rooms=rooms,
-        openings=find_openings(building.holes, standing_walls, floor, floors),
+        openings=openings_of_level(building.holes, standing_walls, floor, floors),
         windows=tuple(windows),
         leaves=tuple(leaf for leaf in building.leaves if door_level_height(leaf.bottom, floors) == floor),
         furniture=(*(thing for thing in building.furniture if _is_on(thing, standing, floors)), *screens),
@@ -300,7 +300,7 @@ def _is_wall(part: ElementBody, floor: float) -> bool:
 
 def _screens(parts: Sequence[ElementBody], spaces: Sequence[ElementBody]) -> list[ElementBody]:
     """L9."""
-    rooms = [(space, floor_polygon(space.mesh)) for space in spaces if is_room(space)]
+    rooms = [(space, standing_area(space.mesh)) for space in spaces if is_room(space)]
     return [
         part
         for part in parts
@@ -358,7 +358,7 @@ def _cover(building: Building, floor: float) -> Polygon | MultiPolygon | None:
 def _outdoors(spaces: Sequence[ElementBody], rooms: Sequence[SourceRoom]) -> Polygon | MultiPolygon | None:
     """L10."""
     drawn = [room.polygon for room in rooms if room.polygon is not None]
-    floors = (floor_polygon(space.mesh) for space in spaces)
+    floors = (standing_area(space.mesh) for space in spaces)
     return _area(unite(floor for floor in floors if not (shares_inside(drawn, floor) > MOST).any()))
 
 
@@ -404,7 +404,7 @@ def read(item: Input) -> Iterator[Level]:
         building = _on_floors(building, floors)
     found = [
         each
-        for each in find_levels(building)
+        for each in find_ifc_levels(building)
         if not floors or any(abs(each.floor_z - floor) <= OFF_FLOOR_M for floor in floors)
     ]
     if not found:

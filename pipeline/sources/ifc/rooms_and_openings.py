@@ -94,7 +94,7 @@ def largest_footprint(mesh: Mesh) -> Polygon:
     return _largest(project_to_plan(mesh))
 
 
-def floor_polygon(mesh: Mesh) -> Polygon:
+def standing_area(mesh: Mesh) -> Polygon:
     """Return where a body stands on its floor: its flat lowest faces, its shadow where it has none; the largest piece.
 
     A room whose walls lean outwards is smaller on its floor than its shadow.
@@ -139,20 +139,20 @@ class _Found:
 
 
 def is_room(space: ElementBody) -> bool:
-    """R2."""
+    """Return whether a space is head high and not named as lying outside."""
     return space.top - space.bottom >= HEAD_M and not is_attic_space(space.words)
 
 
 def find_rooms(spaces: Sequence[ElementBody], walls: WallFootprints) -> tuple[SourceRoom, ...]:
     """Return the rooms of a level in the order of the file, in project axes."""
-    found = [_Found(space.words, floor_polygon(space.mesh)) for space in spaces if is_room(space)]
+    found = [_Found(space.words, standing_area(space.mesh)) for space in spaces if is_room(space)]
     found = _without_overlaps(_without_groups(_without_doubles([each for each in found if not each.shape.is_empty])))
     found = _at_walls(found, walls)
     return tuple(SourceRoom(each.words, labels_for(each.words), each.shape) for each in found)
 
 
 def _at_walls(found: list[_Found], walls: WallFootprints) -> list[_Found]:
-    """R5: return the rooms that stand at walls; all of them if no room does."""
+    """Return the rooms that stand at walls; all of them if no room does."""
     shapes = [each.shape.buffer(THICK_WALL_M / 2, join_style="mitre") for each in found]
     groups = [group for group in shapely.get_parts(shapely.union_all(shapes)) if walls.reach(group)]
     kept = [each for each in found if any(each.shape.intersects(group) for group in groups)]
@@ -160,7 +160,7 @@ def _at_walls(found: list[_Found], walls: WallFootprints) -> list[_Found]:
 
 
 def _without_doubles(found: list[_Found]) -> list[_Found]:
-    """R3."""
+    """Keep the first of two spaces with one footprint, with the words of both."""
     kept: list[_Found] = []
     for each in found:
         # two spaces that share nearly all are one
@@ -296,7 +296,7 @@ class WallFootprints:
         return self._shadows[k]
 
 
-def find_openings(
+def openings_of_level(
     holes: Sequence[WallHole], walls: WallFootprints, floor: float, floors: Sequence[float]
 ) -> tuple[Opening, ...]:
     """Return the openings of the level at ``floor`` (one of ``floors``), in project axes."""

@@ -1,4 +1,4 @@
-"""Load a mesh file of any format as a ``Scene`` of named triangles; whatever is wrong with it becomes a Rejection.
+"""Load a mesh file of any format as a ``MeshScene`` of named triangles; whatever is wrong with it becomes a Rejection.
 
 Axes and unit stay the file's own; ``frame_convention`` returns what the format or the file says of them.
 
@@ -27,7 +27,7 @@ from pipeline.rejection import Reason, Rejection
 from pipeline.sources import roomplan_scan
 from pipeline.sources.files import check_file
 from pipeline.sources.meshes import collada, gltf, obj
-from pipeline.sources.meshes.scene import NamedPiece, PartNames, Scene
+from pipeline.sources.meshes.scene import MeshScene, NamedPiece, PartNames
 from pipeline.sources.named_scene import drop_default_cube
 from pipeline.sources.tolerances import CHUNK_BYTES, LARGEST_COORDINATE
 from pipeline.tolerances import SPECK
@@ -82,7 +82,7 @@ def _metres(text: str, path: Path) -> float:
     return metres
 
 
-def load_scene(path: Path, max_faces: int = MAX_FACES) -> Scene:
+def load_scene(path: Path, max_faces: int = MAX_FACES) -> MeshScene:
     """Read the file's triangles with their names, each at its place, in the file's own axes and unit.
 
     Faces that reach far away from all others are left out (``Scene.without_strays``).
@@ -99,7 +99,7 @@ def load_scene(path: Path, max_faces: int = MAX_FACES) -> Scene:
     _check_size(path)
     try:
         with _silence_readers():
-            scene = Scene.of(_reader(path)(path, max_faces))
+            scene = MeshScene.of(_reader(path)(path, max_faces))
     except (MemoryError, Rejection):
         raise
     except Exception as error:  # the loaders raise whatever broken bytes lead them to
@@ -161,7 +161,7 @@ def _silence_readers() -> Iterator[None]:
         log.handlers, log.propagate = handlers, hands_on
 
 
-def _check_scene(path: Path, scene: Scene, declared: int | None, max_faces: int) -> Scene:
+def _check_scene(path: Path, scene: MeshScene, declared: int | None, max_faces: int) -> MeshScene:
     vertices, faces = scene.mesh.vertices, scene.mesh.faces
     if declared is not None and len(faces) < declared and format_suffix(path) not in GLTF:
         detail = f"{path.name} announces {declared:,} faces and holds {len(faces):,}"

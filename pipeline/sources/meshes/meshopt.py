@@ -134,7 +134,7 @@ class _IndexStream:
         return value
 
 
-def _signed(value: int) -> int:
+def _to_signed(value: int) -> int:
     return (value >> 1) ^ -(value & 1)
 
 
@@ -147,7 +147,7 @@ def decode_indices(data: bytes, count: int) -> npt.NDArray[np.uint32]:
     for k in range(count):
         value = stream.number()
         base = value & 1
-        last[base] = (last[base] + _signed(value >> 1)) & 0xFFFFFFFF
+        last[base] = (last[base] + _to_signed(value >> 1)) & 0xFFFFFFFF
         found[k] = last[base]
     return found
 
@@ -218,7 +218,7 @@ class _TriangleDecoder:
         return self._next - 1
 
     def _read(self) -> int:
-        self._last = (self._last + _signed(self._stream.number())) & 0xFFFFFFFF
+        self._last = (self._last + _to_signed(self._stream.number())) & 0xFFFFFFFF
         return self._last
 
     def _push(self, vertex: int) -> None:

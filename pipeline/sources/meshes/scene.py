@@ -1,4 +1,4 @@
-"""Hold a mesh file's triangles as one mesh (``Scene``), each with the names of its nodes, mesh and material."""
+"""Hold a mesh file's triangles as one mesh (``MeshScene``), each with the names of its nodes, mesh and material."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class NamedPiece:
 
 
 @dataclass(frozen=True, eq=False)
-class Scene:
+class MeshScene:
     """All triangles as one mesh; ``owner`` (m,) is the index of each face's part in ``parts``."""
 
     mesh: Mesh
@@ -51,7 +51,7 @@ class Scene:
     """What could not be read, in words."""
 
     @classmethod
-    def of(cls, pieces: Iterable[NamedPiece]) -> Scene:
+    def of(cls, pieces: Iterable[NamedPiece]) -> MeshScene:
         """Put pieces together in their order."""
         vertices, faces = [np.empty((0, 3))], [np.empty((0, 3), np.int64)]
         owners = [np.empty(0, np.int32)]
@@ -65,7 +65,7 @@ class Scene:
             offset += len(piece.vertices)
         return cls(Mesh(np.concatenate(vertices), np.concatenate(faces)), np.concatenate(owners), tuple(parts))
 
-    def without(self, patterns: Sequence[str]) -> Scene:
+    def without(self, patterns: Sequence[str]) -> MeshScene:
         """Leave out the parts of which a node's, group's, mesh's or material's name matches a pattern (``Lamp*``)."""
         if not patterns:
             return self
@@ -76,7 +76,7 @@ class Scene:
         """Return the patterns that no name of a node, group, mesh or material matches."""
         return [pattern for pattern in patterns if not any(part.matches([pattern]) for part in self.parts)]
 
-    def without_strays(self) -> Scene:
+    def without_strays(self) -> MeshScene:
         """Leave out the faces that reach ``STRAY_REACH`` times as far as nine in ten corners: damage, or a sun."""
         if not len(self.mesh.faces):
             return self
@@ -87,7 +87,7 @@ class Scene:
             return self
         return self.of_faces(keep, self._also_left_out(f"{(~keep).sum()} faces that reach far away"))
 
-    def without_sky(self) -> Scene:
+    def without_sky(self) -> MeshScene:
         """Leave out a part that is a ball, or a dome, around all others and several times as high: the sky of a scene.
 
         A dome over a room is not so high over what is in it.
@@ -134,11 +134,11 @@ class Scene:
         inside = np.linalg.norm(rest - fit[:3], axis=1).max() < radius
         return bool(inside and np.ptp(rest, axis=0).min() * SKY_HEIGHTS < radius)
 
-    def of_faces(self, keep: npt.NDArray[np.bool_], left_out: str = "") -> Scene:
+    def of_faces(self, keep: npt.NDArray[np.bool_], left_out: str = "") -> MeshScene:
         """Return the faces of a mask (m,) with the vertices that they need."""
         used, packed = np.unique(self.mesh.faces[keep], return_inverse=True)
         mesh = Mesh(self.mesh.vertices[used], packed.reshape(-1, 3).astype(np.int64))
-        return Scene(mesh, self.owner[keep], self.parts, left_out)
+        return MeshScene(mesh, self.owner[keep], self.parts, left_out)
 
 
 def transform_triangles(

@@ -52,10 +52,10 @@ from pipeline.geometry.areas import (
     smooth_edges,
 )
 from pipeline.geometry.openings import ClosedBy, Opening
-from pipeline.geometry.prisms import extrude_polygon
+from pipeline.geometry.prisms import make_prisms
 from pipeline.geometry.straighten import straighten_outlines
 from pipeline.rejection import Reason, Rejection
-from pipeline.sources.drawn_storeys import Hole, walls_around
+from pipeline.sources.drawn_storeys import Hole, walls_around_floors
 from pipeline.sources.files import LeftOutParts, check_file, input_from_file
 from pipeline.sources.occupancy_map.clutter import things_in_rooms
 from pipeline.sources.occupancy_map.gaps import THICKEST_M, THINNEST_CELLS, area_of_cells
@@ -189,7 +189,7 @@ def _storey(found: RobotMap, name: str) -> DrawnStorey:
     if not parts.outside and open_share >= MOST:  # R8
         about["open_border"] = round(open_share, 3)
     return DrawnStorey(
-        walls=tuple(walls_around(outlines, WALL_HEIGHT_M)),
+        walls=tuple(walls_around_floors(outlines, WALL_HEIGHT_M)),
         holes=tuple(holes),
         rooms=tuple(SourceRoom((), (), outline) for outline in outlines),
         about=about,
@@ -199,7 +199,7 @@ def _storey(found: RobotMap, name: str) -> DrawnStorey:
 
 
 def _with_seen_walls(outlines: list[Polygon], free: Bools, occupied: Bools, cell_m: float) -> list[Polygon]:
-    """R11: return the rooms without the walls that hang or stand in them."""
+    """Return the rooms without the walls that hang or stand in them."""
     height_m = free.shape[0] * cell_m
     inside = _cells_inside(outlines, free.shape, cell_m)
     found = walls_in_rooms(inside, free, occupied, cell_m, main_edge_direction(free))
@@ -209,12 +209,12 @@ def _with_seen_walls(outlines: list[Polygon], free: Bools, occupied: Bools, cell
 
 
 def _things(outlines: list[Polygon], free: Bools, occupied: Bools, cell_m: float) -> Iterator[SourceObject]:
-    """R13: yield what stands in the rooms, each ``OBJECT_HEIGHT_M`` high, without the steps of its cells."""
+    """Yield what stands in the rooms, each ``OBJECT_HEIGHT_M`` high, without the steps of its cells."""
     cells = things_in_rooms(_cells_inside(outlines, free.shape, cell_m), free, occupied, cell_m)
     area = affine_transform(area_of_cells(cells), [cell_m, 0.0, 0.0, cell_m, 0.0, free.shape[0] * cell_m])
     for thing in polygons_of(shapely.simplify(area, cell_m)):
         if thing.area > HAND_M**2:
-            yield SourceObject((), extrude_polygon(thing, 0.0, OBJECT_HEIGHT_M))
+            yield SourceObject((), make_prisms(thing, 0.0, OBJECT_HEIGHT_M))
 
 
 def _cells_inside(outlines: list[Polygon], shape: tuple[int, ...], cell_m: float) -> Bools:
@@ -229,7 +229,7 @@ def _cells_inside(outlines: list[Polygon], shape: tuple[int, ...], cell_m: float
 
 
 def _entrances(outlines: list[Polygon], holes: list[Hole], free: Bools, occupied: Bools, cell_m: float) -> list[Hole]:
-    """R12: return the entrances to what was not seen."""
+    """Return the entrances to what was not seen."""
     found: list[Hole] = []
     sides = SeenSides(free, occupied, cell_m)
     for number, outline in enumerate(outlines):
@@ -244,13 +244,13 @@ def _entrances(outlines: list[Polygon], holes: list[Hole], free: Bools, occupied
 
 
 def _guesses(level: Level) -> tuple[str, ...]:
-    """R6, R8: return the guesses; a smaller unseen share of the edges is a sign of the level instead."""
+    """Return the guesses; a smaller unseen share of the edges is a sign of the level instead."""
     about = level.provenance
     return (EDGE,) if "open_border" in about or float(about["unseen_edge"]) > MOST else ()
 
 
 def _frame_in_map(frame: Frame, found: RobotMap) -> Frame:
-    """R4: return the frame of a level that was drawn in metres from the lower-left corner of the grid."""
+    """Return the frame of a level that was drawn in metres from the lower-left corner of the grid."""
     grid = np.array([*found.affine, (0.0, 0.0, 1.0)]) @ np.array([*frame.matrix, (0.0, 0.0, 1.0)])
     (a, b, c), (d, e, f) = grid[:2].tolist()
     return replace(frame, matrix=((a, b, c), (d, e, f)))
@@ -300,7 +300,7 @@ class _Edges:
 
     @classmethod
     def of_cells(cls, cell_m: float) -> _Edges:
-        """R7."""
+        """Return the tolerances for a map whose cells are all wall or free: its edges are exact to a cell."""
         return cls(
             THINNEST_CELLS * cell_m,  # no straight face lies farther from its cells
             NARROWEST_PART_CELLS * cell_m,
@@ -311,7 +311,7 @@ class _Edges:
 
 
 def _outlines(parts: Segmentation, openings: list[Opening], height_m: float, edges: _Edges) -> dict[int, Polygon]:
-    """R1, R2: return the rooms by their numbers, none nearer to another than a wall."""
+    """Return the rooms by their numbers, none nearer to another than a wall."""
     doorways = np.array([each.polygon for each in openings], np.object_)
     places = shapely.STRtree(doorways)
     raw = {}
@@ -360,7 +360,7 @@ def _largest(area: BaseGeometry, edges: _Edges) -> Polygon:
 
 
 def _smooth(whole: BaseGeometry, edges: _Edges) -> BaseGeometry:
-    """R1: an area without what noise does to its edge, and without small holes."""
+    """An area without what noise does to its edge, and without small holes."""
     smooth = polygons_of(smooth_edges(whole, edges.narrowest_m))
     parts = [shapely.simplify(part, edges.straight_m / 2) for part in smooth]
     kept = [
@@ -382,7 +382,7 @@ def _flatten_doorways(
     for drawn in openings:
         if outside.issuperset(drawn.sides):
             continue
-        opening = _moved_from_corner(drawn, rooms)
+        opening = _move_from_corner(drawn, rooms)
         sides = [rooms[number] for number in opening.sides if number in rooms]
         spans = [span for side in sides if (span := _reach(opening, side)) is not None]
         if len(spans) < 2:
@@ -420,8 +420,8 @@ def _flatten_doorways(
     return list(kept.values()), [cut[k] for k in sorted(cut)]
 
 
-def _moved_from_corner(opening: Opening, rooms: dict[int, Polygon]) -> Opening:
-    """R9: return an opening as narrow as a door may be, moved by its width at most to where both rooms lie beside."""
+def _move_from_corner(opening: Opening, rooms: dict[int, Polygon]) -> Opening:
+    """Return an opening as narrow as a door may be, moved by its width at most to where both rooms lie beside."""
     half, along = opening.width / 2, opening.along
     if half > SHOULDERS_M / 2 + FILE_GRID_M or not rooms.keys() >= set(opening.sides):
         return opening
@@ -434,7 +434,7 @@ def _moved_from_corner(opening: Opening, rooms: dict[int, Polygon]) -> Opening:
 def _as_wide_as_both(
     opening: Opening, low: float, high: float, sides: list[Polygon | None], wider: list[Polygon]
 ) -> Hole | None:
-    """R9: return the doorway from ``low`` to ``high`` between the first and the second side, None for outside.
+    """Return the doorway from ``low`` to ``high`` between the first and the second side, None for outside.
 
     Return None if nothing is left of it beside doorways that are ``wider``.
     """
@@ -480,7 +480,7 @@ def _length(span: tuple[float, float]) -> float:
 
 
 def _keep_apart(rooms: list[Polygon]) -> list[Polygon]:
-    """R2: return the rooms with a wall also where the face at a doorway, beside a corner, reached another room."""
+    """Return the rooms with a wall also where the face at a doorway, beside a corner, reached another room."""
     kept = list(rooms)
     order = sorted(range(len(kept)), key=lambda k: -kept[k].area)
     for at, k in enumerate(order):
@@ -538,7 +538,7 @@ def _trace_cells(mask: Bools, corner: tuple[int, int], cell_m: float, height_m: 
 
 
 def _exact_area(mask: Bools, corner: tuple[int, int], cell_m: float, height_m: float) -> BaseGeometry:
-    """R7: return what ``_trace_cells`` does, without its bevels of half a cell."""
+    """Return what ``_trace_cells`` does, without its bevels of half a cell."""
     x, y = corner
     return affine_transform(area_of_cells(mask), [cell_m, 0.0, 0.0, cell_m, x * cell_m, height_m - y * cell_m])
 
@@ -550,7 +550,7 @@ def _occupied_area(occupied: Bools, cell_m: float) -> BaseGeometry:
 
 
 def _unseen_shares(parts: Segmentation, free: Bools, occupied: Bools, cell_m: float) -> tuple[float, int]:
-    """R6: return the share of the rooms' edges beside unseen cells, and the number of rooms with most of theirs there.
+    """Return the share of the rooms' edges beside unseen cells, and the number of rooms with most of theirs there.
 
     The map's own cells (rows, cols) are ``cell_m`` wide. An edge near an occupied cell was seen. Beyond the picture's
     border, nothing was seen.
@@ -558,10 +558,10 @@ def _unseen_shares(parts: Segmentation, free: Bools, occupied: Bools, cell_m: fl
     count = int(parts.rooms.max(initial=0)) + 1
     is_room = np.ones(count, np.uint8)
     is_room[[0, *(number for number in parts.outside if number < count)]] = 0
-    rooms = _framed(parts.to_cells(is_room[parts.rooms], free.shape))
-    ring = cv2.dilate(rooms, np.ones((3, 3), np.uint8)) > (rooms | _framed(free.view(np.uint8)))
+    rooms = _pad_cells(parts.to_cells(is_room[parts.rooms], free.shape))
+    ring = cv2.dilate(rooms, np.ones((3, 3), np.uint8)) > (rooms | _pad_cells(free.view(np.uint8)))
     reach = 2 * round(PARTITION_M / cell_m) + 1
-    near = cv2.dilate(_framed(occupied.view(np.uint8)), np.ones((reach, reach), np.uint8))
+    near = cv2.dilate(_pad_cells(occupied.view(np.uint8)), np.ones((reach, reach), np.uint8))
     edge = np.flatnonzero(ring)
     unseen, beside = near.ravel()[edge] == 0, _rooms_beside(parts, edge, ring.shape[1])
     of_room = [np.bincount(each, minlength=count) for each in (beside[unseen], beside)]
@@ -570,7 +570,7 @@ def _unseen_shares(parts: Segmentation, free: Bools, occupied: Bools, cell_m: fl
     return float(np.count_nonzero(unseen) / max(len(edge), 1)), int(most.sum())
 
 
-def _framed(cells: npt.NDArray[np.uint8]) -> npt.NDArray[np.uint8]:
+def _pad_cells(cells: npt.NDArray[np.uint8]) -> npt.NDArray[np.uint8]:
     """Return cells (rows, cols) with a rim of zeros, one cell wide."""
     return np.asarray(cv2.copyMakeBorder(cells, 1, 1, 1, 1, cv2.BORDER_CONSTANT), np.uint8)
 

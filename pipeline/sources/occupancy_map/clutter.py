@@ -58,16 +58,16 @@ def fill_clutter(free: Bools, cell_m: float, occupied: Bools | None = None) -> B
 def _hanging_walls(
     pieces: npt.NDArray[Any], stats: npt.NDArray[Any], alone: Bools, taken: Bools, cell_m: float
 ) -> Bools:
-    """R4: return the cells (rows, cols) on the lines of walls that hang on others; ``alone`` is by piece."""
+    """Return the cells (rows, cols) on the lines of walls that hang on others; ``alone`` is by piece."""
     thin = alone & (stats[:, [cv2.CC_STAT_WIDTH, cv2.CC_STAT_HEIGHT]].min(axis=1) * cell_m <= REACH_M / 2)
     numbers = np.flatnonzero(thin & (np.hypot(stats[:, 2], stats[:, 3]) * cell_m >= RUN_M))
     _, ends = slender_pieces(pieces, stats, numbers, cell_m, RUN_M)
-    dashes, wall = _thickened(alone[pieces], cell_m), taken & ~alone[pieces]
+    dashes, wall = _dilate(alone[pieces], cell_m), taken & ~alone[pieces]
     found = np.zeros(taken.shape, np.uint8)
     left = list(ends)
     while left:
-        walls = _thickened(wall | found.view(bool), cell_m)
-        spans = [_followed(line, dashes, walls, cell_m) for line in left]
+        walls = _dilate(wall | found.view(bool), cell_m)
+        spans = [_follow_line(line, dashes, walls, cell_m) for line in left]
         hanging = [span for span in spans if span is not None]
         for one, other in np.rint(hanging).astype(int).tolist():
             cv2.line(found, one, other, 1, 1)
@@ -75,15 +75,15 @@ def _hanging_walls(
     return found.view(bool)
 
 
-def _thickened(cells: Bools, cell_m: float) -> Bools:
+def _dilate(cells: Bools, cell_m: float) -> Bools:
     """Return cells (rows, cols) and those within HAND_M of them."""
     # R2: a wall so near to the line of a piece is in line with it
     reach = max(round(HAND_M / cell_m), 1)
     return cv2.dilate(cells.view(np.uint8), np.ones((2 * reach + 1, 2 * reach + 1), np.uint8)).view(bool)
 
 
-def _followed(ends: Floats, dashes: Bools, walls: Bools, cell_m: float) -> Floats | None:
-    """R4: return the ends (2, 2) of the line that continues a piece with ``ends`` (2, 2); None if it meets no wall."""
+def _follow_line(ends: Floats, dashes: Bools, walls: Bools, cell_m: float) -> Floats | None:
+    """Return the ends (2, 2) of the line that continues a piece with ``ends`` (2, 2); None if it meets no wall."""
     along = ends[1] - ends[0]
     along = along / max(float(np.hypot(*along)), 1e-9)
     reach, bridge = max(round(HAND_M / cell_m), 1), round(NARROWEST_GAP_M / cell_m)
@@ -129,7 +129,7 @@ def drop_scraps(clear: Bools, cell_m: float) -> Bools:
 
 
 def things_in_rooms(rooms: Bools, free: Bools, occupied: Bools, cell_m: float) -> Bools:
-    """R5: return the cells (rows, cols) of things that stand in rooms; ``rooms`` has the cells inside rooms."""
+    """Return the cells (rows, cols) of things that stand in rooms; ``rooms`` has the cells inside rooms."""
     # R5: occupied cells nearer to the edge of a room belong to the wall, which a plan draws straight
     deep = cv2.erode(rooms.view(np.uint8), _square(HAND_M, cell_m), borderValue=0)
     near = cv2.dilate(deep & occupied.view(np.uint8), _square(HAND_M, cell_m))
@@ -162,7 +162,7 @@ def slender_pieces(  # noqa: PLR0917 - the pieces, and what is asked of them
     least_m: float = PIECE_M,
     thickest_m: float = THICKEST_PIECE_M,
 ) -> tuple[npt.NDArray[np.int64], Floats]:
-    """R2: return those of the pieces that are long and thin, and their ends (n, 2, 2), (across, down) in cells."""
+    """Return those of the pieces that are long and thin, and their ends (n, 2, 2), (across, down) in cells."""
     found, ends = [], []
     for number in numbers.tolist():
         left, top, wide, high, _ = stats[number].tolist()
@@ -183,7 +183,7 @@ def slender_pieces(  # noqa: PLR0917 - the pieces, and what is asked of them
 
 
 def _in_line(ends: Floats, wall: Bools, cell_m: float) -> Bools:
-    """R2: return which pieces (n) have wall in their line."""
+    """Return which pieces (n) have wall in their line."""
     reach = max(round(HAND_M / cell_m), 1)
     lines = cv2.dilate(wall.view(np.uint8), np.ones((2 * reach + 1, 2 * reach + 1), np.uint8)).view(bool)
     along = ends[:, 1] - ends[:, 0]

@@ -103,7 +103,7 @@ def open_shares(label: Labels, occupied: Bools, cell_m: float) -> npt.NDArray[np
 
 
 def is_marked(clear: Bools, occupied: Bools, cell_m: float) -> bool:
-    """R5: whether a map shows its walls as occupied cells."""
+    """Whether a map shows its walls as occupied cells."""
     edge = cv2.dilate(clear.view(np.uint8), _SQUARE).view(bool) & ~clear
     return bool(np.count_nonzero(edge & _around(occupied, cell_m)) >= FEW * np.count_nonzero(edge))
 

@@ -138,7 +138,7 @@ def _with_pieces(pieces: Bools, first: int, last: int) -> tuple[int, int]:
 
 
 def _face_lines(face: Bools, cell_m: float) -> Bools:
-    """R1: return which cells (rows, cols) lie on a line of faces."""
+    """Return which cells (rows, cols) lie on a line of faces."""
     thick = cv2.dilate(face.view(np.uint8), np.ones((3, 1), np.uint8))
     length = 2 * max(round(RUN_M / 2 / cell_m), 1) + 1  # odd: OpenCV opens with an even one askew
     long = cv2.morphologyEx(thick, cv2.MORPH_OPEN, np.ones((1, length), np.uint8))
@@ -160,7 +160,7 @@ def _runs(flags: Bools) -> tuple[Ints, Ints, Ints]:
 
 
 def _widens(free: Bools, row: int, first: int, last: int, cell_m: float) -> bool:
-    """R4."""
+    """Return whether the space goes on along the wall on the face's side, and is wider than the gap on the other."""
     step = max(round(BESIDE_M / cell_m), 1)
     if min(_beyond(free, row + step, first, last)) * cell_m < GAP_WIDER_M:
         return False
@@ -179,7 +179,7 @@ def _beyond(free: Bools, row: int, first: int, last: int) -> tuple[int, int]:
 
 
 def _apart(found: list[_Gap], apart: float) -> list[_Gap]:
-    """R5: return the gaps that stay."""
+    """Return the gaps that stay."""
     kept: list[_Gap] = []
     near: dict[int, list[_Gap]] = {}  # by bands of rows as wide as gaps are apart
     for gap in sorted(found, key=lambda gap: (-gap.support, gap.row, gap.gap)):
@@ -256,7 +256,7 @@ def find_doorways(free: Bools, cell_m: float) -> Floats:
 
 
 def _wall_ends(free: Bools, cell_m: float) -> tuple[Floats, Floats]:
-    """R1: return the ends (n, 2, 2), y up, in cells, with free cells on the left, and where they look (n, 2)."""
+    """Return the ends (n, 2, 2), y up, in cells, with free cells on the left, and where they look (n, 2)."""
     found, looks = [], []
     for part in polygons_of(shapely.simplify(area_of_cells(free), STEPS_CELLS)):
         whole = shapely.orient_polygons(part)
@@ -277,14 +277,14 @@ def _wall_ends(free: Bools, cell_m: float) -> tuple[Floats, Floats]:
 
 
 def _is_pillar(hole: LinearRing) -> bool:
-    """R1."""
+    """Return whether a ring is less than twice as long as wide."""
     sides = np.diff(shapely.get_coordinates(shapely.minimum_rotated_rectangle(hole))[:3], axis=0)
     wide, long = sorted(np.hypot(*sides.T).tolist())
     return bool(long < 2 * wide)  # R1: a pillar's length, in widths
 
 
 def _between_ends(free: Bools, ends: Floats, looks: Floats, cell_m: float) -> list[tuple[float, Floats]]:
-    """R2: return the width, in cells, and the corners (4, 2) of each doorway."""
+    """Return the width, in cells, and the corners (4, 2) of each doorway."""
     middle = ends.mean(axis=1)
     length = np.hypot(*(ends[:, 1] - ends[:, 0]).T)
     found = []
@@ -302,7 +302,7 @@ def _between_ends(free: Bools, ends: Floats, looks: Floats, cell_m: float) -> li
 
 
 def _before_faces(free: Bools, ends: Floats, looks: Floats, cell_m: float) -> list[tuple[float, Floats]]:
-    """R3: return the width, in cells, and the corners (4, 2) of each doorway."""
+    """Return the width, in cells, and the corners (4, 2) of each doorway."""
     found = []
     for end, look in zip(ends, looks, strict=True):
         inset = (end[1] - end[0]) * 0.1

@@ -171,7 +171,7 @@ def _meetings(clear: npt.NDArray[np.float32], of_cells: Ints, cells: Ints, frame
 
 
 def _merge_basins(sides: Ints, half: Floats, peak: Floats) -> tuple[Ints, Floats]:
-    """R1, from the highest way down: return the basin that each one became, and the peaks."""
+    """Merge peaks hardly higher than the way between them; return the basin of each, and the peaks."""
     root, peak = np.arange(len(peak)), peak.copy()
     parent = root.tolist()
 
@@ -222,7 +222,7 @@ def measure_gaps(free: Bools, sides: Ints, jambs: Floats, cell_m: float) -> Narr
 
 
 def _measure_narrows(free: Bools, sides: Ints, half: Floats, jambs: Floats, cell_m: float) -> NarrowPlaces:
-    """R2."""
+    """Measure of each narrow place what tells doors from gaps beside furniture."""
     one, other = jambs[:, 0], jambs[:, 1]
     along = other - one
     length = np.maximum(np.hypot(*along.T), 1e-6) if len(along) else np.zeros(0)

@@ -143,7 +143,7 @@ def segment_rooms(
     seen = clear if occupied is None else fill_between_rays(free | clear, occupied, cell_m)
     bare = free_beside_dashes(free, clear, cell_m)
     gaps, walls = find_gaps(clear, cell_m, main_edge_direction(clear), bare=bare, seen=seen)
-    parting = _parts_a_room(gaps, walls, _without(label, outside), cell_m)
+    parting = _parts_a_room(gaps, walls, _clear_labels(label, outside), cell_m)
     gaps, walls = gaps[parting], walls[parting]
     if len(gaps):
         label, ways = _divide_cells(clear, gaps, walls, cell_m)
@@ -163,7 +163,7 @@ def segment_rooms(
     outside |= beyond
     unreached = unreached_rooms(rooms, [way.rooms for way in ways], occupied, outside, cell_m)
     if unreached:
-        enclosed = _without(rooms, unreached)
+        enclosed = _clear_labels(rooms, unreached)
         ways = tuple(way for way in ways if unreached.isdisjoint(way.rooms))
     return Segmentation(label, ways, cell_m, scale, outside, enclosed)
 
@@ -188,7 +188,7 @@ class _Cells:
 
 
 def _divide_at_wall_ends(clear: Bools, cell_m: float) -> tuple[Labels, tuple[RoomConnection, ...]]:
-    """R8: return the rooms of the cells (rows, cols) and the ways between them."""
+    """Return the rooms of the cells (rows, cols) and the ways between them."""
     doorways = find_doorways(clear, cell_m)
     while True:
         left = clear & ~_cells_inside(doorways, clear.shape)
@@ -300,7 +300,7 @@ def free_share_of_border(free: Bools, occupied: Bools | None, cell_m: float) -> 
     return share
 
 
-def _without(label: Labels, numbers: frozenset[int]) -> Labels:
+def _clear_labels(label: Labels, numbers: frozenset[int]) -> Labels:
     """Return labels (rows, cols) that are 0 where they are one of some numbers."""
     if not numbers:
         return label
@@ -332,7 +332,7 @@ def count_in_blocks(cells: Bools, scale: int) -> npt.NDArray[np.integer[Any]]:
 
 
 def _merge_basins(basins: Basins) -> npt.NDArray[np.int64]:
-    """R2: return the room of each basin."""
+    """Return the room of each basin."""
     root = np.arange(len(basins.peak_m))
     peak, area = basins.peak_m.copy(), basins.area_m2.copy()
     narrows = basins.narrows
@@ -361,7 +361,7 @@ def _merge_basins(basins: Basins) -> npt.NDArray[np.int64]:
 
 
 def _number_rooms(root: npt.NDArray[np.int64], basins: Basins) -> npt.NDArray[np.int64]:
-    """R3: return the number of the room of each basin, 0 for none."""
+    """Return the number of the room of each basin, 0 for none."""
     count = len(root)
     area = np.bincount(root, weights=basins.area_m2, minlength=count)
     peak = np.zeros(count)
@@ -373,7 +373,7 @@ def _number_rooms(root: npt.NDArray[np.int64], basins: Basins) -> npt.NDArray[np
 
 
 def _ways(rooms: npt.NDArray[np.int64], narrows: NarrowPlaces) -> tuple[RoomConnection, ...]:
-    """R4; ``rooms`` (n, 2) are the numbers of the rooms on the sides of narrow places."""
+    """Return the widest of the narrow places that lie close together; ``rooms`` (n, 2) are the rooms on their sides."""
     found: list[RoomConnection] = []
     middles: dict[tuple[int, int], list[Floats]] = {}
     apart = np.flatnonzero((rooms[:, 0] != rooms[:, 1]) & (rooms > 0).all(axis=1))
@@ -391,7 +391,7 @@ def _ways(rooms: npt.NDArray[np.int64], narrows: NarrowPlaces) -> tuple[RoomConn
 def _with_ways_where_rooms_touch(
     ways: tuple[RoomConnection, ...], label: Labels, free: Bools, cell_m: float
 ) -> tuple[RoomConnection, ...]:
-    """R4: return ways, and those at other places where free cells of two rooms touch; arrays are (rows, cols)."""
+    """Return ways, and those at other places where free cells of two rooms touch; arrays are (rows, cols)."""
     touching, pairs = np.zeros(label.shape, np.uint8), [np.zeros((0, 2), np.int64)]
     cells, middles = [np.zeros((0, 2), np.int64)], [np.zeros((0, 2))]
     for down, right in ((0, 1), (1, 0)):
@@ -422,7 +422,7 @@ def _with_ways_where_rooms_touch(
 
 
 def _without_slits(ways: tuple[RoomConnection, ...]) -> tuple[RoomConnection, ...]:
-    """R11: return ways without the slits between rooms that others join."""
+    """Return ways without the slits between rooms that others join."""
     joined, kept = Groups(1 + max((max(way.rooms) for way in ways), default=0)), list[RoomConnection]()
     for way in sorted(ways, key=lambda way: -way.width_m):
         if joined.join(*way.rooms) or way.width_m >= PARTITION_M:
@@ -444,7 +444,7 @@ def _ends_of_row(points: Floats) -> Floats:
 def _fill_furniture(
     label: Labels, occupied: Bools | None, cell_m: float, outside: frozenset[int], shut: Bools | None = None
 ) -> Labels:
-    """R5: return the labels with furniture; nothing stands against a wall ``outside``, or beside what is ``shut``."""
+    """Return the labels with furniture; nothing stands against a wall ``outside``, or beside what is ``shut``."""
     filled = label.copy()
     walls = np.ones(label.shape, bool)
     if occupied is not None:
@@ -557,7 +557,7 @@ def _furniture(missing: Bools, near_others: Bools, room: Bools, walls: Bools, ce
 
 
 def _behind_walls(pieces: npt.NDArray[Any], count: int, room: Bools, walls: Bools) -> Bools:
-    """R5: return which of some pieces (count,) of cells (rows, cols) lie behind a wall of the room."""
+    """Return which of some pieces (count,) of cells (rows, cols) lie behind a wall of the room."""
     around = cv2.dilate(pieces.astype(np.float32), np.ones((3, 3), np.uint8)).astype(np.int64)
     around[pieces > 0] = 0
     shares = []

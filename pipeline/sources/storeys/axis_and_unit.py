@@ -53,7 +53,7 @@ from pipeline.sources.storeys.scale import (
     unit_from_opening_heads,
     unit_from_storey,
 )
-from pipeline.sources.storeys.size_evidence import NamedThing, SizesFound, find_openings, weigh_scale
+from pipeline.sources.storeys.size_evidence import NamedThing, SizesFound, measure_openings, weigh_scale
 from pipeline.sources.storeys.surfaces import Bools, Floats, Surfaces, WallProfile, find_storey_pairs, weighted_quantile
 from pipeline.sources.tolerances import (
     BARE_SHARE,
@@ -187,7 +187,7 @@ def scale_rejection(mesh: Mesh, found: AxisAndUnit, name: str) -> Rejection:
 
 
 def _as_one_storey(shape: UprightShape, metres: float) -> UprightShape:
-    """R6."""
+    """Return the shape with its walls as one storey, if no storey of it is as high as a room."""
     low, high = STOREY_M
     if shape.storey * metres < low <= shape.height * metres <= high:
         return replace(shape, storey=shape.height, heads=(), lower=())
@@ -207,14 +207,14 @@ def _guesses(metres: float, convention: FrameConvention) -> list[str]:
 
 
 def _given_metres(shape: UprightShape, convention: FrameConvention, wish: SizeOptions) -> float:
-    """R5."""
+    """Return the metres per unit that the user states; what makes no building is refused."""
     if wish.storey_m is not None:
         return wish.storey_m / shape.storey
     return (wish.metres or convention.metres or 1.0) * wish.scale
 
 
 def _upright_evidence(shape: UprightShape, axis: str, convention: FrameConvention) -> float:
-    """R1, as a sum of evidence: where the format lays down a unit, an axis on which none makes a house comes last."""
+    """Sum the evidence for an up axis; if the format states a unit, an axis on which none makes a house comes last."""
     weight = CUSTOM_WEIGHT
     if convention.binding:
         # an axis that a format lays down counts as flatness does, since exporters forget to turn their models
@@ -237,13 +237,13 @@ def _upright_evidence(shape: UprightShape, axis: str, convention: FrameConventio
 
 
 def _is_likely(shape: UprightShape) -> bool:
-    """R8: return whether an opening is as high as a door where the storey is 2.7 m high."""
+    """Return whether an opening is as high as a door where the storey is 2.7 m high."""
     tried = USUAL_STOREY_M / shape.storey
     return shape.fits_width(tried) and has_head_at_door_height(shape.heads, tried)
 
 
 def _unit(shape: UprightShape, convention: FrameConvention, door: float | None) -> float | None:
-    """R3, R4."""
+    """Return the declared unit of a possible building, or one in which named doors are as high as doors; else None."""
     if door and convention.metres is not None and shape.fits(convention.metres):  # R4
         low, high = LIKELY_STOREY_M
         door = door if low <= shape.storey * USUAL_DOOR_M / door <= high else None
@@ -271,7 +271,7 @@ def _unit(shape: UprightShape, convention: FrameConvention, door: float | None) 
 
 
 def _of_a_model(shape: UprightShape, convention: FrameConvention, door: float | None) -> float | None:
-    """R3: return what a unit stands for where the format's own is absurd, or None if it is not."""
+    """Return what a unit stands for where the format's own is absurd, or None if it is not."""
     metres = convention.metres or 1.0
     if convention.declared or door is not None or shape.storey * metres <= HIGHEST_STOREY_M or not shape.heads:
         return None
@@ -284,7 +284,7 @@ def _of_a_model(shape: UprightShape, convention: FrameConvention, door: float | 
 def _likeliest(
     sizes: SizesFound, metres: float, convention: FrameConvention, shape: UprightShape, tried: bool = False
 ) -> float:
-    """R9: return the metres in a unit that the sizes make likely; where walls may be cut off, heads say nothing (R10).
+    """Return the metres in a unit that the sizes make likely; where walls may be cut off, heads say nothing (R10).
 
     What was ``tried`` follows from the storey alone.
     """
@@ -293,8 +293,8 @@ def _likeliest(
 
 
 def _sizes_found(surfaces: Surfaces, axis: str, shape: UprightShape, things: Sequence[NamedThing]) -> SizesFound:
-    """R9: measure what the shape does not hold."""
-    widths, thicknesses = find_openings(surfaces, UPS[axis], shape.foot, shape.storey)
+    """Measure what the shape does not hold."""
+    widths, thicknesses = measure_openings(surfaces, UPS[axis], shape.foot, shape.storey)
     extent = math.sqrt(math.prod(shape.widths))
     return SizesFound(shape.storey, extent, shape.heads, tuple(widths), tuple(thicknesses), tuple(things))
 
@@ -333,15 +333,15 @@ class UprightShape:
     may_be_cut: bool = False  # nothing covers the walls, and nothing hangs over their openings (R10)
 
     def fits(self, metres: float) -> bool:
-        """R2: tell whether a unit of so many metres makes this a house."""
+        """Tell whether a unit of so many metres makes this a house."""
         return self.fits_width(metres) and STOREY_M[0] <= self.storey * metres <= STOREY_M[1]
 
     def stands(self, metres: float) -> bool:
-        """R2: tell whether so many metres make this a building, of one storey or of several that nothing divides."""
+        """Tell whether so many metres make this a building, of one storey or of several that nothing divides."""
         return self.fits_width(metres) and STOREY_M[0] <= self.storey * metres <= HIGHEST_BUILDING_M
 
     def is_cut(self, metres: float) -> bool:
-        """R10: tell whether so many metres are a unit in which its walls are lower than a storey's, and may be cut."""
+        """Tell whether so many metres are a unit in which its walls are lower than a storey's, and may be cut."""
         is_unit = any(math.isclose(metres, unit, rel_tol=SAME) for unit in UNITS.values())
         low = LOWEST_CUT_M <= self.storey * metres < STOREY_M[0]
         return self.may_be_cut and is_unit and low and self.fits_width(metres)
@@ -435,7 +435,7 @@ def _storey(
 
 
 def _is_open_above(profile: WallProfile, covered: Floats, foot: float, storey: float, footprint: float) -> bool:
-    """R10: tell whether walls are no longer under their top than anywhere below, and nothing covers them.
+    """Tell whether walls are no longer under their top than anywhere below, and nothing covers them.
 
     ``covered`` is the level area (k,) at each step of the profile, ``footprint`` what the walls span.
     """

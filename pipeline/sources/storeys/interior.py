@@ -144,7 +144,7 @@ def measure_interior(walls: Mesh) -> InteriorMeasures:
 
 
 def _furnished_area(surfaces: Surfaces, grid: PlanGrid, edge: Cells) -> float:
-    """R2: area in plan of what lies level between knee and head, without what lies over the cells of ``edge``."""
+    """Area in plan of what lies level between knee and head, without what lies over the cells of ``edge``."""
     level = surfaces.flats() & (surfaces.low[:, 2] > KNEE_M) & (surfaces.high[:, 2] < CHEST_AND_HEAD_M[1])
     return grid.area(grid.cover(surfaces.triangles(level)[:, :, :2]) & (edge == 0)) if level.any() else 0.0
 
@@ -162,7 +162,7 @@ def _samples(segments: Floats, faces: np.ndarray, surfaces: Surfaces) -> tuple[F
 
 
 def _without_fences(wall: Cells, standing: Cells) -> Cells:
-    """R1: return the connected parts of which some stands, all of them where none does."""
+    """Return the connected parts of which some stands, all of them where none does."""
     _, part = cv2.connectedComponents(wall)
     kept = np.unique(part[(standing > 0) & (wall > 0)])
     return np.isin(part, kept).astype(np.uint8) if len(kept) else wall

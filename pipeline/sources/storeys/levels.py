@@ -394,7 +394,7 @@ def other_floors(mesh: Mesh, taken: Sequence[float]) -> list[float]:
 def _asked_floor(
     surfaces: Surfaces, walls: Bools, height: float, layers: Sequence[LevelLayer], grid: PlanGrid
 ) -> FloorSurface | None:
-    """R5: return the nearest level surface within a hand's breadth of a height, None if there is none."""
+    """Return the nearest level surface within a hand's breadth of a height, None if there is none."""
     near = [layer for layer in layers if abs(layer.top - height) <= SNAP_M]
     if not near:
         return None
@@ -406,7 +406,7 @@ def _asked_floor(
 
 
 def _join_parts_of_halls(levels: Sequence[FoundLevel]) -> tuple[FoundLevel, ...]:
-    """R1: join a level with the next where both end at one ceiling and one cut meets the walls of both.
+    """Join a level with the next where both end at one ceiling and one cut meets the walls of both.
 
     The larger floor gives the height.
     """
@@ -428,7 +428,7 @@ def _are_under_one_ceiling(low: FoundLevel, high: FoundLevel) -> bool:
 
 
 def _storeys(floors: list[FloorSurface | None], foot: float, enclosed_m2: float) -> list[FloorSurface | None]:
-    """R1: leave out what lies too close over a larger floor; the first may be the unseen floor of the walls' foot."""
+    """Leave out what lies too close over a larger floor; the first may be the unseen floor of the walls' foot."""
     kept: list[FloorSurface | None] = []
     for floor in floors:
         below = kept[-1] if kept else None
@@ -455,7 +455,7 @@ def _is_named(surfaces: Surfaces, layer: LevelLayer, named: Bools) -> bool:
 
 
 def _area(surfaces: Surfaces, floor: FloorSurface, named: Bools, grid: PlanGrid) -> Polygon | MultiPolygon | None:
-    """R4: plan area of the faces that the source calls floor, where they are most of it, else of all at its height."""
+    """Plan area of the faces that the source calls floor, where they are most of it, else of all at its height."""
     height = (surfaces.low[:, 2] + surfaces.high[:, 2]) / 2
     called = named & surfaces.flats() & (np.abs(height - floor.layer.top) < SPLIT_LEVEL_M)
     flat = float(surfaces.area[called].sum())
@@ -516,7 +516,7 @@ def _ceiling(
     above: float | None,
     through: Callable[[LevelLayer], float],
 ) -> float:
-    """R3: height above the floor up to which this level's walls may be looked at."""
+    """Height above the floor up to which this level's walls may be looked at."""
     # skirtings end below the height from which walls are measured
     end = above if above is not None else profile.end_above(height + HEAD_M, height + FOOT_M)
     size = np.count_nonzero(region)
@@ -541,7 +541,7 @@ def _ceiling(
 
 
 def _share_running_through(surfaces: Surfaces, walls: Bools, layer: LevelLayer) -> float:
-    """R3: return which share of the walls that reach a layer runs on through it, face by face."""
+    """Return which share of the walls that reach a layer runs on through it, face by face."""
     below = layer.bottom - COVER_MARGIN_M
     reach = walls & (surfaces.low[:, 2] < below) & (surfaces.high[:, 2] > below)
     length = surfaces.area[reach] / (surfaces.high[reach, 2] - surfaces.low[reach, 2])

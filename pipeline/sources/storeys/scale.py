@@ -24,7 +24,7 @@ UNITS = UNITS_M
 
 
 def do_opening_heads_fit_unit(heads: Sequence[float], metres: float) -> bool:
-    """R1: tell whether the heads of openings, in file units above the floor, speak for a unit of so many metres."""
+    """Tell whether the heads of openings, in file units above the floor, speak for a unit of so many metres."""
     return not heads or any(HEADS_M[0] <= head * metres <= HEADS_M[1] for head in heads)
 
 
@@ -34,7 +34,7 @@ def has_head_at_door_height(heads: Sequence[float], metres: float) -> bool:
 
 
 def unit_from_opening_heads(storey: float, heads: Sequence[float]) -> float | None:
-    """R2: return metres in a file's unit, or None if no head fits any usual scale."""
+    """Return metres in a file's unit, or None if no head fits any usual scale."""
     candidates = [(unit, 0.0) for name, unit in UNITS.items() if name != "ft"]
     candidates += [
         # more than heads and storey of such models differ, so that inches come last
@@ -49,7 +49,7 @@ def unit_from_opening_heads(storey: float, heads: Sequence[float]) -> float | No
 
 
 def unit_from_storey(storey: float) -> float | None:
-    """R3: return metres in a file's unit, or None if no usual scale gives a usual storey."""
+    """Return metres in a file's unit, or None if no usual scale gives a usual storey."""
     fitting = [scale for scale in SCALES if COMMON_STOREY_M[0] <= storey * scale <= COMMON_STOREY_M[1]]
     return min(fitting, key=lambda scale: abs(math.log(storey * scale / USUAL_STOREY_M)), default=None)
 

@@ -221,13 +221,13 @@ def other_scales(found: SizesFound, metres: float) -> tuple[list[float], bool]:
 # from one to the other, they are the ends of a pier.
 
 
-def find_openings(surfaces: Surfaces, axis: int, foot: float, storey: float) -> tuple[list[float], list[float]]:
+def measure_openings(surfaces: Surfaces, axis: int, foot: float, storey: float) -> tuple[list[float], list[float]]:
     """Return the widths of the openings at ``SOME`` of a storey over its foot, and how thick their walls are."""
     height = foot + SOME * storey
     crossed = surfaces.walls(axis) & (surfaces.low[:, axis] < height) & (surfaces.high[:, axis] > height)
     order = [*(i for i in range(3) if i != axis), axis]
     upright = Surfaces.of(Mesh(surfaces.mesh.vertices[:, order], surfaces.mesh.faces[crossed]))
-    lines = _joined(cut_faces_at_height(upright, upright.walls(), height)[0], storey)
+    lines = _join_segments(cut_faces_at_height(upright, upright.walls(), height)[0], storey)
     long = lines[:, 3] - lines[:, 2]
     jambs = lines[(long > JAMB[0] * storey) & (long < JAMB[1] * storey)]
     if not 1 < len(jambs) <= MANY_FACES:  # a scan has more
@@ -266,7 +266,7 @@ def _lies_on(point: Floats, lines: Floats, ways: tuple[Floats, Floats], within: 
     return bool((near & (at > lines[:, 2]) & (at < lines[:, 3])).any())
 
 
-def _joined(segments: Floats, storey: float) -> Floats:
+def _join_segments(segments: Floats, storey: float) -> Floats:
     """Join segments (k, 2, 2) of one line that touch: rows of the line's angle and offset, its start and its end."""
     way = segments[:, 1] - segments[:, 0]
     long = np.linalg.norm(way, axis=1)

@@ -6,7 +6,7 @@ them, with walls as bodies and holes through them. The frame: metres, x right an
 R1  Two lines closer than THICK_WALL_M that enclose something are the faces of one wall: between them is wall.
 R2  A door stands in a wall. Where its file leaves a gap in the wall, the gap is filled up to the wall's faces first, so
     that the door has a lintel; the wall's depth is that of the wall ends beside the door.
-R3  A drawing of rooms without walls has its walls between and around the rooms (``walls_around``).
+R3  A drawing of rooms without walls has its walls between and around the rooms (``walls_around_floors``).
 R4  What lies far from the origin is moved near; the way back is in the level's frame.
 """
 
@@ -32,11 +32,11 @@ from pipeline.sources.drawn_storeys import (
     Wall,
     deepen_to_wall_faces,
     merge_parallel_holes,
+    openings_of_windows,
     passage_openings,
     polygon_from_ring,
     wall_prisms,
-    walls_around,
-    window_openings,
+    walls_around_floors,
 )
 from pipeline.sources.files import LeftOutParts, level_id
 from pipeline.sources.tolerances import (
@@ -194,7 +194,7 @@ def walls_along_lines(lines: Iterable[tuple[Point, Point]], thick_m: float) -> l
 
 
 def walls_between_faces(shapes: Iterable[Polygon]) -> list[Polygon]:
-    """R1: walls of some faces or bodies."""
+    """Walls of some faces or bodies."""
     body = shapely.union_all(list(shapes), grid_size=FILE_GRID_M)
     whole = shapely.union_all([Polygon(part.exterior) for part in polygons_of(body)])
     voids = polygons_of(shapely.difference(whole, body))
@@ -376,7 +376,7 @@ def _flip_y(frame: Frame) -> Frame:
 
 def _level(storey: DrawnStorey, name: str) -> Level:
     """Return a level, still without its own id and number."""
-    storey, shift = _moved_near(storey, name)
+    storey, shift = _move_near(storey, name)
     shapes = [each.polygon for each in storey.rooms if each.polygon is not None]
     if storey.walls:
         walls = list(storey.walls)
@@ -384,7 +384,7 @@ def _level(storey: DrawnStorey, name: str) -> Level:
         holes = list(storey.holes)
     else:
         top = WALL_HEIGHT_M
-        walls = walls_around(shapes, top)  # R3
+        walls = walls_around_floors(shapes, top)  # R3
         holes = [
             deep
             for hole in merge_parallel_holes(storey.holes)
@@ -404,7 +404,7 @@ def _level(storey: DrawnStorey, name: str) -> Level:
         rooms=tuple(named),
         room_count=len(shapes) or None,
         openings=passage_openings(holes),
-        windows=(*storey.windows, *window_openings(holes)),
+        windows=(*storey.windows, *openings_of_windows(holes)),
         n_objects=len(storey.furniture),
     )
 
@@ -415,8 +415,8 @@ def _floor(shapes: Sequence[Polygon]) -> Polygon | MultiPolygon | None:
     return area if isinstance(area, Polygon | MultiPolygon) and not area.is_empty else None
 
 
-def _moved_near(storey: DrawnStorey, name: str) -> tuple[DrawnStorey, Point]:
-    """R4."""
+def _move_near(storey: DrawnStorey, name: str) -> tuple[DrawnStorey, Point]:
+    """Move what lies far from the origin near it; return the storey and the shift."""
     shapes = [wall.shape for wall in storey.walls] + [r.polygon for r in storey.rooms if r.polygon is not None]
     x1, y1, x2, y2 = shapely.total_bounds(shapes).tolist()
     if not np.isfinite([x1, y1, x2, y2]).all():
@@ -429,16 +429,16 @@ def _moved_near(storey: DrawnStorey, name: str) -> tuple[DrawnStorey, Point]:
     if max(abs(x1), abs(y1), abs(x2), abs(y2)) < FAR_FROM_ORIGIN_M:
         return storey, (0.0, 0.0)
     dx, dy = float(np.floor(x1)), float(np.floor(y1))
-    return _placed(storey, lambda points: points - (dx, dy)), (dx, dy)
+    return _move_storey(storey, lambda points: points - (dx, dy)), (dx, dy)
 
 
 def scale_drawing(drawing: Drawing, factor: float) -> Drawing:
     """Return a drawing with its lengths in plan multiplied; heights are those that readers give to drawings."""
-    storeys = tuple(_placed(storey, lambda points: points * factor) for storey in drawing.storeys)
+    storeys = tuple(_move_storey(storey, lambda points: points * factor) for storey in drawing.storeys)
     return replace(drawing, storeys=storeys, unit_m=drawing.unit_m * factor)
 
 
-def _placed(storey: DrawnStorey, to: Callable[[Floats], Floats]) -> DrawnStorey:
+def _move_storey(storey: DrawnStorey, to: Callable[[Floats], Floats]) -> DrawnStorey:
     """Return a storey whose points in plan (n, 2) are moved."""
 
     def moved(shape: Any) -> Any:

@@ -142,10 +142,10 @@ def read_drawing(path: Path, key: str = "", *, unit_m: float | None = None, with
         every = list(_entities(document.modelspace(), document, left_out, (), count()))
         every = [each for each in every if not any(fnmatchcase(str(each[1].dxf.layer), name) for name in without)]
         found = [(kind, entity) for kind, entity, _ in every if kind or entity.dxftype() in _TEXTS]
-        found = _doors_or_windows(_sound(found, left_out))  # R7
+        found = _doors_or_windows(_drop_damaged(found, left_out))  # R7
         is_guessed = not any(kind in {"wall", "room"} and entity.dxftype() not in _TEXTS for kind, entity in found)
         if is_guessed:
-            found += _sound(_unnamed(every), left_out)  # R4
+            found += _drop_damaged(_unnamed_lines(every), left_out)  # R4
         outlines = [points for kind, entity in found if kind in {"wall", "room"} and (points := _points(entity))]
         swings = [
             math.dist(swing[0], swing[1])
@@ -155,7 +155,9 @@ def read_drawing(path: Path, key: str = "", *, unit_m: float | None = None, with
         ]
         stated = _UNITS.get(int(document.header.get("$INSUNITS", 0)))
         letters = _letters(entity for _, entity in found)
-        scale, is_stated = (unit_m, True) if unit_m else metres_per_unit(outlines, swings, letters, stated, path.name)
+        scale, is_stated = (
+            (unit_m, True) if unit_m else find_metres_per_unit(outlines, swings, letters, stated, path.name)
+        )
     except (DXFError, *_FAULTS) as error:
         detail = f"{path.name} cannot be read as DXF: {type(error).__name__}: {str(error)[:120]}"
         raise Rejection("source", Reason.UNREADABLE, detail, _ADVICE) from None
@@ -227,7 +229,7 @@ def _check_storey(storey: DrawnStorey, name: str, layers: Sequence[str], *, is_w
 
 
 def _text_document(data: bytes) -> Any:
-    """R8: return a drawing, mended where that is needed."""
+    """Return a drawing, mended where that is needed."""
     from ezdxf import recover
     from ezdxf.lldxf.const import DXFStructureError
 
@@ -243,7 +245,7 @@ def _text_document(data: bytes) -> Any:
 
 
 def _with_old_polylines(data: bytes) -> bytes:
-    """R8: return a drawing whose polylines without marks are of the old form, which has none."""
+    """Return a drawing whose polylines without marks are of the old form, which has none."""
     lines = [line.strip() for line in data.splitlines()]
     entities: list[list[tuple[bytes, bytes]]] = [[]]
     for tag in zip(lines[::2], lines[1::2], strict=False):
@@ -290,7 +292,7 @@ def _content(path: Path, key: str) -> bytes:
 def _entities(
     space: Any, document: Any, left_out: LeftOutParts, within: tuple[str, ...], numbers: Iterator[int]
 ) -> Iterator[tuple[str, Any, bool]]:
-    """R2, R3: yield the kind of an entity, the entity, and whether it stands in a block."""
+    """Yield the kind of an entity, the entity, and whether it stands in a block."""
     for entity in space:
         if next(numbers) >= MOST_PARTS:
             detail = (
@@ -331,7 +333,7 @@ def _parts(insert: Any, left_out: LeftOutParts) -> list[Any]:
         return []
 
 
-def _sound(found: list[tuple[str, Any]], left_out: LeftOutParts) -> list[tuple[str, Any]]:
+def _drop_damaged(found: list[tuple[str, Any]], left_out: LeftOutParts) -> list[tuple[str, Any]]:
     """Return the entities that have points which can be computed."""
     from ezdxf.lldxf.const import DXFError
 
@@ -348,7 +350,7 @@ def _sound(found: list[tuple[str, Any]], left_out: LeftOutParts) -> list[tuple[s
 
 
 def _doors_or_windows(found: list[tuple[str, Any]]) -> list[tuple[str, Any]]:
-    """R7."""
+    """Divide a layer called both door and window: what lies around the hinge of a swing is a door."""
     hinges = [
         (swing[0], math.dist(swing[0], swing[1])) for kind, each in found if kind == _BOTH for swing in _swings(each)
     ]
@@ -361,8 +363,8 @@ def _doors_or_windows(found: list[tuple[str, Any]]) -> list[tuple[str, Any]]:
     return [(which(entity) if kind == _BOTH else kind, entity) for kind, entity in found]
 
 
-def _unnamed(every: list[tuple[str, Any, bool]]) -> list[tuple[str, Any]]:
-    """R4: return the lines that may be walls, and the arcs that may be doors; none where there are too many."""
+def _unnamed_lines(every: list[tuple[str, Any, bool]]) -> list[tuple[str, Any]]:
+    """Return the lines that may be walls, and the arcs that may be doors; none where there are too many."""
     others = [each for each in every if not each[0] and not _OTHERS.search(str(each[1].dxf.get("layer", "0")))]
     drawn = [each for each in others if each[1].dxftype() == "LINE" or each[1].dxftype() in _POLYLINES]
     in_blocks = all(is_inside for _, _, is_inside in drawn)
@@ -380,7 +382,7 @@ def _unnamed(every: list[tuple[str, Any, bool]]) -> list[tuple[str, Any]]:
 
 
 def _is_leaf(line: Any, swings: Sequence[tuple[Point, Point, Point]]) -> bool:
-    """R4: return whether a line runs from the hinge of a swing to one of its ends, as exactly as people draw."""
+    """Return whether a line runs from the hinge of a swing to one of its ends, as exactly as people draw."""
     start, end = (line.dxf.start.x, line.dxf.start.y), (line.dxf.end.x, line.dxf.end.y)
     for hinge, *ends in swings:
         off = HARDLY * math.dist(hinge, ends[0])  # in widths of the leaf
@@ -417,7 +419,9 @@ def _features(kind: str, entity: Any, scale: float) -> Iterator[Feature]:
             if SWING_M[0] < math.dist(hinge, ends[0]) * scale < SWING_M[1]:
                 yield Feature("swing", LineString([hinge, *ends]))
     elif shape in {"HATCH", "MPOLYGON"}:
-        yield from (Feature("wall", area, filled=True) for area in (_filled(entity, scale) if kind == "wall" else ()))
+        yield from (
+            Feature("wall", area, filled=True) for area in (_filled_areas(entity, scale) if kind == "wall" else ())
+        )
     elif shape not in _CURVES or kind == "wall":
         yield from _line(kind, entity, scale)
 
@@ -438,7 +442,7 @@ def _letters(entities: Iterable[Any]) -> list[float]:
 
 
 def _swings(entity: Any) -> Iterator[tuple[Point, Point, Point]]:
-    """R6: yield the hinges and the ends of the arcs up to a quarter of a circle, or a bit more, in units."""
+    """Yield the hinges and the ends of the arcs up to a quarter of a circle, or a bit more, in units."""
     shape = entity.dxftype()
     if shape in _POLYLINES and bool(entity.has_arc):
         for part in entity.virtual_entities():
@@ -487,8 +491,8 @@ def _line(kind: str, entity: Any, scale: float) -> Iterator[Feature]:
         yield Feature(kind, LineString(ring if kind == "window" else points))
 
 
-def _filled(entity: Any, scale: float) -> list[Polygon]:
-    """R5: return the areas of a hatch; rings inside an odd number of others are holes.
+def _filled_areas(entity: Any, scale: float) -> list[Polygon]:
+    """Return the areas of a hatch; rings inside an odd number of others are holes.
 
     ``scale`` is the file's unit, metres.
     """
@@ -520,7 +524,7 @@ LARGEST_TEXT_M: Final = 2.5
 """Letters of 5 mm on paper at 1:500, as site plans have them."""
 
 
-def metres_per_unit(
+def find_metres_per_unit(
     outlines: Sequence[Sequence[Point]],
     swings: Sequence[float],
     texts: Sequence[float],

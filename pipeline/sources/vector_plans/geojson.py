@@ -96,7 +96,7 @@ def read_drawing(path: Path) -> Drawing:
         detail = f"{path.name}: expected features that are called wall or room, found none of {len(found.features)}"
         raise Rejection("source", Reason.NO_LEVEL, detail, f"name them by one of {', '.join(_KEYS)}")
     to_metres, guesses = _to_metres(shapes, found.crs)
-    for name, other in _passed_over(known):
+    for name, other in _features_passed_over(known):
         if name in levels:
             levels[name].append(other)
     storeys = [
@@ -113,7 +113,7 @@ def drawn_lines(path: Path, key: str = "") -> list[Line]:  # noqa: ARG001
         found = read_collection(path)
     except Rejection:
         return []
-    every = [feature for *_, feature in _passed_over([(0, each, "") for each in found.features])]
+    every = [feature for *_, feature in _features_passed_over([(0, each, "") for each in found.features])]
     if not every:
         return []
     return lines_of_features(every, _to_metres([each.shape for each in every], found.crs)[0])
@@ -124,7 +124,7 @@ _Known = list[tuple[int, Any, str]]
 
 
 def _with_rooms_by_function(known: _Known) -> _Known:
-    """R4."""
+    """Take areas that are called by a room's function as rooms, in a file without walls."""
     if any(kind == "wall" for _, _, kind in known):
         return known
     said = [_word_of_area(feature) for _, feature, _ in known]
@@ -137,7 +137,7 @@ def _with_rooms_by_function(known: _Known) -> _Known:
     ]
 
 
-def _passed_over(known: _Known) -> Iterator[tuple[str, Feature]]:
+def _features_passed_over(known: _Known) -> Iterator[tuple[str, Feature]]:
     """Yield the level and the lines of each feature that is neither read nor a mark of our own export."""
     for _, feature, kind in known:
         if kind or not isinstance(feature, dict):
@@ -225,12 +225,12 @@ def decode_collection(data: bytes, name: str) -> _Collection:
 
 
 def _level(about: Mapping[str, Any]) -> str:
-    """R3."""
+    """Return the storey that a feature's properties name, "" for none."""
     return next((str(about[key]) for key in _LEVELS if about.get(key) is not None), "")
 
 
 def _to_metres(shapes: list[Any], crs: Any) -> tuple[float | ToMetres, tuple[str, ...]]:
-    """R2: return the unit, or the function that turns points into metres, and what was guessed."""
+    """Return the unit, or the function that turns points into metres, and what was guessed."""
     x1, y1, x2, y2 = shapely.total_bounds(shapes).tolist()
     said = str(crs)
     in_metres = "metre" in said or "LOCAL_CS" in said

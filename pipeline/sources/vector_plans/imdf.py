@@ -127,7 +127,7 @@ def _file_name(member: str) -> str:
 
 
 def _sort_in(feature: Any, levels: dict[str, list[Feature]], order: dict[str, float]) -> bool:
-    """R1, R4: put a feature where it belongs; return False if it cannot be read."""
+    """Put a feature where it belongs; return False if it cannot be read."""
     if not isinstance(feature, dict):
         return False
     found = feature.get("properties")
@@ -157,7 +157,7 @@ def _sort_in(feature: Any, levels: dict[str, list[Feature]], order: dict[str, fl
 
 
 def _name(about: Mapping[str, Any]) -> tuple[str, tuple[str, ...]]:
-    """R2: return the word by which a unit goes, and its labels."""
+    """Return the word by which a unit goes, and its labels."""
     found = about.get("name")
     words = [str(each) for each in found.values() if each] if isinstance(found, dict) else []
     category = str(about.get("category") or "").lower()

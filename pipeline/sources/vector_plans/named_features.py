@@ -35,8 +35,8 @@ from shapely.geometry.base import BaseGeometry
 
 from houseexpo.plan.room_labels import canonical
 from pipeline.geometry.areas import dot_product, drop_lines_and_points, drop_thin_parts, polygons_of
-from pipeline.geometry.prisms import extrude_polygon
-from pipeline.sources.drawn_storeys import Hole, Wall, merge_parallel_holes, unite_rooms, walls_around
+from pipeline.geometry.prisms import make_prisms
+from pipeline.sources.drawn_storeys import Hole, Wall, merge_parallel_holes, unite_rooms, walls_around_floors
 from pipeline.sources.roles import labels_for, names_furniture_with_doors
 from pipeline.sources.tolerances import (
     DEEPEST_WALL_M,
@@ -252,7 +252,7 @@ def storey_from_features(
         floor=unite_rooms(drawn.floors),
         furniture=tuple(
             SourceObject(
-                each.words, extrude_polygon(shape, each.low_m, OBJECT_HEIGHT_M if each.top_m is None else each.top_m)
+                each.words, make_prisms(shape, each.low_m, OBJECT_HEIGHT_M if each.top_m is None else each.top_m)
             )
             for shape, each in drawn.objects
         ),
@@ -277,7 +277,7 @@ def lines_of_features(features: Sequence[Feature], to_metres: float | ToMetres) 
 def _walls(
     drawn: _Drawn, rooms: Sequence[Area], panes: Sequence[Polygon], frames: Sequence[tuple[Point, Point]]
 ) -> list[Polygon]:
-    """R1, R5, R7, R8."""
+    """Return the walls: areas, lines, closed outlines and pairs of parallel faces that are called wall."""
     areas, sides = _outlines(drawn, rooms)
     lines = [*drawn.wall_lines, *sides, *frames]
     bodies = bodies_between_faces(lines)
@@ -288,7 +288,7 @@ def _walls(
 
 
 def _of_spaces(drawn: _Drawn, top_m: float) -> tuple[list[Area], list[Polygon]]:
-    """R9: return the rooms and the walls of a map of spaces."""
+    """Return the rooms and the walls of a map of spaces."""
     areas = [area for area, _ in drawn.spaces]
     ways = shapely.STRtree([LineString((start, end)).centroid for start, end, _ in drawn.door_lines])
     walled = [
@@ -304,11 +304,11 @@ def _of_spaces(drawn: _Drawn, top_m: float) -> tuple[list[Area], list[Polygon]]:
         rest = polygons_of(shapely.difference(area, taken))
         rooms += [(part, each) for part in rest if part.area > SAME]
         taken = shapely.union(taken, area)
-    return rooms, [wall.shape for wall in walls_around([area for area, _ in rooms], top_m)] + walls
+    return rooms, [wall.shape for wall in walls_around_floors([area for area, _ in rooms], top_m)] + walls
 
 
 def nest_rings(areas: Sequence[Polygon]) -> list[Polygon]:
-    """R1: rings inside an odd number of others are holes, in which further rings are bodies again."""
+    """Rings inside an odd number of others are holes, in which further rings are bodies again."""
     found = [shapely.make_valid(area) for area in areas]
     found = [part for area in found for part in polygons_of(area)]
     if len(found) < 2:
@@ -327,7 +327,7 @@ def nest_rings(areas: Sequence[Polygon]) -> list[Polygon]:
 
 
 def _outlines(drawn: _Drawn, rooms: Sequence[Area]) -> tuple[list[Polygon], list[tuple[Point, Point]]]:
-    """R5: return the walls that are bodies, and the sides of the rings of which the others are made."""
+    """Return the walls that are bodies, and the sides of the rings of which the others are made."""
     inside = [LineString(line) for line in drawn.wall_lines] + [area for area, _ in rooms]
     names = [shapely.Point(at) for text, at in drawn.texts if labels_for((text,))]
     inside += names
@@ -354,14 +354,14 @@ def _outlines(drawn: _Drawn, rooms: Sequence[Area]) -> tuple[list[Polygon], list
 
 
 def _is_alone(rings: Sequence[Polygon]) -> bool:
-    """R5: return whether the last of some rings, the largest, is wide inside, and the others are pillars in it."""
+    """Return whether the last of some rings, the largest, is wide inside, and the others are pillars in it."""
     if not rings or not _is_wide(rings[-1], MASSIVE_WALL_M):
         return False
     return all(rings[-1].contains(ring) and not _is_wide(ring, MASSIVE_WALL_M) for ring in rings[:-1])
 
 
 def _ring_rooms(drawn: _Drawn) -> list[Area]:
-    """R5: return the closed lines called wall that are rooms, since they lie side by side."""
+    """Return the closed lines called wall that are rooms, since they lie side by side."""
     side_by_side = _side_by_side(drawn.wall_areas)
     return [
         (ring, Feature("room", ring))
@@ -371,7 +371,7 @@ def _ring_rooms(drawn: _Drawn) -> list[Area]:
 
 
 def _is_wide_round(wall: Polygon, things: shapely.STRtree | None) -> bool:
-    """R5: return whether a ring is wide inside, and has one of some things there; None: whatever it has there."""
+    """Return whether a ring is wide inside, and has one of some things there; None: whatever it has there."""
     if things is not None and not len(things.query(wall, "contains")):  # of most walls that is all that is asked
         return False
     wide = _wide_part(wall, MASSIVE_WALL_M)
@@ -390,7 +390,7 @@ def _side_by_side(rings: Sequence[Polygon]) -> list[Polygon]:
 
 
 def _is_beside(wall: Polygon, rings: Sequence[Polygon]) -> bool:
-    """R5: return whether a body is one or several of such rings, or lies beside one and is wider than most walls."""
+    """Return whether a body is one or several of such rings, or lies beside one and is wider than most walls."""
     return any(shapely.dwithin(wall, ring, THICK_WALL_M) for ring in rings) and _is_wide(wall, THICK_WALL_M)
 
 
@@ -404,7 +404,7 @@ def _wide_part(shape: Polygon, than_m: float) -> BaseGeometry:
 
 
 def _enclosed_rooms(drawn: _Drawn) -> list[Area]:
-    """R4."""
+    """Return the areas that lines called room enclose."""
     if not drawn.room_lines:
         return []
     lines = shapely.union_all(
@@ -433,7 +433,7 @@ def _with_holes(drawn: _Drawn) -> list[Area]:
 
 
 def _rooms(drawn: _Drawn, areas: Sequence[Area]) -> tuple[SourceRoom, ...]:
-    """R2."""
+    """Return the areas called room; a text in one names it, or the space around it."""
     rooms, used = [], set()
     for area, each in [*areas, *_enclosed_rooms(drawn)]:
         inside = [i for i, (_, at) in enumerate(drawn.texts) if shapely.intersects_xy(area, *at)]
@@ -451,7 +451,7 @@ def _rooms(drawn: _Drawn, areas: Sequence[Area]) -> tuple[SourceRoom, ...]:
 
 
 def _of_areas(areas: Sequence[Area], walls: Sequence[Polygon]) -> list[Hole]:
-    """R3: one walks through the shorter way."""
+    """One walks through the shorter way."""
     ways = passage_rectangles([area for area, _ in areas])
     plain = [
         Hole(area, each.low_m, _head(each), each.kind == "door", way[1] if way else (0.0, 0.0))
@@ -465,7 +465,7 @@ def _of_areas(areas: Sequence[Area], walls: Sequence[Polygon]) -> list[Hole]:
 
 
 def _of_line(line: tuple[Point, Point, Feature], walls: Sequence[Polygon]) -> Hole | None:
-    """R3."""
+    """Return the passage along a line that is called door."""
     start, end, each = line
     thick = LINE_WALL_M if each.thick_m is None else each.thick_m
     leaf = each.kind == "door"
@@ -477,7 +477,7 @@ def _head(each: Feature) -> float:
 
 
 def _of_arc(arc: tuple[Point, Point, Point], walls: Sequence[Polygon], solid: BaseGeometry) -> Hole | None:
-    """R3."""
+    """Return the passage of a leaf's arc: from the hinge to the end of the arc that a wall meets."""
     hinge, *ends = arc
     at_walls = [end for end in ends if shapely.dwithin(solid, shapely.Point(end), CRACK_M)]
     gaps = [end for end in at_walls if not shapely.dwithin(solid, LineString([hinge, end]).centroid, CRACK_M)]

@@ -132,7 +132,7 @@ class _Sheet:
         )
 
     def _rooms(self, floors: list[Polygon]) -> list[Feature]:
-        """R3."""
+        """Return the rooms that vertices with the names of rooms name."""
         named = [Feature("name", shapely.Point(at), (name,)) for name, at in self.names if labels_for((name,))]
         inside = [sum(floor.contains(each.shape) for each in named) for floor in floors]
         are_rooms = max(inside, default=0) == 1 and sum(inside) > 1
@@ -140,13 +140,13 @@ class _Sheet:
         return rooms + named
 
     def _floors(self) -> list[Polygon]:
-        """R6."""
+        """Return the floors without the holes of the level, which are wall."""
         holes = shapely.union_all(list(self._polygons("holes")))
         floors = [shapely.difference(floor, holes) for floor in self._polygons("floors")]
         return [part for floor in floors for part in polygons_of(floor)]
 
     def _blocks(self, walls: list[Polygon], doors: list[Polygon], floors: list[Polygon]) -> list[Polygon]:
-        """R6."""
+        """Return the places between walls that have no floor: nobody walks there."""
         if not floors:
             return []
         body = shapely.union_all([*walls, *doors], grid_size=FILE_GRID_M)
@@ -200,7 +200,7 @@ def _unreadable(path: Path, what: str) -> Rejection:
 def _scales(
     levels: Mapping[str, Any], reference: str, system: str, path: Path, left_out: LeftOutParts
 ) -> dict[str, float]:
-    """R1: metres a unit of each level."""
+    """Metres a unit of each level."""
     if system in {"cartesian_meters"}:
         return dict.fromkeys(levels, 1.0)
     if system in {"web_mercator", "wgs84"}:
@@ -257,7 +257,7 @@ def _fiducials(level: Mapping[str, Any]) -> dict[str, Point]:
 def _lifts(
     lifts: Any, reference: str, scales: Mapping[str, float], sheet: _Sheet
 ) -> tuple[list[SourceRoom], list[tuple[Point, Point]]]:
-    """R4."""
+    """Return the lifts as rooms of the levels that they have doors on, and their doors."""
     rooms, doors = [], []
     for name, lift in (lifts or {}).items() if isinstance(lifts, Mapping) else ():
         if not isinstance(lift, Mapping):

@@ -88,7 +88,7 @@ class SceneBody:
 
 
 def body_kind(names: Iterable[str]) -> str:
-    """R1: wall, floor, door, opening, window, skipped or furniture."""
+    """Wall, floor, door, opening, window, skipped or furniture."""
     return next((kind for name in names if (kind := _kind_in_name(name))), "furniture")
 
 
@@ -286,7 +286,7 @@ def _features(here: Sequence[tuple[str, SceneBody]], height: float, above: float
 
 
 def _rooms(floors: Sequence[SceneBody]) -> list[Feature]:
-    """R3: pieces of one room, which differ in nothing but a number at their end, are one."""
+    """Pieces of one room, which differ in nothing but a number at their end, are one."""
     groups: dict[tuple[str, ...], list[SceneBody]] = {}
     for each in floors:
         name = each.names[0] if each.names else ""
@@ -314,7 +314,7 @@ def _rooms(floors: Sequence[SceneBody]) -> list[Feature]:
 
 
 def _without_pieces(floors: Sequence[SceneBody], standing: Callable[[], BaseGeometry]) -> list[SceneBody]:
-    """R8; ``standing`` gives the walls."""
+    """Drop floors that differ by a number and meet where no wall stands: pieces. ``standing`` gives the walls."""
     numbered = [i for i, each in enumerate(floors) if _is_numbered(each)]
     if len(numbered) < 2:
         return list(floors)
@@ -334,7 +334,7 @@ def _is_numbered(each: SceneBody) -> bool:
 
 
 def _join_open_pieces(rooms: Sequence[Feature], standing: Callable[[], BaseGeometry]) -> list[Feature]:
-    """R7; ``standing`` gives the walls."""
+    """Join floors of one name that meet where no wall stands; ``standing`` gives the walls."""
     kept: list[Feature] = []
     for room in rooms:
         whole = room

@@ -114,7 +114,7 @@ class _Elements:
 
 
 def _names(arch: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
-    """R2: yield what the regions call the rooms."""
+    """Yield what the regions call the rooms."""
     for key in ("regions", "rooms"):
         regions = arch.get(key)
         for each in regions if isinstance(regions, list) else ():

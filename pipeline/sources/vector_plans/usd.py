@@ -80,7 +80,7 @@ def read_drawing(path: Path) -> Drawing:
 
 
 def _check_layers(sdf: Any, path: Path) -> None:
-    """R1."""
+    """Raise Rejection if a layer lies outside the file's folder or on a network."""
     folder = real_path(path).parent
     waiting, seen = [real_path(path)], set()
     while waiting:

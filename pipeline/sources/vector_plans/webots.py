@@ -278,7 +278,7 @@ class _World:
                 self.unread[node.kind] += 1  # R4
 
     def _structure(self, node: _Node, at: Floats, names: tuple[str, ...]) -> Iterator[SceneBody]:
-        """R1."""
+        """Yield a ``Wall``, ``Door`` or ``Window`` as bodies that stand on their translation."""
         default = DEFAULT_WINDOW_M if node.kind == "Window" else DEFAULT_WALL_M
         size = self._by_axes(node.numbers("size", self._in_order(default)))
         if not (size > 0).all():
@@ -331,7 +331,7 @@ class _World:
         return (size[0], size[1], height) if self.z_up else (size[1], size[0], height)
 
     def _shape(self, shape: _Node, at: Floats, names: tuple[str, ...]) -> Iterator[SceneBody]:
-        """R3."""
+        """Yield a box, plane, cylinder or face set under the names of the nodes around it."""
         try:
             if shape.kind == "Box":
                 yield from self._body(names, *box_mesh(at, shape.numbers("size", (2.0, 2.0, 2.0)) / 2))

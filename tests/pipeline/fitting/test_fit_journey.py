@@ -19,7 +19,7 @@ from houseexpo.commands.app import make_app
 from houseexpo.errors import ConfigError
 from houseexpo.service.collection import Collection
 from houseexpo.service.review.session import DecisionRequest, Review
-from pipeline.stages.logistic import read_weights
+from pipeline.stages.logistic import read_model_weights
 from tests.builders.batch import contents
 from tests.builders.houses import Hole, shell
 
@@ -72,7 +72,7 @@ def test_from_reviewed_houses_to_plans_by_ones_own_weights(tmp_path: Path, monke
     assert done.exit_code == 0, done.output
     assert "16 labelled houses" in done.output
     assert f"houseexpo build SOURCE --out OUT --weights {mine}" in done.output.replace("\n", "")
-    assert "entrance" in read_weights(mine)
+    assert "entrance" in read_model_weights(mine)
     again = tmp_path / "again.toml"
     assert command("fit", labels, "--out", again, "--workers", 1).exit_code == 0
     assert again.read_bytes() == mine.read_bytes()
@@ -87,7 +87,9 @@ def test_from_reviewed_houses_to_plans_by_ones_own_weights(tmp_path: Path, monke
     assert [[door.width < DOOR_M for door in plan.doors] for plan in found] == [[True]] * 3
 
     told = json.loads((own / "manifest.json").read_text())["parameters"]["weights"]
-    assert told == {name: {"bias": model.bias, "weights": model.weights} for name, model in read_weights(mine).items()}
+    assert told == {
+        name: {"bias": model.bias, "weights": model.weights} for name, model in read_model_weights(mine).items()
+    }
     record = json.loads((own / ".build" / "command.json").read_text())
     assert record["build"]["options"]["weights"] == str(mine)
 

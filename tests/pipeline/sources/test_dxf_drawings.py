@@ -12,7 +12,7 @@ import shapely
 
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources import find, reader
-from pipeline.sources.vector_plans.dxf import metres_per_unit
+from pipeline.sources.vector_plans.dxf import find_metres_per_unit
 from pipeline.sources.vector_plans.named_features import kind_from_name
 from pipeline.values import Level
 from tests.builders.houses import kinds, levels_of, plan_of
@@ -405,8 +405,8 @@ def test_a_drawing_that_states_millimetres_is_not_in_feet():
     """Old masonry of 0.64 m, drawn in metres: in feet, it would be as thick as walls mostly are."""
     outer, inner = ring(0, 0, 23, 9), ring(0.64, 0.64, 22.36, 8.36)
     outlines = [[*each, each[0]] for each in (outer, inner)]
-    assert metres_per_unit(outlines, [], [0.2], 0.001, "plan.dxf") == (1.0, False)
-    assert metres_per_unit(outlines, [], [0.2], None, "plan.dxf") == (0.3048, False)
+    assert find_metres_per_unit(outlines, [], [0.2], 0.001, "plan.dxf") == (1.0, False)
+    assert find_metres_per_unit(outlines, [], [0.2], None, "plan.dxf") == (0.3048, False)
 
 
 def test_a_sound_drawing_is_read_without_mending(tmp_path, monkeypatch):

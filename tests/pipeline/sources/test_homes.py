@@ -20,7 +20,7 @@ from pipeline.sources.homes.home import home_id, make_home
 from pipeline.sources.homes.level import home_digest, level_from_home
 from pipeline.sources.homes.shaping import DoorWishes, bend_rooms, join_spaces_by_doors, join_to_one_space
 from pipeline.sources.homes.slicing import WantedRectangles, is_connected, shared_borders, slice_box
-from pipeline.sources.homes.values import Door, Home, HomeWish, snap_wall_line
+from pipeline.sources.homes.values import Home, HomeDoor, HomeWish, snap_wall_line
 from pipeline.sources.homes.wishes import (
     COUNTED,
     NUMBERS,
@@ -222,7 +222,7 @@ def test_details_give_the_corners_that_are_asked_for() -> None:
 
 
 def test_what_stands_in_a_room_leaves_the_way_to_its_door() -> None:
-    room, door = shapely.box(0.0, 0.0, 2.4, 2.0), Door((1.0, -0.1, 1.75, 0.0), (0, 1))
+    room, door = shapely.box(0.0, 0.0, 2.4, 2.0), HomeDoor((1.0, -0.1, 1.75, 0.0), (0, 1))
     for seed in range(12):
         ((space,),) = (add_corners([room], (door,), CornerWishes(12, 0.0, 0.1), np.random.default_rng(seed)),)
         place = shapely.buffer(space, -0.22)

@@ -13,7 +13,7 @@ from houseexpo import FloorPlan, plan
 from houseexpo.exports import export
 from pipeline.geometry.mesh_slicing import MeshSlicer
 from pipeline.geometry.wall_sections import section_from_segments
-from pipeline.sources.ifc.rooms_and_openings import floor_polygon
+from pipeline.sources.ifc.rooms_and_openings import standing_area
 from pipeline.sources.storeys.surfaces import Surfaces, cut_at_height
 from pipeline.values import Level, Mesh, SourceRoom
 from tests.builders.formats.ifc import Box, TinyBuilding
@@ -180,15 +180,15 @@ def leaning(inwards: float) -> Mesh:
 
 @pytest.mark.parametrize("inwards", [-0.5, 0.0, 0.5])
 def test_a_room_is_where_it_stands_on_the_floor(inwards):
-    assert floor_polygon(leaning(inwards)).bounds == pytest.approx((0.0, 0.0, 4.0, 3.0), abs=1e-6)
-    assert floor_polygon(leaning(inwards)).area == pytest.approx(12.0, abs=1e-4)
+    assert standing_area(leaning(inwards)).bounds == pytest.approx((0.0, 0.0, 4.0, 3.0), abs=1e-6)
+    assert standing_area(leaning(inwards)).area == pytest.approx(12.0, abs=1e-4)
 
 
 def test_a_room_of_many_slivers_is_one_piece():
     xs = np.cumsum(np.full(40, 0.1)) + np.tile([0.0, 1e-7], 20)
     vertices = np.array([(x, y, z) for x in xs for y in (0.0, 3.0) for z in (0.0, 2.5)])
     floor = [(4 * i, 4 * i + 4, 4 * i + 2) for i in range(39)] + [(4 * i + 2, 4 * i + 4, 4 * i + 6) for i in range(39)]
-    shape = floor_polygon(Mesh(vertices, np.array(floor, np.int64)))
+    shape = standing_area(Mesh(vertices, np.array(floor, np.int64)))
     assert shape.area == pytest.approx(3.9 * 3.0, abs=1e-3)
 
 

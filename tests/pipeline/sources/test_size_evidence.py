@@ -14,9 +14,9 @@ from pipeline.sources.storeys.size_evidence import (
     NamedThing,
     SizesFound,
     distinct_sizes,
-    find_openings,
     kinds_by_word,
     log_likelihood,
+    measure_openings,
     other_scales,
     usual_sizes,
     weigh_scale,
@@ -65,14 +65,14 @@ def test_openings_are_found_with_the_thickness_of_their_walls(by: float, turn: f
     turned = mesh.vertices @ np.array([[cos, sin, 0.0], [-sin, cos, 0.0], [0.0, 0.0, 1.0]])
     for axis, order in ((2, [0, 1, 2]), (1, [0, 2, 1])):
         surfaces = Surfaces.of(Mesh(turned[:, order] * by, mesh.faces))
-        widths, thicknesses = find_openings(surfaces, axis, 0.0, 2.7 * by)
+        widths, thicknesses = measure_openings(surfaces, axis, 0.0, 2.7 * by)
         assert distinct_sizes(widths) == pytest.approx([width * by for width in sorted(WIDTHS)])
         assert distinct_sizes(thicknesses) == pytest.approx([0.15 * by])
 
 
 def test_a_house_without_openings_has_none() -> None:
     surfaces = Surfaces.of(joined([box((0.0, 0.0, 4.0, 3.0), 0.0, 2.5)]))
-    assert find_openings(surfaces, 2, 0.0, 2.5) == ([], [])
+    assert measure_openings(surfaces, 2, 0.0, 2.5) == ([], [])
 
 
 def test_named_things_are_measured_by_their_node_and_all_that_hangs_on_it(tmp_path: Path) -> None:

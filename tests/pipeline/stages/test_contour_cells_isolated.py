@@ -43,7 +43,12 @@ def test_a_court_is_inside_and_a_garden_wall_has_no_contour() -> None:
 
 def test_cells_are_rooms_that_can_be_reached_from_each_other() -> None:
     spaces = house(
-        (0, 0, 2, 2), (3, 0, 5, 2), (6, 0, 8, 2), (9, 0, 11, 2), passages=(door(0, 2), door(3, -1)), joins=((1, 3),)
+        (0, 0, 2, 2),
+        (3, 0, 5, 2),
+        (6, 0, 8, 2),
+        (9, 0, 11, 2),
+        passages=(door(0, 2), door(3, -1)),
+        open_pairs=((1, 3),),
     )
     assert connected_rooms(spaces) == [[0, 2], [1, 3]]
 
@@ -57,7 +62,7 @@ def test_a_closed_cell_under_the_threshold_is_filled() -> None:
 
 @pytest.mark.parametrize("joined", ["door", "join"])
 def test_a_small_room_with_a_way_out_stays(joined: str) -> None:
-    how = {"passages": (door(0, 1),)} if joined == "door" else {"joins": ((0, 1),)}
+    how = {"passages": (door(0, 1),)} if joined == "door" else {"open_pairs": ((0, 1),)}
     spaces = house((0, 0, 4, 3), (4.1, 0, 5.1, 1), **how)
     assert drop_small_cells(spaces, CellsConfig()) is spaces
 

@@ -78,7 +78,7 @@ def test_a_lintel_makes_a_door_and_a_full_gap_an_opening(hole: Hole, kind: str) 
     found = doors(two_rooms(hole))
     assert kinds(found) == [kind]
     assert found.passages[0].width == pytest.approx(hole.end - hole.start, abs=2e-3)
-    assert found.joins == ()
+    assert found.open_pairs == ()
 
 
 @pytest.mark.parametrize("width", [0.5, 1.2, 2.4, 2.6, 3.2])
@@ -104,7 +104,7 @@ def test_a_hole_too_narrow_for_anybody_is_wall() -> None:
 def test_rooms_under_a_wide_lintel_meet_without_a_door() -> None:
     found = doors(two_rooms(Hole(0.2, 2.8)))  # 2.6 m
     assert found.passages == ()
-    assert found.joins == ((0, 1),)
+    assert found.open_pairs == ((0, 1),)
     # each has its half of what lies under the lintel
     assert [room.area for room in found.rooms] == pytest.approx([12 + 0.26, 9 + 0.26], abs=0.02)
     assert sum(room.area for room in found.rooms) == pytest.approx(21.52, abs=1e-3)
@@ -115,7 +115,7 @@ def test_a_post_under_a_beam_makes_no_doors(post: float) -> None:
     parts = [*shell((0, 0, 8, 3)), box((4, 0, 4.2, 3), 2.1, 2.5), box((4, 1.5, 4.2, 1.5 + post), 0, 2.1)]
     found = doors(parts)
     assert found.passages == ()
-    assert len(found.rooms) == 1 or found.joins == ((0, 1),)
+    assert len(found.rooms) == 1 or found.open_pairs == ((0, 1),)
 
 
 def test_a_wide_pier_between_two_doors_keeps_them_doors() -> None:
@@ -132,10 +132,10 @@ def test_where_the_source_names_its_openings_another_hole_in_a_wall_is_an_openin
     named = Opening.named(shapely.box(3.9, 2.2, 4.3, 2.9), has_door=True)
     found = doors(two_rooms(Hole(0.5, 1.4), Hole(2.2, 2.9)), openings=(named,), named_openings=True)
     assert kinds(found) == ["door", "opening"]
-    assert found.joins == ()
+    assert found.open_pairs == ()
     wide = doors(two_rooms(Hole(0.2, 1.9), Hole(2.2, 2.9)), openings=(named,), named_openings=True)
     assert kinds(wide) == ["door"]
-    assert wide.joins == ((0, 1),)
+    assert wide.open_pairs == ((0, 1),)
 
 
 @pytest.mark.parametrize(("named", "found"), [(True, []), (False, ["door"])])
@@ -188,7 +188,7 @@ def test_a_trim_that_ends_in_the_air_is_no_door_and_a_lintel_between_crossing_wa
     corner = [box((2.0, 1.9, 4.0, 2.0), 2.1, 2.5), box((1.9, 1.9, 2.0, 3.0), 2.1, 2.5)]  # trims around a stairwell
     found = doors([*shell((0, 0, 4, 3)), *corner])
     assert kinds(found) == []
-    assert found.joins == ((0, 1),)
+    assert found.open_pairs == ((0, 1),)
     corridor = [*shell((0, 0, 6, 1.3)), box((3.0, 0.0, 3.1, 1.3), 2.1, 2.5)]
     assert kinds(doors(corridor)) == ["door"]
 

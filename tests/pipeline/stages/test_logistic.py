@@ -7,7 +7,15 @@ from pathlib import Path
 import pytest
 
 from houseexpo.errors import ConfigError
-from pipeline.stages.logistic import FITTED, WEIGHTS, LogisticModel, load_models, models_with, read_weights, source_of
+from pipeline.stages.logistic import (
+    FITTED,
+    WEIGHTS,
+    LogisticModel,
+    load_models,
+    models_with,
+    read_model_weights,
+    source_of,
+)
 
 
 def written(folder: Path, text: str) -> Path:
@@ -20,7 +28,7 @@ def test_models_that_are_written_are_read_back(tmp_path: Path) -> None:
     own = {"door": LogisticModel(2.5, {"narrow": -1.25, "cut": 0.0}), "space": LogisticModel(-1.0, {})}
     text = source_of(own, "Written by a test.\n\nTwo lines.")
     assert text.startswith("# Written by a test.\n#\n# Two lines.\n\n[door]\n")
-    assert read_weights(written(tmp_path, text)) == own
+    assert read_model_weights(written(tmp_path, text)) == own
     every = models_with(own)
     assert every["door"] is own["door"]
     assert every["room"] is load_models()["room"]
@@ -28,7 +36,7 @@ def test_models_that_are_written_are_read_back(tmp_path: Path) -> None:
 
 def test_the_models_of_the_program_are_a_file_of_weights_but_for_that_of_maps(tmp_path: Path) -> None:
     shipped = {name: load_models()[name] for name in FITTED}
-    assert read_weights(written(tmp_path, source_of(shipped, ""))) == shipped
+    assert read_model_weights(written(tmp_path, source_of(shipped, ""))) == shipped
     assert source_of(load_models(), WEIGHTS.read_text(encoding="utf-8").split("\n")[0][2:]) == WEIGHTS.read_text(
         encoding="utf-8"
     )
@@ -53,11 +61,11 @@ def test_the_models_of_the_program_are_a_file_of_weights_but_for_that_of_maps(tm
 )
 def test_a_file_that_holds_no_weights_is_refused_by_name(tmp_path: Path, text: str, words: str) -> None:
     with pytest.raises(ConfigError) as caught:
-        read_weights(written(tmp_path, text))
+        read_model_weights(written(tmp_path, text))
     assert str(caught.value).startswith(f"{tmp_path / 'mine.toml'}: ")
     assert words in str(caught.value)
 
 
 def test_a_file_that_is_not_there_is_told(tmp_path: Path) -> None:
     with pytest.raises(ConfigError, match=r"none\.toml: cannot be read .*; check the path"):
-        read_weights(tmp_path / "none.toml")
+        read_model_weights(tmp_path / "none.toml")

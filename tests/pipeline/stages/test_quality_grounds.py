@@ -57,7 +57,7 @@ def test_cuts_count_against_doors_and_against_the_rooms_that_they_alone_lead_int
     assert grounds(spaces=one_cut) == {"cut_share": 0.5, "cut_off_share": round(1 / 3, 3)}
     beside = replace(SPACES, passages=(*SPACES.passages, passage("cut", 1, 2)))
     assert grounds(spaces=beside) == {"cut_share": round(1 / 3, 3)}
-    joined = replace(one_cut, joins=((1, 2),))
+    joined = replace(one_cut, open_pairs=((1, 2),))
     assert grounds(spaces=joined) == {"cut_share": 0.5}
 
 

@@ -39,7 +39,7 @@ def test_a_passage_is_fitted_between_the_new_faces() -> None:
 def test_rooms_that_meet_under_a_beam_do_not_lap() -> None:
     left = shapely.Polygon([(0, 0), (4.02, 0), (4.0, 3), (0, 3)])
     right = shapely.Polygon([(4.02, 0), (7, 0), (7, 3), (4.0, 3)])
-    one, other = straighten_rooms(Spaces(shapely.Polygon(), (left, right), (), joins=((0, 1),)), CONFIG).rooms
+    one, other = straighten_rooms(Spaces(shapely.Polygon(), (left, right), (), open_pairs=((0, 1),)), CONFIG).rooms
     assert one.intersection(other).area < 1e-9
     assert one.union(other).area == pytest.approx(21.0, abs=0.05)
 

@@ -31,7 +31,7 @@ from houseexpo.pseudoslam.config.obstacles import (
     RandomObstacles,
     Rectangle,
 )
-from houseexpo.pseudoslam.config.yaml_files import read_config
+from houseexpo.pseudoslam.config.yaml_files import read_yaml_config
 from houseexpo.pseudoslam.simulator import Simulator
 
 PUBLISHED: dict[str, Any] = {
@@ -86,7 +86,7 @@ def test_it_says_what_it_made_of_them(tmp_path: Path, caplog: pytest.LogCaptureF
     path = written(tmp_path, PUBLISHED)
     with caplog.at_level(logging.INFO, "houseexpo.pseudoslam"):
         SimulatorConfig.from_yaml(path)
-    _, notes = read_config(SimulatorConfig, path)
+    _, notes = read_yaml_config(SimulatorConfig, path)
     assert [record.getMessage() for record in caplog.records] == [f"{path}: {note}" for note in notes]
     assert len(notes) == 22
     said = "\n".join(notes)
@@ -176,5 +176,5 @@ FULL = SimulatorConfig(
 def test_our_own_keys_come_back_from_a_file(tmp_path: Path, config: SimulatorConfig) -> None:
     assert SimulatorConfig.from_mapping(config.to_mapping()) == config
     path = written(tmp_path, config.to_mapping())
-    assert read_config(SimulatorConfig, path) == (config, [])
+    assert read_yaml_config(SimulatorConfig, path) == (config, [])
     assert SimulatorConfig.from_yaml(written(tmp_path, "")) == SimulatorConfig()

@@ -20,9 +20,9 @@ from houseexpo.pseudoslam.kernels.driving import (
 )
 from houseexpo.pseudoslam.kernels.episode import POSE, READINGS
 from houseexpo.pseudoslam.kernels.tolerances import SAGITTA_PX
-from houseexpo.pseudoslam.kernels.types import ACKERMANN, DIFFERENTIAL, Drive, Robot
+from houseexpo.pseudoslam.kernels.types import ACKERMANN, DIFFERENTIAL, Drive, RobotBody
 
-ROBOT = Robot(5.0, 7.5, math.radians(10.0))
+ROBOT = RobotBody(5.0, 7.5, math.radians(10.0))
 NOBODY = np.zeros(0, PERSON)
 Pose = tuple[float, float, float]
 

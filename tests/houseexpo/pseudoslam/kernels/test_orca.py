@@ -11,7 +11,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from houseexpo.pseudoslam.config.moving_obstacles import PeopleConfig
-from houseexpo.pseudoslam.kernels.body_tracks import Bodies, no_tracks
+from houseexpo.pseudoslam.kernels.body_tracks import BodyTracks, no_tracks
 from houseexpo.pseudoslam.kernels.collision import PERSON
 from houseexpo.pseudoslam.kernels.orca import add_disc, choose_velocity, solve_half_planes
 from houseexpo.pseudoslam.worlds.moving_obstacles import make_walk_params
@@ -96,7 +96,7 @@ def test_two_on_crossing_ways_pass_without_touching(angle: float, beside: float,
     places = np.array([[150.0, 150.0 + beside * PPM], [150.0, 150.0]]) - 50.0 * ahead
     goals, speeds = places + 100.0 * ahead, np.array([1.2, 1.2 * faster]) * PPM
     people["speed"] = speeds
-    bodies, tracks, occupied = Bodies(np.zeros(0), people, np.zeros((0, 2))), no_tracks(), room(300, 300)
+    bodies, tracks, occupied = BodyTracks(np.zeros(0), people, np.zeros((0, 2))), no_tracks(), room(300, 300)
     for _ in range(250):
         people["x"], people["y"] = places.T
         wishes = (goals - places) / np.maximum(np.hypot(*(goals - places).T), 1e-9)[:, None]

@@ -126,13 +126,13 @@ def test_the_discount_of_steps_is_not_that_of_actions(tmp_path: Path) -> None:
 
 
 def test_the_nearest_frontier_is_the_allowed_one_with_the_shortest_path() -> None:
-    from houseexpo.pseudoslam.learning.training import NearestFrontier
+    from houseexpo.pseudoslam.learning.training import NearestFrontierBaseline
 
     ways = np.array([[3.0, 1.0, 2.0], [0.5, 4.0, 4.5], [1.0, 2.0, 3.0]])
     frontiers = np.zeros((3, 3, 5), np.float32)
     frontiers[:, :, 2], frontiers[:, :, 0] = ways, ways[:, ::-1]  # as the crow flies, others are nearer
     masks = np.array([[1, 1, 1], [0, 1, 1], [0, 0, 1]], np.int8)
-    chosen, memory = NearestFrontier().predict({"frontiers": frontiers, "action_mask": masks}, None, None)
+    chosen, memory = NearestFrontierBaseline().predict({"frontiers": frontiers, "action_mask": masks}, None, None)
     assert chosen.tolist() == [1, 1, 2]
     assert memory is None
 

@@ -17,8 +17,15 @@ from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.agents.protocol import Robot
 from houseexpo.pseudoslam.config import SimulatorConfig
 from houseexpo.pseudoslam.kernels.planning.planner_types import FRONTIER, STRAIGHT
-from houseexpo.pseudoslam.teams.policies import POLICIES, Auction, Greedy, Hungarian, NearestEach
-from houseexpo.pseudoslam.teams.tracks import COLUMNS, TRACKS, find_team_track, format_markdown, make_table, run_team
+from houseexpo.pseudoslam.teams.policies import POLICIES, Auction, GreedyTeam, Hungarian, NearestEach
+from houseexpo.pseudoslam.teams.tracks import (
+    COLUMNS,
+    TRACKS,
+    find_team_track,
+    format_track_markdown,
+    make_table,
+    run_team,
+)
 
 CROSS = FloorPlan(  # a hall with a corridor to each side
     "cross",
@@ -38,7 +45,7 @@ def _scene() -> tuple[np.ndarray[Any, Any], Any, np.ndarray[Any, Any]]:
     return known, frontiers, places
 
 
-@pytest.mark.parametrize("kind", [Greedy, Hungarian, Auction])
+@pytest.mark.parametrize("kind", [GreedyTeam, Hungarian, Auction])
 def test_two_robots_take_two_frontiers(kind: Any) -> None:
     known, frontiers, places = _scene()
     info: Any = {}
@@ -74,7 +81,7 @@ def test_the_table_has_what_the_results_have() -> None:
     assert len(heads) == len(cells) == len(COLUMNS) + 1
     assert cells[heads.index("steps to 99%")] == "2 [2, 2] /1"
     assert cells[heads.index("overlap, %")].startswith("125 [50, 200]")
-    assert "2 robots in 2 houses (1 more had no room" in format_markdown(TRACKS[0], results)
+    assert "2 robots in 2 houses (1 more had no room" in format_track_markdown(TRACKS[0], results)
     with pytest.raises(ConfigError, match="--track: expected one of team-2, team-4, team-8"):
         find_team_track("team-3")
 
