@@ -3,7 +3,7 @@
 Frame: the file's plan is drawn with y down; a level has y up, and its frame takes (x, y) back to the file's metres.
 
 R1  A level is one where a wall stands. Rooms with a name have the label that it spells.
-R2  A home that has only the older ``SweetHome`` entry (a Java serialisation, before 5.3) is read from that.
+R2  A home that has only the older ``Home`` entry (a Java serialisation, before 5.3) is read from that.
 R3  A home without any wall, whose doors stand in the edges of its rooms, has walls along these edges, as thick as the
     program draws them.
 
@@ -29,7 +29,7 @@ S3  A sloping wall goes up in steps of 0.1 m.
 S4  A door's hole goes through the whole of each wall that runs along it and in which its frame stands, however deep the
     frame is.
 
-**Old homes**: the ``SweetHome`` entry of Sweet Home 3D before 5.3, a Java serialisation, is turned into the ``Home.xml``
+**Old homes**: the ``Home`` entry of Sweet Home 3D before 5.3, a Java serialisation, is turned into the ``Home.xml``
 that newer versions write. The library only reads the values: no class is loaded and nothing is run. Fields have the
 names of the later attributes; a wall's neighbours and an object's level are references, which get ids here.
 """
