@@ -37,8 +37,6 @@ from pipeline.values import Input, Level, RejectedLevel
 SHEET = "stages.png"
 REJECTED = "rejected.png"
 
-_BUILDING_STEPS = 10  # of one building without furniture
-
 
 @dataclass(frozen=True)
 class InspectedLevel:
@@ -138,7 +136,7 @@ def _inspect_input(
     rejection_: Rejection | None = None
     try:
         found = run_stages(level, configure(config.planning, override), level_rng(level, config.build.seed))
-        results.extend(show_progress(found, f"planning {level.id}", _BUILDING_STEPS))
+        results.extend(show_progress(found, f"planning {level.id}"))
     except Rejection as rejection:
         rejection_ = rejection
     if rejection_ is not None and not results:
