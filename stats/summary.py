@@ -97,7 +97,7 @@ class Rings:
 
 
 class PlanSummary:
-    """All measures of many plans; two summaries can be merged in any order (``houseexpo.summary_plugins``)."""
+    """All measures of many plans; two summaries can be merged in any order."""
 
     def __init__(self) -> None:
         self.plans = 0

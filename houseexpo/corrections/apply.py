@@ -43,7 +43,17 @@ import numpy as np
 import shapely
 from shapely import GEOSException, LineString, Polygon
 
-from houseexpo.corrections.draft import Draft, Space, Vector
+from houseexpo.corrections.draft import (
+    AlreadySoError,
+    Draft,
+    NoEffectError,
+    PartsNothingError,
+    Placed,
+    Said,
+    Space,
+    Vector,
+    contradiction,
+)
 from houseexpo.corrections.joining import settle
 from houseexpo.corrections.openings import drop_lines
 from houseexpo.corrections.passages import part_together, place_passage, remove_passage
@@ -58,14 +68,6 @@ from houseexpo.corrections.rooms import (
     remove_wall,
     shut_together,
     wall_text,
-)
-from houseexpo.corrections.saying import (
-    AlreadySoError,
-    NoEffectError,
-    PartsNothingError,
-    Placed,
-    Said,
-    contradiction,
 )
 from houseexpo.corrections.vocabulary import Correction, Word
 from houseexpo.grids.frame import plan_points_from_source

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any, Final
 
 import numpy as np
@@ -24,6 +24,7 @@ from shapely import LineString, Polygon
 from shapely.geometry.base import BaseGeometry
 
 from houseexpo.analysis.navigability import navigability
+from houseexpo.corrections.vocabulary import Correction
 from houseexpo.inference.snapping import snap_polygons, tile_on_grid
 from houseexpo.inference.windows import place_windows
 from houseexpo.plan import Door, Room
@@ -502,3 +503,36 @@ def _rounded_frame(plan: PlanData) -> Any:
     assert frame is not None  # noqa: S101  # the caller checks it
     (a, b, tx), (c, d, ty) = frame.matrix
     return replace(frame, matrix=((a, b, round(tx, 6)), (c, d, round(ty, 6))))
+
+
+class NoEffectError(Exception):
+    """A word has no effect; the text says why."""
+
+
+class PartsNothingError(NoEffectError):
+    """A line parts no room by itself; it may part one together with other lines."""
+
+
+class AlreadySoError(Exception):
+    """The plan agrees with the word already."""
+
+
+def contradiction(said: str, what: str = "") -> NoEffectError:
+    """Return the error for a word that contradicts the earlier word ``said``; ``what`` describes the earlier word."""
+    return NoEffectError(f"{said}{f' {what}' if what else ''} is said too; take one of the two out")
+
+
+@dataclass(frozen=True, eq=False)
+class Placed:
+    """A correction, and its points (n, 2) in the plan's coordinates."""
+
+    correction: Correction
+    points: Vector
+
+
+@dataclass
+class Said:
+    """The change that a word made, and further changes, as sentences."""
+
+    text: str
+    also: list[str] = field(default_factory=list)

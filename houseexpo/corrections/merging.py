@@ -16,9 +16,8 @@ import shapely
 from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
-from houseexpo.corrections.draft import CorrectedArea, Draft, DraftRoom, split_pieces
+from houseexpo.corrections.draft import CorrectedArea, Draft, DraftRoom, NoEffectError, contradiction, split_pieces
 from houseexpo.corrections.openings import MEETS_M, SAID_WALL_M, STEP_M, WALL_REACH_M
-from houseexpo.corrections.saying import NoEffectError, contradiction
 from houseexpo.plan.room_labels import UNLABELLED
 from houseexpo.tolerances import GRID_M, TILE_M2
 

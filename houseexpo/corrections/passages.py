@@ -12,7 +12,21 @@ import numpy as np
 import shapely
 from shapely import Polygon
 
-from houseexpo.corrections.draft import Draft, DraftDoor, DraftRoom, Vector, is_room_sized, may_be_room, split_pieces
+from houseexpo.corrections.draft import (
+    AlreadySoError,
+    Draft,
+    DraftDoor,
+    DraftRoom,
+    NoEffectError,
+    PartsNothingError,
+    Placed,
+    Said,
+    Vector,
+    contradiction,
+    is_room_sized,
+    may_be_room,
+    split_pieces,
+)
 from houseexpo.corrections.openings import (
     ALONG,
     MEETS_M,
@@ -31,7 +45,6 @@ from houseexpo.corrections.openings import (
     turn_square,
     walls_beside,
 )
-from houseexpo.corrections.saying import AlreadySoError, NoEffectError, PartsNothingError, Placed, Said, contradiction
 from houseexpo.corrections.vocabulary import Word
 from houseexpo.plan.parts import Door, DoorKind
 from houseexpo.tolerances import MIN_DOOR_M, ROUNDED_M2, SMALLEST_SAID_ROOM_M2

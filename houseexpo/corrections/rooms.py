@@ -14,12 +14,18 @@ from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
 from houseexpo.corrections.draft import (
+    AlreadySoError,
     CorrectedArea,
     Draft,
     DraftDoor,
     DraftRoom,
+    NoEffectError,
+    PartsNothingError,
+    Placed,
+    Said,
     Space,
     Vector,
+    contradiction,
     is_room_sized,
     may_be_room,
     split_pieces,
@@ -53,14 +59,6 @@ from houseexpo.corrections.passages import (
     opened_wall,
     space_behind,
     with_article,
-)
-from houseexpo.corrections.saying import (
-    AlreadySoError,
-    NoEffectError,
-    PartsNothingError,
-    Placed,
-    Said,
-    contradiction,
 )
 from houseexpo.plan.parts import DoorKind
 from houseexpo.tolerances import GRID_M, MIN_DOOR_M, ROUNDED_M2, TILE_M2

@@ -379,7 +379,7 @@ class Dataset(Sequence[FloorPlan]):
         workers
             Number of processes.
         """
-        from houseexpo.dataset.store.value_cache import measure_cached
+        from houseexpo.dataset.store.columns import measure_cached
 
         return measure_cached(self._catalogue, self._rows.tolist(), name, measure, workers)
 

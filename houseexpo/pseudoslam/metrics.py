@@ -11,8 +11,7 @@ import numpy.typing as npt
 
 from houseexpo.pseudoslam.config import SimulatorConfig
 from houseexpo.pseudoslam.kernels.compiling import compiled_function
-from houseexpo.pseudoslam.kernels.episode import COUNTS, POSE, READINGS, Episode
-from houseexpo.pseudoslam.kernels.measures import MEASURES, measure_pool
+from houseexpo.pseudoslam.kernels.episode import COUNTS, MEASURES, POSE, READINGS, Episode, measure_pool
 from houseexpo.pseudoslam.kernels.types import Rows
 
 Floats = npt.NDArray[np.float64]

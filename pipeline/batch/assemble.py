@@ -14,10 +14,10 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import asdict, dataclass, field, replace
 from functools import partial
-from importlib.metadata import version
+from importlib.metadata import entry_points, version
 from itertools import chain, count
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, Protocol
 
 import msgspec
 import numpy as np
@@ -31,7 +31,6 @@ from houseexpo.dataset.splits import find_split_lists
 from houseexpo.files import encode_json, sha256_of, sync_folder, write_atomically
 from houseexpo.floorplan import FloorPlan, decode
 from houseexpo.plan.json_codec import FORMAT, encode
-from houseexpo.summary_plugins import Summary, new_summaries
 from pipeline.batch import disk
 from pipeline.batch.data_set_folder import MANIFEST, PARTS, DataSetFolder, FinishedBuild, WrittenFile
 from pipeline.batch.entry import Entry, PlanRecord, StoredRejection
@@ -607,3 +606,26 @@ def common_rights(rights: Mapping[str, Rights]) -> Rights:
     found = stated_licences(rights)
     credit = dict.fromkeys(each.credit for _, each in sorted(rights.items()) if each.credit)
     return Rights(found[0] if len(found) == 1 else "", "; ".join(credit))
+
+
+GROUP = "houseexpo.summaries"
+"""The group of entry points that create an empty summary; their names are the keys of ``stats.json``."""
+
+
+class Summary(Protocol):
+    """Statistics over plans, which are added one at a time; two summaries can be merged."""
+
+    def add(self, plan: FloorPlan) -> None:
+        """Add one plan."""
+
+    def merge(self, other: Any) -> None:
+        """Add the plans of another summary of the same kind."""
+
+    def report(self) -> dict[str, Any]:
+        """Return values that can be written as JSON; they do not depend on the order of the plans."""
+        ...
+
+
+def new_summaries() -> dict[str, Summary]:
+    """Return an empty summary from each entry point, by name."""
+    return {entry.name: entry.load()() for entry in sorted(entry_points(group=GROUP), key=lambda entry: entry.name)}

@@ -6,28 +6,37 @@ An input is done if it is recorded with the same recipe, its plans are stored, a
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from importlib.metadata import version
-from typing import Protocol
+from operator import attrgetter
+from typing import TYPE_CHECKING, Protocol
 
 import msgspec
+import numpy as np
 
 from houseexpo.corrections import Override
+from houseexpo.floorplan import FloorPlan
 from pipeline.batch import WORKER_MODULES
 from pipeline.batch.entry import Entry
 from pipeline.batch.file_records import InputFiles
-from pipeline.batch.job import MORE_MEMORY, Job, JobSettings, Plan, make_plans, not_yet, run_job
+from pipeline.batch.job import MORE_MEMORY, Job, JobSettings, Plan, PlanWithPicture, make_plans, not_yet, run_job
 from pipeline.batch.listing import Listing
 from pipeline.batch.plan_store import PlanStore
 from pipeline.batch.recipe import library_versions, recipe_digest
 from pipeline.batch.shards import Shard
-from pipeline.batch.stage_pictures import make_plans_with_pictures
+from pipeline.config import PipelineConfig
 from pipeline.config_file import LimitsConfig
 from pipeline.executors.local import Executor, Failure, Limits
 from pipeline.overrides import correct_input, overrides_by_input
 from pipeline.rejection import Reason, Rejection
+from pipeline.timing import time_stages
+from pipeline.values import Level, RejectedLevel
+
+if TYPE_CHECKING:
+    from pipeline.algorithm import StageResult
+
 
 Progress = Callable[[str, int, int], None]
 """Called with what is being done, how much of it is done, and of how much."""
@@ -174,3 +183,27 @@ def _entry_of_failure(job: Job, failure: Failure) -> Entry:
     return msgspec.structs.replace(
         entry, files=InputFiles(job.item).described_unread(), versions=dict(library_versions())
     )
+
+
+def make_plans_with_pictures(
+    level: Level, config: PipelineConfig, rng: np.random.Generator
+) -> Sequence[PlanWithPicture | RejectedLevel]:
+    """Plan a level as ``make_plans`` does; each plan comes with the sheet that ``houseexpo inspect`` draws of it.
+
+    How pictures are drawn shows in no plan, so it is no part of ``job``, whose code is part of a plan's recipe.
+    """
+    from pipeline.algorithm import run_stages
+
+    seen = list(time_stages(run_stages(level, config, rng), attrgetter("stage")))
+    return list(time_stages(_outcomes(seen, level), lambda _: "pictures"))
+
+
+def _outcomes(seen: Sequence[StageResult], level: Level) -> Iterator[PlanWithPicture | RejectedLevel]:
+    from pipeline.pictures import compose_sheet, results_of_building
+
+    for result in seen:
+        if isinstance(result.value, RejectedLevel):
+            yield result.value
+        elif isinstance(result.value, FloorPlan):
+            own = results_of_building(seen, level.id, result.id)
+            yield PlanWithPicture(result.value, compose_sheet(own, level.frame))

@@ -121,7 +121,7 @@ class Catalogue:
 
 
 def open_catalogue(path: Path) -> Catalogue:
-    """Open a data set; the first time, this reads all of its plans (``houseexpo.dataset.store.write_copy``).
+    """Open a data set; the first time, this reads all of its plans (``houseexpo.dataset.store.cache``).
 
     Raises
     ------
@@ -167,7 +167,7 @@ def parse_id_list(data: bytes, what: str) -> tuple[str, ...]:
 
 
 def _write_copy(source: Path, target: Path) -> None:
-    from houseexpo.dataset.store.write_copy import (
+    from houseexpo.dataset.store.cache import (
         write_cached_copy,  # it loads libraries that an existing copy does not need
     )
 

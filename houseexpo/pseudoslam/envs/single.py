@@ -49,7 +49,7 @@ from houseexpo.pseudoslam.tasks import (
 from houseexpo.pseudoslam.worlds.maps import Plans
 
 if TYPE_CHECKING:
-    from houseexpo.pseudoslam.render.window import PictureWindow
+    from houseexpo.pseudoslam.render.picture import PictureWindow
 
 _WANTED = np.full(1, STEP, np.uint8)
 
@@ -244,7 +244,7 @@ class PseudoSlamEnv(gymnasium.Env[Observation, Any]):
         image = draw_episode(self.simulator, self.state, self._trail)
         if self.render_mode == "rgb_array":
             return image
-        from houseexpo.pseudoslam.render.window import PictureWindow
+        from houseexpo.pseudoslam.render.picture import PictureWindow
 
         self._window = self._window or PictureWindow("PseudoSLAM")
         self._window.show(image, fps=self.metadata["render_fps"])

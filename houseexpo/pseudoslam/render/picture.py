@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Sequence
 from typing import Final, Literal, get_args
 
@@ -10,6 +11,7 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
+from houseexpo.errors import MissingDependencyError, install_command
 from houseexpo.pseudoslam.config.checks import check_one_of
 from houseexpo.pseudoslam.kernels.collision import STATIC
 from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE
@@ -167,3 +169,41 @@ def _draw_bodies(canvas: Canvas, bodies: list[MovingBody], true: Points, seen_fr
         corners = move_to_belief(body.corners, true, seen_from) if body.seen else body.corners
         canvas.blob(corners, body.round_px + 1.5 / canvas.scale, FREE_COLOUR)
         canvas.blob(corners, body.round_px, BODY_COLOUR if body.seen or shows == "truth" else HIDDEN_BODY_COLOUR)
+
+
+class PictureWindow:
+    """A window, which opens with the first picture.
+
+    Raises
+    ------
+    MissingDependencyError
+        pygame is not installed.
+    """
+
+    def __init__(self, title: str) -> None:
+        os.environ.setdefault("PYGAME_HIDE_SUPPORT_PROMPT", "1")
+        try:
+            import pygame
+        except ImportError as error:
+            raise MissingDependencyError(f"a window needs pygame: {install_command('play')}") from error
+        self._pygame, self._title = pygame, title
+        self._clock = pygame.time.Clock()
+        self._screen: pygame.Surface | None = None
+
+    def show(self, image: npt.NDArray[np.uint8], caption: str = "", fps: float = 0.0) -> None:
+        """Show a picture (rows, cols, 3), at most ``fps`` per second (0 for no limit)."""
+        pygame, size = self._pygame, image.shape[1::-1]
+        if self._screen is None or self._screen.get_size() != size:
+            pygame.display.init()
+            self._screen = pygame.display.set_mode(size)
+        pygame.display.set_caption(caption or self._title)
+        self._screen.blit(pygame.surfarray.make_surface(image.swapaxes(0, 1)), (0, 0))
+        pygame.event.pump()
+        pygame.display.flip()
+        if fps > 0:
+            self._clock.tick(fps)
+
+    def close(self) -> None:
+        """Close the window."""
+        self._pygame.display.quit()
+        self._screen = None

@@ -29,7 +29,7 @@ from houseexpo.pseudoslam.kernels.types import Rows
 from houseexpo.pseudoslam.simulator import OccupancyGrid, Simulator
 from houseexpo.pseudoslam.state import State
 from houseexpo.pseudoslam.step_kernels import make_noise_params, make_scratch, make_step_params, take_first_scan
-from houseexpo.pseudoslam.teams.discs import (
+from houseexpo.pseudoslam.teams.team import (
     ROBOTS_MOST,
     check_start_apart,
     mark_discs,

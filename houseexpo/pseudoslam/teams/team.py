@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Final
@@ -16,7 +17,7 @@ from houseexpo.pseudoslam.config.obstacles import ObstaclesConfig
 from houseexpo.pseudoslam.envs.reset_options import Pose
 from houseexpo.pseudoslam.envs.spec import EnvSpec, compute_episode_constants, new_episode_constants
 from houseexpo.pseudoslam.kernels.bound_pool import PoolBinding
-from houseexpo.pseudoslam.kernels.collision import HALF_DIAGONAL, STATIC, placed_people
+from houseexpo.pseudoslam.kernels.collision import HALF_DIAGONAL, STATIC, mark_disc, placed_people
 from houseexpo.pseudoslam.kernels.compiling import compiled_function
 from houseexpo.pseudoslam.kernels.episode import Episode, StepParams
 from houseexpo.pseudoslam.kernels.mapping import CHUNK
@@ -35,7 +36,6 @@ from houseexpo.pseudoslam.kernels.team_step import (
 from houseexpo.pseudoslam.kernels.types import Rows, Scratch
 from houseexpo.pseudoslam.state import RASTERS, State, flatten_episode, unflatten_episode, view_episode
 from houseexpo.pseudoslam.step_kernels import choose_kernel
-from houseexpo.pseudoslam.teams.discs import check_start_apart, mark_discs, no_room_error
 from houseexpo.pseudoslam.teams.radio import Radio
 from houseexpo.pseudoslam.worlds.world import World
 
@@ -452,3 +452,33 @@ class Team:
 def make_team_kernels(spec: EnvSpec, params: StepParams, radio: Radio) -> TeamKernels:
     """Return the compiled parts of a step round the single robot's."""
     return TeamKernels(params, radio, spec.config.pixels_per_metre, drives=spec.config.robot.drive is not None)
+
+
+ROBOTS_MOST: Final = 16
+"""The largest number of robots in one house."""
+
+
+def mark_discs(occupied: npt.NDArray[np.uint8], centres_px: npt.NDArray[np.float64], radius_px: float) -> None:
+    """Mark the cells of discs, whose centres are (n, 2) pixels, as occupied by something that moves."""
+    for x, y in centres_px.reshape(-1, 2).tolist():
+        mark_disc(occupied, x, y, max(radius_px, 1.0))
+
+
+def check_start_apart(
+    number: int, start: tuple[float, float, float], others_m: npt.NDArray[np.float64], radius_m: float
+) -> None:
+    """Raise ConfigError if a robot's start overlaps one of the robots before it, whose centres are (n, 2) metres."""
+    for other, (x, y) in enumerate(others_m.tolist()):
+        if math.hypot(start[0] - x, start[1] - y) < 2.0 * radius_m:
+            raise ConfigError(
+                f"starts: robot {number + 1} at ({start[0]:g}, {start[1]:g}) m overlaps robot {other + 1} at "
+                f"({x:g}, {y:g}) m; leave at least {2.0 * radius_m:g} m between their centres"
+            )
+
+
+def no_room_error(number: int, robots: int, radius_m: float, plan_id: str) -> ConfigError:
+    """Return the error of a house in which no place is left for a robot."""
+    return ConfigError(
+        f"robots: there is no room for robot {number + 1} of {robots} with a radius of {radius_m:g} m in plan "
+        f"{plan_id!r}; take fewer or smaller robots, or a larger house"
+    )

@@ -36,11 +36,10 @@ from houseexpo.pseudoslam.envs.spec import (
 from houseexpo.pseudoslam.envs.vector import with_masks
 from houseexpo.pseudoslam.kernels.step import STEP
 from houseexpo.pseudoslam.metrics import Metrics
-from houseexpo.pseudoslam.teams.discs import ROBOTS_MOST
 from houseexpo.pseudoslam.teams.pools import TeamPools
 from houseexpo.pseudoslam.teams.radio import Radio
 from houseexpo.pseudoslam.teams.tasks import TeamExploration
-from houseexpo.pseudoslam.teams.team import Team, compute_report
+from houseexpo.pseudoslam.teams.team import ROBOTS_MOST, Team, compute_report
 from houseexpo.pseudoslam.worlds.maps import Plans
 
 Floats = npt.NDArray[np.float64]

@@ -42,7 +42,16 @@ from shapely import Polygon
 
 from pipeline.geometry.groups import Groups
 from pipeline.sources.occupancy_map.clutter import drop_scraps, fill_clutter, free_beside_dashes
-from pipeline.sources.occupancy_map.enclosure import SPACE_M2, find_fans, is_marked, unreached_rooms, without_fans
+from pipeline.sources.occupancy_map.enclosure import (
+    SPACE_M2,
+    fill_between_rays,
+    find_fans,
+    is_marked,
+    unreached_rooms,
+    unseen_islands,
+    with_scattered_cells,
+    without_fans,
+)
 from pipeline.sources.occupancy_map.gaps import REACH_M, find_doorways, find_gaps
 from pipeline.sources.occupancy_map.narrow_places import (
     Basins,
@@ -54,7 +63,6 @@ from pipeline.sources.occupancy_map.narrow_places import (
     measure_gaps,
     separation_log_odds,
 )
-from pipeline.sources.occupancy_map.rays import fill_between_rays, unseen_islands, with_scattered_cells
 from pipeline.sources.tolerances import SCARCELY
 from pipeline.tolerances import BESIDE_M, MOST, NEARLY_ALL, PARTITION_M, RAIL_M, ROOMY_M2, SAME, SHOULDERS_M
 

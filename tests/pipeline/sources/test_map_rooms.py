@@ -8,10 +8,16 @@ import pytest
 import shapely
 
 from pipeline.sources.occupancy_map.clutter import fill_clutter
-from pipeline.sources.occupancy_map.enclosure import find_fans, unreached_rooms, wall_share, without_fans
+from pipeline.sources.occupancy_map.enclosure import (
+    find_fans,
+    unreached_rooms,
+    unseen_islands,
+    wall_share,
+    with_scattered_cells,
+    without_fans,
+)
 from pipeline.sources.occupancy_map.gaps import area_of_cells, find_doorways
 from pipeline.sources.occupancy_map.narrow_places import measure_gaps
-from pipeline.sources.occupancy_map.rays import unseen_islands, with_scattered_cells
 from pipeline.sources.occupancy_map.rooms import (
     RoomConnection,
     _with_ways_where_rooms_touch,

@@ -19,8 +19,8 @@ from pipeline.config import PipelineConfig
 from pipeline.rejection import Reason
 from pipeline.sources import find, reader
 from pipeline.sources.occupancy_map import _flatten_doorways, _opening_of
+from pipeline.sources.occupancy_map.enclosure import fill_between_rays
 from pipeline.sources.occupancy_map.gaps import find_gaps
-from pipeline.sources.occupancy_map.rays import fill_between_rays
 from pipeline.sources.occupancy_map.rooms import RoomConnection
 from pipeline.stages.layout import read_drawn_layout
 from tests.builders.batch import likeness, plans_of
