@@ -190,15 +190,15 @@ def _model_of(grounds: Mapping[str, float], *, marked: bool = False) -> _Model:
     return _MARKED if marked else _HOUSES
 
 
-def main_grounds_in_words(quality: Quality, most: int = 3) -> list[str]:
-    """Return the grounds that speak most against a plan, in words, the weightiest first.
+def main_grounds_in_words(quality: Quality) -> list[str]:
+    """Return the grounds that speak most against a plan, three at most, in words, the weightiest first.
 
     Their weights are those of the model of maps for a map, else of that which gives the plan's score, or the nearest.
     """
     models = [_of_maps()] if is_of_map(quality.grounds) else [_HOUSES, _MARKED]
     model = min(models, key=lambda model: abs(model.score(quality.grounds) - quality.score))
     against = [(value, name) for name, value in model.against(quality.grounds).items()]
-    heaviest = sorted((pair for pair in against if pair[0] <= -_TELLING), key=lambda pair: pair[0])[:most]
+    heaviest = sorted((pair for pair in against if pair[0] <= -_TELLING), key=lambda pair: pair[0])[:3]
     return [f"{explanations.GROUNDS[name]}: {quality.grounds[name]:.2f}" for _, name in heaviest]
 
 

@@ -25,8 +25,8 @@ from pathlib import Path
 import numpy as np
 from rich.console import Console
 
-from pipeline.fitting.models import fit, is_of_model
-from pipeline.fitting.rows import HouseRows, Part, parts_of, rate_building
+from pipeline.fitting.models import fit
+from pipeline.fitting.rows import SPACE, HouseRows, Part, parts_of, rate_building
 from pipeline.quality import is_of_map, score_quality
 from pipeline.stages.logistic import FITTED, WEIGHTS, LogisticModel, Models, load_models, source_of
 from research import quality_fit
@@ -38,6 +38,20 @@ from tests.builders.kinds.registry import KINDS
 
 HEADING = "Written by python -m research.weights_fit; see pipeline/stages/confidence.py."
 SECOND = "corpus 2"
+
+_OF_ROOM = frozenset({"odd_room", "jutting_wall"})
+"""What doors say of their rooms. Of entrances left out of the fit, it makes the probabilities worse."""
+
+
+def is_of_model(name: str, part: str) -> bool:
+    """Whether the model of a part has a feature: doors weigh the grounds of the plan, others its quality (F5)."""
+    if name.startswith(SPACE):
+        return False
+    if name == "doubtful_plan":
+        return part in {"entrance", "room"}
+    if part == "entrance" and name in _OF_ROOM:
+        return False
+    return part == "door" or not name.startswith("plan_")
 
 
 def fit_all(rows: Sequence[HouseRows]) -> Models:

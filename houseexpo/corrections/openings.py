@@ -99,16 +99,16 @@ class Faces:
     clear: tuple[float, float]
 
 
-def faces_beside(strip: Strip, shapes: Sequence[Polygon], reach_m: float = WALL_REACH_M) -> Faces:
+def faces_beside(strip: Strip, shapes: Sequence[Polygon]) -> Faces:
     """Return which shapes lie on both sides of a line in a wall, the right side first."""
     count = max(int(strip.length / _SAMPLE_M), 3)
     steps = (np.arange(count) + 0.5) / count * strip.length - strip.length / 2
     starts = strip.centre + steps[:, None] * strip.along
-    near = [k for k, shape in enumerate(shapes) if shape.distance(shapely.LineString(strip.ends)) < reach_m]
+    near = [k for k, shape in enumerate(shapes) if shape.distance(shapely.LineString(strip.ends)) < WALL_REACH_M]
     found: list[tuple[int, float]] = []
     clear = np.ones(count, np.bool_)
     for side in (-1.0, 1.0):
-        far = _distances(starts, side * strip.across, [shapes[k] for k in near], reach_m)
+        far = _distances(starts, side * strip.across, [shapes[k] for k in near])
         k = _in_front(far)
         if k is None:
             found.append((-1, 0.0))
@@ -122,9 +122,9 @@ def faces_beside(strip: Strip, shapes: Sequence[Polygon], reach_m: float = WALL_
     return Faces((found[0][0], found[1][0]), (found[0][1], found[1][1]), ends)
 
 
-def _distances(starts: Vector, way: Vector, shapes: Sequence[Polygon], reach_m: float) -> npt.NDArray[np.float64]:
-    """Return the distances (n, k) from points (n, 2) to k shapes in a direction, metres; inf beyond ``reach_m``."""
-    rays = shapely.linestrings(np.stack([starts, starts + reach_m * way], axis=1))
+def _distances(starts: Vector, way: Vector, shapes: Sequence[Polygon]) -> npt.NDArray[np.float64]:
+    """Return the distances (n, k) from points (n, 2) to k shapes in a direction, m; inf beyond ``WALL_REACH_M``."""
+    rays = shapely.linestrings(np.stack([starts, starts + WALL_REACH_M * way], axis=1))
     if not shapes:
         return np.full((len(starts), 1), np.inf)
     hits = shapely.intersection(rays[:, None], np.array(shapes, np.object_)[None, :])

@@ -25,7 +25,7 @@ from scipy.optimize import minimize
 
 from houseexpo.errors import ConfigError
 from houseexpo.words import count_noun
-from pipeline.fitting.rows import SPACE, HouseRows, Part, parts_of
+from pipeline.fitting.rows import HouseRows, Part, parts_of
 from pipeline.stages.logistic import FITTED, LogisticModel, Models, load_models
 
 Floats = npt.NDArray[np.float64]
@@ -35,8 +35,6 @@ RIDGE: Final = 1.5
 FOLDS: Final = 8
 FEWEST_HOUSES: Final = 10
 """With fewer labelled houses, the standard error of their differences is no better than a guess."""
-_OF_ROOM: Final = frozenset({"odd_room", "jutting_wall"})
-"""What doors say of their rooms. Of entrances left out of the fit, it makes the probabilities worse."""
 _LEAST_WEIGHT: Final = 0.05
 """A weight nearer to 0 is left out."""
 
@@ -45,7 +43,6 @@ def fit(
     parts: Sequence[Part],
     names: Sequence[str],
     weight: Floats,
-    ridge: float = RIDGE,
     start: LogisticModel | None = None,
 ) -> LogisticModel:
     """Fit one model of the features with these names (M1).
@@ -62,10 +59,10 @@ def fit(
     )
     true = np.array([part.true for part in parts])
     near = np.zeros(len(names) + 1)
-    stiff = np.append(0.0, np.full(len(names), ridge))
+    stiff = np.append(0.0, np.full(len(names), RIDGE))
     if start is not None:
         near = np.array([start.bias, *(start.weights.get(name, 0.0) for name in names)])
-        stiff[0] = ridge
+        stiff[0] = RIDGE
 
     def loss(x: Floats) -> tuple[float, Floats]:
         z = x[0] + table @ x[1:]
@@ -76,17 +73,6 @@ def fit(
     x = minimize(loss, near, jac=True, method="L-BFGS-B", options={"maxiter": 2000}).x
     kept = {name: round(float(w), 2) for name, w in zip(names, x[1:], strict=True) if abs(w) >= _LEAST_WEIGHT}
     return LogisticModel(round(float(x[0]), 2), kept)
-
-
-def is_of_model(name: str, part: str) -> bool:
-    """Whether the model of a part has a feature: doors weigh the grounds of the plan, others its quality (F5)."""
-    if name.startswith(SPACE):
-        return False
-    if name == "doubtful_plan":
-        return part in {"entrance", "room"}
-    if part == "entrance" and name in _OF_ROOM:
-        return False
-    return part == "door" or not name.startswith("plan_")
 
 
 def root_weights(parts: Sequence[Part]) -> Floats:

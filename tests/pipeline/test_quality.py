@@ -98,8 +98,8 @@ def test_grounds_are_kept_to_four_digits_and_unknown_ones_weigh_nothing() -> Non
 
 def test_the_main_grounds_are_the_weightiest_and_said_in_words() -> None:
     heaviest = min(GROUNDS, key=lambda ground: ground.weight)
-    said = main_grounds_in_words(score_quality({ground.name: 1.0 for ground in GROUNDS}), most=2)
-    assert len(said) == 2
+    said = main_grounds_in_words(score_quality({ground.name: 1.0 for ground in GROUNDS}))
+    assert len(said) == 3
     assert said[0] == f"{explanations.GROUNDS[heaviest.name]}: 1.00"
     assert main_grounds_in_words(score_quality({})) == []
     assert main_grounds_in_words(score_quality({heaviest.name: 0.001})) == []

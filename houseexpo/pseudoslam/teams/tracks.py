@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field
 from typing import Any, Final
 
@@ -80,16 +80,10 @@ def run_team(
     policy: str,
     dataset: Plans,
     plan_ids: Sequence[str],
-    told: Callable[[str], object] = lambda _: None,
 ) -> dict[str, Any]:
     """Run a policy on a track in plans, and return its result: the measures of each plan, in order.
 
     A plan without room for the team is noted under ``without_room`` and has no measures.
-
-    Parameters
-    ----------
-    told
-        Called with each plan's id when it is done.
     """
     kind = find_policy_class(policy)
     spec = make_env_spec(Exploration(SEEN_ENOUGH), dataset, track.config, "discrete", "map")
@@ -106,7 +100,6 @@ def run_team(
         pools.put(0, Team(spec, world, track.robots, track.radio, rng, starts, pools.around))
         team = run_episode(pools, TeamPolicy(kind, track.config, track.robots))
         rows.append({"plan_id": plan_id, **team.report()})
-        told(plan_id)
     record = {"id": track.id, "robots": track.robots, "radio": asdict(track.radio)}
     return {"track": record, "policy": policy, "plans": rows, "without_room": without}
 
