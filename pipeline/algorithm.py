@@ -34,7 +34,7 @@ from pipeline.stages.corrections import (
 )
 from pipeline.stages.doors import find_doors
 from pipeline.stages.evidence import gather_evidence
-from pipeline.stages.furniture import stairwells, subtract_furniture
+from pipeline.stages.furniture import subtract_furniture, subtract_stairwells
 from pipeline.stages.isolated import erase_isolated
 from pipeline.stages.layout import close_openings, read_drawn_layout
 from pipeline.stages.logistic import Models, models_with
@@ -213,7 +213,7 @@ def _of_building(
     yield StageResult("refine", spaces, level.id)
     grounds = _grounds(level, whole, spaces)  # before furniture: it makes no plan doubtful
     obstacles: tuple[FloorObstacle, ...] = ()
-    wells = stairwells(level, spaces)
+    spaces, wells = subtract_stairwells(level, spaces)
     if config.evidence.furniture:
         spaces, obstacles = subtract_furniture(level, whole.evidence, spaces)
         yield StageResult("furnish", spaces, level.id)

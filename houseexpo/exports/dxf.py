@@ -38,7 +38,7 @@ def dxf(
 
     Layers: WALLS (the faces of each wall), ROOMS (one a room, holes too), ROOM_NAMES (a text in each room: its label,
     and below it the source's own words), DOORS, OPENINGS (also those that the connectivity stage cut), ENTRANCES,
-    FURNITURE and, if the plan has any, WINDOWS.
+    FURNITURE and, if the plan has any, WINDOWS and STAIRWELLS (the openings in the floor over stairs).
 
     Raises
     ------
@@ -86,8 +86,12 @@ def _draw(document: Any, turned: FloorPlan, pose: Pose, wall_thickness: float) -
         document.layers.add("WINDOWS", color=_WINDOW_COLOUR)
     for each in windows:
         _outline(space, pose.shape(each.shape), "WINDOWS")
-    for thing in turned.objects:
+    for thing in turned.furniture:
         _outline(space, pose.shape(thing.polygon), "FURNITURE")
+    if turned.stairwells:
+        document.layers.add("STAIRWELLS", color=LAYERS["FURNITURE"])
+    for thing in turned.stairwells:
+        _outline(space, pose.shape(thing.polygon), "STAIRWELLS")
 
 
 def _outline(space: Any, shape: BaseGeometry, layer: str) -> None:

@@ -39,7 +39,7 @@ def geojson(
 
     Kinds are ``free_space`` (one), ``wall``, ``room`` (``room``: its id, ``label``, ``source_labels``, ``area``),
     ``door`` (``door``: its id, ``door_kind``, ``width``, ``rooms``), ``window`` (``window``: its id, ``width``,
-    ``rooms``, and ``sill`` and ``head``, metres or null), ``object`` (``object``: its id, ``label``,
+    ``rooms``, and ``sill`` and ``head``, metres or null), ``object`` and ``stairwell`` (``object``: its id, ``label``,
     ``room``, ``height``), and ``label_box`` (as published; these boxes extend into walls). An entrance and a window are
     as deep as the wall is drawn.
 
@@ -88,7 +88,7 @@ def _parts(plan: FloorPlan, wall_thickness: float) -> Iterator[tuple[BaseGeometr
         yield each.shape, "window", {**about, "sill": window.sill, "head": window.head}
     for thing in plan.objects:
         about = {"object": thing.id, "label": thing.label, "room": thing.room, "height": thing.height}
-        yield thing.polygon, "object", about
+        yield thing.polygon, "stairwell" if thing.is_stairwell else "object", about
     for label, boxes in plan.room_category.items():
         for box in boxes:
             yield shapely.box(*box), "label_box", {"label": label}

@@ -14,7 +14,7 @@ from houseexpo.exports.encoding import Files, valid_xml_text
 from houseexpo.exports.openings import WallOpening, wall_openings
 from houseexpo.exports.placement import pose_in_export
 from houseexpo.exports.plan_bodies import BodyOptions, PlanBodies, plan_bodies
-from houseexpo.exports.storeys import FLOOR_M, PlacedStorey, stack_storeys
+from houseexpo.exports.storeys import FLOOR_M, STEP_M, PlacedStorey, stack_storeys
 from houseexpo.floorplan import FloorPlan
 from houseexpo.grids.raster import all_rings
 from houseexpo.plan import Room
@@ -167,6 +167,10 @@ class _Writer:
         if spaces:
             self._aggregate("spaces", storey, spaces)
         elements = [*self._walls(built, doors), self._slab(built)]
+        elements += [
+            self._element("IfcStair", name, "stairwell", shape, -STEP_M - FLOOR_M, FLOOR_M)
+            for name, shape in built.named_wells
+        ]
         elements += [
             self._element(
                 "IfcFurniture", f"object {thing.id}", valid_xml_text(thing.label), thing.polygon, 0.0, thing.height

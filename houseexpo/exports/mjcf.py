@@ -128,7 +128,10 @@ def _pieces(built: PlanBodies) -> Iterator[tuple[str, str, Any, float, float]]:
 
 
 def _furniture(built: PlanBodies) -> Iterator[tuple[str, str, Any, float, float]]:
-    """Yield the convex pieces of the furniture, as ``_pieces`` does."""
+    """Yield the convex pieces of the furniture, as ``_pieces`` does, and the blocks that shut the stairs from below."""
+    for name, shape in built.named_wells:
+        for i, ring in enumerate(cut_into_trapezoids(shape)):
+            yield f"{name}_{i}", _WALL, ring, 0.0, built.wall_height
     for thing in built.furniture:
         for i, ring in enumerate(cut_into_trapezoids(thing.polygon) if thing.height > 0 else ()):
             yield f"object_{thing.id}_{i}", _THING, ring, 0.0, thing.height

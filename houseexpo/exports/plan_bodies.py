@@ -63,7 +63,7 @@ class PlanBodies:
     ``space`` without ``furniture``.
     ``walls`` are around and in the floor and leave doors open. They have no cavities: a courtyard without a door is
     filled, since it is not free. ``lintels`` are the areas of doors, from ``door_height`` to ``wall_height``.
-    ``windows`` lie in the walls, which ``standing`` are without them; it shuts the openings over stairs. ``pose`` is
+    ``windows`` lie in the walls, which ``standing`` are without them. ``pose`` is
     the pose of all of them in the export's frame.
     """
 
@@ -84,17 +84,18 @@ class PlanBodies:
         """The openings in the floor over the stairs from below."""
         return tuple(thing.polygon for thing in self.plan.stairwells)
 
+    @property
+    def named_wells(self) -> Iterator[tuple[str, Polygon]]:
+        """The openings over stairs with the names of their bodies, by which a build of the file knows them."""
+        return ((f"furniture_stairwell_{thing.id}", thing.polygon) for thing in self.plan.stairwells)
+
     @cached_property
     def standing(self) -> tuple[Polygon, ...]:
-        """The walls without the windows, which have wall below and above them, and with what lies over stairs.
-
-        The formats of robots' worlds take it: an edge of the floor keeps no robot and no builder of plans away.
-        """
-        if not self.windows and not self.wells:
+        """The walls without the windows, which have wall below and above them."""
+        if not self.windows:
             return self.walls
         open_ = shapely.union_all([each.shape for each in self.windows])
-        shut = shapely.union_all([*self.walls, *self.wells], grid_size=WELD_M)
-        return tuple(_polygons(shapely.difference(shut, open_, grid_size=WELD_M)))
+        return tuple(_polygons(shapely.difference(shapely.union_all(self.walls), open_, grid_size=WELD_M)))
 
     @property
     def window_parts(self) -> Iterator[tuple[str, Literal["wall", "glass"], BaseGeometry, float, float]]:

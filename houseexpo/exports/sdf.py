@@ -103,6 +103,8 @@ def _storey(world: ET.Element, built: PlanBodies, pose: Pose = Pose()) -> None: 
         _model(world, name, _plates(name, _WALL, shape, built.door_height), pose)
     for name, shape in {**room_floors(built), **doorway_floors(built)}.items():
         _model(world, name, _plates(name, _FLOOR, shape, _FLOOR_M), pose, kinds=("visual",))
+    for name, shape in built.named_wells:  # a block: an edge of the floor keeps no robot away
+        _model(world, name, _plates(name, _WALL, shape, built.wall_height), pose)
     if built.furniture:
         _model(world, "furniture", _furniture(built), pose)
 

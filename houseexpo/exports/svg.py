@@ -36,9 +36,9 @@ def svg(
     """Write ``<id>.svg`` with a view box in metres, x right, and y flipped to run down as in SVG.
 
     The house is shown as seen from above (mirrored plans are mirrored back), at 50 pixels per metre. Layers are groups:
-    ``walls``, ``free-space``, ``rooms``, ``doors``, ``entrances`` and, if the plan has any, ``windows`` and
-    ``objects``. Rooms and objects have their label as a title. For pictures with a scale bar and a legend, use
-    ``houseexpo.svg``.
+    ``walls``, ``free-space``, ``rooms``, ``doors``, ``entrances`` and, if the plan has any, ``windows``,
+    ``objects`` and ``stairwells``. Rooms and objects have their label as a title. For pictures with a scale bar and a
+    legend, use ``houseexpo.svg``.
     """
     turned, pose = orient_plan(plan, orientation), pose_in_export(plan, orientation, frame)
     walls = turned.walls(wall_thickness)
@@ -56,7 +56,8 @@ def svg(
         *_layer(pose, "doors", [(door.polygon, _DOOR, door.kind) for door in turned.doors if door.kind != "entrance"]),
         *_layer(pose, "entrances", [(each.shape, _DOOR, each.door.kind) for each in entrances]),
         *_layer(pose, "windows", [(each.shape, _WINDOW, "window") for each in window_openings(turned, wall_thickness)]),
-        *_layer(pose, "objects", [(thing.polygon, FURNITURE, thing.label) for thing in turned.objects]),
+        *_layer(pose, "objects", [(thing.polygon, FURNITURE, thing.label) for thing in turned.furniture]),
+        *_layer(pose, "stairwells", [(thing.polygon, FURNITURE, thing.label) for thing in turned.stairwells]),
         "</svg>\n",
     ]
     return {f"{plan.id}.svg": "\n".join(lines).encode()}

@@ -116,6 +116,9 @@ def _scopes(built: PlanBodies, roof: BaseGeometry | None = None) -> list[str]:
         for thing in built.furniture
         if thing.height > 0
     ]
+    things += [
+        _body(name.capitalize(), "furniture", name, shape, 0.0, wall_height) for name, shape in built.named_wells
+    ]
     if roof is not None and not roof.is_empty:
         walls.append(_body("Roof", "wall", "roof", roof, wall_height, FLOOR_M))
     lines = []

@@ -31,21 +31,24 @@ UNREAD = {"coco", "graphml", "irsim", "json", "npz", "pol", "stage"}
 QUICK, MANY = 3, 30
 
 
+def made(source, folder, seed):
+    from_python([source], str(folder), config=None, overrides=None, workers=1, others="refuse", seed=seed)
+    data = open_dataset(folder)
+    return [data[name] for name in data.ids]
+
+
 @pytest.fixture(scope="session")
 def homes(tmp_path_factory):
     """Homes that the project makes like the published plans."""
-    folder = tmp_path_factory.mktemp("demo") / "plans"
-    from_python(
-        [f"procedural:{QUICK}?style=published"],
-        str(folder),
-        config=None,
-        overrides=None,
-        workers=1,
-        others="refuse",
-        seed=2019,
-    )
-    data = open_dataset(folder)
-    return [data[name] for name in data.ids]
+    return made(f"procedural:{QUICK}?style=published", tmp_path_factory.mktemp("published") / "plans", 2019)
+
+
+@pytest.fixture(scope="session")
+def storeys(tmp_path_factory):
+    """A house of two storeys, and others: with windows, the upper ones with a stair from below."""
+    plans = made("procedural:3", tmp_path_factory.mktemp("sound") / "plans", 5)
+    assert any(plan.stairwells for plan in plans)
+    return plans
 
 
 def check(plans, form, folder: Path):
@@ -57,6 +60,11 @@ def check(plans, form, folder: Path):
         assert len(found.rooms) == len(plan.rooms), plan.id
         assert len(found.doors) == len(plan.doors), plan.id
         assert labels(found) == labels(plan), plan.id
+        if form != "rmf":
+            areas = [[thing.polygon.area for thing in each.stairwells] for each in (found, plan)]
+            assert areas[0] == pytest.approx(areas[1], abs=0.01), plan.id
+        if form not in {*SHAPES, "rmf"}:
+            assert len(found.windows) == len(plan.windows), plan.id
 
 
 def check_shape(plan, found, least):
@@ -188,9 +196,10 @@ def test_an_opening_as_wide_as_its_room_comes_back(form, wide, tmp_path):
 
 
 @pytest.mark.parametrize("form", sorted(FORMS))
-def test_a_plan_comes_back(homes, form, tmp_path):
+@pytest.mark.parametrize("kind", ["homes", "storeys"])
+def test_a_plan_comes_back(request, kind, form, tmp_path):
     assert form in FORMATS
-    check(homes, form, tmp_path)
+    check(request.getfixturevalue(kind), form, tmp_path)
 
 
 @pytest.mark.parametrize("form", SHAPES)

@@ -39,6 +39,7 @@ from pipeline.sources.drawn_storeys import (
     walls_around_floors,
 )
 from pipeline.sources.files import LeftOutParts, level_id
+from pipeline.sources.storeys.surfaces import weighted_quantile
 from pipeline.sources.tolerances import (
     COVER_MARGIN_M,
     DEEPEST_WALL_M,
@@ -368,6 +369,15 @@ def storeys_drawn(drawing: Drawing) -> list[DrawnStorey]:
     return sorted(drawn, key=lambda each: each.height_m)
 
 
+def usual_height(tops: Sequence[tuple[float, float]]) -> float:
+    """Return the height at which most of the walls end, metres; ``tops`` are heights, and lengths of outlines.
+
+    The pieces under windows are many, but short.
+    """
+    high, long = np.array(tops or [(WALL_HEIGHT_M, 1.0)]).T
+    return weighted_quantile(high, long, 0.5)
+
+
 def _flip_y(frame: Frame) -> Frame:
     """Return the frame of a level whose file has y up: plan (x, y) is (x, -z) there."""
     (a, b, x), (c, d, y) = frame.matrix
@@ -380,7 +390,7 @@ def _level(storey: DrawnStorey, name: str) -> Level:
     shapes = [each.polygon for each in storey.rooms if each.polygon is not None]
     if storey.walls:
         walls = list(storey.walls)
-        top = float(np.median([wall.top_m for wall in walls]))
+        top = usual_height([(wall.top_m, wall.shape.length) for wall in walls])
         holes = list(storey.holes)
     else:
         top = WALL_HEIGHT_M

@@ -47,7 +47,6 @@ from pipeline.sources.tolerances import (
     MASSIVE_WALL_M,
     OBJECT_HEIGHT_M,
     PARALLEL,
-    WALL_HEIGHT_M,
 )
 from pipeline.sources.vector_plans.drawing import (
     DrawnStorey,
@@ -58,6 +57,7 @@ from pipeline.sources.vector_plans.drawing import (
     deepen_to_walls,
     door_hole,
     passage_rectangles,
+    usual_height,
     walls_along_lines,
     walls_between_faces,
     walls_between_rooms,
@@ -77,6 +77,7 @@ _WORDS: Final = {
     r".*[壁牆柱].*|벽.*|기둥.*|колонн\w*|(?!.*半高).*隔断.*|column|columns|pillar|pillars|stütze|stützen|columna|columnas|"
     r"pilar|pilares|pilastro|pilastri|poteau|poteaux|col|partition|partitions|cloison|cloisons|tabique|tabiques|structure|"
     r".*墙.*|стен\w*",
+    "stairwell": r"stairwells?",
     "room": r"room|rooms|space|spaces|raum|räume|raeume|zimmer|pièce|pieces|area|unit|zone",
     "object": r"furniture|object|objects|möbel|moebel|mobilier|meuble|fixture|fixtures|.*家具.*|мебел\w*",
 }
@@ -118,8 +119,8 @@ class _Drawn:
     wall_lines: list[tuple[Point, Point]] = field(default_factory=list)
     wall_middles: dict[float, list[tuple[Point, Point]]] = field(default_factory=dict)
     """Lines of walls by their thickness."""
-    tops: list[float] = field(default_factory=list)
-    """Heights of walls, where they are said."""
+    tops: list[tuple[float, float]] = field(default_factory=list)
+    """Heights of walls, where they are said, and the lengths of their outlines."""
     window_areas: list[Area] = field(default_factory=list)
     window_lines: list[tuple[Point, Point]] = field(default_factory=list)
     rooms: list[Area] = field(default_factory=list)
@@ -145,8 +146,10 @@ class _Drawn:
 
     def _add(self, each: Feature, shape: BaseGeometry) -> None:
         if each.kind == "wall" and each.top_m is not None and each.low_m == 0.0:
-            self.tops.append(each.top_m)
-        if each.kind == "object":
+            self.tops.append((each.top_m, shape.length))
+        if each.kind == "stairwell":
+            each = replace(each, words=("stairwell",))
+        if each.kind in {"object", "stairwell"}:
             shape = drop_lines_and_points(shapely.make_valid(shape))
             self.objects += [(shape, each)] if shape.area > SAME else []
             return
@@ -188,7 +191,7 @@ class _Drawn:
 
 @lru_cache(maxsize=4096)  # a drawing says the same few names again and again
 def kind_from_name(name: str) -> str:
-    """Return wall, door, opening, window, room, name, object or "" for a layer, class or kind of this name."""
+    """Return the kind that the name of a layer, class or kind says, a key of ``_WORDS``, or ""."""
     plain = re.sub(r"(?<=[a-zß-ÿ])(?=[A-Z])", " ", name).lower()
     parts = re.split(r"[\W\d_]+", plain)
     if not _NO_WALLS.isdisjoint(parts):
@@ -227,7 +230,7 @@ def storey_from_features(
     """
     features = [*features]
     drawn = _Drawn.sorted((each for each in features if each.kind != "other"), to_metres)
-    top = float(np.median(drawn.tops)) if drawn.tops else WALL_HEIGHT_M
+    top = usual_height(drawn.tops)
     rooms = _with_holes(drawn)
     panes, frames = windows_from_lines(drawn.window_lines)
     if drawn.spaces:

@@ -41,10 +41,9 @@ from pipeline.sources.tolerances import (
     NARROWEST_DOOR_M,
     UPRIGHT_M2,
     VOXEL_M,
-    WALL_HEIGHT_M,
     WIDEST_DOOR_BODY_M,
 )
-from pipeline.sources.vector_plans.drawing import DrawnStorey, Feature
+from pipeline.sources.vector_plans.drawing import DrawnStorey, Feature, usual_height
 from pipeline.sources.vector_plans.named_features import storey_from_features
 from pipeline.tolerances import CRACK_M, HAND_M, KNEE_M, SHEET_M
 
@@ -277,8 +276,8 @@ def _features(here: Sequence[tuple[str, SceneBody]], height: float, above: float
             others.append(Feature("floor", each.shape))
         elif kind == "furniture":
             others.append(Feature("object", each.shape, (each.words or each.names)[:1], low_m=low, top_m=top))
-    tops = [each.top_m for each in walls if each.low_m == 0.0 and each.top_m is not None]
-    over = KNEE_M + (float(np.median(tops)) if tops else WALL_HEIGHT_M)  # what ends higher is no furniture
+    tops = [(each.top_m, each.shape.length) for each in walls if each.low_m == 0.0 and each.top_m is not None]
+    over = KNEE_M + usual_height(tops)  # what ends higher is no furniture
     others = [each for each in others if each.kind != "object" or each.top_m is None or each.top_m < over]
     floors = [each for kind, each in here if kind == "floor"]
     standing = cache(lambda: shapely.buffer(shapely.union_all([each.shape for each in walls]), CRACK_M))  # seldom asked

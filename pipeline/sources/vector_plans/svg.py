@@ -154,7 +154,7 @@ def _shapes(root: Element, own: bool) -> Iterator[tuple[int, str, str, npt.NDArr
                     _KINDS[first],
                     " ".join(words[1:]) if first == "space" else (words[1] if len(words) > 1 else ""),
                 )
-        if name in {"polygon", "path"} and kind in {"wall", "door", "room", "window"}:
+        if name in {"polygon", "path"} and kind in {"wall", "door", "room", "window", "stairwell"}:
             rings = _points(element.get("points", "")) if name == "polygon" else _path(element.get("d", ""))
             yield from ((floor, kind, word, r @ at[:2, :2].T + at[:2, 2]) for r in rings)
             if not own:  # a door's other shapes show its leaf

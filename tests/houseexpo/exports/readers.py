@@ -213,7 +213,7 @@ def _mjcf(files: Mapping[str, bytes]) -> BaseGeometry:
     walls = []
     for number in range(model.ngeom):
         name, place = model.geom(number).name, data.geom_xpos[number]
-        if not name.startswith("wall"):
+        if not name.startswith(("wall", "furniture_stairwell")):
             continue
         turn = data.geom_xmat[number].reshape(3, 3)
         if model.geom_type[number] == mujoco.mjtGeom.mjGEOM_BOX:
@@ -251,7 +251,7 @@ def _sdf(files: Mapping[str, bytes]) -> BaseGeometry:
     (root,) = (parsed(data) for data in files.values())
     walls = []
     for model in root.iter("model"):
-        if model.get("name") in {"walls", "furniture"} or model.get("name").startswith("entrance"):
+        if model.get("name") in {"walls", "furniture"} or model.get("name").startswith(("entrance", "furniture_stairwell")):
             x, y, _, roll, pitch, yaw = map(float, model.findtext("pose", "0 0 0 0 0 0").split())
             assert (roll, pitch) == (0, 0)
             cos, sin = math.cos(yaw), math.sin(yaw)
