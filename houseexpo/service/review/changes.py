@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from houseexpo.corrections.decision_log import Action, LogLine
@@ -28,10 +28,26 @@ def check_points(table: Mapping[str, Any], place: str) -> None:
             raise ConfigError(f"{place}: {error}; correct the file first") from None
 
 
+def words_added(table: Mapping[str, Any], said: Iterable[tuple[Word, Any]]) -> dict[str, Any]:
+    """Return the values of words in a plan's table with further ones, by word."""
+    found: dict[Word, list[Any]] = {}
+    for word, value in said:
+        items = found.setdefault(word, list_items(table.get(word), word))
+        found[word] = items if value in items else [*items, value]
+    return {word: _plain(items) for word, items in found.items()}
+
+
 def decision_changes(
-    table: Mapping[str, Any], action: Action, value: Any, more: Sequence[Any] = ()
+    table: Mapping[str, Any],
+    action: Action,
+    value: Any,
+    more: Sequence[Any] = (),
+    then: Sequence[tuple[Word, Any]] = (),
 ) -> dict[str, tuple[Any, Any]]:
-    """Return the changes of a decision in a plan's table: the values before and after, by key."""
+    """Return the changes of a decision in a plan's table: the values before and after, by key.
+
+    ``more`` are further values of the same word, ``then`` are other words.
+    """
     wanted: dict[str, Any]
     if action == "keep":
         wanted = {"drop": None, "keep": True}
@@ -43,7 +59,7 @@ def decision_changes(
         wanted = {}
     else:
         word: Word = action  # type: ignore[assignment]  # all others are words
-        wanted = {word: _plain([*list_items(table.get(word), word), value, *more])}
+        wanted = words_added(table, [*((word, each) for each in (value, *more)), *then])
     return {key: (table.get(key), after) for key, after in wanted.items()}
 
 

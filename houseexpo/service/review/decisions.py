@@ -123,6 +123,7 @@ class DecisionStore:
         seen: int = 0,
         *,
         more: Sequence[Any] = (),
+        then: Sequence[tuple[Word, Any]] = (),
         source: str = "",
         answer: str = "",
     ) -> LogLine:
@@ -137,6 +138,8 @@ class DecisionStore:
             The number of the last line about the plan that the reviewer has seen.
         more
             Further values of the word, or further skipped questions; all of them are one decision.
+        then
+            Other words of the decision, with their values.
         source
             SHA-256 of the plan's file.
         answer
@@ -152,7 +155,7 @@ class DecisionStore:
         with self._hold_lock():
             self._check_seen(plan, seen)
             about = "\n".join([value, *more]) if action == "leave" else ""
-            changes = decision_changes(self.table(plan), action, value, more)
+            changes = decision_changes(self.table(plan), action, value, more, then)
             return self._note(plan, action, reviewer, changes, about=about, source=source, answer=answer)
 
     def say_of_file(self, name: str, key: str, value: Any, reviewer: str) -> LogLine:
@@ -170,12 +173,12 @@ class DecisionStore:
                 changes |= {other: (table[other], None) for other in _INSTEAD.get(key, ()) if other in table}
             return self._note(name, "file", reviewer, changes)
 
-    def left(self, plan: str) -> set[str]:
-        """Return the questions about a plan that are not asked again."""
+    def left(self, plan: str) -> dict[str, str]:
+        """Return the answer to each question about a plan that is not asked again, "" if it was left."""
         with self._thread:
             self._catch_up()
-            about = [line.about for line in self.log.active if line.plan == plan and line.about]
-            return {question for each in about for question in each.split("\n")}
+            about = [line for line in self.log.active if line.plan == plan and line.about]
+            return {question: line.answer for line in about for question in line.about.split("\n")}
 
     def sources(self, plan: str) -> dict[str, str]:
         """Return the SHA-256 of the file for which each statement about a plan was made, by ``author_key``."""

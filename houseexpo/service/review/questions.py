@@ -1,7 +1,9 @@
 """Ask a person about the doubtful places of a plan: one sentence, two opposite answers, the most valuable first.
 
-R1  A cut was made because nothing showed a way between two parts of the plan: either a door is there, or no door.
+R1  A cut was made because nothing showed a way between two parts of the plan: either a door is there, or no door, or
+    the door is where the source shows one beside it.
 R2  A passage or a room that is rated below ``ASKED_BELOW`` is asked about, and every entrance: a window may be one.
+    If a person says that a room is several, the places where it may part are asked about (R6).
     A room is also asked about if the source shows no wall along much of its edge: a porch, or what rays saw.
 R3  Rooms that meet without a wall are one room, or they stay two; only where nobody has drawn a wall. If the source is
     known, the same is asked of rooms that several passages join, or one that is as wide as what lies at its sides:
@@ -22,6 +24,7 @@ R8  An answer's value is the question's doubt times (``_LEAST`` + the share of t
     group with the most valuable question comes first.
 R9  The answers to a question are all that is usually true of such a place, the two most usual first.
 R10 If the source shows something in a room that is higher than a person and that would part it, it may be a wall.
+    Pieces in a row are one wall.
 R11 A shape whose ring crosses itself counts as its largest part. A rule that meets a fault of geometry asks no further
     questions; those of the other rules stay.
 R12 A front is a line of a room's edge towards the outside that is wider than a door, and where the source shows no
@@ -33,16 +36,17 @@ R13 In a robot's map, a part of a room behind a narrow place is asked about if t
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence, Set
 from contextlib import suppress
 from dataclasses import replace
 from functools import lru_cache
 from itertools import combinations, pairwise
-from typing import Any, Final
+from typing import Annotated, Any, Final
 
 import msgspec
 import numpy as np
 import shapely
+from msgspec import Meta
 from shapely import GEOSException, LineString, Point, Polygon
 from shapely.ops import split
 
@@ -51,7 +55,7 @@ from houseexpo.corrections.apply import Trial
 from houseexpo.corrections.draft import largest_valid_part
 from houseexpo.corrections.openings import ONWARD_M
 from houseexpo.corrections.rooms import OF_NO_ROOM
-from houseexpo.corrections.vocabulary import UNITS_M, checked_values
+from houseexpo.corrections.vocabulary import UNITS_M, Word, checked_values
 from houseexpo.errors import ConfigError
 from houseexpo.floorplan import FloorPlan
 from houseexpo.grids.frame import source_points_from_plan
@@ -115,6 +119,8 @@ _MOST_BAYS: Final = 6
 _CORNER: Final = 0.4
 """Doubt of an opening at a corner that juts into a room: of 19 groups of them, 7 part a room that is several."""
 _MOST_CORNERS: Final = 6
+_MOST_OF_SEVERAL: Final = 12
+"""Places asked about besides in rooms of which a person said that they are several."""
 _MOST_WIDE: Final = 3
 """Places wider than an opening that are asked about too."""
 _LARGER: Final = 0.3
@@ -131,6 +137,8 @@ _LEAST: Final = 0.25
 _SIZES: Final = {"units", "scale", "storey_height"}
 _TOLD_BY: Final = {"units": _SIZES, "scale": _SIZES, "up": {"up"}, "levels": {"floors", "storey_height"}}
 """Options of a reader that state what it would guess; a known distance is given to it as the unit."""
+SEVERAL: Final = "Several rooms"
+"""The answer after which the places are asked about at which the room may part."""
 GUESS: Final = "guess of the file"
 FLOORS: Final = "floors of the file"
 """The keys of the questions about a file: one for all its storeys."""
@@ -140,11 +148,18 @@ _MOST_LEFT_OUT: Final = 3
 _GUESSED: Final = {"units": "the unit", "scale": "the scale", "up": "the upward axis"}
 
 
+class Further(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """A further word of an answer or a decision, with its points in plan metres."""
+
+    action: Word
+    points: Annotated[tuple[tuple[float, float], ...], Meta(max_length=MOST_POINTS)]
+
+
 class Answer(msgspec.Struct, frozen=True):
     """An answer: the text of its button, and its word; no word if the plan is right as it is.
 
     The action "file" opens the statements about the file; a key of ``FILE_WORDS`` states ``text``. ``more`` are the
-    points of further places for the same word.
+    points of further places for the same word, ``then`` are further words.
     """
 
     title: str
@@ -152,6 +167,7 @@ class Answer(msgspec.Struct, frozen=True):
     points: tuple[tuple[float, float], ...] = ()
     text: str = ""
     more: tuple[tuple[tuple[float, float], ...], ...] = ()
+    then: tuple[Further, ...] = ()
 
 
 class Question(msgspec.Struct, frozen=True):
@@ -181,16 +197,17 @@ def questions(
     left: Collection[str] = (),
     source: SourceView | None = None,
     closed: Sequence[tuple[float, float]] = (),
+    several: Set[str] = frozenset(),
 ) -> list[Question]:
     """Return the questions about a plan, the most valuable first (R1 to R8).
 
     ``left`` are the keys of skipped questions. ``closed`` are places (x, y) of the plan, metres, where somebody has
-    denied a door or a room.
+    denied a door or a room. ``several`` are the keys of questions about rooms that were answered by ``SEVERAL``.
     """
     if plan.frame is None:
         return []
     plan, places = _mended(plan), list[tuple[str, LineString]]()
-    rules = [_passages(plan), _rooms(plan), _meetings(plan)]
+    rules = [_rooms(plan), _meetings(plan)]
     if source is not None and source.plan is not None:
         dx, dy = np.subtract(source.origin, source.origin_of(plan)).round(3).tolist()
         places = [(kind, LineString(np.add(ends, (dx, dy)).round(3))) for kind, ends in source.places]
@@ -207,7 +224,8 @@ def questions(
             _bays(plan, source, (dx, dy)),
             _free_walls(plan, source, (dx, dy)),
         ]
-    rules.append(_corners(plan, [line for kind, line in places if kind in _SHOWN]))
+    rules.append(_passages(plan, places))
+    rules.append(_corners(plan, [line for kind, line in places if kind in _SHOWN], several))
     found = [each for rule in rules for each in _without_fault(rule)]
     bays = [LineString(each.answers[0].points) for each in found if each.key.startswith("bay")]
     found = [each for each in found if not each.key.startswith("corner") or not _is_at(each, bays)]
@@ -285,7 +303,8 @@ def _sizes(group: Sequence[Question]) -> str:
     return f"{low if low == high else f'{low} to {high}'} {'m²' if group[0].area else 'm'}"
 
 
-def _passages(plan: FloorPlan) -> Iterator[Question]:
+def _passages(plan: FloorPlan, shown: Sequence[tuple[str, LineString]] = ()) -> Iterator[Question]:
+    """R1, R2. ``shown`` are the places where the source shows a door, a lintel or a gap."""
     for door in plan.doors:
         doubt = _doubt(door.confidence)
         if door.kind == "cut":  # R1
@@ -309,6 +328,8 @@ def _passages(plan: FloorPlan) -> Iterator[Question]:
                 Answer("An opening", "opening", ends),
                 Answer("They are one room", "one_room", places),
                 Answer(f"{area:.1f} m² are no room", "no_room", places[:1]),
+                Answer(f"{sides[-1].area:.1f} m² are outside", "outside", places[1:]),
+                *_ways_beside(door, sides, shown),
             )
         elif door.kind == "entrance" and door.confidence is not None:
             says = f"Does one walk in here, an entrance of {door.width:.2f} m?"
@@ -325,13 +346,29 @@ def _passages(plan: FloorPlan) -> Iterator[Question]:
         yield Question(_key(plan, door.kind, at), at, says, answers, doubt, area, door.width if not area else area**0.5)
 
 
+def _ways_beside(cut: Door, sides: Sequence[Room], shown: Sequence[tuple[str, LineString]]) -> Iterator[Answer]:
+    """R1. Yield the nearest place at a cut's smaller room where the source shows a way, first those to the larger."""
+    small, large = (shapely.buffer(room.polygon, _WIDEST_WALL_M) for room in sides)
+    near = [
+        (not large.contains(line.centroid), line.distance(cut.polygon), kind, line)
+        for kind, line in shown
+        if kind in _SHOWN
+        and _PASSAGE_M[0] <= line.length <= _PASSAGE_M[1]
+        and small.contains(line.centroid)
+        and line.distance(cut.polygon) > 0
+    ]
+    for _, _, kind, line in sorted(near, key=lambda each: each[:2])[:1]:
+        (ax, ay), (bx, by) = line.coords
+        yield Answer(f"A door where the {kind} is", "door", ((ax, ay), (bx, by)))
+
+
 def _rooms(plan: FloorPlan) -> Iterator[Question]:
     for room in plan.rooms if len(plan.rooms) > 1 else ():  # the only room cannot be taken out
         doubt = _doubt(room.confidence)
         if doubt is not None:
             at = _inside(room)
             says = f"Is this {_name(room)} of {room.area:.1f} m² a room of the house?"
-            answers = Answer("A room", "room", (at,)), *_none(at)
+            answers = Answer("A room", "room", (at,)), *_none(at), Answer(SEVERAL)
             yield Question(_key(plan, "room", at), at, says, answers, doubt, room.area, room.area**0.5)
 
 
@@ -374,7 +411,7 @@ def _seen_in_part(plan: FloorPlan, source: SourceView, shift: tuple[float, float
         point = _inside(room)
         says = f"The {'map' if source.is_map else 'source'} shows no wall along {1 - share:.0%} of the edge of this "
         says += f"{_name(room)} of {room.area:.1f} m². Is it a room of the house?"
-        answers = Answer("A room"), *_none(point)
+        answers = Answer("A room"), *_none(point), Answer(SEVERAL)
         yield Question(_key(plan, "seen", point), point, says, answers, _UNSEEN, room.area, room.area**0.5)
 
 
@@ -404,7 +441,7 @@ def _bays(plan: FloorPlan, source: SourceView, shift: tuple[float, float]) -> It
             f"The map shows hardly any wall around this part of {area:.1f} m², behind a place of {line.length:.2f} m. "
         )
         answers = (
-            Answer("A wall shuts it off", "wall", ((ax, ay), (bx, by))),
+            Answer("A wall shuts it off", "wall", ((ax, ay), (bx, by)), then=(Further("no_room", (at,)),)),
             Answer("It is of the room"),
             Answer("An opening to it", "opening", ((ax, ay), (bx, by))),
         )
@@ -556,7 +593,7 @@ def _guesses(plan: FloorPlan, source: SourceView) -> Iterator[Question]:
         if "up" in guesses and "up" in record.takes and plan.frame is not None:
             other = "y" if plan.frame.up == "z" else "z"
             answers.append(Answer(f"{other} is up", "up", text=other))
-        if is_size_open and record.unit_m:
+        if is_size_open and record.unit_m and (record.is_odd or {"units", "scale"} & set(guesses)):
             for unit_m in record.other_units_m[:_MOST_SIZES]:
                 by = unit_m / record.unit_m
                 sized = f"{(x2 - x1) * by:.1f} m x {(y2 - y1) * by:.1f} m"
@@ -742,23 +779,29 @@ def _fronts(
         yield Question(_key(plan, "front", at), at, says, answers, _FRONT, room.area, room.area**0.5)
 
 
-def _corners(plan: FloorPlan, places: Sequence[LineString] = ()) -> Iterator[Question]:
-    """R6. ``places`` are the places in a room where the source shows a door or a gap."""
+def _corners(plan: FloorPlan, places: Sequence[LineString] = (), several: Set[str] = frozenset()) -> Iterator[Question]:
+    """R6. ``places`` are places in a room where the source shows a door or a gap; ``several``: see ``questions``."""
     narrow: list[tuple[bool, float, float, LineString]] = []
     wide: list[tuple[bool, float, float, LineString]] = []
+    known: list[tuple[bool, float, float, LineString]] = []
     for room in plan.rooms:
+        is_several = not several.isdisjoint(_key(plan, kind, _inside(room)) for kind in ("room", "seen"))
         doors = shapely.union_all([door.polygon for door in plan.doors if room.id in door.rooms])
         shown = [place for place in places if room.polygon.covers(place.centroid)]
         parting = [(ray, _parted_m2(room.polygon, _longer(ray, ONWARD_M))) for ray in shown]
         for ray, area in (*parting, *_parting_rays(room.polygon.wkb)):
             if ray.length < _PASSAGE_M[0] or area < SMALLEST_ROOM_M2 * 2 or ray.distance(doors) < _PASSAGE_M[0] / 2:
                 continue
-            if ray.length <= _PASSAGE_M[1]:
+            if is_several:
+                known.append((ray not in shown, ray.length, area, ray))
+            elif ray.length <= _PASSAGE_M[1]:
                 narrow.append((ray not in shown, ray.length, area, ray))
             elif ray.length**2 <= area:
                 wide.append((ray not in shown, ray.length / math.sqrt(area), area, ray))
     chosen: list[tuple[float, float, LineString]] = []
-    for found, doubt, most in ((narrow, _CORNER, _MOST_CORNERS), (wide, _CORNER / 2, _MOST_CORNERS + _MOST_WIDE)):
+    most = _MOST_CORNERS
+    for found, doubt, more in ((known, _CUT, _MOST_OF_SEVERAL), (narrow, _CORNER, 0), (wide, _CORNER / 2, _MOST_WIDE)):
+        most += min(more, len(found))
         for _, _, area, ray in sorted(found, key=lambda each: each[:2]):
             if all(ray.distance(other) > _PASSAGE_M[0] / 2 for *_, other in chosen) and len(chosen) < most:
                 chosen.append((doubt, area, ray))
@@ -776,26 +819,61 @@ def _walls_seen(
 ) -> Iterator[Question]:
     """R10."""
     shut = shapely.multipoints(closed) if closed else None
-    found: list[tuple[float, LineString]] = []
+    found: list[tuple[float, list[LineString]]] = []
     lines = (
         shapely.linestrings(np.add(source.level.seen, np.subtract(shift, source.origin))) if source.level.seen else []
     )
+    tree = shapely.STRtree(lines)
     for room in plan.rooms:
         inside = shapely.buffer(room.polygon, -_OF_EDGE_M)
-        for line in shapely.get_parts(shapely.intersection(lines, room.polygon)):
-            if shapely.intersection(line, inside).length < _SHORTEST_WALL_M:
+        near = [lines[k] for k in sorted(tree.query(room.polygon, predicate="intersects").tolist())]
+        parts = [
+            part
+            for part in shapely.get_parts(shapely.intersection(near, room.polygon)).tolist()
+            if isinstance(part, LineString) and shapely.intersection(part, inside).length >= _SHORTEST_WALL_M
+        ]
+        for row in _in_rows(parts):
+            if shut is not None and any(shut.distance(line) < _OF_EDGE_M for line in row):
                 continue
-            if shut is not None and shut.distance(line) < _OF_EDGE_M:
+            whole = LineString([row[0].coords[0], row[-1].coords[-1]])
+            if (area := _parted_m2(room.polygon, _longer(whole, _PASSAGE_M[1]))) >= SMALLEST_ROOM_M2 * 2:
+                found.append((area, row))
+    for area, row in sorted(found, key=lambda each: (-each[0], each[1][0].bounds))[:_MOST_WALLS_ASKED]:
+        pieces = [tuple(map(tuple, shapely.get_coordinates(line)[[0, -1]].round(3).tolist())) for line in row]
+        ends = pieces[0][0], pieces[-1][-1]
+        at = round((ends[0][0] + ends[1][0]) / 2, 3), round((ends[0][1] + ends[1][1]) / 2, 3)
+        long, what = sum(line.length for line in row), "it one" if len(row) == 1 else f"it a wall of {len(row)} pieces"
+        says = f"The source shows {long:.2f} m of something higher than a person, the plan no wall. Is {what}?"
+        wall = Answer("A wall", "wall", pieces[0], more=tuple(pieces[1:]))
+        yield Question(
+            _key(plan, "wall", at), at, says, (wall, Answer("No wall"), Answer("An opening", "opening", ends)),
+            _SEEN_WALL, area,
+        )  # fmt: skip
+
+
+def _in_rows(lines: Sequence[LineString]) -> list[list[LineString]]:
+    """Return lines by rows: those of one row go on with each other, from the first to the last, after gaps."""
+    rows: list[list[LineString]] = []
+    for line in sorted(lines, key=lambda each: (-each.length, each.bounds)):
+        for row in rows:
+            a, d = np.array(row[0].coords[0]), np.array(row[-1].coords[-1])
+            way = (d - a) / math.dist(a, d)
+            at = (np.array(line.coords)[[0, -1]] - a) @ way
+            aside = np.abs((np.array(line.coords)[[0, -1]] - a) @ np.array([-way[1], way[0]]))
+            low, high = at.min(), at.max()
+            if aside.max() > _OF_EDGE_M or not (-_PASSAGE_M[1] <= high and low <= math.dist(a, d) + _PASSAGE_M[1]):
                 continue
-            if (area := _parted_m2(room.polygon, _longer(line, _PASSAGE_M[1]))) >= SMALLEST_ROOM_M2 * 2:
-                found.append((area, line))
-    for area, line in sorted(found, key=lambda each: (-each[0], each[1].bounds))[:_MOST_WALLS_ASKED]:
-        (ax, ay), (bx, by) = shapely.get_coordinates(line)[[0, -1]].round(3).tolist()
-        at = round((ax + bx) / 2, 3), round((ay + by) / 2, 3)
-        says = f"The source shows {line.length:.2f} m of something higher than a person, the plan no wall. Is it one?"
-        ends = (ax, ay), (bx, by)
-        answers = Answer("A wall", "wall", ends), Answer("No wall"), Answer("An opening", "opening", ends)
-        yield Question(_key(plan, "wall", at), at, says, answers, _SEEN_WALL, area)
+            onward = line if at[1] >= at[0] else shapely.reverse(line)
+            if high <= 0:
+                row.insert(0, onward)
+            elif low >= math.dist(a, d):
+                row.append(onward)
+            else:
+                continue
+            break
+        else:
+            rows.append([line])
+    return rows
 
 
 @lru_cache(maxsize=256)

@@ -6,6 +6,7 @@ import logging
 import math
 import re
 from collections.abc import Mapping, Sequence, Set
+from contextlib import suppress
 from types import MappingProxyType
 from typing import Annotated, Any, Final, Literal, NamedTuple
 
@@ -30,13 +31,15 @@ from houseexpo.plan.explanations import GROUNDS
 from houseexpo.service.api.analysis import shape_values
 from houseexpo.service.collection import Collection
 from houseexpo.service.plan_page import room_names_beside
-from houseexpo.service.review.changes import list_items, replacement
+from houseexpo.service.review.changes import list_items, replacement, words_added
 from houseexpo.service.review.decisions import DecisionStore, NothingHereError, PlanDecisions
 from houseexpo.service.review.questions import (
     FLOORS,
     GUESS,
     MOST_POINTS,
+    SEVERAL,
     Answer,
+    Further,
     Question,
     gap_question,
     questions,
@@ -70,8 +73,8 @@ class DecisionRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """A decision; ``points`` are in plan metres, ``seen`` is the number of the last log line that the reviewer saw.
 
     ``text`` is the text of a note or a drop, the label of a room, or the keys of the skipped questions, one a line.
-    ``more`` are the points of further places for the same word; all of them are one decision. ``answer`` is the answer
-    that confirms the plan, for "leave"; "" leaves the question.
+    ``more`` are the points of further places for the same word, ``then`` are other words; all of them are one decision.
+    ``answer`` is the answer that confirms the plan, for "leave"; "" leaves the question.
     """
 
     plan: Id
@@ -81,6 +84,7 @@ class DecisionRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     points: Annotated[list[Point], Meta(max_length=MOST_POINTS)] = []
     text: Annotated[str, Meta(max_length=_MOST_LIKE * 100)] = ""
     more: Annotated[list[Annotated[list[Point], Meta(max_length=MOST_POINTS)]], Meta(max_length=_MOST_LIKE)] = []
+    then: Annotated[list[Further], Meta(max_length=_MOST_LIKE)] = []
     answer: Annotated[str, Meta(max_length=100)] = ""
 
 
@@ -495,7 +499,9 @@ class Review:
         ghosts, size = self._mark_ghosts(name, plan, effects, left)
         closed = [tuple(each["points"][0]) for each in effects if each["word"] in _DENIED]
         said = () if source is None or source.is_founded else all_said
-        asked = msgspec.to_builtins(with_effect(told.plan, questions(told.plan, left, source, closed), said, source))
+        several = {key for key, answer in self.decisions.left(name).items() if answer == SEVERAL}
+        found = questions(told.plan, left, source, closed, several)
+        asked = msgspec.to_builtins(with_effect(told.plan, found, said, source))
         return {
             **plan_facts(told.plan),
             "plan": name,  # the source's plan may have another id, that of its input alone
@@ -521,10 +527,10 @@ class Review:
 
     def _left(self, name: str, source: SourceView | None) -> set[str]:
         """Return the questions that are not asked again; that about the file is left on any of its storeys."""
-        found = self.decisions.left(name)
+        found = set(self.decisions.left(name))
         storeys = [plan.id for level in source.record.levels for plan in level.plans] if source is not None else []
         for storey in storeys:
-            found |= self.decisions.left(storey) & {GUESS, FLOORS}
+            found |= self.decisions.left(storey).keys() & {GUESS, FLOORS}
         return found
 
     def _mark_ghosts(
@@ -678,16 +684,25 @@ class Review:
         is_word = asked.action in WORDS or asked.plan not in self.rejected
         plan = self._ground(asked.plan) if is_word else Ground(asked.plan, None, (0.0, 0.0, 0.0, 0.0))
         value, effect, more = decision_value(asked, plan), None, list[Any]()
+        then: list[tuple[Word, Any]] = []
         if asked.action == "leave":
             more = [one_line(each) for each in asked.text.split("\n")[1:]]
         elif asked.action in WORDS:
             word: Word = asked.action
             wanted = [value, *(word_value(word, points, asked.text, plan) for points in asked.more)]
-            (value, *more), effect = self._said(asked.plan, plan, word, wanted)
+            table = self.decisions.table(asked.plan)
+            (value, *more), effect = self._said(asked.plan, plan, word, wanted, table)
+            for each in asked.then:
+                table = {**table, **words_added(table, [(word, value), *((word, one) for one in more), *then])}
+                further = word_value(each.action, each.points, "", plan)
+                with suppress(ConfigError):  # what the words before it have done already
+                    _, also = self._said(asked.plan, plan, each.action, [further], table)
+                    then.append((each.action, further))
+                    effect = {**effect, "also": [*effect.get("also", ()), also["said"], *also.get("also", ())]}
         source = self._hash_at(asked.plan) if effect else ""
         answer = one_line(asked.answer) if asked.action == "leave" else ""
         line = self.decisions.decide(
-            asked.plan, asked.action, reviewer, value, asked.seen, more=more, source=source, answer=answer
+            asked.plan, asked.action, reviewer, value, asked.seen, more=more, then=then, source=source, answer=answer
         )
         return {**self.state(asked.plan), "noted": line.number, "effect": effect}
 
@@ -695,9 +710,10 @@ class Review:
         """Return the SHA-256 of the file of the shown plan."""
         return _hash_of(self.base(name, self.source(name)))
 
-    def _said(self, name: str, plan: Ground, word: Word, wanted: Sequence[Any]) -> tuple[Sequence[Any], dict[str, Any]]:
-        """Return the values of a word that have an effect, and one record of their effects."""
-        table = self.decisions.table(name)
+    def _said(
+        self, name: str, plan: Ground, word: Word, wanted: Sequence[Any], table: Mapping[str, Any]
+    ) -> tuple[Sequence[Any], dict[str, Any]]:
+        """Return the values of a word that have an effect after those in a table, and one record of their effects."""
         items = list_items(table.get(word), word)
         new = [value for k, value in enumerate(wanted) if value not in items and value not in wanted[:k]]
         if not new:

@@ -11,11 +11,14 @@ const readOnly = root.dataset.readOnly === "yes";
 const LOOK_MS = 700;
 const WORKING = "Working on the last decision…";
 const MOST_ALIKE = 200; // places of which the same is said at once
+const MOST_SAID = 2; // of what a word changes beside; the list of what is said has all
 const LAYER_KEYS = [..."fghqvz"]; // digits answer
 const ANY = 9; // all questions of a kind are marked, and no answer is chosen yet
 const LEFT = 8; // the number of the last answer to any question, from 0: its key is 9, however many others there are
 const LEAVE = { title: "Leave it", action: "leave", points: [] };
 const OF_FILE = new Set(["file", "take_out", "units", "up", "floors"]); // answers that hold for the whole file
+const SEVERAL = "Several rooms"; // an answer to whether a space is a room
+const OF_FILE_KEY = /^(guess|floors|changed)/;
 const OF_SPACE = { wall: 2, room: 1, door: 2, opening: 2 }; // words that may leave a space open, and the points that each takes
 const at = (id) => document.getElementById(id);
 const tools = JSON.parse(root.dataset.tools); // the words of a storey, each with its key and the points that it asks for
@@ -30,6 +33,8 @@ let held = ""; // the key of the question on the screen
 let wantedKind = ""; // the kind of question that the reviewer has chosen to answer now
 let wide = false; // whether all of the kind are marked, and not only those that look alike
 let forAll = -1; // the answer that is about to be given to all questions of a kind: -1 if none is, ANY before one is chosen
+let parting = false; // whether the last answer was that a room is several: where it parts is asked next
+let partsNowhere = false; // whether no place of it is known
 let elsewhere = false; // whether the next undo is of a decision on another plan
 let strokes = []; // questions about lines of the drawing, the one that was clicked first
 let reading = ""; // the plan whose source is on its way, and what was said of its file when it was asked for
@@ -275,7 +280,7 @@ function showChosen(number) {
 }
 
 // Questions of a kind doubt the same thing, and have the same answers; those of one size look alike.
-const kindOf = ({ key, answers }) => JSON.stringify([key.split(" at ")[0], answers.map(({ action }) => action)]);
+const kindOf = ({ key, answers }) => JSON.stringify([key.split(" at ")[0], answers.slice(0, 2).map(({ action }) => action)]);
 const groupOf = (question) => `${kindOf(question)} ${question.like ?? ""}`;
 const KINDS = { // of one, and of several
   changed: ["of the file"], guess: ["of the file"], floors: ["of the floors"], cut: ["cut", "cuts"], entrance: ["entrance", "entrances"], door: ["door", "doors"],
@@ -296,9 +301,13 @@ function questions() {
 // The question on the screen stays first until it is answered, also if a source that was read in the meantime asks others.
 function holdQuestion(found) {
   const asked = found.plan && found.plan === now?.plan && !strokes.length ? questions()[0] : undefined;
-  const raised = found.plan === now?.plan && found.questions?.find(({ key }) => key.startsWith("entrance") && !asking.has(key));
+  const isNext = ({ key }) => key.startsWith(parting ? "corner" : "entrance") && !asking.has(key);
+  const raised = found.plan === now?.plan && found.questions?.find(isNext);
+  partsNowhere = parting && !raised;
+  parting = false;
   asking = new Set(found.questions?.map(({ key }) => key));
-  held = (asked ?? (raised || undefined))?.key ?? ""; // what an answer made an entrance is asked about next
+  const ofFile = found.questions?.find(({ key }) => OF_FILE_KEY.test(key)); // all else depends on it
+  held = (asked && ofFile ? ofFile : asked ?? (raised || undefined))?.key ?? ""; // what an answer made an entrance is asked about next
   mark(-1); // there may be more alike than were marked
   const isSame = asked && found.seen === now.seen && JSON.stringify(found.shape?.bounds) === JSON.stringify(now.shape?.bounds);
   if (isSame && found.questions.every(({ key }) => key !== held)) found.questions.unshift(asked);
@@ -315,14 +324,14 @@ function mark(which, isWide = false) {
   wide = isWide;
 }
 
-// Lines of a drawing may be more than one decision takes.
+// Places may be more than one decision takes.
 function nearestWords() {
-  const [{ of = 0 }] = questions();
+  const [{ of = forAll < 0 ? 0 : alike().length }] = questions();
   return of > MOST_ALIKE ? `The nearest ${MOST_ALIKE} of ${of.toLocaleString("en")}` : "";
 }
 
 function markedWords() {
-  return nearestWords() ? `${nearestWords()} lines are marked` : `${alike().length} places are marked`;
+  return nearestWords() ? `${nearestWords()} ${strokes.length ? "lines" : "places"} are marked` : `${alike().length} places are marked`;
 }
 
 // Marks all that look alike, then all of the kind, then none.
@@ -417,13 +426,17 @@ function answer(which) {
     return sayOfFile(chosen.action, chosen.text);
   }
   if (chosen.action === "leave" && strokes.length) return endForAll();
-  const all = forAll >= 0 ? alike() : [first];
+  const far = ({ at: [x, y] }) => Math.hypot(x - first.at[0], y - first.at[1]);
+  const same = forAll >= 0 ? alike().filter((each) => answerOf(each, which)?.action === chosen.action) : [first];
+  const all = same.sort((one, other) => far(one) - far(other)).slice(0, MOST_ALIKE);
   mark(-1);
   strokes = [];
   now.questions = []; // a key that is too fast is not for the next question
   const text = chosen.action === "leave" ? all.map(({ key }) => key).join("\n") : "";
   const confirms = chosen.action === "leave" && chosen !== LEAVE ? chosen.title : "";
-  return decide(chosen.action, { answer: confirms, points: chosen.points, text, more: chosen.action === "leave" ? [] : all.flatMap(({ answers }, i) => [...(i ? [answers[which].points] : []), ...answers[which].more ?? []]) });
+  parting = confirms === SEVERAL;
+  const then = all.flatMap(({ answers }) => answers[which]?.then ?? []);
+  return decide(chosen.action, { answer: confirms, points: chosen.points, text, then, more: chosen.action === "leave" ? [] : all.flatMap(({ answers }, i) => [...(i ? [answers[which].points] : []), ...answers[which].more ?? []]) });
 }
 
 function takeOutGhosts() {
@@ -478,13 +491,14 @@ async function send(path, plan, body) {
 }
 
 function sayEffect({ effect }, plan, otherwise) {
-  if (effect) say(`In the next build of ${plan}: ${[effect.said, ...(effect.also ?? [])].join("; ")}. It is on the disk.`, "good");
-  else say(`${otherwise} It is on the disk.`, "good");
+  const also = effect?.also ?? [], more = also.length > MOST_SAID ? `; ${also.length - MOST_SAID} more below` : "";
+  if (effect) say(`In the next build of ${plan}: ${[effect.said, ...also.slice(0, MOST_SAID)].join("; ")}${more}. It is on the disk.`, "good");
+  else say(`${otherwise} It is on the disk.${partsNowhere ? " No place is known at which the room may part: draw a wall (W) or an opening (P)." : ""}`, "good");
 }
 
 const confirmed = (answer) => (answer === "Right" ? answer : `Right: ${answer[0].toLowerCase()}${answer.slice(1)}`);
 
-function decide(action, { points = [], text = "", more = [], answer: confirms = "" } = {}) {
+function decide(action, { points = [], text = "", more = [], then = [], answer: confirms = "" } = {}) {
   if (!mayWrite()) return undefined;
   const { plan } = now;
   const leaves = action === "keep" || action === "drop";
@@ -492,7 +506,7 @@ function decide(action, { points = [], text = "", more = [], answer: confirms = 
   return decideInTurn(async () => {
     const words = { keep: "Kept", drop: "Dropped", note: "Note saved for", leave: confirms ? `${confirmed(confirms)}, in` : "Left a question about" };
     try {
-      sayEffect(await send("decide", plan, { action, points, text, more, answer: confirms }), plan, `${words[action]} ${plan}.`);
+      sayEffect(await send("decide", plan, { action, points, text, more, then, answer: confirms }), plan, `${words[action]} ${plan}.`);
     } finally {
       if (now?.plan === plan) askOfGap(plan, action, points);
     }

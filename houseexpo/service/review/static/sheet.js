@@ -14,6 +14,9 @@ const STROKES = "strokes"; // the layer of a drawing's own lines
 const SHORTEST_M = 0.3; // of what may be a wall
 const PLACES = "places"; // the layer of what may close and what the plan has no passage at
 export const SOLID = "solid"; // the source in three dimensions, beside the plan
+const SEEN_PX = 30; // of what is asked about: a door of 0.9 m in a plan of 25 m
+const WIDER_THAN = 8, LEAST_VIEW_M = 10; // what is seen around it
+const OF_WHOLE = /^(guess|floors|changed)/; // questions about the file
 const WIDER = 1.05; // a source that is hardly larger than the plan needs no other view
 const AT_FIRST = ["map", "section_1_1", PLACES];
 const BESIDE_M = 0.6; // a point so far from a place lies in the room beside it
@@ -129,8 +132,24 @@ export class Sheet {
 
   // Shows the place of a question, and all places that are about to be answered alike.
   ask(question, like, which) {
+    const isNew = question?.key !== this.asked?.key || like.length > this.like.length;
     Object.assign(this, { asked: question, like, which });
+    if (isNew && question && !this.tool) this.#lookAt(like.length > 1 ? like : [question]);
     this.#paint();
+  }
+
+  // Moves the view to the place of a question that lies outside it, or that is too small to be seen in it.
+  #lookAt(asked) {
+    if (!this.drawing) return;
+    const { home, view } = this.drawing, [first] = asked, points = asked.flatMap(({ at, answers }) => [at, ...(answers[0]?.points ?? [])]);
+    const [x1, y1, x2, y2] = [0, 1].map((k) => Math.min(...points.map((each) => each[k]))).concat([0, 1].map((k) => Math.max(...points.map((each) => each[k]))));
+    const isIn = x1 > view[0] && x2 < view[0] + view[2] && -y2 > view[1] && -y1 < view[1] + view[3];
+    const long = Math.max(first.size ?? 0, Math.sqrt(first.area ?? 0), x2 - x1, y2 - y1);
+    if (asked.length > 1 || OF_WHOLE.test(first.key)) { if (!isIn || OF_WHOLE.test(first.key)) this.drawing.look(home); return; }
+    if (isIn && long >= SEEN_PX * this.#metres) return;
+    const wide = Math.min(Math.max(WIDER_THAN * long, LEAST_VIEW_M), Math.max(home[2], home[3])), by = wide / Math.max(home[2], home[3]);
+    const [w, h] = by < 1 ? [wide, wide * Math.min(1, home[3] / home[2])] : [home[2], home[3]];
+    this.drawing.look(by < 1 ? [(x1 + x2 - w) / 2, (-y1 - y2 - h) / 2, w, h] : home);
   }
 
   #underlay() {
@@ -393,8 +412,12 @@ export class Sheet {
         if (points.length > 1) marks.push(line(points, "like", points.length > 2));
       }
       if (this.asked) marks.push(dot(this.asked.at, 16, "asked-at"));
-      const { points = [], action } = this.asked?.answers[0] ?? {};
+      const answers = this.asked?.answers ?? [], { points = [], action } = answers[0] ?? {};
       if (points.length > 1 && action !== "one_room") marks.push(line(points, "like", points.length > 2));
+      answers.forEach(({ points: [a, b, ...rest], action: other }, i) => { // what another answer draws elsewhere has its key
+        if (!i || !b || rest.length || other === "one_room" || (points[0] && apart(a, points[0]) < 0.01)) return;
+        marks.push(line([a, b], "like other"), element("text", { class: "key", x: (a[0] + b[0]) / 2, y: -(a[1] + b[1]) / 2, "font-size": 14 * unit }, String(i + 1)));
+      });
       if (this.#gap) marks.push(line(this.#gap, "gap"));
     }
     for (const points of this.waiting) sketch.push(points.length > 1 ? line(points, "waiting", points.length > 2) : dot(points[0], 9, "waiting"));

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from shapely import GEOSException
+from shapely import GEOSException, LineString
 
 from houseexpo.corrections import Correction, Override
 from houseexpo.corrections.apply import correct_plan
@@ -17,10 +17,10 @@ from houseexpo.floorplan import FloorPlan
 from houseexpo.grids.frame import source_points_from_plan
 from houseexpo.plan import Door
 from houseexpo.plan.parts import DoorKind
-from houseexpo.service.review.questions import Answer, questions
+from houseexpo.service.review.questions import SEVERAL, Answer, _in_rows, questions
 from tests.builders.services import FRAME, box, two_rooms
 
-CUT_ANSWERS = ("door", "no_door", "opening", "one_room", "no_room")
+CUT_ANSWERS = ("door", "no_door", "opening", "one_room", "no_room", "outside")
 
 
 def plan_with(kind: DoorKind = "door", sure: float | None = 1.0, room: float | None = 1.0) -> FloorPlan:
@@ -65,13 +65,13 @@ def test_a_plan_that_is_sure_asks_nothing() -> None:
         (plan_with("opening", 0.8), ("opening", "no_door", "one_room")),
         (with_entrance(0.4), ("entrance", "window", "no_door")),
         (with_entrance(0.95), ("entrance", "window", "no_door")),
-        (plan_with(room=0.3), ("room", "no_room", "outside")),
+        (plan_with(room=0.3), ("room", "no_room", "outside", "leave")),
     ],
 )
 def test_a_doubtful_place_has_contrary_answers_and_each_settles_it(plan: FloorPlan, words: tuple[str, ...]) -> None:
     (asked,) = questions(plan)
     assert tuple(answer.action for answer in asked.answers) == words
-    found = [said(plan, answer) for answer in asked.answers]
+    found = [said(plan, answer) for answer in asked.answers if answer.action != "leave"]
     assert all(asked.key not in {each.key for each in questions(each)} for each in found)
     assert len(found[0].rooms) == 2
     shapes = [(len(each.rooms), sorted((door.kind, door.rooms) for door in each.doors)) for each in found]
@@ -155,3 +155,28 @@ def test_the_entrance_that_was_the_door_of_no_room_is_asked_about_with_no_way_fi
 def source_of(plan: FloorPlan, at: tuple[float, float]) -> tuple[float, float]:
     x, y = source_points_from_plan(plan.frame, [at]).round(3)[0].tolist()  # type: ignore[arg-type]  # it has one
     return x, y
+
+
+def hall() -> FloorPlan:
+    """One room of two that a neck of 2 m joins, and a second room beside it."""
+    plan = plan_with(room=1.0)
+    kitchen, bedroom = plan.rooms
+    ring = [(0.1, 0.1), (0.1, 9.1), (4.1, 9.1), (4.1, 5.1), (2.1, 5.1), (2.1, 4.1), (4.1, 4.1), (4.1, 0.1)]
+    return replace(plan, rooms=(replace(kitchen, ring=np.array(ring), confidence=0.6), bedroom))
+
+
+def test_a_room_that_is_several_is_asked_where_it_parts() -> None:
+    plan = hall()
+    asked = questions(plan)
+    (room,) = (each for each in asked if each.key.startswith("room"))
+    assert [answer.title for answer in room.answers][-1] == SEVERAL
+    first = questions(plan, {room.key}, several={room.key})[0]
+    assert first.key.startswith("corner")
+    assert first.doubt > next(each.doubt for each in asked if each.key.startswith("corner"))
+    assert len(said(plan, first.answers[0]).rooms) == 3
+
+
+def test_pieces_of_wall_in_a_row_are_one() -> None:
+    pieces = [LineString([(x, 5.0), (x + 1.0, 5.1)]) for x in (4.0, 0.0, 2.0)]
+    rows = _in_rows([*pieces, LineString([(0.0, 8.0), (3.0, 8.0)]), LineString([(9.0, 5.0), (12.0, 5.0)])])
+    assert sorted([round(line.coords[0][0]) for line in row] for row in rows) == [[0], [0, 2, 4], [9]]

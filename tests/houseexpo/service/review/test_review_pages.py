@@ -362,14 +362,14 @@ def test_the_same_of_several_places_is_one_decision_and_one_undo(client: TestCli
 def test_several_questions_are_left_at_once(client: TestClient, folder: Path) -> None:
     decide(client, "doubtful", "leave", text="cut at 1.0, 2.0\nroom at 3.0, 4.0")
     review = Review(Collection("houses", folder))
-    assert review.decisions.left("doubtful") == {"cut at 1.0, 2.0", "room at 3.0, 4.0"}
+    assert set(review.decisions.left("doubtful")) == {"cut at 1.0, 2.0", "room at 3.0, 4.0"}
 
 
 def test_an_answer_that_confirms_the_plan_is_logged_as_what_it_says(client: TestClient, folder: Path) -> None:
     found = decide(client, "doubtful", "leave", text="meet at 1.0, 2.0", answer="Two rooms")
     assert found["history"][-1]["answer"] == "Two rooms"
     decisions = Review(Collection("houses", folder)).decisions
-    assert decisions.left("doubtful") == {"meet at 1.0, 2.0"}
+    assert set(decisions.left("doubtful")) == {"meet at 1.0, 2.0"}
     assert describe_log_line(decisions.latest()["doubtful"]) == "ann answered “Two rooms”"
     client.post("/houses/review/undo", json={"reviewer": "ann"})
     client.post("/houses/review/redo", json={"reviewer": "ann"})
