@@ -60,7 +60,7 @@ from houseexpo.errors import ConfigError
 from houseexpo.floorplan import FloorPlan
 from houseexpo.grids.frame import source_points_from_plan
 from houseexpo.plan import Door, Room
-from houseexpo.service.review.sources import SourceView
+from houseexpo.service.review.sources import OF_EDGE_M, SourceView
 from houseexpo.tolerances import SMALLEST_ROOM_M2
 
 ASKED_BELOW: Final = 0.9
@@ -81,8 +81,6 @@ _PORCH: Final = 0.5
 """The same of other sources: a garage or a shop lacks one wall of four, and its front is asked about; a porch two."""
 _UNSEEN: Final = 0.5
 """Doubt of a room of which the source shows less."""
-_OF_EDGE_M: Final = 0.3
-"""A wall this near to a room's edge is the wall of this edge, metres; a passage as well."""
 _NARROW: Final = {"several": 0.4, "wide": 0.3}
 """Doubt of rooms that passages join. In maps that people judged, 4 of 15 pairs with several passages were one room, and
 3 of 36 with a wide one; an answer is seen at a glance, so the doubts are higher than these shares."""
@@ -235,7 +233,7 @@ def questions(
 def _is_at(question: Question, lines: Sequence[LineString]) -> bool:
     """Return whether a question's line is one of those."""
     line = LineString(question.answers[0].points)
-    return any(line.distance(other) < _OF_EDGE_M for other in lines)
+    return any(line.distance(other) < OF_EDGE_M for other in lines)
 
 
 def _mended(plan: FloorPlan) -> FloorPlan:
@@ -399,13 +397,15 @@ def _seen_in_part(plan: FloorPlan, source: SourceView, shift: tuple[float, float
     """R2."""
     if not source.walls or len(plan.rooms) < 2:
         return
-    for room in plan.rooms:
+    taken = _Taken(plan)
+    for k, room in enumerate(plan.rooms):
         if room.confidence == 1.0 or _doubt(room.confidence) is not None:
             continue
-        beside = [door.polygon for door in plan.doors if room.id in door.rooms]
+        beside = shapely.union_all([door.polygon for door in plan.doors if room.id in door.rooms])
         if not source.is_map:  # where rooms meet without a wall, another question is asked
-            beside += [other.polygon for other in plan.rooms if other is not room]
-        share = _seen_share(room.polygon.exterior, source, shift, shapely.union_all(beside))
+            around = taken.near(shapely.box(*room.polygon.bounds).buffer(OF_EDGE_M), but=k, rooms_only=True)
+            beside = shapely.union(beside, around)
+        share = _seen_share(room.polygon.exterior, source, shift, beside)
         if share >= (_SEEN if source.is_map else _PORCH):
             continue
         point = _inside(room)
@@ -417,10 +417,14 @@ def _seen_in_part(plan: FloorPlan, source: SourceView, shift: tuple[float, float
 
 def _seen_share(ring: LineString, source: SourceView, shift: tuple[float, float], ways: shapely.Geometry) -> float:
     """Return the share of a line beside which the source shows a wall, or one of the ways lies."""
-    at = shapely.line_interpolate_point(ring, np.arange(_OF_EDGE_M / 2, max(ring.length, _OF_EDGE_M), _OF_EDGE_M))
-    there = shapely.transform(at, lambda points: points - np.array(shift))
-    seen = shapely.dwithin(there, source.all_walls, _OF_EDGE_M) | shapely.dwithin(at, ways, _OF_EDGE_M)
-    return float(seen.mean())
+    there = shapely.transform(ring, lambda points: points - np.array(shift))
+
+    def share() -> float:
+        at = shapely.line_interpolate_point(ring, np.arange(OF_EDGE_M / 2, max(ring.length, OF_EDGE_M), OF_EDGE_M))
+        moved = shapely.transform(at, lambda points: points - np.array(shift))
+        return float((shapely.intersects(source.near_walls, moved) | shapely.dwithin(at, ways, OF_EDGE_M)).mean())
+
+    return float(source.computed.get_or_make((shapely.set_precision(there, _TOUCH_M).wkb, ways.wkb), share))
 
 
 def _bays(plan: FloorPlan, source: SourceView, shift: tuple[float, float]) -> Iterator[Question]:
@@ -461,8 +465,8 @@ def _narrow_bays(room: bytes) -> list[tuple[float, LineString, Point, LineString
         ends = shapely.get_coordinates(neck)
         apart = np.hypot(*(ends[:, None] - ends[None]).transpose(2, 0, 1))
         line = LineString(ends[list(np.unravel_index(int(apart.argmax()), apart.shape))])
-        edge = shapely.difference(bay.boundary, shapely.buffer(neck, _OF_EDGE_M))
-        if _OF_EDGE_M <= line.length <= edge.length:
+        edge = shapely.difference(bay.boundary, shapely.buffer(neck, OF_EDGE_M))
+        if OF_EDGE_M <= line.length <= edge.length:
             found.append((bay.area, line, bay.representative_point(), edge))
     return found
 
@@ -642,11 +646,12 @@ class _Taken:
 
     def __init__(self, plan: FloorPlan) -> None:
         self.parts = [*(room.polygon for room in plan.rooms), *(door.polygon for door in plan.doors)]
-        self._tree = shapely.STRtree(self.parts)
+        self._tree, self._rooms = shapely.STRtree(self.parts), len(plan.rooms)
 
-    def near(self, shape: Polygon, but: int = -1) -> shapely.Geometry:
+    def near(self, shape: Polygon, but: int = -1, *, rooms_only: bool = False) -> shapely.Geometry:
         """Return what lies at a shape, without the room of this number."""
-        return shapely.union_all([self.parts[k] for k in sorted(self._tree.query(shape).tolist()) if k != but])
+        found = sorted(self._tree.query(shape, predicate="intersects").tolist())
+        return shapely.union_all([self.parts[k] for k in found if k != but and (k < self._rooms or not rooms_only)])
 
 
 def _spaces_left_out(
@@ -660,7 +665,8 @@ def _spaces_left_out(
     for shape, is_reachable in zip((*_moved_spaces(source, shift), *enclosed), reachable, strict=True):
         if shape.area < SMALLEST_ROOM_M2:
             continue
-        free = shapely.difference(shape, shapely.union_all([taken.near(shape), *asked]))
+        others = [other for other in asked if other.intersects(shape)]
+        free = shapely.difference(shape, shapely.union_all([taken.near(shape), *others]))
         if free.area < SMALLEST_ROOM_M2 or free.area < _FREE * shape.area:
             continue
         if any(shapely.contains_xy(shape, *place) for place in closed):
@@ -690,7 +696,7 @@ def _larger(plan: FloorPlan, source: SourceView, shift: tuple[float, float]) -> 
                 continue
             if shape.intersection(taken.near(shape, but=k)).area > more / 2:
                 continue
-            ring = shapely.simplify(shapely.Polygon(shape.exterior), _OF_EDGE_M / 3).exterior
+            ring = shapely.simplify(shapely.Polygon(shape.exterior), OF_EDGE_M / 3).exterior
             corners = tuple((round(x, 3), round(y, 3)) for x, y in ring.coords[:-1])
             if len(corners) > MOST_POINTS:
                 continue
@@ -741,18 +747,29 @@ def _fronts(
     """R12."""
     if source.is_map or not source.walls:
         return
-    walls = shapely.transform(source.all_walls, lambda points: points + np.array(shift))
-    near = shapely.buffer(walls, _OF_EDGE_M, quad_segs=2)
+
+    def beyond(line: LineString) -> shapely.Geometry:
+        """Return the part of a line that lies away from all walls."""
+        there = shapely.transform(line, lambda points: points - np.array(shift))
+        key = shapely.set_precision(there, _TOUCH_M).wkb
+        free = source.computed.get_or_make(key, lambda: shapely.difference(there, source.near_walls))
+        return shapely.transform(free, lambda points: points + np.array(shift))
+
+    def in_walls(line: LineString) -> float:
+        there = shapely.transform(line, lambda points: points - np.array(shift))
+        return float(shapely.intersection(there, source.all_walls).length)
+
     ways = shapely.points(np.reshape([_middle(door) for door in plan.doors], (-1, 2)))
     lines = [line for kind, line in places if kind in _FRONTS and line.length > _PASSAGE_M[1]]
     narrow = [line for kind, line in places if kind in _SHOWN and line.length <= _PASSAGE_M[1]]
     for room in plan.rooms:
-        edge = shapely.simplify(room.polygon, _OF_EDGE_M / 3).exterior.coords
+        edge = shapely.simplify(room.polygon, OF_EDGE_M / 3).exterior.coords
         for side in pairwise(edge):
-            lines += shapely.get_parts(shapely.difference(LineString(side), near)).tolist()
+            if math.dist(*side) >= _FRONT_M[0]:
+                lines += shapely.get_parts(beyond(LineString(side))).tolist()
     found: list[tuple[Room, LineString]] = []
     for line in lines:
-        if not _FRONT_M[0] <= line.length <= _FRONT_M[1] or shapely.intersection(line, walls).length > line.length / 2:
+        if not _FRONT_M[0] <= line.length <= _FRONT_M[1] or in_walls(line) > line.length / 2:
             continue
         (ax, ay), (bx, by) = line.coords
         way = np.array([ay - by, bx - ax]) / line.length * _WIDEST_WALL_M
@@ -825,7 +842,7 @@ def _walls_seen(
     )
     tree = shapely.STRtree(lines)
     for room in plan.rooms:
-        inside = shapely.buffer(room.polygon, -_OF_EDGE_M)
+        inside = shapely.buffer(room.polygon, -OF_EDGE_M)
         near = [lines[k] for k in sorted(tree.query(room.polygon, predicate="intersects").tolist())]
         parts = [
             part
@@ -833,7 +850,7 @@ def _walls_seen(
             if isinstance(part, LineString) and shapely.intersection(part, inside).length >= _SHORTEST_WALL_M
         ]
         for row in _in_rows(parts):
-            if shut is not None and any(shut.distance(line) < _OF_EDGE_M for line in row):
+            if shut is not None and any(shut.distance(line) < OF_EDGE_M for line in row):
                 continue
             whole = LineString([row[0].coords[0], row[-1].coords[-1]])
             if (area := _parted_m2(room.polygon, _longer(whole, _PASSAGE_M[1]))) >= SMALLEST_ROOM_M2 * 2:
@@ -861,7 +878,7 @@ def _in_rows(lines: Sequence[LineString]) -> list[list[LineString]]:
             at = (np.array(line.coords)[[0, -1]] - a) @ way
             aside = np.abs((np.array(line.coords)[[0, -1]] - a) @ np.array([-way[1], way[0]]))
             low, high = at.min(), at.max()
-            if aside.max() > _OF_EDGE_M or not (-_PASSAGE_M[1] <= high and low <= math.dist(a, d) + _PASSAGE_M[1]):
+            if aside.max() > OF_EDGE_M or not (-_PASSAGE_M[1] <= high and low <= math.dist(a, d) + _PASSAGE_M[1]):
                 continue
             onward = line if at[1] >= at[0] else shapely.reverse(line)
             if high <= 0:

@@ -51,6 +51,9 @@ READ_S: Final = 300.0
 _KEPT_SOURCES: Final = 8
 _MOST_TRIED: Final = 1200
 """The most pairs of a room and a place to try, so that it takes a second at most: for example 30 of each."""
+_KEPT_EDGES: Final = 20_000
+OF_EDGE_M: Final = 0.3
+"""A wall this near to a room's edge is the wall of this edge, metres; a passage as well."""
 _KEPT_WORKERS: Final = 2
 """Each holds a house in memory."""
 _WORDS_SHOWN: Final = 400
@@ -146,6 +149,18 @@ class SourceView:
         walls = shapely.union_all(self.walls)
         shapely.prepare(walls)
         return walls
+
+    @cached_property
+    def near_walls(self) -> BaseGeometry:
+        """The area within ``OF_EDGE_M`` of the walls: a wall there is that of a room's edge."""
+        area = shapely.buffer(self.all_walls, OF_EDGE_M, quad_segs=2)
+        shapely.prepare(area)
+        return area
+
+    @cached_property
+    def computed(self) -> LruCache[Any]:
+        """What was computed of edges of rooms, by their points: an answer changes few rooms."""
+        return LruCache(_KEPT_EDGES)
 
     def bounds_around(self, plan: FloorPlan | None) -> tuple[float, float, float, float]:
         """Return the bounds (x1, y1, x2, y2) of the pictures in the coordinates of a plan of the level, metres."""

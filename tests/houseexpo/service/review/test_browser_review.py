@@ -266,7 +266,7 @@ def test_it_asks_first_and_a_key_answers(tmp_path: Path) -> None:
         page.keyboard.press("1")
         says(page, "the cut there is a door now")
         page.wait_for_function(asks, arg="Is this bedroom of 9.0 m² a room of the house?")
-        page.keyboard.press("4")  # no answer: this question has three
+        page.keyboard.press("5")  # no answer: this question has four
         assert page.locator("#answers button").all_inner_texts()[-1].split() == ["9", "Leave", "it"]
         page.keyboard.press("9")
         says(page, "Left a question about home_L0")

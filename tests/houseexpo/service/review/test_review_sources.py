@@ -488,7 +488,7 @@ def test_a_room_along_whose_edge_the_source_shows_no_wall_may_be_none() -> None:
     (asked,) = questions(plan, (), view)
     assert "The map shows no wall along" in asked.says
     assert asked.at[0] < 4.0
-    assert [answer.action for answer in asked.answers] == ["leave", "no_room", "outside"]
+    assert [answer.action for answer in asked.answers] == ["leave", "no_room", "outside", "leave"]
     assert questions(plan, [asked.key], view) == []
     said = tuple(replace(room, confidence=1.0) for room in plan.rooms)
     assert questions(replace(plan, rooms=said), (), view) == []
