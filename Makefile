@@ -19,7 +19,7 @@ EXPLORERS := chooser chooser-1 chooser-2 finisher look-around straight swift fro
 RESULTS ?= $(EXPLORERS:%=budget:%) $(EXPLORERS:%=quality:%) $(patsubst %,avoidance:%,spin random forward wall) \
   $(foreach track,navigation pointgoal,$(patsubst %,$(track):%,a-star greedy random forward)) \
   $(patsubst %,roomgoal:%,$(SEEKERS)) $(if $(FURNISHED),$(patsubst %,objectgoal:%,$(SEEKERS))) \
-  $(patsubst %,social:%,shortest wait keep-away) \
+  $(foreach track,social social-orca,$(patsubst %,$(track):%,shortest wait keep-away)) \
   $(foreach track,large noisy people,$(patsubst %,$(track):%,chooser frontier random-frontier information wall forward random)) \
   $(patsubst %,slam:%,chooser frontier information)
 TRACKS  ?= $(sort $(foreach run,$(RESULTS),$(firstword $(subst :, ,$(run)))))
@@ -104,11 +104,11 @@ pictures: setup ## draw the pictures of docs/algorithm.md anew
 screenshots: dataset ## take the pictures of the service's pages anew; needs Chromium
 	@$(BIN)/python docs/scripts/screenshots.py $(DATASET)
 
-results: learn ## run all policies of the leaderboard, on PLANS=500 plans, or FEW=100 on large, noisy, people, roomgoal, social, slam; on objectgoal if FURNISHED=DATASET; TRACKS="large noisy" runs only these: hours; then `make leaderboard`
+results: learn ## run all policies of the leaderboard, on PLANS=500 plans, or FEW=100 on large, noisy, people, roomgoal, social, social-orca, slam; on objectgoal if FURNISHED=DATASET; TRACKS="large noisy" runs only these: hours; then `make leaderboard`
 	@for run in $(RESULTS) $(LEARNED); do \
 	  track=$${run%%:*}; case " $(TRACKS) " in *" $$track "*) ;; *) continue;; esac; policy=$${run#*:}; name=$$policy; folder=$$(basename $$(dirname $$policy)); \
 	  case $$policy in *.pt) name=learned-$${folder#*-};; esac; \
-	  case $$track in avoidance) plans=100;; large|noisy|people|roomgoal|social|slam) plans=$(FEW);; *) plans=$(PLANS);; esac; \
+	  case $$track in avoidance) plans=100;; large|noisy|people|roomgoal|social|social-orca|slam) plans=$(FEW);; *) plans=$(PLANS);; esac; \
 	  case $$track in objectgoal) data='--dataset $(FURNISHED)';; *) data='$(PUBLISHED)';; esac; \
 	  id=$$($(BIN)/python -c "from houseexpo.pseudoslam.benchmark.tracks import find_track; print(find_track('$$track').id)"); \
 	  $(BIN)/houseexpo benchmark run --track $$track --policy $$policy --plans $$plans $$data \

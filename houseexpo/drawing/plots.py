@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 INK, MUTED, GRID, ONE, OTHER = "#010101", "#020202", "#030303", "#040404", "#050505"
-SERIES: Final = tuple(f"#0101{number:02d}" for number in range(10, 27))
+SERIES: Final = tuple(f"#0101{number:02d}" for number in range(10, 28))
 """Colours for more than two series: the page's variables ``--series-0`` and so on."""
 _VARIABLES: Final = {
     INK: "--ink", MUTED: "--muted", GRID: "--line", ONE: "--one", OTHER: "--other",
@@ -24,7 +24,7 @@ _VARIABLES: Final = {
 _COLOURS: Final = (
     "#2b6f8f", "#d9772b", "#3c8d53", "#a8423f", "#7a5aa6", "#8a6d3b", "#c25a94", "#5c6670", "#9a9a1f", "#1fa3a8",
     "#d4a017", "#3f4fb0", "#111417", "#8ec5ea", "#f08a7d", "#8fcf5a",
-    "#b59ad6",
+    "#b59ad6", "#0a5a4a",
 )  # fmt: skip
 _FIXED: Final = {
     "--ink": "#1d2328", "--muted": "#626c75", "--line": "#e2e0da", "--one": "#2b6f8f", "--other": "#d9772b",

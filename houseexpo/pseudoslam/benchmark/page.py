@@ -191,7 +191,7 @@ Colours: TypeAlias = Mapping[tuple[str, int], int]
 _OWN: Final = {
     "frontier": 0, "chooser": 1, "information": 2, "oracle": 3, "tour": 4, "wall": 5, "forward": 6, "random": 7,
     "frontier-mapex": 8, "random-frontier": 8, "PPO set": 9, "PPO cnn": 10, "PPO cnn-lstm": 11, "finisher": 12,
-    "bound": 13, "look-around": 14, "swift": 15, "straight": 16, "prospector": 15,
+    "bound": 13, "look-around": 14, "swift": 15, "straight": 16, "prospector": 17,
 }  # fmt: skip
 
 
