@@ -251,7 +251,7 @@ def _sdf(files: Mapping[str, bytes]) -> BaseGeometry:
     (root,) = (parsed(data) for data in files.values())
     walls = []
     for model in root.iter("model"):
-        if model.get("name") in {"walls", "furniture"} or model.get("name").startswith(("entrance", "furniture_stairwell")):
+        if model.get("name").startswith(("walls", "furniture", "entrance")):
             x, y, _, roll, pitch, yaw = map(float, model.findtext("pose", "0 0 0 0 0 0").split())
             assert (roll, pitch) == (0, 0)
             cos, sin = math.cos(yaw), math.sin(yaw)
