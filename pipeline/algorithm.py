@@ -18,11 +18,9 @@ from pipeline.config import PipelineConfig
 from pipeline.geometry.areas import EMPTY, unite
 from pipeline.quality import score_quality
 from pipeline.rejection import Rejection
-from pipeline.stages.buildings import separate_buildings
-from pipeline.stages.cells import drop_small_cells
+from pipeline.stages.buildings import drop_small_cells, erase_isolated, separate_buildings, trace_contour
 from pipeline.stages.confidence import FinalBuilding, add_confidences, without_unlikely_entrances
 from pipeline.stages.connectivity import connect_rooms
-from pipeline.stages.contour import trace_contour
 from pipeline.stages.corrections import (
     correct,
     corrections_by_building,
@@ -35,7 +33,6 @@ from pipeline.stages.corrections import (
 from pipeline.stages.doors import find_doors
 from pipeline.stages.evidence import gather_evidence
 from pipeline.stages.furniture import subtract_furniture, subtract_stairwells
-from pipeline.stages.isolated import erase_isolated
 from pipeline.stages.layout import close_openings, read_drawn_layout
 from pipeline.stages.logistic import Models, models_with
 from pipeline.stages.planes import find_planes

@@ -9,9 +9,7 @@ from pipeline.geometry.areas import unite
 from pipeline.geometry.openings import Opening
 from pipeline.geometry.rooms_and_passages import connected_rooms
 from pipeline.rejection import Rejection
-from pipeline.stages.cells import drop_small_cells
-from pipeline.stages.contour import trace_contour
-from pipeline.stages.isolated import erase_isolated
+from pipeline.stages.buildings import drop_small_cells, erase_isolated, trace_contour
 from pipeline.values import Spaces
 
 
