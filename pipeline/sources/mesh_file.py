@@ -134,6 +134,7 @@ def read(item: Input) -> Iterator[Level]:
             rooms=share.rooms,
             room_count=share.room_count,
             openings=share.openings + share.over_thresholds,
+            windows=share.windows,
             unnamed_gaps=bool(share.over_thresholds) and not share.openings,
             n_objects=len(share.furniture),
             guesses=found.guesses,

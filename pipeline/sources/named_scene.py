@@ -11,6 +11,8 @@ R5  Where dropping leaves hardly anything that stands, the names are wrong and n
 R6  A part called threshold, flat, on the floor and as narrow as a doorway (one called opening: of any width), is an
     opening where one can walk across it: nothing stands on it, and no wall within DEEPEST_WALL_M of its middle on both
     sides.
+R7  A part that stands and is called a window or glass is a window where it is no deeper than a wall; it stays with the
+    walls.
 
 Faces are taken apart into connected pieces, and pieces that touch make things. Lengths are metres, z is up.
 """
@@ -33,6 +35,7 @@ from pipeline.sources.roles import (
     Role,
     labels_for,
     names_door_handle,
+    names_window,
     part_room_words,
     role_from_part,
     split_words,
@@ -59,6 +62,7 @@ from pipeline.sources.tolerances import (
     WIDEST_DOOR_BODY_M,
 )
 from pipeline.tolerances import (
+    CRACK_M,
     FOOT_M,
     HAND_M,
     HARDLY,
@@ -224,6 +228,8 @@ class NamedScene:
     spaces: tuple[NamedBody, ...] = ()
     openings: tuple[Mesh, ...] = ()
     thresholds: tuple[NamedBody, ...] = ()
+    windows: tuple[Mesh, ...] = ()
+    """They are a part of ``solid``, too."""
 
     @classmethod
     def plain(cls, mesh: Mesh) -> NamedScene:
@@ -343,6 +349,7 @@ class _Sorter:
             spaces,
             openings,
             thresholds,
+            tuple(self._windows()),
         )
 
     def _each(self, role: Role) -> Iterator[tuple[PartNames, Indices]]:
@@ -407,6 +414,13 @@ class _Sorter:
                     tuple(split_words("_".join(part.groups[-1:]) or part.mesh)), take_faces(self.mesh, faces)
                 )
 
+    def _windows(self) -> Iterator[Mesh]:
+        """Yield the frames and panes of each window together."""
+        named = [faces for name, _, faces in self.nodes if name and name.role is Role.WALL and names_window(name.words)]
+        pieces = [piece for faces in named for piece in connected_pieces(self.mesh, faces)]
+        for window in unite_near_pieces(self.mesh, pieces, CRACK_M):
+            yield take_faces(self.mesh, window)
+
     def _spaces(self) -> Iterator[NamedBody]:
         for part, faces in self._each(Role.SPACE):
             self.out[faces] = True
@@ -449,6 +463,7 @@ class LevelParts:
     rooms: tuple[SourceRoom, ...] = ()
     room_count: int | None = None
     openings: tuple[Opening, ...] = ()
+    windows: tuple[Opening, ...] = ()
     over_thresholds: tuple[Opening, ...] = ()
     """R6: there may be others, of which nothing is named."""
 
@@ -474,6 +489,7 @@ def _share(named: NamedScene, z: float, low: float, high: float) -> LevelParts:
         tuple(_distinct(spaces or floors)),
         len(_distinct(spaces)) or None,
         tuple(_opening(mesh, leaves) for mesh in named.openings if here(mesh) and _is_walked(mesh, z)),
+        tuple(window for mesh in named.windows if here(mesh) and (window := _window(mesh, z))),
         tuple(_over_thresholds([each for each in named.thresholds if here(each.mesh)], named.solid, z)),
     )
 
@@ -522,6 +538,13 @@ def _is_walked(mesh: Mesh, z: float) -> bool:
 def _opening(mesh: Mesh, leaves: Sequence[SourceObject]) -> Opening:
     hull = _hull(mesh)
     return Opening.named(hull, any(hull.intersects(_hull(leaf.mesh)) for leaf in leaves))
+
+
+def _window(mesh: Mesh, z: float) -> Opening | None:
+    """Return the window that a body is in a level at height z; None where it is as deep as no wall, or lies level."""
+    low, high = mesh.vertices[:, 2].min() - z, mesh.vertices[:, 2].max() - z
+    window = Opening.window(_hull(mesh), (float(low), float(high)))
+    return window if window.depth <= DEEPEST_WALL_M and high - low >= HAND_M else None
 
 
 def _hull(mesh: Mesh) -> Polygon:

@@ -317,6 +317,11 @@ def split_words(name: str) -> list[str]:
     ).split()
 
 
+def names_window(name: str) -> bool:
+    """Return whether a name of something that stands holds the word for a window or its glass."""
+    return not WALL_MATERIALS.isdisjoint(split_words(name))
+
+
 def word_role(word: str) -> Role | None:
     """Return what a Germanic or any other listed word means by itself, or None if it is not known."""
     return _germanic().get(word) or _romance().get(word) or _others().get(word)
