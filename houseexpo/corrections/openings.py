@@ -9,6 +9,7 @@ R3  On a floor, the line ends at the walls that it crosses. Its ends are extende
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -114,10 +115,10 @@ def faces_beside(strip: Strip, shapes: Sequence[Polygon]) -> Faces:
             found.append((-1, 0.0))
             continue
         is_first = np.isfinite(far[:, k]) & (far[:, k] <= far.min(axis=1) + _SAMPLE_M)
-        middle = float(far[count // 2, k]) if is_first[count // 2] else float(np.median(far[is_first, k]))
+        middle = _in_the_middle(far[:, k], is_first)
         clear &= is_first & (np.abs(far[:, k] - middle) <= STEP_M)
         found.append((near[k], middle))
-    low, high = _longest_run(clear)
+    low, high = _longest_run(_without_leaves(clear))
     ends = low / count * strip.length - strip.length / 2, high / count * strip.length - strip.length / 2
     return Faces((found[0][0], found[1][0]), (found[0][1], found[1][1]), ends)
 
@@ -139,6 +140,26 @@ def _in_front(far: npt.NDArray[np.float64]) -> int | None:
         return middle
     met = first[first >= 0]
     return int(np.bincount(met).argmax()) if len(met) else None
+
+
+_LEAF: Final = round(1.5 * SAID_WALL_M / _SAMPLE_M)
+"""Samples: what is thinner than a line that was read as a wall, and stands against a wall, leaves that wall one."""
+
+
+def _in_the_middle(far: npt.NDArray[np.float64], is_first: npt.NDArray[np.bool_]) -> float:
+    """Return the distance of a face in the middle of a line, else the median; a leaf that stands there counts not."""
+    near = slice(max(len(far) // 2 - _LEAF, 0), len(far) // 2 + _LEAF + 1)
+    there = far[near][is_first[near]]
+    return float(np.median(there if len(there) > _LEAF // 2 else far[is_first]))
+
+
+def _without_leaves(clear: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
+    """Return which samples are clear, also where a leaf stands between samples that are."""
+    filled, gaps = clear.copy(), np.flatnonzero(clear)
+    for low, high in itertools.pairwise(gaps.tolist()):
+        if high - low <= _LEAF:
+            filled[low:high] = True
+    return filled
 
 
 def _longest_run(clear: npt.NDArray[np.bool_]) -> tuple[int, int]:

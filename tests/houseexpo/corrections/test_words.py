@@ -1215,3 +1215,14 @@ def test_rooms_that_are_one_lose_the_walls_that_the_source_does_not_show() -> No
     drawn = Override(one_room=[[1.0, 1.0], [5.0, 1.0]], wall=[[4.05, 3.0], [4.05, 4.5]]).corrections
     kept = correct_plan(plan, drawn, walls=[around, stub]).plan.rooms
     assert sum(each.area for each in kept) == pytest.approx(48.0 - 0.2 - 0.16, abs=0.05)
+
+
+@pytest.mark.parametrize("y", [2.4, 2.45, 2.55])
+def test_a_door_where_a_leaf_stands_against_its_wall_keeps_its_width(y: float) -> None:
+    kitchen, bedroom = PLAN.rooms
+    leaf = box(3.6, 2.46, 4.1, 2.5)  # drawn open, and read as a wall
+    notched = [(0.1, 0.1), (0.1, 3.1), (4.1, 3.1), (4.1, 2.5), (3.6, 2.5), (3.6, 2.46), (4.1, 2.46), (4.1, 0.1)]
+    assert Polygon(notched).disjoint(Polygon(leaf).buffer(-0.01))
+    plan = replace(PLAN, rooms=(replace(kitchen, ring=np.array(notched)), bedroom))
+    found = corrected(plan, door=[[4.15, y - 0.4], [4.15, y + 0.4]])
+    assert found.plan.doors[1].width == pytest.approx(0.8, abs=0.1)

@@ -11,6 +11,7 @@ const readOnly = root.dataset.readOnly === "yes";
 const LOOK_MS = 700;
 const WORKING = "Working on the last decision…";
 const MOST_ALIKE = 200; // places of which the same is said at once
+const SAME_LENGTH = 1.2; // lines whose lengths differ by a smaller factor look alike
 const MOST_SAID = 2; // of what a word changes beside; the list of what is said has all
 const LAYER_KEYS = [..."fghqvz"]; // digits answer
 const ANY = 9; // all questions of a kind are marked, and no answer is chosen yet
@@ -326,8 +327,8 @@ function mark(which, isWide = false) {
 
 // Places may be more than one decision takes.
 function nearestWords() {
-  const [{ of = forAll < 0 ? 0 : alike().length }] = questions();
-  return of > MOST_ALIKE ? `The nearest ${MOST_ALIKE} of ${of.toLocaleString("en")}` : "";
+  const [{ of = forAll < 0 ? 0 : alike().length, ofAll = of }] = questions(), count = wide ? ofAll : of;
+  return count > MOST_ALIKE ? `The nearest ${MOST_ALIKE} of ${count.toLocaleString("en")}` : "";
 }
 
 function markedWords() {
@@ -404,12 +405,16 @@ function endForAll() {
 
 // What is to be said of a line of the drawing, and of those like it: the lines of its layer.
 function askOfStroke(segments, kind) {
-  const far = ([[ax, ay], [bx, by]]) => Math.hypot(ax - bx, ay - by);
-  strokes = segments.slice(0, MOST_ALIKE).map((ends) => ({
-    of: segments.length,
+  const far = ([[ax, ay], [bx, by]]) => Math.hypot(ax - bx, ay - by), long = far(segments[0]);
+  const isLike = (ends) => far(ends) < SAME_LENGTH * long && long < SAME_LENGTH * far(ends);
+  const near = [...segments.filter(isLike), ...segments.filter((ends) => !isLike(ends))];
+  strokes = near.slice(0, MOST_ALIKE).map((ends) => ({
+    of: segments.filter(isLike).length,
+    ofAll: segments.length,
+    like: isLike(ends) ? "of this length" : "of another length",
     key: `stroke ${kind} at ${ends.flat().join(", ")}`, at: [(ends[0][0] + ends[1][0]) / 2, (ends[0][1] + ends[1][1]) / 2],
     says: `A line of ${far(ends).toFixed(2)} m, “${kind}” in the drawing. Is it a wall?`,
-    answers: [{ title: "A wall", action: "wall", points: ends }, { title: "No wall", action: "no_wall", points: ends }],
+    answers: [{ title: "A wall", action: "wall", points: ends }, { title: "No wall", action: "no_wall", points: ends }, ...now.rooms ? [{ title: "A door", action: "door", points: sheet.doorAt(ends) }] : []],
   }));
   mark(-1);
   showQuestions();

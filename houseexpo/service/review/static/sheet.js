@@ -14,6 +14,8 @@ const STROKES = "strokes"; // the layer of a drawing's own lines
 const SHORTEST_M = 0.3; // of what may be a wall
 const PLACES = "places"; // the layer of what may close and what the plan has no passage at
 export const SOLID = "solid"; // the source in three dimensions, beside the plan
+const ASIDE_M = 0.15; // beside a line lies the room, where the line itself was taken for a wall
+const LEAST_DOOR_M = 0.7, MOST_DOOR_M = 1.2; // of a door that a stroke across a wall stands for
 const SEEN_PX = 30; // of what is asked about: a door of 0.9 m in a plan of 25 m
 const WIDER_THAN = 8, LEAST_VIEW_M = 10; // what is seen around it
 const OF_WHOLE = /^(guess|floors|changed)/; // questions about the file
@@ -322,6 +324,23 @@ export class Sheet {
     const near = this.strokes.filter(({ ends }) => apart(...ends) >= SHORTEST_M).map((stroke) => [farFrom(stroke.ends, point), stroke]);
     const [far, found] = near.reduce((best, each) => (each[0] < best[0] ? each : best), [Infinity, null]);
     return far <= this.#reach(event) ? found : null;
+  }
+
+  // The door that a line of the drawing stands for: across the line where it leads from one room to another, else along it.
+  // Its middle lies beside the line, which was taken for a wall.
+  doorAt([a, b]) {
+    const far = apart(a, b), [nx, ny] = [(a[1] - b[1]) / far * ASIDE_M, (b[0] - a[0]) / far * ASIDE_M];
+    const inRoom = (at) => this.plan.shape.rooms.findIndex(({ rings }) => isInside(at, rings));
+    const roomAt = ([x, y]) => [[x, y], [x + nx, y + ny], [x - nx, y - ny]].map(inRoom).find((room) => room >= 0) ?? -1;
+    if (roomAt(a) === roomAt(b)) return [a, b];
+    let [low, high] = [0, 1]; // where it leaves the first room
+    const on = (share) => [0, 1].map((k) => a[k] + share * (b[k] - a[k])), first = roomAt(a);
+    for (let i = 0; i < 12; i++) {
+      const middle = (low + high) / 2;
+      if (roomAt(on(middle)) === first) low = middle; else high = middle;
+    }
+    const [x, y] = on(high).map((value, k) => value + [nx, ny][k] / 2), half = Math.min(Math.max(far, LEAST_DOOR_M), MOST_DOOR_M) / 2 / far, [dx, dy] = [b[0] - a[0], b[1] - a[1]];
+    return [[x - dy * half, y + dx * half], [x + dy * half, y - dx * half]].map((at) => at.map((value) => Math.round(value * 1000) / 1000));
   }
 
   // A line first, then all others of its layer, the nearest to the point first.
