@@ -20,6 +20,7 @@ from shapely.affinity import affine_transform
 from houseexpo.analysis.audit import LIGHT_M
 from houseexpo.tolerances import SAME_M2
 from pipeline.sources.homes.values import Rect, snap_wall_line
+from pipeline.sources.sound_homes.courtyard import lay_out_courtyard
 from pipeline.sources.sound_homes.footprint import add_bay, angle_wall
 from pipeline.sources.sound_homes.houses import Frame, lay_out_ground, lay_out_upper
 from pipeline.sources.sound_homes.layout import draw_days, lay_out_rooms
@@ -27,6 +28,7 @@ from pipeline.sources.sound_homes.limits import distance_from_wishes, keeps_limi
 from pipeline.sources.sound_homes.openings import (
     Stretch,
     outer_stretches,
+    place_courtyard,
     place_doors,
     place_front_door,
     place_outdoors,
@@ -79,7 +81,7 @@ _ANGLED: Final = {
 """How often a bay, or an angled wall, is looked for; not all find a place."""
 _TRIES: Final = 30
 _GROUNDS: Final = 360
-"""Ground floors that are tried for one programme of a house."""
+"""Ground floors that are tried for one programme of a house, or layouts round a courtyard."""
 _GOOD: Final = 6
 """Of so many sound layouts the best is kept."""
 _DRAWS: Final = 40
@@ -131,6 +133,10 @@ class _Try(NamedTuple):
 
 
 def _make_flat(programme: Programme, rng: np.random.Generator) -> tuple[Storey, ...] | None:
+    if programme.courtyard:
+        courts = (lay_out_courtyard(programme, rng) for _ in range(_GROUNDS))
+        best = _best_of(courts, programme, _GOOD, rng)
+        return None if best is None else (_storey(programme, best.layout, best.openings),)
     for day in draw_days(programme, rng):
         best = _best_of(lay_out_rooms(programme, day, rng), programme, _GOOD, rng)
         if best is not None:
@@ -208,29 +214,14 @@ def _open_up(layout: Layout, programme: Programme, rng: np.random.Generator) -> 
     if fronts is None:  # H1
         return None
     if layout.stair_up is not None and layout.stair_down is None:
-        doors.append(Doorway(_foot(layout, layout.stair_up, programme.inner_m), (HALL, layout.labels.index(STAIRS))))
-    outdoors: list[tuple[str, Rect]] = []
-    wished = [each for each in programme.rooms if each.label in OUTDOORS]
-    if layout.entrance is None:
-        wished = [each for each in wished if each.label == "Balcony"]
-    elif programme.kind in STOREYS:
-        wished = [each for each in wished if each.label == "Terrace"]
-    if layout.entrance and not wished and programme.kind in {"bungalow", *STOREYS}:
-        found = place_outdoors(layout, lit, walls, 0.0, rng)
-        if found is None:
-            return None
-        fronts += found[1]
-    for k, wish in enumerate(wished):
-        first = layout.entrance is not None and not k
-        found = place_outdoors(
-            layout, lit, walls, wish.area_m2, rng, others=[rect for _, rect in outdoors], beds=not first
-        )
-        if found is not None and found[0] is not None:
-            number = len(layout.labels) + len(outdoors)
-            outdoors.append((wish.label, found[0]))
-            doors += [Doorway(way.rect, (way.rooms[0], number)) for way in found[1]]
-        elif first:
-            return None
+        foot = _foot(layout, layout.stair_up, programme.inner_m)
+        doors.append(Doorway(foot, (HALL, layout.labels.index(STAIRS)), is_open=True))
+    found = _go_out(layout, programme, outside, rng)
+    if found is None:
+        return None
+    outdoors, ways, glazed = found
+    doors += ways
+    fronts += glazed
     windows = place_windows(layout, lit, walls, [door.rect for door in (*fronts, *doors)], rng)
     bright = {window.room for window in windows} | {door.rooms[0] for door in fronts[1:]}
     bright |= {door.rooms[0] for door in doors if door.rooms[1] is not None and door.rooms[1] >= len(layout.labels)}
@@ -238,6 +229,45 @@ def _open_up(layout: Layout, programme: Programme, rng: np.random.Generator) -> 
     if any(layout.labels[room] in LIT for room in rooms - bright):  # H2
         return None
     return _Openings(doors, fronts, windows, outdoors)
+
+
+def _go_out(
+    layout: Layout, programme: Programme, outside: list[tuple[int, Stretch]], rng: np.random.Generator
+) -> tuple[list[tuple[str, Rect]], list[Doorway], list[Doorway]] | None:
+    """Return balconies and terraces, the ways to them, and glazed doors into the open; None if the first has no place.
+
+    Rooms outside are numbered after the rooms of the layout.
+    """
+    walls = programme.inner_m, programme.outer_m
+    lit = [(place, wall) for place, wall in outside if wall.side in programme.light]
+    if layout.court is not None:
+        found = place_courtyard(layout, outside, walls, rng)
+        if found is None:
+            return None
+        court, ways = found
+        return [("Terrace", court)], [replace(way, rooms=(way.rooms[0], len(layout.labels))) for way in ways], []
+    wished = [each for each in programme.rooms if each.label in OUTDOORS]
+    if layout.entrance is None:
+        wished = [each for each in wished if each.label == "Balcony"]
+    elif programme.kind in STOREYS:
+        wished = [each for each in wished if each.label == "Terrace"]
+    if layout.entrance and not wished and programme.kind in {"bungalow", *STOREYS}:
+        way = place_outdoors(layout, lit, walls, 0.0, rng)
+        return None if way is None else ([], [], way[1])
+    outdoors: list[tuple[str, Rect]] = []
+    doors: list[Doorway] = []
+    for k, wish in enumerate(wished):
+        first = layout.entrance is not None and not k
+        placed = place_outdoors(
+            layout, lit, walls, wish.area_m2, rng, others=[rect for _, rect in outdoors], beds=not first
+        )
+        if placed is not None and placed[0] is not None:
+            number = len(layout.labels) + len(outdoors)
+            outdoors.append((wish.label, placed[0]))
+            doors += [replace(way, rooms=(way.rooms[0], number)) for way in placed[1]]
+        elif first:
+            return None
+    return outdoors, doors, []
 
 
 def _are_joined(rooms: set[int], doors: list[Doorway]) -> bool:
@@ -278,7 +308,8 @@ def _on_grid(layout: Layout, wall_m: float) -> Layout:
 
     cells = tuple(Cell(on_grid(rect), room) for rect, room in layout.cells)
     up, down = (stair and replace(stair, rect=on_grid(stair.rect)) for stair in (layout.stair_up, layout.stair_down))
-    return replace(layout, cells=cells, stair_up=up, stair_down=down)
+    court = layout.court and on_grid(layout.court)
+    return replace(layout, cells=cells, stair_up=up, stair_down=down, court=court)
 
 
 def _storey(programme: Programme, layout: Layout, openings: _Openings) -> Storey:
@@ -296,7 +327,7 @@ def _storey(programme: Programme, layout: Layout, openings: _Openings) -> Storey
 
     def numbered(door: Doorway) -> Doorway:
         one, other = door.rooms
-        return Doorway(door.rect, (place[one], None if other is None else place[other]))
+        return replace(door, rooms=(place[one], None if other is None else place[other]))
 
     return Storey(
         labels=tuple(labels),
@@ -378,8 +409,8 @@ def _turned(storey: Storey, matrix: list[int]) -> Storey:
     return replace(
         storey,
         rooms=tuple(affine_transform(room, matrix) for room in storey.rooms),
-        doors=tuple(Doorway(rect(door.rect), door.rooms) for door in storey.doors),
-        fronts=tuple(Doorway(rect(door.rect), door.rooms) for door in storey.fronts),
+        doors=tuple(replace(door, rect=rect(door.rect)) for door in storey.doors),
+        fronts=tuple(replace(door, rect=rect(door.rect)) for door in storey.fronts),
         windows=tuple(replace(window, rect=rect(window.rect)) for window in storey.windows),
         steps=tuple(Step(affine_transform(step.area, matrix), step.top_m) for step in storey.steps),
         void=storey.void and Void(*(affine_transform(each, matrix) for each in storey.void)),

@@ -18,6 +18,8 @@ L5  Rows are stretched to one length; one that is much shorter leaves a recess i
 L6  Wet rooms lie side by side; the kitchen lies next to the living room or the dining room.
 L7  A garage stands before the house beside the entry, which comes forward as far as its door needs.
 L8  A house that stands free may have a patio between the bedrooms and the day rooms, open to the north.
+L9  A bedroom may lie off the living room, in the corner beside kitchen and dining room. One that lies at the corridor
+    has its door there.
 """
 
 from __future__ import annotations
@@ -41,8 +43,6 @@ _SLEEP: Final = frozenset({"Bedroom", "Child_Room", "Office"})
 _BEDS: Final = _SLEEP - {"Office"}
 _FLATS: Final = frozenset({"flat", "shared flat"})
 """In a block, the entry may lie back behind a part of the common stairs."""
-_OFF_LIVING: Final = frozenset({"flat", "bungalow"})
-"""Where a bedroom may be reached from the living room, if that is reached from the hall."""
 _LEAST_M: Final = {
     "Toilet": 1.0,
     "Storage": 1.0,
@@ -72,6 +72,10 @@ _FORMS: Final = 100
 """So many forms are drawn of one home at most."""
 _FIRST_FORMS: Final = 20
 """So many are drawn of a home whose rooms keep their limits in none of them."""
+_OFF_LIVING: Final = 0.95
+"""How often a try has a bedroom off the living room where the programme asks for one; the others fit more often."""
+_SPARE_M: Final = 0.2
+"""What a living room above the day rooms is deeper than its aspect asks for: their walls make it longer."""
 _RECESS_M: Final = (1.6, 4.5)
 _EAT_IN_M2: Final = 9.5
 """Where people can eat in the kitchen, it may be the way to the living room (L2)."""
@@ -84,12 +88,14 @@ _LEAST_ENTRY_M: Final = 1.2
 """The least depth of an entry that lies back."""
 _WC_M: Final = (1.0, 1.25)
 _WC_AT_HALL_M: Final = (1.2, 1.35)
-_WC_DEPTH_M: Final = (1.5, 1.65)
+_WC_DEPTH_M: Final = (1.5, 1.6)
 """The clear widths of a toilet; beside a vestibule it is wide enough for a door to the corridor. And its depth."""
-_STORE_M: Final = (0.6, 2.2)
-"""The least and the largest depth of a store at the corridor's end, metres (L4)."""
+_STORE_M: Final = 2.2
+"""The largest depth of a store at the corridor's end, metres (L4)."""
+_CUPBOARD_M2: Final = 1.05
+"""The area of a cupboard there; on the grid of 1 cm it stays above the least of a store."""
 _CUPBOARDS: Final = 0.45
-"""How often it is a cupboard, of the least depth."""
+"""How often it is a cupboard."""
 _SMALL_STORE_M2: Final = 1.8
 """A store that asks for less takes the place of a wardrobe behind the toilet."""
 
@@ -189,7 +195,7 @@ class _Form(NamedTuple):
 
     ``bump_m`` is how far the living room comes forward in the north and in the south. ``patio_m`` is the width of a
     patio in the north row (L8). ``through`` says that one goes to the living room through the kitchen or the dining
-    room where that is possible.
+    room where that is possible. ``off_living`` is the bedroom that lies off the living room (L9).
     """
 
     north_m: float
@@ -207,7 +213,7 @@ class _Form(NamedTuple):
     vestibule: bool
     open: bool
     through: bool
-    off_living: bool
+    off_living: int | None
     bump_m: tuple[float, float]
     patio_m: float
 
@@ -225,13 +231,14 @@ def _draw_form(programme: Programme, rooms: Rooms, day: Day, rng: np.random.Gene
     kind, light, wall = programme.kind, programme.light, programme.inner_m
     studio, free = kind == "studio", kind in _FREE
     lit = "south" in light
-    beds = sum(label in _BEDS for label in rooms.labels)
     eats_south = day == "beside" and bool(rooms.of("Dining_Room"))
     service = not lit or (not eats_south and day != "behind" and bool(rng.random() < 0.5))  # L3
     north = float(rng.uniform(*_NORTH_M["studio" if studio else day])) + wall
     south = 0.0 if studio else float(rng.uniform(1.8, 2.4) if service else rng.uniform(2.6, 3.3)) + wall
+    off_living = _bedroom_off_living(programme, rooms, day, rng)
     if day == "behind":
-        north = _depth_of_living(rooms, south + programme.hall_m) + wall
+        below = [*rooms.of("Dining_Room"), *rooms.of("Kitchen"), *([] if off_living is None else [off_living])]
+        north = _depth_of_living(rooms, below, south + programme.hall_m) + wall
     ends_in_bedroom = bool(rooms.behind) or (not studio and kind != "practice" and rng.random() < 0.75)
     entry = not studio and (
         ends_in_bedroom or bool(rooms.of("Garage") or (rooms.of("Toilet") and not service) or rng.random() < 0.5)
@@ -258,18 +265,28 @@ def _draw_form(programme: Programme, rooms: Rooms, day: Day, rng: np.random.Gene
         vestibule=programme.vestibule,
         open=kind != "practice" and (studio or bool(rng.random() < 0.8)),
         through=day == "behind" or bool(rng.random() < 0.9),
-        off_living=kind in _OFF_LIVING and bool(rng.random() < (0.36 if beds > 1 else 0.1)),
+        off_living=off_living,
         bump_m=(pick(bumps, rng), 0.0 if rooms.of("Garage") else pick(bumps, rng)),
         patio_m=float(rng.uniform(*_PATIO_M)) if free and rng.random() < _PATIOS else 0.0,
     )
 
 
-def _depth_of_living(rooms: Rooms, day_m: float) -> float:
-    """Return the depth of a living room that is as long as the rooms of the clear depth ``day_m`` south of it, m."""
-    (living,), below = rooms.of("Living_Room"), [*rooms.of("Dining_Room"), *rooms.of("Kitchen")]
-    length = sum(max(rooms.areas[room] / day_m, _LEAST_M[rooms.labels[room]]) for room in below)
+def _bedroom_off_living(programme: Programme, rooms: Rooms, day: Day, rng: np.random.Generator) -> int | None:
+    """Return the bedroom that lies off the living room (L9), if any."""
+    beds = [room for label in sorted(_BEDS) for room in rooms.of(label) if room not in rooms.behind.values()]
+    others = len(beds) > 1
+    lit = programme.light & {"south", "east"}
+    if day == "whole" or not (programme.off_living and beds and others and lit) or rng.random() >= _OFF_LIVING:
+        return None
+    return pick(beds, rng)
+
+
+def _depth_of_living(rooms: Rooms, below: list[int], day_m: float) -> float:
+    """Return the depth of a living room that is as long as the rooms ``below``, of the clear depth ``day_m``, m."""
+    (living,) = rooms.of("Living_Room")
+    length = sum(max(rooms.areas[room] / day_m, _LEAST_M.get(rooms.labels[room], _BED_M)) for room in below)
     least, most = _NORTH_M["behind"]
-    return min(max(rooms.areas[living] / length, least), most)
+    return min(max(rooms.areas[living] / length, least, length / LIMITS["Living_Room"].aspect + _SPARE_M), most)
 
 
 @dataclass
@@ -302,6 +319,7 @@ def _share_out(rooms: Rooms, form: _Form, rng: np.random.Generator) -> _Rows:
     below = [*rooms.of("Dining_Room"), kitchen] if form.kitchen == "day" else []
     if form.day == "beside" and rng.random() < 0.3:
         below.reverse()
+    below += [] if form.off_living is None else [form.off_living]
     rows = _Rows(
         [],
         [],
@@ -330,7 +348,7 @@ def _share_out(rooms: Rooms, form: _Form, rng: np.random.Generator) -> _Rows:
 
     one = length([*rows.north, *last]) + (rows.living.width_m if form.day == "beside" else 0.0)
     other = length([*own, *groups[0], *east]) + (length(rows.day) if form.day == "beside" else 0.0)
-    sleep = [room for label in sorted(_SLEEP) for room in rooms.of(label) if room not in masters]
+    sleep = [room for label in sorted(_SLEEP) for room in rooms.of(label) if room not in {*masters, form.off_living}]
     sleep = rng.permutation(sleep).tolist()
     places = [(column(room, form.north_m), column(room, form.south_m)) for room in sleep]
     ways = [(False,) * len(sleep)] if form.service else _two_rows(len(sleep))
@@ -554,8 +572,8 @@ def _garage(rooms: Rooms, entry: tuple[float, float], rng: np.random.Generator) 
 def _store_m(rows: _Rows, form: _Form, start: float, rng: np.random.Generator) -> float:
     """Return how much of the corridor's west end a store or a cupboard takes; 0 if doors need all of it (L4)."""
     firsts = [at + row[0].width_m for at, row in ((0.0, rows.north), (start, rows.south)) if row]
-    free = min(min(firsts) - CONTACT_M - form.wall_m, _STORE_M[1] + form.wall_m)
-    least = _STORE_M[0] + form.wall_m
+    free = min(min(firsts) - CONTACT_M - form.wall_m, _STORE_M + form.wall_m)
+    least = _CUPBOARD_M2 / (form.corridor_m - form.wall_m) + form.wall_m
     if free < least or rng.random() < _CUPBOARDS:
         return least if free >= least else 0.0
     return float(rng.uniform(least, free))
@@ -598,11 +616,6 @@ def _joins(rooms: Rooms, cells: tuple[Cell, ...], form: _Form) -> Iterator[Join]
     if not by_kitchen:
         yield Join(HALL, living)
     for room in sorted({cell.room for cell in cells} - {HALL, living, kitchen, *dining}):
-        off_living = (
-            form.off_living
-            and not (by_kitchen and through[0] == kitchen)
-            and rooms.labels[room] in _BEDS
-            and adjoin(living, room)
-        )
+        off_living = room == form.off_living and adjoin(living, room) and not adjoin(HALL, room)
         entries = [entry for entry in rooms.of(ENTRYWAY) if not adjoin(HALL, room) and adjoin(entry, room)]
         yield Join(living if off_living else rooms.behind.get(room, entries[0] if entries else HALL), room)

@@ -39,10 +39,10 @@ def levels_of_sound_home(home: SoundHome) -> Iterator[Level]:
             else SourceRoom((label,), (label,), polygon=room)
             for label, room in zip(storey.labels, storey.rooms, strict=True)
         ]
-        doors = []
-        for door in (*storey.doors, *storey.fronts):
-            to_stairs = any(room is not None and storey.labels[room] == STAIRS for room in door.rooms)
-            doors.append(Opening.named(shapely.box(*door.rect), has_door=not to_stairs))
+        doors = [
+            Opening.named(shapely.box(*door.rect), has_door=not door.is_open)
+            for door in (*storey.doors, *storey.fronts)
+        ]
         shell = _shell(storey, home)
         void = storey.void
         yield Level(

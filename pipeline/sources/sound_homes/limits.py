@@ -4,6 +4,7 @@ R1  Rooms keep the least area and width and the largest aspect of their label (`
     ``houseexpo.analysis.audit``).
 R2  A room has at most ``MOST_RATIO`` times the area that is asked for, and 5 m2 more; a store may be larger.
 R3  A storey has at most one cupboard or smallest of toilets, and only in some kinds of dwellings.
+R4  A kitchen has at least a sixth of the living room's area.
 """
 
 from __future__ import annotations
@@ -34,7 +35,7 @@ LIMITS: Final = {
     "Office": _Limits(6.5, 2.2, 2.0),
     "Bathroom": _Limits(2.5, 1.45, 2.6),
     "Toilet": _Limits(1.52, 1.0, 2.7),
-    "Storage": _Limits(0.6, 0.6, 3.0),
+    "Storage": _Limits(1.0, 0.7, 3.0),
     "Wardrobe": _Limits(1.0, 0.8, 3.2),
     "Garage": _Limits(14.0, 3.0, 2.4),
     "Entryway": _Limits(1.4, 1.15, 3.2),
@@ -44,6 +45,8 @@ _MOST_MORE_M2: Final = 5.0
 _TINY: Final = (1.5, 0.86)
 """Smaller (m2) or narrower (m) than that, a room is a cupboard or the smallest of toilets (R3)."""
 _MAY_BE_TINY: Final = frozenset({"flat", "shared flat", "studio"})
+_KITCHEN_SHARE: Final = 1 / 6
+"""Of the living room (R4). In Swiss Dwellings 5% of the kitchens (4.6 m2) are smaller than that of its median."""
 _HALL_M2: Final = 0.65
 """What a hall has for each room without being too large. Few are so small; what comes nearest has about the median
 of Swiss Dwellings, 7.5 m2."""
@@ -58,6 +61,7 @@ def distance_from_wishes(
     """Return how far the areas of rooms are from those asked for (0 for none), or None if a room breaks a rule."""
     inner_m = programme.inner_m
     total, hall, tiny, number = 0.0, 0.0, 0, 0
+    living = kitchen = 0.0
     for (x1, y1, x2, y2), room in cells:
         number += 1
         wide, deep = x2 - x1 - inner_m, y2 - y1 - inner_m
@@ -70,12 +74,16 @@ def distance_from_wishes(
         least, width, aspect = LIMITS[label]
         if short < width or area < least or long > aspect * short:  # R1
             return None
+        living += area if label == "Living_Room" else 0.0
+        kitchen += area if label == "Kitchen" else 0.0
         tiny += area < _TINY[0] or short < _TINY[1]
         wished = areas_m2[room]
         if wished:
             if area > min(MOST_RATIO * wished, wished + _MOST_MORE_M2) and label != "Storage":  # R2
                 return None
             total += abs(math.log(area / wished))
+    if kitchen and kitchen < _KITCHEN_SHARE * living:  # R4
+        return None
     if tiny > (programme.kind in _MAY_BE_TINY):  # R3
         return None
     enough = _HALL_M2 * max(programme.hall_m / _SLIM_M - 0.2, 1.0) * sum(area > 0 for area in areas_m2)

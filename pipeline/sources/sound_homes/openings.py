@@ -5,6 +5,7 @@ O2  A wide way between day rooms has no leaf and takes the wall but for its ends
 O3  Every room has a window in each outer wall with light that is long enough; living rooms have wide ones.
 O4  The first balcony or terrace lies before the living room, often before a bedroom beside it too; any further one
     before bedrooms.
+O5  Living room, dining room and hall have glazed doors to a courtyard.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ import numpy as np
 from houseexpo.tolerances import SAME_M
 from pipeline.sources.homes.level import DOOR_HEAD_M
 from pipeline.sources.homes.values import Rect
-from pipeline.sources.sound_homes.values import SIDES, STAIRS, Cell, Doorway, Join, Layout, Side, Window, pick
+from pipeline.sources.sound_homes.values import HALL, SIDES, STAIRS, Cell, Doorway, Join, Layout, Side, Window, pick
 from pipeline.tolerances import RUN_M
 
 DOORS_M: Final = {
@@ -70,6 +71,8 @@ _BALCONY_WIDTH_M: Final = 1.8
 _SHARED_M2: Final = 6.0
 """From this area on a balcony goes on before a bedroom."""
 _BALCONY_ASPECT: Final = 6.0
+_COURT_DOOR_M: Final = 1.0
+"""The least width of a glazed door to a courtyard, metres."""
 _APART_M: Final = 0.4
 """What is free between two balconies, metres."""
 WINDOW_HEAD_M: Final = DOOR_HEAD_M
@@ -144,7 +147,7 @@ def place_doors(layout: Layout, inner_m: float, rng: np.random.Generator) -> lis
         if found is None and not join.wide:
             return None
         if found is not None:
-            doors.append(Doorway(found, (join.one, join.other)))
+            doors.append(Doorway(found, (join.one, join.other), is_open=join.wide))
     return doors
 
 
@@ -276,6 +279,27 @@ def place_outdoors(
         if not any(_is_near(rect, each, apart_m) for each, apart_m in taken):
             return rect, ways
     return None
+
+
+def place_courtyard(
+    layout: Layout, outside: list[tuple[int, Stretch]], walls_m: tuple[float, float], rng: np.random.Generator
+) -> tuple[Rect, list[Doorway]] | None:
+    """Return a courtyard's inner rectangle and the ways out (O5), or None if the day room has too little wall there."""
+    inner_m, outer_m = walls_m
+    court = layout.court or (0.0, 0.0, 0.0, 0.0)
+    ways = {}
+    for place, wall in sorted(outside, key=lambda each: each[1].high - each[1].low):
+        room, k = layout.cells[place].room, (SIDES.index(wall.side) + 2) % 4
+        low, high = court[1 - k % 2], court[3 - k % 2]
+        faces = wall.at == court[k] and low <= wall.low and wall.high <= high
+        wide = wall.high - wall.low > _COURT_DOOR_M + inner_m + 2 * RUN_M
+        if faces and wide and (room in {HALL, layout.day_room} or layout.labels[room] == "Dining_Room"):
+            ways[room] = _way_out(wall, room, walls_m, rng)
+    if layout.day_room not in ways:
+        return None
+    off = outer_m - inner_m / 2
+    x1, y1, x2, y2 = (round(line + way * off, 4) for line, way in zip(court, (1, 1, -1, -1), strict=True))
+    return (x1, y1, x2, y2), list(ways.values())
 
 
 def _before(wall: Stretch, ends: tuple[float, float], area_m2: float, walls_m: tuple[float, float]) -> Rect:

@@ -23,7 +23,7 @@ class _Area(NamedTuple):
 
 
 AREAS: Final = {
-    "Living_Room": _Area(27.6, 0.35, 13.0, 44.0),
+    "Living_Room": _Area(27.2, 0.36, 13.0, 44.0),
     "Kitchen": _Area(7.45, 0.42, 3.5, 16.0),
     "Dining_Room": _Area(11.5, 0.22, 8.0, 14.5),
     "Bedroom": _Area(15.0, 0.2, 11.0, 24.0),
@@ -31,9 +31,9 @@ AREAS: Final = {
     "Office": _Area(11.0, 0.22, 7.5, 18.0),
     "Bathroom": _Area(3.2, 0.44, 2.5, 8.0),
     "Toilet": _Area(1.7, 0.15, 1.55, 2.6),
-    "Storage": _Area(2.4, 1.35, 0.6, 7.6),
+    "Storage": _Area(2.8, 1.35, 1.0, 7.6),
     "Wardrobe": _Area(3.6, 0.25, 2.4, 6.0),
-    "Balcony": _Area(6.8, 0.8, 2.0, 27.0),
+    "Balcony": _Area(6.7, 0.75, 2.0, 26.0),
     "Terrace": _Area(14.0, 0.35, 8.0, 28.0),
     "Garage": _Area(20.0, 0.1, 17.0, 26.0),
 }
@@ -42,6 +42,7 @@ _SIZES: Final = {
     ("studio", "Living_Room"): 0.85,
     ("studio", "Kitchen"): 0.55,
     ("studio", "Storage"): 0.5,
+    ("bungalow", "Kitchen"): 1.3,
 }
 """How much larger or smaller than in a flat rooms of other dwellings are."""
 
@@ -72,8 +73,14 @@ _DINING: Final = {("flat", False): 0.5, ("flat", True): 0.88, ("bungalow", True)
 _SECOND_BALCONIES: Final = 0.3
 _UPPER_BALCONIES: Final = 0.4
 """How often a flat has a second balcony, and a house of several storeys one upstairs; not all find a place."""
+_OFF_LIVING: Final = {"flat": 0.6, "bungalow": 0.2}
+"""How often a bedroom off the living room is asked for, where there is another; not all find a place."""
 _TWO_BATHS: Final = 4
 """So many bedrooms need two bathrooms."""
+_COURTYARDS: Final = {"bungalow": 0.3}
+"""How often rooms lie on four sides of a courtyard."""
+_GALLERY_M: Final = (1.2, 1.5)
+"""The clear width of a corridor along it, metres."""
 _VESTIBULES: Final = 0.2
 """How often a door parts the entry from the hall."""
 _SLEEP: Final = frozenset({"Bedroom", "Child_Room", "Office"})
@@ -101,7 +108,13 @@ def draw_kind(rng: np.random.Generator) -> str:
 def draw_programme(kind: str, rng: np.random.Generator) -> Programme:
     """Return the programme of one home of a kind."""
     draw = {"studio": _studio, "practice": _practice}.get(kind)
-    labels = draw(rng) if draw else _outside(rng) if kind in STOREYS else _dwelling(kind, rng)
+    labels: list[tuple[str, int | None]] = []
+    off_living = bool(rng.random() < _OFF_LIVING.get(kind, 0.0))
+    courtyard = bool(rng.random() < _COURTYARDS.get(kind, 0.0))
+    if not courtyard:
+        labels = (
+            draw(rng) if draw else _outside(rng) if kind in STOREYS else _dwelling(kind, rng, off_living=off_living)
+        )
     dines = any(label == "Dining_Room" for label, _ in labels)
     rooms = tuple(
         RoomWish(label, draw_area(label, rng) * _size(kind, label, dines=dines), behind) for label, behind in labels
@@ -109,7 +122,16 @@ def draw_programme(kind: str, rng: np.random.Generator) -> Programme:
     inner, outer = float(rng.choice(_INNER_M)), float(rng.choice(_OUTER_M))
     light = _light(kind, [label for label, _ in labels], rng)
     return Programme(
-        kind, rooms, light, inner, outer, _storeys(kind, rng), bool(rng.random() < _VESTIBULES), _hall(kind, rng)
+        kind,
+        rooms,
+        light,
+        inner,
+        outer,
+        _storeys(kind, rng),
+        vestibule=bool(rng.random() < _VESTIBULES),
+        hall_m=float(rng.uniform(*_GALLERY_M)) if courtyard else _hall(kind, rng),
+        off_living=off_living,
+        courtyard=courtyard,
     )
 
 
@@ -122,7 +144,7 @@ def _size(kind: str, label: str, *, dines: bool) -> float:
 
 def _hall(kind: str, rng: np.random.Generator) -> float:
     """Return the width of a hall: a corridor, or a hall in which furniture may stand."""
-    wide = {"practice": 1.0, "studio": 1.0, "flat": 0.18, "shared flat": 0.18, "bungalow": 0.15}.get(kind, 0.0)
+    wide = {"practice": 1.0, "studio": 1.0, "flat": 0.23, "shared flat": 0.23, "bungalow": 0.15}.get(kind, 0.0)
     if rng.random() >= wide:
         return float(rng.uniform(*_CORRIDOR_M))
     return float(rng.uniform(*(_SHORT_HALL_M if kind in {"practice", "studio"} else _WIDE_HALL_M)))
@@ -153,7 +175,7 @@ def _practice(rng: np.random.Generator) -> list[tuple[str, int | None]]:
     return [("Living_Room", None), ("Kitchen", None), *offices, ("Toilet", None), ("Bathroom", None), ("Storage", None)]
 
 
-def _dwelling(kind: str, rng: np.random.Generator) -> list[tuple[str, int | None]]:
+def _dwelling(kind: str, rng: np.random.Generator, *, off_living: bool) -> list[tuple[str, int | None]]:
     bedrooms = 1 + int(rng.choice(len(_BEDROOMS[kind]), p=_BEDROOMS[kind]))
     found: list[tuple[str, int | None]] = [("Living_Room", None), ("Kitchen", None)]
     if rng.random() < _DINING.get((kind, bedrooms > 1), 0.0):
@@ -168,7 +190,7 @@ def _dwelling(kind: str, rng: np.random.Generator) -> list[tuple[str, int | None
     found.append(("Bathroom", None))
     if bedrooms >= _TWO_BATHS:
         found.append(("Bathroom", None if kind == "shared flat" else master))
-    elif bedrooms >= 2 and rng.random() < (0.65 if bedrooms >= 3 else 0.5):
+    elif bedrooms >= 2 and not off_living and rng.random() < (0.85 if bedrooms >= 3 else 0.7):
         found.append(("Bathroom", master))
     elif kind == "bungalow" and rng.random() < 0.4:
         found.append(("Wardrobe", master))

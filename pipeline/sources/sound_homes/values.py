@@ -49,9 +49,10 @@ class RoomWish:
 class Programme:
     """What a household asks for: the kind of dwelling, its rooms, the sides with light, the thickness of its walls.
 
-    Of a house of several storeys, ``rooms`` holds what lies outside only; its layout draws the others.
+    Of a house of several storeys, ``rooms`` holds what lies outside only, and of one with a ``courtyard`` nothing; the
+    layout draws the others.
     ``vestibule`` says that a door parts the entry from the hall, if there is an entry. ``hall_m`` is the clear width of
-    the corridor.
+    the corridor. ``off_living`` asks for a bedroom off the living room.
     """
 
     kind: str
@@ -62,6 +63,8 @@ class Programme:
     storeys: int = 1
     vestibule: bool = False
     hall_m: float = 1.2
+    off_living: bool = False
+    courtyard: bool = False
 
 
 class Cell(NamedTuple):
@@ -86,7 +89,8 @@ class Layout:
 
     ``entrance`` is the cell in whose outer wall, on the given side, the front door is; None on an upper storey.
     ``stair_up`` leads to the storey above. ``stair_down`` comes up here; the room called STAIRS is the opening in the
-    floor over it.
+    floor over it. ``court`` is a courtyard that cells surround, up to the centre lines of their walls; from the room
+    ``day_room`` and from the hall one steps into it.
     """
 
     labels: tuple[str, ...]
@@ -96,14 +100,20 @@ class Layout:
     entrance: tuple[int, Side] | None
     stair_up: Stair | None = None
     stair_down: Stair | None = None
+    court: Rect | None = None
+    day_room: int | None = None
 
 
 @dataclass(frozen=True)
 class Doorway:
-    """A doorway through a wall: the area that it frees, and the rooms on both sides; None is the outside."""
+    """A doorway through a wall: the area that it frees, and the rooms on both sides; None is the outside.
+
+    An open one has no leaf.
+    """
 
     rect: Rect
     rooms: tuple[int, int | None]
+    is_open: bool = False
 
 
 @dataclass(frozen=True)

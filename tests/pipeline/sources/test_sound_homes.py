@@ -134,11 +134,68 @@ def test_a_balcony_and_the_edge_of_a_floor_have_parapets_that_one_sees_over(home
         for storey, level in zip(home.storeys, levels_of_sound_home(home), strict=True):
             has_edge = storey.void is not None and not storey.void.railing.is_empty
             heights = level.walls.vertices[:, 2]
-            assert np.isclose(heights, 1.0).any() == bool(storey.balconies or has_edge), (
-                home.id
-            )  # nothing else ends there
-            seen += len(storey.balconies)
+            free = [k for k in storey.balconies if not courtyard_of(storey)]
+            assert np.isclose(heights, 1.0).any() == bool(free or has_edge), home.id  # nothing else ends there
+            seen += len(free)
     assert seen
+
+
+def courtyard_of(storey: Storey) -> list[int]:
+    """The rooms outside that the rooms inside surround."""
+    inside = [room for k, room in enumerate(storey.rooms) if k not in storey.balconies]
+    rings = shapely.union_all(shapely.buffer(inside, 0.2, join_style="mitre"))
+    holes = [shapely.Polygon(ring) for part in shapely.get_parts(rings).tolist() for ring in part.interiors]
+    return [k for k in storey.balconies if any(hole.covers(storey.rooms[k]) for hole in holes)]
+
+
+@pytest.fixture(scope="module")
+def atriums() -> list[Storey]:
+    """The first three homes with a courtyard."""
+    of_kind = (k for k in count() if draw_kind(np.random.default_rng([SEED, k, _OWN_STREAM])) == "bungalow")
+    made = (make_sound_home(index, SEED).storeys[0] for index in of_kind)
+    return list(islice((storey for storey in made if courtyard_of(storey)), 3))
+
+
+def test_rooms_lie_on_four_sides_of_a_courtyard_and_lead_into_it(atriums: list[Storey]) -> None:
+    for storey in atriums:
+        (court,) = courtyard_of(storey)
+        x1, y1, x2, y2 = storey.rooms[court].bounds
+        assert min(x2 - x1, y2 - y1) >= 3.25
+        assert storey.labels[court] == "Terrace"
+        ways = {storey.labels[room] for door in storey.doors if court in door.rooms for room in door.rooms}
+        assert ways >= {"Terrace", "Living_Room", "Hallway"}
+        beside = {
+            int(np.argmax(np.abs(np.subtract(window.rect[:2], storey.rooms[court].centroid.coords[0]))))
+            for window in storey.windows
+            if shapely.box(*window.rect).distance(storey.rooms[court]) < 1e-3
+        }
+        assert beside, "no window looks into it"
+
+
+def test_a_bedroom_at_the_hall_has_its_door_there(homes: list[SoundHome]) -> None:
+    """But for what a bedroom or an entry alone leads to; the living room leads to those that no hall touches."""
+    for home in homes:
+        storey = home.storeys[0]
+        living = [room for room, label in enumerate(storey.labels) if label == "Living_Room"]
+        graph, hall = graph_of(storey), storey.rooms[hall_of(storey)]
+        for room, label in enumerate(storey.labels):
+            if label in SLEEPING and set(graph[room]) & set(living):
+                near = hall.buffer(home.inner_m + 0.01, join_style="mitre").intersection(storey.rooms[room])
+                assert near.area < 1.1 * 0.02, home.id
+
+
+def test_ways_between_day_rooms_without_a_leaf_are_openings(homes: list[SoundHome]) -> None:
+    days = {"Living_Room", "Dining_Room", "Kitchen"}
+    found = 0
+    for home in homes:
+        for storey, level in zip(home.storeys, levels_of_sound_home(home), strict=True):
+            for door, opening in zip((*storey.doors, *storey.fronts), level.openings, strict=True):
+                assert opening.has_door != door.is_open
+                labels = {storey.labels[room] for room in door.rooms if room is not None}
+                wide = max(np.subtract(door.rect[2:], door.rect[:2])) > 1.25
+                assert door.is_open or not wide or not labels <= days, home.id
+                found += door.is_open and labels <= days
+    assert found > COUNT / 2
 
 
 @pytest.fixture(scope="module")
