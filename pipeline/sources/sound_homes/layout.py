@@ -57,10 +57,10 @@ _LEAST_M: Final = {
 _BED_M: Final = 2.75
 _FIXED: Final = frozenset({"Toilet", "Storage", "Bathroom"})
 _ENTRY_M: Final = (1.2, 1.4)
-_VESTIBULE_M: Final = (1.35, 1.7)
+_VESTIBULE_M: Final = (1.4, 1.75)
 _SMALL_VESTIBULES: Final = 0.6
 """The depth of a small vestibule, before a part of the hall, and how often one that does not lie back is so small."""
-_NORTH_M: Final = {"studio": (2.6, 3.3), "whole": (3.5, 4.7), "beside": (3.5, 4.7), "behind": (3.4, 4.2)}
+_NORTH_M: Final = {"studio": (2.6, 3.3), "whole": (3.5, 4.7), "beside": (3.5, 4.7), "behind": (3.4, 4.12)}
 """The depth of the north row, by where the day rooms lie."""
 _PATIO_M: Final = (2.8, 4.2)
 _PATIOS: Final = 0.4

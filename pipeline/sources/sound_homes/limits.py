@@ -47,7 +47,7 @@ _TINY: Final = (1.5, 0.86)
 _MAY_BE_TINY: Final = frozenset({"flat", "shared flat", "studio"})
 _KITCHEN_SHARE: Final = 1 / 6
 """Of the living room (R4). In Swiss Dwellings 5% of the kitchens (4.6 m2) are smaller than that of its median."""
-_HALL_M2: Final = 0.65
+_HALL_M2: Final = 0.6
 """What a hall has for each room without being too large. Few are so small; what comes nearest has about the median
 of Swiss Dwellings, 7.5 m2."""
 _HALL_WEIGHT: Final = 12.0

@@ -68,7 +68,7 @@ _BEDROOMS: Final = {
 }
 """The shares of dwellings with one bedroom, two, ...; that of Swiss Dwellings has 2.26 in the mean."""
 
-_DINING: Final = {("flat", False): 0.5, ("flat", True): 0.88, ("bungalow", True): 0.45}
+_DINING: Final = {("flat", False): 0.5, ("flat", True): 0.92, ("bungalow", True): 0.45}
 """How often there is a dining room, in dwellings of one bedroom and of more."""
 _SECOND_BALCONIES: Final = 0.3
 _UPPER_BALCONIES: Final = 0.4
@@ -144,7 +144,7 @@ def _size(kind: str, label: str, *, dines: bool) -> float:
 
 def _hall(kind: str, rng: np.random.Generator) -> float:
     """Return the width of a hall: a corridor, or a hall in which furniture may stand."""
-    wide = {"practice": 1.0, "studio": 1.0, "flat": 0.23, "shared flat": 0.23, "bungalow": 0.15}.get(kind, 0.0)
+    wide = {"practice": 1.0, "studio": 1.0, "flat": 0.2, "shared flat": 0.2, "bungalow": 0.15}.get(kind, 0.0)
     if rng.random() >= wide:
         return float(rng.uniform(*_CORRIDOR_M))
     return float(rng.uniform(*(_SHORT_HALL_M if kind in {"practice", "studio"} else _WIDE_HALL_M)))
