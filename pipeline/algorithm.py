@@ -124,6 +124,7 @@ def _of_what_is_said(
 ) -> Iterator[StageResult]:
     """Yield the stages of a rejected level with the walls that a person says, or the plan of the rooms said."""
     walls = said_walls(level, _standing(level, config)[1])
+    config = replace(config, layout=replace(config.layout, characters=False))  # a person calls them walls
     last, with_walls = rejection, level_with_walls(level, walls)
     if walls:
         try:

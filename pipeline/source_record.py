@@ -68,6 +68,7 @@ from pipeline.overrides import (
 from pipeline.png import encode_png, sample_mesh_points
 from pipeline.rejection import Rejection
 from pipeline.sources import OVERRIDABLE, reader
+from pipeline.sources.files import displayable_name
 from pipeline.sources.meshes.formats import load_scene
 from pipeline.sources.occupancy_map import scaled_map
 from pipeline.sources.points_file import read_blocks
@@ -170,7 +171,7 @@ class SourceReader:
             tuple(sorted(takes)),
             unit_m,
             *_other_units(self._found.reader, unit_m, levels),
-            tuple(self._names[:_MOST_NAMES]),
+            tuple(map(displayable_name, self._names[:_MOST_NAMES])),
             *self._whole.floors,
             item.reader,
             item.key,
@@ -421,7 +422,7 @@ def _shown_unit(lines: Sequence[tuple[str, Any]], override: Override) -> float:
 def _strokes(lines: Sequence[tuple[str, Any]], level: Level, unit_m: float) -> tuple[Stroke, ...]:
     """Return the lines of a drawing in the level frame."""
     found = lines_in_level(lines, level.frame, unit_m)
-    return tuple(Stroke(kind, tuple(map(tuple, points.tolist()))) for kind, points in found)
+    return tuple(Stroke(displayable_name(kind), tuple(map(tuple, points.tolist()))) for kind, points in found)
 
 
 def _lines_picture(strokes: Sequence[Stroke]) -> Picture:

@@ -9,6 +9,7 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import numpy as np
 import numpy.typing as npt
 import pytest
@@ -23,6 +24,7 @@ from houseexpo.dataset.source_records import SourceRecord, decode_source_record,
 from houseexpo.errors import ConfigError
 from houseexpo.floorplan import decode
 from houseexpo.grids.frame import source_points_from_plan
+from houseexpo.plan.json_codec import encode
 from houseexpo.service.review.sources import SourceView, _view
 from pipeline.algorithm import plan_largest_building
 from pipeline.batch.job import level_rng
@@ -34,6 +36,7 @@ from pipeline.values import Level
 from tests.builders.bungalow import FILE
 from tests.builders.formats.clouds import flat, sampled, write_pcd
 from tests.builders.formats.gazebo import cube, house, world
+from tests.builders.services import two_rooms
 from tests.pipeline.sources.test_vector_plans_scenes import collection
 
 
@@ -308,6 +311,18 @@ def test_a_geojson_file_of_no_plan_shows_its_lines_of_which_a_person_makes_one(t
     (level,) = read.record({record.id: Override(wall=walls)}).levels
     (found,) = level.plans
     assert [room.area for room in decode(bytes(found.plan)).rooms] == pytest.approx([4.9 * 3.9], rel=0.05)
+
+
+def test_of_several_plans_of_a_house_that_had_none_the_largest_is_shown() -> None:
+    reader_ = SourceReader(config_of(FILE), id_of(FILE))
+    record = reader_.record({})
+    (level,) = record.levels
+    (plan,) = level.plans
+    small = msgspec.structs.replace(plan, id="a_B1", plan=msgspec.Raw(encode(two_rooms("small"))))
+    large = msgspec.structs.replace(plan, id="a_B2")
+    both = msgspec.structs.replace(level, plans=(small, large))
+    found = _view(msgspec.structs.replace(record, levels=(both,)), record.id)
+    assert found.found is large
 
 
 @pytest.mark.parametrize(("layer", "rooms"), [("PIPES", 2), ("INNER", 1)])

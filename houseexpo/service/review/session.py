@@ -60,7 +60,7 @@ _LAST: Final = "~"
 """Comes after all times of a log, which begin with digits."""
 _CONTROLS: Final = re.compile(r"[\x00-\x1f\x7f]+")
 
-_MOST_LIKE: Final = 200
+_MOST_LIKE: Final = 1000
 """The most places for one word in one decision."""
 _LONGEST_NOTE: Final = 500
 
@@ -557,6 +557,8 @@ class Review:
         """
         if source is not None and source.plan is None and is_said and self.base(name, source) is None:
             return f"With what is said of the file there is no plan now: {source.record.rejected or source.why_no_plan}"
+        if source is not None and name in self.rejected and len(source.level.plans) > 1:
+            return f"With what is said there are {len(source.level.plans)} plans; this is the largest"
         if source is None or source.plan is None or name in self.rejected:
             return ""
         if _is_of_another(source.plan, self.queue.dataset[name]):

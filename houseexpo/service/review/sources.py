@@ -394,7 +394,12 @@ _DIGITS: Final = re.compile(r"_[0-9a-f]{8}$")
 """The suffix that a build adds to an id that another input has too."""
 
 
+def _area(found: PlanSource) -> float:
+    return decode(bytes(found.plan)).area
+
+
 def _view(record: SourceRecord, name: str) -> SourceView:
+    """Return the view of a plan, or of a house without one: of the largest of the plans that were found since."""
     ids = {name, _DIGITS.sub("", name)}
     for level in record.levels:
         for plan in level.plans:
@@ -403,7 +408,7 @@ def _view(record: SourceRecord, name: str) -> SourceView:
     for level in record.levels:
         is_all = len(record.levels) == 1 and (record.id in ids or not level.plans)
         if level.id in ids or is_all:
-            return SourceView(record, level, level.plans[0] if len(level.plans) == 1 else None)
+            return SourceView(record, level, max(level.plans, key=_area, default=None))
     levels = ", ".join(level.id for level in record.levels) or "none"
     why = f": {record.rejected}" if record.rejected else ""
     raise SourceError(f"{name}: with what is said of the file, it has no such level; it has {levels}{why}")

@@ -35,7 +35,7 @@ from houseexpo.errors import MissingDependencyError, install_command
 from houseexpo.file_kinds import STATES_WAYS, format_suffix
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.drawn_storeys import polygon_from_ring
-from pipeline.sources.files import LeftOutParts, archive_members, read_bytes, read_member
+from pipeline.sources.files import LeftOutParts, archive_members, displayable_name, read_bytes, read_member
 from pipeline.sources.tolerances import (
     DEEPEST,
     DRAWING_M,
@@ -140,7 +140,12 @@ def read_drawing(path: Path, key: str = "", *, unit_m: float | None = None, with
     try:
         document = _document(data)
         every = list(_entities(document.modelspace(), document, left_out, (), count()))
-        every = [each for each in every if not any(fnmatchcase(str(each[1].dxf.layer), name) for name in without)]
+        layers = [displayable_name(str(entity.dxf.layer)) for _, entity, _ in every]
+        every = [
+            each
+            for each, layer in zip(every, layers, strict=True)
+            if not any(fnmatchcase(layer, name) for name in without)
+        ]
         found = [(kind, entity) for kind, entity, _ in every if kind or entity.dxftype() in _TEXTS]
         found = _doors_or_windows(_drop_damaged(found, left_out))  # R7
         is_guessed = not any(kind in {"wall", "room"} and entity.dxftype() not in _TEXTS for kind, entity in found)
@@ -176,7 +181,7 @@ def read_drawing(path: Path, key: str = "", *, unit_m: float | None = None, with
         detail += f"expected {MOST_WALL_LINES:,} at most"
         raise Rejection("source", Reason.TOO_LARGE, detail, "leave texts, patterns and furniture out of them")
     storey = storey_from_features(features, to_metres=scale)
-    layers = sorted(str(layer.dxf.name) for layer in document.layers)
+    layers = sorted(displayable_name(str(layer.dxf.name)) for layer in document.layers)
     _check_storey(storey, path.name, layers, is_whole=data.rstrip().endswith((b"EOF", b"EOF\0")), is_guessed=is_guessed)
     guesses = (*(() if is_stated else ("units",)), *(("layers",) if is_guessed else ()))
     all_ways = (STATES_WAYS, "true") in document.header.custom_vars

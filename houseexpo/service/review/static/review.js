@@ -10,7 +10,7 @@ const base = root.dataset.base;
 const readOnly = root.dataset.readOnly === "yes";
 const LOOK_MS = 700;
 const WORKING = "Working on the last decision…";
-const MOST_ALIKE = 200; // places of which the same is said at once
+const mostAlike = () => (now?.rooms ? 200 : 1000); // places of which the same is said at once; without a plan none is tried
 const SAME_LENGTH = 1.2; // lines whose lengths differ by a smaller factor look alike
 const MOST_SAID = 2; // of what a word changes beside; the list of what is said has all
 const LAYER_KEYS = [..."fghqvz"]; // digits answer
@@ -166,15 +166,20 @@ function readSource({ plan, source: { known, why } }) {
     if (isLate()) return undefined;
     sheet.under(found);
     showSwitches();
-    if (known) return undefined;
+    if (known) return askOfMost();
     if (at("said").textContent.startsWith("Reading")) say("");
-    return go("here", plan); // with the questions that the source answers
+    return go("here", plan).then(askOfMost); // with the questions that the source answers
   }).catch((error) => { if (!isLate()) { now.source.why = error.message; file.show(now.source, readOnly); say(error.message, "bad"); } })
     .finally(() => {
       const wasLate = isLate();
       reading = "";
       if (now?.plan && wasLate) readSource(now);
     });
+}
+
+// Of a drawing of which no plan came: which of its lines are walls?
+function askOfMost() {
+  if (now?.plan && !now.rooms && !now.effects.length && !now.questions.length && !readOnly) sheet.askOfMost();
 }
 
 const readingOf = (found) => JSON.stringify([found?.plan, found?.source?.said]);
@@ -328,7 +333,7 @@ function mark(which, isWide = false) {
 // Places may be more than one decision takes.
 function nearestWords() {
   const [{ of = forAll < 0 ? 0 : alike().length, ofAll = of }] = questions(), count = wide ? ofAll : of;
-  return count > MOST_ALIKE ? `The nearest ${MOST_ALIKE} of ${count.toLocaleString("en")}` : "";
+  return count > mostAlike() ? `The nearest ${mostAlike()} of ${count.toLocaleString("en")}` : "";
 }
 
 function markedWords() {
@@ -406,9 +411,9 @@ function endForAll() {
 // What is to be said of a line of the drawing, and of those like it: the lines of its layer.
 function askOfStroke(segments, kind) {
   const far = ([[ax, ay], [bx, by]]) => Math.hypot(ax - bx, ay - by), long = far(segments[0]);
-  const isLike = (ends) => far(ends) < SAME_LENGTH * long && long < SAME_LENGTH * far(ends);
+  const isLike = (ends) => !now.rooms || (far(ends) < SAME_LENGTH * long && long < SAME_LENGTH * far(ends)); // without a plan, a layer is walls or none
   const near = [...segments.filter(isLike), ...segments.filter((ends) => !isLike(ends))];
-  strokes = near.slice(0, MOST_ALIKE).map((ends) => ({
+  strokes = near.slice(0, mostAlike()).map((ends) => ({
     of: segments.filter(isLike).length,
     ofAll: segments.length,
     like: isLike(ends) ? "of this length" : "of another length",
@@ -433,7 +438,7 @@ function answer(which) {
   if (chosen.action === "leave" && strokes.length) return endForAll();
   const far = ({ at: [x, y] }) => Math.hypot(x - first.at[0], y - first.at[1]);
   const same = forAll >= 0 ? alike().filter((each) => answerOf(each, which)?.action === chosen.action) : [first];
-  const all = same.sort((one, other) => far(one) - far(other)).slice(0, MOST_ALIKE);
+  const all = same.sort((one, other) => far(one) - far(other)).slice(0, mostAlike());
   mark(-1);
   strokes = [];
   now.questions = []; // a key that is too fast is not for the next question

@@ -350,6 +350,15 @@ export class Sheet {
     this.hooks.stroke([ends, ...near.map(([, other]) => other)], kind);
   }
 
+  // Of a drawing without a plan: asks whether the lines of the layer that has most of them are walls.
+  askOfMost() {
+    const lines = this.strokes.filter(({ ends }) => apart(...ends) >= SHORTEST_M), counts = new Map();
+    for (const { kind } of lines) counts.set(kind, (counts.get(kind) ?? 0) + 1);
+    const most = [...counts].reduce((best, each) => (each[1] > best[1] ? each : best), ["", 0])[0];
+    const longest = lines.filter(({ kind }) => kind === most).reduce((best, each) => (!best || apart(...each.ends) > apart(...best.ends) ? each : best), null);
+    if (longest) this.#askOf(longest, longest.ends[0]);
+  }
+
   // The gap by which a space is still open, if it is asked about.
   get #gap() { return this.asked?.key.startsWith("gap") ? this.asked.answers[0].points : null; }
 
