@@ -37,7 +37,10 @@ def train(
         int | None,
         typer.Option(help="Number of steps of training, rounded up to whole updates.", show_default="the file's"),
     ] = None,
-    threads: Annotated[int | None, typer.Option(min=1, help="Number of threads.", show_default="one per core")] = None,
+    threads: Annotated[
+        int | None,
+        typer.Option(min=1, help="Number of threads.", show_default="one per core; PyTorch one"),
+    ] = None,
     motion: Annotated[
         MotionName | None,
         typer.Option(

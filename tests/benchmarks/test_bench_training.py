@@ -16,7 +16,7 @@ import time
 from collections import defaultdict
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 import pytest
 from rich.console import Console
@@ -26,7 +26,7 @@ from houseexpo import open_dataset
 from houseexpo.configuration import read_config
 from houseexpo.pseudoslam.envs.vector import PseudoSlamVectorEnv
 from houseexpo.pseudoslam.learning.chooser_training import ChooserConfig, CmaEsSearch, HouseExplorer, train_chooser
-from houseexpo.pseudoslam.learning.config import TrainConfig
+from houseexpo.pseudoslam.learning.config import Precision, TrainConfig
 from tests.builders.needs import need
 from tests.builders.shared import DATA, needs_shared
 
@@ -41,6 +41,7 @@ class Clock:
     wall: float = field(default_factory=time.perf_counter)
     processor: float = field(default_factory=time.process_time)
     parts: defaultdict[str, float] = field(default_factory=lambda: defaultdict(float))
+    steps: int = 0
 
     def read(self) -> tuple[float, float]:
         """Wall and processor seconds."""
@@ -58,6 +59,18 @@ class Clock:
                 self.parts[part] += time.process_time() - start
 
         patch.setattr(owner, name, timed)
+
+    def count(self, patch: pytest.MonkeyPatch) -> None:
+        """Count the robot's steps in updates, of which an action may take many."""
+        from houseexpo.pseudoslam.learning.training import CollectionCallback
+
+        real = CollectionCallback._on_step
+
+        def counted(callback: Any) -> Any:
+            self.steps += sum(int(info.get("primitive_steps", 1)) for info in callback.locals["infos"])
+            return real(callback)
+
+        patch.setattr(CollectionCallback, "_on_step", counted)
 
     def row(self) -> list[str]:
         """Minutes, processor seconds, and the share of each part."""
@@ -101,6 +114,7 @@ def trained(
 
     patch.setattr(training, "evaluate", noted)
     clock.watch(patch, training._Training, "_update", "updates")  # collecting steps and learning from them
+    clock.count(patch)
     training.train(training.TrainingRun("exploration", config, plans, folder), threads=1)
     return clock, tests
 
@@ -120,8 +134,8 @@ def test_a_curve_in_ten_minutes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
     for wall, processor, steps, coverage in tests:
         ways.add_row(f"{wall / 60:.1f}", f"{processor:.0f}", f"{steps:.0f}", f"{100 * coverage:.1f}")
     Console(width=110).print(ways, "the first row: nearest frontier in the same episodes")
-    total = Table(*HEADINGS, title="in all")
-    total.add_row(*clock.row())
+    total = Table("steps a processor second", *HEADINGS, title="in all")
+    total.add_row(f"{clock.steps / clock.parts['updates']:,.0f}", *clock.row())
     Console(width=110).print(total)
     assert tests[-1][2] < 0.9 * tests[0][2]
     assert clock.read()[1] < 600.0
@@ -149,9 +163,11 @@ def test_a_chooser_in_ten_minutes(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
     assert about["tests"]["learned"]["metres"] < about["tests"]["nearest"]["metres"]
 
 
-MOTIONS = {
-    "64 pixels": "exploration-view-10m-masks.toml",
-    "42 pixels": "exploration-view-10m-42.toml",
+MOTIONS: Final[dict[str, tuple[str, Precision]]] = {
+    "64 pixels": ("exploration-view-10m-masks.toml", "float32"),
+    "64 pixels, bfloat16": ("exploration-view-10m-masks.toml", "bfloat16"),
+    "42 pixels": ("exploration-view-10m-42.toml", "float32"),
+    "42 pixels, bfloat16": ("exploration-view-10m-42.toml", "bfloat16"),
 }
 
 
@@ -161,13 +177,14 @@ MOTIONS = {
 def test_single_motions(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Steps a second from end to end of a policy of single motions on a view of 10 m."""
     need(modules=["torch", "sb3_contrib"], how="make learn")
-    given = read_config(TrainConfig, HERE / MOTIONS[name])
+    file, precision = MOTIONS[name]
+    given = read_config(TrainConfig, HERE / file)
+    given = replace(given, ppo=replace(given.ppo, precision=precision))
     asked = int(os.environ.get("HOUSEEXPO_BENCH_STEPS", 2 * given.steps_per_update))
     short = asked <= 2 * given.steps_per_update
     config = replace(given, steps=asked, evaluation=replace(given.evaluation, plans=32 if short else 200))
     clock, tests = trained(config, tmp_path / "run", monkeypatch)
     table = Table("view", "steps", "steps a processor second", *HEADINGS, "seen in 200 steps, %")
-    steps = given.updates(asked) * given.steps_per_update
-    speed, seen = steps / clock.parts["updates"], 100 * tests[-1][3]
-    table.add_row(name, f"{steps:,}", f"{speed:,.0f}", *clock.row(), f"{seen:.1f}")
+    speed, seen = clock.steps / clock.parts["updates"], 100 * tests[-1][3]
+    table.add_row(name, f"{clock.steps:,}", f"{speed:,.0f}", *clock.row(), f"{seen:.1f}")
     Console(width=130).print(table)

@@ -108,7 +108,9 @@ def restore_learner(learner: Learner, state: dict[str, Any], seed: int) -> None:
     if len(actions := state.get("actions", ())):
         replay_episodes(learner, seed, int(state["begun_at"]), actions.numpy())
         if "memory" in state:
-            learner._last_lstm_states = RNNStates(*(tuple(part) for part in state["memory"]))  # noqa: SLF001
+            learner._last_lstm_states = RNNStates(  # noqa: SLF001
+                *(tuple(part.to(learner.device) for part in pair) for pair in state["memory"])
+            )
     else:
         restart_episodes(learner, seed)
     spread = learner.get_vec_normalize_env().ret_rms

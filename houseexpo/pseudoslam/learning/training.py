@@ -22,7 +22,6 @@ import torch
 from stable_baselines3.common.callbacks import BaseCallback
 from stable_baselines3.common.logger import Logger, TensorBoardOutputFormat
 
-from houseexpo.cpu_cores import count_cores
 from houseexpo.errors import TrainingError
 from houseexpo.progress import show_progress
 from houseexpo.pseudoslam.envs.vector import PseudoSlamVectorEnv
@@ -65,7 +64,8 @@ def train(
     resume
         Whether to continue from the last complete checkpoint of the folder, or from the start if there is none.
     threads
-        Number of threads of PyTorch and of the environments; None for one per core.
+        Number of threads of PyTorch and of the environments. None for one of PyTorch, whose threads wait for each other
+        in busy loops, and one per core of the environments.
     say
         A function that is called with a line after each evaluation.
 
@@ -75,7 +75,7 @@ def train(
         The folder holds another run, or a run and ``resume`` is False; all of its checkpoints are damaged; or training
         has diverged.
     """
-    torch.set_num_threads(threads or count_cores())
+    torch.set_num_threads(threads or 1)
     begun = _checkpoint_to_resume(run, resume=resume)
     config, plans = run.config, run.plans
     shared = run.task, config.environment, plans.source
@@ -115,7 +115,7 @@ class _Training:
         self._say(
             f"learns in {count_noun(total - done, 'update')} of {config.steps_per_update:,} steps; evaluates "
             f"{count_noun(config.evaluation.plans, 'episode')} after every {test_every * config.steps_per_update:,} "
-            f"steps and at the end; on {'the GPU' if learner.device.type == 'cuda' else 'the CPU'}"
+            f"steps and at the end; on {_title(learner.device)}"
         )
         if config.policy == "set" and not done:
             self._say(f"nearest frontier in these episodes: {_text(self._score(NearestFrontierBaseline()))}")
@@ -169,6 +169,12 @@ class _Training:
         ids, config = self._run.plans.test, self._run.config.evaluation
         tried = policy or self._learner.policy
         return evaluate(tried, self._tests, ids, config.plans, deterministic=config.deterministic)
+
+
+def _title(device: torch.device) -> str:
+    if device.type == "cuda":
+        return f"the GPU, {torch.cuda.get_device_name(device)}"
+    return f"the CPU, by {count_noun(torch.get_num_threads(), 'thread')} of PyTorch"
 
 
 def _text(score: Score) -> str:

@@ -140,5 +140,5 @@ def test_the_nearest_frontier_is_the_allowed_one_with_the_shortest_path() -> Non
 def test_a_run_on_frontiers_says_first_what_nearest_frontier_does(tmp_path: Path) -> None:
     said: list[str] = []
     run(tmp_path / "run", replace(tiny(steps=64), policy="set", environment=FRONTIERS), "exploration", say=said.append)
-    assert said[0].endswith("on the CPU") or said[0].endswith("on the GPU")
+    assert "; on the CPU, by 1 thread" in said[0] or "; on the GPU, " in said[0]
     assert said[1].startswith("nearest frontier in these episodes: return ")

@@ -63,6 +63,11 @@ def test_a_record_gives_the_configuration_again() -> None:
         ('[environment]\nactions = "frontier"', "and only there; found 'cnn-lstm' with 'frontier'"),
         ('[ppo]\ndiscount = "seconds"', "ppo.discount: expected one of actions, steps, metres; found 'seconds'"),
         ('policy = "cnn"\n[ppo]\ndiscount = "steps"', 'ppo.discount: expected "actions", since steps are counted for'),
+        ('[ppo]\nprecision = "half"', "ppo.precision: expected one of float32, bfloat16; found 'half'"),
+        (
+            'policy = "set"\n[ppo]\nprecision = "bfloat16"\n[environment]\nactions = "frontier"',
+            'ppo.precision: expected "float32" with policy = "set"',
+        ),
         ('[environment]\nmotion = "fly"', "environment.motion: expected one of discrete, differential, ackermann"),
         ('[environment]\nmotion = "ackermann"', "environment.actions: expected continuous for the motion"),
         ("[environment]\ntask = 3", "environment.task: expected a table, found 3"),

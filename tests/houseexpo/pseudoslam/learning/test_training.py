@@ -110,6 +110,32 @@ def test_all_tasks_are_learned_and_tested_on_other_plans(
     np.testing.assert_array_equal(*ways)
 
 
+@pytest.mark.parametrize("policy", ["cnn", "cnn-lstm"])
+def test_convolutions_in_bfloat16_are_nearly_those_in_float32(policy: Any) -> None:
+    import torch
+
+    from houseexpo.pseudoslam.learning.model import new_learner, wrap_for_learner
+
+    values, coarse = [], None
+    for precision in ("float32", "bfloat16"):
+        config = replace(tiny(), policy=policy, ppo=replace(tiny().ppo, precision=precision))
+        envs = make_environments("avoidance", config.environment, ROOM, number=2, threads=1)
+        learner = new_learner(wrap_for_learner(envs, config), config)
+        learner.learn(config.steps_per_update)
+        assert {weight.dtype for weight in learner.policy.parameters()} == {torch.float32}
+        if coarse is None:
+            coarse = {name: weight.clone() for name, weight in learner.policy.state_dict().items()}
+        learner.policy.load_state_dict(coarse)
+        seen = torch.linspace(0, 1, envs.single_observation_space.shape[-1] ** 2).reshape(
+            1, *envs.single_observation_space.shape
+        )
+        values.append(learner.policy.features_extractor(seen))
+        envs.close()
+    assert values[1].dtype == torch.float32
+    assert (values[0] != values[1]).any()
+    torch.testing.assert_close(*values, rtol=0.03, atol=0.01)
+
+
 def test_a_run_that_is_killed_goes_on_as_if_it_had_not_been(tmp_path: Path) -> None:
     config = write_tiny(tmp_path, steps=1280)  # ten checkpoints
     words = ["avoidance", "--config", str(config), "--out", str(tmp_path / "killed"), "--threads", "1"]
