@@ -123,11 +123,11 @@ def show_inspection(found: Inspection, source: str, out: Path) -> None:
 
 def show_unapplied_corrections(found: Inspection) -> None:
     """Say which corrections by hand belong to other houses than the inspected one."""
+    from houseexpo.plan.ids import is_of_input
     from houseexpo.words import unknown_name_message
-    from pipeline.overrides import is_id_of_input
 
     corrected = found.shown.corrected if found.shown else ()
-    if found.shown is None or not corrected or any(is_id_of_input(name, found.shown.house) for name in corrected):
+    if found.shown is None or not corrected or any(is_of_input(name, found.shown.house) for name in corrected):
         return
     typer.secho(
         f"no correction by hand is of this house: {unknown_name_message(found.shown.house, corrected)}; of a folder, "

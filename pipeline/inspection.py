@@ -12,6 +12,7 @@ from houseexpo.files import make_folder
 from houseexpo.floorplan import FloorPlan
 from houseexpo.outputs import CommandOutput
 from houseexpo.plan import Quality
+from houseexpo.plan.ids import is_of_input, parts_of
 from houseexpo.progress import show_progress
 from houseexpo.words import unknown_name_message
 from pipeline.algorithm import StageResult, run_stages
@@ -24,8 +25,6 @@ from pipeline.overrides import (
     configure,
     correct_input,
     correct_level,
-    is_id_of_input,
-    level_id_from,
     settle_override_ids,
 )
 from pipeline.pictures import compose_sheet, results_of_building, stage_pictures
@@ -158,7 +157,7 @@ def _find_input(inputs: Sequence[Input], name: str | None) -> int:
     if name is None:
         return 0
     ids = [item.id for item in inputs]
-    found = [place for place, known in enumerate(ids) if is_id_of_input(name, known)]
+    found = [place for place, known in enumerate(ids) if is_of_input(name, known)]
     if not found:
         raise ConfigError(f"--id: {unknown_name_message(name, ids)}")
     return max(found, key=lambda place: len(ids[place]))
@@ -166,7 +165,7 @@ def _find_input(inputs: Sequence[Input], name: str | None) -> int:
 
 def _number(item: Input, levels: Sequence[Level | RejectedLevel], number: int, name: str | None) -> int:
     """Return the level that is meant, by its id or by its number."""
-    wanted = {name, level_id_from(name or "")} - {item.id}
+    wanted = {name, parts_of(name or "").of_level} - {item.id}
     number = next((place for place, level in enumerate(levels) if level.id in wanted), number)
     if number >= len(levels):
         raise ConfigError(f"{item.id}: level {number} asked for, found {len(levels)}: 0 to {len(levels) - 1}")

@@ -56,6 +56,7 @@ from houseexpo.dataset.store.folders import overrides_path
 from houseexpo.errors import ConfigError
 from houseexpo.floorplan import FloorPlan
 from houseexpo.plan import Frame
+from houseexpo.plan.ids import is_of_input, parts_of
 from pipeline.config import PipelineConfig
 from pipeline.config_file import convert_to_type
 from pipeline.geometry.meshes import NO_MESH
@@ -176,11 +177,6 @@ def _convert_value(value: Any, hint: Any, key: str) -> Any:
 #     the other: an id that is the end of one file's path, from a folder's name on or its own, means that file.
 
 
-_BUILDING: Final = re.compile(r"_B\d+(?=_|$)")
-_DIGITS: Final = re.compile(r"_[0-9a-f]{8}$")
-_OF_AN_INPUT: Final = re.compile(r"(_B\d+)?(_L\d+)?(_[0-9a-f]{8})?")
-
-
 def settle_override_ids(overrides: Mapping[str, Override], inputs: Iterable[Input]) -> Mapping[str, Override]:
     """Return the overrides under the ids of a build's inputs, where they were written for another source (R5)."""
     listed = list(inputs) if overrides else []
@@ -236,7 +232,7 @@ def correct_input(item: Input, overrides: Mapping[str, Override]) -> Input:
         The overrides break R2.
     """
     for name, override in overrides.items():
-        if override.of_file and name != item.id and is_id_of_input(name, item.id):
+        if override.of_file and name != item.id and is_of_input(name, item.id):
             raise ConfigError(
                 f"corrections: {name}: {', '.join(FILE_WORDS[:-1])} and {FILE_WORDS[-1]} are of a whole file; put them "
                 f"under [{item.id}]"
@@ -300,11 +296,11 @@ class LevelOverride:
             by_id[short] = by_id.get(short, Override()).joined(overrides[name])
         own = by_id.get(level_id, Override())
         for name in sorted(set(by_id) - {level_id}):
-            override, level = by_id[name], level_id_from(name)
+            override, level = by_id[name], parts_of(name).of_level
             if level == level_id:  # of a building, whose keeping is not its level's
                 who = tuple(each for each in override.authors if each[0] != _KEEP)
                 own = own.joined(Override(**{word: getattr(override, word) for word in WORDS}, authors=who))
-            elif is_id_of_input(level_id, level):
+            elif is_of_input(level_id, level):
                 of_file = Override(keep=override.keep, drop=override.drop, why=override.why, authors=override.authors)
                 own = of_file.joined(own)
         return cls(own, by_id)
@@ -346,19 +342,14 @@ def configure(config: PipelineConfig, override: Override) -> PipelineConfig:
     return replace(config, planes=planes, layout=replace(config.layout, characters=characters))
 
 
-def level_id_from(name: str) -> str:
-    """Return the id of the level to which an id of a level or of a building belongs."""
-    return _BUILDING.sub("", name)
-
-
 def ids_without_level(overrides: Mapping[str, Override], levels: Collection[str]) -> list[str]:
     """Return the overridden ids of an input that belong to none of its levels."""
     found = []
     for name in sorted(overrides):
-        level = level_id_from(name)
-        known = {level, _DIGITS.sub("", level)} & set(levels)
+        level = parts_of(name).of_level
+        known = {level, parts_of(level).without_digits} & set(levels)
         override = overrides[name]
-        of_file = any(is_id_of_input(each, level) for each in levels)  # R2
+        of_file = any(is_of_input(each, level) for each in levels)  # R2
         if not known and (override.corrections or _says_heights(override) or (_decides(override) and not of_file)):
             found.append(name)
     return found
@@ -375,7 +366,7 @@ def _decides(override: Override) -> bool:
 def correct_level(level: Level, said: LevelOverride) -> Level:
     """Return the level with what people say of its storey and under which ids (R3, R4), and what does nothing here."""
     heights = () if level.sills else [word for word in ("h_g", "h_d") if getattr(said.own, word) is not None]
-    words = {name: {*each.corrections} for name, each in said.by_id.items() if level_id_from(name) == level.id}
+    words = {name: {*each.corrections} for name, each in said.by_id.items() if parts_of(name).of_level == level.id}
     own = [replace(each, said_of=tuple(name for name in words if each in words[name])) for each in said.own.corrections]
     idle = [f"{word}: only houses in SUNCG's layout are cut at such a height" for word in heights]
     told = {**level.provenance, IDLE: [*level.provenance.get(IDLE, ()), *idle]} if idle else level.provenance
@@ -418,12 +409,7 @@ def _as_lists(value: Any) -> Any:
     return [_as_lists(part) for part in value] if isinstance(value, tuple) else value
 
 
-def is_id_of_input(name: str, known: str) -> bool:
-    """Return whether a name is the id of this input, or of one of its levels or buildings (R1)."""
-    return name.startswith(known) and _OF_AN_INPUT.fullmatch(name, len(known)) is not None
-
-
 def _inputs_of(name: str) -> list[str]:
     """Return the ids of all inputs that a name concerns, whether there are such inputs or not."""
     starts = [name[: mark.start()] for mark in re.finditer("_", name)]
-    return [known for known in (*starts, name) if is_id_of_input(name, known)]
+    return [known for known in (*starts, name) if is_of_input(name, known)]

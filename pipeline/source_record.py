@@ -44,6 +44,7 @@ from houseexpo.floorplan import FloorPlan, decode
 from houseexpo.grids.frame import source_points_from_plan
 from houseexpo.grids.robot_map import MapError, RobotMap
 from houseexpo.plan import Box, Frame
+from houseexpo.plan.ids import is_of_input
 from houseexpo.plan.json_codec import encode
 from houseexpo.tolerances import SAME_M2
 from pipeline.algorithm import StageResult, run_stages
@@ -60,7 +61,6 @@ from pipeline.overrides import (
     configure,
     correct_input,
     correct_level,
-    is_id_of_input,
     level_without_walls,
     overrides_by_input,
     settle_override_ids,
@@ -125,7 +125,7 @@ class SourceReader:
         """``name`` is an id of a plan, a level or an input; raise ConfigError if the build has no such input."""
         self._config = config
         self._inputs = list(list_inputs(config))
-        known = [item for item in self._inputs if is_id_of_input(name, item.id)]
+        known = [item for item in self._inputs if is_of_input(name, item.id)]
         if not known:
             raise ConfigError(f"{name}: expected an id of this build, found no such input")
         longest = max(len(item.id) for item in known)

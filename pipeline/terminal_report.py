@@ -25,12 +25,13 @@ from houseexpo.corrections import Override
 from houseexpo.errors import HouseExpoError
 from houseexpo.floorplan import load_plan
 from houseexpo.plan import explanations
+from houseexpo.plan.ids import is_of_input, parts_of
 from houseexpo.plan.parts import SURE
 from houseexpo.words import count_noun
 from pipeline.batch.assemble import BuildResult, make_unique_ids
 from pipeline.batch.entry import Entry, StoredRejection
 from pipeline.display import LISTED
-from pipeline.overrides import is_id_of_input, level_id_from, outcomes_of_corrections
+from pipeline.overrides import outcomes_of_corrections
 from pipeline.quality import main_grounds_in_words
 from pipeline.sources import is_path
 from pipeline.sources.files import describe_links
@@ -41,19 +42,19 @@ def outcomes_by_id(data_set: BuildResult) -> Iterator[tuple[str, str, str]]:
     """Yield what became of each correction by hand: the id it stands under, done, already or none, and a sentence."""
     of_level: dict[str, list[str]] = {}
     for name in data_set.ids:
-        of_level.setdefault(level_id_from(name), []).append(name)
-    refused = {level_id_from(each.id): each for each in reversed(data_set.refused)}
+        of_level.setdefault(parts_of(name).of_level, []).append(name)
+    refused = {parts_of(each.id).of_level: each for each in reversed(data_set.refused)}
     for name, override in data_set.overrides.items():
-        level = level_id_from(name)
+        level = parts_of(name).of_level
         ids = of_level.get(level, [])
         if override.of_file:
-            ids = [each for each in data_set.ids if is_id_of_input(each, name)] or ids
+            ids = [each for each in data_set.ids if is_of_input(each, name)] or ids
         if replace(override, keep=False, drop=False, why="") != Override():
             plans = (load_plan(data_set.root / "json" / f"{each}.json") for each in ids)
             for outcome, sentence in outcomes_of_corrections(override, plans):
                 yield name, outcome, sentence
         if override.keep:
-            own = ids or [each for each in data_set.ids if is_id_of_input(each, name)]
+            own = ids or [each for each in data_set.ids if is_of_input(each, name)]
             if own and data_set.idle_keeps.issuperset(own):
                 yield name, "none", "keep: nothing would have left the plan out; it is not needed"
         if not ids and level in refused and not override.drop:

@@ -11,7 +11,6 @@ R4  The seed makes the choice; the same seed always splits a data set in the sam
 from __future__ import annotations
 
 import hashlib
-import re
 from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -26,14 +25,13 @@ from houseexpo.dataset import Dataset
 from houseexpo.errors import ConfigError, DatasetError
 from houseexpo.files import encode_json, make_folder, read_json, sha256_of, write_atomically
 from houseexpo.floorplan import FloorPlan
+from houseexpo.plan.ids import parts_of
 
 PAPER: Final = {"train": 0.7, "test": 0.3}
 """The paper's shares."""
 
 ROOMS: Final = (2, 4, 6, 8, 10, 15)
 """The numbers of rooms at which a new stratum starts; each is divided into four quarters by area."""
-
-_LEVEL: Final = re.compile(r"_L\d+(?=$|_[0-9a-f]{8}(?:_\d+)?$)")
 
 
 @dataclass(frozen=True)
@@ -105,7 +103,7 @@ def inseparable_groups(plans: Dataset, workers: int = 1) -> tuple[tuple[str, ...
         return plan
 
     for i, name in enumerate(ids):  # R1
-        sets.join(first.setdefault("id " + _LEVEL.sub("", name), i), i)
+        sets.join(first.setdefault("id " + parts_of(name).of_building, i), i)
     for pair in find_similar_pairs(load, len(ids), threads=workers, label="looking for copies").pairs:  # R2
         sets.join(pair.first, pair.second)
     return tuple(sorted(tuple(sorted(ids[i] for i in group)) for group in sets.groups()))

@@ -9,7 +9,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping
 from dataclasses import replace
 
@@ -21,11 +20,11 @@ from houseexpo.analysis.navigability import disc_centre_areas, navigability
 from houseexpo.floorplan import FloorPlan
 from houseexpo.inference.snapping import snap_polygon, snap_ring
 from houseexpo.plan import NavigabilityByRadius, PlanObject, Room
+from houseexpo.plan.ids import parts_of
 from houseexpo.tolerances import ROBOT_M
 from pipeline.furnish.catalogue import ONE_ROOM, WANTS, FurnitureWish
 from pipeline.furnish.room import CM_PER_M, PlacedPiece, RoomFurnisher, has_simple_rings, round_to_cm
 
-_LEVEL = re.compile(r"_L\d+")
 """In the id of a storey of several, whose beds may be on another."""
 _BESIDE_ONE_ROOM = frozenset(
     {
@@ -77,7 +76,7 @@ def _wants(plan: FloorPlan, room: Room) -> tuple[FurnitureWish, ...]:
     if any("stair" in word.lower() for word in room.source_labels):
         return ()
     others = {each.label for each in plan.rooms if each.id != room.id}
-    is_home = "Bathroom" in others and others <= _BESIDE_ONE_ROOM and not _LEVEL.search(plan.id)
+    is_home = "Bathroom" in others and others <= _BESIDE_ONE_ROOM and not parts_of(plan.id).level
     return ONE_ROOM if is_home and room.label == "Living_Room" else WANTS.get(room.label, ())
 
 

@@ -10,7 +10,6 @@ R2  Buildings are numbered by place, from the least x and then the least y; the 
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import Final
@@ -19,6 +18,7 @@ import numpy as np
 import shapely
 from shapely import Polygon
 
+from houseexpo.plan.ids import building_id
 from pipeline.config import CellsConfig, IsolatedConfig
 from pipeline.geometry.areas import Shapes, polygons_of, shares_inside, unite
 from pipeline.geometry.groups import connected_groups
@@ -159,9 +159,3 @@ def with_floor_near(outlines: Sequence[Polygon], level: Level) -> Level:
 def _with_rooms(level: Level, rooms: tuple[SourceRoom, ...]) -> Level:
     """Return a level with only these of the source's rooms."""
     return replace(level, rooms=rooms, room_count=len(rooms) if level.room_count is not None else None)
-
-
-def building_id(level_id: str, number: int) -> str:
-    """Return the id of a building of a level: ``house_L1`` becomes ``house_B2_L1``."""
-    base, storey = re.fullmatch(r"(.*?)(_L\d+)?", level_id).groups()  # type: ignore[union-attr]
-    return f"{base}_B{number}{storey or ''}"

@@ -19,6 +19,7 @@ from houseexpo.errors import ConfigError
 from houseexpo.floorplan import FloorPlan
 from houseexpo.grids.frame import plan_points_from_source, source_points_from_plan
 from houseexpo.plan import Frame
+from houseexpo.plan.ids import is_of_input
 from pipeline.algorithm import plan_largest_building, plan_level
 from pipeline.batch.job import level_rng
 from pipeline.config import PipelineConfig
@@ -27,7 +28,6 @@ from pipeline.overrides import (
     check_override_ids,
     correct_input,
     correct_level,
-    is_id_of_input,
     load_overrides,
     overrides_by_input,
     settle_override_ids,
@@ -58,7 +58,7 @@ def test_the_overrides_of_an_input_are_those_that_concern_it() -> None:
     overrides = {name: Override(why=name) for name in names}
     found = overrides_by_input(overrides)
     for known in names:
-        assert found.get(known, {}) == {name: overrides[name] for name in names if is_id_of_input(name, known)}
+        assert found.get(known, {}) == {name: overrides[name] for name in names if is_of_input(name, known)}
     assert set(found["villa"]) == {"villa" + end for end in ("", "_B2", "_L1", "_0123abcd", "_B2_L1", "_L1_0123abcd")}
 
 

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-import re
 import time
 from collections import Counter
 from collections.abc import Iterable, Mapping
 from typing import Any, Final, Literal
 
 from houseexpo.dataset import Dataset
+from houseexpo.plan.ids import parts_of
 from houseexpo.plan.parts import SURE
 from houseexpo.service.review.decisions import PlanDecisions
 
@@ -19,14 +19,6 @@ LOOKED_AT_S: Final = 90.0
 
 
 _MOST_STOREYS: Final = 40
-_LEVEL: Final = re.compile(r"_L\d+(?:_B\d+)?$")
-"""What a build adds to the id of a house for the plan of a level, or of a building in it."""
-
-
-def house_of(name: str) -> str:
-    """Return the id of the house that has a plan of several as one of its levels, "" if the id names no level."""
-    found = _LEVEL.search(name)
-    return name[: found.start()] if found else ""
 
 
 class ReviewQueue:
@@ -71,10 +63,10 @@ class ReviewQueue:
 
     def storeys(self, name: str) -> list[dict[str, str]]:
         """Return the plans of one house, by level: the id and a title of each; none if the house has one plan."""
-        house = house_of(name)
-        ids = sorted(each for each in self.order if house_of(each) == house) if house else []
+        house, level = parts_of(name).of_building, parts_of(name).level
+        ids = sorted(each for each in self.order if parts_of(each).of_building == house) if level else []
         told = [(each, (self.dataset[each].provenance or {}).get("storey")) for each in ids[:_MOST_STOREYS]]
-        return [{"plan": each, "title": str(title or each[len(house) + 1 :])} for each, title in told if len(ids) > 1]
+        return [{"plan": each, "title": str(title or parts_of(each).level[1:])} for each, title in told if len(ids) > 1]
 
     def progress(self, judged: Mapping[str, PlanDecisions]) -> dict[str, int]:
         """Return the number of plans and of judged ones, in all and among the doubtful ones."""

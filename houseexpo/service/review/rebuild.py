@@ -15,7 +15,6 @@ from __future__ import annotations
 import atexit
 import hashlib
 import os
-import re
 import signal
 import subprocess
 import sys
@@ -35,11 +34,11 @@ from houseexpo.dataset import open_dataset
 from houseexpo.dataset.build_record import BuildRecord, is_own_build, read_build_record
 from houseexpo.errors import NO_PLAN, ConfigError, HouseExpoError
 from houseexpo.floorplan import FloorPlan
+from houseexpo.plan.ids import is_of_input, parts_of
 from houseexpo.service.build_lists import read_build_lists
 from houseexpo.service.collection import Collection
 from houseexpo.service.review.changes import DecidedOtherwiseError
 from houseexpo.service.review.decisions import DecisionStore
-from houseexpo.service.review.queue import house_of
 
 Became = Literal["changed", "the same", "gone", "no plan", "new"]
 Phase = Literal["idle", "building", "built", "failed", "stopped"]
@@ -56,8 +55,6 @@ _LOOK_S: Final = 0.1
 
 _SAME_M2: Final = 0.1
 """A plan whose area differs less from the shown one is as shown, m2: the page shows tenths."""
-_PART: Final = re.compile(r"(_B\d+)?(_L\d+)?(?=(_[0-9a-f]{8})?$)")
-"""What a build adds to the id of an input for the plan of a building or of a level."""
 
 
 class DecidedPlan(msgspec.Struct, frozen=True):
@@ -287,18 +284,13 @@ def _ids_of(name: str, ids: Sequence[str]) -> list[str]:
     """Return the ids of the levels of a file with decisions, or the id of a plan."""
     if name in ids:
         return [name]
-    return [each for each in ids if house_of(each) == name] or [name]
+    return [each for each in ids if parts_of(each).of_input == name] or [name]
 
 
 def _with_others(names: Sequence[str], ids: Sequence[str]) -> list[str]:
     """Return names of plans, then those of the other plans of their inputs."""
-    inputs = {_input_of(name) for name in names}
-    return list(dict.fromkeys([*names, *(each for each in ids if _input_of(each) in inputs)]))
-
-
-def _input_of(name: str) -> str:
-    """Return the id of the input of a plan, with the digits of a hash that it may end in."""
-    return _PART.sub("", name, count=1)
+    inputs = {parts_of(name).of_input for name in names}
+    return list(dict.fromkeys([*names, *(each for each in ids if parts_of(each).of_input in inputs)]))
 
 
 def _shown_otherwise(shown: FloorPlan, built: FloorPlan) -> str:
@@ -329,6 +321,6 @@ def _reasons(root: Path) -> dict[str, str]:
 
 def _what_came_instead(name: str, ids: Sequence[str]) -> str:
     """Return a sentence about the plans of the levels and buildings that a plan is divided into, if there are any."""
-    parts = [each for each in ids if re.fullmatch(r"(_[LB]\d+)+", each.removeprefix(name))]
+    parts = [each for each in ids if each != name and is_of_input(each, name)]
     more = f" and {len(parts) - _MOST_PLANS_NAMED} more" if len(parts) > _MOST_PLANS_NAMED else ""
     return f"it is divided into {', '.join(parts[:_MOST_PLANS_NAMED])}{more}" if parts else "it is not in the data set"

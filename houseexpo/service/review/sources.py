@@ -14,7 +14,6 @@ from __future__ import annotations
 
 import math
 import os
-import re
 import selectors
 import subprocess
 import tempfile
@@ -44,6 +43,7 @@ from houseexpo.errors import ConfigError
 from houseexpo.floorplan import FloorPlan, decode
 from houseexpo.grids.frame import plan_points_from_source, source_points_from_plan
 from houseexpo.lru_cache import LruCache
+from houseexpo.plan.ids import parts_of
 from houseexpo.tolerances import MIN_DOOR_M
 
 READ_S: Final = 300.0
@@ -390,17 +390,13 @@ def _end_all(running: dict[tuple[str, ...], tuple[subprocess.Popen[bytes], IO[by
         _end(*running.popitem()[1])
 
 
-_DIGITS: Final = re.compile(r"_[0-9a-f]{8}$")
-"""The suffix that a build adds to an id that another input has too."""
-
-
 def _area(found: PlanSource) -> float:
     return decode(bytes(found.plan)).area
 
 
 def _view(record: SourceRecord, name: str) -> SourceView:
     """Return the view of a plan, or of a house without one: of the largest of the plans that were found since."""
-    ids = {name, _DIGITS.sub("", name)}
+    ids = {name, parts_of(name).without_digits}
     for level in record.levels:
         for plan in level.plans:
             if plan.id in ids:

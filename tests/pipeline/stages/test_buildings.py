@@ -11,7 +11,7 @@ from houseexpo.floorplan import FloorPlan
 from houseexpo.grids.frame import source_points_from_plan
 from pipeline.algorithm import plan_level
 from pipeline.config import PipelineConfig
-from pipeline.stages.buildings import building_id, with_floor_near
+from pipeline.stages.buildings import with_floor_near
 from tests.builders.houses import Hole, level, shell, two_rooms, wall
 
 DOOR = Hole(1.0, 1.9)
@@ -103,8 +103,3 @@ def test_of_a_pair_of_buildings_distance_and_size_decide_and_no_cut_leaves_eithe
 def test_equal_cabins_are_all_kept(apart_m: float) -> None:
     cabins = [part for k in range(3) for part in moved(shell((0, 0, 4, 3), front=[DOOR]), k * (4.4 + apart_m))]
     assert [plan.id for plan in plans(cabins, "camp")] == ["camp_B1", "camp_B2", "camp_B3"]
-
-
-@pytest.mark.parametrize(("level_id", "expected"), [("a", "a_B2"), ("a_L3", "a_B2_L3"), ("a_L3_x", "a_L3_x_B2")])
-def test_the_number_of_a_building_stands_before_the_levels(level_id: str, expected: str) -> None:
-    assert building_id(level_id, 2) == expected
