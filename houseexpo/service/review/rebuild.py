@@ -34,7 +34,7 @@ from houseexpo.dataset import open_dataset
 from houseexpo.dataset.build_record import BuildRecord, is_own_build, read_build_record
 from houseexpo.errors import NO_PLAN, ConfigError, HouseExpoError
 from houseexpo.floorplan import FloorPlan
-from houseexpo.plan.ids import is_of_input, parts_of
+from houseexpo.plan.ids import parts_of
 from houseexpo.service.build_lists import read_build_lists
 from houseexpo.service.collection import Collection
 from houseexpo.service.review.changes import DecidedOtherwiseError
@@ -46,8 +46,6 @@ _LINES: Final = 60
 """The number of last lines of a build's output to keep."""
 _MAX_SHOWN: Final = 400
 """The most plans to keep for comparison (R2); further plans are built, but not shown."""
-_MOST_PLANS_NAMED: Final = 12
-"""The most plans to name in a sentence."""
 _MAX_LOOKS: Final = 100
 _LOOK_S: Final = 0.1
 """After a build, the data set is reopened within this number of looks, this many seconds apart."""
@@ -276,15 +274,15 @@ def compare_decided_plans(
                 found.append(DecidedPlan(name, became, "", *_effects(plan), other))
         else:
             was: Became = "gone" if name in before else "no plan"
-            found.append(DecidedPlan(name, was, reasons.get(name) or _what_came_instead(name, dataset.ids)))
+            found.append(DecidedPlan(name, was, reasons.get(name, "it is not in the data set")))
     return found
 
 
 def _ids_of(name: str, ids: Sequence[str]) -> list[str]:
-    """Return the ids of the levels of a file with decisions, or the id of a plan."""
+    """Return the ids of the plans of a file or a level with decisions, or the id of a plan."""
     if name in ids:
         return [name]
-    return [each for each in ids if parts_of(each).of_input == name] or [name]
+    return [each for each in ids if name in {parts_of(each).of_input, parts_of(each).of_level}] or [name]
 
 
 def _with_others(names: Sequence[str], ids: Sequence[str]) -> list[str]:
@@ -317,10 +315,3 @@ def _reasons(root: Path) -> dict[str, str]:
     found = read_build_lists(root)
     reasons = {each.id: f"{each.reason.replace('_', ' ')}: {each.detail}" for each in found.refused}
     return reasons | {each.id: f"a duplicate of {each.kept_id}" for each in found.repeated}
-
-
-def _what_came_instead(name: str, ids: Sequence[str]) -> str:
-    """Return a sentence about the plans of the levels and buildings that a plan is divided into, if there are any."""
-    parts = [each for each in ids if each != name and is_of_input(each, name)]
-    more = f" and {len(parts) - _MOST_PLANS_NAMED} more" if len(parts) > _MOST_PLANS_NAMED else ""
-    return f"it is divided into {', '.join(parts[:_MOST_PLANS_NAMED])}{more}" if parts else "it is not in the data set"

@@ -15,7 +15,7 @@ from houseexpo.dataset.build_record import BuildCommand, BuildRecord, write_buil
 from houseexpo.errors import ConfigError
 from houseexpo.service.collection import Collection
 from houseexpo.service.review.decisions import DecisionStore
-from houseexpo.service.review.rebuild import DecidedPlan, Rebuild, compare_decided_plans
+from houseexpo.service.review.rebuild import Rebuild, compare_decided_plans
 from tests.builders.services import built, some_plans, two_rooms
 
 Begun = Callable[[str], Rebuild]
@@ -77,8 +77,8 @@ def test_a_house_that_had_no_plan_and_has_none_is_not_gone(decisions: DecisionSt
 
 def test_the_plans_that_came_instead_of_a_house_are_named(tmp_path: Path) -> None:
     folder = built(tmp_path / "homes", [two_rooms("level0_B1"), two_rooms("level0_B2", 5.0), two_rooms("level01", 6.0)])
-    (outcome,) = compare_decided_plans(folder, {}, ["level0"])
-    assert outcome == DecidedPlan("level0", "no plan", "it is divided into level0_B1, level0_B2")
+    found = compare_decided_plans(folder, {}, ["level0"])
+    assert [(each.plan, each.became) for each in found] == [("level0_B1", "new"), ("level0_B2", "new")]
     assert compare_decided_plans(folder, {}, ["level"])[0].why == "it is not in the data set"
 
 
