@@ -1,7 +1,8 @@
 """Find places for the names of rooms: boxes of text that lie within their room and overlap nothing.
 
 N1  Name and area are tried as a whole, then the name alone; on one line, on several, and turned by 90 degrees.
-N2  The box lies in the room. Where it can, it keeps clear of furniture and door leaves.
+N2  The box lies in the room. It keeps clear of furniture and door leaves; where that leaves no place, of door leaves
+    alone, with smaller letters, or within their arcs.
 N3  It stands where most space is around it and, of several such places, nearest to the room's centroid.
 N4  Letters have the picture's size or a little less; a name that does not fit in the smallest is left out.
 """
@@ -75,7 +76,8 @@ def text_length(text: str, size: float) -> float:
 
 def place_name(
     room: Polygon,
-    taken: Sequence[Polygon | MultiPolygon],
+    swings: Sequence[Polygon | MultiPolygon],
+    furniture: Sequence[Polygon | MultiPolygon],
     words: Sequence[str],
     *,
     pixels_per_metre: float,
@@ -88,16 +90,17 @@ def place_name(
     ----------
     room
         The room with the floor under its furniture, metres.
-    taken
-        What the name keeps clear of where it can: furniture, the swings of doors.
+    swings, furniture
+        What the name keeps clear of (N2).
     words
         The name, and below it the area; alternatives in the name are divided by " / ".
     pixels_per_metre, size, halo
         The scale of the picture, the size of its letters in pixels, and the colour of the room.
     """
     sizes = sorted({size, max(_SLIGHTLY * size, SMALLEST_PX), SMALLEST_PX}, reverse=True)
-    places = _Places(room, taken, pixels_per_metre)
-    for letters, sums, (lines, turned) in product(sizes, places.sums, _arrangements(words)):
+    places = _Places(room, swings, furniture, pixels_per_metre)
+    ways = [*product(sizes, places.clear), *product(sizes, [places.inside])]
+    for (letters, sums), (lines, turned) in product(ways, _arrangements(words)):
         across, up = (side / pixels_per_metre for side in _box_px(lines, letters))
         found = places.find(sums, *((up, across) if turned else (across, up)))
         if found is not None:
@@ -124,7 +127,13 @@ def _box_px(lines: Iterable[str], size: float) -> tuple[float, float]:
 class _Places:
     """The places in a room where a box may stand."""
 
-    def __init__(self, room: Polygon, taken: Sequence[Polygon | MultiPolygon], pixels_per_metre: float) -> None:
+    def __init__(
+        self,
+        room: Polygon,
+        swings: Sequence[Polygon | MultiPolygon],
+        furniture: Sequence[Polygon | MultiPolygon],
+        pixels_per_metre: float,
+    ) -> None:
         x1, y1, x2, y2 = room.bounds
         extent = max(x2 - x1, y2 - y1)
         self.room = room
@@ -132,16 +141,19 @@ class _Places:
         self.frame = GridFrame.around(room.bounds, 1 / self.cell_m, margin_px=1)
         inside = np.zeros(self.frame.shape, np.uint8)
         fill_cells(inside, room, self.frame, 1)
-        clear = inside.copy()
-        for shape in taken:
-            fill_cells(clear, shape, self.frame, 0)
-        self.sums = [_sums(clear)] if taken else []
-        self.sums.append(_sums(inside))
+        self.inside = _sums(inside)
+        self.clear: list[IntGrid] = []  # of swings and furniture, of swings, of the lines of swings
+        lines = [swing.boundary.buffer(self.cell_m) for swing in swings]
+        for shapes in (lines, swings, furniture):
+            for shape in shapes:
+                fill_cells(inside, shape, self.frame, 0)
+            if shapes:
+                self.clear.insert(0, _sums(inside))
         centre = room.centroid
         self.centre = self.frame.pixels_from_points((centre.x, centre.y))
 
     def find(self, sums: IntGrid, across_m: float, up_m: float) -> tuple[float, float] | None:
-        """Return the middle of the best place for a box, metres, or None (N3); ``sums`` is one of ``self.sums``."""
+        """Return the middle of the best place for a box, metres, or None (N3); ``sums`` is one of the room's."""
         import shapely
 
         wide, high = (math.ceil(side / self.cell_m) + 1 for side in (across_m, up_m))

@@ -11,8 +11,8 @@ import numpy as np
 import numpy.typing as npt
 
 from houseexpo.drawing.door_leaves import Leaf, door_leaves, entrance_gap, valid_shape, window_in_walls
-from houseexpo.drawing.room_names import TextLines, place_name, text_length
-from houseexpo.drawing.stairs import is_stair, stair_lines
+from houseexpo.drawing.room_names import SMALLEST_PX, TextLines, place_name, text_length
+from houseexpo.drawing.stairs import DrawnStair, drawn_stairs, is_stair
 from houseexpo.drawing.styles import DOOR_COLOURS, DOOR_TINTS, UNSURE, Style, StyleName, style_named
 from houseexpo.errors import ConfigError
 from houseexpo.grids.frame import check_not_too_coarse
@@ -140,7 +140,9 @@ def lay_out_plan(
         areas += _furniture(thing, look)
         if look.swings:
             lines.append(ThinLine(_close_ring(thing.ring), look.line, hair))
-    lines += [ThinLine(points, look.line, hair) for points in stair_lines(plan)] if parts.rooms else ()
+    stairs = list(drawn_stairs(plan)) if parts.rooms else []
+    for stair in stairs:
+        lines += [ThinLine(points, look.line, hair) for points in (*stair.treads, stair.way, stair.head)]
     for door in doors:
         if look.swings:
             areas += _gap(door, plan, walls, look) if door.kind == "entrance" and parts.walls and door.width else ()
@@ -154,6 +156,7 @@ def lay_out_plan(
             lines += _window_lines(gap, look, hair)
     swings = [leaf.swing for several in leaves.values() for leaf in several]
     words = list(_names(rooms, objects, swings, look, scale=scale, size=text)) if parts.labels else []
+    words += [word for stair in stairs if (word := _up_or_down(stair, look, scale, text))] if parts.labels else []
     bottom = y1 - margin
     key_areas, key_words, right = _key(plan, (x1, bottom - line / 2), text, scale, look)
     bounds = (x1 - margin, bottom - line, max(x2 + margin, right + text / scale), y2 + margin)
@@ -306,18 +309,36 @@ def _names(
     """Return the rooms' names and areas, where they fit."""
     import shapely
 
-    taken = np.array([*(thing.polygon for thing in objects), *swings], dtype=object)
-    tree = shapely.STRtree(taken)
+    groups = [np.array(shapes, dtype=object) for shapes in (swings, [thing.polygon for thing in objects])]
+    trees = [shapely.STRtree(shapes) for shapes in groups]
     for room in rooms:
         if room.is_stair:  # its lines say so
             continue
         inside = [valid_shape(thing.polygon) for thing in objects if thing.room is not None and thing.room == room.id]
         floor = _largest(shapely.union_all([valid_shape(room.shape), *inside])) or room.shape
-        near = taken[np.sort(tree.query(floor, predicate="intersects"))].tolist()
+        near, things = (
+            shapes[np.sort(tree.query(floor, predicate="intersects"))].tolist()
+            for shapes, tree in zip(groups, trees, strict=True)
+        )
         halo = look.room(room.labels[0])
-        found = place_name(floor, near, room.words, pixels_per_metre=scale, size=size, halo=halo)
+        found = place_name(floor, near, things, room.words, pixels_per_metre=scale, size=size, halo=halo)
         if found is not None:
             yield found
+
+
+def _up_or_down(stair: DrawnStair, look: Style, scale: float, size: float) -> TextLines | None:
+    """Return the word at the tail of a stair's arrow, where the flight has place for it."""
+    first = stair.way[1] - stair.way[0]
+    place = min(stair.broad_m, float(np.hypot(*first)))
+    halo = look.furniture if stair.is_down else look.room("Unlabelled")
+    for letters in (size, SMALLEST_PX):
+        word = TextLines(0.0, 0.0, ("down" if stair.is_down else "up",), letters, halo=halo)
+        box = word.box_m(scale)
+        if max(box) <= place:
+            ahead = first / np.hypot(*first)
+            x, y = (stair.way[0] + ahead * np.abs(ahead @ box) / 2).tolist()
+            return replace(word, x=x, y=y)
+    return None
 
 
 def _key(

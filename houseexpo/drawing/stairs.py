@@ -1,4 +1,4 @@
-"""Draw the stairs of a plan as lines: treads, and an arrow from where one steps on, up or down.
+"""Draw the stairs of a plan as lines: treads, and an arrow from where one steps on; and say if it leads up or down.
 
 A plan says where stairs are: in a room that the source calls so, as furniture, or as an opening in the floor above.
 It does not say where they turn, so that follows from the shape and from the side at which they are open to a room.
@@ -11,7 +11,7 @@ A3  Going up one keeps right in two flights, going down left, so that both store
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -33,6 +33,16 @@ _FILLED: Final = 0.9  # the share of its rectangle that a stair fills
 _HEAD_M: Final = 0.15  # the length and half the breadth of an arrow's head, and its distance from the ends
 
 
+class DrawnStair(NamedTuple):
+    """A stair: its treads as lines (n, 2), the arrow and its head, metres; how broad a flight is; if it leads down."""
+
+    treads: list[Points]
+    way: Points
+    head: Points
+    broad_m: float
+    is_down: bool
+
+
 def is_stair(room: Room) -> bool:
     """Return whether the source calls a room a stair, and nothing else."""
     return [word.lower() for word in room.source_labels] in [["stair"], ["stairs"]]
@@ -40,13 +50,22 @@ def is_stair(room: Room) -> bool:
 
 def stair_lines(plan: PlanData) -> Iterator[Points]:
     """Yield the lines of all stairs, (n, 2) metres: treads, and for each an arrow and its head."""
+    for stair in drawn_stairs(plan):
+        yield from (*stair.treads, stair.way, stair.head)
+
+
+def drawn_stairs(plan: PlanData) -> Iterator[DrawnStair]:
+    """Yield the stairs of a plan as they are drawn."""
     for shape, foot, is_down in _stairs(plan):
         found = _place(shape, foot)
         if found is not None:
             (corner, inward, along), deep, wide, at = found
-            for line in _lines(deep, wide, at, is_down=is_down):
-                u, v = np.array(line, dtype=np.float64).T
-                yield corner + u[:, None] * inward + v[:, None] * along
+            frame = np.array([inward, along])
+            *treads, way, head = (
+                corner + np.array(line, dtype=np.float64) @ frame for line in _lines(deep, wide, at, is_down=is_down)
+            )
+            broad = min(wide, deep)
+            yield DrawnStair(treads, way, head, broad if broad < _FLIGHTS_M else broad / 2, is_down)
 
 
 def _stairs(plan: PlanData) -> Iterator[tuple[Polygon, Points, bool]]:
@@ -90,7 +109,7 @@ def _lines(deep: float, wide: float, at: float, *, is_down: bool) -> Iterator[li
     if wide > deep and wide > _FLIGHTS_M:  # A2
         turn = deep * float(np.tan(np.pi / 6))
         fan = [[(0.0, deep), (turn, 0.0)], [(0.0, deep), (deep, deep - turn)]]
-        treads = [[(0.0, v), (deep, v)] for v in _steps(deep, wide)]
+        treads = [[(0.0, v), (deep, v)] for v in (deep, *_steps(deep, wide))]
         way = [(_HEAD_M, deep / 2), (deep / 2, deep / 2), (deep / 2, wide - _HEAD_M)]
         lines, flip = [*fan, *treads], at > wide / 2
     elif wide < _FLIGHTS_M:  # A1

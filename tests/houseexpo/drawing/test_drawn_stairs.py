@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 import shapely
 
+from houseexpo.drawing.scene import lay_out_plan
 from houseexpo.drawing.stairs import stair_lines
 from houseexpo.floorplan import FloorPlan
-from houseexpo.plan import PlanObject
+from houseexpo.plan import PlanObject, Room
 
 
 def with_well(wide: float, deep: float, landing: str = "south") -> FloorPlan:
@@ -38,8 +39,21 @@ def test_a_stair_has_treads_and_an_arrow(wide: float, deep: float, landing: str,
     assert way.coords[-1] == head.coords[1]
     edge = shapely.box(0.1, 0.1, 4.1, 4.1)
     assert shapely.Point(way.coords[0]).distance(edge) < 0.2
+    assert any(each.equals(shapely.LineString([(4.1, 1.5), (5.1, 1.5)])) for each in treads) == (corners == 3)
 
 
 @pytest.mark.parametrize("size", [(4.0, 4.0), (1.0, 9.0), (0.3, 2.0)])
 def test_what_is_larger_or_smaller_than_a_stair_has_no_treads(size: tuple[float, float]) -> None:
     assert not list(stair_lines(with_well(*size)))
+
+
+@pytest.mark.parametrize(("room", "word"), [(None, "down"), (0, "up")])
+def test_a_word_at_the_tail_of_the_arrow_says_where_a_stair_leads(room: int | None, word: str) -> None:
+    plan = with_well(1.0, 4.6)
+    (well,) = plan.objects
+    whole = Room(0, "Room", np.array([(0.1, 0.1), (0.1, 4.1), (4.1, 4.1), (4.1, 0.1)]))
+    plan = replace(plan, rooms=(whole,), objects=(replace(well, room=room),))
+    words = [text for text in lay_out_plan(plan, None, 800).words if text.lines == (word,)]
+    assert len(words) == 1
+    assert well.polygon.covers(shapely.Point(words[0].x, words[0].y))
+    assert not [text for text in lay_out_plan(plan, None, 40).words if text.lines == (word,)]
