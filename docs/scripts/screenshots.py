@@ -51,6 +51,7 @@ def shoot(data_set: Path, images: Path = IMAGES) -> None:
             page.get_by_label("Driver").first.select_option("frontier")
             page.get_by_label("Explorers").first.fill("30")
             page.get_by_role("button", name="Start", exact=True).click()
+            page.locator("dd.way", has_text=re.compile("[1-9]")).first.wait_for(timeout=_WAIT_MS)  # it is compiled
             page.wait_for_timeout(_EXPLORES_MS)
             page.screenshot(path=images / "serve_drive.png")
         chromium.close()
