@@ -686,7 +686,7 @@ class Review:
         is_word = asked.action in WORDS or asked.plan not in self.rejected
         plan = self._ground(asked.plan) if is_word else Ground(asked.plan, None, (0.0, 0.0, 0.0, 0.0))
         value, effect, more = decision_value(asked, plan), None, list[Any]()
-        then: list[tuple[Word, Any]] = []
+        then, beside = list[tuple[Word, Any]](), list[str]()
         if asked.action == "leave":
             more = [one_line(each) for each in asked.text.split("\n")[1:]]
         elif asked.action in WORDS:
@@ -700,7 +700,8 @@ class Review:
                 with suppress(ConfigError):  # what the words before it have done already
                     _, also = self._said(asked.plan, plan, each.action, [further], table)
                     then.append((each.action, further))
-                    effect = {**effect, "also": [*effect.get("also", ()), also["said"], *also.get("also", ())]}
+                    beside = [*beside, also["said"]]
+                    effect = {**effect, "also": [*beside, *also.get("also", ())]}  # what followed before may be gone
         source = self._hash_at(asked.plan) if effect else ""
         answer = one_line(asked.answer) if asked.action == "leave" else ""
         line = self.decisions.decide(

@@ -313,6 +313,19 @@ def test_what_is_said_is_moved_taken_out_and_undone_over_http(client: TestClient
     assert client.post("/houses/review/redo", json={"reviewer": "ann"}).status_code == 400
 
 
+def test_one_decision_may_say_several_words_and_one_undo_takes_them_back(client: TestClient, folder: Path) -> None:
+    wall = [[2.0, 0.1], [2.0, 3.1]]
+    then = [{"action": "no_room", "points": [[1.0, 1.0]]}, {"action": "no_door", "points": [[90.0, 90.0]]}]
+    decide(client, "doubtful", "wall", 400, points=wall, then=then)  # a point far from the plan
+    said = decide(client, "doubtful", "wall", points=wall, then=[then[0], then[0]])
+    assert [each["word"] for each in said["effects"]] == ["wall", "no_room"]
+    assert len(said["shape"]["rooms"]) == 2
+    assert len(said["history"]) == 1
+    assert "is no room" in said["effect"]["also"][0]
+    assert client.post("/houses/review/undo", json={"reviewer": "ann"}).json()["effects"] == []
+    assert overrides(folder) == {}
+
+
 @pytest.mark.parametrize("words", [{"value": "wall"}, {"value": []}, {"word": "keep", "value": [1, 2]}, {}])
 def test_what_does_not_name_a_correction_is_refused(client: TestClient, folder: Path, words: dict[str, Any]) -> None:
     asked = {"plan": "doubtful", "word": "wall", "reviewer": "ann", **words}
