@@ -85,6 +85,8 @@ _NARROW: Final = {"several": 0.4, "wide": 0.3}
 """Doubt of rooms that passages join. In maps that people judged, 4 of 15 pairs with several passages were one room, and
 3 of 36 with a wide one; an answer is seen at a glance, so the doubts are higher than these shares."""
 _MOST_NARROW: Final = 6
+_MOST_WAYS: Final = 4
+"""Ways between two rooms of which one may be the only one: each needs a key."""
 _WIDE: Final = 0.6
 """A passage that takes this share of the edges at which two rooms face each other has no wall beside it: the rest lies
 before the ends of the walls that it meets."""
@@ -523,9 +525,16 @@ def _parted(plan: FloorPlan, places: Sequence[tuple[str, LineString]]) -> Iterat
         at = _middle(widest)
         names = " and ".join(f"{_name(room)} of {room.area:.1f} m²" for room in (first, second))
         says = f"Are {names} one room? {why}."
-        answers = Answer("One room", "one_room", (_inside(first), _inside(second))), Answer("Two rooms")
+        one = Answer("One room", "one_room", (_inside(first), _inside(second)))
+        answers = one, Answer("Two rooms"), *(_only(door, doors) for door in doors if 1 < len(doors) <= _MOST_WAYS)
         asked.append(Question(_key(plan, "parted", at), at, says, answers, doubt, min(first.area, second.area)))
     yield from sorted(asked, key=lambda each: (-each.doubt, -each.area, each.key))[:_MOST_NARROW]
+
+
+def _only(door: Door, doors: Sequence[Door]) -> Answer:
+    """Return the answer that one of several passages between two rooms is the only one."""
+    others = [(_middle(other),) for other in doors if other is not door]
+    return Answer(f"Two rooms, and only the way of {door.width:.2f} m", "no_door", others[0], more=tuple(others[1:]))
 
 
 def _facing_m(one: Room, other: Room, door: Door) -> float:

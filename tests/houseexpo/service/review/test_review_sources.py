@@ -471,7 +471,10 @@ def test_rooms_that_are_open_to_each_other_may_be_one() -> None:
     plan, view = arena((0.5, 1.4), (4.0, 5.5))
     (asked,) = questions(plan, (), view)
     assert "2 passages join them" in asked.says
-    assert [answer.action for answer in asked.answers] == ["one_room", "leave"]
+    assert [answer.action for answer in asked.answers] == ["one_room", "leave", "no_door", "no_door"]
+    assert asked.answers[2].title.endswith("the way of 0.90 m")
+    gone = source_points_from_plan(plan.frame, asked.answers[2].points).tolist()
+    assert [door.width for door in plan.corrected(Override(no_door=gone)).plan.doors] == [0.9]
     assert questions(plan) == []  # what the source shows is not known
     assert questions(plan, [asked.key], view) == []
     sure = tuple(replace(door, confidence=1.0) for door in plan.doors)
