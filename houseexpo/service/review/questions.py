@@ -525,8 +525,8 @@ def _parted(plan: FloorPlan, places: Sequence[tuple[str, LineString]]) -> Iterat
         at = _middle(widest)
         names = " and ".join(f"{_name(room)} of {room.area:.1f} m²" for room in (first, second))
         says = f"Are {names} one room? {why}."
-        one = Answer("One room", "one_room", (_inside(first), _inside(second)))
-        answers = one, Answer("Two rooms"), *(_only(door, doors) for door in doors if 1 < len(doors) <= _MOST_WAYS)
+        joined = Answer("One room", "one_room", (_inside(first), _inside(second)))
+        answers = joined, Answer("Two rooms"), *(_only(door, doors) for door in doors if 1 < len(doors) <= _MOST_WAYS)
         asked.append(Question(_key(plan, "parted", at), at, says, answers, doubt, min(first.area, second.area)))
     yield from sorted(asked, key=lambda each: (-each.doubt, -each.area, each.key))[:_MOST_NARROW]
 
