@@ -69,8 +69,9 @@ class ReviewQueue:
         return [{"plan": each, "title": str(title or parts_of(each).level[1:])} for each, title in told if len(ids) > 1]
 
     def progress(self, judged: Mapping[str, PlanDecisions]) -> dict[str, int]:
-        """Return the number of plans and of judged ones, in all and among the doubtful ones."""
+        """Return the number of plans and of judged ones, in all and among the doubtful ones; a note decides nothing."""
         doubtful = self.order[: self.doubtful]
+        judged = {name: each for name, each in judged.items() if set(each.actions) != {"note"}}
         return {
             "plans": len(self.order),
             "judged": sum(name in self.places for name in judged),

@@ -506,7 +506,7 @@ function sayEffect({ effect }, plan, otherwise) {
   else say(`${otherwise} It is on the disk.${partsNowhere ? " No place is known at which the room may part: draw a wall (W) or an opening (P)." : ""}`, "good");
 }
 
-const confirmed = (answer) => (answer === "Right" ? answer : `Right: ${answer[0].toLowerCase()}${answer.slice(1)}`);
+const confirmed = (answer) => (answer === "Right" || answer === SEVERAL ? answer : `Right: ${answer[0].toLowerCase()}${answer.slice(1)}`);
 
 function decide(action, { points = [], text = "", more = [], then = [], answer: confirms = "" } = {}) {
   if (!mayWrite()) return undefined;

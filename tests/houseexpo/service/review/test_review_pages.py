@@ -108,6 +108,13 @@ def test_decisions_are_what_a_build_reads(client: TestClient, folder: Path) -> N
     assert shown["progress"] == {"plans": 4, "judged": 3, "doubtful": 2, "doubtful_judged": 2}
 
 
+def test_a_note_decides_nothing(client: TestClient) -> None:
+    decide(client, "sure", "note", text="looked at")
+    assert state(client, plan="sure")["progress"]["judged"] == 0
+    decide(client, "sure", "keep")
+    assert state(client, plan="sure")["progress"]["judged"] == 1
+
+
 def test_the_next_open_plan_is_one_that_nobody_judged_or_looks_at(client: TestClient) -> None:
     assert state(client, move="open")["plan"] == "doubtful"
     assert state(client, move="open", reviewer="ben")["plan"] == "middling"
