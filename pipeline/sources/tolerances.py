@@ -120,9 +120,8 @@ WALLS_ENDED: Final = 0.05  # where no larger share goes on through a layer, the 
 # Decisions about the up axis and the unit (``storeys.axis_and_unit``, ``storeys.scale``). Evidence adds up; its unit
 # is that of flatness, the logarithm of width over height.
 
-FLATNESS_WEIGHT: Final = 1.5  # for flatness: a house is flatter than it is wide; and for walls without any flat face
+FLATNESS_WEIGHT: Final = 1.5  # for flatness: a house is flatter than it is wide
 SQUARE_WEIGHT: Final = 3.0  # for the share of faces that stand upright or lie level
-BARE_SHARE: Final = 0.06  # share of level faces in a mesh of walls alone, at most
 # for a format's usual axis: a house outweighs it that is 1.5 times as deep as high when stood on the other axis
 CUSTOM_WEIGHT: Final = 0.9
 DECLARED_WEIGHT: Final = 6.0  # for an axis that the file declares
@@ -134,9 +133,7 @@ PLINTH: Final = 0.04  # share of the upright area that the side of the base adds
 PROFILE_BINS: Final = 400  # steps of the profile over the whole height
 HEAD_GROWTH: Final = 0.03  # share of the usual wall length that a door or two of a house add over their heads
 HEADS_AT: Final = (0.5, 0.96)  # shares of a storey's height between which openings end
-LOW_HEADS_AT: Final = (0.15, 0.5)  # the same in its lower half: a storey that is two
-HEAD_LEVEL: Final = 0.002  # share of the plan: the undersides of a lintel or two
-MAX_HEADS: Final = 2  # heights of heads that are looked at, in each half of a storey
+MAX_HEADS: Final = 2  # heights of heads that are looked at
 SCALES: Final = (10.0, 15.0, 20.0, 25.0, 50.0, 100.0)  # scales of models
 NEAR_HEAD: Final = 0.09  # difference in the logarithm up to which an opening ends at the usual height
 SCALED: Final = 0.03  # how much nearer a scaled unit must come than a bare one, in the same measure

@@ -165,5 +165,5 @@ def test_a_house_that_is_too_large_is_told_by_what_stands_in_it_unless_the_forma
 
 
 def test_walls_in_one_plane_stand_at_no_scale():
-    least, most = UprightShape(widths=(0.0, 5.0), storey=2.5, flatness=1.0, bare=False, square=1.0).scales()
+    least, most = UprightShape(widths=(0.0, 5.0), storey=2.5, flatness=1.0, square=1.0).scales()
     assert least > most
