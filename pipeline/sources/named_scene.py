@@ -42,7 +42,6 @@ from pipeline.sources.roles import (
 )
 from pipeline.sources.storeys.surfaces import Surfaces, cut_at_height
 from pipeline.sources.tolerances import (
-    AJAR_M,
     DEEPEST_WALL_M,
     DOOR_SHAPE,
     FILE_GRID_M,
@@ -144,8 +143,7 @@ def may_be_door(mesh: Mesh, faces: Indices, sure: bool) -> bool:
     low, high = bounding_box(mesh, faces)
     width, depth = plan_sides(mesh, faces)
     height = float(high[2] - low[2])
-    # a frame is as deep as its wall; what is deeper is a leaf that stands open, or no door
-    if max(width, height) > NAMED_DOOR_M[1] or (depth > STUB_M and width > AJAR_M):
+    if max(width, height) > NAMED_DOOR_M[1]:
         return False
     if not sure and not (LEAF_HEIGHT_M[0] <= height <= LEAF_HEIGHT_M[1] and width >= SINGLE_DOOR_M[0]):
         return False

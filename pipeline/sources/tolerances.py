@@ -59,7 +59,6 @@ NARROWEST_DOOR_M: Final = 0.3  # a narrower line or body is no door
 WIDEST_DOOR_BODY_M: Final = 4.0  # a wider body is no door: gates of garages are narrower
 SWING_M: Final = (0.4, 2.0)  # radius of the arc that a door's leaf draws
 WAIST_M: Final = 1.1  # height at which nothing may stand over a threshold; lower doors of IFC files are hatches
-AJAR_M: Final = 1.5  # a leaf that stands open in its frame is as deep as it is wide, and this wide at most
 LEAF_HEIGHT_M: Final = (1.7, 2.7)  # height of a piece whose name may mean a door
 DOOR_SHAPE: Final = (1.5, 4.5)  # height over width of doors that stand upright on an axis
 WALL_HEIGHT_M: Final = 2.5  # height of a wall of which the file says nothing
@@ -115,7 +114,6 @@ LINTEL_CUT_M: Final = 2.15
 LAYER_HALF_M: Final = 0.06  # half the range of heights in which faces make one level surface: coverings, scans
 FLOOR_FACES: Final = (0.1, 0.9)  # shares of a level surface's area that tell its underside and its top
 OUTSIDE_SHARE: Final = 0.005  # share of the wall area that may stand outside of the house on each side
-WALLS_ENDED: Final = 0.05  # where no larger share goes on through a layer, the walls end there
 
 # Decisions about the up axis and the unit (``storeys.axis_and_unit``, ``storeys.scale``). Evidence adds up; its unit
 # is that of flatness, the logarithm of width over height.

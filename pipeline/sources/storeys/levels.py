@@ -71,7 +71,6 @@ from pipeline.sources.tolerances import (
     TINY,
     UPRIGHT_M2,
     VERTICAL,
-    WALLS_ENDED,
 )
 from pipeline.tolerances import (
     AROUND_M,
@@ -88,6 +87,7 @@ from pipeline.tolerances import (
     ROOMY_M2,
     SAME,
     SOME,
+    SPECK,
     STANDS,
     THIN_WALL_M,
     WALL_M,
@@ -530,7 +530,7 @@ def _ceiling(
     if not closing and above is None:  # a slab under an attic or a parapet, on which walls go on
         # a layer through which more of the walls goes on hangs between them
         # walls that go on a metre over a slab are those of an attic; over less, it may be a hung ceiling
-        closing = [c for c in covers if through(c) <= (NEARLY_ALL if end - c.top > AROUND_M else WALLS_ENDED)]
+        closing = [c for c in covers if through(c) <= (NEARLY_ALL if end - c.top > AROUND_M else SPECK)]
     if not closing:  # sheets, or walls open above; a hung ceiling closes nothing
         return float(end - height - (COVER_MARGIN_M if above is not None else 0.0))
     slab = closing[-1]
