@@ -14,7 +14,7 @@ from houseexpo.exports.encoding import Files, valid_xml_text
 from houseexpo.exports.openings import WallOpening, wall_openings
 from houseexpo.exports.placement import pose_in_export
 from houseexpo.exports.plan_bodies import BodyOptions, PlanBodies, plan_bodies
-from houseexpo.exports.storeys import FLOOR_M, STEP_M, PlacedStorey, stack_storeys
+from houseexpo.exports.storeys import FLOOR_M, RISER_M, PlacedStorey, stack_storeys
 from houseexpo.floorplan import FloorPlan
 from houseexpo.grids.raster import all_rings
 from houseexpo.plan import Room
@@ -168,7 +168,7 @@ class _Writer:
             self._aggregate("spaces", storey, spaces)
         elements = [*self._walls(built, doors), self._slab(built)]
         elements += [
-            self._element("IfcStair", name, "stairwell", shape, -STEP_M - FLOOR_M, FLOOR_M)
+            self._element("IfcStair", name, "stairwell", shape, -RISER_M - FLOOR_M, FLOOR_M)
             for name, shape in built.named_wells
         ]
         elements += [

@@ -21,7 +21,7 @@ from houseexpo.exports.plan_bodies import (
     room_floors,
     unnamed_floor,
 )
-from houseexpo.exports.storeys import FLOOR_M, STEP_M, storey_bodies
+from houseexpo.exports.storeys import FLOOR_M, RISER_M, storey_bodies
 from houseexpo.floorplan import FloorPlan
 from houseexpo.grids.raster import all_rings
 
@@ -166,7 +166,7 @@ def _bodies(built: PlanBodies, roof: BaseGeometry | None = None) -> Iterator[tup
     for name, shape in {**floors, "floor": unnamed_floor(built, floors)}.items():
         yield name, "floor", extrude_polygon(shape, FLOOR_M).translate((0, 0, -FLOOR_M))
     for name, shape in built.named_wells:
-        yield name, "furniture", extrude_polygon(shape, FLOOR_M).translate((0, 0, -STEP_M - FLOOR_M))
+        yield name, "furniture", extrude_polygon(shape, FLOOR_M).translate((0, 0, -RISER_M - FLOOR_M))
     if any(thing.height > 0 for thing in built.furniture):
         yield "furniture", "furniture", _furniture(built)
     if roof is not None and not roof.is_empty:

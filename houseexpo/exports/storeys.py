@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 STOREY_HEIGHT_M: Final = 3.0
 """The height from floor to floor, metres, if the plans do not state their elevations."""
 FLOOR_M: Final = 0.05
-STEP_M: Final = 0.18  # the uppermost step of a stair from below lies so far under the floor: a usual rise
+RISER_M: Final = 0.18  # the uppermost step of a stair from below lies so far under the floor: a usual rise
 """Thickness of a storey's floor, metres; the floor lies under the storey's elevation."""
 
 

@@ -463,7 +463,7 @@ class LevelParts:
     openings: tuple[Opening, ...] = ()
     windows: tuple[Opening, ...] = ()
     over_thresholds: tuple[Opening, ...] = ()
-    """R6: there may be others, of which nothing is named."""
+    """Openings over thresholds; there may be others, of which nothing is named."""
 
 
 def divide_among_levels(named: NamedScene, floors_z: Sequence[float]) -> list[LevelParts]:

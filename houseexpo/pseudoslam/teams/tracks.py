@@ -30,7 +30,7 @@ from houseexpo.words import suggest_name
 
 SEEN_ENOUGH: Final = 0.99
 """The share of what can be seen at which an episode of a track ends."""
-_SPARE_M: Final = 0.1
+_RIMS_APART_M: Final = 0.1
 """Distance between the rims of robots that start together."""
 
 
@@ -122,7 +122,7 @@ def choose_starts(world: World, config: SimulatorConfig, robots: int, rng: np.ra
     The first is drawn at random; each other one is as near to it as it can be.
     """
     ppm = config.pixels_per_metre
-    radius_px, apart_px = config.robot.radius_m * ppm, (2 * config.robot.radius_m + _SPARE_M) * ppm
+    radius_px, apart_px = config.robot.radius_m * ppm, (2 * config.robot.radius_m + _RIMS_APART_M) * ppm
     cells = np.argwhere(world.traversable != 0)
     middles = cells[:, ::-1] + 0.5
     for _ in range(100):
