@@ -12,7 +12,7 @@ import pytest
 from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.agents.loading import load_policy
 from houseexpo.pseudoslam.agents.protocol import Knowledge, Robot
-from houseexpo.pseudoslam.agents.social import KeepingAway, Waiting
+from houseexpo.pseudoslam.agents.social import GivingWay, KeepingAway, Measures, Waiting
 from houseexpo.pseudoslam.benchmark.cases import Case
 from houseexpo.pseudoslam.benchmark.episodes import EpisodeRunner, gap_to_people
 from houseexpo.pseudoslam.benchmark.tracks import find_track
@@ -41,7 +41,7 @@ def made(factory: Any) -> Any:
     return factory(Robot(SOCIAL.config), 0)
 
 
-@pytest.mark.parametrize("factory", [Waiting, KeepingAway])
+@pytest.mark.parametrize("factory", [Waiting, KeepingAway, GivingWay])
 def test_alone_a_robot_goes_straight_to_its_goal(factory: Any) -> None:
     policy = made(factory)
     assert [policy(None, knowing(1.0)).tolist() for _ in range(3)] == [FORWARD] * 3
@@ -67,9 +67,52 @@ def test_a_robot_keeps_away_where_there_is_room() -> None:
     assert made(KeepingAway)(None, knowing(6.0, (3.0, 2.9, 0.0, 0.0))).tolist() == FORWARD  # not in the way
 
 
-def test_in_an_unknown_house_they_are_refused() -> None:
+def giving(**measures: float) -> GivingWay:
+    return GivingWay(Robot(SOCIAL.config), 0, Measures(**measures))
+
+
+def test_a_robot_gives_way_by_its_measures() -> None:
+    """A corridor of 1 m, in which nobody can be passed; a step ends at 1.3 m and half of one at 1.15 m."""
+    ahead = knowing(1.0, (2.2, 0.0, 0.0, 0.0))  # the gap is 0.8 m, after a step 0.5 m
+    assert giving(stop_m=0.45)(None, ahead).tolist() == FORWARD
+    assert giving(stop_m=0.6)(None, ahead).tolist() == [0.5, 0.0]
+    assert giving(stop_m=0.7)(None, ahead).tolist() == STAY
+    assert giving(stop_m=0.9)(None, ahead).tolist() == STAY
+    coming = knowing(1.0, (3.2, 0.0, -1.2, 0.0))
+    assert giving(stop_m=0.6, ahead_s=0.1)(None, coming).tolist() == FORWARD
+    assert giving(stop_m=0.6, ahead_s=1.0)(None, coming).tolist() == STAY
+    assert giving(stop_m=0.9)(None, knowing(1.0, (0.6, 0.0, 0.0, 0.0))).tolist() == FORWARD  # away from one behind
+    touching = knowing(1.0, (1.55, 0.0, 0.0, 0.0))
+    assert giving(stop_m=0.01)(None, touching).tolist() == STAY  # it would be stopped at 0.1 m
+
+
+def test_a_robot_that_has_waited_goes_closer_round_or_back() -> None:
+    ahead = knowing(1.0, (2.2, 0.0, 0.0, 0.0))
+    patient = giving(stop_m=0.9, calm_s=2.0, patience_s=99.0, retreat_s=99.0)
+    actions = [patient(None, ahead).tolist() for _ in range(5)]
+    assert actions == [STAY, STAY, [0.5, 0.0], [0.5, 0.0], [0.5, 0.0]]  # after 1 s it keeps 0.6 m
+    in_hall = knowing(6.0, (1.75, 0.0, 0.0, 0.0))
+    goes_round = giving(stop_m=0.45, patience_s=1.0, retreat_s=99.0, calm_s=99.0, extra_m=2.0)
+    assert [abs(goes_round(None, in_hall)[1]) > 0.9 for _ in range(3)] == [False, False, True]
+    too_long = giving(stop_m=0.45, patience_s=1.0, retreat_s=99.0, calm_s=99.0, extra_m=0.01)
+    assert [abs(too_long(None, in_hall)[1]) > 0.9 for _ in range(3)] == [False] * 3
+    makes_room = giving(stop_m=0.45, retreat_s=1.0, patience_s=99.0, calm_s=99.0)
+    coming = knowing(1.0, (1.6, 0.0, -0.5, 0.0))
+    assert [makes_room(None, coming).tolist() for _ in range(4)] == [STAY, STAY, STAY, [-1.0, 0.0]]
+
+
+def test_a_robot_goes_while_it_turns_by_little() -> None:
+    """The goal is 0.35 rad to the left: it takes two steps to turn there."""
+    knowledge = knowing(6.0)
+    knowledge["goal_px"] = knowledge["goal_px"] - (0.0, 1.46 * METRE)
+    assert giving(swing_rad=0.05)(None, knowledge).tolist() == [0.0, 1.0]
+    assert giving(swing_rad=0.4)(None, knowledge).tolist() == [pytest.approx(0.8), 1.0]
+
+
+@pytest.mark.parametrize("factory", [Waiting, GivingWay])
+def test_in_an_unknown_house_they_are_refused(factory: Any) -> None:
     with pytest.raises(ConfigError, match=r"expected a task in a known house \(known_map\), found an unknown one"):
-        Waiting(Robot(replace(SOCIAL.config, known_map=False)), 0)
+        factory(Robot(replace(SOCIAL.config, known_map=False)), 0)
 
 
 def test_the_gap_is_that_of_the_circles() -> None:
