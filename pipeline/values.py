@@ -219,7 +219,7 @@ class Evidence:
     ``walls`` reach from the floor to head height (``tall``), or to a window or a sloped roof. ``lintels`` hang over
     free floor. ``rails`` are thin and end below head height. ``furniture`` is everything else that stands on the floor.
     ``leaves`` are door leaves, open or closed; ``doorways`` are the places of known doors. ``floor`` is the source's or
-    None. ``shallow_headers`` hang from the ceiling by a
+    None. ``low_headroom`` is where a roof is too low to stand under. ``shallow_headers`` hang from the ceiling by a
     hand's breadth only. ``partial_height`` are parts of the walls that end below the ceiling (a garden's wall, a
     partition). ``heights`` are those of the sections, metres. ``scanned`` is True for a point cloud and the mesh of a
     scan. ``open_edge`` is where such a scan ends and nothing stands; it lies along the walls, disjoint from them, and
@@ -234,6 +234,7 @@ class Evidence:
     doorways: tuple[Opening, ...] = ()
     leaves: tuple[Polygon, ...] = ()
     floor: BaseGeometry | None = None
+    low_headroom: BaseGeometry = EMPTY
     shallow_headers: BaseGeometry = EMPTY
     partial_height: BaseGeometry = EMPTY
     heights: Mapping[str, float | list[float]] = field(default_factory=dict)

@@ -31,7 +31,7 @@ from pipeline.geometry.areas import (
     unite,
 )
 from pipeline.geometry.mesh_slicing import MeshSlicer, SectionSegments, winding_number
-from pipeline.geometry.meshes import box_around_polygon, cells_along
+from pipeline.geometry.meshes import Mesh, box_around_polygon, cells_along
 from pipeline.geometry.prisms import Prisms
 from pipeline.tolerances import (
     BESIDE_M,
@@ -44,6 +44,7 @@ from pipeline.tolerances import (
     MM_M,
     MOST,
     NEARLY_ALL,
+    PATCH_M2,
     POINT_M,
     SLIVER_M,
     SOME,
@@ -591,6 +592,7 @@ class WallSections:
 
 GOES_ON = 0.75
 LIKE_A_SHEET = 1.3
+HEADROOM_M = (1.0, 1.9)
 
 
 def find_overhangs(above: Sequence[BaseGeometry], standing: BaseGeometry) -> BaseGeometry:
@@ -656,6 +658,20 @@ def _walls_go_on(part: Polygon, walls: BaseGeometry, higher: BaseGeometry, *, al
     if beside.is_empty:
         return alone
     return bool(intersect(beside, _around(part, higher)).area > GOES_ON * beside.area)
+
+
+def find_low_headroom(mesh: Mesh) -> BaseGeometry:
+    """Return where a roof or a ceiling hangs too low to stand under: the plan area of large faces at such a height."""
+    if isinstance(mesh, Prisms):  # without triangles where no body has so large a face
+        mesh = Prisms(each for each in mesh.bodies if each.area.area > PATCH_M2)
+    if not ((mesh.heights > HEADROOM_M[0]) & (mesh.heights < HEADROOM_M[1])).any():
+        return EMPTY
+    corners = mesh.vertices[mesh.faces]
+    top = corners[:, :, 2].max(axis=1)
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    plan_m2 = np.abs(normal[:, 2]) / 2
+    low = (top > HEADROOM_M[0]) & (top < HEADROOM_M[1]) & (plan_m2 > PATCH_M2)
+    return unite(shapely.polygons(corners[low][:, :, :2])) if low.any() else EMPTY
 
 
 def ends_at_sloped_roof(part: Polygon, cutter: MeshSlicer | Prisms, stood_m: float = FOOT_M) -> bool:

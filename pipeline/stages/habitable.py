@@ -6,6 +6,7 @@ R1  A room that the source names is a room. Any other space is a room unless one
       a room whose floor nobody drew). Around a corridor, lintels and gaps count like walls. A corridor has several
       known doors, or one known door and is all that joins its neighbours. Where no door is known, gaps and lintels no
       wider than a door are its doors.
+    - A roof leaves it too low to stand in (a void under a roof).
     - The source says that most of it is outdoors.
     - It has no way to another space, and a railing bounds most of its edge (a roof terrace), or ``STANDS`` of it at
       the outside of the house (a balcony).
@@ -100,6 +101,7 @@ def keep_habitable_spaces(
     entered = {side for sides in inner for side in sides}
     area = shapely.area(rooms)
     covered = shares_inside(rooms, evidence.floor)
+    low = shares_inside(rooms, evidence.low_headroom)
     below = shares_inside(rooms, level.below)
     known = evidence.floor is not None and bool((covered * area).sum() > MOST * _floorable_m2(rooms, level))
     doors = [c.polygon for c in candidates if c.closed_by in KNOWN]
@@ -136,7 +138,7 @@ def keep_habitable_spaces(
         around = over if is_corridor else walls
         floored = not known or share >= SOME or (_along(room, around()) > MOSTLY and not _is_shaft(room))
         is_cell = all_closed and k not in passable and _along(room, walls()) > NEARLY_ALL
-        if (floored and k not in outdoors) or is_cell or _is_named(room, level):
+        if (floored and low[k] <= LARGELY and k not in outdoors) or is_cell or _is_named(room, level):
             kept.append(room)
     return kept
 

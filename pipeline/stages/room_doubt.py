@@ -6,7 +6,7 @@ that a space is a room. It is fitted on spaces of real houses that people have m
 (``python -m research.weights_fit``). Qualities and confidences rest on it.
 
 F1  Floor: ``floorless``, the share of a space without one, where the source draws floors; ``over_void``, the share
-    that lies over the floor of a lower level;
+    that lies over the floor of a lower level; ``low``, the share that a roof leaves too low to stand in.
 F2  Sky: ``open_sky``, the share with nothing above it, where the other spaces lie under a ceiling or a roof;
     ``upper_sky``, the same where a level lies below; ``roofed``, the contrary of the first.
 F3  Edge: the shares of a space's edge that are not wall or known door (``wallless``), that are no lintel either
@@ -180,6 +180,7 @@ def _floor_and_sky(spaces: list[Polygon], area: Floats, level: Level, evidence: 
     found = {
         "floorless": (1.0 - floored) * knows_floor,
         "over_void": shares_inside(spaces, level.below) * (1.0 - floored),
+        "low": shares_inside(spaces, evidence.low_headroom),
     }
     if under is None:
         return found
