@@ -131,6 +131,7 @@ PLINTH: Final = 0.04  # share of the upright area that the side of the base adds
 PROFILE_BINS: Final = 400  # steps of the profile over the whole height
 HEAD_GROWTH: Final = 0.03  # share of the usual wall length that a door or two of a house add over their heads
 HEADS_AT: Final = (0.5, 0.96)  # shares of a storey's height between which openings end
+HEAD_LEVEL: Final = 0.002  # share of the plan: the undersides of a lintel or two
 MAX_HEADS: Final = 2  # heights of heads that are looked at
 SCALES: Final = (10.0, 15.0, 20.0, 25.0, 50.0, 100.0)  # scales of models
 NEAR_HEAD: Final = 0.09  # difference in the logarithm up to which an opening ends at the usual height

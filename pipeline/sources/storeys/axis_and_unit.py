@@ -62,6 +62,7 @@ from pipeline.sources.tolerances import (
     FEW,
     FLATNESS_WEIGHT,
     HEAD_GROWTH,
+    HEAD_LEVEL,
     HEADS_AT,
     HIGHEST_BUILDING_M,
     HIGHEST_STOREY_M,
@@ -390,8 +391,8 @@ def _storey(
 
     The halves of a split level have storeys of their own.
 
-    And in it, above its foot, the heights in its upper half at which openings end and there is more wall than below. At
-    last whether the walls may be cut off. ``level`` is each face's level area
+    And in it, above its foot, the heights in its upper half at which openings end: where there is more wall than below,
+    or the underside of a lintel. At last whether the walls may be cut off. ``level`` is each face's level area
     (m,), ``footprint`` what the walls span.
     """
     low, high = surfaces.low[walls, axis].min(), surfaces.high[walls, axis].max()
@@ -412,7 +413,10 @@ def _storey(
             foot, storey = floor, ceiling - floor
     growth, usual = _growth(profile), float(np.median(profile.length))
     heights = (profile.edges[:-1] - foot) / storey
-    heads = sorted(head * storey for head in _heads(heights, growth, HEAD_GROWTH * usual))
+    grown = _heads(heights, growth, HEAD_GROWTH * usual)
+    level_at = np.histogram(middle[flats], profile.edges, weights=level[flats])[0]
+    undersides = _heads(heights, level_at, HEAD_LEVEL * footprint)
+    heads = sorted({head * storey for head in (*grown, *undersides)})
     may_be_cut = _is_open_above(profile, covered, foot, storey, footprint)
     return foot, storey, tuple(heads), may_be_cut
 
@@ -440,9 +444,9 @@ def _growth(profile: WallProfile) -> Floats:
     return grown
 
 
-def _heads(heights: Floats, growth: Floats, least: float) -> tuple[float, ...]:
-    """Return the heights, as shares of a storey, at which the walls grow by more than ``least``, the strongest few."""
-    left = np.where((heights > HEADS_AT[0]) & (heights < HEADS_AT[1]), growth, 0.0)
+def _heads(heights: Floats, evidence: Floats, least: float) -> tuple[float, ...]:
+    """Return the heights, as shares of a storey, at which the evidence peaks, the strongest few above ``least``."""
+    left = np.where((heights > HEADS_AT[0]) & (heights < HEADS_AT[1]), evidence, 0.0)
     found: list[float] = []
     while len(found) < MAX_HEADS and left.max() > least:
         best = int(left.argmax())
