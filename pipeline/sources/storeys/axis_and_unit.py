@@ -70,7 +70,6 @@ from pipeline.sources.tolerances import (
     LIKE,
     LIKELY_STOREY_M,
     LONGEST_AT_LEAST_M,
-    LOW_HEADS_AT,
     LOWEST_CUT_M,
     MAX_HEADS,
     NAMED_DOOR_M,
@@ -86,7 +85,7 @@ from pipeline.sources.tolerances import (
     USUAL_STOREY_M,
     WIDTH_M,
 )
-from pipeline.tolerances import LARGELY, MOSTLY, SAME, THIRD
+from pipeline.tolerances import HARDLY, MOSTLY, SAME, THIRD
 from pipeline.values import CUT_OFF, Mesh
 
 UPS = {"y": 1, "z": 2}
@@ -189,7 +188,7 @@ def _as_one_storey(shape: UprightShape, metres: float) -> UprightShape:
     """Return the shape with its walls as one storey, if no storey of it is as high as a room."""
     low, high = STOREY_M
     if shape.storey * metres < low <= shape.height * metres <= high:
-        return replace(shape, storey=shape.height, heads=(), lower=())
+        return replace(shape, storey=shape.height, heads=())
     return shape
 
 
@@ -270,7 +269,7 @@ def _of_a_model(shape: UprightShape, convention: FrameConvention, door: float | 
     metres = convention.metres or 1.0
     if convention.declared or door is not None or shape.storey * metres <= HIGHEST_STOREY_M or not shape.heads:
         return None
-    if do_opening_heads_fit_unit([*shape.heads, *shape.lower], metres):
+    if do_opening_heads_fit_unit(shape.heads, metres):
         return None
     told = unit_from_opening_heads(shape.storey, shape.heads)
     return told if told and shape.fits_width(told) else None
@@ -322,7 +321,6 @@ class UprightShape:
     square: float  # share of the area that is upright or level; on a wrong axis, a turned house has slopes
     heads: tuple[float, ...] = ()  # of openings, above the storey's foot
     height: float = 0.0  # of all walls, whatever divides them
-    lower: tuple[float, ...] = ()  # in the lower half of the storey, where openings end that are as many
     foot: float = 0.0  # where the storey begins
     may_be_cut: bool = False  # nothing covers the walls, and nothing hangs over their openings (R10)
 
@@ -366,8 +364,8 @@ def measure_upright_shape(surfaces: Surfaces, axis: int) -> UprightShape | None:
     flatness = math.log(max(math.sqrt(widths[0] * widths[1]), TINY) / height)
     tall = [np.subtract(*_span(surfaces, walls, i, PLINTH)[::-1]) for i in range(3) if i != axis]
     level = _area_over_plan(surfaces, flats, spans, axis)
-    foot, storey, heads, lower, may_be_cut = _storey(surfaces, walls, level, axis, math.prod(tall))
-    return UprightShape((widths[0], widths[1]), storey, flatness, square, heads, height, lower, foot, may_be_cut)
+    foot, storey, heads, may_be_cut = _storey(surfaces, walls, level, axis, math.prod(tall))
+    return UprightShape((widths[0], widths[1]), storey, flatness, square, heads, height, foot, may_be_cut)
 
 
 def _span(surfaces: Surfaces, faces: Bools, axis: int, beyond: float = OUTSIDE_SHARE) -> tuple[float, float]:
@@ -388,13 +386,13 @@ def _area_over_plan(surfaces: Surfaces, flats: Bools, spans: list[tuple[float, f
 
 def _storey(
     surfaces: Surfaces, walls: Bools, level: Floats, axis: int, footprint: float
-) -> tuple[float, float, tuple[float, ...], tuple[float, ...], bool]:
+) -> tuple[float, float, tuple[float, ...], bool]:
     """Return the foot and the greatest height between two level surfaces that cover the plan, or the ends of the walls.
 
     The halves of a split level have storeys of their own.
 
-    And in it, above its foot, the heights at which openings end and there is more wall than below: those in its upper
-    half, and those in its lower half. At last whether the walls may be cut off. ``level`` is each face's level area
+    And in it, above its foot, the heights in its upper half at which openings end: where there is more wall than below,
+    or the underside of a lintel. At last whether the walls may be cut off. ``level`` is each face's level area
     (m,), ``footprint`` what the walls span.
     """
     low, high = surfaces.low[walls, axis].min(), surfaces.high[walls, axis].max()
@@ -415,15 +413,12 @@ def _storey(
             foot, storey = floor, ceiling - floor
     growth, usual = _growth(profile), float(np.median(profile.length))
     heights = (profile.edges[:-1] - foot) / storey
-    grown = _heads(heights, growth, HEADS_AT, HEAD_GROWTH * usual)
+    grown = _heads(heights, growth, HEAD_GROWTH * usual)
     level_at = np.histogram(middle[flats], profile.edges, weights=level[flats])[0]
-    undersides = _heads(heights, level_at, HEADS_AT, HEAD_LEVEL * footprint)
-    strongest = max((float(growth[heights == head].max()) for head in grown), default=0.0)
-    # a head in the lower half adds nearly as much as the strongest one in the upper half does
-    lower = _heads(heights, growth, LOW_HEADS_AT, max(LARGELY * strongest, HEAD_GROWTH * usual))
-    upper = sorted({head * storey for head in (*grown, *undersides)})
+    undersides = _heads(heights, level_at, HEAD_LEVEL * footprint)
+    heads = sorted({head * storey for head in (*grown, *undersides)})
     may_be_cut = _is_open_above(profile, covered, foot, storey, footprint)
-    return foot, storey, tuple(upper), tuple(sorted(head * storey for head in lower)), may_be_cut
+    return foot, storey, tuple(heads), may_be_cut
 
 
 def _is_open_above(profile: WallProfile, covered: Floats, foot: float, storey: float, footprint: float) -> bool:
@@ -435,8 +430,7 @@ def _is_open_above(profile: WallProfile, covered: Floats, foot: float, storey: f
     if covered[heights > HEADS_AT[1]].max(initial=0.0) > THIRD * footprint:
         return False
     under_top, below = (
-        profile.length[(heights > low) & (heights < high)]
-        for low, high in ((HEADS_AT[1], 1.0), (LOW_HEADS_AT[0], HEADS_AT[1]))
+        profile.length[(heights > low) & (heights < high)] for low, high in ((HEADS_AT[1], 1.0), (HARDLY, HEADS_AT[1]))
     )
     if not len(under_top) or not len(below):
         return False
@@ -450,9 +444,9 @@ def _growth(profile: WallProfile) -> Floats:
     return grown
 
 
-def _heads(heights: Floats, evidence: Floats, part: tuple[float, float], least: float) -> tuple[float, ...]:
-    """Heights in one part of a storey at which the evidence peaks, the strongest few; both are shares of a storey."""
-    left = np.where((heights > part[0]) & (heights < part[1]), evidence, 0.0)
+def _heads(heights: Floats, evidence: Floats, least: float) -> tuple[float, ...]:
+    """Return the heights, as shares of a storey, at which the evidence peaks, the strongest few above ``least``."""
+    left = np.where((heights > HEADS_AT[0]) & (heights < HEADS_AT[1]), evidence, 0.0)
     found: list[float] = []
     while len(found) < MAX_HEADS and left.max() > least:
         best = int(left.argmax())
