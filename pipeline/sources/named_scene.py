@@ -47,7 +47,6 @@ from pipeline.sources.tolerances import (
     FILE_GRID_M,
     HORIZONTAL,
     HOUSE_M2,
-    LEAF_HEIGHT_M,
     LOWEST_HEAD_M,
     MIN_DOORS,
     NAMED_DOOR_M,
@@ -145,7 +144,7 @@ def may_be_door(mesh: Mesh, faces: Indices, sure: bool) -> bool:
     height = float(high[2] - low[2])
     if max(width, height) > NAMED_DOOR_M[1]:
         return False
-    if not sure and not (LEAF_HEIGHT_M[0] <= height <= LEAF_HEIGHT_M[1] and width >= SINGLE_DOOR_M[0]):
+    if not sure and not (NAMED_DOOR_M[0] <= height and width >= SINGLE_DOOR_M[0]):
         return False
     return depth > STUB_M or not _is_wall_with_hole(mesh, faces, low, height)
 

@@ -11,7 +11,7 @@ import manifold3d
 import numpy as np
 import numpy.typing as npt
 
-from pipeline.sources.tolerances import BALL_FACES, SCARCELY, SKY_HEIGHTS, STRAY_REACH, TINY
+from pipeline.sources.tolerances import SCARCELY, SKY_HEIGHTS, STRAY_REACH, TINY
 from pipeline.values import Mesh
 
 Owners = npt.NDArray[np.int32]
@@ -95,7 +95,7 @@ class MeshScene:
         if len(self.parts) < 2 or not len(self.mesh.faces):
             return self
         of_part = self.owner == np.maximum(self.part_sizes, 0.0).sum(axis=1).argmax()  # no part in a ball is as large
-        if BALL_FACES <= of_part.sum() < len(of_part) and self._is_around(of_part):
+        if not of_part.all() and self._is_around(of_part):
             return self.of_faces(~of_part, self._also_left_out("a ball around it all: the sky"))
         return self
 

@@ -66,9 +66,7 @@ from pipeline.sources.tolerances import (
     HEADS_AT,
     HIGHEST_BUILDING_M,
     HIGHEST_STOREY_M,
-    IMPOSSIBLE_WEIGHT,
     LIKE,
-    LIKELY_STOREY_M,
     LONGEST_AT_LEAST_M,
     LOWEST_CUT_M,
     MAX_HEADS,
@@ -226,8 +224,7 @@ def _upright_evidence(shape: UprightShape, axis: str, convention: FrameConventio
     possible = any(shape.fits(metres) for metres in UNITS.values()) or shape.stands(convention.metres)
     if possible or shape.is_cut(convention.metres):
         return evidence
-    is_model = not convention.declared and shape.fits_width(USUAL_STOREY_M / shape.storey)  # R7
-    return evidence - (NO_UNIT_WEIGHT if is_model else IMPOSSIBLE_WEIGHT)
+    return evidence - NO_UNIT_WEIGHT
 
 
 def _is_likely(shape: UprightShape) -> bool:
@@ -239,8 +236,7 @@ def _is_likely(shape: UprightShape) -> bool:
 def _unit(shape: UprightShape, convention: FrameConvention, door: float | None) -> float | None:
     """Return the declared unit of a possible building, or one in which named doors are as high as doors; else None."""
     if door and convention.metres is not None and shape.fits(convention.metres):  # R4
-        low, high = LIKELY_STOREY_M
-        door = door if low <= shape.storey * USUAL_DOOR_M / door <= high else None
+        door = door if STOREY_M[0] <= shape.storey * USUAL_DOOR_M / door <= STOREY_M[1] else None
 
     def is_sound(metres: float) -> bool:
         return door is None or NAMED_DOOR_M[0] <= door * metres <= NAMED_DOOR_M[1]
