@@ -19,7 +19,7 @@ EXPLORERS := chooser chooser-1 chooser-2 finisher look-around straight swift fro
 RESULTS ?= $(EXPLORERS:%=budget:%) $(EXPLORERS:%=quality:%) $(patsubst %,avoidance:%,spin random forward wall) \
   $(foreach track,navigation pointgoal,$(patsubst %,$(track):%,a-star greedy random forward)) \
   $(patsubst %,roomgoal:%,$(SEEKERS)) $(if $(FURNISHED),$(patsubst %,objectgoal:%,$(SEEKERS))) \
-  $(foreach track,social social-orca,$(patsubst %,$(track):%,shortest wait keep-away)) \
+  $(foreach track,social social-orca,$(patsubst %,$(track):%,shortest wait keep-away give-way give-way-1 give-way-2)) \
   $(foreach track,large noisy people,$(patsubst %,$(track):%,chooser frontier random-frontier information wall forward random)) \
   $(patsubst %,slam:%,chooser frontier information)
 TRACKS  ?= $(sort $(foreach run,$(RESULTS),$(firstword $(subst :, ,$(run)))))

@@ -50,7 +50,8 @@ POLICIES = (
     *("random", "spin", "forward", "wall", "frontier", "random-frontier", "frontier-mapex"),
     *("information", "prospector", "tour", "chooser", "chooser-1", "chooser-2", "finisher", "look-around"),
     *("straight", "swift", "oracle"),
-    *("seek", "seek-likely", "seek-likely-1", "seek-likely-2", "shortest", "wait", "keep-away", "greedy", "a-star"),
+    *("seek", "seek-likely", "seek-likely-1", "seek-likely-2", "shortest", "wait", "keep-away"),
+    *("give-way", "give-way-1", "give-way-2", "greedy", "a-star"),
 )
 """The policies of the project. Their table would import the simulator; a test compares the two."""
 PolicyName = Annotated[

@@ -132,19 +132,34 @@ def turning_while_going() -> list[str]:
 
 def goals_of_a_kind() -> list[str]:
     """docs/pseudoslam/experiments.md: the rows are those of the results on the tracks of goals of a kind."""
-    text = "\n".join(block.text for block in _section("docs/pseudoslam/experiments.md", "Goals of a kind"))
+    names = ("seek", "seek-likely", "seek-likely-1", "seek-likely-2", "shortest")
+    columns = (("spl", 100, ".1f"), ("success", 100, ".1f"), ("metres", 1, ".1f"), ("steps", 1, ".0f"))
+    return _missing_rows("Goals of a kind", ("roomgoal", "objectgoal"), names, columns)
+
+
+def giving_way() -> list[str]:
+    """docs/pseudoslam/experiments.md: the rows are those of the results on the tracks among people."""
+    names = ("give-way", "give-way-1", "give-way-2", "wait", "keep-away", "shortest")
+    columns = (
+        ("spl", 100, ".1f"), ("success", 100, ".1f"), ("seconds_to_goal", 1, ".1f"), ("personal_s", 1, ".1f"),
+        ("intimate_s", 1, ".1f"), ("person_collisions", 1, ".2f"),
+    )  # fmt: skip
+    return _missing_rows("Giving way", ("social", "social-orca"), names, columns)
+
+
+def _missing_rows(
+    section: str, tracks: tuple[str, ...], names: tuple[str, ...], columns: tuple[tuple[str, int, str], ...]
+) -> list[str]:
+    """What is missing of the rows of results in a section of docs/pseudoslam/experiments.md."""
+    text = "\n".join(block.text for block in _section("docs/pseudoslam/experiments.md", section))
     wrong = []
-    for track in ("roomgoal", "objectgoal"):
-        for name in ("seek", "seek-likely", "seek-likely-1", "seek-likely-2", "shortest"):
+    for track in tracks:
+        for name in names:
             summary = _summary(RESULTS / f"{track}-v1-{name}.json")
             cells = [
-                f"{times * each['mean']:{form}} [{times * each['low']:{form}}, {times * each['high']:{form}}]"
-                for each, times, form in (
-                    (summary["spl"], 100, ".1f"),
-                    (summary["success"], 100, ".1f"),
-                    (summary["metres"], 1, ".1f"),
-                    (summary["steps"], 1, ".0f"),
-                )
+                f"{times * summary[key]['mean']:{form}} "
+                f"[{times * summary[key]['low']:{form}}, {times * summary[key]['high']:{form}}]"
+                for key, times, form in columns
             ]
             row = f"| `{name}` | {' | '.join(cells)} |"
             wrong += [] if row in text else [f"docs/pseudoslam/experiments.md: {row!r} is missing"]

@@ -44,6 +44,9 @@ NAMES: Final = {
     "shortest": f"{_HERE}.seeking:ShortestWay",
     "wait": f"{_HERE}.social:Waiting",
     "keep-away": f"{_HERE}.social:KeepingAway",
+    "give-way": f"{_HERE}.social:give_way_0",
+    "give-way-1": f"{_HERE}.social:give_way_1",
+    "give-way-2": f"{_HERE}.social:give_way_2",
     "greedy": f"{_HERE}.simple:Greedy",
     "a-star": f"{_HERE}.simple:AStar",
 }

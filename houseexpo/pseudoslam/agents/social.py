@@ -253,8 +253,23 @@ class GivingWay:
 
     def _descend(self, pose: Floats) -> tuple[float, float]:
         """Return a turn and a distance where no straight line leads on: beside a corner, after it made room."""
-        linear, angular = _MOTIONS[self._descent.next(self._house, pose)]
+        action = self._descent.next(self._house, pose)
+        if action is None:
+            return self._find_free_step(pose)
+        linear, angular = _MOTIONS[action]
         return angular * self._turn_rad, linear * self._step_px
+
+    def _find_free_step(self, pose: Floats) -> tuple[float, float]:
+        """Return the longest step, forward or backward, that walls allow, or a turn: it stands too near to a wall."""
+        x, y, heading = pose.tolist()
+        best = self._turn_rad, 0.0
+        for turn in (0.0, self._turn_rad, -self._turn_rad):
+            for ahead in (1.0, -1.0):
+                right, down = ahead * math.cos(heading + turn), -ahead * math.sin(heading + turn)
+                way = free_distance_by_map(self._house, x, y, right, down, self._step_px / 2.0, self._radius_px)
+                if way > abs(best[1]):
+                    best = turn, ahead * way
+        return best
 
     def _shrink(self, gap_m: float) -> float:
         """Return the gap that is kept now in place of a gap at first, metres (G3)."""
@@ -337,6 +352,11 @@ class LearnedMeasures(msgspec.Struct, frozen=True):
 
     about: dict[str, Any]
     measures: Measures
+
+
+give_way_0, give_way_1, give_way_2 = (
+    GivingWayFactory(Path(__file__).with_name(f"give-way-{seed}.json")) for seed in range(3)
+)
 
 
 def _check_task(robot: Robot) -> None:

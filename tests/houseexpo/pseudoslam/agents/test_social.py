@@ -109,6 +109,13 @@ def test_a_robot_goes_while_it_turns_by_little() -> None:
     assert giving(swing_rad=0.4)(None, knowledge).tolist() == [pytest.approx(0.8), 1.0]
 
 
+def test_the_measures_that_come_with_the_project_are_learned() -> None:
+    for seed, name in enumerate(("give-way", "give-way-1", "give-way-2")):
+        training = load_policy(name).training
+        assert training is not None
+        assert (training.family, training.seed) == ("give-way", seed)
+
+
 @pytest.mark.parametrize("factory", [Waiting, GivingWay])
 def test_in_an_unknown_house_they_are_refused(factory: Any) -> None:
     with pytest.raises(ConfigError, match=r"expected a task in a known house \(known_map\), found an unknown one"):
@@ -132,12 +139,12 @@ def test_the_gap_is_that_of_the_circles() -> None:
 def test_who_is_polite_is_less_in_the_way() -> None:
     """In a hall of 12 x 8 m with eight people, those who heed them run into fewer."""
     found: dict[str, dict[str, float]] = {}
-    for name in ("shortest", "wait", "keep-away"):
+    for name in ("shortest", "wait", "keep-away", "give-way"):
         runner = EpisodeRunner(SOCIAL, load_policy(name), [hall(12.0, 8.0)])
         outcomes = [runner.run(Case("hall", seed)).values for seed in range(12)]
         found[name] = {
             key: float(np.mean([each[key] or 0.0 for each in outcomes])) for key in ("success", "person_collisions")
         }
-    for name in ("wait", "keep-away"):
+    for name in ("wait", "keep-away", "give-way"):
         assert found[name]["success"] >= 0.8, found
         assert found[name]["person_collisions"] < found["shortest"]["person_collisions"], found
