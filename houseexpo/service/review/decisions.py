@@ -11,6 +11,8 @@ R4  A decision is refused if somebody has decided on the plan since the reviewer
 R5  An undo reverts the reviewer's latest decision. Later decisions of others remain, or the undo is refused. An undone
     decision can be redone until the reviewer makes another decision.
 R6  Links are not followed: a data set may come from strangers, and its links may lead to any file of this user.
+R7  A build reads the file, from this page or from a terminal: ``manifest.json`` beside it holds what it was made with.
+    What is the same there does not wait for a build.
 """
 
 from __future__ import annotations
@@ -20,13 +22,16 @@ import os
 import tempfile
 import tomllib
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
-from dataclasses import dataclass
+from contextlib import contextmanager, suppress
+from dataclasses import asdict, dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 from threading import RLock
 from typing import Any
 
+import msgspec
+
+from houseexpo.corrections import Override
 from houseexpo.corrections.decision_log import Action, DecisionLog, LogLine
 from houseexpo.corrections.vocabulary import FILE_WORDS, Word
 from houseexpo.errors import ConfigError
@@ -46,6 +51,18 @@ _INSTEAD = {key: tuple(other for other in _SIZES if other != key) for key in _SI
 """Each of these keys states the size of the model; setting one removes the others."""
 _MOVING = {*_SIZES, "up"}
 """Each of these keys moves the file's walls to other coordinates in metres."""
+
+
+class _Made(msgspec.Struct):
+    """What is read of a manifest: the statements of each input or plan."""
+
+    overrides: dict[str, dict[str, Any]]
+
+
+def _as_made(table: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a table as a manifest states it."""
+    found: dict[str, Any] = msgspec.to_builtins(asdict(Override(**table)))
+    return found
 
 
 class NothingHereError(ConfigError):
@@ -291,19 +308,38 @@ class DecisionStore:
 
     def since_build(self) -> list[str]:
         """Return the plans with decisions or undos that the last build did not include."""
-        with self._thread:
-            self._catch_up()
-            built = self._built()
-            return sorted({line.plan for line in self.log.lines if line.number > built and line.changes})
+        return sorted(self._waiting())
 
     def file_changed(self, name: str) -> bool:
         """Return whether a statement about a whole file was made or undone since the last build."""
+        return not self._waiting().get(name, set()).isdisjoint(FILE_WORDS)
+
+    def _waiting(self) -> dict[str, set[str]]:
+        """Return the keys of each plan that the last build did not include (R7)."""
         with self._thread:
             self._catch_up()
-            return any(
-                line.number > self._built() and line.plan == name and not set(FILE_WORDS).isdisjoint(line.changes)
-                for line in self.log.lines
-            )
+            built, found = self._built(), dict[str, set[str]]()
+            for line in self.log.lines:
+                if line.number > built and line.changes:
+                    found.setdefault(line.plan, set()).update(line.changes)
+            made = self._made_with() if found else None
+            if made is None:
+                return found
+            tables = self.tables()
+            for name, keys in [*found.items()]:
+                with suppress(ConfigError, TypeError):  # a person may have written what no build takes
+                    now, then = _as_made(tables.get(name, {})), made.get(name) or _as_made({})
+                    keys -= {key for key in keys if now[key] == then.get(key)}
+                if not keys:
+                    del found[name]
+            return found
+
+    def _made_with(self) -> dict[str, dict[str, Any]] | None:
+        """Return the statements with which the data set was made (R7), None if it does not say."""
+        try:
+            return msgspec.json.decode((self.file.parent / "manifest.json").read_bytes(), type=_Made).overrides
+        except (OSError, msgspec.MsgspecError):
+            return None
 
     def _built(self) -> int:
         """Return the number of the last line that a build has included."""

@@ -57,6 +57,7 @@ export class FileForm {
     const value = key === "drop_nodes" ? [...at("file-names").selectedOptions].map((each) => each.value).join("\n") : at("file-value").value.trim();
     if (!value) { at("file-value").focus(); return; }
     at("file-value").value = "";
+    at("stage").focus({ preventScroll: true }); // keys are answers again
     if (key === "distance") this.hooks.draw((points) => this.hooks.say(key, value, points));
     else this.hooks.say(key, value);
   }

@@ -30,6 +30,18 @@ const isLike = (one, other) => [0, 1].every((k) => {
 });
 const apart = ([a, b], [c, d]) => Math.hypot(a - c, b - d);
 
+const readingOf = ({ source: { said, changed } }) => JSON.stringify([said, changed]); // with what is said of the file, the plan may have another size
+
+// From the coordinates of a plan to those of another of its source: corrections and builds move the origin.
+function moveBetween(from, to) {
+  if (!from || !to) return (at) => at;
+  const [[a, b, x], [c, d, y]] = to, share = a * d - b * c;
+  return (at) => {
+    const [u, v] = from.map(([i, j, k]) => i * at[0] + j * at[1] + k);
+    return [(d * (u - x) - b * (v - y)) / share, (a * (v - y) - c * (u - x)) / share];
+  };
+}
+
 function farFrom(points, at) {
   return Math.min(...points.map((from, i) => {
     const to = points[i + 1] ?? from, [dx, dy] = [to[0] - from[0], to[1] - from[1]], square = dx * dx + dy * dy || 1;
@@ -53,7 +65,7 @@ export class Sheet {
   get wanted() { return this.tool?.word ?? ""; }
 
   show(plan) {
-    const before = this.plan?.plan === plan.plan ? this.plan.shape : null;
+    const last = this.plan?.plan === plan.plan ? this.plan : null, before = last?.shape ?? null;
     if (!before) this.draw(null);
     if (!before || this.plan.seen !== plan.seen) { this.chosen = -1; this.held = -1; }
     if (this.plan?.plan !== plan.plan) { this.source = null; this.beyond = false; }
@@ -69,7 +81,7 @@ export class Sheet {
     if (before && (!plan.source.changed || isLike(before.bounds, plan.shape.bounds))) this.drawing.renew(plan.shape);
     else this.#open(plan.shape);
     this.#underlay();
-    this.#colour(plan.shape.rooms.length ? before : null, plan.shape); // without rooms the source is in other coordinates
+    this.#colour(before && plan.shape.rooms.length && readingOf(last) === readingOf(plan) ? last : null, plan);
     this.#paint();
   }
 
@@ -92,15 +104,16 @@ export class Sheet {
     this.on.add(STROKES);
   }
 
-  // The whole view holds the walls of the source too: what the plan left out lies beside it.
+  // The whole view holds all of the source too: what the plan left out lies beside it.
   #widen() {
-    const { home, margin } = this.drawing, [x1, y1, x2, y2] = this.plan.shape.bounds;
-    const box = this.source.edges.flat().reduce(([a, b, c, d], [x, y]) => [Math.min(a, x), Math.min(b, y), Math.max(c, x), Math.max(d, y)], [x1, y1, x2, y2]);
+    const { home, margin } = this.drawing, { layers, edges } = this.source;
+    const corners = [...layers.flatMap(({ box: [a, b, c, d] }) => [[a, b], [c, d]]), ...edges.flat()];
+    const box = corners.reduce(([a, b, c, d], [x, y]) => [Math.min(a, x), Math.min(b, y), Math.max(c, x), Math.max(d, y)], this.plan.shape.bounds);
     const low = [box[0] - margin, -box[3] - margin], high = [box[2] + margin, -box[1] + margin];
     const whole = [...low, high[0] - low[0], high[1] - low[1]];
     if (Math.max(whole[2] / home[2], whole[3] / home[3]) < WIDER) return;
     this.drawing.home = whole; // the view stays: a point that was aimed at must not move
-    this.beyond = box[0] < home[0] || -box[3] < home[1] || box[2] > home[0] + home[2] || -box[1] > home[1] + home[3];
+    this.beyond = whole[0] < home[0] - 2 * margin || whole[1] < home[1] - 2 * margin || high[0] > home[0] + home[2] + 2 * margin || high[1] > home[1] + home[3] + 2 * margin;
   }
 
   // What can be switched on and off: a name, a title, and whether it is shown.
@@ -217,9 +230,10 @@ export class Sheet {
 
   // What is another than before the last answer, in colour, until the next one.
   #colour(before, after) {
-    const key = ({ rings, label, kind }) => JSON.stringify([rings, label ?? kind]);
-    const parts = (shape) => [...shape.rooms, ...shape.doors];
-    const [old, now] = [before ? parts(before) : [], parts(after)], [had, has] = [new Set(old.map(key)), new Set(now.map(key))];
+    const key = ({ rings, label, kind }) => JSON.stringify([rings.map((ring) => ring.map((at) => at.map((value) => Math.round(value * 1000) + 0))), label ?? kind]);
+    const parts = ({ shape }) => [...shape.rooms, ...shape.doors], move = before && moveBetween(before.frame, after.frame);
+    const moved = (each) => ({ ...each, rings: each.rings.map((ring) => ring.map(move)) });
+    const [old, now] = [before ? parts(before).map(moved) : [], parts(after)], [had, has] = [new Set(old.map(key)), new Set(now.map(key))];
     const gone = old.filter((each) => !has.has(key(each))), made = before ? now.filter((each) => !had.has(key(each))) : [];
     if (before && !gone.length && !made.length) return;
     const draw = (each, kind) => element("path", { class: kind, d: path(each.rings), "fill-rule": "evenodd", ...keep });
