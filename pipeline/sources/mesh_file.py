@@ -103,7 +103,7 @@ def read(item: Input) -> Iterator[Level]:
         shares = divide_among_levels(named, [level.floor_z for level in levels])
         if TRIED in found.guesses or not any(share.leaves or share.rooms or share.openings for share in shares):
             inside = (level.walls for level in levels)
-            kept_from = _reject_outside(inside, path.name, keeps=keeps)
+            kept_from = _reject_outside(inside, path.name, is_sized=TRIED not in found.guesses, keeps=keeps)
     except Rejection as rejection:
         why = rejection
         if TRIED in found.guesses:
@@ -143,10 +143,10 @@ def read(item: Input) -> Iterator[Level]:
         )
 
 
-def _reject_outside(inside: Iterable[Mesh], name: str, *, keeps: bool) -> str:
+def _reject_outside(inside: Iterable[Mesh], name: str, *, is_sized: bool, keeps: bool) -> str:
     """Raise Rejection where no level has an inside; if a person ``keeps`` the house, return the reason instead."""
     try:
-        check_interior(inside, name)
+        check_interior(inside, name, is_sized=is_sized)
     except Rejection as rejection:
         if not keeps:
             raise

@@ -91,8 +91,10 @@ DRAWN_SHEET_M: Final = 0.02  # thickness of a wall that is drawn as a sheet, or 
 SWEETHOME_WALL_CM: Final = 7.5  # thickness that Sweet Home 3D gives to a wall without one
 ROOMPLAN_WALL_M: Final = 0.06  # thickness of the walls of a RoomPlan scan, which are sheets
 USUAL_ROOM_M2: Final = 20.0  # the median of rooms in a plan without a scale; this much area of a slab votes as one door
+SHED_M2: Final = 10.0  # a smaller block that stands apart is a shed
 HOUSE_M2: Final = 40.0  # this much upright area is a house, however much else was left out
 SPACE_HEIGHT_M: Final = (1.8, 12.0)  # height of a body that the source calls a space
+CABIN_M: Final = 7.0  # the cabin of a vehicle is shorter
 
 # Decisions about any mesh: what stands, what lies level (``storeys``).
 
@@ -165,11 +167,13 @@ LINE_WIDE: Final = 0.002  # share of a storey's height: faces of one line lie ap
 
 CHEST_AND_HEAD_M: Final = (1.1, 1.7)  # heights at which walls are cut: nearer to the floor other things stand too
 SAMPLE_M: Final = 0.2  # distance of sample points along walls
+MANY_BLOCKS: Final = 5  # blocks that stand apart and make a city
 MAX_SAMPLES: Final = 2_000  # points of an outline, or lines of a drawing, that are looked at
 FACES_FACING: Final = 0.7  # cosine of the angle between two faces of one wall; the most that the walls of a scan lean
 SKY_HEIGHTS: Final = 3.0  # so many times as high as all in it is the radius of a sky; a dome is lower
 STRAY_REACH: Final = 1000.0  # so many times as far as the rest reaches no part of a house, nor the ground around it
 INNER_M: Final = 1.5  # length of inner walls in a house, at least
+TABLE_M2: Final = 1.0  # area of furniture, at least, that speaks for a room
 INNER_SHARE: Final = 0.05  # the same, as a share of the outline's length
 INNER_PER_M2: Final = 0.08  # the same, for each square metre; dwellings have 0.2 m and more
 

@@ -473,7 +473,7 @@ def reject_exterior(upright: Mesh, name: str) -> Rejection | None:
     if np.ptp(usual.vertices[:, :2], axis=0).max() > WIDTH_M[1]:  # R2
         return None
     try:
-        check_interior((level.walls for level in find_levels(usual)), name)
+        check_interior((level.walls for level in find_levels(usual)), name, is_sized=False)
     except Rejection as rejection:
         if rejection.reason is not Reason.NO_INTERIOR:
             return None

@@ -1,4 +1,4 @@
-"""Decide whether a mesh has an interior: reject facades, cars and terrain before planning.
+"""Decide whether a mesh has an interior: reject facades, city blocks, cars and terrain before planning.
 
 R1  Walls stand: along enough of the outline the same wall is met at chest and head height; nearer to the floor other
     things stand too. On terrain and in a car it is not. A fence, which stands nowhere, around walls that do is no
@@ -6,12 +6,16 @@ R1  Walls stand: along enough of the outline the same wall is met at chest and h
 R2  A facade is one sheet, wound to be seen from outside, closed all round, with no wall inside it: nobody modelled an
     inside. A wall with two faces, a sheet that looks inwards (a room's scan), a gap to enter by or an inner wall
     speaks for rooms.
+    So does furniture: what lies level between knee and head, as large as a table, more than a wall's thickness
+    within. In a place as small as the cabin of a vehicle these are seats.
+R3  Several such blocks that stand apart are a city, not a house; many are one whatever their walls, with nothing inside
+    any and no gap to enter by.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
@@ -20,6 +24,7 @@ from pipeline.geometry.areas import dot_product
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.storeys.surfaces import Bools, Cells, Floats, PlanGrid, Surfaces, cut_faces_at_height
 from pipeline.sources.tolerances import (
+    CABIN_M,
     CHEST_AND_HEAD_M,
     DEEPEST_WALL_M,
     FACES_FACING,
@@ -28,12 +33,15 @@ from pipeline.sources.tolerances import (
     INNER_PER_M2,
     INNER_SHARE,
     LARGEST_GRID,
+    MANY_BLOCKS,
     MAX_SAMPLES,
     QUARTER,
     SAMPLE_M,
+    SHED_M2,
+    TABLE_M2,
     TINY,
 )
-from pipeline.tolerances import CRACK_M, EDGE_BAND_M, LARGELY, MOST
+from pipeline.tolerances import CRACK_M, EDGE_BAND_M, KNEE_M, LARGELY, MOST
 from pipeline.values import Mesh
 
 ADVICE = "take a model with rooms inside, or cut the part that has them out"
@@ -50,6 +58,8 @@ class InteriorMeasures:
     two_faced: float
     outward: float
     inner_m: float
+    blocks: int
+    furnished_m2: float = 0.0
 
     @property
     def fault(self) -> str:
@@ -59,26 +69,33 @@ class InteriorMeasures:
                 f"walls stand from chest to head height along {self.standing_m:.0f} m of an outline of "
                 f"{self.outline_m:.0f} m: a car, a sculpture or terrain"
             )
+        is_city = self.blocks >= MANY_BLOCKS
         # walls have an inside where most of the outline has a second face behind it
         # the outline of a facade is wound to be seen from outside
         # a facade encloses most of its outline's hull
-        closed = self.enclosed >= MOST and self.outward >= LARGELY and self.two_faced < MOST
+        closed = self.enclosed >= MOST and self.outward >= LARGELY and (is_city or self.two_faced < MOST)
         if not closed or self.inner_m >= max(INNER_M, INNER_SHARE * self.outline_m, INNER_PER_M2 * self.area_m2):
             return ""
+        if self.furnished_m2 >= TABLE_M2:
+            return ""
+        if self.blocks > 2:
+            return f"{self.blocks} separate closed blocks with no wall inside any: a city"
         return (
             f"one closed sheet of {self.outline_m:.0f} m that is seen from outside, with no second face and "
             f"{self.inner_m:.1f} m of wall inside, too little for rooms: a facade"
         )
 
 
-def check_interior(levels: Iterable[Mesh], name: str) -> None:
+def check_interior(levels: Iterable[Mesh], name: str, *, is_sized: bool = True) -> None:
     """Raise Rejection NO_INTERIOR where no level of a house has an inside.
 
-    Each level is its walls, with the floor at z = 0.
+    Each level is its walls, with the floor at z = 0. Unless ``is_sized``, nobody knows the scale, and what lies at the
+    height of furniture may be anything.
     """
     faults = []
     for walls in levels:
-        fault = measure_interior(walls).fault
+        measures = measure_interior(walls)
+        fault = (measures if is_sized else replace(measures, furnished_m2=0.0)).fault
         if not fault:
             return
         faults.append(fault)
@@ -94,7 +111,7 @@ def measure_interior(walls: Mesh) -> InteriorMeasures:
     sections = [cut_faces_at_height(surfaces, upright, height) for height in CHEST_AND_HEAD_M]
     ends = np.concatenate([segments.reshape(-1, 2) for segments, _ in sections])
     if not len(sections[0][0]):
-        return InteriorMeasures(1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+        return InteriorMeasures(1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0)
     low, high = ends.min(axis=0), ends.max(axis=0)
     size = max(GRID_CELL_M, float(np.sqrt(np.prod(high - low + 2.0) / LARGEST_GRID)))
     grid = PlanGrid.over(low, high, size_m=size)
@@ -121,7 +138,15 @@ def measure_interior(walls: Mesh) -> InteriorMeasures:
         _two_faced(points, normals, outer, np.where(looks_out[:, None], normals, -normals)),
         _share(looks_out[outer]),
         float(np.count_nonzero(stands & ~outer & ~grid.at(far, points))) * SAMPLE_M,
+        _large_parts(grid, wall),
+        _furnished_area(surfaces, grid, far) if (high - low).max() >= CABIN_M else 0.0,
     )
+
+
+def _furnished_area(surfaces: Surfaces, grid: PlanGrid, edge: Cells) -> float:
+    """Area in plan of what lies level between knee and head, without what lies over the cells of ``edge``."""
+    level = surfaces.flats() & (surfaces.low[:, 2] > KNEE_M) & (surfaces.high[:, 2] < CHEST_AND_HEAD_M[1])
+    return grid.area(grid.cover(surfaces.triangles(level)[:, :, :2]) & (edge == 0)) if level.any() else 0.0
 
 
 def _samples(segments: Floats, faces: np.ndarray, surfaces: Surfaces) -> tuple[Floats, Floats]:
@@ -181,6 +206,13 @@ def _two_faced(points: Floats, normals: Floats, outer: Bools, outward: Floats) -
         # the two faces of a wall are at least this far apart
         found.append(bool(((deep > CRACK_M) & (beside < SAMPLE_M) & parallel).any()))
     return _share(np.asarray(found))
+
+
+def _large_parts(grid: PlanGrid, wall: Cells) -> int:
+    """Parts that stand apart and are larger than a shed."""
+    parts = _hull(wall)
+    count, _, stats, _ = cv2.connectedComponentsWithStats(parts)
+    return int(np.count_nonzero(stats[1:count, cv2.CC_STAT_AREA] * grid.size_m**2 > SHED_M2))
 
 
 def _share(marked: np.ndarray) -> float:

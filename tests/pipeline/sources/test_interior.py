@@ -6,7 +6,7 @@ from pipeline.rejection import Reason, Rejection
 from pipeline.sources import find, mesh_file, reader
 from pipeline.sources.storeys.interior import check_interior, measure_interior
 from pipeline.values import Mesh
-from tests.builders.meshes import as_trimesh, city, joined, one_level, sheet, slab, storey, walls_alone, y_up
+from tests.builders.meshes import as_trimesh, box, city, joined, one_level, sheet, slab, storey, walls_alone, y_up
 
 CORNERS = [(0.0, 0.0), (12.0, 0.0), (12.0, 9.0), (0.0, 9.0)]
 GAP = 1.0
@@ -25,6 +25,41 @@ def fault(*parts: list[trimesh.Trimesh]) -> str:
 
 def test_a_closed_sheet_seen_from_outside_is_a_facade():
     assert "a facade" in fault(block(), slab(-0.1, 0.0, [(0.0, 0.0, 12.0, 9.0)]))
+
+
+def test_furniture_within_it_speaks_for_a_room_but_not_in_a_vehicle():
+    furnished = [box((4.0, 4.0, 6.0, 5.0), 0.0, 0.75)]
+    assert not fault(block(), furnished)
+    assert "a facade" in fault(block(), [box((4.0, 4.0, 6.0, 5.0), 0.0, 0.4)])
+    assert "a facade" in fault(block(), [box((4.0, 0.0, 6.0, 0.3), 0.0, 0.75)])
+    ring = [(0.0, 0.0), (5.0, 0.0), (5.0, 2.0), (0.0, 2.0)]
+    vehicle = [sheet(ring[i - 1], ring[i], 0.0, 2.0) for i in range(4)]
+    assert "a facade" in fault(vehicle, [box((0.8, 0.8, 4.2, 1.2), 0.0, 0.75)])
+
+
+def test_furniture_says_nothing_where_nobody_knows_the_scale():
+    walls = joined([*block(), box((4.0, 4.0, 6.0, 5.0), 0.0, 0.75)])
+    check_interior([walls], "house")
+    with pytest.raises(Rejection, match="a facade"):
+        check_interior([walls], "house", is_sized=False)
+
+
+def test_many_of_them_are_a_city():
+    assert "4 separate closed blocks" in fault(*(block(20.0 * i) for i in range(4)))
+
+
+def hollow(x: float, *doors: float) -> list[trimesh.Trimesh]:
+    """A block whose walls have two faces; it stands open at these places of its front."""
+    ends = [x, *(x + door + side for door in doors for side in (0.0, GAP)), x + 12.0]
+    front = [(a, 0.0, b, 0.3) for a, b in zip(ends[::2], ends[1::2], strict=True)]
+    sides = [(x, 8.7, x + 12.0, 9.0), (x, 0.3, x + 0.3, 8.7), (x + 11.7, 0.3, x + 12.0, 8.7)]
+    return storey(0.0, 6.0, [*front, *sides])
+
+
+def test_many_hollow_blocks_are_a_city_too_but_not_two_or_three_or_open_ones():
+    assert "6 separate closed blocks" in fault(*(hollow(20.0 * i) for i in range(6)))
+    assert not fault(*(hollow(20.0 * i) for i in range(3)))
+    assert not fault(*(hollow(20.0 * i, 5.0) for i in range(6)))
 
 
 def test_a_block_of_houses_with_windows_is_no_interior(tmp_path):
