@@ -22,9 +22,9 @@ R5  ``one_room``: the rooms become one, together with the passages and walls bet
     there stays, and an outer wall too. ``no_door``: the passage becomes wall, or else the cut through the wall there.
     ``window``: the same, and a window is there.
 R6  ``room``: a space that the plan lacks, and that walls, rooms and what may close gaps enclose, becomes a room.
-    ``room_outline``: the free part of an area
-    becomes a room; it takes it from rooms that have more than a fifth of it, or of which it covers half, or replaces
-    their outline if both nearly agree.
+    ``room_outline``: the area is a room with exactly this ring. Walls in it go. Other rooms lose what it covers, with a
+    wall of ``SAID_WALL_M`` around it, and what is left of them if that is no room. If the area and a room agree but for
+    a fifth, it replaces that room's outline. Passages in edges that moved are fitted to the new ones, or go.
     Entrances that lead to the place of a new room lead into it. ``no_room``: the room is removed, and its doors to
     other rooms lead outside. ``outside``: the same, and rooms that meet the area without a wall are open to it.
     ``label``: names a room.

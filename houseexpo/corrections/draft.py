@@ -229,7 +229,12 @@ class Draft:
                 one, other = (nearest if side is room else side for side in door.rooms)
                 assert one is not None  # noqa: S101  # the first side of a door is a room
                 door.rooms = (one, other)
-        divided = [(door, _divide_passage(door, made)) for door in self.doors]
+        self.divide_passages(made)
+        return made
+
+    def divide_passages(self, rooms: Sequence[DraftRoom]) -> None:
+        """Make of each passage before several of some rooms one passage for each of these."""
+        divided = [(door, _divide_passage(door, rooms)) for door in self.doors]
         self.doors = [each for _, parts in divided for each in parts]
         counts = {2: "two", 3: "three"}
         self.beside += [
@@ -238,7 +243,6 @@ class Draft:
             for door, parts in divided
             if len(parts) > 1
         ]
-        return made
 
     @property
     def is_surer(self) -> bool:
@@ -366,9 +370,10 @@ def _divide_passage(door: DraftDoor, rooms: Sequence[DraftRoom]) -> list[DraftDo
     If there is only one of them, or the passage is as narrow as one door, it stays whole, and leads into the room at
     most of its width.
     """
-    side = next((k for k in (0, 1) if any(door.rooms[k] is room for room in rooms)), None)
-    if side is None:
+    sides = [k for k in (0, 1) if any(door.rooms[k] is room for room in rooms)]
+    if len(sides) != 1:
         return [door]
+    (side,) = sides
     middle, behind = door.ends.mean(axis=0), door.shape.buffer(GRID_M, join_style="mitre")
     found: list[DraftDoor] = []
     for room in rooms:

@@ -340,6 +340,18 @@ def make_entrance(
     said: Said,
 ) -> Said:
     """Make an entrance in an outer wall (R4)."""
+    room, fitted, area = _through_outer_wall(draft, strip, rooms, faces)
+    said.also += _give_way(draft, area)
+    draft.doors.append(DraftDoor("entrance", area, fitted.ends, (room, None), 1.0, said=text))
+    said.text = f"an entrance of {fitted.length:.2f} m leads into {draft.name(room)}"
+    said.also += describe_narrowing(strip, fitted)
+    return said
+
+
+def _through_outer_wall(
+    draft: Draft, strip: Strip, rooms: tuple[DraftRoom | None, DraftRoom | None], faces: Faces
+) -> tuple[DraftRoom, Strip, Polygon]:
+    """Return the room at one side of a line in an outer wall, the clear part of the line, and its area in the wall."""
     side = 0 if rooms[0] is not None else 1
     room = rooms[side]
     assert room is not None  # noqa: S101  # the caller checks it
@@ -354,11 +366,32 @@ def make_entrance(
     fitted = Strip(face + away * strip.across * depth / 2, strip.along, high - low, depth)
     area = clear_part(fitted.polygon(deeper_m=STEP_M), (each.shape for each in draft.rooms), fitted.centre)
     area = clear_part(shapely.intersection(area, fitted.polygon(deeper_m=0.0)), [room.shape], fitted.centre)
-    said.also += _give_way(draft, area)
-    draft.doors.append(DraftDoor("entrance", area, fitted.ends, (room, None), 1.0, said=text))
-    said.text = f"an entrance of {fitted.length:.2f} m leads into {draft.name(room)}"
-    said.also += describe_narrowing(strip, fitted)
-    return said
+    return room, fitted, area
+
+
+def refit_passage(draft: Draft, door: DraftDoor) -> Iterator[str]:
+    """Fit a passage to its rooms, whose edges have moved, or remove it; yield a sentence on what becomes of it."""
+    shapes = [room.shape for room in draft.rooms]
+    off = [float(side.shape.distance(door.shape)) for side in door.rooms if side is not None]
+    over = shapely.intersection(door.shape, shapely.union_all(shapes)).area
+    if max(off) < MEETS_M and over < ROUNDED_M2 and door.rooms[0] is not door.rooms[1]:
+        return
+    with suppress(NoEffectError):
+        strip = in_its_wall(draft, strip_of(*door.ends))
+        faces = faces_beside(strip, shapes)
+        one, other = (draft.rooms[k] if k >= 0 else None for k in faces.shapes)
+        if one is not other and {id(one), id(other)} == set(map(id, door.rooms)):
+            if one is None or other is None:
+                _, fitted, area = _through_outer_wall(draft, strip, (one, other), faces)
+            else:
+                fitted = fit_to_wall(strip, faces)
+                area = clear_part(fitted.polygon(deeper_m=STEP_M), shapes, fitted.centre)
+            if door.width - fitted.length > STEP_M:
+                yield f"the {door.kind} of {door.width:.2f} m is {fitted.length:.2f} m wide now"
+            door.shape, door.ends, door.before = area, fitted.ends, None
+            return
+    draft.doors = [each for each in draft.doors if each is not door]
+    yield f"the {door.kind} of {door.width:.2f} m is gone"
 
 
 def opened_wall(draft: Draft, strip: Strip, room: DraftRoom, faces: Faces) -> Said:

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import pairwise
-from operator import itemgetter
 from typing import Final, NoReturn
 
 import shapely
@@ -57,10 +56,12 @@ from houseexpo.corrections.passages import (
     in_its_wall,
     make_entrance,
     opened_wall,
+    refit_passage,
     space_behind,
     with_article,
 )
 from houseexpo.plan.parts import DoorKind
+from houseexpo.plan.room_labels import UNLABELLED
 from houseexpo.tolerances import GRID_M, MIN_DOOR_M, ROUNDED_M2, TILE_M2
 
 FARTHEST_ROOM_M: Final = 5.0
@@ -68,7 +69,7 @@ FARTHEST_ROOM_M: Final = 5.0
 OF_NO_ROOM: Final = 0.2
 """Confidence of an entrance that was the door of what is no room: reviewers took most of them out."""
 _SAME: Final = 0.2
-"""A drawn room is a room of the plan if they share all but this part of both: drawing by hand is that inexact."""
+"""A drawn room is the outline of a room of the plan if they share all but this part of both."""
 
 
 def place_wall(draft: Draft, placed: Placed) -> Said:
@@ -357,97 +358,94 @@ def add_room(draft: Draft, placed: Placed) -> Said:
 
 
 def draw_room(draft: Draft, placed: Placed) -> Said:
-    """Make a room of the area between corners; it takes it from the rooms that it covers more than in part (R6)."""
+    """Make a room of exactly the area between corners, without furniture; other rooms lose what it covers (R6)."""
     drawn = Polygon(placed.points)
-    shares = [(shapely.intersection(room.shape, drawn).area, room) for room in draft.rooms]
-    taken = [(area, room) for area, room in shares if area > min(_SAME * drawn.area, room.shape.area / 2)]
-    parted = [room for _, room in sorted(taken, key=itemgetter(0), reverse=True)]
-    if sum(area for area, _ in shares) <= _SAME * drawn.area:
-        parted = []
-    walled = shapely.union_all([room.shape for room in draft.rooms if all(room is not each for each in parted)])
-    free = free_part(draft, shapely.difference(drawn, walled.buffer(SAID_WALL_M, join_style="mitre")), parted)
-    floor = shapely.union_all([room.shape for room in parted])
-    if len(parted) > 1:  # with the walls between them
-        closed = floor.buffer(WALL_REACH_M / 4, join_style="mitre").buffer(-WALL_REACH_M / 4, join_style="mitre")
-        floor = shapely.union(floor, shapely.intersection(closed, drawn))
-    shape = free if free is None or not parted else _at_its_walls(free, floor)
-    if shape is None or not may_be_room(shape):
-        raise NoEffectError("other rooms and passages take all of it")
-    if len(parted) == 1 and shapely.symmetric_difference(shape, parted[0].shape).area < TILE_M2:
-        parted[0].confidence = None if parted[0].confidence is None else 1.0
-        parted[0].said = parted[0].said or str(placed.correction)
-        raise AlreadySoError(f"{draft.name(parted[0])} is there already")
     far = min((float(each.shape.distance(drawn)) for each in draft.rooms), default=math.inf)
     if far > FARTHEST_ROOM_M:
         raise NoEffectError(f"it lies {far:,.1f} m from the nearest room; draw it at the house")
-    room, also = _put_in(draft, shape, parted)
-    room.confidence, room.said = 1.0, str(placed.correction)
-    if drawn.area - shape.area > _SAME * drawn.area / 2:
+    furniture = shapely.union_all([thing.polygon for thing in draft.plan.objects])
+    shape, *_ = [*split_pieces(shapely.difference(drawn, furniture)), Polygon()]
+    if not may_be_room(shape):
+        raise NoEffectError("furniture takes all of it")
+    same = (room for room in draft.rooms if _is_outline_of(room, shape))
+    if (there := next(same, None)) is not None:
+        there.confidence = None if there.confidence is None else 1.0
+        there.said = there.said or str(placed.correction)
+        raise AlreadySoError(f"{draft.name(there)} is there already")
+    room = DraftRoom(shape, confidence=1.0)
+    also = _take_from_others(draft, room)
+    room.said = str(placed.correction)
+    if drawn.area - shape.area > TILE_M2:
         also.insert(0, f"of the {drawn.area:.1f} m2 that were drawn, {shape.area:.1f} m2 are free")
     return Said(f"a room of {shape.area:.1f} m2 is there", [*also, *_lead_in(draft, room)])
 
 
-def _at_its_walls(shape: Polygon, floor: Polygon) -> Polygon:
-    """Return a shape that was drawn over a room's edge, or a hand's breadth inside it, up to that edge."""
-    inside = shapely.union_all([shape, *_gaps_beside(shapely.difference(floor, shape), shape)])
-    beyond = _gaps_beside(shapely.difference(inside, floor), floor)
-    return [*split_pieces(shapely.difference(inside, shapely.union_all(beyond))), shape][0]
+def _is_outline_of(room: DraftRoom, shape: Polygon) -> bool:
+    """Return whether a shape is a room's outline but for rounding."""
+    return bool(shapely.hausdorff_distance(room.shape.boundary, shape.boundary) < 2 * GRID_M)
 
 
-def _put_in(draft: Draft, shape: Polygon, parted: Sequence[DraftRoom]) -> tuple[DraftRoom, list[str]]:
-    """Add a room, with a wall between it and what it leaves of the rooms that it parts; return it and sentences."""
-    if not parted:
-        draft.rooms.append(DraftRoom(shape))
-        return draft.rooms[-1], []
-    name = _names(draft, parted)
-    whole, between = _as_one(draft, parted)
-    shared = shapely.intersection(whole.shape, shape).area
-    left = split_pieces(shapely.difference(whole.shape, shape.buffer(SAID_WALL_M, join_style="mitre")))
-    is_its_outline = shared > (1 - _SAME) * max(shape.area, whole.shape.area)
-    wide = [] if is_its_outline else left
-    wide = [part for part in wide if is_room_sized(part) and not part.buffer(-SNAP_M).is_empty]
-    made = draft.replace_room(whole, [shape, *wide])
-    for door in between:
-        one, other = sorted(made, key=lambda part: part.shape.distance(door.shape))[:2] if wide else (made[0], made[0])
-        door.rooms = one, other
-    lost = [
-        door
-        for door in (*draft.doors, *between)
-        if door.rooms[0] is door.rooms[1]
-        or any(side in made and side.shape.distance(door.shape) >= STEP_M for side in door.rooms if side is not None)
-        or ((door.rooms[1] is None or door in between) and _lies_in(door, shape))
-    ]
-    draft.doors = [door for door in (*draft.doors, *between) if all(door is not each for each in lost)]
-    draft.beside += [f"the {door.kind} of {door.width:.2f} m is gone" for door in lost]
-    rest = [each for each in made if each.shape is not shape]
-    if is_its_outline:
-        now = f"it replaces the outline of {name}"
-        cut_off = sum(part.area for part in left)
-        also = [now, *([f"{cut_off:.1f} m2 of it are in no room now"] if cut_off > TILE_M2 else [])]
-    elif rest:
-        also = [f"the rest of {name} is {_names(draft, rest)} now; say no_room there if that is no room"]
-    else:
-        also = [f"{name} {'is' if len(parted) == 1 else 'are'} gone"]
-    return next(each for each in made if each.shape is shape), also
+def _take_from_others(draft: Draft, made: DraftRoom) -> list[str]:
+    """Add a room, and take its area with a wall around it from the rooms that it covers; return sentences."""
+    shape, wall = made.shape, made.shape.buffer(SAID_WALL_M, join_style="mitre")
+    covered = [room for room in draft.rooms if room.shape.distance(shape) < MEETS_M]
+    shared = {id(room): float(shapely.intersection(room.shape, shape).area) for room in covered}
+    covered.sort(key=lambda room: -shared[id(room)])
+    rest = {id(room): _rest_beside(room.shape, wall) for room in covered}
+    outlines = {id(room) for room in covered if shared[id(room)] > (1 - _SAME) * max(shape.area, room.shape.area)}
+    rest |= {each: [] for each in outlines}
+    _lead_to(draft, made, rest)
+    also, parts = list[str](), [made]
+    for room in covered:
+        name, before_m2, kept = draft.name(room), room.shape.area, rest[id(room)]
+        if made.label == UNLABELLED and shared[id(room)] > before_m2 / 2:
+            made.label, made.words, made.named = room.label, room.words, room.named
+            room.label, room.words, room.named = UNLABELLED, (), ""
+        if not kept:
+            cut_off = before_m2 - float(shapely.intersection(room.shape, wall).area)
+            also.append(f"it replaces the outline of {name}" if id(room) in outlines else f"{name} is gone")
+            also += [f"{cut_off:.1f} m2 of it are in no room now"] if cut_off > TILE_M2 else []
+            place = draft.rooms.index(room)
+            draft.rooms[place : place + 1] = [] if made in draft.rooms else [made]
+            continue
+        if len(kept) == 1:
+            room.change(kept[0])
+        left = [room] if len(kept) == 1 else draft.replace_room(room, kept)
+        draft.divide_passages([made, *left])
+        parts += left
+        if before_m2 - sum(part.area for part in kept) > TILE_M2:
+            also.append(f"the rest of {name} is {_names(draft, left)} now; say no_room there if that is no room")
+    if made not in draft.rooms:
+        draft.rooms.append(made)
+    for door in list(draft.doors):
+        if any(side is part for part in parts for side in door.rooms) or door.shape.distance(shape) < MEETS_M:
+            draft.beside += refit_passage(draft, door)
+    return also
 
 
-def _as_one(draft: Draft, rooms: Sequence[DraftRoom]) -> tuple[DraftRoom, list[DraftDoor]]:
-    """Put one room in the place of several, of their shapes, and return it with the passages between those."""
-    first, *others = rooms
-    inside = [door for door in draft.doors if all(any(side is room for room in rooms) for side in door.rooms)]
-    draft.doors = [door for door in draft.doors if all(door is not each for each in inside)]
+def _rest_beside(shape: Polygon, wall: Polygon) -> list[Polygon]:
+    """Return what a wall leaves of a room: parts that are large enough to be rooms, without slits beside the wall."""
+    left = shapely.difference(shape, wall)
+    left = shapely.difference(left, shapely.union_all(_gaps_beside(left, wall)))
+    return [part for part in split_pieces(left) if is_room_sized(part) and not part.buffer(-SNAP_M).is_empty]
+
+
+def _lead_to(draft: Draft, made: DraftRoom, rest: Mapping[int, Sequence[Polygon]]) -> None:
+    """Lead passages into a drawn room where it, not the rest of the room that it covers, has the floor before them."""
+
+    def side_now(door: DraftDoor, side: DraftRoom) -> DraftRoom:
+        before = shapely.intersection(side.shape, door.shape.buffer(STEP_M))
+
+        def lies_before(part: Polygon) -> tuple[float, float]:
+            return float(shapely.intersection(before, part).area), -float(part.distance(door.shape))
+
+        parts = rest.get(id(side), [side.shape])
+        return made if all(lies_before(made.shape) > lies_before(part) for part in parts) else side
+
     for door in draft.doors:
-        one, other = (first if any(side is room for room in others) else side for side in door.rooms)
+        one, other = door.rooms
         assert one is not None  # noqa: S101  # the first side of a door is a room
-        door.rooms = one, other
-    draft.rooms = [room for room in draft.rooms if all(room is not each for each in others)]
-    if others:
-        first.change(shapely.union_all([room.shape for room in rooms]))
-    return first, inside
-
-
-def _lies_in(door: DraftDoor, shape: Polygon) -> bool:
-    return bool(shapely.intersection(door.shape, shape).area > door.shape.area / 2)
+        door.rooms = side_now(door, one), None if other is None else side_now(door, other)
 
 
 def _lead_in(draft: Draft, room: DraftRoom) -> list[str]:

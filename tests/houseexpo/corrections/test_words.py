@@ -922,6 +922,17 @@ def wrong() -> FloorPlan:
     return FloorPlan("wrong", ring, 1, {}, rooms=(Room(0, "Office", ring, (), (), 0.4),), doors=(way,))
 
 
+def has_outline(plan: FloorPlan, drawn: list[list[float]]) -> bool:
+    """Return whether a plan has a room of exactly this outline; a plan without a frame may start elsewhere."""
+
+    def ring(shape: Polygon) -> Polygon:
+        return translate(shape, *-np.array(shape.bounds[:2]))
+
+    return any(
+        shapely.symmetric_difference(ring(room.polygon), ring(Polygon(drawn))).area < 1e-3 for room in plan.rooms
+    )
+
+
 def test_an_outline_within_a_larger_room_parts_it() -> None:
     drawn = [[3.0, 3.0], [9.0, 3.0], [9.0, 8.0], [3.0, 8.0]]
     found = corrected(wrong(), room_outline=drawn)
@@ -934,23 +945,26 @@ def test_an_outline_within_a_larger_room_parts_it() -> None:
     assert areas(alone.plan) == [30.0]
     two = corrected(wrong(), room_outline=[drawn, [[9.1, 3.0], [11.9, 3.0], [11.9, 8.0], [9.1, 8.0]]])
     assert [effect.outcome for effect in two.effects] == ["done", "done"]
-    assert areas(two.plan)[:2] == [pytest.approx(2.9 * 5.0), 30.0]
+    assert areas(two.plan)[:2] == [14.0, 30.0]
     again = corrected(wrong(), room_outline=[drawn, [[4.0, 4.0], [6.0, 4.0], [6.0, 6.0], [4.0, 6.0]]])
     assert [effect.outcome for effect in again.effects] == ["done", "done"]  # the later one is of what is shown
     assert areas(again.plan) == [4.0, pytest.approx(30.0 - 2.2 * 2.2), pytest.approx(120.0 - 6.2 * 5.2)]
 
 
 @pytest.mark.parametrize("off", [-0.2, -0.05, 0.0, 0.05, 0.2])
-def test_an_outline_drawn_roughly_along_a_room_s_walls_ends_at_them_and_keeps_their_doors(off: float) -> None:
-    found = corrected(wrong(), room_outline=[[off, off], [6.0, off], [6.0, 10.0 - off], [off, 10.0 - off]])
-    assert areas(found.plan) == pytest.approx([59.0, 60.0], abs=0.01)
+def test_an_outline_drawn_beside_a_room_s_walls_is_kept_to_the_centimetre_and_keeps_their_doors(off: float) -> None:
+    drawn = [[off, off], [6.0, off], [6.0, 10.0 - off], [off, 10.0 - off]]
+    found = corrected(wrong(), room_outline=drawn)
+    assert len(found.plan.rooms) == 2
+    assert has_outline(found.plan, drawn)
     assert kinds(found.plan) == ["cut", "entrance"]
     entrance = next(door for door in found.plan.doors if door.kind == "entrance")
-    assert found.plan.rooms[entrance.rooms[0] or 0].area == pytest.approx(60.0, abs=0.01)
+    assert found.plan.rooms[entrance.rooms[0] or 0].area == pytest.approx(Polygon(drawn).area)
+    assert entrance.width == 1.0
 
 
 def test_an_outline_replaces_that_of_the_room_that_is_there() -> None:
-    same = corrected(wrong(), room_outline=[[0.1, 0.1], [12.0, -0.1], [12.1, 10.0], [0.0, 10.0]])
+    same = corrected(wrong(), room_outline=[[0.0, 0.0], [12.004, 0.0], [12.0, 10.0], [0.0, 10.0]])
     assert same.effects[0].outcome == "already"
     assert areas(same.plan) == [120.0]
     less = corrected(wrong(), room_outline=[[0.0, 0.0], [10.5, 0.0], [10.5, 10.0], [0.0, 10.0]])
@@ -980,7 +994,7 @@ def test_an_outline_is_of_the_rooms_that_earlier_words_have_made() -> None:
     both = Override(one_room=[[1.0, 1.0], [5.5, 1.5]]).corrections
     found = correct_plan(PLAN, [*both, *Override(room_outline=whole).corrections])
     assert [effect.outcome for effect in found.effects] == ["done", "done"]
-    assert areas(found.plan) == [pytest.approx(7.1 * 4.0, abs=0.3)]  # the wall that is there stands in it
+    assert areas(found.plan) == [pytest.approx(7.1 * 4.0)]
     part = Override(room_outline=[[3.0, 0.1], [7.2, 0.1], [7.2, 3.1], [3.0, 3.1]]).corrections
     assert areas(correct_plan(PLAN, [*both, *part]).plan) == [pytest.approx(8.4), pytest.approx(12.6, abs=0.3)]
 
@@ -994,6 +1008,31 @@ def test_an_outline_over_two_rooms_takes_from_both() -> None:
     assert kinds(found.plan) == ["cut", "cut"]
     across = corrected(room_outline=[[2.1, 0.1], [6.2, 0.1], [6.2, 1.0], [2.1, 1.0]])  # below the door between them
     assert kinds(across.plan) == ["cut", "door"]
+
+
+def test_an_outline_takes_walls_and_furniture_inside_it_out_and_a_strip_of_another_room() -> None:
+    """A classroom with two rows of desks and a step in its edge; a person draws over these and over part of a hall."""
+    desks = box(1.0, 1.0, 5.0, 1.2), box(1.0, 2.0, 5.0, 2.6)
+    ring = [(0.0, 0.0), (6.0, 0.0), (6.0, 3.7), (4.0, 3.7), (4.0, 4.0), (0.0, 4.0)]
+    room, hall = Room(0, "Office", ring, desks), Room(1, "Hallway", box(6.1, 0.0, 9.0, 4.0))
+    plan = FloorPlan("school", box(0.0, 0.0, 9.0, 4.0), 2, {}, desks, rooms=(room, hall))
+    for right in (5.8, 6.7, 8.9):
+        drawn = [[0.1, 0.2], [right, 0.2], [right, 3.9], [0.1, 3.9]]
+        found = corrected(plan, room_outline=drawn)
+        assert has_outline(found.plan, drawn)
+        assert not found.plan.rooms[0].holes
+        assert found.plan.rooms[0].label == "Office"
+        assert len(found.plan.rooms) == (1 if right == 8.9 else 2)  # a strip of 0.1 m is no room
+        assert corrected(plan, room_outline=[drawn, [[x + 0.03, y] for x, y in drawn]]).effects[1].outcome == "done"
+
+
+def test_of_outlines_with_a_common_edge_the_later_is_kept_and_a_wall_stands_between_them() -> None:
+    one, other = ([[x, 3.0], [x + 4.0, 3.0], [x + 4.0, 8.0], [x, 8.0]] for x in (2.0, 6.0))
+    found = corrected(wrong(), room_outline=[one, other], opening=[[6.0, 4.0], [6.0, 6.0]])
+    assert [effect.outcome for effect in found.effects] == ["done", "done", "done"]
+    assert has_outline(found.plan, other)
+    assert 19.5 in areas(found.plan)
+    assert "opening" in kinds(found.plan)
 
 
 def test_an_outline_grows_a_room_and_takes_the_entrance_in_its_former_edge_out() -> None:
