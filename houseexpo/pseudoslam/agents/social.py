@@ -49,7 +49,7 @@ _GAPS_M: Final = (1.2, 0.45)
 """The gaps that are kept if a way leads there, the widest first: Hall's personal and intimate distance (1966)."""
 _LEAST_GAP_M: Final = 0.1
 """The gap that a robot keeps that goes round a person at last: cells of the map are 0.04 m wide (R3)."""
-_TOUCH_M: Final = 0.12
+_CONTACT_M: Final = 0.12
 """The gap below which a robot that gives way goes no closer: within 0.1 m of a person it is stopped."""
 _ROOM_M: Final = 0.15
 """The least gap at a place at which it makes room (G5)."""
@@ -282,7 +282,7 @@ class GivingWay:
         x, y, course = float(pose[0]), float(pose[1]), float(pose[2]) + turn
         to_x, to_y = x + way * math.cos(course), y - way * math.sin(course)
         now, then = self._gap_m(people, x, y, 0.0), self._gap_m(people, to_x, to_y, 0.0)
-        if then < min(now, _TOUCH_M):
+        if then < min(now, _CONTACT_M):
             return False
         ahead = self._by.ahead_s
         return self._gap_m(people, to_x, to_y, ahead) >= min(gap_m, self._gap_m(people, x, y, ahead))

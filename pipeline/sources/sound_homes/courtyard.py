@@ -40,7 +40,7 @@ _NORTH_LIVING_M: Final = (4.0, 4.8)
 _NARROW_EAST_M: Final = (2.9, 3.6)
 """The clear depths of the four sides; of the north and the east also where the living room has the north (C3)."""
 _BATH_M: Final = (1.7, 2.3)
-_BED_M: Final = 2.7
+_COURT_BED_M: Final = 2.7
 _WC_M: Final = (1.15, 1.3)
 _WC_DEPTH_M: Final = (1.5, 1.65)
 _ENTRY_M: Final = (1.4, 1.7)
@@ -117,7 +117,7 @@ class _Sides:
         share = self.draw(_WC_DEPTH_M) / south_m
         wet = Column([self.add("Toilet"), self.rooms.add("Storage", 0.0)], [share, 1 - share], self.draw(_WC_M))
         room = self.add(pick(_SLEEP, self.rng))
-        wide = max(self.rooms.areas[room] / (south_m - self.wall_m), _BED_M) + self.wall_m
+        wide = max(self.rooms.areas[room] / (south_m - self.wall_m), _COURT_BED_M) + self.wall_m
         row = [wet, entry] if self.rng.random() < 0.5 else [entry, wet]
         row.insert(int(self.rng.choice([0, 2])), Column([room], [1.0], wide))
         return row, entry
@@ -135,7 +135,7 @@ class _Sides:
         depths = [max(deep, least + door) for deep, least in zip(asked, (low, top - high), strict=True)]
         spare = top - bath - sum(depths)
         found = [(self.rooms.add("Bathroom", 0.0), bath)]
-        if spare >= _BED_M + self.wall_m:
+        if spare >= _COURT_BED_M + self.wall_m:
             found.insert(int(self.rng.integers(2)), (self.add("Child_Room"), spare))
         else:
             depths = [deep + spare / 2 for deep in depths]

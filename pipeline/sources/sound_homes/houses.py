@@ -79,7 +79,7 @@ _TWO_BATHS_M: Final = 9.0
 _BED_M: Final = (2.7, 4.4)
 _BEDS_M: Final = (2.8, 5.0)
 """The clear widths of bedrooms in the south and in the north."""
-_STORE_M: Final = 1.0
+_STORE_WIDTH_M: Final = 1.0
 _END_M: Final = (1.4, 2.2)
 """The least and the largest length of a store at the end of a corridor."""
 _STORE_M2: Final = 5.0
@@ -358,10 +358,10 @@ class _Upper:
             return []
         wall, deep = self.frame.wall_m, self.frame.south_m - self.frame.wall_m
         bath_m = min(max(draw_area("Bathroom", self.rng) / deep, _BATH_M[0]), _BATH_M[1])
-        fixed = {"Bathroom": bath_m + wall, "Storage": _STORE_M + wall}
+        fixed = {"Bathroom": bath_m + wall, "Storage": _STORE_WIDTH_M + wall}
         limits = {
             "Bedroom": _BED_M,
-            "Storage": (_STORE_M, _STORE_M2 / deep),
+            "Storage": (_STORE_WIDTH_M, _STORE_M2 / deep),
             "Bathroom": _BATH_M,
         }
         ways: list[tuple[list[str], dict[str, float]]] = []

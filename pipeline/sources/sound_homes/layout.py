@@ -90,9 +90,9 @@ _WC_M: Final = (1.0, 1.25)
 _WC_AT_HALL_M: Final = (1.2, 1.35)
 _WC_DEPTH_M: Final = (1.5, 1.6)
 """The clear widths of a toilet; beside a vestibule it is wide enough for a door to the corridor. And its depth."""
-_STORE_M: Final = 2.2
+_DEEPEST_STORE_M: Final = 2.2
 """The largest depth of a store at the corridor's end, metres (L4)."""
-_CUPBOARD_M2: Final = 1.05
+_LEAST_STORE_M2: Final = 1.05
 """The area of a cupboard there; on the grid of 1 cm it stays above the least of a store."""
 _CUPBOARDS: Final = 0.45
 """How often it is a cupboard."""
@@ -572,8 +572,8 @@ def _garage(rooms: Rooms, entry: tuple[float, float], rng: np.random.Generator) 
 def _store_m(rows: _Rows, form: _Form, start: float, rng: np.random.Generator) -> float:
     """Return how much of the corridor's west end a store or a cupboard takes; 0 if doors need all of it (L4)."""
     firsts = [at + row[0].width_m for at, row in ((0.0, rows.north), (start, rows.south)) if row]
-    free = min(min(firsts) - CONTACT_M - form.wall_m, _STORE_M + form.wall_m)
-    least = _CUPBOARD_M2 / (form.corridor_m - form.wall_m) + form.wall_m
+    free = min(min(firsts) - CONTACT_M - form.wall_m, _DEEPEST_STORE_M + form.wall_m)
+    least = _LEAST_STORE_M2 / (form.corridor_m - form.wall_m) + form.wall_m
     if free < least or rng.random() < _CUPBOARDS:
         return least if free >= least else 0.0
     return float(rng.uniform(least, free))
