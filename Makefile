@@ -108,10 +108,10 @@ results: learn ## run all policies of the leaderboard, on PLANS=500 plans, or FE
 	@for run in $(RESULTS) $(LEARNED); do \
 	  track=$${run%%:*}; case " $(TRACKS) " in *" $$track "*) ;; *) continue;; esac; policy=$${run#*:}; name=$$policy; folder=$$(basename $$(dirname $$policy)); \
 	  case $$policy in *.pt) name=learned-$${folder#*-};; esac; \
-	  case $$track in avoidance) plans=100;; large|noisy|people|roomgoal|social|social-orca|slam) plans=$(FEW);; *) plans=$(PLANS);; esac; \
+	  case $$track in avoidance) plans=100;; objectgoal) plans=;; large|noisy|people|roomgoal|social|social-orca|slam) plans=$(FEW);; *) plans=$(PLANS);; esac; \
 	  case $$track in objectgoal) data='--dataset $(FURNISHED)';; *) data='$(PUBLISHED)';; esac; \
 	  id=$$($(BIN)/python -c "from houseexpo.pseudoslam.benchmark.tracks import find_track; print(find_track('$$track').id)"); \
-	  $(BIN)/houseexpo benchmark run --track $$track --policy $$policy --plans $$plans $$data \
+	  $(BIN)/houseexpo benchmark run --track $$track --policy $$policy $${plans:+--plans $$plans} $$data \
 	    --out docs/leaderboard/$$id-$$name.json || exit; done
 
 leaderboard: setup ## make docs/leaderboard.md from the results in docs/leaderboard
