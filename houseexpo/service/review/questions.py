@@ -9,6 +9,8 @@ R3  Rooms that meet without a wall are one room, or they stay two; only where no
     known, the same is asked of rooms that several passages join, or one that is as wide as what lies at its sides:
     there, one space may have been parted. Passages in which the source shows a door or a lintel do not count.
 R4  A question that a person has answered or skipped is not asked again. Answers are words of the storey, as if drawn.
+    A line that would part what a person has said to be one room, or has outlined, is not asked about, nor one in whose
+    place such a question was answered, nor what the source shows along a line where a person has said no wall.
 R5  If the source is known, three more things are asked about: a space between walls that the plan left out and that is
     large enough for a room; a room that takes only a part of the space between its walls; and a door or a gap in the
     source, in a wall of a room, where the plan has no passage.
@@ -148,6 +150,13 @@ _MOST_LEFT_OUT: Final = 3
 _GUESSED: Final = {"units": "the unit", "scale": "the scale", "up": "the upward axis"}
 
 
+_DENIED: Final = frozenset({"no_door", "window", "no_room", "outside"})
+"""Words that deny a part at a place: questions about this place are not asked again."""
+_PARTING: Final = ("corner", "wall", "bay", "free")
+"""Questions about lines that may part a room."""
+Places = Sequence[tuple[float, float]]
+
+
 class Further(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """A further word of an answer or a decision, with its points in plan metres."""
 
@@ -196,17 +205,18 @@ def questions(
     plan: FloorPlan,
     left: Collection[str] = (),
     source: SourceView | None = None,
-    closed: Sequence[tuple[float, float]] = (),
+    said: Sequence[tuple[str, Places]] = (),
     several: Set[str] = frozenset(),
 ) -> list[Question]:
     """Return the questions about a plan, the most valuable first (R1 to R8).
 
-    ``left`` are the keys of skipped questions. ``closed`` are places (x, y) of the plan, metres, where somebody has
-    denied a door or a room. ``several`` are the keys of questions about rooms that were answered by ``SEVERAL``.
+    ``left`` are the keys of skipped questions. ``said`` are words of the storey with their points (x, y) in the plan,
+    metres. ``several`` are the keys of questions about rooms that were answered by ``SEVERAL``.
     """
     if plan.frame is None:
         return []
     plan, places = _mended(plan), list[tuple[str, LineString]]()
+    closed = [points[0] for word, points in said if word in _DENIED]
     rules = [_rooms(plan), _meetings(plan)]
     if source is not None and source.plan is not None:
         dx, dy = np.subtract(source.origin, source.origin_of(plan)).round(3).tolist()
@@ -229,7 +239,45 @@ def questions(
     found = [each for rule in rules for each in _without_fault(rule)]
     bays = [LineString(each.answers[0].points) for each in found if each.key.startswith("bay")]
     found = [each for each in found if not each.key.startswith("corner") or not _is_at(each, bays)]
-    return _in_order([each for each in found if each.key not in left], plan.area)
+    found = [each for each in found if each.key not in left and not _is_told(plan, each, left, said)]
+    return _in_order(found, plan.area)
+
+
+def _is_told(plan: FloorPlan, asked: Question, left: Collection[str], said: Sequence[tuple[str, Places]]) -> bool:
+    """R4."""
+    if not asked.key.startswith(_PARTING):
+        return False
+    frame: Any = plan.frame
+    there = source_points_from_plan(frame, [asked.at])[0]
+    if any(math.dist(there, _place_of(key)) < OF_EDGE_M for key in left if key.startswith(_PARTING)):
+        return True
+    pieces = [LineString(points) for points in (asked.answers[0].points, *asked.answers[0].more)]
+    gone = [LineString(points) for word, points in said if word == "no_wall"]
+    is_wall = asked.key.startswith("wall")
+    if is_wall and gone:
+        taken = shapely.intersection(shapely.multilinestrings(pieces), shapely.union_all(gone).buffer(OF_EDGE_M))
+        if taken.length >= sum(piece.length for piece in pieces) / 2:
+            return True
+    whole = _longer(LineString([pieces[0].coords[0], pieces[-1].coords[-1]]), _PASSAGE_M[1] if is_wall else OF_EDGE_M)
+    return any(_parts(plan, word, points, whole) for word, points in said)
+
+
+def _parts(plan: FloorPlan, word: str, points: Places, line: LineString) -> bool:
+    """Return whether a line parts a room that a person has said to be one, or has outlined (R4)."""
+    if word == "room_outline":
+        outline = Polygon(points)
+        return outline.is_valid and _parted_m2(outline, line) >= SMALLEST_ROOM_M2
+    xs, ys = np.transpose(points)
+    rooms = [room.polygon for room in plan.rooms if shapely.contains_xy(room.polygon, xs, ys).all()]
+    if word != "one_room" or not rooms:
+        return False
+    return bool(sum(shapely.contains_xy(part, xs, ys).any() for part in split(rooms[0], line).geoms) > 1)
+
+
+def _place_of(key: str) -> tuple[float, float]:
+    """Return the place in a question's key (``_key``)."""
+    x, y = key.split(" at ")[1].split(", ")
+    return float(x), float(y)
 
 
 def _is_at(question: Question, lines: Sequence[LineString]) -> bool:
@@ -317,7 +365,7 @@ def _passages(plan: FloorPlan, shown: Sequence[tuple[str, LineString]] = ()) -> 
         ends = tuple(door.segment)
         sides = sorted((plan.rooms[side] for side in door.rooms if side is not None), key=lambda room: room.area)
         places = tuple(map(_inside, sides))
-        between = " and ".join(f"the {_name(room)} of {room.area:.1f} m²" for room in reversed(sides))
+        between = _names(sides[::-1])
         area, answers = 0.0, tuple[Answer, ...]()
         if door.kind == "cut":
             says = f"Nothing shows a way between {between}, so a cut of {door.width:.2f} m was made. Is a door there?"
@@ -337,7 +385,7 @@ def _passages(plan: FloorPlan, shown: Sequence[tuple[str, LineString]] = ()) -> 
             way = Answer("An entrance", "entrance", ends)
             answers = (none, way, window) if door.confidence <= OF_NO_ROOM else (way, window, none)  # R9
         else:
-            says = f"Is there {'an' if door.kind == 'opening' else 'a'} {door.kind} of {door.width:.2f} m: {between}?"
+            says = f"Is there {_a(door.kind)} of {door.width:.2f} m between {between}?"
             answers = (
                 Answer("Yes", door.kind, ends),
                 Answer("None", "no_door", (at,)),
@@ -390,7 +438,7 @@ def _meetings(plan: FloorPlan) -> Iterator[Question]:
             max(shapely.get_parts(edge), key=lambda part: part.length), 0.5, normalized=True
         )
         at = (round(point.x, 3), round(point.y, 3))
-        says = f"{_name(one).capitalize()} and {_name(other)} meet without a wall for {edge.length:.1f} m. One room?"
+        says = f"{_names((one, other)).capitalize()} meet without a wall for {edge.length:.1f} m. Are they one room?"
         answers = Answer("One room", "one_room", (_inside(one), _inside(other))), Answer("Two rooms")
         yield Question(_key(plan, "meet", at), at, says, answers, _OPEN, min(one.area, other.area))
 
@@ -413,8 +461,18 @@ def _seen_in_part(plan: FloorPlan, source: SourceView, shift: tuple[float, float
         point = _inside(room)
         says = f"The {'map' if source.is_map else 'source'} shows no wall along {1 - share:.0%} of the edge of this "
         says += f"{_name(room)} of {room.area:.1f} m². Is it a room of the house?"
-        answers = Answer("A room"), *_none(point), Answer(SEVERAL)
+        answers = Answer("A room"), *_none(point), Answer(SEVERAL), *_next_room(plan, room)
         yield Question(_key(plan, "seen", point), point, says, answers, _UNSEEN, room.area, room.area**0.5)
+
+
+def _next_room(plan: FloorPlan, room: Room) -> Iterator[Answer]:
+    """Yield the answer that a room is a part of the one to which its widest passage leads."""
+    ways = [door for door in plan.doors if room.id in door.rooms and None not in door.rooms]
+    for way in sorted(ways, key=lambda door: -door.width)[:1]:
+        (other,) = (plan.rooms[side] for side in way.rooms if side is not None and side != room.id)
+        yield Answer(
+            f"A part of the {_name(other)} of {other.area:.1f} m²", "one_room", (_inside(room), _inside(other))
+        )
 
 
 def _seen_share(ring: LineString, source: SourceView, shift: tuple[float, float], ways: shapely.Geometry) -> float:
@@ -450,6 +508,7 @@ def _bays(plan: FloorPlan, source: SourceView, shift: tuple[float, float]) -> It
             Answer("A wall shuts it off", "wall", ((ax, ay), (bx, by)), then=(Further("no_room", (at,)),)),
             Answer("It is of the room"),
             Answer("An opening to it", "opening", ((ax, ay), (bx, by))),
+            Answer("A door to it", "door", ((ax, ay), (bx, by))),
         )
         yield Question(_key(plan, "bay", at), at, f"{says}Is it of the room?", answers, _UNSEEN, area, area**0.5)
 
@@ -523,8 +582,7 @@ def _parted(plan: FloorPlan, places: Sequence[tuple[str, LineString]]) -> Iterat
         else:
             continue
         at = _middle(widest)
-        names = " and ".join(f"{_name(room)} of {room.area:.1f} m²" for room in (first, second))
-        says = f"Are {names} one room? {why}."
+        says = f"Are {_names((first, second))} one room? {why}."
         joined = Answer("One room", "one_room", (_inside(first), _inside(second)))
         answers = joined, Answer("Two rooms"), *(_only(door, doors) for door in doors if 1 < len(doors) <= _MOST_WAYS)
         asked.append(Question(_key(plan, "parted", at), at, says, answers, doubt, min(first.area, second.area)))
@@ -869,7 +927,12 @@ def _walls_seen(
         ends = pieces[0][0], pieces[-1][-1]
         at = round((ends[0][0] + ends[1][0]) / 2, 3), round((ends[0][1] + ends[1][1]) / 2, 3)
         long, what = sum(line.length for line in row), "it one" if len(row) == 1 else f"it a wall of {len(row)} pieces"
-        says = f"The source shows {long:.2f} m of something higher than a person, the plan no wall. Is {what}?"
+        shown = (
+            f"map shows an obstacle of {long:.2f} m"
+            if source.is_map
+            else f"source shows {long:.2f} m of something higher than a person"
+        )
+        says = f"The {shown}, the plan no wall. Is {what}?"
         wall = Answer("A wall", "wall", pieces[0], more=tuple(pieces[1:]))
         yield Question(
             _key(plan, "wall", at), at, says, (wall, Answer("No wall"), Answer("An opening", "opening", ends)),
@@ -955,6 +1018,13 @@ def _doubt(confidence: float | None) -> float | None:
 
 def _name(room: Room) -> str:
     return "space" if room.label == "Unlabelled" else room.label.lower().replace("_", " ")
+
+
+def _names(rooms: Sequence[Room]) -> str:
+    """Return rooms with their areas in words."""
+    if len(rooms) > 1 and {_name(room) for room in rooms} == {"space"}:
+        return f"the spaces of {' and '.join(f'{room.area:.1f} m²' for room in rooms)}"
+    return " and ".join(f"the {_name(room)} of {room.area:.1f} m²" for room in rooms)
 
 
 def _inside(room: Room) -> tuple[float, float]:

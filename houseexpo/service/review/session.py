@@ -408,8 +408,6 @@ def decision_history(name: str, decisions: DecisionStore, judged: PlanDecisions 
     return {"judged": said, "seen": latest.number if latest else 0, "history": steps[-_STEPS:]}
 
 
-_DENIED: Final = frozenset({"no_door", "window", "no_room", "outside"})
-"""Words that deny a part at a place: questions about this place are not asked again."""
 _KEPT: Final = 32
 """The number of corrected plans in memory, so that an undo finds the previous one."""
 
@@ -497,10 +495,10 @@ class Review:
         told, left = self.told(plan, all_said, shown), self._left(name, shown)
         effects = said_corrections(plan, told)
         ghosts, size = self._mark_ghosts(name, plan, effects, left)
-        closed = [tuple(each["points"][0]) for each in effects if each["word"] in _DENIED]
+        words = [(each["word"], each["points"]) for each in effects]
         said = () if source is None or source.is_founded else all_said
         several = {key for key, answer in self.decisions.left(name).items() if answer == SEVERAL}
-        found = questions(told.plan, left, source, closed, several)
+        found = questions(told.plan, left, source, words, several)
         asked = msgspec.to_builtins(with_effect(told.plan, found, said, source))
         return {
             **plan_facts(told.plan),

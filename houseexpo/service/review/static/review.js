@@ -53,8 +53,15 @@ function reviewer() {
   return at("reviewer").value.trim();
 }
 
+// Words of the file as the page names them, and what was said earlier without its points.
+const NAMES = new Map(tools.map(({ word, title, key }) => [word, `${title} (${key.toUpperCase()})`]));
+const WORD = tools.map(({ word }) => word).join("|"), LONG_WORD = tools.flatMap(({ word }) => (word.includes("_") ? [word] : [])).join("|");
+const inWords = (text) => text
+  .replace(new RegExp(`\\b(${WORD}) \\[[-\\d., \\[\\]]*\\]`, "g"), (_, word) => `the earlier ${word.replaceAll("_", " ")}`)
+  .replace(new RegExp(`^(${WORD})(?=: )|(?<=\\bsay )(${WORD})\\b|\\b(${LONG_WORD})\\b`, "g"), (word) => NAMES.get(word));
+
 function say(text, kind = "") {
-  at("said").textContent = text;
+  at("said").textContent = inWords(text);
   at("said").className = `said ${kind}`;
 }
 
@@ -267,7 +274,7 @@ function effect({ word, outcome, said, also = [], built, ghost, waits }, number)
   line.className = outcome === "none" && !waits ? "idle" : "";
   const when = ghost ? "said of the file as it was" : waits ? "waits for more" : outcome === "none" ? "no effect" : built ? "built" : "in the next build";
   const name = `${word.replaceAll("_", " ")}, ${when}`;
-  const choose = button(`${name}: ${[said, ...also].join("; ")}.`, () => sheet.choose(number), "choose");
+  const choose = button(inWords(`${name}: ${[said, ...also].join("; ")}.`), () => sheet.choose(number), "choose");
   const out = button("×", () => remove(number), "out");
   out.setAttribute("aria-label", `Take out: ${name}`);
   out.disabled = readOnly;

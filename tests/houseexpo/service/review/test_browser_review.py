@@ -293,7 +293,7 @@ def test_an_answer_that_confirms_the_plan_is_said_as_it_is(tmp_path: Path) -> No
     save_plan(replace(plan, rooms=(wide, bedroom)), folder / "house.json")
     with running(service_of(folder, review=True)) as address, visited(address, "/houses/review") as page:
         shows(page, "house")
-        page.wait_for_function("() => document.getElementById('question').textContent.includes('One room?')")
+        page.wait_for_function("() => document.getElementById('question').textContent.includes('Are they one room?')")
         page.keyboard.press("2")
         says(page, "Right: two rooms, in house. It is on the disk.")
         assert page.locator("#history li").all_inner_texts()[0].startswith("Right: two rooms (")

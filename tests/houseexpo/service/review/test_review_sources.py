@@ -259,7 +259,7 @@ def shown(*places: Place, guesses: tuple[str, ...] = (), spaces: tuple[Any, ...]
 
 
 def asked_of(plan: FloorPlan, view: SourceView, *closed: tuple[float, float]) -> list[str]:
-    return [each.key.split(" at ")[0] for each in questions(plan, (), view, closed)]
+    return [each.key.split(" at ")[0] for each in questions(plan, (), view, [("no_door", [each]) for each in closed])]
 
 
 def test_a_place_for_a_door_is_asked_about_until_somebody_says_that_none_is_there() -> None:
@@ -290,6 +290,12 @@ def test_what_the_source_shows_as_high_as_a_wall_is_asked_about_where_it_would_p
     view = SourceView(view.record, msgspec.structs.replace(view.level, seen=seen), view.found)
     (asked,) = (each for each in questions(plan, (), view) if each.key.startswith("wall"))
     assert asked.answers[0].points == ((2.0, 1.2), (2.0, 3.1))
+    assert "wall" not in [
+        each.key.split(" ")[0] for each in questions(plan, [asked.key.replace("wall", "corner")], view)
+    ]
+    for word, is_asked in (("no_wall", False), ("wall", True)):
+        again = questions(plan, (), view, [(word, [(2.1, 1.0), (2.1, 3.0)])])
+        assert any(each.key == asked.key for each in again) == is_asked
     stub = plan.corrected(said_of(plan, asked.answers[0])).plan
     (narrow,) = (each for each in questions(stub, (), view) if each.answers[0].action == "opening")
     assert len(stub.corrected(said_of(stub, narrow.answers[0])).plan.rooms) == 3
@@ -491,7 +497,7 @@ def test_a_room_along_whose_edge_the_source_shows_no_wall_may_be_none() -> None:
     (asked,) = questions(plan, (), view)
     assert "The map shows no wall along" in asked.says
     assert asked.at[0] < 4.0
-    assert [answer.action for answer in asked.answers] == ["leave", "no_room", "outside", "leave"]
+    assert [answer.action for answer in asked.answers] == [*("leave", "no_room", "outside", "leave", "one_room")]
     assert questions(plan, [asked.key], view) == []
     said = tuple(replace(room, confidence=1.0) for room in plan.rooms)
     assert questions(replace(plan, rooms=said), (), view) == []
@@ -523,7 +529,8 @@ def test_a_bay_of_a_map_around_which_no_wall_is_seen_can_be_shut_off_by_one_key(
     (asked,) = [each for each in questions(plan, (), view) if each.key.startswith("bay")]
     assert asked.area == pytest.approx(6.0, abs=0.4)
     assert asked.at[0] > 8.3
-    assert [answer.action for answer in asked.answers] == ["wall", "leave", "opening"]
+    assert [answer.action for answer in asked.answers] == ["wall", "leave", "opening", "door"]
+    assert questions(plan, (), view, [("one_room", [asked.at, (6.0, 3.0)])]) == []
     ends = tuple(map(tuple, source_points_from_plan(plan.frame, asked.answers[0].points).tolist()))
     found = preview(plan, [Correction("wall", ends)], view.plan, view.spaces, view.standing, walls=view.walls).plan
     assert sorted(round(room.area) for room in found.rooms) == [6, 24, 24]
@@ -590,3 +597,8 @@ def test_what_was_said_to_be_one_room_is_not_asked_about_as_a_narrow_place() -> 
     narrow = [each for each in questions(joined, (), view) if each.key.startswith("corner")]
     assert narrow
     assert with_effect(joined, narrow, said, view) == []
+    asked = questions(joined, (), view, [("one_room", [(1.0, 1.0), (6.0, 1.0)])])
+    assert not [each for each in asked if each.key.startswith("corner")]
+    outline = shapely.get_coordinates(joined.rooms[0].polygon.exterior)[:-1].tolist()
+    asked = questions(joined, (), view, [("room_outline", outline)])
+    assert not [each for each in asked if each.key.startswith("corner")]
