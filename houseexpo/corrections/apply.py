@@ -17,10 +17,10 @@ R4  ``entrance``: a door to the outside, whatever lies there. ``wall``: parts th
     one passage for each of the rooms that the line parts.
 R5  ``one_room``: the rooms become one, together with the passages and walls between them (``merging``). If a door or
     an opening then does nothing, and both have an effect in the other order, the rooms are parted first. ``no_wall``:
-    the rooms on both sides of a line in a wall become one, joined by the drawn part of the wall; in an outer wall the
-    room is open to the outside there, by an entrance. If it is a line of the drawing, a wall that another line draws
-    there stays, and an outer wall too. ``no_door``: the passage becomes wall, or else the cut through the wall there.
-    ``window``: the same, and a window is there.
+    the rooms on both sides of a line in a wall become one, joined by the drawn part of the wall, and walls in this
+    room within ``SNAP_M`` of the line go; in an outer wall the room is open to the outside there, by an entrance. If it
+    is a line of the drawing, a wall that another line draws there stays, and an outer wall too. ``no_door``: the
+    passage becomes wall, or else the cut through the wall there. ``window``: the same, and a window is there.
 R6  ``room``: a space that the plan lacks, and that walls, rooms and what may close gaps enclose, becomes a room.
     ``room_outline``: the area is a room with exactly this ring. Walls in it go. Other rooms lose what it covers, with a
     wall of ``SAID_WALL_M`` around it, and what is left of them if that is no room. If the area and a room agree but for

@@ -8,6 +8,7 @@ from dataclasses import replace
 from itertools import pairwise
 from typing import Final, NoReturn
 
+import numpy as np
 import shapely
 from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
@@ -62,7 +63,7 @@ from houseexpo.corrections.passages import (
 )
 from houseexpo.plan.parts import DoorKind
 from houseexpo.plan.room_labels import UNLABELLED
-from houseexpo.tolerances import GRID_M, MIN_DOOR_M, ROUNDED_M2, TILE_M2
+from houseexpo.tolerances import GRID_M, MIN_DOOR_M, ROUNDED_M2, SAME_M2, TILE_M2
 
 FARTHEST_ROOM_M: Final = 5.0
 """A room drawn farther than this from the others is refused, metres: probably a digit is wrong."""
@@ -283,11 +284,12 @@ def _slits_behind(left: BaseGeometry, wall: Polygon, length_m: float) -> list[Po
 
 def remove_wall(draft: Draft, placed: Placed) -> Said:
     """Remove a wall along a line, so that the rooms on both sides become one (R5)."""
-    drawn = in_its_wall(draft, strip_of(*placed.points))
-    if (there := draft.room_at(drawn.centre)) is not None:
-        raise AlreadySoError(f"no wall is there: it lies in {draft.name(there)}")
+    line = strip_of(*placed.points)
+    drawn = in_its_wall(draft, line)
     if over := next((wall for wall in draft.walls if wall.shape.intersects(shapely.LineString(drawn.ends))), None):
         raise contradiction(over.said)
+    if (there := draft.room_at(drawn.centre)) is not None:
+        return _open_along(draft, line, there)
     shapes, is_line = [room.shape for room in draft.rooms], str(placed.correction) in draft.no_walls
     drawn = _bare(draft, drawn) if is_line else drawn
     faces = faces_beside(drawn, shapes)
@@ -311,13 +313,56 @@ def remove_wall(draft: Draft, placed: Placed) -> Said:
         found.append(behind)
         faces = faces_beside(drawn, [room.shape for room in draft.rooms])
     if found[0] is found[1]:
-        return opened_wall(draft, drawn, found[0], faces)
+        return opened_wall(draft, drawn, found[0], faces) if is_line else _open_along(draft, line, found[0])
     fitted = fit_to_wall(drawn, faces)
     gap = clear_part(fitted.polygon(deeper_m=STEP_M), (room.shape for room in draft.rooms), fitted.centre)
-    said = Said(f"{fitted.length:.2f} m of wall are gone: one room are now " + _names(draft, found))
-    said.also += merge_rooms(draft, found, str(placed.correction), gap=gap)
-    said.also += describe_narrowing(drawn, fitted)
-    return said
+    names, also = _names(draft, found), merge_rooms(draft, found, str(placed.correction), gap=gap)
+    (merged,) = (room for room in draft.rooms if room.said == str(placed.correction))
+    more_m, kept_m = (0.0, 0.0) if is_line else _take_walls_out(draft, line, merged)
+    also += describe_narrowing(drawn, fitted) if is_line else _what_stays(kept_m)
+    return Said(f"{fitted.length + more_m:.2f} m of wall are gone: one room are now {names}", also)
+
+
+def _open_along(draft: Draft, line: Strip, room: DraftRoom) -> Said:
+    """Remove the walls that stand in a room along a line."""
+    gone_m, kept_m = _take_walls_out(draft, line, room)
+    if not gone_m and kept_m < STEP_M:
+        raise AlreadySoError(f"no wall is there: it lies in {draft.name(room)}")
+    if not gone_m:
+        raise NoEffectError(f"{draft.name(room)} lies at one side of the wall there only, within {WALL_REACH_M} m")
+    text = f"the wall that stands in {draft.name(room)} is open for {gone_m:.2f} m: both sides are one room"
+    return Said(text, _what_stays(kept_m))
+
+
+def _what_stays(kept_m: float) -> list[str]:
+    return [f"{kept_m:.2f} m of the wall there have the room at one side only, and stay"] if kept_m > STEP_M else []
+
+
+def _take_walls_out(draft: Draft, line: Strip, room: DraftRoom) -> tuple[float, float]:
+    """Remove the walls in a room that stand within ``SNAP_M`` of a line, in all their depth, from end to end of it.
+
+    Return along how much of the line walls are gone, and along how much walls stay that have the room at one side only,
+    metres.
+    """
+    at = np.linspace(-line.length / 2, line.length / 2, math.ceil(line.length / STEP_M) + 1)
+    others = [each.shape for each in draft.rooms if each is not room] + [door.shape for door in draft.doors]
+    taken = shapely.union_all(others)
+    gone, gone_m, kept_m = list[Polygon](), 0.0, 0.0
+    for low, high in pairwise(at.tolist()):
+        column = Strip(line.centre + line.along * (low + high) / 2, line.along, high - low, 2 * WALL_REACH_M)
+        axis, whole = shapely.LineString(column.ends), column.polygon()
+        far = shapely.MultiLineString([column.ends + side * WALL_REACH_M * column.across for side in (-1, 1)])
+        walls = shapely.get_parts(shapely.difference(whole, room.shape)).tolist()
+        near = [wall for wall in walls if wall.area > SAME_M2 and wall.distance(axis) < SNAP_M]
+        free = [wall for wall in near if wall.distance(far) > MEETS_M]
+        free = [wall for wall in free if shapely.intersection(wall, taken).area < SAME_M2]
+        gone += [wall.buffer(GRID_M / 10) for wall in free]
+        gone_m += column.length if free else 0.0
+        kept_m += column.length if len(free) < len(near) else 0.0
+    if gone:
+        room.change(split_pieces(shapely.union_all([room.shape, *gone]))[0])
+        room.confidence = None if room.confidence is None else 1.0
+    return gone_m, kept_m
 
 
 def _bare(draft: Draft, strip: Strip) -> Strip:
@@ -413,7 +458,10 @@ def _take_from_others(draft: Draft, made: DraftRoom) -> list[str]:
         left = [room] if len(kept) == 1 else draft.replace_room(room, kept)
         draft.divide_passages([made, *left])
         parts += left
-        if before_m2 - sum(part.area for part in kept) > TILE_M2:
+        lost_m2 = before_m2 - sum(part.area for part in kept)
+        if TILE_M2 < lost_m2 < _SAME * before_m2 and len(left) == 1:
+            also.append(f"{name} loses {lost_m2:.1f} m2 to it")
+        elif lost_m2 > TILE_M2:
             also.append(f"the rest of {name} is {_names(draft, left)} now; say no_room there if that is no room")
     if made not in draft.rooms:
         draft.rooms.append(made)

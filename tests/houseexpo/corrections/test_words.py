@@ -234,6 +234,34 @@ def test_a_wall_stub_without_a_wall_is_floor_again() -> None:
     assert areas(found.plan) == pytest.approx([9.0, 12.0], abs=0.03)
 
 
+@pytest.mark.parametrize("aside", [-0.2, 0.0, 0.2])
+def test_no_wall_takes_out_all_wall_beside_its_line_from_end_to_end(aside: float) -> None:
+    """A row of desks of several depths with gaps, as a robot sees it; a desk beyond the end of the line stays."""
+    desks = [box(1.0, 1.9, 2.0, 2.1), box(2.0, 1.95, 2.6, 2.5), box(3.0, 1.8, 3.8, 2.05), box(4.4, 1.7, 5.2, 2.1)]
+    row = shapely.union_all([Polygon(each) for each in desks])
+    holes = tuple(list(part.exterior.coords)[:-1] for part in shapely.get_parts(row))
+    plan = FloorPlan("class", box(0.0, 0.0, 6.0, 4.0), 1, {}, holes, rooms=(Room(0, "Office", box(0, 0, 6, 4), holes),))
+    found = corrected(plan, no_wall=[[0.8, 2.0 + aside], [4.0, 2.0 + aside]])
+    assert found.effects[0].outcome == "done"
+    assert areas(found.plan) == [pytest.approx(24.0 - 0.32, abs=0.01)]
+    again = corrected(found.plan, no_wall=[[0.8, 2.0], [4.0, 2.0]])
+    assert again.effects[0].outcome == "already"
+
+
+def test_no_wall_takes_out_the_wall_between_two_rooms_and_what_goes_on_in_one() -> None:
+    """A row of desks parts a room into two for half of its length; around its other half, the room goes on."""
+    ring = [(0.0, 0.0), (6.0, 0.0), (6.0, 4.0), (3.0, 4.0), (3.0, 2.1), (2.9, 2.1), (2.9, 2.0), (4.4, 2.0), (4.4, 1.8)]
+    ring += [(0.0, 1.8)]
+    rooms = (Room(0, "Office", ring), Room(1, "Office", box(0.0, 2.0, 2.8, 4.0)))
+    way = Door(0, "door", ((1.4, 1.8), (1.4, 2.0)), 0.8, box(1.0, 1.8, 1.8, 2.0), (0, 1))
+    whole = shapely.union_all([*(room.polygon for room in rooms), way.polygon])
+    holes = tuple(list(hole.coords)[:-1] for hole in whole.interiors)
+    plan = FloorPlan("class", list(whole.exterior.coords)[:-1], 2, {}, holes, rooms=rooms, doors=(way,))
+    found = corrected(plan, no_wall=[[0.0, 1.9], [4.5, 1.9]])
+    assert found.effects[0].outcome == "done"
+    assert shapely.intersection(found.plan.rooms[0].polygon, Polygon(box(0.0, 1.8, 4.4, 2.0))).area > 0.855
+
+
 def test_where_a_wall_is_gone_what_nothing_led_into_belongs_to_the_room() -> None:
     from shapely import box
 
