@@ -16,7 +16,8 @@ R5  If the source is known, three more things are asked about: a space between w
     source, in a wall of a room, where the plan has no passage.
 R6  If a corner juts into a room, the lines that extend its two edges to the opposite wall may be openings between two
     rooms, as may a door or a gap that the source shows in a room. A line is asked about if it parts off a space that
-    could be a room, and is as narrow as an opening, or narrower than this space is wide.
+    could be a room, and is as narrow as an opening, or narrower than this space is wide. Lines between two corners
+    come first: these are the jambs of a doorway.
 R7  Facts about the whole file that the reader guessed (its unit, its axis) are asked first, once for the file: all else
     depends on them. Its size is also asked about if the sizes of its doors and storeys make another one clearly
     likelier, and its floors if another level surface may be one, or a storey of several is doubtful or gave no plan.
@@ -353,6 +354,7 @@ def _sizes(group: Sequence[Question]) -> str:
 
 def _passages(plan: FloorPlan, shown: Sequence[tuple[str, LineString]] = ()) -> Iterator[Question]:
     """R1, R2. ``shown`` are the places where the source shows a door, a lintel or a gap."""
+    free = _free_places(plan, shown)
     for door in plan.doors:
         doubt = _doubt(door.confidence)
         if door.kind == "cut":  # R1
@@ -377,7 +379,7 @@ def _passages(plan: FloorPlan, shown: Sequence[tuple[str, LineString]] = ()) -> 
                 Answer("They are one room", "one_room", places),
                 Answer(f"{area:.1f} m² are no room", "no_room", places[:1]),
                 Answer(f"{sides[-1].area:.1f} m² are outside", "outside", places[1:]),
-                *_ways_beside(door, sides, shown),
+                *_ways_beside(door, sides, free),
             )
         elif door.kind == "entrance" and door.confidence is not None:
             says = f"Does one walk in here, an entrance of {door.width:.2f} m?"
@@ -394,20 +396,29 @@ def _passages(plan: FloorPlan, shown: Sequence[tuple[str, LineString]] = ()) -> 
         yield Question(_key(plan, door.kind, at), at, says, answers, doubt, area, door.width if not area else area**0.5)
 
 
-def _ways_beside(cut: Door, sides: Sequence[Room], shown: Sequence[tuple[str, LineString]]) -> Iterator[Answer]:
-    """R1. Yield the nearest place at a cut's smaller room where the source shows a way, first those to the larger."""
+def _ways_beside(cut: Door, sides: Sequence[Room], free: Sequence[tuple[str, LineString]]) -> Iterator[Answer]:
+    """R1. Yield the nearest free place at a cut's smaller room, first those to the larger; see ``_free_places``."""
     small, large = (shapely.buffer(room.polygon, _WIDEST_WALL_M) for room in sides)
     near = [
         (not large.contains(line.centroid), line.distance(cut.polygon), kind, line)
-        for kind, line in shown
-        if kind in _SHOWN
-        and _PASSAGE_M[0] <= line.length <= _PASSAGE_M[1]
-        and small.contains(line.centroid)
-        and line.distance(cut.polygon) > 0
+        for kind, line in free
+        if small.contains(line.centroid) and line.distance(cut.polygon) > 0
     ]
     for _, _, kind, line in sorted(near, key=lambda each: each[:2])[:1]:
         (ax, ay), (bx, by) = line.coords
         yield Answer(f"A door where the {kind} is", "door", ((ax, ay), (bx, by)))
+
+
+def _free_places(plan: FloorPlan, shown: Sequence[tuple[str, LineString]]) -> list[tuple[str, LineString]]:
+    """Return the places as wide as a passage where the source shows a way and the plan has none; a cut is a guess."""
+    doors = [(door.polygon, _TOUCH_M if door.kind == "cut" else _WIDEST_WALL_M) for door in plan.doors]
+    return [
+        (kind, line)
+        for kind, line in shown
+        if kind in _SHOWN
+        and _PASSAGE_M[0] <= line.length <= _PASSAGE_M[1]
+        and all(door.distance(line.centroid) >= near for door, near in doors)
+    ]
 
 
 def _rooms(plan: FloorPlan) -> Iterator[Question]:
@@ -781,19 +792,14 @@ def _places(
     """R5."""
     shut = shapely.multipoints(closed) if closed else None
     rooms = [room.polygon for room in plan.rooms]
-    doors = [
-        (door.polygon, _TOUCH_M if door.kind == "cut" else _WIDEST_WALL_M) for door in plan.doors
-    ]  # a cut is a guess
-    for kind, line in places:
+    for kind, line in _free_places(plan, places):
         (ax, ay), (bx, by) = line.coords
-        if kind not in _SHOWN or not _PASSAGE_M[0] <= line.length <= _PASSAGE_M[1]:
-            continue
         way = np.array([ay - by, bx - ax]) / line.length * _WIDEST_WALL_M
         sides = [
             next((k for k, room in enumerate(rooms) if shapely.contains_xy(room, *at)), None)
             for at in (np.array([ax + bx, ay + by]) / 2 + sign * way for sign in (1, -1))
         ]
-        if sides[0] == sides[1] or any(door.distance(line.centroid) < near for door, near in doors):
+        if sides[0] == sides[1]:
             continue
         if shut is not None and shut.distance(line) < _WIDEST_WALL_M:
             continue
@@ -871,17 +877,24 @@ def _corners(plan: FloorPlan, places: Sequence[LineString] = (), several: Set[st
     for room in plan.rooms:
         is_several = not several.isdisjoint(_key(plan, kind, _inside(room)) for kind in ("room", "seen"))
         doors = shapely.union_all([door.polygon for door in plan.doors if room.id in door.rooms])
+        at_doors = shapely.buffer(doors, _PASSAGE_M[0] / 2)
         shown = [place for place in places if room.polygon.covers(place.centroid)]
         parting = [(ray, _parted_m2(room.polygon, _longer(ray, ONWARD_M))) for ray in shown]
-        for ray, area in (*parting, *_parting_rays(room.polygon.wkb)):
-            if ray.length < _PASSAGE_M[0] or area < SMALLEST_ROOM_M2 * 2 or ray.distance(doors) < _PASSAGE_M[0] / 2:
+        rays = _parting_rays(room.polygon.wkb)
+        jambs = {_ends(ray) for ray, _ in rays} & {_ends(shapely.reverse(ray)) for ray, _ in rays}
+        for ray, area in (*parting, *rays):
+            if ray.length < _PASSAGE_M[0] or area < SMALLEST_ROOM_M2 * 2:
                 continue
+            at_door = shapely.intersection(ray, at_doors).length
+            if at_door > (ray.length / 2 if _ends(ray) in jambs else 0):  # beside a doorway another door may lie
+                continue
+            is_bare = ray not in shown and _ends(ray) not in jambs
             if is_several:
-                known.append((ray not in shown, ray.length, area, ray))
+                known.append((is_bare, ray.length, area, ray))
             elif ray.length <= _PASSAGE_M[1]:
-                narrow.append((ray not in shown, ray.length, area, ray))
+                narrow.append((is_bare, ray.length, area, ray))
             elif ray.length**2 <= area:
-                wide.append((ray not in shown, ray.length / math.sqrt(area), area, ray))
+                wide.append((is_bare, ray.length / math.sqrt(area), area, ray))
     chosen: list[tuple[float, float, LineString]] = []
     most = _MOST_CORNERS
     for found, doubt, more in ((known, _CUT, _MOST_OF_SEVERAL), (narrow, _CORNER, 0), (wide, _CORNER / 2, _MOST_WIDE)):
@@ -972,6 +985,11 @@ def _parting_rays(room: bytes) -> list[tuple[LineString, float]]:
     longest = max(_PASSAGE_M[1], math.sqrt(shape.area / 2))
     rays = [ray for ray in corner_rays(shape) if _PASSAGE_M[0] <= ray.length <= longest]
     return [(ray, _parted_m2(shape, _longer(ray, _TOUCH_M))) for ray in rays]
+
+
+def _ends(ray: LineString) -> tuple[float, ...]:
+    """Return the ends of a line to a centimetre."""
+    return tuple((shapely.get_coordinates(ray).round(2) + 0.0).ravel().tolist())
 
 
 def _parted_m2(room: Polygon, line: LineString) -> float:

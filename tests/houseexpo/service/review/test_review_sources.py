@@ -249,6 +249,18 @@ def test_a_narrow_place_between_two_parts_of_a_room_is_asked_about() -> None:
     assert abs(a[1] - b[1]) == pytest.approx(1.0)
 
 
+def test_a_doorway_with_two_jambs_is_asked_about_also_beside_another_door() -> None:
+    plan = replace(two_rooms("house"), frame=FRAME)
+    ring = [(0.1, 0.1), (0.1, 3.1), (2.0, 3.1), (2.0, 1.3), (2.1, 1.3), (2.1, 3.1), (4.1, 3.1), (4.1, 0.1), (2.1, 0.1)]
+    ring += [(2.1, 0.3), (2.0, 0.3), (2.0, 0.1)]
+    rooms = (Room(0, "Kitchen", ring), *plan.rooms[1:])
+    beside = Door(1, "entrance", ((1.1, 0.05), (1.9, 0.05)), 0.8, box(1.1, 0.0, 1.9, 0.1), (0, None), 1.0)
+    for doors in (plan.doors, (*plan.doors, beside)):
+        (asked,) = questions(replace(plan, rooms=rooms, doors=doors))
+        assert asked.key.startswith("corner")
+        assert asked.at[1] == pytest.approx(0.8)
+
+
 def shown(*places: Place, guesses: tuple[str, ...] = (), spaces: tuple[Any, ...] = ()) -> tuple[FloorPlan, SourceView]:
     """Two rooms whose passage is a cut, and their source, whose level frame is the plan's."""
     plan = replace(two_rooms("house"), frame=FRAME)
@@ -274,6 +286,18 @@ def test_a_place_for_a_door_is_asked_about_until_somebody_says_that_none_is_ther
 def test_a_place_within_a_room_or_at_a_passage_is_not_asked_about() -> None:
     plan, view = shown(Place("door", ((2.0, 1.0), (2.0, 1.9))), Place("lintel", ((4.15, 1.1), (4.15, 1.9))))
     assert asked_of(plan, view) == ["cut"]
+
+
+def test_a_cut_may_be_a_door_where_the_source_shows_one_and_the_plan_has_none() -> None:
+    plan, view = shown(Place("gap", ((4.15, 2.3), (4.15, 3.05))))
+    cut = plan.doors[0]
+    (asked,) = (each for each in questions(plan, (), view) if each.key.startswith("cut"))
+    assert asked.answers[-1].title == "A door where the gap is"
+    door = replace(
+        cut, id=1, kind="door", confidence=1.0, segment=((4.15, 2.3), (4.15, 3.05)), ring=box(4.1, 2.3, 4.2, 3.05)
+    )
+    (asked,) = (each for each in questions(replace(plan, doors=(cut, door)), (), view) if each.key.startswith("cut"))
+    assert asked.answers[-1].action == "outside"
 
 
 def test_a_place_that_would_part_a_room_is_asked_about() -> None:
