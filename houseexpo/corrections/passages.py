@@ -61,15 +61,15 @@ def place_passage(draft: Draft, placed: Placed) -> Said:
     """Place a door, an opening or an entrance (R3, R4)."""
     strip = strip_of(*placed.points)
     there = _passage_there(draft, strip)
-    if there is not None and there.said:
-        raise NoEffectError(f"it stands in the place of {there.said}, which is said too; take one of the two out")
     if there is not None and (abs(there.width - strip.length) <= 2 * STEP_M or _ends_match(there, strip)):
+        if there.said:
+            raise NoEffectError(f"it stands in the place of {there.said}, which is said too; take one of the two out")
         return _confirm(there, placed)
     if there is not None:
         draft.doors.remove(there)
     said = _new_passage(draft, strip, placed)
     if there is not None:
-        said.also.append(f"the {there.kind} of {there.width:.2f} m there gave way")
+        said.also.append(f"{there.said or f'the {there.kind} of {there.width:.2f} m there'} gave way")
     return said
 
 
@@ -433,7 +433,10 @@ def _on_floor(draft: Draft, strip: Strip, room: DraftRoom, placed: Placed) -> Sa
 def _line_on_floor(draft: Draft, strip: Strip, room: DraftRoom, word: Word) -> tuple[Strip, Strip, tuple[float, float]]:
     """Return the line from wall to wall, the passage in it, and how far the line goes beyond both ends, metres."""
     if word == "entrance":
-        raise NoEffectError(f"it lies in {draft.name(room)}, away from its walls; draw it in an outer wall")
+        raise NoEffectError(
+            f"it lies in {draft.name(room)}, away from its walls; draw it in an outer wall, or say room_outline of "
+            "what lies behind it, and door"
+        )
     strip = turn_square(strip, room.shape)
     found = extend_to_walls(strip, room.shape)
     if found is None:

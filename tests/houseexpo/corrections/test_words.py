@@ -164,6 +164,13 @@ def test_equal_doors_beside_each_other_are_said_once_and_the_other_names_it() ->
     assert len(corrected(door=[one, one]).effects) == 1
 
 
+def test_a_passage_of_another_width_takes_the_place_of_the_one_that_was_said_there() -> None:
+    found = corrected(entrance=[[[0.0, 1.0], [0.0, 2.0]], [[0.0, 0.6], [0.0, 2.6]]])
+    assert [effect.outcome for effect in found.effects] == ["done", "done"]
+    assert sorted(door.width for door in found.plan.doors) == [0.8, 2.0]
+    assert "entrance [[0.0, 1.0], [0.0, 2.0]] gave way" in found.effects[1].also
+
+
 def test_words_that_contradict_each_other_are_both_named() -> None:
     found = corrected(door=[[4.15, 2.1], [4.15, 2.9]], no_door=[4.15, 2.5])
     assert [effect.outcome for effect in found.effects] == ["done", "none"]
