@@ -8,6 +8,9 @@ from typing import Any
 import pytest
 from hypothesis import settings
 
+settings.register_profile("untimed", deadline=None)  # a full machine is no fault of what is tried
+settings.load_profile("untimed")
+
 _share = 1.0
 
 
@@ -18,8 +21,8 @@ def try_half() -> None:
 
 
 def tries(number: int, **more: Any) -> settings:
-    """Return the settings of a property that the whole run tries on so many examples, without a time limit for one."""
-    return settings(max_examples=max(round(number * _share), 1), deadline=None, **more)
+    """Return the settings of a property that the whole run tries on so many examples."""
+    return settings(max_examples=max(round(number * _share), 1), **more)
 
 
 def slow_but(values: Iterable[Any], *quick: Any) -> list[Any]:

@@ -36,7 +36,7 @@ def rooms_behind_gaps(rng: np.random.Generator) -> np.ndarray:
     return (~free | specks).view(np.uint8)
 
 
-@settings(max_examples=3 if UNCOMPILED else 60, deadline=None)
+@settings(max_examples=3 if UNCOMPILED else 60)
 @given(st.integers(0, 10**9), st.floats(1.2, 3.2), st.floats(2.0, 60.0))
 def test_behind_gaps_it_is_what_a_look_from_everywhere_finds(seed: int, radius_px: float, range_px: float) -> None:
     occupied = rooms_behind_gaps(np.random.default_rng(seed))
