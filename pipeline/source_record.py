@@ -24,7 +24,7 @@ import numpy as np
 import numpy.typing as npt
 import shapely
 from PIL import Image, ImageDraw
-from shapely import Polygon
+from shapely import LineString, Point, Polygon
 from shapely.geometry.base import BaseGeometry
 
 from houseexpo.corrections import Override
@@ -54,6 +54,7 @@ from pipeline.batch.listing import list_inputs
 from pipeline.config_file import BuildConfig
 from pipeline.geometry.areas import Floats, ignore_division_warnings, polygons_of
 from pipeline.geometry.mesh_slicing import MeshSlicer
+from pipeline.geometry.meshes import Box as WallBox
 from pipeline.geometry.meshes import Mesh, boxes_around_polygons, merge_meshes
 from pipeline.geometry.prisms import Prisms
 from pipeline.overrides import (
@@ -535,11 +536,26 @@ def _rings(polygon: BaseGeometry) -> Rings:
     return tuple(tuple((round(x, 4), round(y, 4)) for x, y in ring.coords[:-1]) for ring in rings)
 
 
+def _line_of_place(part: WallBox, lintels: BaseGeometry) -> Floats:
+    """Return the ends (2, 2) of the middle line of what may close, as far as lintels go on along it."""
+    half = part.along * part.width / 2
+    axis = LineString([part.centre - half, part.centre + half])
+    if not lintels.is_empty:
+        x1, y1, x2, y2 = lintels.bounds
+        beyond = part.along * math.hypot(x2 - x1, y2 - y1)
+        there = shapely.intersection(LineString([part.centre - beyond, part.centre + beyond]), lintels)
+        pieces = [each for each in shapely.get_parts(there).tolist() if each.distance(Point(part.centre)) < CM_M]
+        axis = max([axis, *pieces], key=lambda each: float(each.length))
+    return np.asarray(shapely.get_coordinates(axis)[[0, -1]])
+
+
 def _places(evidence: Evidence | None, layout: Layout | None, *, is_map: bool) -> Iterator[Place]:
     """Yield what may close, once each: what is named first, then what closes for the layout.
 
-    A robot's map names nothing: all that its walls show are gaps.
+    A robot's map names nothing: all that its walls show are gaps. What goes round corners, as the rim of a roof, is no
+    place. Parts of a lintel that lies in one line, which beams cross, are one place.
     """
+    lintels: BaseGeometry = Polygon() if evidence is None else evidence.lintels
     kinds: list[tuple[str, Polygon]] = []
     if evidence is not None:
         kinds += [(each.closed_by or "opening", each.polygon) for each in evidence.doorways]
@@ -550,13 +566,15 @@ def _places(evidence: Evidence | None, layout: Layout | None, *, is_map: bool) -
     if not kinds:
         return
     seen: list[Floats] = []
-    for (kind, _), box in zip(kinds, boxes_around_polygons([polygon for _, polygon in kinds]), strict=True):
-        centre = box.centre
-        if box.width < NARROWEST_DOOR_M or any(np.hypot(*(centre - other)) < BESIDE_M for other in seen):
+    for (kind, polygon), box in zip(kinds, boxes_around_polygons([polygon for _, polygon in kinds]), strict=True):
+        if box.width < NARROWEST_DOOR_M or polygon.area < box.width * box.thickness / 2:
+            continue
+        line = _line_of_place(box, lintels if kind == "lintel" else Polygon())
+        centre = line.mean(axis=0)
+        if any(np.hypot(*(centre - other)) < BESIDE_M for other in seen):
             continue
         seen.append(centre)
-        half = box.along * box.width / 2
-        ends = np.round([centre - half, centre + half], 3).tolist()
+        ends = np.round(line, 3).tolist()
         yield Place("gap" if is_map else kind, ((ends[0][0], ends[0][1]), (ends[1][0], ends[1][1])))
 
 

@@ -7,12 +7,14 @@ import json
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import msgspec
 import numpy as np
 import numpy.typing as npt
 import pytest
+import shapely
 import trimesh
 from PIL import Image
 
@@ -30,7 +32,7 @@ from pipeline.algorithm import plan_largest_building
 from pipeline.batch.job import level_rng
 from pipeline.batch.listing import list_inputs
 from pipeline.cli_common import load_build_config
-from pipeline.source_record import SECTIONS_M, SourceReader
+from pipeline.source_record import SECTIONS_M, SourceReader, _places
 from pipeline.sources import reader
 from pipeline.values import Level
 from tests.builders.bungalow import FILE
@@ -54,6 +56,18 @@ def test_a_record_is_the_same_after_it_was_written() -> None:
     assert record.side.startswith(b"\x89PNG")
     assert (record.is_odd, record.other_floors) == (False, ())
     assert record.levels[0].ceiling_m == pytest.approx(2.6, abs=0.1)
+
+
+def test_a_place_is_as_wide_as_its_lintel_and_the_rim_of_a_roof_is_none() -> None:
+    """A rim around a house, and a beam from it, cross the lintel of a door 1.6 m wide."""
+    rim = shapely.difference(shapely.box(-0.4, -0.4, 8.4, 6.4), shapely.box(-0.3, -0.3, 8.3, 6.3))
+    door, beam = shapely.box(2.0, 0.0, 3.6, 0.1), shapely.box(3.0, -0.3, 3.1, 0.1)
+    whole = shapely.union_all([rim, door, beam])
+    parts = [SimpleNamespace(closed_by="lintel", polygon=shapely.box(*x)) for x in ((2, 0, 3, 0.1), (3.1, 0, 3.6, 0.1))]
+    evidence: Any = SimpleNamespace(doorways=[], lintels=whole)
+    layout: Any = SimpleNamespace(candidates=parts, ways=[])
+    (place,) = _places(evidence, layout, is_map=False)
+    assert sorted(np.abs(np.array(place.ends)).round(2).tolist()) == [[2.0, 0.05], [3.6, 0.05]]
 
 
 def test_the_plan_and_its_spaces_are_enough_to_say_what_a_build_will_do() -> None:
