@@ -164,7 +164,7 @@ def _answers(questions: list[dict[str, Any]]) -> Iterator[dict[str, Any]]:
     for question in questions:
         for answer in question["answers"]:
             kind = question["key"].split(" at ")[0], answer["action"]
-            if answer["action"] not in {"file", "take_out"} and kind not in seen:
+            if answer["action"] not in {"file", "take_out", "grow"} and kind not in seen:
                 seen.add(kind)
                 yield {"action": answer["action"], "points": answer["points"], "text": question["key"]}
 

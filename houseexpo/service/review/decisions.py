@@ -18,6 +18,7 @@ R7  A build reads the file, from this page or from a terminal: ``manifest.json``
 from __future__ import annotations
 
 import hashlib
+import math
 import os
 import tempfile
 import tomllib
@@ -33,7 +34,7 @@ import msgspec
 
 from houseexpo.corrections import Override
 from houseexpo.corrections.decision_log import Action, DecisionLog, LogLine
-from houseexpo.corrections.vocabulary import FILE_WORDS, Word
+from houseexpo.corrections.vocabulary import FILE_WORDS, UNITS_M, Word
 from houseexpo.errors import ConfigError
 from houseexpo.files import PARTIAL, hold_file_lock, sync_folder, without_mark
 from houseexpo.service.review.changes import (
@@ -51,6 +52,18 @@ _INSTEAD = {key: tuple(other for other in _SIZES if other != key) for key in _SI
 """Each of these keys states the size of the model; setting one removes the others."""
 _MOVING = {*_SIZES, "up"}
 """Each of these keys moves the file's walls to other coordinates in metres."""
+
+
+def _growth(line: LogLine) -> float:
+    """Return the factor by which a file grows with a statement of its scale or its unit, 0 if it is not known."""
+    moving = {key: pair for key, pair in line.changes.items() if key in _MOVING}
+    if set(moving) == {"scale"}:
+        before, after = (1.0 if value is None else float(value) for value in moving["scale"])
+        return after / before
+    if set(moving) == {"units"} and None not in moving["units"]:
+        before, after = (UNITS_M[value] if value in UNITS_M else float(value) for value in moving["units"])
+        return after / before
+    return 0.0
 
 
 class _Made(msgspec.Struct):
@@ -209,20 +222,28 @@ class DecisionStore:
             self._catch_up()
             return {key: at for key, (_, at) in self.log.authors().get(plan, {}).items()}
 
-    def said_before_size(self, plan: str, file: str) -> tuple[int, set[str]]:
+    def said_before_size(self, plan: str, file: str) -> tuple[int, dict[str, float]]:
         """Return the last line about the size or the axis of a plan's file, and what was said of the plan before it.
 
         The number of the line is 0 if there is none; the statements are named by ``author_key``. Their points are in
-        metres of the file as it was read at that time.
+        metres of the file as it was read at that time; each has the factor by which the file has grown since, 0 if it
+        is not known.
         """
         with self._thread:
             self._catch_up()
             active = list(self.log.active)
-            sizes = (line.number for line in active if line.plan == file and not _MOVING.isdisjoint(line.changes))
+            sizes = {
+                line.number: _growth(line)
+                for line in active
+                if line.plan == file and not _MOVING.isdisjoint(line.changes)
+            }
+            since = {key: line.number for line in active if line.plan == plan for key in line.new_keys}
             last = max(sizes, default=0)
-            later = {key for line in active if line.plan == plan and line.number > last for key in line.new_keys}
-            earlier = {key for line in active if line.plan == plan and line.number < last for key in line.new_keys}
-            return last, earlier - later
+            return last, {
+                key: math.prod(by for number, by in sizes.items() if number > at)
+                for key, at in since.items()
+                if at < last
+            }
 
     def replace(
         self, plan: str, word: Word, old: Any, new: Any, *, reviewer: str, seen: int = 0, source: str = ""

@@ -92,7 +92,8 @@ class ReplaceRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """A request to move or to remove a correction.
 
     ``value`` is its value in the table, in the source's axes. ``points`` are the new points in plan metres; an empty
-    list removes the correction. ``text`` is the label of a room.
+    list removes the correction. ``text`` is the label of a room. ``by``, in place of ``points``, is a factor by which
+    its distance from the source's origin grows.
     """
 
     plan: Id
@@ -102,6 +103,7 @@ class ReplaceRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     seen: int = 0
     points: Annotated[list[Point], Meta(max_length=MOST_POINTS)] = []
     text: Annotated[str, Meta(max_length=500)] = ""
+    by: Annotated[float, Meta(gt=0)] | None = None
 
 
 class FileRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -189,6 +191,13 @@ def word_value(word: Word, points: Sequence[Point], text: str, plan: Ground) -> 
     return value
 
 
+def scaled_value(value: Any, by: float) -> Any:
+    """Return a correction's value with its coordinates times a factor; a label keeps its text."""
+    if isinstance(value, list):
+        return [scaled_value(each, by) for each in value]
+    return value if isinstance(value, str) else _round_point([value * by])[0]
+
+
 _TOOLS: Final = {tool.word: tool for tool in tools()}
 
 
@@ -246,15 +255,17 @@ def _is_of_another(one: FloorPlan, other: FloorPlan) -> bool:
     return bool(_hash_of(one) and _hash_of(other)) and _hash_of(one) != _hash_of(other)
 
 
-def changed_question(plan: FloorPlan, count: int, size: int = 0) -> dict[str, Any]:
+def changed_question(plan: FloorPlan, count: int, size: int = 0, *, grows: bool = False) -> dict[str, Any]:
     """Return the question whether earlier corrections are valid for the file as it is now.
 
     ``size`` is the number of the log line that stated another size or axis, 0 if the file itself was replaced.
+    ``grows`` tells whether it is known by which factor the file has grown.
     """
     (x1, y1, x2, y2), what = plan.bbox, "1 correction was" if count == 1 else f"{count} corrections were"
     why = "The size or the axis of the file was said" if size else "The file has changed"
     says = f"{why} since {what} made here; they are shown as dotted ghosts. Do they still hold?"
-    answers = Answer("They hold"), Answer("Take them out", "take_out")
+    along = (Answer("They have grown with it", "grow"),) if grows else ()
+    answers = Answer("They hold"), Answer("Take them out", "take_out"), *along
     at = round((x1 + x2) / 2, 3), round((y1 + y2) / 2, 3)
     return dict(msgspec.to_builtins(Question(_changed_key(_hash_of(plan), size), at, says, answers, 1.0)))
 
@@ -505,7 +516,7 @@ class Review:
             "plan": name,  # the source's plan may have another id, that of its input alone
             "rejected": "" if is_plan else self.rejected.get(name, ""),
             "effects": effects,
-            "questions": [changed_question(plan, ghosts, size), *asked] if ghosts else asked,
+            "questions": [changed_question(plan, len(ghosts), size, grows=all(ghosts)), *asked] if ghosts else asked,
             **common,
         }
 
@@ -533,20 +544,22 @@ class Review:
 
     def _mark_ghosts(
         self, name: str, plan: FloorPlan, effects: list[dict[str, Any]], left: Set[str]
-    ) -> tuple[int, int]:
+    ) -> tuple[list[float], int]:
         """Mark the corrections that were made for another version of the plan's file, or for another size of it.
 
-        Return their number, and the log line that stated the size (``DecisionStore.said_before_size``).
+        Return the factor by which the file has grown since each, 0 if it is not known, and the log line that stated the
+        size (``DecisionStore.said_before_size``).
         """
         source, latest = _hash_of(plan), self._sources.latest(name)
         size, resized = self.decisions.said_before_size(name, name if latest is None else latest.record.id)
         if _changed_key(source, size) in left:
-            return 0, size
+            return [], size
         made = self.decisions.sources(name)
         for each in effects:
             key = author_key(each["word"], each["value"])
             each["ghost"] = key in resized or bool(source and made.get(key, "") not in {"", source})
-        return sum(each["ghost"] for each in effects), size
+            each["grown"] = resized.get(key, 0.0)
+        return [each["grown"] for each in effects if each["ghost"]], size
 
     def _why_changed(self, name: str, source: SourceView | None, *, is_said: bool) -> str:
         """Return why the page does not show the data set's plan, "" if it does.
@@ -781,6 +794,7 @@ class Review:
         """
         plan, table = self._ground(asked.plan), self.decisions.table(asked.plan)
         new = word_value(asked.word, asked.points, asked.text, plan) if asked.points else None
+        new = new if asked.by is None else scaled_value(asked.value, asked.by)
         changed = {key: after for key, (_, after) in replacement(table, asked.word, asked.value, new).items()}
         effect = None
         if new is not None:

@@ -17,7 +17,7 @@ const LAYER_KEYS = [..."fghqvz"]; // digits answer
 const ANY = 9; // all questions of a kind are marked, and no answer is chosen yet
 const LEFT = 8; // the number of the last answer to any question, from 0: its key is 9, however many others there are
 const LEAVE = { title: "Leave it", action: "leave", points: [] };
-const OF_FILE = new Set(["file", "take_out", "units", "up", "floors"]); // answers that hold for the whole file
+const OF_FILE = new Set(["file", "take_out", "grow", "units", "up", "floors"]); // answers that hold for the whole file
 const SEVERAL = "Several rooms"; // an answer to whether a space is a room
 const OF_FILE_KEY = /^(guess|floors|changed)/;
 const OF_SPACE = { wall: 2, room: 1, door: 2, opening: 2 }; // words that may leave a space open, and the points that each takes
@@ -437,7 +437,7 @@ function answer(which) {
   if (!chosen) return refuseEarly();
   if (!mayWrite()) return undefined;
   if (chosen.action === "file") return file.open();
-  if (chosen.action === "take_out") return takeOutGhosts();
+  if (chosen.action === "take_out" || chosen.action === "grow") return changeGhosts(chosen.action === "grow");
   if (OF_FILE.has(chosen.action)) {
     now.questions = [];
     return sayOfFile(chosen.action, chosen.text);
@@ -456,10 +456,11 @@ function answer(which) {
   return decide(chosen.action, { answer: confirms, points: chosen.points, text, then, more: chosen.action === "leave" ? [] : all.flatMap(({ answers }, i) => [...(i ? [answers[which].points] : []), ...answers[which].more ?? []]) });
 }
 
-function takeOutGhosts() {
+function changeGhosts(grow) {
   const { plan } = now, gone = now.effects.filter(({ ghost }) => ghost);
   now.questions = [];
-  for (const { word, value } of gone) decideInTurn(async () => sayEffect(await send("replace", plan, { word, value }), plan, `Taken out: ${word.replaceAll("_", " ")}.`));
+  const told = grow ? "Scaled" : "Taken out";
+  for (const { word, value, grown } of gone) decideInTurn(async () => sayEffect(await send("replace", plan, { word, value, ...(grow && { by: grown }) }), plan, `${told}: ${word.replaceAll("_", " ")}.`));
 }
 
 function step({ action, by, holds, answer: confirms }) {

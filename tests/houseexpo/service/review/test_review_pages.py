@@ -437,7 +437,19 @@ def test_what_was_said_before_the_size_of_the_file_is_a_ghost_until_somebody_ans
         decide(client, "doubtful", "leave", text=asked["key"])
         assert not any(each.get("ghost") for each in state(client, plan="doubtful")["effects"])
         said.say_of_file("doubtful", "scale", 3.0, "ann")
-        assert all(each["ghost"] for each in state(client, plan="doubtful")["effects"])
+        found = state(client, plan="doubtful")
+        assert {each["word"]: (each["ghost"], each["grown"]) for each in found["effects"]} == {
+            "label": (True, 3.0),
+            "door": (True, 1.5),
+        }
+        assert "grow" in [each["action"] for each in found["questions"][0]["answers"]]
+        (old,) = (each["value"] for each in found["effects"] if each["word"] == "label")
+        said.say_of_file("doubtful", "scale", 1.0001, "ann")
+        replace(client, word="label", value=old, by=1.0001)
+        (now,) = (each for each in state(client, plan="doubtful")["effects"] if each["word"] == "label")
+        assert (now["ghost"], now["value"]) == (False, [round(old[0] * 1.0001, 3), round(old[1] * 1.0001, 3), old[2]])
+        said.say_of_file("doubtful", "units", "cm", "ann")
+        assert "grow" not in [each["action"] for each in state(client, plan="doubtful")["questions"][0]["answers"]]
 
 
 def test_one_room_joins_the_rooms_that_the_page_shows_and_no_others(client: TestClient) -> None:
