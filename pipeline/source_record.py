@@ -14,7 +14,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from itertools import chain
 from pathlib import Path
 from typing import Any, Final
@@ -41,7 +41,7 @@ from houseexpo.dataset.source_records import (
 )
 from houseexpo.errors import ConfigError
 from houseexpo.floorplan import FloorPlan, decode
-from houseexpo.grids.frame import source_points_from_plan
+from houseexpo.grids.frame import plan_points_from_source, source_points_from_plan
 from houseexpo.grids.robot_map import MapError, RobotMap
 from houseexpo.plan import Box, Frame
 from houseexpo.plan.ids import is_of_input
@@ -71,6 +71,7 @@ from pipeline.rejection import Rejection
 from pipeline.sources import OVERRIDABLE, reader
 from pipeline.sources.files import displayable_name
 from pipeline.sources.meshes.formats import load_scene
+from pipeline.sources.meshes.scene import MeshScene
 from pipeline.sources.occupancy_map import scaled_map
 from pipeline.sources.points_file import read_blocks
 from pipeline.sources.storeys.levels import other_floors
@@ -239,13 +240,15 @@ def _state_of(path: Path) -> tuple[int, int]:
 class _Whole:
     """What a file holds, whatever is made of it: triangles or points, a drawing's lines by storeys, a robot's map.
 
-    ``floors`` are the other floors of a mesh of which levels were made, and its picture from the side.
+    ``floors`` are the other floors of a mesh of which levels were made, and its picture from the side; ``parts`` are
+    the bounds of its parts (``_parts``).
     """
 
     mesh: Mesh | None = None
     lines: Sequence[Sequence[tuple[str, Any]]] = ()
     cells: RobotMap | None = None
     floors: tuple[tuple[float, ...], bytes] = ((), b"")
+    parts: Mapping[str, Floats] = field(default_factory=dict)
 
     @property
     def is_empty(self) -> bool:
@@ -275,7 +278,8 @@ def _contents(item: Input, levels: Sequence[Level]) -> tuple[_Whole, list[str]]:
             scene = load_scene(path)
             names = {name for part in scene.parts for name in (*part.groups, part.mesh, part.material) if name}
             mesh = scene.without_sky().mesh
-            return _Whole(floors=_floors(mesh, levels)) if is_read else _Whole(scene.mesh), sorted(names)
+            whole = _Whole(floors=_floors(mesh, levels), parts=_parts(scene)) if is_read else _Whole(scene.mesh)
+            return whole, sorted(names)
         if item.reader == "points" and not is_read:
             points = np.concatenate([block[:, :3] for block in read_blocks(path)]).astype(np.float64)
             return _Whole(Mesh(points, np.zeros((0, 3), np.int64))), []
@@ -291,6 +295,26 @@ def _contents(item: Input, levels: Sequence[Level]) -> tuple[_Whole, list[str]]:
     except (Rejection, ValueError, MapError):
         pass
     return _Whole(), []
+
+
+def _parts(scene: MeshScene) -> dict[str, Floats]:
+    """Return the bounds (2, 3) of all that has a name in a mesh, in its own axes and unit."""
+    found: dict[str, list[Floats]] = {}
+    for part, low, high in zip(scene.parts, *scene.part_boxes, strict=True):
+        for name in {*part.groups, part.mesh, part.material} - {""}:
+            found.setdefault(name, []).append(np.array([low, high]))
+    return {name: np.array([np.min(boxes, axis=0)[0], np.max(boxes, axis=0)[1]]) for name, boxes in found.items()}
+
+
+def _bounds_of_parts(parts: Mapping[str, Floats], level: Level) -> Iterator[tuple[str, Box]]:
+    """Yield the name of each part at the height of a level's rooms, and its bounds in the level's frame."""
+    wide, high = ([0, 2], 1) if level.frame.up == "y" else ([0, 1], 2)
+    for name, box in sorted(parts.items())[:_MOST_NAMES]:
+        low, top = box[:, high] * (level.unit_m or 1.0) - level.frame.floor
+        if low < ROOF_M and top > CM_M:
+            (x1, y1), (x2, y2) = box[:, wide] * (level.unit_m or 1.0)
+            corners = plan_points_from_source(level.frame, [(x1, y1), (x1, y2), (x2, y1), (x2, y2)]).round(2)
+            yield displayable_name(name), (*corners.min(axis=0).tolist(), *corners.max(axis=0).tolist())
 
 
 def _floors(mesh: Mesh, levels: Sequence[Level]) -> tuple[tuple[float, ...], bytes]:
@@ -392,6 +416,7 @@ def _search_level(level: Level, item: Input, whole: _Whole, override: Override, 
         strokes=_strokes(lines[level.frame.level] if level.frame.level < len(lines) else (), level, level.unit_m),
         solid=_solid(level),
         seen=tuple(_seen_lines(level, walls)),
+        parts=tuple(_bounds_of_parts(whole.parts, level)),
         ceiling_m=0.0 if item.reader in {"vector_plans", "occupancy_map"} else round(level.ceiling_m, 2),
     )
     return _Searched(source, results)

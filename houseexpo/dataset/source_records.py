@@ -74,6 +74,7 @@ class LevelSource(msgspec.Struct, frozen=True):
     the size of the walls' bounds along the source's two axes, metres. ``strokes`` are the drawing's own lines.
     ``solid`` is the level in three dimensions, or None if the source has no triangles. ``seen`` are straight lines of
     what stands higher than a person. ``ceiling_m`` is the height of its rooms, metres, 0 if the source has none.
+    ``parts`` are the names of a mesh's parts, with the bounds (x1, y1, x2, y2) of each in the level's frame, metres.
     """
 
     id: str
@@ -89,6 +90,7 @@ class LevelSource(msgspec.Struct, frozen=True):
     solid: Solid | None = None
     seen: tuple[Points, ...] = ()
     ceiling_m: float = 0.0
+    parts: tuple[tuple[str, tuple[float, float, float, float]], ...] = ()
 
 
 class SourceRecord(msgspec.Struct, frozen=True):

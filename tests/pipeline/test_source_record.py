@@ -182,6 +182,23 @@ def test_what_stands_higher_than_a_person_is_a_line_in_its_middle(tmp_path: Path
     assert not [line for line in found if 1 <= line[0][0] <= line[1][0] <= 2]
 
 
+def test_the_parts_of_a_mesh_have_bounds_in_each_storey_where_they_stand(tmp_path: Path) -> None:
+    scene = trimesh.Scene()
+    walls = [[[x, 0, 0], [x + 0.2, 5, 2.6]] for x in (0, 6)] + [[[0.2, y, 0], [6, y + 0.2, 2.6]] for y in (0, 4.8)]
+    for k, bounds in enumerate([*walls, [[0, 0, -0.1], [6.2, 5, 0]]]):
+        scene.add_geometry(trimesh.creation.box(bounds=bounds), geom_name=f"wall{k}")
+    scene.add_geometry(trimesh.creation.box(bounds=[[1, 3, 0], [2, 4, 1.2]]), geom_name="cupboard")
+    scene.add_geometry(trimesh.creation.box(bounds=[[1, 3, 3.5], [2, 4, 4]]), geom_name="chimney")
+    file = tmp_path / "house.obj"
+    scene.export(file)
+    config = config_of(file)
+    (level,) = SourceReader(config, id_of(file)).record({}).levels
+    parts = dict(level.parts)
+    assert "chimney" not in parts
+    corners = np.reshape(parts["cupboard"], (2, 2))
+    assert np.sort(source_points_from_plan(level.frame, corners), axis=0) == pytest.approx(np.array([[1, 3], [2, 4]]))
+
+
 @pytest.mark.parametrize("height", [0.0, 0.3])
 def test_a_file_without_a_storey_shows_its_lines_to_draw_along(tmp_path: Path, height: float) -> None:
     walls = [[[0, 0, 0], [6, 0.2, height]], [[0, 4, 0], [6, 4.2, height]]]

@@ -198,6 +198,10 @@ class SourceView:
                 {"kind": each.kind, "points": (np.array(each.points) - (x, y)).round(3).tolist()}
                 for each in self.level.strokes
             ],
+            "parts": [
+                {"name": name, "box": [x1 - x, y1 - y, x2 - x, y2 - y]}
+                for name, (x1, y1, x2, y2) in self.level.parts
+            ],
             "is_solid": self.level.solid is not None,
             "side": msgspec.to_builtins(self.record.side),
         }  # fmt: skip

@@ -12,10 +12,11 @@ const TITLES = {
 };
 
 export class FileForm {
-  // `hooks`: draw(done) draws a distance, say(key, value, points) says it.
+  // `hooks`: draw(done) draws a distance, say(key, value, points) says it, parts(names, picks) shows parts of the file in the plan.
   constructor(hooks) {
     this.hooks = hooks;
     at("file-key").addEventListener("change", () => this.choose());
+    at("file-names").addEventListener("change", () => this.choose());
     at("file-form").addEventListener("submit", (event) => { event.preventDefault(); this.submit(); });
   }
 
@@ -44,7 +45,19 @@ export class FileForm {
     const key = at("file-key").value, nodes = key === "drop_nodes";
     at("file-line").hidden = nodes;
     at("file-nodes").hidden = !nodes;
+    this.hooks.parts(nodes ? this.names : [], nodes);
     at("file-title").textContent = (TITLES[key]?.[1] ?? "") + (["scale", "units"].includes(key) ? this.size : "");
+  }
+
+  get names() { return [...at("file-names").selectedOptions].map((each) => each.value); }
+
+  // Chooses a part, or no longer.
+  toggle(name) {
+    const found = [...at("file-names").options].find((each) => each.value === name);
+    if (!found) return;
+    found.selected = !found.selected;
+    found.scrollIntoView({ block: "nearest" });
+    this.choose();
   }
 
   open() {
@@ -54,7 +67,7 @@ export class FileForm {
 
   submit() {
     const key = at("file-key").value;
-    const value = key === "drop_nodes" ? [...at("file-names").selectedOptions].map((each) => each.value).join("\n") : at("file-value").value.trim();
+    const value = key === "drop_nodes" ? this.names.join("\n") : at("file-value").value.trim();
     if (!value) { at("file-value").focus(); return; }
     at("file-value").value = "";
     at("stage").focus({ preventScroll: true }); // keys are answers again

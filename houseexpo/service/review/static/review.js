@@ -27,9 +27,9 @@ const titles = {
   keep: "Kept", drop: "Dropped", note: "A note", file: "Of the file", leave: "Left a question", move: "Moved", remove: "Taken out", build: "Rebuilt",
   ...Object.fromEntries(tools.map(({ word, title }) => [word, title])),
 };
-const sheet = new Sheet(at("stage"), at("hint"), { choose: showChosen, move, take: (word, points) => decide(word, { points }), stroke: askOfStroke });
+const sheet = new Sheet(at("stage"), at("hint"), { choose: showChosen, move, take: (word, points) => decide(word, { points }), stroke: askOfStroke, part: (name) => file.toggle(name) });
 const solid = new Solid(at("solid"), at("solid-view"), at("solid-cut"));
-const file = new FileForm({ draw: drawDistance, say: sayOfFile });
+const file = new FileForm({ draw: drawDistance, say: sayOfFile, parts: (names, picks) => sheet.showParts(names, picks) });
 let held = ""; // the key of the question on the screen
 let wantedKind = ""; // the kind of question that the reviewer has chosen to answer now
 let wide = false; // whether all of the kind are marked, and not only those that look alike
@@ -516,15 +516,26 @@ function sayEffect({ effect }, plan, otherwise) {
 
 const confirmed = (answer) => (answer === "Right" || answer === SEVERAL ? answer : `Right: ${answer[0].toLowerCase()}${answer.slice(1)}`);
 
+// What is no wall may be a thing that the file has a name for.
+function sayPart(points) {
+  const part = sheet.partAt(points), size = ([a, b, c, d]) => (c - a) * (d - b);
+  return part && size(part.box) < size(now.shape.bounds) / 2 ? ` It may be “${part.name}” of the file: “Parts to leave out” takes all of it out.` : "";
+}
+
 function decide(action, { points = [], text = "", more = [], then = [], answer: confirms = "" } = {}) {
   if (!mayWrite()) return undefined;
   const { plan } = now;
   const leaves = action === "keep" || action === "drop";
   leaving = leaves;
   return decideInTurn(async () => {
+    const part = action === "no_wall" ? sayPart(points) : "";
     const words = { keep: "Kept", drop: "Dropped", note: "Note saved for", leave: confirms ? `${confirmed(confirms)}, in` : "Left a question about" };
     try {
       sayEffect(await send("decide", plan, { action, points, text, more, then, answer: confirms }), plan, `${words[action]} ${plan}.`);
+      at("said").textContent += part;
+    } catch (error) {
+      error.message += part && `.${part}`;
+      throw error;
     } finally {
       if (now?.plan === plan) askOfGap(plan, action, points);
     }

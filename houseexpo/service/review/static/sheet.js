@@ -59,7 +59,7 @@ export class Sheet {
   // `hooks`: choose(number) when something that is said is chosen, move(number, points) when a point of it was moved.
   constructor(stage, hint, hooks) {
     Object.assign(this, { stage, hint, hooks, tool: null, points: [], cross: null, snapped: "", plan: null, drawing: null });
-    Object.assign(this, { chosen: -1, held: -1, moved: [], edge: null, waiting: [], layers: {}, segments: [], strokes: [], source: null, on: new Set(AT_FIRST), asked: null, like: [], which: 0 });
+    Object.assign(this, { chosen: -1, held: -1, moved: [], edge: null, waiting: [], layers: {}, segments: [], strokes: [], source: null, on: new Set(AT_FIRST), asked: null, like: [], which: 0, named: [], picks: false });
   }
 
   get wanted() { return this.tool?.word ?? ""; }
@@ -296,6 +296,18 @@ export class Sheet {
     return true;
   }
 
+  // The smallest part of the file whose bounds hold some points.
+  partAt(points) {
+    const size = ([a, b, c, d]) => (c - a) * (d - b), isIn = ([a, b, c, d]) => points.every(([x, y]) => x > a - ASIDE_M && x < c + ASIDE_M && y > b - ASIDE_M && y < d + ASIDE_M);
+    return (this.source?.parts ?? []).filter(({ box }) => isIn(box)).sort((one, other) => size(one.box) - size(other.box))[0];
+  }
+
+  // Shows parts of the file, by their names; while `picks` is set, a click names one.
+  showParts(names, picks) {
+    Object.assign(this, { named: names, picks });
+    this.#paint();
+  }
+
   #click(point, event) {
     if (!this.tool) {
       const mark = this.#markAt(point, event), place = mark < 0 ? this.#placeAt(point, event) : null;
@@ -303,6 +315,7 @@ export class Sheet {
       if (this.#gap && farFrom(this.#gap, point) <= this.#reach(event)) this.hooks.take("wall", this.#gap);
       else if (place) this.hooks.take(this.#wordOf(place), place.ends);
       else if (stroke) this.#askOf(stroke, point);
+      else if (mark < 0 && this.picks && this.partAt([point])) this.hooks.part(this.partAt([point]).name);
       else this.choose(mark);
       return;
     }
@@ -462,6 +475,7 @@ export class Sheet {
       });
       if (this.#gap) marks.push(line(this.#gap, "gap"));
     }
+    for (const { name, box: [a, b, c, d] } of this.source?.parts ?? []) if (this.named.includes(name)) marks.push(line([[a, b], [c, b], [c, d], [a, d]], "named", true));
     for (const points of this.waiting) sketch.push(points.length > 1 ? line(points, "waiting", points.length > 2) : dot(points[0], 9, "waiting"));
     if (this.edge) sketch.push(line(this.moved, "cross", true));
     sketch.push(...this.points.map((each) => dot(each, 4, "point")));

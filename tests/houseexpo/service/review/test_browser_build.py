@@ -91,3 +91,9 @@ def test_a_build_in_a_terminal_is_known_and_nothing_is_coloured_that_did_not_cha
         assert y < bounds[1]
         assert x + wide > bounds[0] + bounds[2]
         assert y + high > bounds[1] + bounds[3]
+        page.select_option("#file-key", "drop_nodes")
+        assert page.locator(".marks .named").count() == 0
+        page.select_option("#file-names", index=0)
+        assert page.locator(".marks .named").count() == 1
+        page.select_option("#file-key", "units")
+        assert page.locator(".marks .named").count() == 0
