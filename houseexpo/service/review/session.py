@@ -33,20 +33,11 @@ from houseexpo.service.collection import Collection
 from houseexpo.service.plan_page import room_names_beside
 from houseexpo.service.review.changes import list_items, replacement, words_added
 from houseexpo.service.review.decisions import DecisionStore, NothingHereError, PlanDecisions
-from houseexpo.service.review.questions import (
-    FLOORS,
-    GUESS,
-    MOST_POINTS,
-    SEVERAL,
-    Answer,
-    Further,
-    Question,
-    gap_question,
-    questions,
-    with_effect,
-)
+from houseexpo.service.review.question import MOST_POINTS, SEVERAL, Answer, Further, Question
+from houseexpo.service.review.questions import gap_question, questions, with_effect
 from houseexpo.service.review.queue import ReviewQueue, summarise_review
 from houseexpo.service.review.rebuild import Rebuild
+from houseexpo.service.review.source_questions import FLOORS, GUESS
 from houseexpo.service.review.sources import Sources, SourceView
 from houseexpo.service.review.tools import tools
 from houseexpo.service.search import plan_title

@@ -17,7 +17,9 @@ from houseexpo.floorplan import FloorPlan
 from houseexpo.grids.frame import source_points_from_plan
 from houseexpo.plan import Door
 from houseexpo.plan.parts import DoorKind
-from houseexpo.service.review.questions import SEVERAL, Answer, _in_rows, questions
+from houseexpo.service.review.line_questions import in_rows
+from houseexpo.service.review.question import SEVERAL, Answer
+from houseexpo.service.review.questions import questions
 from tests.builders.services import FRAME, box, two_rooms
 
 CUT_ANSWERS = ("door", "no_door", "opening", "one_room", "no_room", "outside")
@@ -112,7 +114,7 @@ def test_a_fault_of_geometry_costs_the_question_only(monkeypatch: pytest.MonkeyP
         raise GEOSException("TopologyException: side location conflict")
 
     plan = plan_with("door", 0.5)
-    monkeypatch.setattr("houseexpo.service.review.questions._parting_rays", fault)
+    monkeypatch.setattr("houseexpo.service.review.line_questions._parting_rays", fault)
     assert [each.key.split(" ")[0] for each in questions(plan)] == ["door"]
 
 
@@ -178,5 +180,5 @@ def test_a_room_that_is_several_is_asked_where_it_parts() -> None:
 
 def test_pieces_of_wall_in_a_row_are_one() -> None:
     pieces = [LineString([(x, 5.0), (x + 1.0, 5.1)]) for x in (4.0, 0.0, 2.0)]
-    rows = _in_rows([*pieces, LineString([(0.0, 8.0), (3.0, 8.0)]), LineString([(9.0, 5.0), (12.0, 5.0)])])
+    rows = in_rows([*pieces, LineString([(0.0, 8.0), (3.0, 8.0)]), LineString([(9.0, 5.0), (12.0, 5.0)])])
     assert sorted([round(line.coords[0][0]) for line in row] for row in rows) == [[0], [0, 2, 4], [9]]

@@ -29,7 +29,9 @@ from houseexpo.plan import Door, Room
 from houseexpo.plan.json_codec import encode
 from houseexpo.service.app import make_app
 from houseexpo.service.collection import Collection
-from houseexpo.service.review.questions import Answer, Question, corner_rays, questions, with_effect
+from houseexpo.service.review.line_questions import corner_rays
+from houseexpo.service.review.question import Answer, Question
+from houseexpo.service.review.questions import questions, with_effect
 from houseexpo.service.review.sources import Sources, SourceView
 from houseexpo.service.service import Service, ServiceSettings
 from tests.builders.bungalow import FILE

@@ -1,0 +1,204 @@
+"""Ask about the parts of a plan as it is: its passages, its rooms, and rooms that may be one.
+
+R1  A cut was made because nothing showed a way between two parts of the plan: either a door is there, or no door, or
+    the door is where the source shows one beside it.
+R2  A passage or a room that is doubtful is asked about, and every entrance: a window may be one. If a person says that
+    a room is several, the places where it may part are asked about (``line_questions``).
+R3  Rooms that meet without a wall are one room, or they stay two; only where nobody has drawn a wall.
+R4  If the source is known, the same is asked of rooms that several passages join, or one that is as wide as what lies
+    at its sides: there, one space may have been parted. Passages in which the source shows a door or a lintel do not
+    count.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from itertools import combinations
+from typing import Final
+
+import shapely
+from shapely import LineString
+
+from houseexpo.corrections.rooms import OF_NO_ROOM
+from houseexpo.floorplan import FloorPlan
+from houseexpo.plan import Door, Room
+from houseexpo.service.review.question import (
+    CUT,
+    PASSAGE_M,
+    SEVERAL,
+    SHOWN,
+    TOUCH_M,
+    WIDEST_WALL_M,
+    Answer,
+    Question,
+    an,
+    doubt_of,
+    key_of,
+    middle_of,
+    name_of,
+    names_of,
+    none_of,
+    point_in,
+)
+
+_WAY_OUT: Final = 0.3
+"""The least doubt of an entrance: in marked plans that are not right, 23 of 65 with a confidence of 0.7 or more are
+windows, or nothing."""
+_OPEN: Final = 0.35
+"""Doubt of rooms that meet without a wall: most sources that name both rooms mean two rooms."""
+_NARROW: Final = {"several": 0.4, "wide": 0.3}
+"""Doubt of rooms that passages join. In maps that people judged, 4 of 15 pairs with several passages were one room, and
+3 of 36 with a wide one; an answer is seen at a glance, so the doubts are higher than these shares."""
+_MOST_NARROW: Final = 6
+_MOST_WAYS: Final = 4
+"""Ways between two rooms of which one may be the only one: each needs a key."""
+_WIDE: Final = 0.6
+"""A passage that takes this share of the edges at which two rooms face each other has no wall beside it: the rest lies
+before the ends of the walls that it meets."""
+_FACING_M: Final = 0.4
+"""Rooms that are nearer to each other face each other, metres: across the walls of homes."""
+_MEETING_M: Final = 1.0
+"""Rooms whose common border is shorter have a passage between them, metres."""
+
+
+def passage_questions(plan: FloorPlan, shown: Sequence[tuple[str, LineString]] = ()) -> Iterator[Question]:
+    """R1, R2. ``shown`` are the places where the source shows a door, a lintel or a gap."""
+    free = free_places(plan, shown)
+    for door in plan.doors:
+        doubt = doubt_of(door.confidence)
+        if door.kind == "cut":  # R1
+            doubt = max(doubt or CUT, CUT)
+        elif door.kind == "entrance" and door.confidence not in {None, 1.0}:
+            doubt = max(doubt or 0.0, _WAY_OUT)
+        if doubt is None:
+            continue
+        at = middle_of(door)
+        ends = tuple(door.segment)
+        sides = sorted((plan.rooms[side] for side in door.rooms if side is not None), key=lambda room: room.area)
+        places = tuple(map(point_in, sides))
+        between = names_of(sides[::-1])
+        area, answers = 0.0, tuple[Answer, ...]()
+        if door.kind == "cut":
+            says = f"Nothing shows a way between {between}, so a cut of {door.width:.2f} m was made. Is a door there?"
+            area = sides[0].area
+            answers = (
+                Answer("A door", "door", ends),
+                Answer("None", "no_door", (at,)),
+                Answer("An opening", "opening", ends),
+                Answer("They are one room", "one_room", places),
+                Answer(f"{area:.1f} m² are no room", "no_room", places[:1]),
+                Answer(f"{sides[-1].area:.1f} m² are outside", "outside", places[1:]),
+                *_ways_beside(door, sides, free),
+            )
+        elif door.kind == "entrance" and door.confidence is not None:
+            says = f"Does one walk in here, an entrance of {door.width:.2f} m?"
+            none, window = Answer("No way", "no_door", (at,)), Answer("A window", "window", (at,))
+            way = Answer("An entrance", "entrance", ends)
+            answers = (none, way, window) if door.confidence <= OF_NO_ROOM else (way, window, none)  # question R1
+        else:
+            says = f"Is there {an(door.kind)} of {door.width:.2f} m between {between}?"
+            answers = (
+                Answer("Yes", door.kind, ends),
+                Answer("None", "no_door", (at,)),
+                Answer("They are one room", "one_room", places),
+            )
+        yield Question(
+            key_of(plan, door.kind, at), at, says, answers, doubt, area, door.width if not area else area**0.5
+        )
+
+
+def _ways_beside(cut: Door, sides: Sequence[Room], free: Sequence[tuple[str, LineString]]) -> Iterator[Answer]:
+    """R1. Yield the nearest free place at a cut's smaller room, first those to the larger; see ``free_places``."""
+    small, large = (shapely.buffer(room.polygon, WIDEST_WALL_M) for room in sides)
+    near = [
+        (not large.contains(line.centroid), line.distance(cut.polygon), kind, line)
+        for kind, line in free
+        if small.contains(line.centroid) and line.distance(cut.polygon) > 0
+    ]
+    for _, _, kind, line in sorted(near, key=lambda each: each[:2])[:1]:
+        (ax, ay), (bx, by) = line.coords
+        yield Answer(f"A door where the {kind} is", "door", ((ax, ay), (bx, by)))
+
+
+def free_places(plan: FloorPlan, shown: Sequence[tuple[str, LineString]]) -> list[tuple[str, LineString]]:
+    """Return the places as wide as a passage where the source shows a way and the plan has none; a cut is a guess."""
+    doors = [(door.polygon, TOUCH_M if door.kind == "cut" else WIDEST_WALL_M) for door in plan.doors]
+    return [
+        (kind, line)
+        for kind, line in shown
+        if kind in SHOWN
+        and PASSAGE_M[0] <= line.length <= PASSAGE_M[1]
+        and all(door.distance(line.centroid) >= near for door, near in doors)
+    ]
+
+
+def room_questions(plan: FloorPlan) -> Iterator[Question]:
+    """R2."""
+    for room in plan.rooms if len(plan.rooms) > 1 else ():  # the only room cannot be taken out
+        doubt = doubt_of(room.confidence)
+        if doubt is not None:
+            at = point_in(room)
+            says = f"Is this {name_of(room)} of {room.area:.1f} m² a room of the house?"
+            answers = Answer("A room", "room", (at,)), *none_of(at), Answer(SEVERAL)
+            yield Question(key_of(plan, "room", at), at, says, answers, doubt, room.area, room.area**0.5)
+
+
+def meeting_questions(plan: FloorPlan) -> Iterator[Question]:
+    """R3."""
+    joined = {frozenset(door.rooms) for door in plan.doors}
+    grown = {room.id: shapely.buffer(room.polygon, TOUCH_M) for room in plan.rooms}
+    for one, other in combinations(plan.rooms, 2):
+        if frozenset((one.id, other.id)) in joined or not grown[one.id].intersects(other.polygon):
+            continue
+        edge = shapely.intersection(grown[one.id], other.polygon.boundary)
+        if edge.length < _MEETING_M:
+            continue
+        point = shapely.line_interpolate_point(
+            max(shapely.get_parts(edge), key=lambda part: part.length), 0.5, normalized=True
+        )
+        at = (round(point.x, 3), round(point.y, 3))
+        says = f"{names_of((one, other)).capitalize()} meet without a wall for {edge.length:.1f} m. Are they one room?"
+        answers = Answer("One room", "one_room", (point_in(one), point_in(other))), Answer("Two rooms")
+        yield Question(key_of(plan, "meet", at), at, says, answers, _OPEN, min(one.area, other.area))
+
+
+def parted_questions(plan: FloorPlan, places: Sequence[tuple[str, LineString]]) -> Iterator[Question]:
+    """R4."""
+    shown = [line for kind, line in places if kind in {"door", "lintel"}]
+    between: dict[tuple[int, int], list[Door]] = {}
+    for door in plan.doors:
+        one, other = door.rooms
+        if one is not None and other is not None and all(line.distance(door.polygon) > TOUCH_M for line in shown):
+            between.setdefault((min(one, other), max(one, other)), []).append(door)
+    asked: list[Question] = []
+    for (a, b), doors in between.items():
+        first, second, widest = plan.rooms[a], plan.rooms[b], max(doors, key=lambda door: door.width)
+        if any(door.confidence == 1.0 for door in doors):  # a person has said it, or nothing is surer
+            continue
+        if len(doors) > 1:
+            why, doubt = f"{len(doors)} passages join them", _NARROW["several"]
+        elif widest.kind != "cut" and widest.width >= _WIDE * _facing_m(first, second, widest):
+            why, doubt = f"They are open to each other for {widest.width:.2f} m", _NARROW["wide"]
+        else:
+            continue
+        at = middle_of(widest)
+        says = f"Are {names_of((first, second))} one room? {why}."
+        joined = Answer("One room", "one_room", (point_in(first), point_in(second)))
+        answers = joined, Answer("Two rooms"), *(_only(door, doors) for door in doors if 1 < len(doors) <= _MOST_WAYS)
+        asked.append(Question(key_of(plan, "parted", at), at, says, answers, doubt, min(first.area, second.area)))
+    yield from sorted(asked, key=lambda each: (-each.doubt, -each.area, each.key))[:_MOST_NARROW]
+
+
+def _only(door: Door, doors: Sequence[Door]) -> Answer:
+    """Return the answer that one of several passages between two rooms is the only one."""
+    others = [(middle_of(other),) for other in doors if other is not door]
+    return Answer(f"Two rooms, and only the way of {door.width:.2f} m", "no_door", others[0], more=tuple(others[1:]))
+
+
+def _facing_m(one: Room, other: Room, door: Door) -> float:
+    """Return the length of the edge at which two rooms face each other across a wall, including the door in it."""
+    near = max(door.polygon.area / max(door.width, TOUCH_M), _FACING_M)
+    edges = [(one.polygon.boundary, other.polygon), (other.polygon.boundary, one.polygon)]
+    return float(
+        min(shapely.intersection(edge, shapely.buffer(room, near, quad_segs=1)).length for edge, room in edges)
+    )
