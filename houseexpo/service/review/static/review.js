@@ -383,7 +383,7 @@ function showQuestions() {
   at("kinds").hidden = kinds.length < 2;
   at("kinds").replaceChildren(...kinds.map(([kind, { key, like: size }]) => {
     const name = key.split(" at ")[0].split(" ")[0], count = all.filter((each) => groupOf(each) === kind).length;
-    const tab = button(`${count} ${KINDS[name].at(count > 1 ? -1 : 0)}${size ? `: ${size}` : ""}`, () => { wantedKind = kind; held = ""; strokes = []; mark(-1); showQuestions(); }, "kind");
+    const tab = button(`${count} ${KINDS[name].at(count > 1 ? -1 : 0)}${size ? `: ${size}` : ""}`, () => { sheet.draws = false; wantedKind = kind; held = ""; strokes = []; mark(-1); showQuestions(); }, "kind");
     tab.setAttribute("aria-pressed", String(kind === groupOf(first)));
     return tab;
   }));
@@ -436,6 +436,7 @@ function answer(which) {
   const [first] = questions(), chosen = answerOf(first, which);
   if (!chosen) return refuseEarly();
   if (!mayWrite()) return undefined;
+  sheet.draws = false;
   if (chosen.action === "file") return file.open();
   if (chosen.action === "take_out" || chosen.action === "grow") return changeGhosts(chosen.action === "grow");
   if (OF_FILE.has(chosen.action)) {

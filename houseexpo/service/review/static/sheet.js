@@ -68,7 +68,7 @@ export class Sheet {
     const last = this.plan?.plan === plan.plan ? this.plan : null, before = last?.shape ?? null;
     if (!before) this.draw(null);
     if (!before || this.plan.seen !== plan.seen) { this.chosen = -1; this.held = -1; }
-    if (this.plan?.plan !== plan.plan) { this.source = null; this.beyond = false; }
+    if (this.plan?.plan !== plan.plan) { this.source = null; this.beyond = this.draws = false; }
     this.plan = plan;
     this.waiting = [];
     if (!plan.shape) { // a house without a plan, the source of which is not read yet
@@ -149,7 +149,7 @@ export class Sheet {
   ask(question, like, which) {
     const isNew = question?.key !== this.asked?.key || like.length > this.like.length;
     Object.assign(this, { asked: question, like, which });
-    if (isNew && question && !this.tool) this.#lookAt(like.length > 1 ? like : [question]);
+    if (isNew && question && !this.draws) this.#lookAt(like.length > 1 ? like : [question]);
     this.#paint();
   }
 
@@ -244,6 +244,7 @@ export class Sheet {
   // Takes the points of a word (`tool`), and hands them to `done`; null ends the drawing.
   draw(tool, done = () => {}) {
     Object.assign(this, { tool, points: [], done, snapped: "" });
+    this.draws ||= tool !== null; // until a question is answered: who draws several things keeps the view
     this.stage.classList.toggle("drawn-on", tool !== null);
     if (tool && this.plan) {
       const [x1, y1, x2, y2] = this.plan.shape.bounds;
