@@ -23,9 +23,9 @@ from shapely.ops import split
 
 from houseexpo.corrections.openings import ONWARD_M
 from houseexpo.floorplan import FloorPlan
-from houseexpo.service.review.question import CUT, FREE, PASSAGE_M, TOUCH_M, Answer, Question, key_of, point_in
+from houseexpo.service.review.question import CUT, FREE, PASSAGE_M, Answer, Question, key_of, point_in
 from houseexpo.service.review.sources import OF_EDGE_M, SourceView
-from houseexpo.tolerances import SMALLEST_ROOM_M2
+from houseexpo.tolerances import GRID_M, SMALLEST_ROOM_M2
 
 _CORNER: Final = 0.4
 """Doubt of an opening at a corner that juts into a room: of 19 groups of them, 7 part a room that is several."""
@@ -91,7 +91,7 @@ def _parting_rays(room: bytes) -> list[tuple[LineString, float]]:
     shape = shapely.from_wkb(room)
     longest = max(PASSAGE_M[1], math.sqrt(shape.area / 2))
     rays = [ray for ray in corner_rays(shape) if PASSAGE_M[0] <= ray.length <= longest]
-    return [(ray, parted_m2(shape, longer(ray, TOUCH_M))) for ray in rays]
+    return [(ray, parted_m2(shape, longer(ray, GRID_M))) for ray in rays]
 
 
 def _ends(ray: LineString) -> tuple[float, ...]:
@@ -108,14 +108,14 @@ def corner_rays(room: Polygon) -> list[LineString]:
         points = np.array(ring.coords[:-1])
         before, after = points - np.roll(points, 1, axis=0), np.roll(points, -1, axis=0) - points
         turn = before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0]
-        for k in np.flatnonzero(turn < -TOUCH_M * TOUCH_M):  # orientation: the room lies to the left of its edges
+        for k in np.flatnonzero(turn < -GRID_M * GRID_M):  # orientation: the room lies to the left of its edges
             for along in (before[k], -after[k]):
-                way = along / max(float(np.hypot(*along)), TOUCH_M)
-                start = points[k] + way * TOUCH_M
+                way = along / max(float(np.hypot(*along)), GRID_M)
+                start = points[k] + way * GRID_M
                 line = LineString([start, points[k] + way * far])
                 inside = shapely.intersection(line, room)
                 first = min(shapely.get_parts(inside), key=lambda part: part.distance(Point(start)), default=None)
-                if first is not None and first.length > TOUCH_M and first.distance(Point(start)) < TOUCH_M:
+                if first is not None and first.length > GRID_M and first.distance(Point(start)) < GRID_M:
                     end = max(first.coords, key=lambda at: float(np.hypot(*(np.array(at) - points[k]))))
                     found.append(LineString([points[k], end]))
     return found
@@ -204,7 +204,7 @@ def free_wall_questions(plan: FloorPlan, source: SourceView, shift: tuple[float,
             through = shapely.intersection(longer(line, whole.length), whole)
             across = [part for part in shapely.get_parts(through) if part.intersects(reach)]
             gaps = [part for each in across for part in shapely.get_parts(shapely.difference(each, reach))]
-            gaps = [part for part in gaps if isinstance(part, LineString) and part.length > TOUCH_M]
+            gaps = [part for part in gaps if isinstance(part, LineString) and part.length > GRID_M]
             area = parted_m2(whole, longer(line, whole.length))
             if len(gaps) != 2 or min(gap.length for gap in gaps) < PASSAGE_M[0] or area < SMALLEST_ROOM_M2 * 2:
                 continue

@@ -27,7 +27,6 @@ from houseexpo.service.review.question import (
     PASSAGE_M,
     SEVERAL,
     SHOWN,
-    TOUCH_M,
     WIDEST_WALL_M,
     Answer,
     Question,
@@ -40,6 +39,7 @@ from houseexpo.service.review.question import (
     none_of,
     point_in,
 )
+from houseexpo.tolerances import GRID_M
 
 _WAY_OUT: Final = 0.3
 """The least doubt of an entrance: in marked plans that are not right, 23 of 65 with a confidence of 0.7 or more are
@@ -122,7 +122,7 @@ def _ways_beside(cut: Door, sides: Sequence[Room], free: Sequence[tuple[str, Lin
 
 def free_places(plan: FloorPlan, shown: Sequence[tuple[str, LineString]]) -> list[tuple[str, LineString]]:
     """Return the places as wide as a passage where the source shows a way and the plan has none; a cut is a guess."""
-    doors = [(door.polygon, TOUCH_M if door.kind == "cut" else WIDEST_WALL_M) for door in plan.doors]
+    doors = [(door.polygon, GRID_M if door.kind == "cut" else WIDEST_WALL_M) for door in plan.doors]
     return [
         (kind, line)
         for kind, line in shown
@@ -146,7 +146,7 @@ def room_questions(plan: FloorPlan) -> Iterator[Question]:
 def meeting_questions(plan: FloorPlan) -> Iterator[Question]:
     """R3."""
     joined = {frozenset(door.rooms) for door in plan.doors}
-    grown = {room.id: shapely.buffer(room.polygon, TOUCH_M) for room in plan.rooms}
+    grown = {room.id: shapely.buffer(room.polygon, GRID_M) for room in plan.rooms}
     for one, other in combinations(plan.rooms, 2):
         if frozenset((one.id, other.id)) in joined or not grown[one.id].intersects(other.polygon):
             continue
@@ -168,7 +168,7 @@ def parted_questions(plan: FloorPlan, places: Sequence[tuple[str, LineString]]) 
     between: dict[tuple[int, int], list[Door]] = {}
     for door in plan.doors:
         one, other = door.rooms
-        if one is not None and other is not None and all(line.distance(door.polygon) > TOUCH_M for line in shown):
+        if one is not None and other is not None and all(line.distance(door.polygon) > GRID_M for line in shown):
             between.setdefault((min(one, other), max(one, other)), []).append(door)
     asked: list[Question] = []
     for (a, b), doors in between.items():
@@ -197,7 +197,7 @@ def _only(door: Door, doors: Sequence[Door]) -> Answer:
 
 def _facing_m(one: Room, other: Room, door: Door) -> float:
     """Return the length of the edge at which two rooms face each other across a wall, including the door in it."""
-    near = max(door.polygon.area / max(door.width, TOUCH_M), _FACING_M)
+    near = max(door.polygon.area / max(door.width, GRID_M), _FACING_M)
     edges = [(one.polygon.boundary, other.polygon), (other.polygon.boundary, one.polygon)]
     return float(
         min(shapely.intersection(edge, shapely.buffer(room, near, quad_segs=1)).length for edge, room in edges)

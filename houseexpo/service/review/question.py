@@ -22,8 +22,6 @@ ASKED_BELOW: Final = 0.9
 wrong; of those above, 12 of 373 and none of 435."""
 CUT: Final = 0.95
 """Doubt of a cut that is not rated: its place is a guess."""
-TOUCH_M: Final = 0.01
-"""Rooms within this distance share an edge, metres: the grid of a plan."""
 SHOWN: Final = {"door": 0.3, "opening": 0.3, "lintel": 0.25, "gap": 0.2}
 """Doubt of a place without a passage, by the kind of evidence in the source. Of 14 groups, no mark wants any."""
 FREE: Final = 0.8

@@ -35,7 +35,6 @@ from houseexpo.service.review.question import (
     PASSAGE_M,
     SEVERAL,
     SHOWN,
-    TOUCH_M,
     WIDEST_WALL_M,
     Answer,
     Further,
@@ -49,7 +48,7 @@ from houseexpo.service.review.question import (
     point_in,
 )
 from houseexpo.service.review.sources import OF_EDGE_M, SourceView
-from houseexpo.tolerances import SMALLEST_ROOM_M2
+from houseexpo.tolerances import GRID_M, SMALLEST_ROOM_M2
 
 _SEEN: Final = 0.75
 """The least share of a room's edge beside which the source shows a wall or the plan has a passage. In right plans of
@@ -251,7 +250,7 @@ def front_questions(
     def beyond(line: LineString) -> shapely.Geometry:
         """Return the part of a line that lies away from all walls."""
         there = shapely.transform(line, lambda points: points - np.array(shift))
-        key = shapely.set_precision(there, TOUCH_M).wkb
+        key = shapely.set_precision(there, GRID_M).wkb
         free = source.computed.get_or_make(key, lambda: shapely.difference(there, source.near_walls))
         return shapely.transform(free, lambda points: points + np.array(shift))
 
@@ -337,7 +336,7 @@ def _seen_share(ring: LineString, source: SourceView, shift: tuple[float, float]
         moved = shapely.transform(at, lambda points: points - np.array(shift))
         return float((shapely.intersects(source.near_walls, moved) | shapely.dwithin(at, ways, OF_EDGE_M)).mean())
 
-    return float(source.computed.get_or_make((shapely.set_precision(there, TOUCH_M).wkb, ways.wkb), share))
+    return float(source.computed.get_or_make((shapely.set_precision(there, GRID_M).wkb, ways.wkb), share))
 
 
 def bay_questions(plan: FloorPlan, source: SourceView, shift: tuple[float, float]) -> Iterator[Question]:
@@ -371,11 +370,11 @@ def _narrow_bays(room: bytes) -> list[tuple[float, LineString, Point, LineString
     """Return the bays of a room (WKB): the area of each, its narrow place, a point in it, and the rest of its edge."""
     shape, half, found = shapely.from_wkb(room), _BAY_NECK_M / 2, []
     wide = max(shapely.get_parts(shapely.buffer(shape, -half)), key=lambda part: part.area, default=shape)
-    main = shapely.buffer(wide, half + TOUCH_M)
+    main = shapely.buffer(wide, half + GRID_M)
     for bay in shapely.get_parts(shapely.difference(shape, main)):
         if not SMALLEST_ROOM_M2 <= bay.area <= shape.area / 2:
             continue
-        neck = shapely.intersection(bay.boundary, shapely.buffer(main, TOUCH_M))
+        neck = shapely.intersection(bay.boundary, shapely.buffer(main, GRID_M))
         ends = shapely.get_coordinates(neck)
         apart = np.hypot(*(ends[:, None] - ends[None]).transpose(2, 0, 1))
         line = LineString(ends[list(np.unravel_index(int(apart.argmax()), apart.shape))])
