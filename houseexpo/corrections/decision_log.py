@@ -159,10 +159,15 @@ class DecisionLog:
         """The decisions that are not undone, in order."""
         return (line for line in self.lines if line.action not in {"undo", "build"} and line.number not in self.undone)
 
-    def authors(self) -> dict[str, dict[str, tuple[str, str]]]:
-        """Return who made each statement, and when, by plan and ``author_key``; one that is moved keeps its time."""
+    def authors(self, plan: str | None = None) -> dict[str, dict[str, tuple[str, str]]]:
+        """Return who made each statement, and when, by plan and ``author_key``; one that is moved keeps its time.
+
+        Only the statements about ``plan`` are looked at, if it is given: a page asks at each answer.
+        """
         found: dict[str, dict[str, tuple[str, str]]] = {}
         for line in self.active:
+            if plan is not None and line.plan != plan:
+                continue
             own = found.setdefault(line.plan, {})
             before = [own[key][1] for key in line.old_keys if key in own] if line.action == "move" else []
             own.update(dict.fromkeys(line.new_keys, (line.reviewer, min(before, default=line.time))))

@@ -220,7 +220,7 @@ class DecisionStore:
         """Return when each statement about a plan was made, by ``author_key``."""
         with self._thread:
             self._catch_up()
-            return {key: at for key, (_, at) in self.log.authors().get(plan, {}).items()}
+            return {key: at for key, (_, at) in self.log.authors(plan).get(plan, {}).items()}
 
     def said_before_size(self, plan: str, file: str) -> tuple[int, dict[str, float]]:
         """Return the last line about the size or the axis of a plan's file, and what was said of the plan before it.
