@@ -20,6 +20,7 @@ G5  After ``retreat_s`` it makes room every other second: it goes forward or bac
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from functools import cached_property
 from pathlib import Path
 from typing import Any, Final
@@ -261,15 +262,22 @@ class GivingWay:
 
     def _find_free_step(self, pose: Floats) -> tuple[float, float]:
         """Return the longest step, forward or backward, that walls allow, or a turn: it stands too near to a wall."""
-        x, y, heading = pose.tolist()
         best = self._turn_rad, 0.0
-        for turn in (0.0, self._turn_rad, -self._turn_rad):
-            for ahead in (1.0, -1.0):
-                right, down = ahead * math.cos(heading + turn), -ahead * math.sin(heading + turn)
-                way = free_distance_by_map(self._house, x, y, right, down, self._step_px / 2.0, self._radius_px)
-                if way > abs(best[1]):
-                    best = turn, ahead * way
+        for motion, _ in self._free_steps(pose, (1.0, -1.0), self._step_px / 2.0):
+            if abs(motion[1]) > abs(best[1]):
+                best = motion
         return best
+
+    def _free_steps(
+        self, pose: Floats, ahead_or_back: tuple[float, float], most_px: float
+    ) -> Iterator[tuple[tuple[float, float], tuple[float, float]]]:
+        """Yield turns and distances (negative: backward) that walls allow, and the places they lead to, pixels."""
+        x, y, heading = pose.tolist()
+        for turn in (0.0, self._turn_rad, -self._turn_rad):
+            for ahead in ahead_or_back:
+                right, down = ahead * math.cos(heading + turn), -ahead * math.sin(heading + turn)
+                way = free_distance_by_map(self._house, x, y, right, down, most_px, self._radius_px)
+                yield (turn, ahead * way), (x + way * right, y + way * down)
 
     def _shrink(self, gap_m: float) -> float:
         """Return the gap that is kept now in place of a gap at first, metres (G3)."""
@@ -310,15 +318,11 @@ class GivingWay:
 
     def _find_room(self, people: Floats, pose: Floats) -> tuple[float, float] | None:
         """Return the turn and the distance, negative for backward, to the widest gap that a step leads to (G5)."""
-        x, y, heading = pose.tolist()
         best: tuple[float, tuple[float, float] | None] = _ROOM_M, None
-        for turn in (0.0, self._turn_rad, -self._turn_rad):
-            for ahead in (-1.0, 1.0):
-                right, down = ahead * math.cos(heading + turn), -ahead * math.sin(heading + turn)
-                way = free_distance_by_map(self._house, x, y, right, down, self._step_px, self._radius_px)
-                gap_m = self._gap_m(people, x + way * right, y + way * down, 0.0) if len(people) else 0.0
-                if way >= 0.5 * self._step_px and gap_m > best[0]:
-                    best = gap_m, (turn, ahead * way)
+        for motion, place in self._free_steps(pose, (-1.0, 1.0), self._step_px):
+            gap_m = self._gap_m(people, *place, 0.0) if len(people) else 0.0
+            if abs(motion[1]) >= 0.5 * self._step_px and gap_m > best[0]:
+                best = gap_m, motion
         return best[1]
 
     def _to_action(self, turn: float, way: float) -> Floats:
