@@ -571,7 +571,7 @@ class Review:
     def _source_facts(self, name: str, source: SourceView | None, *, is_plan: bool) -> dict[str, Any]:
         """Return whether the source is read, the reason if it cannot be, and the statements about the file."""
         tables = self.decisions.tables()
-        why = self.building.why_not_possible() or self._sources.why_not(name, tables, is_plan=is_plan)
+        never = self.building.why_not_possible()
         latest = source or self._sources.latest(name)
         file = name if latest is None else latest.record.id
         table = tables.get(file, {})
@@ -579,7 +579,8 @@ class Review:
         takes = () if latest is None else latest.record.takes
         return {
             "known": source is not None,
-            "why": why,
+            "why": never or self._sources.why_not(name, tables, is_plan=is_plan),
+            "can_be_read": not never,
             "changed": self._why_changed(name, source, is_said=bool(said)),
             "file": file,
             "said": said,

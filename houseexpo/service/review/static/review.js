@@ -9,7 +9,8 @@ const root = document.getElementById("review");
 const base = root.dataset.base;
 const readOnly = root.dataset.readOnly === "yes";
 const LOOK_MS = 700;
-const WORKING = "Working on the last decision…";
+const SETTLE_MS = 500; // a key that comes sooner was pressed for the question that was there before: a choice takes about as long
+const TICK_MS = 1000;
 const mostAlike = () => (now?.rooms ? 200 : 1000); // places of which the same is said at once; without a plan none is tried
 const SAME_LENGTH = 1.2; // lines whose lengths differ by a smaller factor look alike
 const MOST_SAID = 2; // of what a word changes beside; the list of what is said has all
@@ -19,7 +20,6 @@ const LEFT = 8; // the number of the last answer to any question, from 0: its ke
 const LEAVE = { title: "Leave it", action: "leave", points: [] };
 const OF_FILE = new Set(["file", "take_out", "grow", "units", "up", "floors"]); // answers that hold for the whole file
 const SEVERAL = "Several rooms"; // an answer to whether a space is a room
-const OF_FILE_KEY = /^(guess|floors|changed)/;
 const OF_SPACE = { wall: 2, room: 1, door: 2, opening: 2 }; // words that may leave a space open, and the points that each takes
 const at = (id) => document.getElementById(id);
 const tools = JSON.parse(root.dataset.tools); // the words of a storey, each with its key and the points that it asks for
@@ -27,10 +27,11 @@ const titles = {
   keep: "Kept", drop: "Dropped", note: "A note", file: "Of the file", leave: "Left a question", move: "Moved", remove: "Taken out", build: "Rebuilt",
   ...Object.fromEntries(tools.map(({ word, title }) => [word, title])),
 };
-const sheet = new Sheet(at("stage"), at("hint"), { choose: showChosen, move, take: (word, points) => decide(word, { points }), stroke: askOfStroke, part: (name) => file.toggle(name) });
+const sheet = new Sheet(at("stage"), at("hint"), { choose: showChosen, move, take: (word, points) => decide(word, { points }), stroke: askOfStroke, only: askOnly, part: (name) => file.toggle(name) });
 const solid = new Solid(at("solid"), at("solid-view"), at("solid-cut"));
 const file = new FileForm({ draw: drawDistance, say: sayOfFile, parts: (names, picks) => sheet.showParts(names, picks) });
 let held = ""; // the key of the question on the screen
+let settled = 0; // when a question that took the place of another, which nobody answered, takes keys; milliseconds
 let wantedKind = ""; // the kind of question that the reviewer has chosen to answer now
 let wide = false; // whether all of the kind are marked, and not only those that look alike
 let forAll = -1; // the answer that is about to be given to all questions of a kind: -1 if none is, ANY before one is chosen
@@ -39,6 +40,7 @@ let partsNowhere = false; // whether no place of it is known
 let elsewhere = false; // whether the next undo is of a decision on another plan
 let strokes = []; // questions about lines of the drawing, the one that was clicked first
 let reading = ""; // the plan whose source is on its way, and what was said of its file when it was asked for
+let read = { plan: "", since: 0 }; // which plan that is, and since when, milliseconds
 let now = null; // what the server said of the plan that is shown
 let asking = new Set(); // the keys of all questions of the plan that is shown
 const seen = new Map(); // by plan, the number of the latest line about it that was shown here
@@ -82,19 +84,35 @@ function inTurn(work) {
   return busy;
 }
 
-// A decision, which may take a minute: the line below the plan says so until the reply.
+// A decision, which may take a minute: a note in the plan says so until the reply.
 function decideInTurn(work) {
   working += 1;
-  say(WORKING);
+  say("");
+  showDoing();
   return inTurn(async () => {
-    say(WORKING);
-    try { await work(); } finally { working -= 1; }
+    try { await work(); } finally { working -= 1; showDoing(); }
   });
 }
 
-// A key for a question while its successor is not known yet.
+// What takes long: decisions without a reply yet, and the source that is on its way or could not be read.
+function showDoing() {
+  const { why = "", can_be_read: again = false } = now?.source ?? {}, seconds = Math.round((performance.now() - read.since) / 1000);
+  const isFirst = reading && read.plan !== now?.plan;
+  const words = [
+    ...working ? [working > 1 ? `Working on ${working} decisions…` : "Working on the last decision…"] : [],
+    ...reading ? [isFirst ? `Reading the source of ${read.plan} first…` : "Reading the source of this plan; go on meanwhile…"] : [],
+    ...!reading && why && again ? ["The source could not be read."] : [],
+  ].join(" ");
+  if (at("doing-words").textContent !== words) at("doing-words").textContent = words;
+  at("doing-time").textContent = reading && seconds > 1 ? ` ${seconds} s` : "";
+  at("again").hidden = reading || !why || !again;
+  at("doing").hidden = !words;
+}
+
+// A key for a question while its successor is not known yet, or has just come.
 function refuseEarly() {
-  return working ? say(`${WORKING} The last key was not taken: no question is shown yet.`, "bad") : undefined;
+  if (performance.now() < settled) return say("The last key was not taken: another question has come in the meantime.", "bad");
+  return working ? say("The last key was not taken: no question is shown yet.", "bad") : undefined;
 }
 
 function go(move, plan = now?.plan) {
@@ -114,6 +132,7 @@ function go(move, plan = now?.plan) {
 function show(found) {
   if (found.plan !== now?.plan) elsewhere = false;
   if (found.plan !== now?.plan || found.seen !== now.seen) at("ended").hidden = true;
+  const asked = found.plan === now?.plan ? questions()[0] : undefined;
   holdQuestion(found);
   const { file: of, said } = found.source ?? {}, { file: before, said: earlier } = now?.source ?? {};
   if (of === before && JSON.stringify(said) !== JSON.stringify(earlier)) sheet.source = null; // the file is read again with what is said of it
@@ -153,6 +172,8 @@ function show(found) {
   strokes = [];
   if (found.source.changed) say(`${found.source.changed}. ${found.source.rejected ? "U takes back what you said last" : "B builds it"}.`, found.source.rejected ? "bad" : "");
   showQuestions();
+  if (asked && isOther(asked, questions()[0])) settled = performance.now() + SETTLE_MS;
+  showDoing();
   at("storeys").hidden = found.storeys.length === 0;
   at("storeys").replaceChildren(...found.storeys.map(({ plan, title }) => {
     const tab = button(title, () => go("here", plan), "storey");
@@ -168,20 +189,26 @@ function readSource({ plan, source: { known, why } }) {
   if (reading || (known && sheet.source) || why) return;
   const isLate = () => readingOf(now) !== reading; // another plan is shown, or the file was said to be another
   reading = readingOf(now);
-  if (!known) say("Reading the source of this plan…");
+  read = { plan, since: performance.now() };
   ask(`source?${new URLSearchParams({ plan })}`).then((found) => {
     if (isLate()) return undefined;
     sheet.under(found);
     showSwitches();
     if (known) return askOfMost();
-    if (at("said").textContent.startsWith("Reading")) say("");
     return go("here", plan).then(askOfMost); // with the questions that the source answers
   }).catch((error) => { if (!isLate()) { now.source.why = error.message; file.show(now.source, readOnly); say(error.message, "bad"); } })
     .finally(() => {
       const wasLate = isLate();
       reading = "";
       if (now?.plan && wasLate) readSource(now);
+      showDoing();
     });
+}
+
+function readAgain() {
+  now.source.why = "";
+  readSource(now);
+  showDoing();
 }
 
 // Of a drawing of which no plan came: which of its lines are walls?
@@ -319,11 +346,20 @@ function holdQuestion(found) {
   partsNowhere = parting && !raised;
   parting = false;
   asking = new Set(found.questions?.map(({ key }) => key));
-  const ofFile = found.questions?.find(({ key }) => OF_FILE_KEY.test(key)); // all else depends on it
-  held = (asked && ofFile ? ofFile : asked ?? (raised || undefined))?.key ?? ""; // what an answer made an entrance is asked about next
+  held = (asked ?? (raised || undefined))?.key ?? ""; // what an answer made an entrance is asked about next
   mark(-1); // there may be more alike than were marked
   const isSame = asked && found.seen === now.seen && JSON.stringify(found.shape?.bounds) === JSON.stringify(now.shape?.bounds);
   if (isSame && found.questions.every(({ key }) => key !== held)) found.questions.unshift(asked);
+}
+
+const isOther = (one, other) => JSON.stringify([one.key, one.answers]) !== JSON.stringify([other?.key, other?.answers]);
+
+// One of the places that are marked is asked about alone.
+function askOnly(key) {
+  held = key;
+  mark(-1);
+  showQuestions();
+  say("Only this place is asked about now.");
 }
 
 function alike(isWide = wide) {
@@ -394,7 +430,7 @@ const answerOf = (question, which) => (which === LEFT ? question && LEAVE : ques
 // One answer to all questions of a kind: their places are marked first, and the same key again answers them, as one decision.
 function answerAll(which) {
   const [first] = questions(), chosen = answerOf(first, which);
-  if (!chosen) return refuseEarly();
+  if (!chosen || performance.now() < settled) return refuseEarly();
   if (alike(true).length < 2 || !mayWrite()) return undefined;
   const { action, title } = chosen;
   if (OF_FILE.has(action)) return undefined;
@@ -434,7 +470,7 @@ function askOfStroke(segments, kind) {
 
 function answer(which) {
   const [first] = questions(), chosen = answerOf(first, which);
-  if (!chosen) return refuseEarly();
+  if (!chosen || performance.now() < settled) return refuseEarly();
   if (!mayWrite()) return undefined;
   sheet.draws = false;
   if (chosen.action === "file") return file.open();
@@ -722,6 +758,8 @@ for (const id of ["keep", "drop"]) at(id).addEventListener("click", () => decide
 for (const { word } of tools) at(word).addEventListener("click", () => draw(word));
 for (const id of ["next", "previous", "open"]) at(id).addEventListener("click", () => go(id));
 at("all").addEventListener("click", widen);
+at("again").addEventListener("click", readAgain);
+setInterval(() => { if (reading) showDoing(); }, TICK_MS);
 at("undo").addEventListener("click", undo);
 at("redo").addEventListener("click", redo);
 at("note").addEventListener("click", openNote);

@@ -6,6 +6,7 @@ import { canDrawSolids } from "./solid.js";
 
 const STEP_M = 0.1, FAR_M = 1;
 const SNAP_PX = 11, TOUCH_PX = 22; // a finger hides what it points at
+const SNAP_M = 0.25; // in a view of all of a large plan 11 px are more; a line so near to a wall lies in it (`corrections.openings`)
 const CLICK_PX = 4; // a pointer that moves less is clicked
 const SQUARE = 0.97; // cosine: an edge that meets the dragged one nearly at a right angle goes on with it
 const ARROWS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
@@ -313,7 +314,9 @@ export class Sheet {
     if (!this.tool) {
       const mark = this.#markAt(point, event), place = mark < 0 ? this.#placeAt(point, event) : null;
       const stroke = mark < 0 && !place ? this.#strokeAt(point, event) : null;
+      const one = this.#likeAt(point, event);
       if (this.#gap && farFrom(this.#gap, point) <= this.#reach(event)) this.hooks.take("wall", this.#gap);
+      else if (one) this.hooks.only(one.key);
       else if (place) this.hooks.take(this.#wordOf(place), place.ends);
       else if (stroke) this.#askOf(stroke, point);
       else if (mark < 0 && this.picks && this.partAt([point])) this.hooks.part(this.partAt([point]).name);
@@ -338,9 +341,17 @@ export class Sheet {
   #snap(point, event, start = this.points.at(-1) ?? null) {
     this.snapped = "";
     if (event.altKey || (this.tool && !this.tool.snaps)) return point;
-    const found = snap(point, start, this.segments, SNAP_PX * this.#metres);
+    const most = this.tool?.word === "distance" ? Infinity : SNAP_M; // the size of the file is what is to be said
+    const found = snap(point, start, this.segments, Math.min(SNAP_PX * this.#metres, most));
     this.snapped = found.kind;
     return found.point;
+  }
+
+  // The marked place there, unless it is a line of the drawing: a click asks about that one anyway.
+  #likeAt(point, event) {
+    const near = this.like.filter(({ key }) => !key.startsWith("stroke")).map((each) => [farFrom([each.at], point), each]);
+    const [far, found] = near.reduce((best, each) => (each[0] < best[0] ? each : best), [Infinity, null]);
+    return far <= this.#reach(event) ? found : null;
   }
 
   #placeAt(point, event) {

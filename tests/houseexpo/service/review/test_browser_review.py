@@ -160,6 +160,13 @@ def test_points_snap_to_ends_and_alt_leaves_them_where_they_are(page: Any, folde
     page.wait_for_function("() => document.querySelectorAll('#effects li').length === 2")
     (_, ((x1, y1), (x2, y2))) = overrides(folder)["doubtful"]["wall"]
     assert (x1, y1, x2, y2) == pytest.approx((13.5, 1.05, 13.55, -1.85), abs=0.02)
+    for _ in range(10):
+        page.keyboard.press("-")  # a pixel is some 0.1 m
+    page.keyboard.press("d")
+    page.mouse.move(*pixel(page, 2.0, 3.6))
+    assert "at edge" not in page.inner_text("#hint")
+    page.mouse.move(*pixel(page, 2.0, 3.15))
+    page.wait_for_function("() => document.getElementById('hint').textContent.includes('at ')")
 
 
 def test_what_is_said_is_chosen_moved_taken_out_undone_and_made_again(page: Any, folder: Path) -> None:
@@ -300,7 +307,8 @@ def test_an_answer_that_confirms_the_plan_is_said_as_it_is(tmp_path: Path) -> No
 
 
 @pytest.mark.parametrize("stays", [True, False])
-def test_the_question_on_the_screen_stays_when_the_source_arrives(tmp_path: Path, stays: bool) -> None:
+@pytest.mark.parametrize("kind", ["space", "guess"])
+def test_the_question_on_the_screen_stays_when_the_source_arrives(tmp_path: Path, kind: str, stays: bool) -> None:
     folder = tmp_path / "houses"
     folder.mkdir()
     plan = replace(two_rooms("house"), frame=FRAME)
@@ -308,7 +316,7 @@ def test_the_question_on_the_screen_stays_when_the_source_arrives(tmp_path: Path
     save_plan(replace(plan, rooms=(kitchen, replace(bedroom, confidence=0.6))), folder / "house.json")
     told = {"known": False, "why": "", "changed": ""}
     other = {
-        "key": "space at 9.0, 2.0", "at": [5.0, 2.0], "says": "Is this space a room?", "doubt": 0.9, "area": 9.0,
+        "key": f"{kind} at 9.0, 2.0", "at": [5.0, 2.0], "says": "Is this space a room?", "doubt": 0.9, "area": 9.0,
         "answers": [{"title": "A room", "action": "room", "points": [[5.0, 2.0]]}, {"title": "No", "action": "leave"}],
     }  # fmt: skip
 
@@ -335,6 +343,100 @@ def test_the_question_on_the_screen_stays_when_the_source_arrives(tmp_path: Path
         page.keyboard.press("2")
         says(page, "no room")
         assert list(overrides(folder)["house"]) == ["no_room"]
+
+
+def test_a_key_for_a_question_that_is_gone_does_not_answer_the_one_that_came(tmp_path: Path) -> None:
+    folder = tmp_path / "houses"
+    folder.mkdir()
+    plan = replace(two_rooms("house"), frame=FRAME)
+    save_plan(replace(plan, rooms=tuple(replace(room, confidence=0.4) for room in plan.rooms)), folder / "house.json")
+    with running(service_of(folder, review=True)) as address, visited(address, "/houses/review") as page:
+        shows(page, "house")
+        page.wait_for_selector("#all:not([hidden])")
+        first = page.inner_text("#question")
+        asked = {"plan": "house", "action": "no_room", "points": [[2.0, 2.0]], "reviewer": "ben"}
+        assert page.request.post("/houses/review/decide", data=asked).ok
+        page.evaluate(
+            """async (first) => {  // the key is pressed as soon as the other question is there
+              const place = document.getElementById("question");
+              new MutationObserver(() => {
+                const key = new KeyboardEvent("keydown", { key: "2", bubbles: true });
+                if (place.textContent !== first) document.body.dispatchEvent(key);
+              }).observe(place, { childList: true });
+            }""",
+            first,
+        )
+        page.keyboard.press("ArrowLeft")  # the same plan again, as ben left it
+        says(page, "The last key was not taken: another question has come in the meantime.")
+        assert list(overrides(folder)["house"]) == ["no_room"]
+        page.wait_for_timeout(600)
+        page.keyboard.press("1")
+        page.wait_for_function("() => document.querySelectorAll('#history li').length === 2")
+
+
+def test_a_source_that_cannot_be_read_is_read_again_on_demand(folder: Path) -> None:
+    # the browser has a line of its own about the request that fails
+    with running(service_of(folder, review=True)) as address, pytest.raises(AssertionError, match="422"):
+        _read_again(address)
+
+
+def _read_again(address: str) -> None:
+    told = {"known": False, "why": "", "can_be_read": True, "said": {}}
+    times: list[float] = []
+
+    def state(route: Any) -> None:
+        found = route.fetch().json()
+        route.fulfill(json={**found, "source": {**found["source"], **told}})
+
+    def source(route: Any) -> None:
+        times.append(time.monotonic())
+        if len(times) == 1:
+            time.sleep(2.5)
+            told["why"] = "out of breath"
+            route.fulfill(status=422, json={"error": "out of breath"})
+            return
+        told.update(known=True, why="")
+        route.fulfill(json={"layers": [], "edges": [], "places": [], "strokes": []})
+
+    with visited(address, "/houses") as page:
+        page.route(re.compile("/review/state"), state)
+        page.route(re.compile("/review/source"), source)
+        page.goto(f"{address}/houses/review?plan=doubtful", wait_until="commit")
+        page.wait_for_function(
+            "() => / source of this plan.* [12] s/.test(document.getElementById('doing')?.innerText)"
+        )
+        look(page, "review-reading")
+        says(page, "out of breath")
+        page.keyboard.press("ArrowRight")
+        shows(page, "middling")
+        page.keyboard.press("ArrowLeft")
+        shows(page, "doubtful")
+        assert "The source could not be read." in page.inner_text("#doing")
+        page.click("#again")
+        page.wait_for_function("() => document.getElementById('doing').hidden")
+        assert len(times) == 2
+
+
+def test_a_click_on_a_marked_place_asks_about_it_alone(tmp_path: Path) -> None:
+    folder = tmp_path / "houses"
+    folder.mkdir()
+    plan = replace(two_rooms("house"), frame=FRAME)
+    save_plan(replace(plan, rooms=tuple(replace(room, confidence=0.4) for room in plan.rooms)), folder / "house.json")
+    with running(service_of(folder, review=True)) as address, visited(address, "/houses/review") as page:
+        shows(page, "house")
+        page.wait_for_selector("#all:not([hidden])")
+        first = page.inner_text("#question")
+        page.keyboard.press("Shift+0")
+        places = page.locator(".like-at").all()
+        assert len(places) == 2
+        x, y = (float(places[1].get_attribute(name) or "") for name in ("cx", "cy"))
+        click(page, (x, -y))
+        page.wait_for_function("first => document.getElementById('question').textContent !== first", arg=first)
+        assert page.locator(".like-at").count() == 0
+        page.keyboard.press("1")
+        page.wait_for_function("() => document.querySelectorAll('#history li').length === 1")
+        assert overrides(folder)["house"]["room"] == pytest.approx([10 + x, -2 - y], abs=0.01)
+        page.wait_for_function("first => document.getElementById('question').textContent === first", arg=first)
 
 
 def test_shift_marks_what_is_alike_and_once_more_answers_it(tmp_path: Path) -> None:
@@ -387,9 +489,11 @@ def test_while_an_answer_is_worked_on_the_page_says_so_and_takes_no_other(tmp_pa
         page.wait_for_selector("#all:not([hidden])")
         page.keyboard.press("Shift+1")
         page.keyboard.press("Shift+1")
-        says(page, "Working on the last decision…")
+        page.wait_for_selector("#doing")
         page.keyboard.press("2")
         says(page, "The last key was not taken")
+        page.keyboard.press("Shift+0")
+        assert page.inner_text("#doing") == "Working on the last decision…"  # whatever else is said
         page.keyboard.press("u")  # waits its turn
         (route,) = held
         route.continue_()
