@@ -24,23 +24,32 @@ written.
 from __future__ import annotations
 
 import math
+import sys
+import time
+from pathlib import Path
 from typing import Final
 
 import numpy as np
 import numpy.typing as npt
+from rich.console import Console
 
+from houseexpo import open_dataset
+from houseexpo.errors import ConfigError
+from houseexpo.progress import show_progress
 from houseexpo.pseudoslam.benchmark.cases import Case
 from houseexpo.pseudoslam.benchmark.comparison import BOUND
 from houseexpo.pseudoslam.benchmark.episodes import EpisodeOutcome, curve_sample_points
 from houseexpo.pseudoslam.benchmark.measures import MEAN_DIGITS, StepsToCoverage, Trace
-from houseexpo.pseudoslam.benchmark.tracks import Track
+from houseexpo.pseudoslam.benchmark.result import PolicyRecord, read_result, write_result
+from houseexpo.pseudoslam.benchmark.run import make_result, make_run_times
+from houseexpo.pseudoslam.benchmark.tracks import Track, find_track
 from houseexpo.pseudoslam.config import SimulatorConfig
+from houseexpo.pseudoslam.envs.single import ExplorationEnv
 from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE
 from houseexpo.pseudoslam.kernels.planning.paths import find_distances
 from houseexpo.pseudoslam.kernels.planning.planner_types import STRAIGHT
 from houseexpo.pseudoslam.kernels.types import NO_WAY, new_path_scratch
 from houseexpo.pseudoslam.worlds.world import World
-from research.reference_rows import write_reference_row
 from research.region_bounds import find_views, region_way_px
 
 Floats = npt.NDArray[np.float64]
@@ -106,17 +115,38 @@ def outcome_of(track: Track, case: Case, trace: Trace) -> EpisodeOutcome:
 
 
 def main() -> None:
-    """Write the bounds for all plans of a result, or print the means over some of them beside the result's own."""
+    """Write the bounds for all plans of a result, or print the means over some of them beside the result's own.
 
-    def fits(track: Track) -> str:
-        is_bounded = track.task == "exploration" and not track.config.noise.any and not track.slam
-        return "" if is_bounded else "a track of exploration without noise"
-
-    def find(track: Track, case: Case, world: World, x: float, y: float) -> EpisodeOutcome:
-        shares = tuple(s / 100 for s in track.measure.shares) if isinstance(track.measure, StepsToCoverage) else SHARES
-        return outcome_of(track, case, trace_of(world, x, y, track.config, shares))
-
-    write_reference_row(BOUND, "research.way_bounds", fits, find)
+    The command's arguments are DATASET RESULT [NUMBER].
+    """
+    file = Path(sys.argv[2])
+    like, number = read_result(file), int(sys.argv[3]) if len(sys.argv) > 3 else None
+    track, start = find_track(like.track_id), time.perf_counter()
+    if track.task != "exploration" or track.config.noise.any or track.slam:
+        raise ConfigError(f"{file}: expected a track of exploration without noise, found {track.id}")
+    shares = tuple(s / 100 for s in track.measure.shares) if isinstance(track.measure, StepsToCoverage) else SHARES
+    cases = list(map(Case, like.episodes["plan"], like.episodes["seed"]))[:number]
+    env = ExplorationEnv(open_dataset(sys.argv[1]).only([case.plan_id for case in cases]), track.config)
+    outcomes = []
+    for case in show_progress(cases, BOUND, len(cases)):
+        env.reset(seed=case.seed, options={"plan_id": case.plan_id})
+        x, y = env.state.pose_px[:2].tolist()
+        outcomes.append(outcome_of(track, case, trace_of(env.simulator.world, x, y, track.config, shares)))
+    for metric in track.metrics:
+        pairs = [
+            (one, other)
+            for one, other in zip([each.values[metric.key] for each in outcomes], like.column(metric.key), strict=False)
+            if one is not None and other is not None
+        ]
+        if pairs:
+            one, other = np.mean(pairs, axis=0).tolist()
+            text = f"{metric.key}: {BOUND} {one:.3f}, {like.policy.name} {other:.3f}, {len(pairs)} plans"
+            Console(width=160).print(text, highlight=False)
+    if number is None:
+        policy = PolicyRecord(BOUND, "research.way_bounds", "", 0, True, "discrete", "map")
+        times = make_run_times(outcomes, time.perf_counter() - start, 1)
+        result = make_result(track, policy, like.plans, outcomes, times)
+        write_result(result, file.with_name(f"{track.id}-{BOUND}.json"))
 
 
 if __name__ == "__main__":
