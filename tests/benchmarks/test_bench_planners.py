@@ -1,12 +1,9 @@
-"""How fast robots go from frontier to frontier, how long one takes to find its frontiers, how long the benchmark takes.
+"""How fast robots go from frontier to frontier, and how long one takes to find its frontiers.
 
 64 environments in houses at random from 200 published plans at 25 px/m, episodes of 200 steps. One action goes to the
 nearest frontier, which the observation tells, or to a point at random; steps are those that actions consist of. A
 decision is all that ``MapPlanner.frontiers`` does: where the robot may stand, all ways, all frontiers and where to see
 them from; it is asked for before each action in one environment. Medians of rounds in which all runs take turns.
-
-The benchmark: twenty plans of its list, track ``exploration-quality-v1``, one process. There a decision is what a
-policy does where it decides anew, its search for frontiers and ways included.
 """
 
 from __future__ import annotations
@@ -23,13 +20,9 @@ from rich.console import Console
 from rich.table import Table
 
 import houseexpo.pseudoslam  # noqa: F401  # registers the environments
-from houseexpo import Dataset, FloorPlan, open_dataset
+from houseexpo import FloorPlan
 from houseexpo.floorplan import decode
 from houseexpo.pseudoslam import SimulatorConfig
-from houseexpo.pseudoslam.agents.loading import load_policy
-from houseexpo.pseudoslam.benchmark.cases import make_cases, read_test_ids
-from houseexpo.pseudoslam.benchmark.episodes import EpisodeRunner
-from houseexpo.pseudoslam.benchmark.tracks import find_track
 from houseexpo.pseudoslam.planning import MapPlanner
 from tests.builders.shared import DATA, needs_shared
 
@@ -102,35 +95,3 @@ def test_time_of_a_decision(plans: list[FloorPlan]) -> None:
     shares = [float(np.median(took_ms)), float(np.mean(took_ms)), float(np.quantile(took_ms, 0.9)), max(took_ms)]
     table.add_row(f"{len(took_ms):,}", f"{np.median(numbers):.0f}", *(f"{share:.2f}" for share in shares))
     Console(width=100).print(table)
-
-
-LISTED = 20
-POLICIES = ("frontier", "information", "tour", "oracle", "wall", "forward")
-ASKED_MS = {"frontier": "1"}
-QUALITY = find_track("quality")
-
-
-@pytest.fixture(scope="module")
-def listed() -> Dataset:
-    return open_dataset(DATA / "houseexpo" / "plans_33717.jsonl.gz").only(read_test_ids()[:LISTED])
-
-
-def test_decisions_and_steps(listed: Dataset) -> None:
-    table = Table(title=f"{LISTED} listed, {QUALITY.id}, one process; load {os.getloadavg()[0]:.1f}")
-    for heading in ("policy", "ms a decision, median", "mean", "asked", "steps a second", "s a plan"):
-        table.add_column(heading, justify="right" if heading != "policy" else "left")
-    first, *cases = make_cases(QUALITY.id, listed.ids)
-    for name in POLICIES:
-        runner = EpisodeRunner(QUALITY, load_policy(name), listed)
-        runner.run(first)  # what has to be compiled is compiled
-        start = time.perf_counter()
-        found = [runner.run(case) for case in cases]
-        took = time.perf_counter() - start
-        decisions = np.concatenate([each.decisions_ms for each in found])
-        steps = sum(each.values["steps"] or 0 for each in found)
-        table.add_row(
-            name, f"{np.median(decisions):.3f}", f"{decisions.mean():.3f}", ASKED_MS.get(name, ""),
-            f"{steps / took:,.0f}", f"{took / len(cases):.2f}",
-        )  # fmt: skip
-        assert steps > 0
-    Console(width=120).print(table)

@@ -1,4 +1,4 @@
-"""Where a step's time goes: a scan with its map, the parts of a step, the size of the map, resets, the cold start.
+"""What a step costs: a scan with its map, the size of the map, resets, the cold start.
 
 Then what a step costs with each kind of observation (64 environments in published houses, one thread, prepared worlds),
 and how many pairs of maps ``houseexpo observe`` makes per second from published plans (asked: a million per hour).
@@ -28,24 +28,12 @@ from houseexpo.cpu_cores import count_cores
 from houseexpo.pseudoslam import ObservationConfig, Simulator, SimulatorConfig, StartConfig
 from houseexpo.pseudoslam.io.pair_shards import write_pair_shards
 from houseexpo.pseudoslam.io.pairs import USUAL_NOISE, PairConfig
-from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE, crop_view, merge_cells, merge_runs
+from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE, merge_cells, merge_runs
 from houseexpo.pseudoslam.kernels.planning.goal_paths import DONE
 from houseexpo.pseudoslam.kernels.sensing.rays import merge_ray_scan
 from houseexpo.pseudoslam.kernels.sensing.sector import sector_scan
-from houseexpo.pseudoslam.step_kernels import make_step_params
 from houseexpo.pseudoslam.worlds.world import new_scan_buffers
-from tests.benchmarks.vector_runs import (
-    GMAPPING_MS,
-    PICTURE,
-    RUNS,
-    N,
-    arguments,
-    batch_of,
-    configured,
-    id_of,
-    kernel_run,
-    rates,
-)
+from tests.benchmarks.vector_runs import GMAPPING_MS, PICTURE, RUNS, arguments, id_of
 from tests.builders.scans import UNASKED
 from tests.builders.shared import DATA, needs_shared
 
@@ -91,34 +79,6 @@ def test_one_scan_with_its_map(houses: list[FloorPlan]) -> None:
         one, other = (microseconds(call, 4) / len(cells) for call in (sector, rays))
         table.add_row(f"{plan.area:.0f}", f"{one:.1f}", f"{other:.1f}", f"{1000 * GMAPPING_MS / one:,.0f}")
         assert known.any()
-    Console().print(table)
-
-
-@needs_shared
-def test_where_the_time_goes(houses: list[FloorPlan]) -> None:
-    config = configured("exploration", "sector")
-    table = Table(title="Where a step's time goes, exploration, microseconds (medians)")
-    for heading in ("house (m2)", "whole step", "crop", "scan and map", "motion and the rest"):
-        table.add_column(heading, justify="right")
-    for plan in houses:
-        batch = batch_of(config, [plan])
-        state, sensor = batch.state(0), make_step_params(config).sensor
-        shown, pose, occupied = state.view.copy(), state.pose_px, state.occupied
-        runs, hit, slopes = new_scan_buffers(sensor.range_px)
-        known, observable = state.known.copy(), state.episode.observable
-        whole = 1e6 / rates(kernel_run(config, [plan], lambda b, m: b.step(m, np.ones(N, np.uint8))))[0]
-        cut = microseconds(lambda: crop_view(known, pose[0], pose[1], pose[2], shown), 500)  # noqa: B023  # called at once
-
-        def scan(
-            batch=batch, known=known, observable=observable, occupied=occupied, runs=runs, hit=hit, slopes=slopes
-        ) -> None:
-            for x, y, heading in batch.arrays.pose.view(np.float64)[:, :3].tolist():
-                n_runs, n_hit = sector_scan(occupied, x, y, heading, np.pi / 2, 125.0, runs, hit, slopes)
-                merge_runs(known, observable, runs, n_runs, FREE, UNASKED)
-                merge_cells(known, observable, hit, n_hit, OBSTACLE, UNASKED)
-
-        look = microseconds(scan, 20) / N
-        table.add_row(f"{plan.area:.0f}", f"{whole:.1f}", f"{cut:.1f}", f"{look:.1f}", f"{whole - cut - look:.1f}")
     Console().print(table)
 
 
