@@ -168,6 +168,10 @@ def _differences(track: Track, result: results.Result, outcomes: list[EpisodeOut
         for plan, said, found in zip(result.episodes["plan"], result.episodes[key], columns[key], strict=True):
             if said != found:
                 yield f"plan {plan!r}: {key}: the result says {said}, the replay gives {found}"
+    summary = results.compute_summary(track, outcomes)
+    for key, said in result.summary.items():
+        if key not in own and said != summary.get(key):
+            yield f"summary of {key}: the result says {said}, the replay gives {summary.get(key)}"
     if results.compute_mean_curves(track, outcomes) != result.curves:
         yield "the curves of coverage are not those of the replay"
     if result.map_curves is not msgspec.UNSET and results.round_episode_curves(track, outcomes) != result.map_curves:
