@@ -68,7 +68,7 @@ seen of made floors of offices."""
 OFF_CENTRE_PX = 1.5
 """Pixels from the robot within which a line need not be in standing cells, since it need not be at a cell's centre."""
 BESIDE_CELLS = 3
-"""Cells around the robot among which its distance to the goal is looked up, for the same reason."""
+"""Cells around the robot, no more than its radius, among which its distance to the goal is looked up, likewise."""
 SPARE_PX = 1.5
 """Pixels around a cell that an explorer gave up in which no cell is a frontier: its eight neighbours."""
 

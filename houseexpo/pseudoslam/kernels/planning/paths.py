@@ -328,9 +328,9 @@ def choose_turns(
     reach = math.ceil(step_px + radius_px) + 2
     top, left = max(math.floor(y) - reach, 0), max(math.floor(x) - reach, 0)
     closed = _closed_cells_around(known, x, y, radius_px, top, left, reach)
-    beside = as_int64(BESIDE_CELLS)
-    here = distance_at(found, known.shape[0], x, y, beside)
-    if here == math.inf:  # only then: a farther cell may be around a corner, and no step would reduce its distance
+    beside = min(as_int64(BESIDE_CELLS), as_int64(math.ceil(radius_px)))  # a farther cell may be round a wall's end,
+    here = distance_at(found, known.shape[0], x, y, beside)  # so that no step would reduce its distance
+    if here == math.inf:
         here = distance_at(found, known.shape[0], x, y, math.ceil(radius_px) + 2)
     part = turn / parts
     half = int(math.pi / part + 1e-9)

@@ -82,6 +82,19 @@ def test_it_does_not_step_into_what_is_unknown() -> None:
     assert all(not (y > 30 and 20 < x < 40) for x, y in walk(known, [10.5, 50.5, 0.0], (30.5, 8.5)))
 
 
+def test_a_small_robot_beside_the_end_of_a_thin_wall_goes_round_it() -> None:
+    known = np.full((20, 20), FREE, np.uint8)
+    known[[0, -1]] = known[:, [0, -1]] = OBSTACLE
+    known[10:, 10] = OBSTACLE
+    radius, step = 1.0, 3.0  # pixels: 0.1 m and 0.3 m in cells of 0.1 m
+    ways = new_path_scratch(known.size)
+    find_distances(known, 14.5, 16.5, radius, -1, ways)
+    for x in np.arange(7.0, 10.0, 0.25):
+        for y in np.arange(8.25, 11.0, 0.25):
+            if free_distance((known != FREE).astype(np.uint8), x, y, -1.0, 0.0, step, radius) == step:
+                assert choose_turns(known, x, y, 0.0, TURN, step, radius, 0.95, 1, ways) != NO_TURN, (x, y)
+
+
 def test_no_step_shortens_no_way() -> None:
     known = house()
     known[:14, 44:46] = OBSTACLE
