@@ -400,13 +400,9 @@ def outcomes_of_corrections(override: Override, plans: Iterable[FloorPlan]) -> l
             key = json.dumps([told["word"], told["value"]])
             if found.get(key, ("none", ""))[0] == "none":
                 found[key] = told["outcome"], told["said"]
-    wanted = {json.dumps([each.word, _as_lists(each.value)]): str(each) for each in override.corrections}
+    wanted = {json.dumps([each.word, each.plain_value]): str(each) for each in override.corrections}
     outcomes = [(outcome, f"{wanted[key]}: {said}") for key, (outcome, said) in found.items() if key in wanted]
     return outcomes + [("none", sentence) for sentence in idle]
-
-
-def _as_lists(value: Any) -> Any:
-    return [_as_lists(part) for part in value] if isinstance(value, tuple) else value
 
 
 def _inputs_of(name: str) -> list[str]:

@@ -45,6 +45,7 @@ from shapely import GEOSException, LineString, Polygon
 
 from houseexpo.corrections.draft import (
     AlreadySoError,
+    ContradictionError,
     Draft,
     NoEffectError,
     PartsNothingError,
@@ -52,7 +53,6 @@ from houseexpo.corrections.draft import (
     Said,
     Space,
     Vector,
-    contradiction,
 )
 from houseexpo.corrections.joining import settle
 from houseexpo.corrections.openings import drop_lines
@@ -85,6 +85,7 @@ class Effect:
 
     ``outcome`` is "done", "already" if the plan was so before, or "none". ``said`` describes it, for "none" with the
     reason. ``also`` lists further changes. ``waits``: it does nothing alone, but may with others of its kind (R3).
+    ``against`` is the earlier correction, as a text, that it contradicts (R2).
     """
 
     correction: Correction
@@ -92,6 +93,7 @@ class Effect:
     said: str
     also: tuple[str, ...] = ()
     waits: bool = False
+    against: str = ""
 
     @property
     def sentence(self) -> str:
@@ -100,15 +102,14 @@ class Effect:
 
     def as_record(self) -> dict[str, Any]:
         """Return the effect as plain values, as stored in a plan's provenance."""
-        value = self.correction.value
-        plain = [list(part) if isinstance(part, tuple) else part for part in value]
         return {
             "word": self.correction.word,
-            "value": plain,
+            "value": self.correction.plain_value,
             "outcome": self.outcome,
             "said": self.said,
             **({"also": list(self.also)} if self.also else {}),
             **({"waits": True} if self.waits else {}),
+            **({"against": self.against} if self.against else {}),
         }
 
 
@@ -331,7 +332,9 @@ def _apply_waiting(draft: Draft, placed: Sequence[Placed], effects: list[Effect]
             break
         draft.restore(before)
         for at, said in refused.items():
-            effects[at] = Effect(placed[at].correction, "none", str(contradiction(said, "joins them, and")))
+            effects[at] = Effect(
+                placed[at].correction, "none", str(ContradictionError(said, "joins them, and")), against=said
+            )
         waiting = [at for at in waiting if at not in refused]
     for number, at in enumerate(waiting):
         if number in together:
@@ -356,7 +359,7 @@ def _apply(draft: Draft, placed: Placed, word: Callable[[Draft, Placed], Said]) 
     try:
         done = word(draft, placed)
         if correction.word in _PARTING and (said := _parted_again(draft).get(str(correction))):
-            raise contradiction(said, "joins them, and")
+            raise ContradictionError(said, "joins them, and")
     except AlreadySoError as stands:
         return Effect(correction, "already", str(stands))
     except PartsNothingError as waits:
@@ -365,7 +368,8 @@ def _apply(draft: Draft, placed: Placed, word: Callable[[Draft, Placed], Said]) 
         return Effect(correction, "none", said, waits=True)
     except NoEffectError as refused:
         draft.restore(before)
-        return Effect(correction, "none", str(refused))
+        earlier = refused.said if isinstance(refused, ContradictionError) else ""
+        return Effect(correction, "none", str(refused), against=earlier)
     except GEOSException as fault:
         draft.restore(before)
         return Effect(correction, "none", f"its shapes cannot be computed ({fault}); move a point by some centimetres")

@@ -522,9 +522,12 @@ class AlreadySoError(Exception):
     """The plan agrees with the word already."""
 
 
-def contradiction(said: str, what: str = "") -> NoEffectError:
-    """Return the error for a word that contradicts the earlier word ``said``; ``what`` describes the earlier word."""
-    return NoEffectError(f"{said}{f' {what}' if what else ''} is said too; take one of the two out")
+class ContradictionError(NoEffectError):
+    """A word contradicts the earlier word ``said``, as a text; ``what`` describes the earlier word."""
+
+    def __init__(self, said: str, what: str = "") -> None:
+        super().__init__(f"{said}{f' {what}' if what else ''} is said too; take one of the two out")
+        self.said = said
 
 
 @dataclass(frozen=True, eq=False)

@@ -16,7 +16,7 @@ import shapely
 from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
-from houseexpo.corrections.draft import CorrectedArea, Draft, DraftRoom, NoEffectError, contradiction, split_pieces
+from houseexpo.corrections.draft import ContradictionError, CorrectedArea, Draft, DraftRoom, NoEffectError, split_pieces
 from houseexpo.corrections.openings import MEETS_M, SAID_WALL_M, STEP_M, WALL_REACH_M
 from houseexpo.plan.room_labels import UNLABELLED
 from houseexpo.tolerances import GRID_M, TILE_M2
@@ -34,7 +34,7 @@ def merge_rooms(draft: Draft, rooms: Sequence[DraftRoom], text: str, *, gap: Pol
     """
     inner = [door for door in draft.inner_doors if all(any(side is room for room in rooms) for side in door.rooms)]
     if said := next((door.said for door in inner if door.said), ""):
-        raise contradiction(said, "parts them, and")
+        raise ContradictionError(said, "parts them, and")
     whole = shapely.union_all([*(room.shape for room in rooms), *(door.shape for door in inner)])
     whole = whole if gap is None else shapely.union(whole, gap)
     others = [room.shape for room in draft.rooms if all(room is not each for each in rooms)]
@@ -83,7 +83,7 @@ def _join_parts(draft: Draft, parts: list[Polygon], others: BaseGeometry) -> lis
         between = [piece.buffer(_OVERLAP_M) for piece in _pieces_between(shapely.difference(filling, drawn), parts)]
         parts = split_pieces(shapely.union_all([*parts, *between]))
     if len(parts) > 1 and said:
-        raise contradiction(said, "parts them, and")
+        raise ContradictionError(said, "parts them, and")
     if len(parts) > 1:
         raise NoEffectError(
             f"more than {WALL_REACH_M / 2:g} m of wall stand between them; draw a door or an opening there"

@@ -14,6 +14,7 @@ from shapely import Polygon
 
 from houseexpo.corrections.draft import (
     AlreadySoError,
+    ContradictionError,
     Draft,
     DraftDoor,
     DraftRoom,
@@ -22,7 +23,6 @@ from houseexpo.corrections.draft import (
     Placed,
     Said,
     Vector,
-    contradiction,
     is_room_sized,
     may_be_room,
     split_pieces,
@@ -63,7 +63,7 @@ def place_passage(draft: Draft, placed: Placed) -> Said:
     there = _passage_there(draft, strip)
     if there is not None and (abs(there.width - strip.length) <= 2 * STEP_M or _ends_match(there, strip)):
         if there.said:
-            raise NoEffectError(f"it stands in the place of {there.said}, which is said too; take one of the two out")
+            raise ContradictionError(there.said, "stands in its place, and")
         return _confirm(there, placed)
     if there is not None:
         draft.doors.remove(there)
@@ -325,7 +325,7 @@ def _give_way(draft: Draft, area: Polygon) -> list[str]:
     """Remove the passages that a new passage overlaps; raise NoEffectError if a person has stated one of them."""
     over = [door for door in draft.doors if shapely.intersection(door.shape, area).area > ROUNDED_M2]
     if said := next((door.said for door in over if door.said), ""):
-        raise NoEffectError(f"it overlaps {said}, which is said too; take one of the two out")
+        raise ContradictionError(said, "overlaps it, and")
     draft.doors = [door for door in draft.doors if all(door is not each for each in over)]
     return [f"the {door.kind} of {door.width:.2f} m in its place gave way" for door in over]
 
@@ -510,7 +510,7 @@ def remove_passage(draft: Draft, placed: Placed) -> Said:
             f"no passage is there; the nearest is {far:,.2f} m away" if draft.doors else "the plan has none"
         )
     if door.said:
-        raise contradiction(door.said)
+        raise ContradictionError(door.said)
     draft.doors.remove(door)
     far = float(door.shape.distance(point))
     what = "a window" if placed.correction.word == "window" else "wall"

@@ -15,6 +15,7 @@ from shapely.geometry.base import BaseGeometry
 
 from houseexpo.corrections.draft import (
     AlreadySoError,
+    ContradictionError,
     CorrectedArea,
     Draft,
     DraftDoor,
@@ -25,7 +26,6 @@ from houseexpo.corrections.draft import (
     Said,
     Space,
     Vector,
-    contradiction,
     is_room_sized,
     may_be_room,
     split_pieces,
@@ -188,7 +188,7 @@ def wall_text(placed: Placed) -> str:
 def _shut_passages(draft: Draft, shut: Sequence[DraftDoor], wall: Polygon) -> list[str]:
     """Remove the passages that a wall shuts; return a sentence about each."""
     if said := next((door.said for door in shut if door.said), ""):
-        raise contradiction(said)
+        raise ContradictionError(said)
     draft.doors = [door for door in draft.doors if all(door is not each for each in shut)]
     draft.denied += [shapely.union(door.shape, wall) for door in shut if door.rooms[1] is not None]
     return [f"the {door.kind} of {door.width:.2f} m there is shut" for door in shut]
@@ -287,7 +287,7 @@ def remove_wall(draft: Draft, placed: Placed) -> Said:
     line = strip_of(*placed.points)
     drawn = in_its_wall(draft, line)
     if over := next((wall for wall in draft.walls if wall.shape.intersects(shapely.LineString(drawn.ends))), None):
-        raise contradiction(over.said)
+        raise ContradictionError(over.said)
     if (there := draft.room_at(drawn.centre)) is not None:
         return _open_along(draft, line, there)
     shapes, is_line = [room.shape for room in draft.rooms], str(placed.correction) in draft.no_walls
@@ -523,7 +523,7 @@ def _room_there(draft: Draft, place: Vector) -> DraftRoom:
         raise NoEffectError(f"the point lies in {with_article(door.kind)}; choose one in a room")
     point = shapely.Point(place)
     if gone := next((each for each in draft.taken_out if each.shape.covers(point)), None):
-        raise contradiction(gone.said, "takes the room there out, and")
+        raise ContradictionError(gone.said, "takes the room there out, and")
     raise NoEffectError(f"no room is there; the nearest is {draft.distance_to_rooms(place):,.2f} m away")
 
 
@@ -531,7 +531,7 @@ def remove_room(draft: Draft, placed: Placed) -> Said:
     """Remove a room (R6)."""
     room = _room_there(draft, placed.points[0])
     if room.said:
-        raise contradiction(room.said)
+        raise ContradictionError(room.said)
     if len(draft.rooms) == 1:
         raise NoEffectError(
             "it is the only room of the plan; draw the right one with room_outline, or drop the plan if it is no house"
@@ -540,7 +540,7 @@ def remove_room(draft: Draft, placed: Placed) -> Said:
     gone = [door for door in draft.doors if any(side is room for side in door.rooms)]
     kinds = {id(door.shape): door.kind for door in gone}
     if said := next((door.said for door in gone if door.said and door.rooms[1] is None), ""):
-        raise contradiction(said, "leads into it, and")
+        raise ContradictionError(said, "leads into it, and")
     is_outside = placed.correction.word == "outside"
     text = f"{draft.name(room)} {'lies outside' if is_outside else 'is no room'}"
     draft.remove_room(room, open_outside=is_outside or not _is_enclosed(draft, room))
@@ -595,7 +595,7 @@ def name_room(draft: Draft, placed: Placed) -> Said:
     """Name a room (R6)."""
     room, label = _room_there(draft, placed.points[0]), placed.correction.value[2]
     if room.named and room.label != label:
-        raise contradiction(room.named)
+        raise ContradictionError(room.named)
     room.named = str(placed.correction)
     if room.label == label:
         raise AlreadySoError(f"{draft.name(room)} has this label already")

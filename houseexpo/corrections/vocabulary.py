@@ -94,7 +94,12 @@ class Correction:
     said_of: tuple[str, ...] = field(default=(), repr=False, compare=False)
 
     def __str__(self) -> str:
-        return f"{self.word} {_plain(self.value)}"
+        return f"{self.word} {self.plain_value}"
+
+    @property
+    def plain_value(self) -> Any:
+        """The value as files have it: lists for tuples."""
+        return _plain(self.value)
 
     @property
     def points(self) -> tuple[Point, ...]:

@@ -37,16 +37,28 @@ def words_added(table: Mapping[str, Any], said: Iterable[tuple[Word, Any]]) -> d
     return {word: _plain(items) for word, items in found.items()}
 
 
+def words_removed(table: Mapping[str, Any], gone: Iterable[tuple[Word, Any]]) -> dict[str, Any]:
+    """Return a plan's table without some values of words."""
+    found = dict(table)
+    for word, value in gone:
+        if left := [each for each in list_items(found.pop(word, None), word) if each != value]:
+            found[word] = _plain(left)
+    return found
+
+
 def decision_changes(
     table: Mapping[str, Any],
     action: Action,
     value: Any,
     more: Sequence[Any] = (),
     then: Sequence[tuple[Word, Any]] = (),
+    *,
+    gone: Sequence[tuple[Word, Any]] = (),
 ) -> dict[str, tuple[Any, Any]]:
     """Return the changes of a decision in a plan's table: the values before and after, by key.
 
-    ``more`` are further values of the same word, ``then`` are other words.
+    ``more`` are further values of the same word, ``then`` are other words, and ``gone`` are earlier ones that it takes
+    out. The value is None if it does nothing else.
     """
     wanted: dict[str, Any]
     if action == "keep":
@@ -59,7 +71,9 @@ def decision_changes(
         wanted = {}
     else:
         word: Word = action  # type: ignore[assignment]  # all others are words
-        wanted = words_added(table, [*((word, each) for each in (value, *more)), *then])
+        left = words_removed(table, gone)
+        added = words_added(left, [*((word, each) for each in (value, *more) if each is not None), *then])
+        wanted = {**{word: left.get(word) for word, _ in gone}, **added}
     return {key: (table.get(key), after) for key, after in wanted.items()}
 
 

@@ -154,6 +154,7 @@ class DecisionStore:
         *,
         more: Sequence[Any] = (),
         then: Sequence[tuple[Word, Any]] = (),
+        gone: Sequence[tuple[Word, Any]] = (),
         source: str = "",
         answer: str = "",
     ) -> LogLine:
@@ -170,6 +171,8 @@ class DecisionStore:
             Further values of the word, or further skipped questions; all of them are one decision.
         then
             Other words of the decision, with their values.
+        gone
+            Earlier words that the decision takes out, with their values.
         source
             SHA-256 of the plan's file.
         answer
@@ -185,7 +188,7 @@ class DecisionStore:
         with self._hold_lock():
             self._check_seen(plan, seen)
             about = "\n".join([value, *more]) if action == "leave" else ""
-            changes = decision_changes(self.table(plan), action, value, more, then)
+            changes = decision_changes(self.table(plan), action, value, more, then, gone=gone)
             return self._note(plan, action, reviewer, changes, about=about, source=source, answer=answer)
 
     def say_of_file(self, name: str, key: str, value: Any, reviewer: str) -> LogLine:

@@ -31,7 +31,7 @@ from houseexpo.plan.explanations import GROUNDS
 from houseexpo.service.api.analysis import shape_values
 from houseexpo.service.collection import Collection
 from houseexpo.service.plan_page import room_names_beside
-from houseexpo.service.review.changes import list_items, replacement, words_added
+from houseexpo.service.review.changes import list_items, replacement, words_added, words_removed
 from houseexpo.service.review.decisions import DecisionStore, NothingHereError, PlanDecisions
 from houseexpo.service.review.question import MOST_POINTS, SEVERAL, Answer, Further, Question
 from houseexpo.service.review.questions import gap_question, questions, with_effect
@@ -54,6 +54,8 @@ _CONTROLS: Final = re.compile(r"[\x00-\x1f\x7f]+")
 _MOST_LIKE: Final = 1000
 """The most places for one word in one decision."""
 _LONGEST_NOTE: Final = 500
+_TAKING_OUT: Final = frozenset({"no_door", "no_wall", "no_room", "outside"})
+"""Words that are said by taking out an earlier one, if it made what they remove."""
 
 Name = Annotated[str, Meta(min_length=1, max_length=60)]
 Id = Annotated[str, Meta(min_length=1, max_length=300)]
@@ -226,6 +228,19 @@ def _told_or_refused(plan: FloorPlan, said: Sequence[Correction], source: Source
 def effect_in(told: Preview[FloorPlan], word: Word, value: Any) -> dict[str, Any]:
     """Return the record of a correction by its word and value."""
     return next(record for record in told.records if (record["word"], record["value"]) == (word, value))
+
+
+class _NoEffectHereError(ConfigError):
+    """A word has no effect; ``against`` is the earlier word that it contradicts, as a text, or ""."""
+
+    def __init__(self, text: str, against: str) -> None:
+        super().__init__(text)
+        self.against = against
+
+
+def _taken_out(gone: Sequence[tuple[Word, Any]]) -> str:
+    """Return a sentence about earlier words that a new one takes the place of."""
+    return f"{' and '.join(f'{word} {value}' for word, value in gone)} {'is' if len(gone) == 1 else 'are'} taken out"
 
 
 def _without_effect_now(before: Preview[FloorPlan], after: Preview[FloorPlan]) -> list[str]:
@@ -689,16 +704,20 @@ class Review:
         is_word = asked.action in WORDS or asked.plan not in self.rejected
         plan = self._ground(asked.plan) if is_word else Ground(asked.plan, None, (0.0, 0.0, 0.0, 0.0))
         value, effect, more = decision_value(asked, plan), None, list[Any]()
-        then, beside = list[tuple[Word, Any]](), list[str]()
+        then, gone, beside = list[tuple[Word, Any]](), list[tuple[Word, Any]](), list[str]()
         if asked.action == "leave":
             more = [one_line(each) for each in asked.text.split("\n")[1:]]
         elif asked.action in WORDS:
             word: Word = asked.action
             wanted = [value, *(word_value(word, points, asked.text, plan) for points in asked.more)]
             table = self.decisions.table(asked.plan)
-            (value, *more), effect = self._said(asked.plan, plan, word, wanted, table)
+            values, effect, gone = self._said_instead(asked.plan, plan, word, wanted, table)
+            value, *more = values or [None]
+            if gone and values:
+                effect = {**effect, "also": [_taken_out(gone), *effect.get("also", ())]}
+            table = words_removed(table, gone)
             for each in asked.then:
-                table = {**table, **words_added(table, [(word, value), *((word, one) for one in more), *then])}
+                table = {**table, **words_added(table, [*((word, one) for one in values), *then])}
                 further = word_value(each.action, each.points, "", plan)
                 with suppress(ConfigError):  # what the words before it have done already
                     _, also = self._said(asked.plan, plan, each.action, [further], table)
@@ -708,7 +727,16 @@ class Review:
         source = self._hash_at(asked.plan) if effect else ""
         answer = one_line(asked.answer) if asked.action == "leave" else ""
         line = self.decisions.decide(
-            asked.plan, asked.action, reviewer, value, asked.seen, more=more, then=then, source=source, answer=answer
+            asked.plan,
+            asked.action,
+            reviewer,
+            value,
+            asked.seen,
+            more=more,
+            then=then,
+            gone=gone,
+            source=source,
+            answer=answer,
         )
         return {**self.state(asked.plan), "noted": line.number, "effect": effect}
 
@@ -727,13 +755,36 @@ class Review:
         found = self._effects(name, plan, {**table, word: [*items, *new]}, word, new)
         done = [each for each in found if each["outcome"] != "none" or each.get("waits")]
         if not done:
-            raise ConfigError(f"{word}: no effect: {found[0]['said']}")
+            raise _NoEffectHereError(f"{word}: no effect: {found[0]['said']}", found[0].get("against", ""))
         if len(found) == 1:
             return new, done[0]
         none = [f"at {len(found) - len(done)} it has none: {each['said']}" for each in found if each not in done][:1]
         also = [line for each in done for line in each.get("also", ())]
         said = f"{len(done)} places at once, which one undo takes back; the first: {done[0]['said']}"
         return [each["value"] for each in done], {**done[0], "said": said, "also": [*none, *also]}
+
+    def _said_instead(
+        self, name: str, plan: Ground, word: Word, wanted: Sequence[Any], table: Mapping[str, Any]
+    ) -> tuple[Sequence[Any], dict[str, Any], list[tuple[Word, Any]]]:
+        """Return what ``_said`` returns, and the earlier words that a word contradicts, in whose place it comes.
+
+        There is no value if taking out an earlier word does all that the new one says.
+        """
+        gone, refused, known = list[tuple[Word, Any]](), None, table
+        while True:
+            try:
+                return *self._said(name, plan, word, wanted, known), gone
+            except _NoEffectHereError as error:
+                refused = refused or error
+                earlier = next((each for each in corrections_in(known) if str(each) == error.against), None)
+                if earlier is None and gone and not error.against and word in _TAKING_OUT:
+                    return [], {"word": word, "value": wanted[0], "outcome": "done", "said": _taken_out(gone)}, gone
+                if earlier is None or len(wanted) > 1:
+                    raise refused from None
+            gone.append((earlier.word, earlier.plain_value))
+            known = words_removed(table, gone)
+            if word in {"no_room", "outside"} and earlier.word in {"room", "room_outline"}:  # not the room below it
+                return [], {"word": word, "value": wanted[0], "outcome": "done", "said": _taken_out(gone)}, gone
 
     def _effects(
         self, name: str, plan: Ground, table: Mapping[str, Any], word: Word, values: Sequence[Any], *, at: str = _LAST

@@ -160,7 +160,7 @@ def test_equal_doors_beside_each_other_are_said_once_and_the_other_names_it() ->
     one, other = ((4.15, 2.1), (4.15, 2.9)), ((4.18, 2.1), (4.18, 2.9))
     found = corrected(door=[one, other])
     assert [effect.outcome for effect in found.effects] == ["done", "none"]
-    assert "door [[4.15, 2.1], [4.15, 2.9]], which is said too" in found.effects[1].said
+    assert "door [[4.15, 2.1], [4.15, 2.9]] stands in its place, and is said too" in found.effects[1].said
     assert len(corrected(door=[one, one]).effects) == 1
 
 
@@ -175,6 +175,7 @@ def test_words_that_contradict_each_other_are_both_named() -> None:
     found = corrected(door=[[4.15, 2.1], [4.15, 2.9]], no_door=[4.15, 2.5])
     assert [effect.outcome for effect in found.effects] == ["done", "none"]
     assert "door [[4.15, 2.1], [4.15, 2.9]] is said too" in found.effects[1].said
+    assert found.effects[1].against == "door [[4.15, 2.1], [4.15, 2.9]]"
 
 
 @pytest.mark.parametrize(
@@ -1208,7 +1209,7 @@ def test_a_passage_on_a_common_edge_ends_where_the_edge_ends() -> None:
     assert "of the 4.00 m that were drawn, 2.40 m are clear" in found.effects[0].sentence
     twice = corrected(plan, door=[[[2.4, 3.0], [3.6, 3.0]], [[3.2, 3.0], [4.4, 3.0]]])
     assert [effect.outcome for effect in twice.effects] == ["done", "none"]
-    assert "it overlaps door" in twice.effects[1].said
+    assert "overlaps it, and is said too" in twice.effects[1].said
     assert corrected(plan, door=[[1.8, 3.0], [2.3, 3.0]]).effects[0].outcome == "none"
 
 

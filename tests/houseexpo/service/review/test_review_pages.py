@@ -333,6 +333,37 @@ def test_one_decision_may_say_several_words_and_one_undo_takes_them_back(client:
     assert overrides(folder) == {}
 
 
+DOOR = [[0.0, 2.0], [0.0, 2.9]]  # in the outer wall of the kitchen, where the plan has none
+
+
+@pytest.mark.parametrize(
+    ("first", "later", "left"),
+    [
+        (("entrance", DOOR), ("no_door", [[0.0, 2.45]]), set()),  # the plan is as it was
+        (("entrance", DOOR), ("window", [[0.0, 2.45]]), {"entrance"}),  # refused: no passage would be there
+        (("entrance", DOOR), ("opening", DOOR), {"opening"}),
+        (("wall", [[2.0, 0.1], [2.0, 3.1]]), ("one_room", [[1.0, 1.0], [3.0, 1.0]]), {"one_room"}),
+        (("no_room", [[7.0, 3.0]]), ("label", [[7.0, 3.0]]), {"label"}),
+    ],
+)
+def test_a_later_word_takes_the_place_of_an_earlier_one_that_it_contradicts(
+    client: TestClient, folder: Path, first: tuple[str, Any], later: tuple[str, Any], left: set[str]
+) -> None:
+    decide(client, "doubtful", first[0], points=first[1])
+    before = overrides(folder)
+    status = 400 if first[0] in left else 200
+    found = decide(client, "doubtful", later[0], status, points=later[1], text="Office" if later[0] == "label" else "")
+    assert set(overrides(folder).get("doubtful", {})) == left
+    if status == 400:
+        assert "no effect" in found["error"]
+        return
+    assert f"{first[0]} [" in " ".join([found["effect"]["said"], *found["effect"].get("also", ())])
+    client.post("/houses/review/undo", json={"reviewer": "ann"})
+    assert overrides(folder) == before
+    client.post("/houses/review/redo", json={"reviewer": "ann"})
+    assert set(overrides(folder).get("doubtful", {})) == left
+
+
 @pytest.mark.parametrize("words", [{"value": "wall"}, {"value": []}, {"word": "keep", "value": [1, 2]}, {}])
 def test_what_does_not_name_a_correction_is_refused(client: TestClient, folder: Path, words: dict[str, Any]) -> None:
     asked = {"plan": "doubtful", "word": "wall", "reviewer": "ann", **words}
