@@ -469,10 +469,10 @@ def part_together(draft: Draft, waiting: Sequence[Placed]) -> dict[int, Said]:
     A line that still parts nothing is left out, and the others are tried without it.
     """
     done: dict[int, Said] = {}
+    strips = [in_its_wall(draft, strip_of(*placed.points)) for placed in waiting]
     for room in list(draft.rooms):
         lines: dict[int, tuple[Strip, Strip]] = {}
-        for number, placed in enumerate(waiting):
-            strip = in_its_wall(draft, strip_of(*placed.points))
+        for number, (strip, placed) in enumerate(zip(strips, waiting, strict=True)):
             if draft.room_at(strip.centre) is room:
                 with suppress(NoEffectError):
                     whole, passage, _ = _line_on_floor(draft, strip, room, placed.correction.word)

@@ -3,7 +3,7 @@
 R1  If a corner juts into a room, the lines that extend its two edges to the opposite wall may be openings between two
     rooms, as may a door or a gap that the source shows in a room. A line is asked about if it parts off a space that
     could be a room, and is as narrow as an opening, or narrower than this space is wide. Lines between two corners
-    come first: these are the jambs of a doorway.
+    come first: these are the jambs of a doorway, or the ends of the walls beside a mouth.
 R2  If the source shows something in a room that is higher than a person and that would part it, it may be a wall.
     Pieces in a row are one wall.
 R3  In a robot's map, a wall that stands free in a room may part it, with an opening at each of its ends.
@@ -12,28 +12,39 @@ R3  In a robot's map, a wall that stands free in a room may part it, with an ope
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence, Set
+from collections.abc import Collection, Iterator, Sequence, Set
 from functools import lru_cache
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 import shapely
-from shapely import LineString, Point, Polygon
+from shapely import LineString, Polygon
 from shapely.ops import split
 
-from houseexpo.corrections.openings import ONWARD_M
+from houseexpo.corrections.draft import Vector
+from houseexpo.corrections.openings import ALONG, ONWARD_M, dot
 from houseexpo.floorplan import FloorPlan
 from houseexpo.service.review.question import CUT, FREE, PASSAGE_M, Answer, Question, key_of, point_in
 from houseexpo.service.review.sources import OF_EDGE_M, SourceView
-from houseexpo.tolerances import GRID_M, SMALLEST_ROOM_M2
+from houseexpo.tolerances import COMMON_OPENING_M, GRID_M, SMALLEST_ROOM_M2
 
 _CORNER: Final = 0.4
 """Doubt of an opening at a corner that juts into a room: of 19 groups of them, 7 part a room that is several."""
-_MOST_CORNERS: Final = 6
-_MOST_OF_SEVERAL: Final = 12
-"""Places asked about besides in rooms of which a person said that they are several."""
-_MOST_WIDE: Final = 3
-"""Places wider than an opening that are asked about too."""
+_LINES: Final = {
+    "of several": (CUT, 12),
+    "doorway": (_CORNER, 6),
+    "mouth": (0.3, 6),
+    "narrow": (_CORNER, 3),
+    "wide": (_CORNER / 2, 3),
+}
+"""Lines from corners, in this order: the doubt of each kind, and the most that are asked about. Those of a room that a
+person says is several come first. Doorways and mouths, which are wider, lie between two corners."""
+_COMPACT: Final = 0.6
+"""The least share of a square's area (``_Parting``): a rectangle of four times its width has 0.64, a cross 0.56."""
+_ONWARD: Final = 3.0
+"""A place wider than an opening goes on from a wall that is longer than a third of it: before a pier a room is one."""
+_JAGS_M: Final = 0.05
+"""Steps of a room's edge that are no corners, metres: a cell of most robots' maps, and half of a thin wall."""
 _SEEN_WALL: Final = 0.4
 """Doubt of a wall that the source shows and the plan lacks: some are cupboards."""
 _SHORTEST_WALL_M: Final = 0.5
@@ -42,83 +53,156 @@ _MOST_WALLS_ASKED: Final = 6
 
 
 def corner_questions(
-    plan: FloorPlan, places: Sequence[LineString] = (), several: Set[str] = frozenset()
+    plan: FloorPlan,
+    places: Sequence[LineString] = (),
+    several: Set[str] = frozenset(),
+    left: Collection[str] = (),
 ) -> Iterator[Question]:
-    """R1. ``places`` are places in a room where the source shows a door or a gap; ``several``: as in ``questions``."""
-    narrow: list[tuple[bool, float, float, LineString]] = []
-    wide: list[tuple[bool, float, float, LineString]] = []
-    known: list[tuple[bool, float, float, LineString]] = []
+    """R1. ``places`` are where the source shows a door or a gap in a room; the others are as in ``questions``."""
+    found: dict[str, list[tuple[bool, float, float, LineString]]] = {kind: [] for kind in _LINES}
     for room in plan.rooms:
         is_several = not several.isdisjoint(key_of(plan, kind, point_in(room)) for kind in ("room", "seen"))
-        doors = shapely.union_all([door.polygon for door in plan.doors if room.id in door.rooms])
-        at_doors = shapely.buffer(doors, PASSAGE_M[0] / 2)
+        doors = [door for door in plan.doors if room.id in door.rooms]
+        at_doors = _before([door.polygon for door in doors])
+        at_narrow = _before([door.polygon for door in doors if door.width < COMMON_OPENING_M])
         shown = [place for place in places if room.polygon.covers(place.centroid)]
-        parting = [(ray, parted_m2(room.polygon, longer(ray, ONWARD_M))) for ray in shown]
-        rays = _parting_rays(room.polygon.wkb)
-        jambs = {_ends(ray) for ray, _ in rays} & {_ends(shapely.reverse(ray)) for ray, _ in rays}
-        for ray, area in (*parting, *rays):
-            if ray.length < PASSAGE_M[0] or area < SMALLEST_ROOM_M2 * 2:
+        parting = [_Parting(ray, True, *_part_off(room.polygon, longer(ray, ONWARD_M))) for ray in shown]
+        for line, is_faced, area, compact in (*parting, *_parting_lines(room.polygon.wkb)):
+            if area < SMALLEST_ROOM_M2 * 2 or shapely.intersection(line, at_doors).length > line.length / 2:
                 continue
-            at_door = shapely.intersection(ray, at_doors).length
-            if at_door > (ray.length / 2 if _ends(ray) in jambs else 0):  # beside a doorway another door may lie
+            if not is_faced and at_narrow.intersects(line):  # beside a doorway another one may lie
                 continue
-            is_bare = ray not in shown and _ends(ray) not in jambs
-            if is_several:
-                known.append((is_bare, ray.length, area, ray))
-            elif ray.length <= PASSAGE_M[1]:
-                narrow.append((is_bare, ray.length, area, ray))
-            elif ray.length**2 <= area:
-                wide.append((is_bare, ray.length / math.sqrt(area), area, ray))
-    chosen: list[tuple[float, float, LineString]] = []
-    most = _MOST_CORNERS
-    for found, doubt, more in ((known, CUT, _MOST_OF_SEVERAL), (narrow, _CORNER, 0), (wide, _CORNER / 2, _MOST_WIDE)):
-        most += min(more, len(found))
-        for _, _, area, ray in sorted(found, key=lambda each: each[:2]):
-            if all(ray.distance(other) > PASSAGE_M[0] / 2 for *_, other in chosen) and len(chosen) < most:
-                chosen.append((doubt, area, ray))
-    for doubt, area, ray in chosen:
-        (ax, ay), (bx, by) = (tuple(round(v, 3) for v in end) for end in ray.coords)
-        at = round((ax + bx) / 2, 3), round((ay + by) / 2, 3)
-        says = f"The room is narrower here, {ray.length:.2f} m. Is there an opening between two rooms?"
-        ends = (ax, ay), (bx, by)
-        answers = Answer("An opening", "opening", ends), Answer("One room"), Answer("A wall", "wall", ends)
-        yield Question(key_of(plan, "corner", at), at, says, answers, doubt, area)
+            is_wide = line.length > PASSAGE_M[1]
+            if is_wide and (line.length**2 > area * (1 + is_faced) or (compact < _COMPACT and not is_faced)):
+                continue
+            kind = ("mouth" if is_wide else "doorway") if is_faced else "wide" if is_wide else "narrow"
+            found["of several" if is_several else kind].append(
+                (not is_faced, line.length / math.sqrt(area) / compact, area, line)
+            )
+    chosen: list[LineString] = []
+    for kind, (doubt, most) in _LINES.items():
+        upto = len(chosen) + most
+        for _, _, area, line in sorted(found[kind], key=lambda each: each[:2]):
+            if len(chosen) == upto or any(_is_at(line, other) for other in chosen):
+                continue
+            asked = _line_question(plan, line, doubt, area)
+            if asked.key not in left:
+                chosen.append(line)
+                yield asked
+
+
+def _line_question(plan: FloorPlan, line: LineString, doubt: float, area: float) -> Question:
+    """Return the question whether a line that parts off an area, m2, parts two rooms."""
+    (ax, ay), (bx, by) = (tuple(round(v, 3) for v in end) for end in line.coords)
+    at = round((ax + bx) / 2, 3), round((ay + by) / 2, 3)
+    ends, is_wide = ((ax, ay), (bx, by)), line.length > PASSAGE_M[1]
+    says = (
+        f"A part of {area:.1f} m² is open to the rest here, for {line.length:.2f} m. Is it a room of its own?"
+        if is_wide
+        else f"The room is narrower here, {line.length:.2f} m. Is there an opening between two rooms?"
+    )
+    answers = Answer("An opening", "opening", ends), Answer("One room"), Answer("A wall", "wall", ends)
+    return Question(key_of(plan, "corner of a mouth" if is_wide else "corner", at), at, says, answers, doubt, area)
+
+
+def _is_at(line: LineString, other: LineString) -> bool:
+    """Return whether two lines are guesses at one place: their middles are near, or they meet and are not in line."""
+    if shapely.distance(line.centroid, other.centroid) < min(line.length, other.length) / 2:
+        return True
+    ways = [np.diff(shapely.get_coordinates(each), axis=0)[0] / each.length for each in (line, other)]
+    return bool(line.distance(other) < PASSAGE_M[0] / 2 and abs(dot(*ways)) < ALONG)
+
+
+def _before(doors: Sequence[Polygon]) -> shapely.Geometry:
+    """Return the area just before and beside some doors."""
+    return shapely.buffer(shapely.union_all(doors), PASSAGE_M[0] / 2)
+
+
+class _Parting(NamedTuple):
+    """A line that parts a room: whether walls end at both of its ends, and the area of what it parts off, m2.
+
+    ``compact`` is the share of this area in that of a square with the same perimeter: a corridor has little.
+    """
+
+    line: LineString
+    is_faced: bool
+    area: float
+    compact: float
+
+
+def _part_off(room: Polygon, line: LineString) -> tuple[float, float]:
+    """Return the area of the second largest part into which a line parts a room, m2, and how compact it is."""
+    strip = line.buffer(_JAGS_M, cap_style="square")  # a line between corners may miss them a little
+    parts = sorted(shapely.get_parts(shapely.difference(room, strip)).tolist(), key=lambda part: -part.area)[1:2]
+    return next(((part.area, 16 * part.area / part.length**2) for part in parts), (0.0, 0.0))
 
 
 @lru_cache(maxsize=256)
-def _parting_rays(room: bytes) -> list[tuple[LineString, float]]:
-    """Return the ``corner_rays`` of a room (WKB), and the area that each parts off, m2; an answer changes few rooms."""
+def _parting_lines(room: bytes) -> list[_Parting]:
+    """Return the lines between corners of a room (WKB) and from corners to walls; an answer changes few rooms."""
     shape = shapely.from_wkb(room)
     longest = max(PASSAGE_M[1], math.sqrt(shape.area / 2))
-    rays = [ray for ray in corner_rays(shape) if PASSAGE_M[0] <= ray.length <= longest]
-    return [(ray, parted_m2(shape, longer(ray, GRID_M))) for ray in rays]
+    faced, rays = corner_lines(shape)
+    return [
+        _Parting(line, is_faced, *_part_off(shape, line))
+        for is_faced, lines in ((True, faced), (False, rays))
+        for line in lines
+        if PASSAGE_M[0] <= line.length <= longest
+    ]
 
 
-def _ends(ray: LineString) -> tuple[float, ...]:
-    """Return the ends of a line to a centimetre."""
-    return tuple((shapely.get_coordinates(ray).round(2) + 0.0).ravel().tolist())
+def corner_lines(room: Polygon) -> tuple[list[LineString], list[LineString]]:
+    """Return the lines between two corners that jut into a room, and those from such a corner to the next wall.
 
-
-def corner_rays(room: Polygon) -> list[LineString]:
-    """Return the extensions of both edges of each corner that juts into a room, from the corner to the next wall."""
-    found = []
+    All extend an edge of the corner, those between two corners an edge of both, within ``OF_EDGE_M``.
+    """
+    starts, ways, lengths = _extended_edges(room)
+    near = shapely.buffer(room, OF_EDGE_M / 3)
+    apart = starts[None] - starts[:, None]
+    ahead = (apart * ways[:, None]).sum(axis=2)
+    aside = np.abs(apart[..., 0] * ways[:, None, 1] - apart[..., 1] * ways[:, None, 0])
+    leads = (ahead >= PASSAGE_M[0]) & (aside <= OF_EDGE_M)
+    pairs = np.argwhere(np.triu(leads & leads.T & (ways @ ways.T < -ALONG)))
+    askew = (aside + aside.T)[tuple(pairs.T)]
+    faced: list[LineString] = []
+    for k in np.argsort(askew, kind="stable").tolist():  # of lines between the ends of two walls, the one along them
+        line = LineString(starts[pairs[k]])
+        if all(shapely.distance(line.centroid, other.centroid) > OF_EDGE_M for other in faced):
+            faced.append(line)
+    faced = [line for line in faced if shapely.covers(near, line)]
     x1, y1, x2, y2 = room.bounds
-    far = x2 - x1 + y2 - y1
-    for ring in (shapely.orient_polygons(room).exterior, *shapely.orient_polygons(room).interiors):
+    first = starts + ways * GRID_M
+    inside = shapely.intersection(shapely.linestrings(np.stack([first, starts + ways * (x2 - x1 + y2 - y1)], 1)), room)
+    rays = []
+    for start, from_, line, edge_m in zip(starts, shapely.points(first), inside, lengths, strict=True):
+        part = min(shapely.get_parts(line), key=lambda part: part.distance(from_), default=None)
+        if (
+            part is not None
+            and GRID_M < part.length < max(PASSAGE_M[1], _ONWARD * edge_m)
+            and part.distance(from_) < GRID_M
+        ):
+            rays.append(LineString([start, max(part.coords, key=lambda at: math.dist(at, start))]))
+    return faced, rays
+
+
+def _extended_edges(room: Polygon) -> tuple[Vector, Vector, Vector]:
+    """Return the corners (n, 2) that jut into a room, the unit vectors that extend their edges, and the edges' lengths.
+
+    Each corner comes twice, with both of its edges.
+    """
+    starts, ways = [np.empty((0, 2))], [np.empty((0, 2))]  # the room lies to the left of its edges
+    whole = shapely.orient_polygons(shapely.simplify(room, _JAGS_M))
+    for ring in (whole.exterior, *whole.interiors):
         points = np.array(ring.coords[:-1])
         before, after = points - np.roll(points, 1, axis=0), np.roll(points, -1, axis=0) - points
         turn = before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0]
-        for k in np.flatnonzero(turn < -GRID_M * GRID_M):  # orientation: the room lies to the left of its edges
-            for along in (before[k], -after[k]):
-                way = along / max(float(np.hypot(*along)), GRID_M)
-                start = points[k] + way * GRID_M
-                line = LineString([start, points[k] + way * far])
-                inside = shapely.intersection(line, room)
-                first = min(shapely.get_parts(inside), key=lambda part: part.distance(Point(start)), default=None)
-                if first is not None and first.length > GRID_M and first.distance(Point(start)) < GRID_M:
-                    end = max(first.coords, key=lambda at: float(np.hypot(*(np.array(at) - points[k]))))
-                    found.append(LineString([points[k], end]))
-    return found
+        juts = (turn < 0) & ((before * after).sum(axis=1) < ALONG * np.hypot(*before.T) * np.hypot(*after.T))
+        along = np.stack([before[juts], -after[juts]], axis=1).reshape(-1, 2)
+        starts.append(np.repeat(points[juts], 2, axis=0))
+        ways.append(along)
+    edges = np.concatenate(ways)
+    lengths = np.hypot(*edges.T)
+    return np.concatenate(starts), edges / np.maximum(lengths, GRID_M)[:, None], lengths
 
 
 def seen_wall_questions(

@@ -106,7 +106,7 @@ def questions(
             free_wall_questions(plan, source, (dx, dy)),
         ]
     rules.append(passage_questions(plan, places))
-    rules.append(corner_questions(plan, [line for kind, line in places if kind in SHOWN], several))
+    rules.append(corner_questions(plan, [line for kind, line in places if kind in SHOWN], several, left))
     found = [each for rule in rules for each in _without_fault(rule)]
     bays = [LineString(each.answers[0].points) for each in found if each.key.startswith("bay")]
     found = [each for each in found if not each.key.startswith("corner") or not _is_at(each, bays)]

@@ -153,7 +153,7 @@ class SourceView:
     @cached_property
     def near_walls(self) -> BaseGeometry:
         """The area within ``OF_EDGE_M`` of the walls: a wall there is that of a room's edge."""
-        area = shapely.buffer(self.all_walls, OF_EDGE_M, quad_segs=2)
+        area = shapely.union_all(shapely.buffer(self.walls, OF_EDGE_M, quad_segs=2))  # quicker than that of their union
         shapely.prepare(area)
         return area
 

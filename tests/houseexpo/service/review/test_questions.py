@@ -114,7 +114,7 @@ def test_a_fault_of_geometry_costs_the_question_only(monkeypatch: pytest.MonkeyP
         raise GEOSException("TopologyException: side location conflict")
 
     plan = plan_with("door", 0.5)
-    monkeypatch.setattr("houseexpo.service.review.line_questions._parting_rays", fault)
+    monkeypatch.setattr("houseexpo.service.review.line_questions._parting_lines", fault)
     assert [each.key.split(" ")[0] for each in questions(plan)] == ["door"]
 
 

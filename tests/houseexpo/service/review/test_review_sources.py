@@ -29,7 +29,7 @@ from houseexpo.plan import Door, Room
 from houseexpo.plan.json_codec import encode
 from houseexpo.service.app import make_app
 from houseexpo.service.collection import Collection
-from houseexpo.service.review.line_questions import corner_rays
+from houseexpo.service.review.line_questions import corner_lines
 from houseexpo.service.review.question import Answer, Question
 from houseexpo.service.review.questions import questions, with_effect
 from houseexpo.service.review.sources import Sources, SourceView
@@ -230,15 +230,15 @@ def test_after_an_undo_of_the_scale_the_plan_is_that_before_it(monkeypatch: pyte
 
 def test_lines_along_the_edges_of_a_corner_that_juts_into_a_room() -> None:
     room = shapely.Polygon([(0, 0), (6, 0), (6, 3), (4, 3), (4, 5), (0, 5)])  # juts in at (4, 3)
-    found = sorted([*map(tuple, line.coords)] for line in corner_rays(room))
+    found = sorted([*map(tuple, line.coords)] for line in corner_lines(room)[1])
     assert [[tuple(round(v, 3) for v in at) for at in line] for line in found] == [
         [(4.0, 3.0), (0.0, 3.0)],
         [(4.0, 3.0), (4.0, 0.0)],
     ]
-    assert corner_rays(shapely.box(0, 0, 4, 3)) == []
+    assert corner_lines(shapely.box(0, 0, 4, 3)) == ([], [])
     hole = shapely.Polygon(box(0, 0, 6, 6), [box(2, 2, 4, 4)])
-    assert len(corner_rays(hole)) == 8
-    assert all(line.within(hole.buffer(0.02)) for line in corner_rays(hole))
+    assert len(corner_lines(hole)[1]) == 8
+    assert all(line.within(hole.buffer(0.02)) for line in corner_lines(hole)[1])
 
 
 def test_a_narrow_place_between_two_parts_of_a_room_is_asked_about() -> None:
@@ -249,6 +249,17 @@ def test_a_narrow_place_between_two_parts_of_a_room_is_asked_about() -> None:
     (a, b) = asked[0].answers[0].points
     assert abs(a[0] - b[0]) < 0.01
     assert abs(a[1] - b[1]) == pytest.approx(1.0)
+
+
+def test_a_part_of_a_room_behind_a_wide_mouth_is_asked_about_and_then_what_else_parts_it() -> None:
+    plan = replace(two_rooms("house"), frame=FRAME)
+    ring = [(0.1, 0.1), (0.1, 3.1), (9.0, 3.1), (9.0, 0.1), (6.0, 0.1), (5.9, -3.0), (2.0, -3.0), (2.0, 0.2)]
+    plan = replace(plan, rooms=(Room(0, "Hallway", [*ring, (1.7, 0.2), (1.7, 0.1)]),), doors=())
+    mouth, *others = questions(plan)
+    assert mouth.says == "A part of 12.2 m² is open to the rest here, for 4.00 m. Is it a room of its own?"
+    assert sorted(x for x, _ in mouth.answers[0].points) == pytest.approx([2.0, 6.0], abs=0.1)
+    assert others == []
+    assert all("3.0" in each.says for each in questions(plan, {mouth.key}))  # across the hall
 
 
 def test_a_doorway_with_two_jambs_is_asked_about_also_beside_another_door() -> None:
