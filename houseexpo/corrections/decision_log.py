@@ -41,7 +41,8 @@ class LogLine(msgspec.Struct, frozen=True, omit_defaults=True):
     redoes
         For a decision that was undone and is made again, the number of the line that undid it.
     about
-        For "leave", the question that is not asked again (``review.questions``).
+        The key of the question that the decision answers (``review.questions``), "" if it answers none. For "leave",
+        all questions that are not asked again, one a line.
     upto
         For a build, the number of the last line that it included; None in older logs, which means the line before.
     file

@@ -37,6 +37,7 @@ from houseexpo.corrections.decision_log import Action, DecisionLog, LogLine
 from houseexpo.corrections.vocabulary import FILE_WORDS, UNITS_M, Word
 from houseexpo.errors import ConfigError
 from houseexpo.files import PARTIAL, hold_file_lock, sync_folder, without_mark
+from houseexpo.plan.ids import is_of_input
 from houseexpo.service.review.changes import (
     DecidedOtherwiseError,
     changed_value,
@@ -157,6 +158,7 @@ class DecisionStore:
         gone: Sequence[tuple[Word, Any]] = (),
         source: str = "",
         answer: str = "",
+        question: str = "",
     ) -> LogLine:
         """Store a decision; it is on the disk when this returns.
 
@@ -177,6 +179,8 @@ class DecisionStore:
             SHA-256 of the plan's file.
         answer
             The answer that confirms the plan, in words, for "leave".
+        question
+            The key of the question that the decision answers, "" if it answers none.
 
         Raises
         ------
@@ -187,7 +191,7 @@ class DecisionStore:
         """
         with self._hold_lock():
             self._check_seen(plan, seen)
-            about = "\n".join([value, *more]) if action == "leave" else ""
+            about = "\n".join([value, *more]) if action == "leave" else question
             changes = decision_changes(self.table(plan), action, value, more, then, gone=gone)
             return self._note(plan, action, reviewer, changes, about=about, source=source, answer=answer)
 
@@ -210,7 +214,7 @@ class DecisionStore:
         """Return the answer to each question about a plan that is not asked again, "" if it was left."""
         with self._thread:
             self._catch_up()
-            about = [line for line in self.log.active if line.plan == plan and line.about]
+            about = [line for line in self.log.active if line.plan == plan and line.action == "leave"]
             return {question: line.answer for line in about for question in line.about.split("\n")}
 
     def sources(self, plan: str) -> dict[str, str]:
@@ -307,8 +311,13 @@ class DecisionStore:
             same: dict[str, Any] = {"about": line.about, "source": line.source, "answer": line.answer}
             return self._note(line.plan, line.action, reviewer, again, redoes=undo.number, **same)
 
+    def question_of(self, number: int) -> str:
+        """Return the question that the decision in a line of the log answers, the first if there are several."""
+        with self._thread:
+            return next((line.about for line in self.log.lines if line.number == number), "").split("\n")[0]
+
     def history(self, plan: str) -> list[tuple[LogLine, bool]]:
-        """Return the decisions on a plan in order, and whether each is in force; a redone decision appears once."""
+        """Return the decisions on a plan and its file in order, and whether each is in force; a redone one once."""
         with self._thread:
             self._catch_up()
             undos = {line.number: line.undoes for line in self.log.lines if line.undoes}
@@ -316,7 +325,9 @@ class DecisionStore:
             return [
                 (line, line.number not in self.log.undone)
                 for line in self.log.lines
-                if line.plan == plan and line.action != "undo" and line.number not in again
+                if (line.plan == plan or (line.action == "file" and is_of_input(plan, line.plan)))
+                and line.action != "undo"
+                and line.number not in again
             ]
 
     def note_build(self, reviewer: str, upto: int) -> LogLine:
@@ -335,8 +346,9 @@ class DecisionStore:
         return sorted(self._waiting())
 
     def file_changed(self, name: str) -> bool:
-        """Return whether a statement about a whole file was made or undone since the last build."""
-        return not self._waiting().get(name, set()).isdisjoint(FILE_WORDS)
+        """Return whether a statement about the whole file of a plan was made or undone since the last build."""
+        waiting = self._waiting().items()
+        return any(is_of_input(name, place) and not keys.isdisjoint(FILE_WORDS) for place, keys in waiting)
 
     def _waiting(self) -> dict[str, set[str]]:
         """Return the keys of each plan that the last build did not include (R7)."""

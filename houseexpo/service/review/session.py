@@ -67,7 +67,8 @@ class DecisionRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     ``text`` is the text of a note or a drop, the label of a room, or the keys of the skipped questions, one a line.
     ``more`` are the points of further places for the same word, ``then`` are other words; all of them are one decision.
-    ``answer`` is the answer that confirms the plan, for "leave"; "" leaves the question.
+    ``answer`` is the answer that confirms the plan, for "leave"; "" leaves the question. ``question`` is the key of the
+    question that the decision answers.
     """
 
     plan: Id
@@ -79,6 +80,7 @@ class DecisionRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     more: Annotated[list[Annotated[list[Point], Meta(max_length=MOST_POINTS)]], Meta(max_length=_MOST_LIKE)] = []
     then: Annotated[list[Further], Meta(max_length=_MOST_LIKE)] = []
     answer: Annotated[str, Meta(max_length=100)] = ""
+    question: Annotated[str, Meta(max_length=100)] = ""
 
 
 class ReplaceRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -415,6 +417,7 @@ def decision_history(name: str, decisions: DecisionStore, judged: PlanDecisions 
         {
             "number": line.number,
             "action": line.action,
+            "keys": sorted(line.changes),
             "by": line.reviewer,
             "time": line.time,
             "holds": holds,
@@ -476,7 +479,18 @@ class Review:
     def _shown(self, name: str) -> SourceView | None:
         """Return the source of a plan, or while it is not read with the current statements, the one to show."""
         tables, is_plan = self.decisions.tables(), name in self.queue.dataset
+        if self._is_outdated(name):
+            return self._sources.latest(name)
         return self.source(name) or self._sources.latest_with(name, tables, is_plan=is_plan)
+
+    def _is_outdated(self, name: str) -> bool:
+        """Return whether the file of a plan is still to be read with what is said of it since the build."""
+        can_be_read = not self.building.why_not_possible()
+        return can_be_read and self.source(name) is None and self.decisions.file_changed(name)
+
+    def _check_read(self, name: str) -> None:
+        if self._is_outdated(name):
+            raise ConfigError(f"{name}: its file is read with what is said of it; draw when the new plan is shown")
 
     def shown_plans(self) -> dict[str, FloorPlan]:
         """Return the plans with decisions since the last build as the page shows them, where their source is read."""
@@ -517,12 +531,14 @@ class Review:
         several = {key for key, answer in self.decisions.left(name).items() if answer == SEVERAL}
         found = questions(told.plan, left, source, words, several)
         asked = msgspec.to_builtins(with_effect(told.plan, found, said, source))
+        if ghosts:
+            asked.insert(0, changed_question(plan, len(ghosts), size, grows=all(ghosts)))
         return {
             **plan_facts(told.plan),
             "plan": name,  # the source's plan may have another id, that of its input alone
             "rejected": "" if is_plan else self.rejected.get(name, ""),
             "effects": effects,
-            "questions": [changed_question(plan, len(ghosts), size, grows=all(ghosts)), *asked] if ghosts else asked,
+            "questions": [] if common["source"]["is_outdated"] else asked,
             **common,
         }
 
@@ -596,6 +612,7 @@ class Review:
             "known": source is not None,
             "why": never or self._sources.why_not(name, tables, is_plan=is_plan),
             "can_be_read": not never,
+            "is_outdated": self._is_outdated(name),
             "changed": self._why_changed(name, source, is_said=bool(said)),
             "file": file,
             "said": said,
@@ -614,7 +631,8 @@ class Review:
             )
         except NothingHereError as elsewhere:
             return {**self.state(self._there(plan)), "elsewhere": elsewhere.plan}
-        return {**self.state(self._there(plan or line.plan)), "undone": line.plan}
+        undone = {"undone": line.plan, "asked": self.decisions.question_of(line.undoes)}
+        return {**self.state(self._there(plan or line.plan)), **undone}
 
     def redo(self, reviewer: str) -> dict[str, Any]:
         """Redo the decision that a reviewer undid last; return the state of its plan."""
@@ -708,6 +726,7 @@ class Review:
         if asked.action == "leave":
             more = [one_line(each) for each in asked.text.split("\n")[1:]]
         elif asked.action in WORDS:
+            self._check_read(asked.plan)
             word: Word = asked.action
             wanted = [value, *(word_value(word, points, asked.text, plan) for points in asked.more)]
             table = self.decisions.table(asked.plan)
@@ -737,6 +756,7 @@ class Review:
             gone=gone,
             source=source,
             answer=answer,
+            question=one_line(asked.question),
         )
         return {**self.state(asked.plan), "noted": line.number, "effect": effect}
 
@@ -841,6 +861,7 @@ class Review:
         changed = {key: after for key, (_, after) in replacement(table, asked.word, asked.value, new).items()}
         effect = None
         if new is not None:
+            self._check_read(asked.plan)
             at = self.decisions.times(asked.plan).get(author_key(asked.word, asked.value), "")
             (effect,) = self._effects(asked.plan, plan, {**table, **changed}, asked.word, [new], at=at)
             if effect["outcome"] == "none" and not effect.get("waits"):

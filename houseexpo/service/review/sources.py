@@ -183,7 +183,9 @@ class SourceView:
         """Return the layers under a plan of the level, in that plan's metres; corrections may move a plan's origin."""
         origin = self.origin if plan is None else self.origin_of(plan)
         (x, y), ahead = origin, np.subtract(self.origin, origin)
+        frame = self.level.frame if plan is None else plan.frame
         return {
+            "frame": None if frame is None else frame.matrix,
             "layers": [
                 {"name": each.name, "title": each.title, "png": msgspec.to_builtins(each.png),
                  "box": [each.bounds[0] - x, each.bounds[1] - y, each.bounds[2] - x, each.bounds[3] - y]}

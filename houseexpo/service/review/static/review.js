@@ -14,7 +14,7 @@ const TICK_MS = 1000;
 const mostAlike = () => (now?.rooms ? 200 : 1000); // places of which the same is said at once; without a plan none is tried
 const SAME_LENGTH = 1.2; // lines whose lengths differ by a smaller factor look alike
 const MOST_SAID = 2; // of what a word changes beside; the list of what is said has all
-const LAYER_KEYS = [..."fghqvz"]; // digits answer
+const LAYER_KEYS = { top: "f", map: "f", lines: "f", section_1_1: "g", section_1_9: "h", places: "q", solid: "v", strokes: "z" }; // digits answer
 const ANY = 9; // all questions of a kind are marked, and no answer is chosen yet
 const LEFT = 8; // the number of the last answer to any question, from 0: its key is 9, however many others there are
 const LEAVE = { title: "Leave it", action: "leave", points: [] };
@@ -40,6 +40,7 @@ let partsNowhere = false; // whether no place of it is known
 let elsewhere = false; // whether the next undo is of a decision on another plan
 let strokes = []; // questions about lines of the drawing, the one that was clicked first
 let reading = ""; // the plan whose source is on its way, and what was said of its file when it was asked for
+let laid = ""; // the same of the source that is shown
 let read = { plan: "", since: 0 }; // which plan that is, and since when, milliseconds
 let now = null; // what the server said of the plan that is shown
 let asking = new Set(); // the keys of all questions of the plan that is shown
@@ -50,6 +51,7 @@ let buildPhase = "";
 let buildShown = ""; // stands for the commands that are shown, when they are confirmed
 let nextLook = 0; // the timer of the next look at a build
 let leaving = false; // a plan is judged and the next is on its way: a key that is too fast is not for it
+let moving = 0; // other plans that were asked for and are on their way
 
 function reviewer() {
   return at("reviewer").value.trim();
@@ -96,11 +98,13 @@ function decideInTurn(work) {
 
 // What takes long: decisions without a reply yet, and the source that is on its way or could not be read.
 function showDoing() {
-  const { why = "", can_be_read: again = false } = now?.source ?? {}, seconds = Math.round((performance.now() - read.since) / 1000);
+  const { why = "", can_be_read: again = false, is_outdated: outdated = false } = now?.source ?? {}, seconds = Math.round((performance.now() - read.since) / 1000);
   const isFirst = reading && read.plan !== now?.plan;
   const words = [
+    ...moving ? ["Opening another plan…"] : [],
     ...working ? [working > 1 ? `Working on ${working} decisions…` : "Working on the last decision…"] : [],
-    ...reading ? [isFirst ? `Reading the source of ${read.plan} first…` : "Reading the source of this plan; go on meanwhile…"] : [],
+    ...reading ? [isFirst ? `Reading the source of ${read.plan} first…` : outdated
+      ? "Reading the file with what is said of it; the plan is that of before…" : "Reading the source of this plan; go on meanwhile…"] : [],
     ...!reading && why && again ? ["The source could not be read."] : [],
   ].join(" ");
   if (at("doing-words").textContent !== words) at("doing-words").textContent = words;
@@ -116,10 +120,13 @@ function refuseEarly() {
 }
 
 function go(move, plan = now?.plan) {
+  const leaves = move !== "here" || plan !== now?.plan;
+  if (leaves) moving += 1;
+  showDoing();
   return inTurn(async () => {
     const query = new URLSearchParams({ move, reviewer: reviewer() });
     if (plan) query.set("plan", plan);
-    const found = await ask(`state?${query}`);
+    const found = await ask(`state?${query}`).finally(() => { if (leaves) moving -= 1; });
     if (found.plan === null && now?.plan) {
       now = { ...now, ...found, plan: now.plan };
       showProgress(found.progress);
@@ -129,13 +136,14 @@ function go(move, plan = now?.plan) {
   });
 }
 
-function show(found) {
+// Shows what the server said of a plan; `again` is the key of a question that is asked again.
+function show(found, again = "") {
   if (found.plan !== now?.plan) elsewhere = false;
   if (found.plan !== now?.plan || found.seen !== now.seen) at("ended").hidden = true;
   const asked = found.plan === now?.plan ? questions()[0] : undefined;
   holdQuestion(found);
-  const { file: of, said } = found.source ?? {}, { file: before, said: earlier } = now?.source ?? {};
-  if (of === before && JSON.stringify(said) !== JSON.stringify(earlier)) sheet.source = null; // the file is read again with what is said of it
+  if (found.questions?.some(({ key }) => key === again)) held = again;
+  if (found.source?.known && laid !== readingOf(found)) sheet.source = null; // it was read with something else that is said of the file
   now = found;
   showProgress(found.progress);
   setBuild(found.build);
@@ -164,7 +172,7 @@ function show(found) {
   }
   at("unsure").replaceChildren(...found.unsure.map((text) => Object.assign(document.createElement("li"), { textContent: text })));
   for (const id of ["unsure", "unsure_head"]) at(id).hidden = found.unsure.length === 0;
-  for (const { word } of tools) at(word).disabled = readOnly || !found.drawable;
+  for (const { word } of tools) at(word).disabled = readOnly || !found.drawable || found.source.is_outdated;
   sheet.show(found);
   readSource(found);
   showSwitches();
@@ -192,10 +200,13 @@ function readSource({ plan, source: { known, why } }) {
   read = { plan, since: performance.now() };
   ask(`source?${new URLSearchParams({ plan })}`).then((found) => {
     if (isLate()) return undefined;
-    sheet.under(found);
-    showSwitches();
-    if (known) return askOfMost();
-    return go("here", plan).then(askOfMost); // with the questions that the source answers
+    const isOfPlan = known || sheet.isAt(found.frame); // else the plan is another one with what is said of the file: both change at once
+    if (isOfPlan) lay(found);
+    return known ? askOfMost() : go("here", plan).then(() => { // with the questions that the source answers
+      if (isLate()) return;
+      if (!isOfPlan) lay(found);
+      askOfMost();
+    });
   }).catch((error) => { if (!isLate()) { now.source.why = error.message; file.show(now.source, readOnly); say(error.message, "bad"); } })
     .finally(() => {
       const wasLate = isLate();
@@ -211,6 +222,12 @@ function readAgain() {
   showDoing();
 }
 
+function lay(source) {
+  laid = readingOf(now);
+  sheet.under(source);
+  showSwitches();
+}
+
 // Of a drawing of which no plan came: which of its lines are walls?
 function askOfMost() {
   if (now?.plan && !now.rooms && !now.effects.length && !now.questions.length && !readOnly) sheet.askOfMost();
@@ -221,19 +238,18 @@ const readingOf = (found) => JSON.stringify([found?.plan, found?.source?.said]);
 function showSwitches() {
   const switches = sheet.switches;
   at("switches").hidden = switches.length === 0;
-  at("switches").replaceChildren(...switches.map(({ title, on }, i) => {
-    const found = button(` ${title}`, () => toggleLayer(i), "switch");
-    found.prepend(Object.assign(document.createElement("kbd"), { textContent: LAYER_KEYS[i].toUpperCase() }));
+  at("switches").replaceChildren(...switches.map(({ name, title, on }) => {
+    const found = button(` ${title}`, () => toggleLayer(name), "switch");
+    found.prepend(Object.assign(document.createElement("kbd"), { textContent: LAYER_KEYS[name].toUpperCase() }));
     found.setAttribute("aria-pressed", String(on));
     return found;
   }));
   showSolid();
 }
 
-function toggleLayer(number) {
-  const found = sheet.switches[number];
-  if (!found) return;
-  sheet.toggle(found.name);
+function toggleLayer(name) {
+  if (!sheet.switches.some((each) => each.name === name)) return;
+  sheet.toggle(name);
   showSwitches();
 }
 
@@ -490,7 +506,7 @@ function answer(which) {
   const confirms = chosen.action === "leave" && chosen !== LEAVE ? chosen.title : "";
   parting = confirms === SEVERAL;
   const then = all.flatMap(({ answers }) => answers[which]?.then ?? []);
-  return decide(chosen.action, { answer: confirms, points: chosen.points, text, then, more: chosen.action === "leave" ? [] : all.flatMap(({ answers }, i) => [...(i ? [answers[which].points] : []), ...answers[which].more ?? []]) });
+  return decide(chosen.action, { answer: confirms, question: first.key, points: chosen.points, text, then, more: chosen.action === "leave" ? [] : all.flatMap(({ answers }, i) => [...(i ? [answers[which].points] : []), ...answers[which].more ?? []]) });
 }
 
 function changeGhosts(grow) {
@@ -500,10 +516,10 @@ function changeGhosts(grow) {
   for (const { word, value, grown } of gone) decideInTurn(async () => sayEffect(await send("replace", plan, { word, value, ...(grow && { by: grown }) }), plan, `${told}: ${word.replaceAll("_", " ")}.`));
 }
 
-function step({ action, by, holds, answer: confirms }) {
+function step({ action, keys, by, holds, answer: confirms }) {
   const line = document.createElement("li");
   line.className = holds ? "" : "undone";
-  line.textContent = `${confirms ? confirmed(confirms) : titles[action]} (${by})${holds ? "" : ", undone"}`;
+  line.textContent = `${confirms ? confirmed(confirms) : action === "file" ? `Of the file: ${keys.join(", ").replaceAll("_", " ")}` : titles[action]} (${by})${holds ? "" : ", undone"}`;
   return line;
 }
 
@@ -525,7 +541,8 @@ function showProgress(progress) {
 }
 
 function mayWrite() {
-  if (!now?.plan || leaving) return false;
+  if (!now?.plan) return false;
+  if (leaving || moving) { say("The last key was not taken: another plan is on its way.", "bad"); return false; }
   if (readOnly) { say("This service is read-only.", "bad"); return false; }
   if (reviewer()) return true;
   at("reviewer").focus();
@@ -559,7 +576,7 @@ function sayPart(points) {
   return part && size(part.box) < size(now.shape.bounds) / 2 ? ` It may be “${part.name}” of the file: “Parts to leave out” takes all of it out.` : "";
 }
 
-function decide(action, { points = [], text = "", more = [], then = [], answer: confirms = "" } = {}) {
+function decide(action, { points = [], text = "", more = [], then = [], answer: confirms = "", question = "" } = {}) {
   if (!mayWrite()) return undefined;
   const { plan } = now;
   const leaves = action === "keep" || action === "drop";
@@ -568,7 +585,7 @@ function decide(action, { points = [], text = "", more = [], then = [], answer: 
     const part = action === "no_wall" ? sayPart(points) : "";
     const words = { keep: "Kept", drop: "Dropped", note: "Note saved for", leave: confirms ? `${confirmed(confirms)}, in` : "Left a question about" };
     try {
-      sayEffect(await send("decide", plan, { action, points, text, more, then, answer: confirms }), plan, `${words[action]} ${plan}.`);
+      sayEffect(await send("decide", plan, { action, points, text, more, then, answer: confirms, question }), plan, `${words[action]} ${plan}.`);
       at("said").textContent += part;
     } catch (error) {
       error.message += part && `.${part}`;
@@ -610,12 +627,22 @@ function remove(number) {
 // On the plan that is shown; what was decided on another one is taken back by a second press only.
 function undo() {
   if (readOnly) return say("This service is read-only.", "bad");
-  return decideInTurn(takeBack);
+  return withoutQuestion(takeBack);
+}
+
+// Until the reply, no key answers: the question on the screen may not be the one that stays.
+function withoutQuestion(work) {
+  const shown = now, asked = now?.questions;
+  if (shown) shown.questions = [];
+  return decideInTurn(() => work().catch((error) => {
+    if (shown) shown.questions = asked;
+    throw error;
+  }));
 }
 
 async function takeBack() {
   const found = await ask("undo", { reviewer: reviewer(), plan: elsewhere ? "" : now?.plan ?? "" });
-  if (found.plan !== null) show(found);
+  if (found.plan !== null) show(found, found.asked);
   elsewhere = Boolean(found.elsewhere);
   if (elsewhere) say(`You have nothing to undo on this plan. U again takes back the last decision on ${found.elsewhere}, and shows it.`);
   else say(`Undone: the last decision on ${found.undone}.`, "good");
@@ -623,7 +650,7 @@ async function takeBack() {
 
 function redo() {
   if (readOnly) return say("This service is read-only.", "bad");
-  return decideInTurn(async () => {
+  return withoutQuestion(async () => {
     const found = await ask("redo", { reviewer: reviewer() });
     if (found.plan !== null) show(found);
     say(`Made again: the last decision that was undone, on ${found.redone}.`, "good");
@@ -632,6 +659,7 @@ function redo() {
 
 function draw(kind) {
   if (!now?.plan) return undefined;
+  if (now.source.is_outdated) return say("The file is being read with what is said of it; draw when the new plan is shown.", "bad");
   if (at(kind).disabled) return say("The position of this plan in its source is not recorded: keep it or drop it.", "bad");
   if (sheet.wanted === kind) { sheet.draw(null); pressed(""); return undefined; }
   const tool = tools.find(({ word }) => word === kind);
@@ -722,7 +750,7 @@ const KEYS = {
   ...Object.fromEntries(tools.map(({ word, key }) => [key, () => draw(word)])),
   k: () => decide("keep"), x: () => decide("drop"), n: openNote,
   j: nextRejected,
-  ...Object.fromEntries(LAYER_KEYS.map((key, i) => [key, () => toggleLayer(i)])),
+  ...Object.fromEntries(Object.values(LAYER_KEYS).map((key) => [key, () => Object.keys(LAYER_KEYS).filter((name) => LAYER_KEYS[name] === key).forEach(toggleLayer)])),
   ...Object.fromEntries([1, 2, 3, 4, 5, 6, 7, 8, 9].map((digit) => [digit, () => answer(digit - 1)])),
   u: undo, y: redo, delete: () => remove(sheet.chosen), backspace: () => remove(sheet.chosen), b: build, arrowright: () => go("next"), arrowleft: () => go("previous"), " ": () => go("open"),
 };

@@ -15,6 +15,7 @@ const STROKES = "strokes"; // the layer of a drawing's own lines
 const SHORTEST_M = 0.3; // of what may be a wall
 const PLACES = "places"; // the layer of what may close and what the plan has no passage at
 export const SOLID = "solid"; // the source in three dimensions, beside the plan
+const SAME_M = 0.01; // frames are rounded
 const ASIDE_M = 0.15; // beside a line lies the room, where the line itself was taken for a wall
 const LEAST_DOOR_M = 0.7, MOST_DOOR_M = 1.2; // of a door that a stroke across a wall stands for
 const SEEN_PX = 30; // of what is asked about: a door of 0.9 m in a plan of 25 m
@@ -60,7 +61,7 @@ export class Sheet {
   // `hooks`: choose(number) when something that is said is chosen, move(number, points) when a point of it was moved.
   constructor(stage, hint, hooks) {
     Object.assign(this, { stage, hint, hooks, tool: null, points: [], cross: null, snapped: "", plan: null, drawing: null });
-    Object.assign(this, { chosen: -1, held: -1, moved: [], edge: null, waiting: [], layers: {}, segments: [], strokes: [], source: null, on: new Set(AT_FIRST), asked: null, like: [], which: 0, named: [], picks: false });
+    Object.assign(this, { chosen: -1, held: -1, moved: [], edge: null, waiting: [], layers: {}, segments: [], strokes: [], source: null, on: new Set(AT_FIRST), asked: null, like: [], which: 0, looked: null, named: [], picks: false });
   }
 
   get wanted() { return this.tool?.word ?? ""; }
@@ -126,6 +127,13 @@ export class Sheet {
     return [...this.source.layers, ...places, ...strokes, ...solid].map(({ name, title }) => ({ name, title, on: this.on.has(name) }));
   }
 
+  // Whether the plan that is shown has this frame: the same source lies under it.
+  isAt(frame) {
+    if (!frame || !this.plan?.frame || !this.plan.shape) return false;
+    const [x1, y1, x2, y2] = this.plan.shape.bounds, move = moveBetween(this.plan.frame, frame);
+    return [[x1, y1], [x2, y2]].every((each) => apart(move(each), each) < SAME_M);
+  }
+
   toggle(name) {
     if (!this.on.delete(name)) this.on.add(name);
     if (!this.drawing) return;
@@ -154,10 +162,13 @@ export class Sheet {
     this.#paint();
   }
 
-  // Moves the view to the place of a question that lies outside it, or that is too small to be seen in it.
+  // Moves the view to the place of a question that lies outside it, or that is too small to be seen in it. Where the view
+  // is still that of the last question, all of the plan is tried first.
   #lookAt(asked) {
     if (!this.drawing) return;
-    const { home, view } = this.drawing, [first] = asked, points = asked.flatMap(({ at, answers }) => [at, ...(answers[0]?.points ?? [])]);
+    const { home } = this.drawing, isOwn = this.drawing.view === this.looked;
+    if (isOwn) this.drawing.look(home);
+    const { view } = this.drawing, [first] = asked, points = asked.flatMap(({ at, answers }) => [at, ...(answers[0]?.points ?? [])]);
     const [x1, y1, x2, y2] = [0, 1].map((k) => Math.min(...points.map((each) => each[k]))).concat([0, 1].map((k) => Math.max(...points.map((each) => each[k]))));
     const isIn = x1 > view[0] && x2 < view[0] + view[2] && -y2 > view[1] && -y1 < view[1] + view[3];
     const long = Math.max(first.size ?? 0, Math.sqrt(first.area ?? 0), x2 - x1, y2 - y1);
@@ -165,7 +176,8 @@ export class Sheet {
     if (isIn && long >= SEEN_PX * this.#metres) return;
     const wide = Math.min(Math.max(WIDER_THAN * long, LEAST_VIEW_M), Math.max(home[2], home[3])), by = wide / Math.max(home[2], home[3]);
     const [w, h] = by < 1 ? [wide, wide * Math.min(1, home[3] / home[2])] : [home[2], home[3]];
-    this.drawing.look(by < 1 ? [(x1 + x2 - w) / 2, (-y1 - y2 - h) / 2, w, h] : home);
+    this.looked = by < 1 ? [(x1 + x2 - w) / 2, (-y1 - y2 - h) / 2, w, h] : home;
+    this.drawing.look(this.looked);
   }
 
   #underlay() {
@@ -236,7 +248,7 @@ export class Sheet {
     const moved = (each) => ({ ...each, rings: each.rings.map((ring) => ring.map(move)) });
     const [old, now] = [before ? parts(before).map(moved) : [], parts(after)], [had, has] = [new Set(old.map(key)), new Set(now.map(key))];
     const gone = old.filter((each) => !has.has(key(each))), made = before ? now.filter((each) => !had.has(key(each))) : [];
-    if (before && !gone.length && !made.length) return;
+    if (before && !gone.length && !made.length && before.seen === after.seen) return;
     const draw = (each, kind) => element("path", { class: kind, d: path(each.rings), "fill-rule": "evenodd", ...keep });
     this.layers.gone.replaceChildren(...gone.map((each) => draw(each, "was")));
     this.layers.changed.replaceChildren(...made.map((each) => draw(each, "is")));

@@ -439,6 +439,23 @@ def test_a_click_on_a_marked_place_asks_about_it_alone(tmp_path: Path) -> None:
         page.wait_for_function("first => document.getElementById('question').textContent === first", arg=first)
 
 
+def test_an_undo_asks_again_what_was_answered(tmp_path: Path) -> None:
+    folder = tmp_path / "houses"
+    folder.mkdir()
+    plan = replace(two_rooms("house"), frame=FRAME)
+    save_plan(replace(plan, rooms=tuple(replace(room, confidence=0.4) for room in plan.rooms)), folder / "house.json")
+    is_first = "([first, same]) => (document.getElementById('question').textContent === first) === same"
+    with running(service_of(folder, review=True)) as address, visited(address, "/houses/review") as page:
+        shows(page, "house")
+        page.wait_for_selector("#all:not([hidden])")
+        first = page.inner_text("#question")
+        for key in ("1", "9"):
+            page.keyboard.press(key)
+            page.wait_for_function(is_first, arg=[first, False])
+            page.keyboard.press("u")
+            page.wait_for_function(is_first, arg=[first, True])
+
+
 def test_shift_marks_what_is_alike_and_once_more_answers_it(tmp_path: Path) -> None:
     folder = tmp_path / "houses"
     folder.mkdir()

@@ -146,6 +146,13 @@ def test_what_is_said_of_the_file_makes_another_reading(client: TestClient, fold
     post(client, "file", plan=name, key="units", value="m")
     assert "distance" not in tomllib.loads((folder / "overrides.toml").read_text())[facts["file"]]
     post(client, "file", plan=name, key="scale", value="2")
+    waits = state(client, plan=name)
+    assert waits["source"]["is_outdated"]
+    assert waits["questions"] == []
+    assert waits["shape"]["bounds"] == bounds
+    assert [step["keys"] for step in waits["history"]] == [["distance"], ["distance", "units"], ["scale", "units"]]
+    said = {"plan": name, "action": "label", "points": [[x1 + 2.0, 1.5]], "text": "Office", "seen": waits["seen"]}
+    assert "its file is read with what is said of it" in post(client, "decide", 400, **said)["error"]
     client.get("/houses/review/source", params={"plan": name})
     found = state(client, plan=name)
     assert "what is said of the file" in found["source"]["changed"]
@@ -153,6 +160,7 @@ def test_what_is_said_of_the_file_makes_another_reading(client: TestClient, fold
     post(client, "decide", plan=name, seen=found["seen"], action="label", points=[[x1 + 4.0, 3.0]], text="Office")
     assert "Office" in {room["label"] for room in state(client, plan=name)["shape"]["rooms"]}
     post(client, "file", plan=name, key="units", value="")
+    assert state(client, plan=name)["shape"]["bounds"] == found["shape"]["bounds"]  # as it was read last
     for value, what in (("x", "expected a number"), ("0", "expected more than 0"), ("nan", "finite")):
         client.get("/houses/review/source", params={"plan": name})
         assert what in post(client, "file", 400, plan=name, key="scale", value=value)["error"]
