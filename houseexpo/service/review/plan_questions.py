@@ -1,7 +1,8 @@
 """Ask about the parts of a plan as it is: its passages, its rooms, and rooms that may be one.
 
 R1  A cut was made because nothing showed a way between two parts of the plan: either a door is there, or no door, or
-    the door is where the source shows one beside it.
+    the door is where the source shows one beside it, or else in the wall to a larger room beside the smaller one: a
+    room of a row opens to the hall before all of them.
 R2  A passage or a room that is doubtful is asked about, and every entrance: a window may be one. If a person says that
     a room is several, the places where it may part are asked about (``line_questions``).
 R3  Rooms that meet without a wall are one room, or they stay two; only where nobody has drawn a wall.
@@ -13,7 +14,7 @@ R4  If the source is known, the same is asked of rooms that several passages joi
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from itertools import combinations
+from itertools import combinations, pairwise
 from typing import Final
 
 import shapely
@@ -88,7 +89,7 @@ def passage_questions(plan: FloorPlan, shown: Sequence[tuple[str, LineString]] =
                 Answer("They are one room", "one_room", places),
                 Answer(f"{area:.1f} m² are no room", "no_room", places[:1]),
                 Answer(f"{sides[-1].area:.1f} m² are outside", "outside", places[1:]),
-                *_ways_beside(door, sides, free),
+                *(list(_ways_beside(door, sides, free)) or list(_way_to_larger(plan, door, sides))),
             )
         elif door.kind == "entrance" and door.confidence is not None:
             says = f"Does one walk in here, an entrance of {door.width:.2f} m?"
@@ -118,6 +119,28 @@ def _ways_beside(cut: Door, sides: Sequence[Room], free: Sequence[tuple[str, Lin
     for _, _, kind, line in sorted(near, key=lambda each: each[:2])[:1]:
         (ax, ay), (bx, by) = line.coords
         yield Answer(f"A door where the {kind} is", "door", ((ax, ay), (bx, by)))
+
+
+def _way_to_larger(plan: FloorPlan, cut: Door, sides: Sequence[Room]) -> Iterator[Answer]:
+    """R1. Yield a door from a cut's smaller room to the largest room beside it, if no passage joins the two yet."""
+    small, known = sides[0], sides[-1]
+    joined = {side for door in plan.doors if small.id in door.rooms for side in door.rooms}
+    larger = [room for room in plan.rooms if room.area > known.area and room.id not in joined]
+    reach = shapely.buffer(small.polygon, WIDEST_WALL_M)
+    for room in sorted(larger, key=lambda room: -room.area):
+        if not reach.intersects(room.polygon):
+            continue
+        other = shapely.buffer(room.polygon, WIDEST_WALL_M)
+        edges = shapely.get_parts(shapely.line_merge(shapely.intersection(small.polygon.boundary, other)))
+        corners = [shapely.get_coordinates(edge) for edge in edges]
+        straight = [LineString(pair) for line in corners for pair in pairwise(line)]
+        wall = max(straight, key=lambda line: line.length, default=LineString())
+        if wall.length > cut.width:
+            half = cut.width / 2 / wall.length
+            ends = [wall.interpolate(0.5 + side, normalized=True) for side in (-half, half)]
+            (ax, ay), (bx, by) = ((round(end.x, 3), round(end.y, 3)) for end in ends)
+            yield Answer(f"A door to {names_of([room])}", "door", ((ax, ay), (bx, by)))
+            return
 
 
 def free_places(plan: FloorPlan, shown: Sequence[tuple[str, LineString]]) -> list[tuple[str, LineString]]:

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from shapely import GEOSException, LineString
+from shapely.ops import unary_union
 
 from houseexpo.corrections import Correction, Override
 from houseexpo.corrections.apply import correct_plan
@@ -15,7 +16,7 @@ from houseexpo.corrections.draft import Draft
 from houseexpo.corrections.preview import preview
 from houseexpo.floorplan import FloorPlan
 from houseexpo.grids.frame import source_points_from_plan
-from houseexpo.plan import Door
+from houseexpo.plan import Door, Room
 from houseexpo.plan.parts import DoorKind
 from houseexpo.service.review.line_questions import in_rows
 from houseexpo.service.review.question import SEVERAL, Answer
@@ -79,6 +80,19 @@ def test_a_doubtful_place_has_contrary_answers_and_each_settles_it(plan: FloorPl
     shapes = [(len(each.rooms), sorted((door.kind, door.rooms) for door in each.doors)) for each in found]
     assert shapes[0] not in shapes[1:]
     assert questions(plan, [asked.key]) == []
+
+
+def test_a_room_of_a_row_may_have_its_door_to_the_hall_before_it() -> None:
+    shapes = (box(0.0, 0.0, 3.0, 3.0), box(3.1, 0.0, 6.1, 3.5), box(0.0, 3.1, 3.0, 9.0))
+    rooms = tuple(Room(k, "Office", shape) for k, shape in enumerate(shapes))
+    cut = Door(0, "cut", ((3.05, 1.0), (3.05, 1.8)), 0.8, box(3.0, 1.0, 3.1, 1.8), (0, 1), None)
+    way = Door(1, "door", ((3.05, 3.2), (3.05, 3.4)), 0.2, box(3.0, 3.2, 3.1, 3.4), (1, 2), 1.0)
+    whole = unary_union([*(room.polygon for room in rooms), cut.polygon, way.polygon])
+    plan = FloorPlan("row", list(whole.exterior.coords[:-1]), 3, {}, rooms=rooms, doors=(cut, way), frame=FRAME)
+    (asked,) = questions(plan)
+    assert asked.answers[-1].title == "A door to the office of 17.7 m²"
+    found = said(plan, asked.answers[-1])
+    assert sorted((door.kind, door.rooms) for door in found.doors) == [("door", (0, 2)), ("door", (1, 2))]
 
 
 def test_rooms_that_meet_without_a_wall_may_be_one() -> None:
