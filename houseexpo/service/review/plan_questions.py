@@ -20,7 +20,6 @@ from typing import Final
 import shapely
 from shapely import LineString
 
-from houseexpo.corrections.rooms import OF_NO_ROOM
 from houseexpo.floorplan import FloorPlan
 from houseexpo.plan import Door, Room
 from houseexpo.service.review.question import (
@@ -93,9 +92,11 @@ def passage_questions(plan: FloorPlan, shown: Sequence[tuple[str, LineString]] =
             )
         elif door.kind == "entrance" and door.confidence is not None:
             says = f"Does one walk in here, an entrance of {door.width:.2f} m?"
-            none, window = Answer("No way", "no_door", (at,)), Answer("A window", "window", (at,))
-            way = Answer("An entrance", "entrance", ends)
-            answers = (none, way, window) if door.confidence <= OF_NO_ROOM else (way, window, none)  # question R1
+            answers = (
+                Answer("An entrance", "entrance", ends),
+                Answer("A window", "window", (at,)),
+                Answer("No way", "no_door", (at,)),
+            )
         else:
             says = f"Is there {an(door.kind)} of {door.width:.2f} m between {between}?"
             answers = (

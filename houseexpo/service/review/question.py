@@ -1,6 +1,7 @@
 """What a question of a review is, and what its rules share: the words for parts, keys, doubt, and widths in metres.
 
-R1  The answers to a question are all that is usually true of such a place, the two most usual first.
+R1  The answers to a question are all that is usually true of such a place, the two most usual first. Questions of one
+    kind have them in one order: a reviewer gives them by heart.
 R2  A part that is rated below ``ASKED_BELOW`` is doubtful. Its doubt is what its confidence lacks of 1.
 """
 

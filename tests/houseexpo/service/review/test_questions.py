@@ -161,11 +161,11 @@ def test_questions_of_parts_of_one_size_are_alike() -> None:
     assert {each.like for each in questions(plan)} == {""}
 
 
-def test_the_entrance_that_was_the_door_of_no_room_is_asked_about_with_no_way_first() -> None:
+def test_the_entrance_that_was_the_door_of_no_room_is_asked_about() -> None:
     plan = replace(two_rooms("house"), frame=FRAME)
     (asked,) = questions(correct_plan(plan, Override(no_room=(source_of(plan, (5.5, 1.5)),)).corrections).plan)
     assert "Does one walk in here" in asked.says
-    assert [each.action for each in asked.answers] == ["no_door", "entrance", "window"]
+    assert [each.action for each in asked.answers] == ["entrance", "window", "no_door"]
 
 
 def source_of(plan: FloorPlan, at: tuple[float, float]) -> tuple[float, float]:
