@@ -415,7 +415,8 @@ def _search_level(level: Level, item: Input, whole: _Whole, override: Override, 
         extent=extent_of(level),
         strokes=_strokes(lines[level.frame.level] if level.frame.level < len(lines) else (), level, level.unit_m),
         solid=_solid(level),
-        seen=tuple(_seen_lines(level, walls)),
+        seen=tuple(_lines_at(SECTIONS_M[1], level, walls)),
+        seen_low=tuple(_lines_at(SECTIONS_M[0], level)),
         parts=tuple(_bounds_of_parts(whole.parts, level)),
         ceiling_m=0.0 if item.reader in {"vector_plans", "occupancy_map"} else round(level.ceiling_m, 2),
     )
@@ -464,15 +465,15 @@ def _lines_picture(strokes: Sequence[Stroke]) -> Picture:
     return sheet.masked("lines", "All lines of the drawing", mask, _COLOURS[0])
 
 
-def _seen_lines(level: Level, walls: Sequence[Polygon]) -> Iterator[Points]:
-    """Yield the straight lines in which something stands at the upper section, from end to end, the longest first.
+def _lines_at(height_m: float, level: Level, walls: Sequence[Polygon] = ()) -> Iterator[Points]:
+    """Yield the straight lines in which something stands at a height, from end to end, the longest first.
 
     The faces of one wall are one line, in its middle; pieces a step apart are one too. Where no mesh is cut, ``walls``
     are what stands.
     """
     is_cut = not (isinstance(level.walls, Prisms) or level.walls.is_cloud or level.walls.is_empty)
     if is_cut:
-        ends = shapely.linestrings(MeshSlicer(level.walls).cut(SECTIONS_M[1] + _OFF_M).ends)
+        ends = shapely.linestrings(MeshSlicer(level.walls).cut(height_m + _OFF_M).ends)
         outlines = shapely.line_merge(shapely.multilinestrings(ends))
     else:
         outlines = shapely.MultiLineString([ring.coords for ring in shapely.get_rings(list(walls)).tolist()])

@@ -180,6 +180,9 @@ def test_what_stands_higher_than_a_person_is_a_line_in_its_middle(tmp_path: Path
     found = [np.sort(np.round(line, 2), axis=0).tolist() for line in level.seen]
     assert [[3.05, 0.2], [3.05, 2.2]] in found
     assert not [line for line in found if 1 <= line[0][0] <= line[1][0] <= 2]
+    low = [np.sort(np.round(line, 2), axis=0).tolist() for line in level.seen_low]
+    assert all(line in low for line in found)
+    assert [line for line in low if 1 <= line[0][0] <= line[1][0] <= 2]
 
 
 def test_the_parts_of_a_mesh_have_bounds_in_each_storey_where_they_stand(tmp_path: Path) -> None:

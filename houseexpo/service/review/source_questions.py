@@ -65,6 +65,8 @@ _FRONT_M: Final = (1.5, 15.0)
 """The least and the greatest width of a front, metres. People drew 1.7 to 12.6 m."""
 _FRONTS: Final = {*SHOWN, "gate", "mouth", "floor_edge"}
 """Kinds of evidence in the source that may be a front."""
+_NAMED: Final = frozenset({"door", "opening"})
+"""Kinds that the source names: these are asked about also where something stands in them, as a closed gate."""
 _FRONT: Final = 0.3
 """Doubt of a front, as of a place that the source names."""
 _MOST_FRONTS: Final = 6
@@ -259,7 +261,9 @@ def front_questions(
         return float(shapely.intersection(there, source.all_walls).length)
 
     ways = shapely.points(np.reshape([middle_of(door) for door in plan.doors], (-1, 2)))
-    lines = [line for kind, line in places if kind in _FRONTS and line.length > PASSAGE_M[1]]
+    fronts = [(kind, line) for kind, line in places if kind in _FRONTS and line.length > PASSAGE_M[1]]
+    lines = [line for kind, line in fronts if kind in _NAMED]
+    lines += [part for kind, line in fronts if kind not in _NAMED for part in shapely.get_parts(beyond(line))]
     narrow = [line for kind, line in places if kind in SHOWN and line.length <= PASSAGE_M[1]]
     for room in plan.rooms:
         edge = shapely.simplify(room.polygon, OF_EDGE_M / 3).exterior.coords

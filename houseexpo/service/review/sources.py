@@ -152,8 +152,10 @@ class SourceView:
 
     @cached_property
     def near_walls(self) -> BaseGeometry:
-        """The area within ``OF_EDGE_M`` of the walls: a wall there is that of a room's edge."""
-        area = shapely.union_all(shapely.buffer(self.walls, OF_EDGE_M, quad_segs=2))  # quicker than that of their union
+        """The area within ``OF_EDGE_M`` of what the page shows as walls: a wall there is that of a room's edge."""
+        lines = shapely.linestrings(np.reshape(self.level.seen_low, (-1, 2, 2)) - self.origin)
+        shown = [*self.walls, *lines]
+        area = shapely.union_all(shapely.buffer(shown, OF_EDGE_M, quad_segs=2))  # quicker than that of their union
         shapely.prepare(area)
         return area
 

@@ -625,6 +625,9 @@ def test_a_side_of_a_room_without_a_wall_may_be_open_to_the_outside() -> None:
     assert "front" in asked_of(replace(plan, doors=()), view)
     narrow = msgspec.structs.replace(drawing, places=(Place("lintel", ((-0.05, 2.0), (-0.05, 3.0))),))
     assert "front" in asked_of(plan, SourceView(view.record, narrow, view.found))
+    for far_m, count in ((0.1, 0), (1.0, 1)):  # a face in the section is a wall, although nothing was taken for one
+        low = msgspec.structs.replace(drawing, seen_low=(((-far_m, 0.0), (-far_m, 6.0)),), places=(mouth,))
+        assert asked_of(plan, SourceView(view.record, low, view.found)).count("front") == count
 
 
 def test_rooms_between_which_the_source_shows_doors_are_not_asked_about() -> None:
