@@ -73,8 +73,9 @@ class LevelSource(msgspec.Struct, frozen=True):
     ``edges`` are the walls, to which points snap. ``guesses`` names the facts that the reader guessed. ``extent`` is
     the size of the walls' bounds along the source's two axes, metres. ``strokes`` are the drawing's own lines.
     ``solid`` is the level in three dimensions, or None if the source has no triangles. ``seen`` are straight lines of
-    what stands higher than a person, ``seen_low`` those at the height of the lower section, where a mesh is cut. ``ceiling_m`` is the height of its rooms, metres, 0 if the source has none.
-    ``parts`` are the names of a mesh's parts, with the bounds (x1, y1, x2, y2) of each in the level's frame, metres.
+    what stands higher than a person, ``seen_low`` those at the height of the lower section, where a mesh is cut.
+    ``ceiling_m`` is the height of its rooms, metres, 0 if the source has none. ``parts`` are the names of a mesh's
+    parts, with the bounds (x1, y1, x2, y2) of each in the level's frame, metres.
     """
 
     id: str

@@ -24,7 +24,17 @@ from shapely.ops import split
 from houseexpo.corrections.draft import Vector
 from houseexpo.corrections.openings import ALONG, ONWARD_M, dot
 from houseexpo.floorplan import FloorPlan
-from houseexpo.service.review.question import CUT, FREE, PASSAGE_M, Answer, Question, key_of, point_in
+from houseexpo.service.review.question import (
+    CUT,
+    FREE,
+    PASSAGE_M,
+    WIDEST_WALL_M,
+    Answer,
+    Further,
+    Question,
+    key_of,
+    point_in,
+)
 from houseexpo.service.review.sources import OF_EDGE_M, SourceView
 from houseexpo.tolerances import COMMON_OPENING_M, GRID_M, SMALLEST_ROOM_M2
 
@@ -285,6 +295,8 @@ def free_wall_questions(plan: FloorPlan, source: SourceView, shift: tuple[float,
             if not stands or shapely.intersection(line, whole).length < FREE * line.length:
                 continue
             (reach,) = shapely.get_parts(shapely.union_all(stands).convex_hull)
+            if not shapely.buffer(reach, -WIDEST_WALL_M / 2).is_empty:  # a block, as in a ring of corridors
+                continue
             through = shapely.intersection(longer(line, whole.length), whole)
             across = [part for part in shapely.get_parts(through) if part.intersects(reach)]
             gaps = [part for each in across for part in shapely.get_parts(shapely.difference(each, reach))]
@@ -298,8 +310,15 @@ def free_wall_questions(plan: FloorPlan, source: SourceView, shift: tuple[float,
         ends = [tuple(map(tuple, shapely.get_coordinates(gap).round(3).tolist())) for gap in gaps]
         at = tuple(np.mean(line.coords, axis=0).round(3).tolist())
         says = f"A wall of {length:.2f} m stands free here. Does it part two rooms, with an opening at each end?"
-        answers = Answer("Two rooms", "opening", ends[0], more=(ends[1],)), Answer("One room")
+        answers = Answer("Two rooms", "opening", ends[0], more=(ends[1],)), Answer("One room"), *_open_at_one(ends)
         yield Question(key_of(plan, "free", at), at, says, answers, _CORNER, area, area**0.5)
+
+
+def _open_at_one(ends: Sequence[tuple[tuple[float, float], ...]]) -> Iterator[Answer]:
+    """Yield the answers that a wall parts two rooms and reaches the other wall at one of its two ends."""
+    for way, shut in (ends, ends[::-1]):
+        title = f"Two rooms, open for {math.dist(*way):.2f} m only"
+        yield Answer(title, "wall", shut, then=(Further("opening", way),))
 
 
 def parted_m2(room: Polygon, line: LineString) -> float:

@@ -601,8 +601,18 @@ def test_a_wall_that_stands_free_in_a_map_may_part_two_rooms_by_one_key() -> Non
     parted = preview(plan, said, view.plan, view.spaces, view.standing, walls=view.walls)
     assert [record["outcome"] for record in parted.records] == ["done", "done"]
     assert len(parted.plan.rooms) == 3
+    shut, way = asked.answers[2].points, asked.answers[2].then[0].points
+    said = [
+        Correction(word, tuple(map(tuple, source_points_from_plan(plan.frame, line).tolist())))
+        for word, line in (("wall", shut), ("opening", way))
+    ]
+    parted = preview(plan, said, view.plan, view.spaces, view.standing, walls=view.walls)
+    assert [len(parted.plan.rooms), len(parted.plan.doors)] == [3, len(plan.doors) + 1]
     drawing = msgspec.structs.replace(level, pictures=())
     assert "free" not in asked_of(plan, SourceView(view.record, drawing, found))
+    block = [(6.0, 2.0), (7.0, 2.0), (7.0, 4.0), (6.0, 4.0)]  # what corridors go round is no wall
+    around = plan_of(left, replace(right, holes=(block,)), plan)
+    assert "free" not in asked_of(around, view)
 
 
 def test_a_side_of_a_room_without_a_wall_may_be_open_to_the_outside() -> None:
