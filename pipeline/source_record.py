@@ -241,7 +241,7 @@ class _Whole:
     """What a file holds, whatever is made of it: triangles or points, a drawing's lines by storeys, a robot's map.
 
     ``floors`` are the other floors of a mesh of which levels were made, and its picture from the side; ``parts`` are
-    the bounds of its parts (``_parts``).
+    the bounds (2, 3) of all that has a name, in the file's axes and unit.
     """
 
     mesh: Mesh | None = None
@@ -278,7 +278,11 @@ def _contents(item: Input, levels: Sequence[Level]) -> tuple[_Whole, list[str]]:
             scene = load_scene(path)
             names = {name for part in scene.parts for name in (*part.groups, part.mesh, part.material) if name}
             mesh = scene.without_sky().mesh
-            whole = _Whole(floors=_floors(mesh, levels), parts=_parts(scene)) if is_read else _Whole(scene.mesh)
+            whole = (
+                _Whole(floors=_floors(mesh, levels), parts=_boxes(_scene_parts(scene)))
+                if is_read
+                else _Whole(scene.mesh)
+            )
             return whole, sorted(names)
         if item.reader == "points" and not is_read:
             points = np.concatenate([block[:, :3] for block in read_blocks(path)]).astype(np.float64)
@@ -297,12 +301,17 @@ def _contents(item: Input, levels: Sequence[Level]) -> tuple[_Whole, list[str]]:
     return _Whole(), []
 
 
-def _parts(scene: MeshScene) -> dict[str, Floats]:
-    """Return the bounds (2, 3) of all that has a name in a mesh, in its own axes and unit."""
-    found: dict[str, list[Floats]] = {}
+def _scene_parts(scene: MeshScene) -> Iterator[tuple[set[str], Floats]]:
     for part, low, high in zip(scene.parts, *scene.part_boxes, strict=True):
-        for name in {*part.groups, part.mesh, part.material} - {""}:
-            found.setdefault(name, []).append(np.array([low, high]))
+        yield {*part.groups, part.mesh, part.material} - {""}, np.array([low, high])
+
+
+def _boxes(parts: Iterable[tuple[set[str], Floats]]) -> dict[str, Floats]:
+    """Return the bounds (2, 3) of all parts of each name, of parts with their names and bounds."""
+    found: dict[str, list[Floats]] = {}
+    for names, box in parts:
+        for name in names:
+            found.setdefault(name, []).append(box)
     return {name: np.array([np.min(boxes, axis=0)[0], np.max(boxes, axis=0)[1]]) for name, boxes in found.items()}
 
 
@@ -361,9 +370,13 @@ def _ifc_contents(path: Path, *, is_read: bool) -> tuple[_Whole, list[str]]:
     from pipeline.sources.ifc.step_file import open_model
 
     names = element_names(open_model(path)[0])
-    if is_read:
-        return _Whole(), names
     building = load_building(path)
+    if is_read:
+        bodies = [*building.walls, *building.loose, *building.beams, *building.slabs, *building.roofs, *building.spaces]
+        bodies += [*building.outdoors, *building.leaves, *building.furniture, *building.stairs]
+        boxes = (np.array([each.mesh.vertices.min(axis=0), each.mesh.vertices.max(axis=0)]) for each in bodies)
+        of_bodies = (({*each.words, each.kind}, box / building.unit_m) for each, box in zip(bodies, boxes, strict=True))
+        return _Whole(parts=_boxes(of_bodies)), names
     parts = [*building.walls, *building.loose, *building.spaces, *building.slabs, *building.beams]
     return _Whole(merge_meshes([part.mesh for part in parts]) if parts else None), names
 

@@ -74,8 +74,8 @@ class LevelSource(msgspec.Struct, frozen=True):
     the size of the walls' bounds along the source's two axes, metres. ``strokes`` are the drawing's own lines.
     ``solid`` is the level in three dimensions, or None if the source has no triangles. ``seen`` are straight lines of
     what stands higher than a person, ``seen_low`` those at the height of the lower section, where a mesh is cut.
-    ``ceiling_m`` is the height of its rooms, metres, 0 if the source has none. ``parts`` are the names of a mesh's
-    parts, with the bounds (x1, y1, x2, y2) of each in the level's frame, metres.
+    ``ceiling_m`` is the height of its rooms, metres, 0 if the source has none. ``parts`` are the names of parts of a
+    mesh or an IFC file, with the bounds (x1, y1, x2, y2) of each in the level's frame, metres.
     """
 
     id: str

@@ -36,6 +36,7 @@ from pipeline.source_record import SECTIONS_M, SourceReader, _places
 from pipeline.sources import reader
 from pipeline.values import Level
 from tests.builders.bungalow import FILE
+from tests.builders.examples import FOLDER
 from tests.builders.formats.clouds import flat, sampled, write_pcd
 from tests.builders.formats.gazebo import cube, house, world
 from tests.builders.services import two_rooms
@@ -200,6 +201,17 @@ def test_the_parts_of_a_mesh_have_bounds_in_each_storey_where_they_stand(tmp_pat
     assert "chimney" not in parts
     corners = np.reshape(parts["cupboard"], (2, 2))
     assert np.sort(source_points_from_plan(level.frame, corners), axis=0) == pytest.approx(np.array([[1, 3], [2, 4]]))
+
+
+@pytest.mark.slow
+def test_the_parts_of_an_ifc_file_have_bounds_by_their_names_and_classes() -> None:
+    file = FOLDER / "house.ifc"
+    (level,) = SourceReader(config_of(file), id_of(file)).record({}).levels
+    plan, parts = decode(bytes(level.plans[0].plan)), dict(level.parts)
+    (kitchen,) = (room for room in plan.rooms if room.label == "Kitchen")
+    corners = source_points_from_plan(plan.frame, np.reshape(kitchen.polygon.bounds, (2, 2)))
+    assert np.reshape(parts["Küche"], (2, 2)) == pytest.approx(corners, abs=0.2)  # the level's frame is the source's
+    assert parts["IfcSpace"][0] < parts["Küche"][0]
 
 
 @pytest.mark.parametrize("height", [0.0, 0.3])

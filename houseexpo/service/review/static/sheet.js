@@ -316,7 +316,7 @@ export class Sheet {
     return (this.source?.parts ?? []).filter(({ box }) => isIn(box)).sort((one, other) => size(one.box) - size(other.box))[0];
   }
 
-  // Shows parts of the file, by their names; while `picks` is set, a click names one.
+  // Shows parts of the file, by their names; while `picks` is set, a click names one: of a drawing that of a line.
   showParts(names, picks) {
     Object.assign(this, { named: names, picks });
     this.#paint();
@@ -329,6 +329,7 @@ export class Sheet {
       const one = this.#likeAt(point, event);
       if (this.#gap && farFrom(this.#gap, point) <= this.#reach(event)) this.hooks.take("wall", this.#gap);
       else if (one) this.hooks.only(one.key);
+      else if (stroke && this.picks) this.hooks.part(stroke.kind);
       else if (place) this.hooks.take(this.#wordOf(place), place.ends);
       else if (stroke) this.#askOf(stroke, point);
       else if (mark < 0 && this.picks && this.partAt([point])) this.hooks.part(this.partAt([point]).name);
@@ -500,6 +501,7 @@ export class Sheet {
       if (this.#gap) marks.push(line(this.#gap, "gap"));
     }
     for (const { name, box: [a, b, c, d] } of this.source?.parts ?? []) if (this.named.includes(name)) marks.push(line([[a, b], [c, b], [c, d], [a, d]], "named", true));
+    for (const { kind, points } of this.source?.strokes ?? []) if (this.named.includes(kind)) marks.push(line(points, "named line"));
     for (const points of this.waiting) sketch.push(points.length > 1 ? line(points, "waiting", points.length > 2) : dot(points[0], 9, "waiting"));
     if (this.edge) sketch.push(line(this.moved, "cross", true));
     sketch.push(...this.points.map((each) => dot(each, 4, "point")));

@@ -560,6 +560,11 @@ def test_a_click_on_a_line_of_a_drawing_makes_walls_of_its_layer(
               return [from[0], -(from[1] * 0.3 + to[1] * 0.7)];
             }"""
         )
+        page.select_option("#file-key", "drop_nodes")  # a click marks the layer of a line
+        click(page, (x1, y1))
+        assert page.locator("#file-names option:checked").all_inner_texts() == ["NEW"]
+        assert page.locator(".marks .named.line").count() == 2
+        page.select_option("#file-key", "units")
         click(page, (x1, y1))
         page.wait_for_function("() => document.getElementById('question').textContent.includes('“NEW” in the drawing')")
         assert "All 2 like this" in page.inner_text("#all")
