@@ -122,8 +122,9 @@ def _kind(word: Word, width_m: float) -> DoorKind:
 
 def _new_passage(draft: Draft, strip: Strip, placed: Placed) -> Said:
     word, text = placed.correction.word, str(placed.correction)
-    if word != "entrance" and (sides := _meeting_at(draft, strip)) is not None:
-        return _on_common_edge(draft, strip, sides, placed)
+    for line in (strip, *_onto_edges(draft, strip)) if word != "entrance" else ():
+        if (sides := _meeting_at(draft, line)) is not None:
+            return _on_common_edge(draft, line, sides, placed)
     strip = in_its_wall(draft, strip)
     room = draft.room_at(strip.centre)
     if room is not None:
@@ -167,6 +168,13 @@ def _meeting_at(draft: Draft, strip: Strip) -> tuple[DraftRoom, DraftRoom] | Non
     middle = shapely.Point(strip.centre)
     is_edge = all(room.shape.distance(middle) < _BESIDE_M for room in (one, other))
     return (one, other) if is_edge and one.shape.distance(other.shape) < MEETS_M else None
+
+
+def _onto_edges(draft: Draft, strip: Strip) -> Iterator[Strip]:
+    """Yield a line moved onto the edges of rooms that it runs along within ``SNAP_M``, the nearest first."""
+    for start, way, _ in walls_beside(strip, draft.rooms, SNAP_M):
+        turned = replace(strip, along=way)
+        yield replace(turned, centre=strip.centre + turned.across * dot(start - strip.centre, turned.across))
 
 
 def _on_common_edge(draft: Draft, strip: Strip, rooms: tuple[DraftRoom, DraftRoom], placed: Placed) -> Said:

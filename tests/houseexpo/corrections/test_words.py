@@ -641,7 +641,7 @@ def test_walls_that_meet_pillars_by_a_hair_part_the_room_and_no_part_is_lost() -
 def test_a_passage_on_the_edge_at_which_two_rooms_meet() -> None:
     one, other = Room(0, "Kitchen", box(0.1, 0.1, 4.1, 5.1)), Room(1, "Hall", box(4.1, 0.1, 8.1, 5.1))
     plan = FloorPlan("house", box(0.1, 0.1, 8.1, 5.1), 2, {}, rooms=(one, other))
-    for x in (4.09, 4.1, 4.11):
+    for x in (3.88, 4.09, 4.1, 4.11, 4.3):  # within a hand's breadth
         found = corrected(plan, opening=[[x, 1.0], [x, 3.6]])
         assert [effect.outcome for effect in found.effects] == ["done"]
         assert "which meet there" in found.effects[0].sentence
