@@ -14,13 +14,9 @@ from rich.console import Console
 from rich.table import Table
 
 from houseexpo.errors import ConfigError
-from pipeline.executors import local
-from pipeline.executors.local import Limits
-from tests.corpus import page, runs, truths
+from tests.corpus import runs, truths
 from tests.corpus.figures import Rows, figures_of, quality_rows, verdict_rows
 from tests.corpus.manifest import KINDS, MANIFEST, File, checkout, fetch, load
-
-_DRAWING = Limits(seconds=300.0, memory=4 << 30)
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -46,8 +42,10 @@ def main(arguments: list[str] | None = None) -> int:
     notes = {each.file.name: runs.changes(each.file, before.get(each.file.key), each.outcome) for each in built}
     shown = [each for each in built if asked.both_halves or each.file.half == 1]
     for each in shown:
-        if notes[each.file.name] and before:
-            console.print(f"{each.file.name} ({each.verdict or 'to be judged'}): " + "; ".join(notes[each.file.name]))
+        told = notes[each.file.name] if before else []
+        if told or not each.verdict:  # whoever judges writes these lines into the list
+            verdict = each.verdict or "to be judged"
+            console.print(f"{each.file.name} ({verdict}): " + "; ".join(told or each.outcome.lines), markup=False)
     tables = [verdict_rows(built), quality_rows(built)]
     drawn = _truth_rows(built, folder, console)
     if drawn[2]:
@@ -57,12 +55,6 @@ def main(arguments: list[str] | None = None) -> int:
         for row in rows:
             printed.add_row(*row)
         console.print(printed)
-    if not asked.no_page:
-        _draw(shown, folder, out, asked.workers)
-        page.write_page(
-            shown, notes if before else {}, [page.outcomes_table(t, r, c) for t, c, r in tables], out / "corpus.html"
-        )
-        console.print(f"page: {out / 'corpus.html'}")
     if asked.record:
         runs.record(built, figures_of(built), asked.record, asked.results)
     return 0
@@ -78,7 +70,7 @@ def _truth_rows(built: list[runs.Built], folder: Path, console: Console) -> Rows
             if truth is None:
                 continue
             models = os.pathsep.join(str(checkout(folder, each.file.repository) / model) for model in each.file.models)
-            of_it = truths.compare(truth, page.levels_of(str(each.file.place(folder)), models), each.plans)
+            of_it = truths.compare(truth, truths.levels_of(str(each.file.place(folder)), models), each.plans)
             found, whole, count = found + of_it, whole + of_it.is_whole, count + 1
             if not of_it.is_whole and half == 1:
                 names = zip(truths.COLUMNS, of_it.row, strict=True)
@@ -105,21 +97,6 @@ def _files(asked: argparse.Namespace, folder: Path, console: Console) -> list[Fi
     return files
 
 
-def _draw(shown: list[runs.Built], folder: Path, out: Path, workers: int) -> None:
-    """Draw what is not drawn yet, in worker processes; pictures of other outcomes of the same files go."""
-    pictures = out / "pictures"
-    tasks = []
-    for each in shown:
-        models = os.pathsep.join(str(checkout(folder, each.file.repository) / model) for model in each.file.models)
-        tasks.append(page.Task.of(each, folder, models, pictures))
-        for old in pictures.glob(f"{each.file.key}-*.jpg"):
-            if str(old) != tasks[-1].picture:
-                old.unlink()
-    waiting = [task for task in tasks if not Path(task.picture).is_file()]
-    for _ in local.run(page.draw, waiting, workers=workers, limits=_DRAWING):
-        pass
-
-
 def _said(what: str, done: int, of: int) -> None:
     sys.stderr.write(f"\r{what}: {done} of {of}  ")
 
@@ -138,13 +115,12 @@ def _parser() -> argparse.ArgumentParser:
         help="checkouts, each in a folder named owner+name (default: HOUSEEXPO_CORPUS)",
     )
     parser.add_argument("--fetch", action="store_true", help="get what is missing from where it was published, by git")
-    parser.add_argument("--out", help="where data sets, pictures and the page are kept (default: FOLDER/.built)")
+    parser.add_argument("--out", help="where data sets are kept (default: FOLDER/.built)")
     parser.add_argument("--workers", type=int, default=2, help="processes (default: 2)")
     parser.add_argument("--kind", action="append", choices=KINDS, help="files of this kind only; may be repeated")
     parser.add_argument("--only", action="append", metavar="NAME", help="this file only; may be repeated")
     parser.add_argument("--half", type=int, choices=(1, 2), help="files of this half only")
     parser.add_argument("--record", metavar="RUN", help="keep the outcomes in results.json under this name")
-    parser.add_argument("--no-page", action="store_true", help="draw nothing")
     parser.add_argument(
         "--both-halves",
         action="store_true",

@@ -6,7 +6,7 @@ first half come first.
 Rules:
 
 1. A hash of the repository's name puts a file into one of two halves, so that files of one author are never parted. On
-   the first half everything may be studied and fitted. Files of the second half are only counted: reports and pages do
+   the first half everything may be studied and fitted. Files of the second half are only counted: reports do
    not show their names, and nobody works on them.
 2. A file is the one that was judged if its SHA-256 is the same; any other file of that name is left out. Of a robot's
    map, whose file says little, the SHA-256 is that of its picture: the first of what it needs.

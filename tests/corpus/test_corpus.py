@@ -72,15 +72,10 @@ def test_a_run_says_what_came_of_each_file(corpus: Corpus, capsys: pytest.Captur
     assert not table.plans
     assert table.rejected
     assert notes.fault.startswith("refused: ")
-    page = (corpus.folder / ".built" / "corpus.html").read_text()
-    assert page.count("data:image/jpeg;base64,") == 3
-    assert "house.ply" in page
-    assert "rejected wrongly" in page  # notes.unknown is said to hold an interior
+    assert f"room (to be judged): {room.plans[0].line}" in said
 
 
-def test_a_map_is_told_by_its_picture_and_drawn_by_its_cells(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_map_is_told_by_its_picture(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     shades = np.full((80, 100), 205, np.uint8)
     shades[8:72, 8:92] = 0
     shades[10:70, 10:90] = 254
@@ -93,15 +88,6 @@ def test_a_map_is_told_by_its_picture_and_drawn_by_its_cells(
     assert Corpus(tmp_path).run([room], "--record", "first", "--both-halves") == 0
     (plan,) = Corpus(tmp_path).outcomes()[room.key].plans
     assert plan.area_m2 == pytest.approx(12.0, abs=0.3)
-    (drawn,) = (tmp_path / ".built" / "pictures").iterdir()
-    left, right = np.hsplit(np.asarray(Image.open(drawn).convert("RGB")), 2)
-    tile = [half[40:-20, 20:-20] for half in (left, right)]  # without title and frame
-    white, black = (
-        [(test(part)).all(axis=2).mean() for part in tile] for test in (lambda p: p > 245, lambda p: p < 60)
-    )
-    assert white[0] > 0.3
-    assert white[1] < 0.1  # the room's floor is coloured in the plan's tile
-    assert all(0.005 < share < 0.1 for share in black)  # its walls are black in both
     (folder / "room.pgm").write_bytes(b"P5 1 1 255 0")
     assert Corpus(tmp_path).run([room]) == 2
     assert "0 of 1 files" in capsys.readouterr().out
@@ -111,9 +97,8 @@ def test_names_of_the_second_half_are_not_shown(corpus: Corpus, capsys: pytest.C
     files = corpus.files
     assert {each.half for each in files} == {1, 2}
     assert corpus.run(files) == 0
-    said, page = capsys.readouterr().out, (corpus.folder / ".built" / "corpus.html").read_text()
+    said = capsys.readouterr().out
     for each in files[:3]:
-        assert (each.repository in page) == (each.half == 1)
         assert each.half == 1 or each.repository not in said
     whole = (corpus.folder / "results.json").read_text()
     assert not any(each.path in whole for each in files if each.half == 2)

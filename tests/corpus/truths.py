@@ -24,6 +24,7 @@ Rules:
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -34,6 +35,7 @@ import msgspec
 import numpy as np
 import numpy.typing as npt
 import shapely
+import trimesh
 from scipy.optimize import linear_sum_assignment
 from shapely import Polygon
 
@@ -42,7 +44,8 @@ from houseexpo.errors import ConfigError
 from houseexpo.grids.frame import source_points_from_plan
 from pipeline.fitting.labels import SAME_EXTENT
 from pipeline.source_record import extent_of
-from pipeline.values import Level
+from pipeline.sources import find, reader
+from pipeline.values import Level, Mesh
 from tests.builders.matching import found_near
 
 TRUTHS: Final = Path(__file__).parent / "truths"
@@ -158,10 +161,26 @@ def save(name: str, truth: Truth, folder: Path = TRUTHS) -> None:
     (folder / f"{name}.json").write_text('{"storeys": [\n ' + ",\n ".join(storeys) + "]}\n", encoding="utf-8")
 
 
+def levels_of(path: str, models: str) -> list[Level]:
+    """All levels of a file that can be read, as far as they can; ``models`` are folders of models, as in a build."""
+    found: list[Level] = []
+    with contextlib.suppress(Exception):  # the build says what is wrong
+        for item in find(path, model_path=models):
+            found += [level for level in reader(item.reader).read(item) if isinstance(level, Level)]
+    return found
+
+
+def section(mesh: Mesh, height: float) -> Floats:
+    """Where a mesh meets a height, (n, 2, 2)."""
+    if not len(mesh.faces):
+        return np.empty((0, 2, 2))
+    whole = trimesh.Trimesh(mesh.vertices, mesh.faces, process=False)
+    found = trimesh.intersections.mesh_plane(whole, plane_normal=[0, 0, 1], plane_origin=[0, 0, height + 0.0013])
+    return np.asarray(found, np.float64).reshape(-1, 2, 3)[:, :, :2]
+
+
 def walls_of(level: Level, storey: Storey) -> Floats:
     """R1: the sections (n, 2, 2) of a level's walls, in the source's plan axes."""
-    from tests.corpus.page import section  # a picture's module, which needs more than this one
-
     cuts = np.concatenate([section(level.walls, height) for height in storey.heights])
     cuts = source_points_from_plan(level.frame, cuts.reshape(-1, 2)).reshape(-1, 2, 2)
     middle = cuts.mean(axis=1)
