@@ -11,6 +11,7 @@ from typing import Final
 import numpy as np
 import shapely
 from shapely import Polygon
+from shapely.geometry.base import BaseGeometry
 
 from houseexpo.corrections.draft import (
     AlreadySoError,
@@ -47,7 +48,7 @@ from houseexpo.corrections.openings import (
 )
 from houseexpo.corrections.vocabulary import Word
 from houseexpo.plan.parts import Door, DoorKind
-from houseexpo.tolerances import MIN_DOOR_M, ROUNDED_M2, SMALLEST_SAID_ROOM_M2
+from houseexpo.tolerances import GRID_M, MIN_DOOR_M, ROUNDED_M2, SMALLEST_SAID_ROOM_M2
 
 WIDEST_DOOR_M: Final = 2.5
 """A wider passage is an opening, metres: ``pipeline.config.DoorsConfig.widest_m``."""
@@ -417,8 +418,12 @@ def opened_wall(draft: Draft, strip: Strip, room: DraftRoom, faces: Faces) -> Sa
 def _on_floor(draft: Draft, strip: Strip, room: DraftRoom, placed: Placed) -> Said:
     """Part a room along a line with a passage in it (R3)."""
     whole, passage, onward = _line_on_floor(draft, strip, room, placed.correction.word)
-    parts = split_pieces(shapely.difference(room.shape, whole.polygon(longer_m=STEP_M)))
+    rest = shapely.difference(room.shape, whole.polygon(longer_m=STEP_M))
+    parts = split_pieces(rest)
     sides = _sides_of(passage, parts)
+    if sides[0] is sides[1]:
+        parts = split_pieces(_with_slits_shut(rest))
+        sides = _sides_of(passage, parts)
     if sides[0] is sides[1]:
         raise PartsNothingError(f"its line parts nothing: {draft.name(room)} goes on around it")
     if small := next((part for part in sides if not may_be_room(part)), None):
@@ -436,6 +441,16 @@ def _on_floor(draft: Draft, strip: Strip, room: DraftRoom, placed: Placed) -> Sa
     if max(onward) > STEP_M:
         said.also.append(f"a wall of {max(onward[0], 0) + max(onward[1], 0):.2f} m closes its line")
     return said
+
+
+def _with_slits_shut(floor: BaseGeometry) -> BaseGeometry:
+    """Return a floor without the slits that join parts of it and are narrower than any door, as at a wall's end."""
+    half = (MIN_DOOR_M - GRID_M) / 2
+    core = shapely.buffer(floor, -half, join_style="mitre")
+    wide = split_pieces(shapely.buffer(core, half, join_style="mitre"))
+    narrow = shapely.get_parts(shapely.difference(floor, shapely.union_all(wide)))
+    slits = [part for part in narrow if (shapely.distance(part, wide) < MEETS_M).sum() > 1]
+    return shapely.difference(floor, shapely.union_all(slits))
 
 
 def _line_on_floor(draft: Draft, strip: Strip, room: DraftRoom, word: Word) -> tuple[Strip, Strip, tuple[float, float]]:
@@ -488,8 +503,12 @@ def part_together(draft: Draft, waiting: Sequence[Placed]) -> dict[int, Said]:
         kept: list[Polygon] = []
         while len(lines) > 1:
             walls = shapely.union_all([whole.polygon(longer_m=STEP_M) for whole, _ in lines.values()])
-            kept = [part for part in split_pieces(shapely.difference(room.shape, walls)) if may_be_room(part)]
-            idle = [k for k, (_, passage) in lines.items() if len({*map(id, _sides_of(passage, kept))}) == 1]
+            rest = shapely.difference(room.shape, walls)
+            for floor in (rest, _with_slits_shut(rest)):
+                kept = [part for part in split_pieces(floor) if may_be_room(part)]
+                idle = [k for k, (_, passage) in lines.items() if len({*map(id, _sides_of(passage, kept))}) == 1]
+                if not idle:
+                    break
             if not idle:
                 break
             lines = {k: line for k, line in lines.items() if k not in idle}

@@ -171,6 +171,15 @@ def test_a_passage_of_another_width_takes_the_place_of_the_one_that_was_said_the
     assert "entrance [[0.0, 1.0], [0.0, 2.0]] gave way" in found.effects[1].also
 
 
+def test_a_slit_at_the_end_of_a_wall_keeps_no_line_from_parting() -> None:
+    stub, post = box(2.95, 0.05, 3.05, 1.5), box(2.95, 2.7, 3.05, 2.9)  # 5 cm short of the outer wall
+    plan = FloorPlan("slit", box(0.0, 0.0, 6.0, 4.0), 1, {}, holes=[stub])
+    assert areas(corrected(plan, opening=[[3.0, 1.5], [3.0, 4.0]]).plan) == pytest.approx([11.8, 11.8], abs=0.05)
+    halves = [[[3.0, 1.5], [3.0, 2.7]], [[3.0, 2.9], [3.0, 4.0]]]
+    found = corrected(replace(plan, holes=[stub, post]), opening=halves)
+    assert areas(found.plan) == pytest.approx([11.8, 11.8], abs=0.05)
+
+
 def test_words_that_contradict_each_other_are_both_named() -> None:
     found = corrected(door=[[4.15, 2.1], [4.15, 2.9]], no_door=[4.15, 2.5])
     assert [effect.outcome for effect in found.effects] == ["done", "none"]
