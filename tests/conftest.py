@@ -46,7 +46,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     kit.addoption("--members", type=int, default=100, help="how many houses of each kind")
     kit.addoption("--kinds", default="", help="which kinds, separated by commas; all by default")
     kit.addoption("--seed", type=int, default=0, help="another seed gives other houses")
-    kit.addoption("--keep", default="", metavar="DIR", help="write houses that fail, plans and pictures")
+    kit.addoption("--keep", default="", metavar="DIR", help="write houses that fail, and their plans")
 
 
 def pytest_configure(config: pytest.Config) -> None:

@@ -67,7 +67,7 @@ class Outcome:
 
 
 def measure(kind: str, number: int, seed: int, folder: str, keep: str = "") -> Outcome:
-    """Make a member, plan it, score it; with ``keep``, write file, plans and a picture there where it fails."""
+    """Make a member, plan it, score it; with ``keep``, write file and plans there where it fails."""
     member = make_member(kind, number, seed, Path(folder))
     start = time.perf_counter()
     plans, errors = plans_of(member.path)
@@ -157,8 +157,6 @@ def columns_failing(score: dict[str, Any], truth: dict[str, Any]) -> list[str]:
 
 def keep_failure(member: Member, plans: list[dict[str, Any]], outcome: Outcome, folder: Path) -> None:
     """Write what a person needs to see why a member fails."""
-    from tests.builders.kinds.pictures import overlay
-
     folder.mkdir(parents=True, exist_ok=True)
     stem = member.path.stem
     for file in member.path.parent.glob(f"{stem}.*"):
@@ -167,4 +165,3 @@ def keep_failure(member: Member, plans: list[dict[str, Any]], outcome: Outcome, 
     (folder / f"{stem}.truth.json").write_text(json.dumps(record, indent=1), encoding="utf-8")
     for number, plan in enumerate(plans):
         (folder / f"{stem}.plan{number}.json").write_text(json.dumps(plan), encoding="utf-8")
-    overlay(folder / f"{stem}.png", list(member.truths), plans, f"{stem}: {outcome.failing} {outcome.detail}")
