@@ -30,6 +30,8 @@ H5  A hole that a window fills, or that starts above the knee and is not a niche
     body deeper than any wall, such as a corner window's, closes only the part of its own wall inside it.
 H6  If a door's hole lies right before its wall, at most its own depth away (an exporter flipped the wall without its
     holes), it goes through that wall. So does a door without a hole that stands at the face of a wall.
+H7  A door without a hole that stands free but for one end, in the middle of a wall, was written a quarter turn
+    wrong: it goes through that wall there. On which side of its end it was meant to lie is not known.
 """
 
 from __future__ import annotations
@@ -380,16 +382,15 @@ def _is_of(hole: WallHole, floor: float, floors: Sequence[float]) -> bool:
 def _opening(hole: WallHole, walls: WallFootprints, least_m: float, skin_m: float = LAP_M) -> Opening | None:
     """H1: return the opening; None for a niche, and for a hole without a door narrower than ``least_m`` (H2)."""
     standing = walls.near(hole.mesh)
-    axis = wall_direction(hole, standing)
-    points = hole.mesh.vertices[:, :2]
-    along, across = axis.span(points), axis.quarter_turn().span(points)
+    place = _turned_into_wall(hole, standing) or _place_along(wall_direction(hole, standing), hole)
+    along, across = place.along, place.across
     # a body so much wider than its door has the leaf drawn open
     if hole.host is None and hole.width_m and along[1] - along[0] > hole.width_m + HAND_M:
         middle = (along[0] + along[1]) / 2
         along = middle - hole.width_m / 2, middle + hole.width_m / 2
     if along[1] - along[0] < (HAND_M if hole.has_door else least_m):
         return None
-    place = _Place(axis, along, across)
+    place = replace(place, along=along)
     host = standing if hole.host is None else project_to_plan(hole.host)
     if not hole.has_door and _is_niche(place, host):
         if _over(place, host) or _stands_behind(place, host):
@@ -398,7 +399,35 @@ def _opening(hole: WallHole, walls: WallFootprints, least_m: float, skin_m: floa
     else:
         depth = _over(place, standing) or _beside(place, host) or _before(place, hole, host) or across
     thin = max((HAND_M - (depth[1] - depth[0])) / 2, skin_m)
-    return Opening.named(axis.box(along, (depth[0] - thin, depth[1] + thin)), hole.has_door)
+    return Opening.named(place.axis.box(along, (depth[0] - thin, depth[1] + thin)), hole.has_door)
+
+
+def _place_along(axis: PlanDirection, hole: WallHole) -> _Place:
+    points = hole.mesh.vertices[:, :2]
+    return _Place(axis, axis.span(points), axis.quarter_turn().span(points))
+
+
+def _turned_into_wall(hole: WallHole, standing: BaseGeometry) -> _Place | None:
+    """H7: return where a door lies in the wall in which it has one end, None if it stands in a wall, or in none."""
+    if not hole.has_door or hole.host is not None:
+        return None
+    side = _side(hole)
+    place = max((_place_along(each, hole) for each in (side, side.quarter_turn())), key=lambda each: np.ptp(each.along))
+    (low, high), (near, far) = place.along, place.across
+    half, middle, turned = (high - low) / 2, (near + far) / 2, place.axis.quarter_turn()
+    if far - near > half:
+        return None
+    for end, rest in ((low, (high - half, high)), (high, (low, low + half))):
+        if standing.intersection(place.axis.box(rest, (near - HAND_M, far + HAND_M))).area > TINY:
+            continue
+        # across the turned axis, the door's own runs backwards
+        across = _Place(turned, (middle - half, middle + half), (-end - STAND_M, -end + STAND_M))
+        depth = _over(across, standing)
+        if depth is not None and depth[1] - depth[0] <= THICK_WALL_M:
+            wall = turned.box(across.along, depth)
+            if standing.intersection(wall).area > NEARLY_ALL * wall.area:
+                return across
+    return None
 
 
 def _is_niche(place: _Place, wall: BaseGeometry) -> bool:

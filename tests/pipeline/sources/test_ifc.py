@@ -61,6 +61,20 @@ def test_openings_tell_doors_from_gaps_and_leave_windows_out(tmp_path):
     assert ground.named_openings
 
 
+@pytest.mark.parametrize("y", [3.0, 2.1])
+def test_a_door_written_a_quarter_turn_wrong_goes_through_the_wall_in_which_it_ends(tmp_path, y):
+    house = TinyBuilding()
+    ground = house.storey("EG", 0.0)
+    house.walls_around(ground, (0, 0, 0, 6, 6, 2.5))
+    house.element("IfcWall", ground, (0.2, 2.9, 0, 5.8, 3.1, 2.5), "inner")
+    house.element("IfcSlab", ground, (0, 0, -0.3, 6, 6, 0), "slab")
+    house.element("IfcDoor", ground, (2.0, y, 0, 2.1, y + 0.9, 2.1), "across")
+    (level,) = levels_of(house.write(tmp_path / "house.ifc"))
+    (door,) = level.openings
+    assert door.has_door
+    assert door.polygon.bounds == pytest.approx((1.6, 2.9, 2.5, 3.1), abs=0.01)
+
+
 def test_furniture_leaves_and_railings_are_no_walls(tmp_path):
     ground, upper = levels_of(tiny_house().write(tmp_path / "house.ifc"))
     room = shapely.box(0.3, 0.3, 3.8, 5.7)
