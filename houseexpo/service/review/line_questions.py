@@ -164,10 +164,11 @@ def _parting_lines(room: bytes) -> list[_Parting]:
 def corner_lines(room: Polygon) -> tuple[list[LineString], list[LineString]]:
     """Return the lines between two corners that jut into a room, and those from such a corner to the next wall.
 
-    All extend an edge of the corner, those between two corners an edge of both, within ``OF_EDGE_M``.
+    All extend an edge of the corner, those between two corners an edge of both, within ``OF_EDGE_M``, also over posts.
     """
     starts, ways, lengths = _extended_edges(room)
-    near = shapely.buffer(room, OF_EDGE_M / 3)
+    posts = [post for ring in room.interiors if (post := Polygon(ring)).area < WIDEST_WALL_M**2]
+    near = shapely.buffer(shapely.union_all([room, *posts]), OF_EDGE_M / 3)
     apart = starts[None] - starts[:, None]
     ahead = (apart * ways[:, None]).sum(axis=2)
     aside = np.abs(apart[..., 0] * ways[:, None, 1] - apart[..., 1] * ways[:, None, 0])

@@ -268,6 +268,8 @@ def test_a_part_of_a_room_behind_a_wide_mouth_is_asked_about_and_then_what_else_
     assert sorted(x for x, _ in mouth.answers[0].points) == pytest.approx([2.0, 6.0], abs=0.1)
     assert others == []
     assert all("3.0" in each.says for each in questions(plan, {mouth.key}))  # across the hall
+    post = replace(plan.rooms[0], holes=(box(3.9, 0.0, 4.1, 0.3),))
+    assert [each.key for each in questions(replace(plan, rooms=(post,)))][:1] == [mouth.key]
 
 
 def test_a_doorway_with_two_jambs_is_asked_about_also_beside_another_door() -> None:
