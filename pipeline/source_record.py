@@ -11,10 +11,12 @@ R6  A level that cannot become a plan is recorded as far as its stages came, an 
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
+from fnmatch import fnmatchcase
 from itertools import chain
 from pathlib import Path
 from typing import Any, Final
@@ -291,6 +293,10 @@ def _contents(item: Input, levels: Sequence[Level]) -> tuple[_Whole, list[str]]:
             return _ifc_contents(path, is_read=is_read)
         if item.reader == "vector_plans":
             lines, parts = drawing_lines(item)
+            dropped = json.loads(options.get("drop_nodes", "[]"))
+            if parts and dropped:  # what is left out is not drawn
+                kept = [each for each in lines[0] if not any(fnmatchcase(each[0], name) for name in dropped)]
+                lines = [kept] if kept else []
             return _Whole(lines=lines), parts
         if item.reader == "occupancy_map" and not is_read:
             units, scale = said_size(options)

@@ -250,7 +250,7 @@ def _without_effect_now(before: Preview[FloorPlan], after: Preview[FloorPlan]) -
     had = {author_key(each["word"], each["value"]) for each in before.records if each["outcome"] == "done"}
     idle = [each for each in after.records if each["outcome"] == "none"]
     lost = [each for each in idle if author_key(each["word"], each["value"]) in had]
-    return [f"but {each['word'].replace('_', ' ')} has no effect any more: {each['said']}" for each in lost]
+    return [f"but the earlier “{_TOOLS[each['word']].title}” has no effect any more: {each['said']}" for each in lost]
 
 
 def _hash_of(plan: FloorPlan | None) -> str:
@@ -530,6 +530,7 @@ class Review:
         said = () if source is None or source.is_founded else all_said
         several = {key for key, answer in self.decisions.left(name).items() if answer == SEVERAL}
         found = questions(told.plan, left, source, words, several)
+        is_current = source is shown and not common["source"]["is_outdated"]  # else it is read again with what was said
         asked = msgspec.to_builtins(with_effect(told.plan, found, said, source))
         if ghosts:
             asked.insert(0, changed_question(plan, len(ghosts), size, grows=all(ghosts)))
@@ -538,7 +539,7 @@ class Review:
             "plan": name,  # the source's plan may have another id, that of its input alone
             "rejected": "" if is_plan else self.rejected.get(name, ""),
             "effects": effects,
-            "questions": [] if common["source"]["is_outdated"] else asked,
+            "questions": asked if is_current else [],
             **common,
         }
 
@@ -706,7 +707,7 @@ class Review:
 
     def _plan(self, name: str) -> FloorPlan:
         """Return the plan to correct; the plan of a rejected house comes from its source."""
-        plan = self.base(name, self.source(name))
+        plan = self.base(name, self._shown(name))
         if plan is None:
             raise ConfigError(f"{name}: it has no plan yet")
         return plan
@@ -762,7 +763,7 @@ class Review:
 
     def _hash_at(self, name: str) -> str:
         """Return the SHA-256 of the file of the shown plan."""
-        return _hash_of(self.base(name, self.source(name)))
+        return _hash_of(self.base(name, self._shown(name)))
 
     def _said(
         self, name: str, plan: Ground, word: Word, wanted: Sequence[Any], table: Mapping[str, Any]
@@ -813,7 +814,7 @@ class Review:
 
         ``at`` is the time that the log will have for them.
         """
-        source = self.source(name)
+        source = self._shown(name)
         if not plan.is_plan or (source is not None and source.is_founded):
             Override(**{each: table[each] for each in WORDS if each in table})
             said = {"word": word, "outcome": "done", "said": "the rooms are searched with it now"}

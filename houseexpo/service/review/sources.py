@@ -4,9 +4,9 @@ R1  The command that built a house makes its record, in a separate process. The 
     page answers from memory. The process stays for a while with the source in memory, and makes the record again
     after further corrections.
 R2  Only a command that this user ran in this place is run, as for a rebuild (``review.rebuild``).
-R3  A record is valid for the statements about the file at that time. For a house without a plan, or one that has no
-    plan with what is said of its file, it is valid only for all statements at that time, since only the search can
-    tell their effect.
+R3  A record is valid for the file as it was, and for the statements about it at that time. For a house without a plan,
+    or one that has no plan with what is said of its file, it is valid only for all statements at that time, since only
+    the search can tell their effect.
 R4  One source is read at a time. If reading fails, the page gets the reason and may ask again.
 """
 
@@ -24,8 +24,9 @@ from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
+from pathlib import Path
 from threading import Lock
-from typing import IO, Any, Final
+from typing import IO, Any, Final, TypeAlias
 
 import msgspec
 import numpy as np
@@ -46,6 +47,8 @@ from houseexpo.lru_cache import LruCache
 from houseexpo.plan.ids import parts_of
 from houseexpo.tolerances import MIN_DOOR_M
 
+_Key: TypeAlias = tuple[str, bytes, tuple[int, int]]
+"""A plan, what is said of its file, and the state of its file."""
 READ_S: Final = 300.0
 """The most time for reading a source, seconds: as for a house in a build."""
 _KEPT_SOURCES: Final = 8
@@ -243,7 +246,7 @@ class Sources:
         self._commands = commands
         self._views: LruCache[SourceView] = LruCache(_KEPT_SOURCES)
         self._latest: dict[str, tuple[bytes, SourceView]] = {}
-        self._failed: dict[tuple[str, bytes], str] = {}
+        self._failed: dict[_Key, str] = {}
         self._reading = Lock()
         self._workers = _Workers()
 
@@ -270,12 +273,22 @@ class Sources:
         """
         said = _key(name, tables, is_plan=True)
         of, latest = self._latest.get(name, (b"", None))
-        latest = latest if of == said[1] else self._views.get(said)
+        latest = latest if of == said[1] else self._views.get((*said, self._state_of_file(name)))
         return latest is None or (latest.found is not None and not latest.is_founded)
 
-    def _key(self, name: str, tables: Mapping[str, Any], *, is_plan: bool) -> tuple[str, bytes]:
+    def _key(self, name: str, tables: Mapping[str, Any], *, is_plan: bool) -> _Key:
         """R3."""
-        return _key(name, tables, is_plan=is_plan and self._is_found(name, tables))
+        said = _key(name, tables, is_plan=is_plan and self._is_found(name, tables))
+        return *said, self._state_of_file(name)
+
+    def _state_of_file(self, name: str) -> tuple[int, int]:
+        """Return the time and the size of the file of a plan, zeros if it is not known yet, or not there."""
+        latest = self.latest(name)
+        with suppress(OSError):
+            if latest is not None and latest.record.path:
+                found = Path(latest.record.path).stat()
+                return found.st_mtime_ns, found.st_size
+        return 0, 0
 
     def read(self, name: str, tables: Mapping[str, Any], *, is_plan: bool) -> SourceView:
         """Return the source of a plan; reading it takes seconds unless it is in memory.

@@ -116,7 +116,7 @@ function showDoing() {
 // A key for a question while its successor is not known yet, or has just come.
 function refuseEarly() {
   if (performance.now() < settled) return say("The last key was not taken: another question has come in the meantime.", "bad");
-  return working ? say("The last key was not taken: no question is shown yet.", "bad") : undefined;
+  return working || reading ? say("The last key was not taken: no question is shown yet.", "bad") : undefined;
 }
 
 function go(move, plan = now?.plan) {
@@ -126,7 +126,7 @@ function go(move, plan = now?.plan) {
   return inTurn(async () => {
     const query = new URLSearchParams({ move, reviewer: reviewer() });
     if (plan) query.set("plan", plan);
-    const found = await ask(`state?${query}`).finally(() => { if (leaves) moving -= 1; });
+    const found = await ask(`state?${query}`).finally(() => { if (leaves) moving -= 1; showDoing(); });
     if (found.plan === null && now?.plan) {
       now = { ...now, ...found, plan: now.plan };
       showProgress(found.progress);
@@ -230,7 +230,7 @@ function lay(source) {
 
 // Of a drawing of which no plan came: which of its lines are walls?
 function askOfMost() {
-  if (now?.plan && !now.rooms && !now.effects.length && !now.questions.length && !readOnly) sheet.askOfMost();
+  if (now?.plan && !now.rooms && !now.questions.length && !readOnly) sheet.askOfMost();
 }
 
 const readingOf = (found) => JSON.stringify([found?.plan, found?.source?.said]);

@@ -18,12 +18,12 @@ export const SOLID = "solid"; // the source in three dimensions, beside the plan
 const SAME_M = 0.01; // frames are rounded
 const ASIDE_M = 0.15; // beside a line lies the room, where the line itself was taken for a wall
 const LEAST_DOOR_M = 0.7, MOST_DOOR_M = 1.2; // of a door that a stroke across a wall stands for
-const SEEN_PX = 30; // of what is asked about: a door of 0.9 m in a plan of 25 m
+const SEEN_PX = 48; // of what is asked about: as wide as one and a half of the rings around it
 const WIDER_THAN = 8, LEAST_VIEW_M = 10; // what is seen around it
 const OF_WHOLE = /^(guess|floors|changed)/; // questions about the file
 const WIDER = 1.05; // a source that is hardly larger than the plan needs no other view
 const AT_FIRST = ["map", "section_1_1", PLACES];
-const BESIDE_M = 0.6; // a point so far from a place lies in the room beside it
+const BESIDE_M = 0.6; // the first room within this of a place is the room beside it
 const keep = { "vector-effect": "non-scaling-stroke" };
 const RESIZED = 1.25; // what is said of a file has made the plan so much larger: it needs another view
 const isLike = (one, other) => [0, 1].every((k) => {
@@ -158,7 +158,7 @@ export class Sheet {
   ask(question, like, which) {
     const isNew = question?.key !== this.asked?.key || like.length > this.like.length;
     Object.assign(this, { asked: question, like, which });
-    if (isNew && question && !this.draws) this.#lookAt(like.length > 1 ? like : [question]);
+    if (isNew && question && !this.draws && !question.key.startsWith("stroke")) this.#lookAt(like.length > 1 ? like : [question]);
     this.#paint();
   }
 
@@ -166,7 +166,7 @@ export class Sheet {
   // is still that of the last question, all of the plan is tried first.
   #lookAt(asked) {
     if (!this.drawing) return;
-    const { home } = this.drawing, isOwn = this.drawing.view === this.looked;
+    const home = this.#whole, isOwn = this.drawing.view === this.looked;
     if (isOwn) this.drawing.look(home);
     const { view } = this.drawing, [first] = asked, points = asked.flatMap(({ at, answers }) => [at, ...(answers[0]?.points ?? [])]);
     const [x1, y1, x2, y2] = [0, 1].map((k) => Math.min(...points.map((each) => each[k]))).concat([0, 1].map((k) => Math.max(...points.map((each) => each[k]))));
@@ -178,6 +178,18 @@ export class Sheet {
     const [w, h] = by < 1 ? [wide, wide * Math.min(1, home[3] / home[2])] : [home[2], home[3]];
     this.looked = by < 1 ? [(x1 + x2 - w) / 2, (-y1 - y2 - h) / 2, w, h] : home;
     this.drawing.look(this.looked);
+  }
+
+  // The view of all of the plan; where there is none, of the source.
+  get #whole() {
+    const { margin, home } = this.drawing, { rooms, bounds: [x1, y1, x2, y2] } = this.plan.shape;
+    return rooms.length ? [x1 - margin, -y2 - margin, x2 - x1 + 2 * margin, y2 - y1 + 2 * margin] : home;
+  }
+
+  // The whole plan; once more, all that the source has.
+  #lookAtAll() {
+    const whole = this.#whole, { view, home } = this.drawing;
+    this.drawing.look(whole.every((value, i) => Math.abs(value - view[i]) < SAME_M) ? home : whole);
   }
 
   #underlay() {
@@ -212,8 +224,9 @@ export class Sheet {
   #wordOf({ kind, ends: [a, b] }) {
     const [x, y] = [(a[0] + b[0]) / 2, (a[1] + b[1]) / 2], far = apart(a, b) || 1;
     if (this.plan.shape.rooms.some(({ rings }) => isInside([x, y], rings))) return kind === "door" ? "door" : "opening";
-    const [nx, ny] = [-(b[1] - a[1]) / far * BESIDE_M, (b[0] - a[0]) / far * BESIDE_M];
-    const [one, other] = [[x + nx, y + ny], [x - nx, y - ny]].map((at) => this.plan.shape.rooms.findIndex(({ rings }) => isInside(at, rings)));
+    const [nx, ny] = [-(b[1] - a[1]) / far, (b[0] - a[0]) / far], ways = Array.from({ length: BESIDE_M / STEP_M }, (_, i) => (i + 1) * STEP_M);
+    const roomAt = (at) => this.plan.shape.rooms.findIndex(({ rings }) => isInside(at, rings));
+    const [one, other] = [1, -1].map((side) => ways.map((way) => roomAt([x + side * way * nx, y + side * way * ny])).find((room) => room >= 0) ?? -1);
     if (one >= 0 && one === other) return "opening";
     return one >= 0 && other >= 0 ? "door" : "entrance";
   }
@@ -291,7 +304,7 @@ export class Sheet {
     if (!this.tool) {
       if (event.key === "+" || event.key === "=") this.drawing?.zoom(1 / 1.3);
       else if (event.key === "-") this.drawing?.zoom(1.3);
-      else if (event.key === "0") this.drawing?.look(this.drawing.home);
+      else if (event.key === "0") { if (this.drawing) this.#lookAtAll(); }
       else if (event.key === "Escape" && this.chosen >= 0) this.choose(-1);
       else return false;
       return true;
@@ -397,18 +410,24 @@ export class Sheet {
 
   // A line first, then all others of its layer, the nearest to the point first.
   #askOf({ kind, ends }, point) {
-    const like = this.strokes.filter((each) => each.kind === kind && each.ends[0] !== ends[0] && apart(...each.ends) >= SHORTEST_M);
+    const shortest = this.plan.shape.rooms.length ? SHORTEST_M : Math.min(SHORTEST_M, apart(...ends) / 20); // without a plan the size may be wrong
+    const like = this.strokes.filter((each) => each.kind === kind && each.ends[0] !== ends[0] && apart(...each.ends) >= shortest);
     const near = like.map((each) => [farFrom(each.ends, point), each.ends]).sort((one, other) => one[0] - other[0]);
     this.hooks.stroke([ends, ...near.map(([, other]) => other)], kind);
   }
 
-  // Of a drawing without a plan: asks whether the lines of the layer that has most of them are walls.
+  // Of a drawing without a plan: asks whether the lines of the longest layer of which nothing was said yet are walls.
   askOfMost() {
-    const lines = this.strokes.filter(({ ends }) => apart(...ends) >= SHORTEST_M), counts = new Map();
-    for (const { kind } of lines) counts.set(kind, (counts.get(kind) ?? 0) + 1);
-    const most = [...counts].reduce((best, each) => (each[1] > best[1] ? each : best), ["", 0])[0];
+    const key = (points) => JSON.stringify(points.map((at) => at.map((value) => value.toFixed(2))));
+    const said = new Set(this.plan.effects.map(({ points }) => key(points))), lengths = new Map();
+    const known = new Set(this.strokes.filter(({ ends }) => said.has(key(ends))).map(({ kind }) => kind));
+    const lines = this.strokes.filter(({ kind }) => !known.has(kind));
+    for (const { kind, ends } of lines) lengths.set(kind, (lengths.get(kind) ?? 0) + apart(...ends));
+    const most = [...lengths].reduce((best, each) => (each[1] > best[1] ? each : best), ["", 0])[0];
     const longest = lines.filter(({ kind }) => kind === most).reduce((best, each) => (!best || apart(...each.ends) > apart(...best.ends) ? each : best), null);
-    if (longest) this.#askOf(longest, longest.ends[0]);
+    if (!longest) return;
+    this.#askOf(longest, longest.ends[0]);
+    if (this.asked) this.#lookAt([this.asked]);
   }
 
   // The gap by which a space is still open, if it is asked about.
@@ -525,7 +544,7 @@ export class Sheet {
   #words() {
     if (!this.tool || !this.cross) {
       if (this.chosen >= 0) return "Drag a point to move it. Delete takes the correction out. Escape ends.";
-      return this.beyond && this.drawing.view !== this.drawing.home ? "The source reaches beyond this view: 0 shows all of it." : "";
+      return this.beyond && this.drawing.view !== this.drawing.home ? "The source reaches beyond this view: 0, once or twice, shows all of it." : "";
     }
     const [x, y] = this.cross, last = this.points.at(-1);
     const where = this.plan.frame.map(([a, b, c]) => (a * x + b * y + c).toFixed(2)).join(", "); // as overrides.toml has it

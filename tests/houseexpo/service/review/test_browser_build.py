@@ -82,7 +82,8 @@ def test_a_build_in_a_terminal_is_known_and_nothing_is_coloured_that_did_not_cha
         )
         assert page.evaluate("document.activeElement.id") == "stage"
         assert page.locator(".gone path, .changed path").count() == 0
-        page.keyboard.press("0")
+        for _ in range(2):  # the plan, then all of the source
+            page.keyboard.press("0")
         bounds = page.locator("#plan-drawing image").first.evaluate(
             "each => ['x', 'y', 'width', 'height'].map((name) => Number(each.getAttribute(name)))"
         )

@@ -375,7 +375,7 @@ def test_a_correction_that_another_takes_the_effect_of_is_told(client: TestClien
     (said,) = decide(client, "doubtful", "wall", points=[[2.0, 0.1], [2.0, 3.1]])["effects"]
     decide(client, "doubtful", "label", points=[[3.0, 1.5]], text="Hall")
     done = replace(client, value=said["value"], points=[[3.0, 0.1], [3.0, 3.1]])
-    assert "but label has no effect any more: no room is there" in " ".join(done["effect"]["also"])
+    assert "but the earlier “Label” has no effect any more: no room is there" in " ".join(done["effect"]["also"])
     assert [each["outcome"] for each in done["effects"]] == ["done", "none"]
 
 
