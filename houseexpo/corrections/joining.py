@@ -1,7 +1,8 @@
 """Cut passages into parts that corrections have separated, and remove cuts that corrections make needless.
 
-J1  If words have separated a part and nothing leads into it, a cut through the thinnest wall joins it to the rest. A
-    robot can then reach it, and a person sees where the program guesses.
+J1  If words have separated a part and nothing leads into it, a cut joins it to the rest: at the widest place where the
+    source's walls leave a gap, or else through the thinnest wall. A robot can then reach it, and a person sees where
+    the program guesses.
 J2  A part with an entrance needs no cut. Neither is a cut made into a part from which a person has removed a passage,
     nor into a part without a passage in the given plan: a cut in another wall would contradict the person.
 J3  A cut between two parts is removed if another passage joins them now, or if a person states an entrance of the
@@ -11,21 +12,27 @@ J4  A part that no inner passage joins to the others keeps its rooms; ``Draft.ma
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from typing import Final
 
 import numpy as np
 import shapely
 from shapely import Polygon
 
-from houseexpo.corrections.draft import Draft, DraftDoor, DraftRoom
+from houseexpo.corrections.draft import Draft, DraftDoor, DraftRoom, NoEffectError
 from houseexpo.corrections.openings import SNAP_M, STEP_M, WALL_REACH_M, Strip, edges_of, faces_beside
-from houseexpo.corrections.passages import clear_part, fit_to_wall
+from houseexpo.corrections.passages import WIDEST_DOOR_M, clear_part, fit_to_wall
 
 CUT_M: Final = 0.8
 """The width of a cut: ``pipeline.config.ConnectivityConfig.cut_width_m``."""
 
+_OPEN: Final = 0.8
+"""The least share of a cut that a gap takes: walls of meshes reach into it by some centimetres."""
+_RECTANGLE: Final = 5
+"""The number of points of a rectangle's ring."""
 _OUT_M: Final = 0.01
 """A line that is tried lies this far outside a room, metres."""
 _SAME_M: Final = 1e-6
@@ -44,16 +51,19 @@ def settle(draft: Draft) -> Iterator[str]:
         part = lone[-1]
         rest = [room for other in parts if other is not part for room in other]
         names = draft.names(part)
-        found = None if _is_denied(draft, part, before) else _thinnest_wall(draft, part, rest)
+        is_denied = _is_denied(draft, part, before)
+        gap = None if is_denied else _widest_gap(draft, part, rest)
+        found = None if is_denied else gap or _thinnest_wall(draft, part, rest)
         if found is None:
             closed.add(id(part[0]))
             continue
         strip, (one, other) = found
         area = clear_part(strip.polygon(deeper_m=STEP_M), (room.shape for room in draft.rooms), strip.centre)
         draft.doors.append(DraftDoor("cut", area, strip.ends, (one, other), None))
+        where = "" if gap is None else " where the walls leave a gap"
         yield (
             f"nothing else led into {names}: a cut of {strip.length:.2f} m joins {draft.name(one)} and "
-            f"{draft.name(other)}; if the way is elsewhere, draw the door"
+            f"{draft.name(other)}{where}; if the way is elsewhere, draw the door"
         )
     yield from _without_needless_cuts(draft)
     yield from _apart(draft, before)
@@ -118,9 +128,40 @@ def _was_needed(draft: Draft, cut: DraftDoor) -> bool:
     return len(before.pieces()) > count
 
 
-def _thinnest_wall(
-    draft: Draft, part: Sequence[DraftRoom], rest: Sequence[DraftRoom]
-) -> tuple[Strip, tuple[DraftRoom, DraftRoom]] | None:
+_Cut = tuple[Strip, tuple[DraftRoom, DraftRoom]]
+
+
+def _widest_gap(draft: Draft, part: Sequence[DraftRoom], rest: Sequence[DraftRoom]) -> _Cut | None:
+    """Return the cut between two groups of rooms at the widest gap of the source's walls, or None."""
+    if draft.source_walls is None:
+        return None
+    near = shapely.buffer(shapely.union_all([room.shape for room in part]), WALL_REACH_M)
+    standing, walls = (
+        shapely.union_all([shape for shape in shapes if near.intersects(shape)])
+        for shapes in (draft.standing, draft.source_walls)
+    )
+    gaps = shapely.difference(standing, walls).buffer(-_OUT_M).buffer(_OUT_M, join_style="mitre")  # no slivers
+    taken = shapely.union_all([door.shape for door in draft.doors])
+    rooms = [*part, *rest]
+    shapes = [room.shape for room in rooms]
+    found: list[_Cut] = []
+    for gap in shapely.get_parts(gaps).tolist():
+        corners = shapely.get_coordinates(shapely.minimum_rotated_rectangle(gap))
+        for a, b in itertools.pairwise(corners[:3]) if len(corners) == _RECTANGLE else ():
+            line = Strip(corners[:4].mean(axis=0), (b - a) / math.dist(a, b), math.dist(a, b), 0.0)
+            faces = faces_beside(line, shapes)
+            if min(faces.shapes) < 0 or len({k < len(part) for k in faces.shapes}) == 1:
+                continue
+            with suppress(NoEffectError):
+                strip = fit_to_wall(line, faces)
+                area = strip.polygon()
+                is_open = shapely.intersection(area, gap).area >= _OPEN * area.area
+                if is_open and strip.length <= WIDEST_DOOR_M and not area.intersects(taken):
+                    found.append((strip, (rooms[faces.shapes[0]], rooms[faces.shapes[1]])))
+    return max(found, key=lambda each: each[0].length, default=None)
+
+
+def _thinnest_wall(draft: Draft, part: Sequence[DraftRoom], rest: Sequence[DraftRoom]) -> _Cut | None:
     """Return the cut through the thinnest wall between ``part`` and ``rest`` that is clear of other passages, or None.
 
     A wall is at least as thick as its line's distances to both rooms. So lines are tried by this distance, until no

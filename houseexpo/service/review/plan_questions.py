@@ -1,8 +1,8 @@
 """Ask about the parts of a plan as it is: its passages, its rooms, and rooms that may be one.
 
-R1  A cut was made because nothing showed a way between two parts of the plan: either a door is there, or no door, or
-    the door is where the source shows one beside it, or else in the wall to a larger room beside the smaller one: a
-    room of a row opens to the hall before all of them.
+R1  A cut was made because nothing, or hardly anything, showed a way between two parts of the plan: either a door is
+    there, or no door, or the door is where the source shows one beside it, or else in the wall to a larger room beside
+    the smaller one: a room of a row opens to the hall before all of them.
 R2  A passage or a room that is doubtful is asked about, and every entrance: a window may be one. If a person says that
     a room is several, the places where it may part are asked about (``line_questions``).
 R3  Rooms that meet without a wall are one room, or they stay two; only where nobody has drawn a wall.
@@ -39,7 +39,7 @@ from houseexpo.service.review.question import (
     none_of,
     point_in,
 )
-from houseexpo.tolerances import GRID_M
+from houseexpo.tolerances import GRID_M, MIN_DOOR_M
 
 _WAY_OUT: Final = 0.3
 """The least doubt of an entrance: in marked plans that are not right, 23 of 65 with a confidence of 0.7 or more are
@@ -79,7 +79,8 @@ def passage_questions(plan: FloorPlan, shown: Sequence[tuple[str, LineString]] =
         between = names_of(sides[::-1])
         area, answers = 0.0, tuple[Answer, ...]()
         if door.kind == "cut":
-            says = f"Nothing shows a way between {between}, so a cut of {door.width:.2f} m was made. Is a door there?"
+            says = f"{_shown_at(door, shown)} a way between {between}, so a cut of {door.width:.2f} m was made. "
+            says += "Is a door there?"
             area = sides[0].area
             answers = (
                 Answer("A door", "door", ends),
@@ -107,6 +108,12 @@ def passage_questions(plan: FloorPlan, shown: Sequence[tuple[str, LineString]] =
         yield Question(
             key_of(plan, door.kind, at), at, says, answers, doubt, area, door.width if not area else area**0.5
         )
+
+
+def _shown_at(cut: Door, shown: Sequence[tuple[str, LineString]]) -> str:
+    """R1. Return who shows a way where a cut is."""
+    kind = next((kind for kind, line in shown if kind in SHOWN and cut.polygon.distance(line.centroid) < GRID_M), "")
+    return f"Only {an(kind)} here shows" if kind else "Nothing shows"
 
 
 def _ways_beside(cut: Door, sides: Sequence[Room], free: Sequence[tuple[str, LineString]]) -> Iterator[Answer]:
@@ -145,13 +152,13 @@ def _way_to_larger(plan: FloorPlan, cut: Door, sides: Sequence[Room]) -> Iterato
 
 
 def free_places(plan: FloorPlan, shown: Sequence[tuple[str, LineString]]) -> list[tuple[str, LineString]]:
-    """Return the places as wide as a passage where the source shows a way and the plan has none; a cut is a guess."""
+    """Return the places as wide as a door where the source shows a way and the plan has none; a cut is a guess."""
     doors = [(door.polygon, GRID_M if door.kind == "cut" else WIDEST_WALL_M) for door in plan.doors]
     return [
         (kind, line)
         for kind, line in shown
         if kind in SHOWN
-        and PASSAGE_M[0] <= line.length <= PASSAGE_M[1]
+        and MIN_DOOR_M <= line.length <= PASSAGE_M[1]
         and all(door.distance(line.centroid) >= near for door, near in doors)
     ]
 

@@ -2,7 +2,7 @@
 
 R1  Three things are asked about: a space between walls that the plan left out and that is large enough for a room; a
     room that takes only a part of the space between its walls; and a door or a gap in the source, in a wall of a room,
-    where the plan has no passage.
+    where the plan has no passage; a narrow one only between rooms that no passage joins.
 R2  A room is asked about if the source shows no wall along much of its edge: a porch, or what rays saw.
 R3  In a robot's map, a part of a room behind a narrow place is asked about if the map shows no wall along much of its
     edge: rays went through a gap.
@@ -220,14 +220,11 @@ def place_questions(
     """R1."""
     shut = shapely.multipoints(closed) if closed else None
     rooms = [room.polygon for room in plan.rooms]
+    joined = {frozenset(door.rooms) for door in plan.doors if door.kind != "cut"}
     for kind, line in free_places(plan, places):
         (ax, ay), (bx, by) = line.coords
-        way = np.array([ay - by, bx - ax]) / line.length * WIDEST_WALL_M
-        sides = [
-            next((k for k, room in enumerate(rooms) if shapely.contains_xy(room, *at)), None)
-            for at in (np.array([ax + bx, ay + by]) / 2 + sign * way for sign in (1, -1))
-        ]
-        if sides[0] == sides[1]:
+        sides = _rooms_beside(line, rooms)
+        if sides[0] == sides[1] or (line.length < PASSAGE_M[0] and (None in sides or frozenset(sides) in joined)):
             continue
         if shut is not None and shut.distance(line) < WIDEST_WALL_M:
             continue
@@ -240,6 +237,18 @@ def place_questions(
         if word == "door":
             answers.append(Answer("An opening", "opening", jambs))
         yield Question(key_of(plan, "place", at), at, says, tuple(answers), SHOWN[kind], size=line.length)
+
+
+def _rooms_beside(line: LineString, rooms: Sequence[Polygon]) -> list[int | None]:
+    """Return the numbers of the nearest rooms before both sides of a line, from its middle to ``WIDEST_WALL_M``."""
+    (ax, ay), (bx, by) = line.coords
+    middle, way = np.array([ax + bx, ay + by]) / 2, np.array([ay - by, bx - ax]) / line.length * WIDEST_WALL_M
+    found: list[int | None] = []
+    for sign in (1, -1):
+        shares = shapely.intersection(LineString([middle, middle + sign * way]), rooms)
+        far = np.where(shapely.is_empty(shares), np.inf, shapely.distance(shapely.Point(middle), shares))
+        found.append(int(far.argmin()) if np.isfinite(far).any() else None)
+    return found
 
 
 def front_questions(

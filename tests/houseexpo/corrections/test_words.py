@@ -1310,3 +1310,20 @@ def test_a_door_where_a_leaf_stands_against_its_wall_keeps_its_width(y: float) -
     plan = replace(PLAN, rooms=(replace(kitchen, ring=np.array(notched)), bedroom))
     found = corrected(plan, door=[[4.15, y - 0.4], [4.15, y + 0.4]])
     assert found.plan.doors[1].width == pytest.approx(0.8, abs=0.1)
+
+
+def test_a_cut_to_a_new_room_lies_where_the_walls_leave_a_gap() -> None:
+    closet = Polygon(box(7.3, 0.1, 9.3, 3.1))  # behind a wall of 0.1 m, with a gap of 0.7 m at its upper end
+    walls = [Polygon(box(7.2, 0.0, 7.3, 2.3)), Polygon(box(7.2, 3.0, 7.3, 3.2))]
+    standing = [shapely.union_all([*walls, Polygon(box(7.2, 2.3, 7.3, 3.0))])]
+    said = [Correction("room", (8.3, 1.5))]
+    found = correct_plan(PLAN, said, [Space(closet, reachable=False)], standing, walls=walls)
+    (cut,) = (door for door in found.plan.doors if door.kind == "cut")
+    assert cut.polygon.bounds == pytest.approx((7.2, 2.3, 7.3, 3.0), abs=0.011)
+    assert "where the walls leave a gap" in found.followed[0]
+    (cut,) = (
+        door
+        for door in correct_plan(PLAN, said, [Space(closet, reachable=False)], standing, walls=standing).plan.doors
+        if door.kind == "cut"
+    )
+    assert cut.width == CUT_M

@@ -323,6 +323,23 @@ def test_a_cut_may_be_a_door_where_the_source_shows_one_and_the_plan_has_none() 
     assert asked.answers[-1].action == "outside"
 
 
+def test_a_narrow_place_is_asked_about_between_rooms_that_no_passage_joins() -> None:
+    plan, view = shown(Place("lintel", ((4.15, 2.3), (4.15, 2.65))), Place("lintel", ((0.05, 1.0), (0.05, 1.35))))
+    assert asked_of(plan, view) == ["cut", "place"]
+    doors = tuple(replace(door, kind="door", confidence=1.0) for door in plan.doors)
+    assert asked_of(replace(plan, doors=doors), view) == []
+
+
+def test_a_place_beside_a_narrow_room_is_a_door_of_it() -> None:
+    plan, view = shown(Place("lintel", ((4.15, 2.3), (4.15, 3.05))))
+    bedroom = plan.rooms[1].polygon
+    narrow = replace(plan.rooms[1], ring=shapely.get_coordinates(bedroom.intersection(shapely.box(4, 0, 4.6, 4)))[:-1])
+    (asked,) = (
+        each for each in questions(replace(plan, rooms=(plan.rooms[0], narrow)), (), view) if "place" in each.key
+    )
+    assert asked.answers[0].action == "door"
+
+
 def test_a_place_that_would_part_a_room_is_asked_about() -> None:
     plan, view = shown(Place("lintel", ((2.0, 1.0), (2.0, 3.1))))
     (asked,) = (each for each in questions(plan, (), view) if each.key.startswith("corner"))
