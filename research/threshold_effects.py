@@ -2,19 +2,17 @@
 
 ::
 
-    python -m research.threshold_effects --members 2 --files ../shared/data/wild/*.glb --records trials.jsonl
+    python -m research.threshold_effects --only LAP_M,doors. --files ../shared/data/wild/*.glb --table thresholds.md
 
 A number is a constant of a module; labels (negative whole numbers) and layouts of bits are none. It is moved by a fifth
 either way, and to nothing and a thousandfold, which switches its rule off. A level is planned again only where it runs
-a line that reads the number, from the level as its reader gave it: what readers do with the number is not seen. Of a
-trial only the stages run that read the number, and what follows the first of them whose result changes.
+a line that reads the number, from the level as its reader gave it: what readers do with the number is not seen.
 
 A plan changes where its bytes do, to a centimetre. A house changes where rooms or doors come, go or turn outside, or
 where the area of a room changes by more than a twentieth. What changes no plan at any factor decides nothing in these
 houses: its rule may go. What changes no house at 0.8 and 1.2 may have another value near its own.
 
-Trials go in rounds, each of more levels, for every number that has changed no house yet; without ``--all`` a number
-that has is done. Whoever stops early knows something of all of them, and a second run goes on from the records.
+The page is written after each number, and keeps what it says of the others.
 """
 
 from __future__ import annotations
@@ -22,10 +20,8 @@ from __future__ import annotations
 import argparse
 import ast
 import contextlib
-import dataclasses
-import hashlib
 import importlib
-import os
+import multiprocessing
 import re
 import resource
 import signal
@@ -35,17 +31,16 @@ import textwrap
 import time
 from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
 from enum import IntEnum
-from functools import partial
 from pathlib import Path
 from types import CodeType, FrameType, ModuleType
 from typing import Any
 
 import msgspec
 import numpy as np
-import shapely
 from rich.console import Console
-from rich.table import Table
 
 import pipeline
 from houseexpo.errors import HouseExpoError
@@ -55,7 +50,7 @@ from pipeline import algorithm
 from pipeline.config import PipelineConfig
 from pipeline.rejection import Rejection
 from pipeline.sources import find, reader
-from pipeline.values import Level, RejectedLevel, Spaces
+from pipeline.values import Level, Spaces
 from research.confidence_fit import levels_of
 from tests.builders.kinds.registry import KINDS, RAW, make_member
 
@@ -70,14 +65,8 @@ MAP_CELL_M = 0.05
 """A picture is a robot's map with cells of this size."""
 SLOWER = 3
 """A plan that takes so many times as long, beside one whose lines were watched, counts as another house."""
-ROUNDS = (3, 4, 6, 10, 20, 40)
-"""So many levels more a round."""
 MEMORY = 6 << 30
 SAME_AREA = 0.05
-FIRST_STAGES = {"evidence": "gather_evidence", "planes": "find_planes", "layout": "close_openings"}
-"""The stages whose results are kept, and the function of ``pipeline.algorithm`` that makes each."""
-WHOLE = ("evidence", "planes", "layout", "doors", "contour", "cells", "isolated")
-"""The stages before a level is divided into buildings."""
 Place = tuple[str, int]
 
 
@@ -112,13 +101,12 @@ class Trial(msgspec.Struct, frozen=True):
 
 
 class Planned(msgspec.Struct, frozen=True):
-    """A level planned once: the hash, lines, value and seconds of each stage, and the house that it came to."""
+    """A level planned once: its plans' bytes, the house that it came to, the lines that ran, and its seconds."""
 
-    hashes: dict[str, str]
-    lines: dict[str, frozenset[Place]]
-    kept: dict[str, Any]
-    seconds: dict[str, float]
+    plans: list[bytes]
     house: Any
+    lines: frozenset[Place]
+    seconds: float
 
 
 def numbers() -> list[Number]:
@@ -243,42 +231,20 @@ def times(value: Any, factor: float) -> Any:
     return value * factor
 
 
-def plan(level: Level, known: Planned | None = None, readers: Sequence[str] = ()) -> tuple[dict[str, str], Any]:
-    """Plan a level; return a hash of each stage's result and the house that it came to.
-
-    With ``known``, stages before the first of the ``readers`` are taken from there, and nothing more is done once the
-    last of the readers has the result that is known.
-    """
-    hashes: dict[str, str] = {}
+def plan(level: Level) -> tuple[list[bytes], Any]:
+    """Plan a level; return the bytes of its plans and the house that it came to."""
+    plans: list[bytes] = []
     spaces: dict[str, Spaces] = {}
-    with contextlib.ExitStack() as stack:
-        for stage, function in FIRST_STAGES.items():
-            if known is None or stage in readers or stage not in known.kept:
-                break
-            stack.enter_context(_replaced(function, known.kept[stage]))
-        last = max((WHOLE.index(r) if r in WHOLE else len(WHOLE) for r in readers), default=len(WHOLE))
-        try:
-            for result in algorithm.run_stages(level, PipelineConfig(), np.random.default_rng(0)):
-                if result.stage == "refine" and isinstance(result.value, Spaces):
-                    spaces[result.id] = result.value
-                hashes[f"{result.stage} {result.id}"] = key = digest(result.value)
-                at = WHOLE.index(result.stage) if result.stage in WHOLE else len(WHOLE)
-                if known and last <= at < len(WHOLE) and known.hashes[f"{result.stage} {result.id}"] == key:
-                    return known.hashes, known.house
-        except Rejection as rejection:
-            hashes["rejected"] = str(rejection.reason)
-    return hashes, (hashes.get("rejected", ""), [house_of(each) for each in spaces.values()])
-
-
-@contextlib.contextmanager
-def _replaced(function: str, value: Any) -> Iterator[None]:
-    """Have a stage return what it returned before."""
-    old = getattr(algorithm, function)
-    setattr(algorithm, function, lambda *_: value)
+    rejected = ""
     try:
-        yield
-    finally:
-        setattr(algorithm, function, old)
+        for result in algorithm.run_stages(level, PipelineConfig(), np.random.default_rng(0)):
+            if result.stage == "refine" and isinstance(result.value, Spaces):
+                spaces[result.id] = result.value
+            if isinstance(result.value, FloorPlan):
+                plans.append(encode(result.value))
+    except Rejection as rejection:
+        rejected = str(rejection.reason)
+    return plans, (rejected, [house_of(each) for each in spaces.values()])
 
 
 def house_of(spaces: Spaces) -> tuple[list[float], int, int, int]:
@@ -300,49 +266,10 @@ def are_alike(one: Any, other: Any) -> bool:
     )
 
 
-def digest(value: Any) -> str:
-    """Return a hash of a stage's result."""
-    found = hashlib.sha256()
-    _feed(found, value, set())
-    return found.hexdigest()[:16]
-
-
-def _feed(into: Any, value: Any, seen: set[int]) -> None:
-    match value:
-        case FloorPlan():
-            into.update(encode(value))
-        case RejectedLevel():
-            into.update(str(value.rejection.reason).encode())
-        case shapely.Geometry():
-            into.update(shapely.to_wkb(value))
-        case np.ndarray():
-            into.update(value.tobytes())
-        case dict():
-            for key in sorted(value, key=str):
-                into.update(str(key).encode())
-                _feed(into, value[key], seen)
-        case list() | tuple():
-            into.update(str(len(value)).encode())
-            for each in value:
-                _feed(into, each, seen)
-        case _ if dataclasses.is_dataclass(value):
-            for field in dataclasses.fields(value):
-                _feed(into, getattr(value, field.name), seen)
-        case str() | int() | float() | None:
-            into.update(repr(value).encode())
-        case _:
-            into.update(type(value).__name__.encode())
-
-
 def first_plan(level: Level, watched: frozenset[Place], longest_s: float = LONGEST_S) -> Planned | None:
     """Plan a level, watching the functions that hold one of these lines; None where it takes too long or fails."""
     reads: dict[CodeType, bool] = {}
-    ran: defaultdict[str, set[Place]] = defaultdict(set)
-    seconds: dict[str, float] = {}
-    kept: dict[str, Any] = {}
-    hashes: dict[str, str] = {}
-    spaces: dict[str, Spaces] = {}
-    here: set[Place] = set()
+    ran: set[Place] = set()
 
     def calls(frame: FrameType, *_: object) -> Any:
         code = frame.f_code
@@ -353,38 +280,19 @@ def first_plan(level: Level, watched: frozenset[Place], longest_s: float = LONGE
 
     def lines(frame: FrameType, event: str, _: object) -> Any:
         if event == "line":
-            here.add((module_of(frame.f_code), frame.f_lineno))
+            ran.add((module_of(frame.f_code), frame.f_lineno))
         return lines
 
+    start = time.process_time()
     try:
         with at_most(longest_s):
-            start = time.process_time()
             sys.settrace(calls)
-            try:
-                for result in algorithm.run_stages(level, PipelineConfig(), np.random.default_rng(0)):
-                    sys.settrace(None)
-                    stage = result.stage if result.stage in WHOLE else "rest"
-                    seconds[stage] = seconds.get(stage, 0.0) + time.process_time() - start
-                    ran[stage] |= here
-                    here.clear()
-                    if stage in FIRST_STAGES:
-                        kept[stage] = result.value
-                    if result.stage == "refine" and isinstance(result.value, Spaces):
-                        spaces[result.id] = result.value
-                    hashes[f"{result.stage} {result.id}"] = digest(result.value)
-                    start = time.process_time()
-                    sys.settrace(calls)
-            except Rejection as rejection:
-                hashes["rejected"] = str(rejection.reason)
-                stage = next((s for s in WHOLE if s not in ran), "rest")
-                seconds[stage] = seconds.get(stage, 0.0) + time.process_time() - start
-            ran[stage] |= here
+            plans, house = plan(level)
     except (TimeoutError, MemoryError, ValueError, HouseExpoError):
         return None
     finally:
         sys.settrace(None)
-    house = hashes.get("rejected", ""), [house_of(each) for each in spaces.values()]
-    return Planned(hashes, {k: frozenset(v) for k, v in ran.items()}, kept, seconds, house)
+    return Planned(plans, house, frozenset(ran), time.process_time() - start)
 
 
 MODULES: dict[str, str] = {}
@@ -419,44 +327,40 @@ HOUSES: dict[str, Level] = {}
 BEFORE: dict[str, Planned] = {}
 
 
-def readers_of(number: Number, known: Planned) -> list[str]:
-    """Return the stages of a level that read a number."""
-    return [stage for stage, lines in known.lines.items() if number.lines is None or number.lines & lines]
-
-
-def costs(number: Number, known: Planned) -> float:
-    """Return how long a trial takes, s, where it changes nothing."""
-    order = [*WHOLE, "rest"]
-    which = [order.index(stage) for stage in readers_of(number, known)]
-    first = min(which) if min(which) < len(FIRST_STAGES) else len(FIRST_STAGES)
-    return sum(known.seconds.get(stage, 0.0) for stage in order[first : max(which) + 1])
-
-
 def levels_for(number: Number) -> list[str]:
     """Return the levels that read a number: the quickest of each kind first."""
-    read = [name for name, known in BEFORE.items() if readers_of(number, known)]
-    read.sort(key=lambda name: costs(number, BEFORE[name]))
-    rank: defaultdict[str, int] = defaultdict(int)
-    ranks = {}
+    read = [name for name, known in BEFORE.items() if number.lines is None or number.lines & known.lines]
+    read.sort(key=lambda name: BEFORE[name].seconds)
+    kinds: defaultdict[str, list[str]] = defaultdict(list)
     for name in read:
-        kind = name.split(" ")[0]
-        ranks[name] = rank[kind]
-        rank[kind] += 1
-    return sorted(read, key=lambda name: (ranks[name], costs(number, BEFORE[name])))
+        kinds[name.split(" ")[0]].append(name)
+    return sorted(read, key=lambda name: (kinds[name.split(" ")[0]].index(name), BEFORE[name].seconds))
 
 
 def try_out(number: Number, name: str, factor: float) -> Result:
     """Plan a level again with a number moved; what fails or takes far longer is another house."""
     known = BEFORE[name]
     try:
-        with moved(number, factor), at_most(SLOWER * sum(known.seconds.values()) + 1):
-            hashes, house = plan(HOUSES[name], known, readers_of(number, known))
+        with moved(number, factor), at_most(SLOWER * known.seconds + 1):
+            plans, house = plan(HOUSES[name])
     except Exception:  # noqa: BLE001 (whatever goes wrong, it did not before)
         return Result.HOUSE
     if not are_alike(house, known.house):
         return Result.HOUSE
-    plans = [{k: v for k, v in each.items() if k.startswith("plan")} for each in (hashes, known.hashes)]
-    return Result.NOTHING if plans[0] == plans[1] else Result.PLAN
+    return Result.NOTHING if plans == known.plans else Result.PLAN
+
+
+def trials_of(number: Number, names: Sequence[str]) -> Iterator[Trial]:
+    """Try a number in these levels, each in a copy of this process: what crashes there is another house."""
+    fork = multiprocessing.get_context("fork")
+    for name in names:
+        for factor in FACTORS:
+            with ProcessPoolExecutor(1, fork) as child:
+                try:
+                    result = child.submit(try_out, number, name, factor).result()
+                except BrokenProcessPool:
+                    result = Result.HOUSE
+            yield Trial(number.title, name, factor, result)
 
 
 def houses(kinds: Sequence[str], members: int, seed: int, files: Sequence[Path]) -> Iterator[tuple[str, Level]]:
@@ -476,55 +380,6 @@ def map_levels(path: Path) -> list[Level]:
     """Return the level of a robot's map that is a picture."""
     (item,) = find(str(path), resolution=str(MAP_CELL_M))
     return [level for level in reader(item.reader).read(item) if isinstance(level, Level)]
-
-
-def in_child(work: Any) -> None:
-    """Do something in a copy of this process: what it breaks or crashes stays there."""
-    child = os.fork()
-    if child:
-        os.waitpid(child, 0)
-        return
-    try:
-        work()
-    finally:
-        os._exit(0)
-
-
-def trials_of(number: Number, names: Sequence[str], done: Sequence[Trial], stream: Any, *, every: bool) -> None:
-    """Write the trials of a number in these levels that are not done yet."""
-    results = {(t.level, t.factor): t.result for t in done if t.number == number.title}
-    house = {
-        factors: any(r == Result.HOUSE for (_, f), r in results.items() if f in factors) for factors in (OFF, NEAR)
-    }
-    for name in names:
-        for factor in FACTORS:
-            factors = OFF if factor in OFF else NEAR
-            if (name, factor) in results or (not every and (house[factors] or house[NEAR])):
-                continue
-            result = try_out(number, name, factor)
-            house[factors] |= result == Result.HOUSE
-            stream.write(msgspec.json.encode(Trial(number.title, name, factor, result)) + b"\n")
-            stream.flush()
-
-
-def table_of(trials: Sequence[Trial], wanted: Sequence[Number]) -> Table:
-    """A row a number, those that change least first: of how many trials how many changed the plan, and the house."""
-    table = Table(title=f"What {len(wanted)} numbers change: plans, houses of trials")
-    for heading in ("number", "value", "levels that read it", *(f"x {f:g}" for f in FACTORS)):
-        table.add_column(heading)
-    rows = []
-    for number in wanted:
-        cells, least = [], [0, 0]
-        for factor in FACTORS:
-            own = [t.result for t in trials if t.number == number.title and t.factor == factor]
-            counts = sum(r >= Result.PLAN for r in own), sum(r == Result.HOUSE for r in own)
-            least = [a + b for a, b in zip(least, reversed(counts), strict=True)]
-            cells.append(f"{counts[0]}, {counts[1]} of {len(own)}")
-        value = str(getattr(sys.modules[number.module], number.name)).replace("\n", " ")
-        rows.append((least, number.title, value, str(len(levels_for(number))), *cells))
-    for _, *row in sorted(rows):
-        table.add_row(*row)
-    return table
 
 
 PAGE = """\
@@ -596,22 +451,18 @@ def _count(trials: Sequence[Trial], number: Number, factors: Sequence[float]) ->
 
 
 def main() -> None:
-    """Try, keep the trials as JSON lines, and print the table."""
+    """Try the numbers, and write what each decides."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--members", type=int, default=2)
     parser.add_argument("--kinds", default=",".join({**KINDS, **RAW}))
     parser.add_argument("--seed", type=int, default=2)
     parser.add_argument("--files", nargs="*", type=Path, default=[])
     parser.add_argument("--only", help="numbers whose name holds this text; a comma parts several")
-    parser.add_argument("--rounds", type=int, default=len(ROUNDS))
-    parser.add_argument("--all", action="store_true")
-    parser.add_argument("--records", type=Path, required=True)
+    parser.add_argument("--levels", type=int, default=4, help="in how many levels each number is tried")
     parser.add_argument("--longest", type=float, default=LONGEST_S, help="seconds that a level may take")
-    parser.add_argument(
-        "--table", type=Path, help="write the table as Markdown, too; what is there of numbers not tried stays"
-    )
+    parser.add_argument("--table", type=Path, required=True, help="the page to write")
     given = parser.parse_args()
-    console = Console(width=180)
+    console = Console()
     for package in PACKAGES:
         for path in sorted((Path(pipeline.__file__).parent / package).glob("*.py")):
             importlib.import_module(f"pipeline.{package}.{path.stem}")
@@ -619,28 +470,16 @@ def main() -> None:
     watched = frozenset(place for number in wanted for place in number.lines or ())
     resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
     for name, level in houses(given.kinds.split(","), given.members, given.seed, given.files):
-        known = first_plan(level, watched, given.longest)
-        if known:
+        if known := first_plan(level, watched, given.longest):
             HOUSES[name], BEFORE[name] = level, known
-    console.print(f"{len(BEFORE)} levels, {sum(sum(b.seconds.values()) for b in BEFORE.values()):.0f} s")
-    given.records.touch()
-    done = [msgspec.json.decode(line, type=Trial) for line in given.records.read_bytes().splitlines()]
-    order = {number.title: levels_for(number) for number in wanted}
-    console.print("read by no level:", *(title for title, names in order.items() if not names))
-    with given.records.open("ab") as stream:
-        most = 0
-        for more in ROUNDS[: given.rounds]:
-            most += more
-            done = [msgspec.json.decode(line, type=Trial) for line in given.records.read_bytes().splitlines()]
-            for number in wanted:
-                names = order[number.title][:most]
-                in_child(partial(trials_of, number, names, done, stream, every=given.all))
-            console.print(f"{time.strftime('%H:%M')} {most} levels each")
-    done = [msgspec.json.decode(line, type=Trial) for line in given.records.read_bytes().splitlines()]
-    console.print(table_of(done, wanted))
-    if given.table:
-        earlier = rows_of_page(given.table.read_text()) if given.table.exists() else {}
-        given.table.write_text(page_of(done, numbers(), earlier))
+    console.print(f"{len(BEFORE)} levels, {sum(known.seconds for known in BEFORE.values()):.0f} s")
+    earlier = rows_of_page(given.table.read_text()) if given.table.exists() else {}
+    trials: list[Trial] = []
+    for number in wanted:
+        names = levels_for(number)[: given.levels]
+        trials += trials_of(number, names)
+        given.table.write_text(page_of(trials, numbers(), earlier))
+        console.print(f"{time.strftime('%H:%M')} {number.title}" + ("" if names else ": no level reads it"))
 
 
 if __name__ == "__main__":

@@ -5,9 +5,7 @@ from __future__ import annotations
 import ast
 from collections import Counter
 
-import numpy as np
 import pytest
-import shapely
 
 from pipeline.geometry import wall_gaps
 from pipeline.stages import doors, evidence
@@ -17,7 +15,6 @@ from research.threshold_effects import (
     Trial,
     are_alike,
     constants_of,
-    digest,
     lines_of,
     moved,
     numbers,
@@ -70,12 +67,6 @@ def test_a_number_that_was_not_tried_again_keeps_its_row():
     assert "## Nothing changes\n- `tolerances`: `LAP_M` 0/0/1 0/0/0.\n" in again
     assert "## No house changes, but bytes of plans\n- `tolerances`: `MM_M` 1/0/1 0/0/0.\n" in again
     assert rows_of_page(again)["tolerances.MM_M"] == ((1, 0, 1), (0, 0, 0))
-
-
-def test_a_result_has_a_hash_of_what_it_holds():
-    box = shapely.box(0, 0, 1, 1)
-    assert digest({"a": [box, 1.0]}) == digest({"a": [shapely.box(0, 0, 1, 1), 1.0]})
-    assert len({digest(value) for value in (box, [box], None, "a", {"a": box}, np.zeros(2), np.ones(2))}) == 7
 
 
 def test_a_default_is_read_by_all_of_its_function_and_a_body_by_everybody():
