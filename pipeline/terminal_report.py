@@ -22,6 +22,7 @@ from rich.text import Text
 
 from houseexpo.commands.printing import new_table
 from houseexpo.corrections import Override
+from houseexpo.corrections.vocabulary import author_key
 from houseexpo.errors import HouseExpoError
 from houseexpo.floorplan import load_plan
 from houseexpo.plan import explanations
@@ -53,9 +54,10 @@ def outcomes_by_id(data_set: BuildResult) -> Iterator[tuple[str, str, str]]:
             plans = (load_plan(data_set.root / "json" / f"{each}.json") for each in ids)
             for outcome, sentence in outcomes_of_corrections(override, plans):
                 yield name, outcome, sentence
-        if override.keep:
+        if override.keep and author_key("keep", value=True) not in {key for key, *_ in override.authors}:
             own = ids or [each for each in data_set.ids if is_of_input(each, name)]
             if own and data_set.idle_keeps.issuperset(own):
+                # a reviewer keeps what is right, so only a file that was written by hand is told
                 yield name, "none", "keep: nothing would have left the plan out; it is not needed"
         if not ids and level in refused and not override.drop:
             for word in [*(["keep"] if override.keep else []), *map(str, override.corrections)]:

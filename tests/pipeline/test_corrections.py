@@ -20,6 +20,7 @@ from houseexpo.floorplan import FloorPlan
 from houseexpo.grids.frame import plan_points_from_source, source_points_from_plan
 from houseexpo.plan import Frame
 from houseexpo.plan.ids import is_of_input
+from houseexpo.service.review.decisions import DecisionStore
 from pipeline.algorithm import plan_largest_building, plan_level
 from pipeline.batch.job import level_rng
 from pipeline.config import PipelineConfig
@@ -286,6 +287,14 @@ def test_keep_that_is_needed_is_not_named(tmp_path: Path) -> None:
     (tmp_path / "corrections.toml").write_text("[houses_bungalow]\nkeep = true\n")
     words = ["build", str(FILE), "--overrides", str(tmp_path / "corrections.toml"), "--out", str(tmp_path / "plans")]
     done = CliRunner().invoke(make_app(), [*words, "--workers", "1", "--min-quality", "0.6"])
+    assert done.exit_code == 0, done.output
+    assert "correction without effect" not in " ".join(done.output.split())
+
+
+def test_keep_of_a_review_is_not_named(tmp_path: Path) -> None:
+    DecisionStore(tmp_path / "corrections.toml").decide("houses_bungalow", "keep", "ann")
+    words = ["build", str(FILE), "--overrides", str(tmp_path / "corrections.toml"), "--out", str(tmp_path / "plans")]
+    done = CliRunner().invoke(make_app(), [*words, "--workers", "1"])
     assert done.exit_code == 0, done.output
     assert "correction without effect" not in " ".join(done.output.split())
 

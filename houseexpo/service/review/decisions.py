@@ -75,7 +75,7 @@ class _Made(msgspec.Struct):
 
 def _as_made(table: Mapping[str, Any]) -> dict[str, Any]:
     """Return a table as a manifest states it."""
-    found: dict[str, Any] = msgspec.to_builtins(asdict(Override(**table)))
+    found: dict[str, Any] = msgspec.json.decode(msgspec.json.encode(asdict(Override(**table))))  # lists, no tuples
     return found
 
 

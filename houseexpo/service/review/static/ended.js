@@ -13,10 +13,16 @@ export function showEnd(place, { actions, reviewers, from, to }, { plans }, buil
   }
   const who = Object.entries(reviewers).map(([name, number]) => `${name} (${number})`).join(", ");
   const when = from ? `, from ${local(from)} to ${local(to)}` : "";
-  const next = build.waiting === 0 ? "The plans are built with these decisions."
-    : build.refusal || "Next: rebuild, below. The decisions take effect in that build.";
-  place.replaceChildren(title, list, make("p", `Decided by ${who}${when}.`), make("p", next));
+  place.replaceChildren(title, list, make("p", `Decided by ${who}${when}.`), make("p"));
+  showNext(place, build);
   place.hidden = false;
+}
+
+// What comes next changes when a build ends.
+export function showNext(place, build) {
+  if (place.lastChild?.tagName !== "P") return;
+  place.lastChild.textContent = build.waiting === 0 ? "The plans are built with these decisions."
+    : build.refusal || "Next: rebuild, below. The decisions take effect in that build.";
 }
 
 const make = (name, text = "") => Object.assign(document.createElement(name), { textContent: text });

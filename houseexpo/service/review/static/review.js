@@ -1,7 +1,7 @@
 // Review: shows one plan, takes decisions by keyboard, mouse or touch, and asks the server to note each of them.
 import { Sheet, SOLID } from "./sheet.js";
 import { showBuild } from "./build.js";
-import { showEnd } from "./ended.js";
+import { showEnd, showNext } from "./ended.js";
 import { FileForm } from "./file.js";
 import { Solid } from "./solid.js";
 
@@ -728,6 +728,7 @@ function setBuild(found) {
   buildPhase = found.phase;
   buildShown = found.confirm ?? "";
   showBuild(found, base, readOnly);
+  showNext(at("ended"), found);
   if (found.phase === "building") lookSoon();
   else clearTimeout(nextLook);
   if (ended && now?.plan) go("here");

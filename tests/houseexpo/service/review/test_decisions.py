@@ -6,11 +6,13 @@ import os
 import signal
 import tomllib
 from collections.abc import Callable
+from dataclasses import asdict
 from pathlib import Path
 
 import msgspec
 import pytest
 
+from houseexpo.corrections import Override
 from houseexpo.corrections.decision_log import LogLine
 from houseexpo.errors import ConfigError
 from houseexpo.service.review.changes import DecidedOtherwiseError
@@ -240,6 +242,18 @@ def test_since_a_build_is_what_was_decided_after_it(file: Path) -> None:
     decisions.note_build("ann", decisions.last())
     assert decisions.since_build() == []
     decisions.undo("ann")
+    assert decisions.since_build() == ["villa"]
+
+
+def test_a_build_in_a_terminal_has_the_words_that_its_manifest_states(file: Path) -> None:
+    decisions = DecisionStore(file)
+    decisions.decide("villa", "door", "ann", DOOR)
+    decisions.decide("villa", "label", "ann", [5.0, 5.0, "Kitchen"], seen=1)
+    assert decisions.since_build() == ["villa"]
+    made = {"overrides": {"villa": asdict(Override(**tables(file)["villa"]))}}  # type: ignore[arg-type]  # checked there
+    (file.parent / "manifest.json").write_bytes(msgspec.json.encode(made))
+    assert decisions.since_build() == []
+    decisions.decide("villa", "no_room", "ann", [5.0, 5.0], seen=2)
     assert decisions.since_build() == ["villa"]
 
 
