@@ -1,4 +1,4 @@
-"""Ask about lines that may part a room: openings at corners, walls that the source shows, walls that stand free.
+"""Ask about lines that may part a room: openings at corners, walls that the source shows, walls that end in it.
 
 R1  If a corner juts into a room, the lines that extend its two edges to the opposite wall may be openings between two
     rooms, as may a door or a gap that the source shows in a room. A line is asked about if it parts off a space that
@@ -6,7 +6,7 @@ R1  If a corner juts into a room, the lines that extend its two edges to the opp
     come first: these are the jambs of a doorway, or the ends of the walls beside a mouth.
 R2  If the source shows something in a room that is higher than a person and that would part it, it may be a wall.
     Pieces in a row are one wall.
-R3  In a robot's map, a wall that stands free in a room may part it, with an opening at each of its ends.
+R3  Walls that end in a room may part it, with openings in the gaps between them (``wall_ends``), or in one of two.
 """
 
 from __future__ import annotations
@@ -24,9 +24,9 @@ from shapely.ops import split
 from houseexpo.corrections.draft import Vector
 from houseexpo.corrections.openings import ALONG, ONWARD_M, dot
 from houseexpo.floorplan import FloorPlan
+from houseexpo.plan import Room
 from houseexpo.service.review.question import (
     CUT,
-    FREE,
     PASSAGE_M,
     WIDEST_WALL_M,
     Answer,
@@ -36,7 +36,8 @@ from houseexpo.service.review.question import (
     point_in,
 )
 from houseexpo.service.review.sources import OF_EDGE_M, SourceView
-from houseexpo.tolerances import COMMON_OPENING_M, GRID_M, SMALLEST_ROOM_M2
+from houseexpo.service.review.wall_ends import JAGS_M, parts_between_gaps
+from houseexpo.tolerances import COMMON_OPENING_M, GRID_M, MIN_DOOR_M, SMALLEST_ROOM_M2
 
 _CORNER: Final = 0.4
 """Doubt of an opening at a corner that juts into a room: of 19 groups of them, 7 part a room that is several."""
@@ -53,8 +54,8 @@ _COMPACT: Final = 0.6
 """The least share of a square's area (``_Parting``): a rectangle of four times its width has 0.64, a cross 0.56."""
 _ONWARD: Final = 3.0
 """A place wider than an opening goes on from a wall that is longer than a third of it: before a pier a room is one."""
-_JAGS_M: Final = 0.05
-"""Steps of a room's edge that are no corners, metres: a cell of most robots' maps, and half of a thin wall."""
+_PART_M2: Final = 4.0
+"""A smaller part of a room between walls that end in it is not asked about, m2: in maps, most are furniture's."""
 _SEEN_WALL: Final = 0.4
 """Doubt of a wall that the source shows and the plan lacks: some are cupboards."""
 _SHORTEST_WALL_M: Final = 0.5
@@ -71,19 +72,25 @@ def corner_questions(
     """R1. ``places`` are where the source shows a door or a gap in a room; the others are as in ``questions``."""
     found: dict[str, list[tuple[bool, float, float, LineString]]] = {kind: [] for kind in _LINES}
     for room in plan.rooms:
-        is_several = not several.isdisjoint(key_of(plan, kind, point_in(room)) for kind in ("room", "seen"))
+        is_several = not several.isdisjoint(_keys_of(plan, room))
         doors = [door for door in plan.doors if room.id in door.rooms]
         at_doors = _before([door.polygon for door in doors])
         at_narrow = _before([door.polygon for door in doors if door.width < COMMON_OPENING_M])
         shown = [place for place in places if room.polygon.covers(place.centroid)]
+        gaps = [part.gaps[0] for part in parts_between_gaps(room.polygon.wkb)[1:] if len(part.gaps) == 1]
         parting = [_Parting(ray, True, *_part_off(room.polygon, longer(ray, ONWARD_M))) for ray in shown]
+        parting += [_Parting(gap, True, *_part_off(room.polygon, gap)) for gap in gaps if gap.length >= MIN_DOOR_M]
         for line, is_faced, area, compact in (*parting, *_parting_lines(room.polygon.wkb)):
             if area < SMALLEST_ROOM_M2 * 2 or shapely.intersection(line, at_doors).length > line.length / 2:
                 continue
             if not is_faced and at_narrow.intersects(line):  # beside a doorway another one may lie
                 continue
             is_wide = line.length > PASSAGE_M[1]
-            if is_wide and (line.length**2 > area * (1 + is_faced) or (compact < _COMPACT and not is_faced)):
+            if (
+                is_wide
+                and not is_several
+                and (line.length**2 > area * (1 + is_faced) or (compact < _COMPACT and not is_faced))
+            ):
                 continue
             kind = ("mouth" if is_wide else "doorway") if is_faced else "wide" if is_wide else "narrow"
             found["of several" if is_several else kind].append(
@@ -142,7 +149,7 @@ class _Parting(NamedTuple):
 
 def _part_off(room: Polygon, line: LineString) -> tuple[float, float]:
     """Return the area of the second largest part into which a line parts a room, m2, and how compact it is."""
-    strip = line.buffer(_JAGS_M, cap_style="square")  # a line between corners may miss them a little
+    strip = line.buffer(JAGS_M, cap_style="square")  # a line between corners may miss them a little
     parts = sorted(shapely.get_parts(shapely.difference(room, strip)).tolist(), key=lambda part: -part.area)[1:2]
     return next(((part.area, 16 * part.area / part.length**2) for part in parts), (0.0, 0.0))
 
@@ -202,7 +209,7 @@ def _extended_edges(room: Polygon) -> tuple[Vector, Vector, Vector]:
     Each corner comes twice, with both of its edges.
     """
     starts, ways = [np.empty((0, 2))], [np.empty((0, 2))]  # the room lies to the left of its edges
-    whole = shapely.orient_polygons(shapely.simplify(room, _JAGS_M))
+    whole = shapely.orient_polygons(shapely.simplify(room, JAGS_M))
     for ring in (whole.exterior, *whole.interiors):
         points = np.array(ring.coords[:-1])
         before, after = points - np.roll(points, 1, axis=0), np.roll(points, -1, axis=0) - points
@@ -283,46 +290,40 @@ def in_rows(lines: Sequence[LineString]) -> list[list[LineString]]:
     return rows
 
 
-def free_wall_questions(plan: FloorPlan, source: SourceView, shift: tuple[float, float]) -> Iterator[Question]:
-    """R3."""
-    if not source.is_map:
-        return
-    moved = np.subtract(shift, source.origin)
-    found: list[tuple[float, LineString, list[LineString], float]] = []
-    for line in shapely.linestrings(np.add(source.level.seen, moved)) if source.level.seen else []:
-        for room in plan.rooms:
-            whole = Polygon(room.polygon.exterior)
-            stands = [hole for ring in room.polygon.interiors if (hole := Polygon(ring)).intersects(line)]
-            if not stands or shapely.intersection(line, whole).length < FREE * line.length:
+def part_questions(plan: FloorPlan, several: Set[str] = frozenset()) -> Iterator[Question]:
+    """R3: the parts with several gaps. ``several`` is as in ``questions``."""
+    for room in plan.rooms:
+        is_several = not several.isdisjoint(_keys_of(plan, room))
+        least_m2, doubt = (2 * SMALLEST_ROOM_M2, CUT) if is_several else (_PART_M2, _CORNER)
+        for part in parts_between_gaps(room.polygon.wkb)[1:]:
+            if part.area < least_m2 or len(part.gaps) == 1:
                 continue
-            (reach,) = shapely.get_parts(shapely.union_all(stands).convex_hull)
-            if not shapely.buffer(reach, -WIDEST_WALL_M / 2).is_empty:  # a block, as in a ring of corridors
+            ends = [tuple(map(tuple, shapely.get_coordinates(gap).round(3).tolist())) for gap in part.gaps]
+            ways = [each for each in ends if math.dist(*each) >= MIN_DOOR_M]
+            if not ways:
                 continue
-            through = shapely.intersection(longer(line, whole.length), whole)
-            across = [part for part in shapely.get_parts(through) if part.intersects(reach)]
-            gaps = [part for each in across for part in shapely.get_parts(shapely.difference(each, reach))]
-            gaps = [part for part in gaps if isinstance(part, LineString) and part.length > GRID_M]
-            area = parted_m2(whole, longer(line, whole.length))
-            if len(gaps) != 2 or min(gap.length for gap in gaps) < PASSAGE_M[0] or area < SMALLEST_ROOM_M2 * 2:
-                continue
-            if max(gap.length for gap in gaps) <= max(math.sqrt(area), PASSAGE_M[1]):
-                found.append((line.length, line, gaps, area))
-    for length, line, gaps, area in sorted(found, key=lambda each: (-each[0], each[1].bounds))[:_MOST_WALLS_ASKED]:
-        ends = [tuple(map(tuple, shapely.get_coordinates(gap).round(3).tolist())) for gap in gaps]
-        at = tuple(np.mean(line.coords, axis=0).round(3).tolist())
-        says = f"A wall of {length:.2f} m stands free here. Does it part two rooms, with an opening at each end?"
-        answers = Answer("Two rooms", "opening", ends[0], more=(ends[1],)), Answer("One room"), *_open_at_one(ends)
-        yield Question(key_of(plan, "free", at), at, says, answers, _CORNER, area, area**0.5)
+            widths = " and ".join(f"{math.dist(*each):.2f}" for each in ways)
+            where = "a gap" if len(ways) == 1 else f"{len(ways)} gaps"
+            says = f"Walls part off {part.area:.1f} m² here, with {where} of {widths} m. Is it a room of its own?"
+            one_way = _open_at_one(ways) if len(ways) == len(ends) == 2 else ()
+            answers = Answer("A room", "opening", ways[0], more=tuple(ways[1:])), Answer("One room"), *one_way
+            at = round(part.point.x, 3), round(part.point.y, 3)
+            yield Question(key_of(plan, "corner of a part", at), at, says, answers, doubt, part.area, part.area**0.5)
+
+
+def _keys_of(plan: FloorPlan, room: Room) -> list[str]:
+    """Return the keys of the questions whose answer may be that a room is several."""
+    return [key_of(plan, kind, point_in(room)) for kind in ("room", "seen")]
 
 
 def _open_at_one(ends: Sequence[tuple[tuple[float, float], ...]]) -> Iterator[Answer]:
-    """Yield the answers that a wall parts two rooms and reaches the other wall at one of its two ends."""
+    """Yield the answers that one of two gaps is wall."""
     for way, shut in (ends, ends[::-1]):
-        title = f"Two rooms, open for {math.dist(*way):.2f} m only"
+        title = f"A room, open for {math.dist(*way):.2f} m only"
         yield Answer(title, "wall", shut, then=(Further("opening", way),))
 
 
-def parted_m2(room: Polygon, line: LineString) -> float:
+def parted_m2(room: Polygon, line: shapely.Geometry) -> float:
     """Return the area of the second largest part into which a line parts a room, 0 if it does not."""
     return float(sorted([0.0, *(part.area for part in split(room, line).geoms)])[-2])
 

@@ -24,7 +24,7 @@ from typing import Any, Final
 import msgspec
 import numpy as np
 import shapely
-from shapely import GEOSException, LineString, Polygon
+from shapely import GEOSException, LineString, MultiLineString, Polygon
 from shapely.ops import split
 
 from houseexpo.corrections import Correction
@@ -36,8 +36,8 @@ from houseexpo.floorplan import FloorPlan
 from houseexpo.grids.frame import source_points_from_plan
 from houseexpo.service.review.line_questions import (
     corner_questions,
-    free_wall_questions,
     longer,
+    part_questions,
     parted_m2,
     seen_wall_questions,
 )
@@ -68,7 +68,7 @@ _LEAST: Final = 0.25
 """The value of a passage itself: as if it concerned a quarter of the plan."""
 _DENIED: Final = frozenset({"no_door", "window", "no_room", "outside"})
 """Words that deny a part at a place: questions about this place are not asked again."""
-_PARTING: Final = ("corner", "wall", "bay", "free")
+_PARTING: Final = ("corner", "wall", "bay")
 """Questions about lines that may part a room."""
 
 
@@ -103,9 +103,9 @@ def questions(
             front_questions(plan, source, places, (dx, dy)),
             seen_wall_questions(plan, source, (dx, dy), closed),
             bay_questions(plan, source, (dx, dy)),
-            free_wall_questions(plan, source, (dx, dy)),
         ]
     rules.append(passage_questions(plan, places))
+    rules.append(part_questions(plan, several))
     rules.append(corner_questions(plan, [line for kind, line in places if kind in SHOWN], several, left))
     found = [each for rule in rules for each in _without_fault(rule)]
     bays = [LineString(each.answers[0].points) for each in found if each.key.startswith("bay")]
@@ -129,11 +129,13 @@ def _is_told(plan: FloorPlan, asked: Question, left: Collection[str], said: Sequ
         taken = shapely.intersection(shapely.multilinestrings(pieces), shapely.union_all(gone).buffer(OF_EDGE_M))
         if taken.length >= sum(piece.length for piece in pieces) / 2:
             return True
-    whole = longer(LineString([pieces[0].coords[0], pieces[-1].coords[-1]]), PASSAGE_M[1] if is_wall else OF_EDGE_M)
+    if is_wall:  # a row of pieces
+        pieces = [LineString([pieces[0].coords[0], pieces[-1].coords[-1]])]
+    whole = MultiLineString([longer(piece, PASSAGE_M[1] if is_wall else OF_EDGE_M) for piece in pieces])
     return any(_parts(plan, word, points, whole) for word, points in said)
 
 
-def _parts(plan: FloorPlan, word: str, points: Places, line: LineString) -> bool:
+def _parts(plan: FloorPlan, word: str, points: Places, line: shapely.Geometry) -> bool:
     """Return whether a line parts a room that a person has said to be one, or has outlined (R1)."""
     if word == "room_outline":
         outline = Polygon(points)
@@ -228,7 +230,7 @@ def with_effect(
     tried: set[tuple[str, ...]] = set()
     trial: Trial | None = None
     for question in asked:
-        is_place = question.key.startswith(("place", "corner", "wall", "larger", "front", "bay", "free"))
+        is_place = question.key.startswith(("place", "corner", "wall", "larger", "front", "bay"))
         is_tried = question.group in tried and not question.key.startswith("front")  # one front says nothing of others
         if is_place and not is_tried:
             trial = trial or _trial(plan, said, source)
@@ -255,4 +257,4 @@ def _parts_or_joins(plan: FloorPlan, question: Question, trial: Trial) -> bool:
         outcomes, rooms = trial.outcomes(new)
     except (ConfigError, GEOSException):  # R3
         return False
-    return set(outcomes) == {"done"} and (rooms > len(plan.rooms) or not question.key.startswith(("corner", "free")))
+    return set(outcomes) == {"done"} and (rooms > len(plan.rooms) or not question.key.startswith("corner"))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import shutil
 import tomllib
 from collections.abc import Iterator
@@ -601,37 +602,53 @@ def test_a_bay_of_a_map_around_which_no_wall_is_seen_can_be_shut_off_by_one_key(
     assert questions(plan, [asked.key], view) == []
 
 
-def test_a_wall_that_stands_free_in_a_map_may_part_two_rooms_by_one_key() -> None:
+def test_a_wall_that_stands_free_may_part_two_rooms_by_one_key() -> None:
     plan, view = arena((2.0, 2.9))
     left, right = plan.rooms
     hole = [(6.0, 2.0), (6.1, 2.0), (6.1, 4.0), (6.0, 4.0)]
     plan = plan_of(left, replace(right, holes=(hole,)), plan)
-    found = msgspec.structs.replace(view.found, plan=msgspec.Raw(encode(plan)))  # type: ignore[type-var]
-    level = msgspec.structs.replace(view.level, seen=(((6.05, 2.0), (6.05, 4.0)),), plans=(found,))
-    view = SourceView(view.record, level, found)
-    (asked,) = [each for each in questions(plan, (), view) if each.key.startswith("free")]
-    assert "A wall of 2.00 m stands free here" in asked.says
+    view = SourceView(view.record, view.level, msgspec.structs.replace(view.found, plan=msgspec.Raw(encode(plan))))  # type: ignore[type-var]
+    (asked,) = [each for each in questions(plan, (), view) if each.key.startswith("corner")]
+    assert "with 2 gaps of 2.00 and 2.00 m" in asked.says
     assert with_effect(plan, [asked], (), view) == [asked]
     lines = [asked.answers[0].points, *asked.answers[0].more]
-    assert sorted(round(shapely.LineString(line).length, 1) for line in lines) == [2.0, 2.0]
-    said = [
-        Correction("opening", tuple(map(tuple, source_points_from_plan(plan.frame, line).tolist()))) for line in lines
-    ]
-    parted = preview(plan, said, view.plan, view.spaces, view.standing, walls=view.walls)
-    assert [record["outcome"] for record in parted.records] == ["done", "done"]
-    assert len(parted.plan.rooms) == 3
-    shut, way = asked.answers[2].points, asked.answers[2].then[0].points
-    said = [
-        Correction(word, tuple(map(tuple, source_points_from_plan(plan.frame, line).tolist())))
-        for word, line in (("wall", shut), ("opening", way))
-    ]
-    parted = preview(plan, said, view.plan, view.spaces, view.standing, walls=view.walls)
-    assert [len(parted.plan.rooms), len(parted.plan.doors)] == [3, len(plan.doors) + 1]
-    drawing = msgspec.structs.replace(level, pictures=())
-    assert "free" not in asked_of(plan, SourceView(view.record, drawing, found))
+    for words, ways in (([("opening", line) for line in lines], 2), (one_way(asked), 1)):
+        said = [
+            Correction(word, tuple(map(tuple, source_points_from_plan(plan.frame, line).tolist())))  # type: ignore[arg-type]
+            for word, line in words
+        ]
+        parted = preview(plan, said, view.plan, view.spaces, view.standing, walls=view.walls)
+        assert [record["outcome"] for record in parted.records] == ["done", "done"]
+        assert [len(parted.plan.rooms), len(parted.plan.doors)] == [3, len(plan.doors) + ways]
+    joined = [("one_room", [(5.0, 1.0), (7.0, 1.0)])]
+    assert asked.key not in [each.key for each in questions(plan, (), view, joined)]
     block = [(6.0, 2.0), (7.0, 2.0), (7.0, 4.0), (6.0, 4.0)]  # what corridors go round is no wall
     around = plan_of(left, replace(right, holes=(block,)), plan)
-    assert "free" not in asked_of(around, view)
+    assert not [each for each in questions(around, (), view) if "gaps" in each.says]
+
+
+def one_way(asked: Question) -> list[tuple[str, Any]]:
+    answer = asked.answers[2]
+    return [(answer.action, answer.points), (answer.then[0].action, answer.then[0].points)]
+
+
+def test_walls_that_end_in_a_room_part_it_together() -> None:
+    plan = replace(two_rooms("house"), frame=FRAME)
+    walls = [(4.0, 0.1, 4.1, 2.0), (4.0, 3.5, 4.1, 6.0), (4.5, 4.0, 8.0, 4.1)]
+    shape = shapely.difference(
+        shapely.box(0.1, 0.1, 8.0, 6.0), shapely.union_all([shapely.box(*wall) for wall in walls])
+    )
+    plan = replace(plan, rooms=(Room(0, "Hall", list(shape.exterior.coords)[:-1]),), doors=())
+    *alone, part = sorted(questions(plan), key=lambda each: len(each.answers[0].more))
+    assert sorted(round(math.dist(*each.answers[0].points), 1) for each in alone) == [0.4, 1.5]
+    assert part.says == "Walls part off 15.2 m² here, with 2 gaps of 0.40 and 1.50 m. Is it a room of its own?"
+    said = [
+        Correction("opening", tuple(map(tuple, source_points_from_plan(FRAME, line).tolist())))
+        for line in (part.answers[0].points, *part.answers[0].more)
+    ]
+    found = correct_plan(plan, said)
+    assert {effect.outcome for effect in found.effects} == {"done"}
+    assert sorted(round(room.area) for room in found.plan.rooms) == [7, 15, 23]
 
 
 def test_a_side_of_a_room_without_a_wall_may_be_open_to_the_outside() -> None:
