@@ -41,6 +41,8 @@ from houseexpo.service.review.question import (
 )
 from houseexpo.tolerances import GRID_M, MIN_DOOR_M
 
+_CUT_OF_WORDS: Final = 0.2
+"""Doubt of a cut that was not rated: a person's words made it, and the same person may be about to draw the door."""
 _WAY_OUT: Final = 0.3
 """The least doubt of an entrance: in marked plans that are not right, 23 of 65 with a confidence of 0.7 or more are
 windows, or nothing."""
@@ -67,7 +69,7 @@ def passage_questions(plan: FloorPlan, shown: Sequence[tuple[str, LineString]] =
     for door in plan.doors:
         doubt = doubt_of(door.confidence)
         if door.kind == "cut":  # R1
-            doubt = max(doubt or CUT, CUT)
+            doubt = _CUT_OF_WORDS if door.confidence is None else CUT
         elif door.kind == "entrance" and door.confidence not in {None, 1.0}:
             doubt = max(doubt or 0.0, _WAY_OUT)
         if doubt is None:

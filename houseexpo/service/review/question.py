@@ -22,7 +22,7 @@ ASKED_BELOW: Final = 0.9
 """Confidence. In marked plans that are not right, 26 of 244 rooms and 18 of 33 doors and openings rated 0.7 to 0.9 are
 wrong; of those above, 12 of 373 and none of 435."""
 CUT: Final = 0.95
-"""Doubt of a cut that is not rated: its place is a guess."""
+"""Doubt of a cut: its place is a guess."""
 SHOWN: Final = {"door": 0.3, "opening": 0.3, "lintel": 0.25, "gap": 0.2}
 """Doubt of a place without a passage, by the kind of evidence in the source. Of 14 groups, no mark wants any."""
 FREE: Final = 0.8

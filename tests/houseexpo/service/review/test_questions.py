@@ -140,6 +140,12 @@ def test_what_is_worth_most_comes_first() -> None:
     assert [each.doubt for each in found] == [0.5, 0.65]  # a room of a third of the plan decides of more than a passage
 
 
+def test_a_cut_that_follows_from_words_comes_late() -> None:
+    rooms = plan_with(room=0.5).rooms
+    for sure, first in ((0.06, "cut"), (None, "room")):
+        assert questions(replace(plan_with("cut", sure), rooms=rooms))[0].key.startswith(first)
+
+
 def test_questions_of_a_kind_stand_together() -> None:
     plan = with_entrance(0.4)
     more = replace(plan.doors[1], id=2, segment=((7.1, 1.0), (7.1, 2.0)), ring=box(7.1, 1.0, 7.2, 2.0), rooms=(1, None))

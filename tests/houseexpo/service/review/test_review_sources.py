@@ -475,7 +475,7 @@ def test_a_space_that_was_left_out_is_asked_about() -> None:
             (((0.1, 0.1), (0.1, 3.1), (4.1, 3.1), (4.1, 0.1)),),
         )
     )
-    assert asked_of(plan, view) == ["cut", "space"]  # the other one is a room of the plan
+    assert sorted(asked_of(plan, view)) == ["cut", "space"]  # the other one is a room of the plan
     assert asked_of(plan, view, (9.0, 2.0)) == ["cut"]  # somebody has said that it is none
 
 
