@@ -6,7 +6,7 @@ import math
 from typing import TYPE_CHECKING
 
 from houseexpo.errors import ConfigError
-from houseexpo.tolerances import MITRE, SAME_M2
+from houseexpo.tolerances import GRID_M, MITRE, SAME_M2
 
 if TYPE_CHECKING:
     from shapely import MultiPolygon, Polygon
@@ -15,7 +15,8 @@ if TYPE_CHECKING:
 def walls_around(space: Polygon | MultiPolygon, thickness_m: float) -> tuple[Polygon, ...]:
     """Return the walls: the area within ``thickness_m`` metres of the free space that is not free.
 
-    Areas that the free space encloses (pillars, blocks of walls) are walls as a whole, however thick they are.
+    Areas that the free space encloses (pillars, blocks of walls) are walls as a whole, however thick they are. A slit of
+    the grid's width that alone joins two parts of the space, as between buildings, counts as wall.
 
     Returns
     -------
@@ -30,6 +31,9 @@ def walls_around(space: Polygon | MultiPolygon, thickness_m: float) -> tuple[Pol
 
     if not (math.isfinite(thickness_m) and thickness_m > 0):
         raise ConfigError(f"walls: expected a thickness of more than 0 m, found {thickness_m!r}")
+    core = shapely.buffer(space, -GRID_M, join_style="mitre")
+    if shapely.get_num_geometries(core) > shapely.get_num_geometries(space):
+        space = shapely.intersection(space, shapely.buffer(core, GRID_M, join_style="mitre"))
     around = shapely.buffer(space, thickness_m, join_style="mitre", mitre_limit=MITRE)
     enclosed = [shapely.Polygon(ring) for part in shapely.get_parts(space) for ring in part.interiors]
     wall = shapely.difference(shapely.union_all([around, *enclosed]), space)

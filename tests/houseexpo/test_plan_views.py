@@ -28,6 +28,15 @@ def test_walls_enclose_the_free_space(two_rooms):
     assert together.intersection(door).area == pytest.approx(0)
 
 
+def test_no_wall_stands_along_a_slit_between_two_buildings():
+    outline = [(0.0, 0.0), (3.0, 0.0), (3.0, 1.0), (6.0, 1.0), (6.0, 0.0), (9.0, 0.0), (9.0, 3.0), (6.0, 3.0)]
+    plan = FloorPlan("apart", [*outline, (6.0, 1.01), (3.0, 1.01), (3.0, 3.0), (0.0, 3.0)], 2, {})
+    assert sorted(wall.bounds for wall in plan.walls(0.1)) == [
+        pytest.approx((-0.1, -0.1, 3.1, 3.1)),
+        pytest.approx((5.9, -0.1, 9.1, 3.1)),
+    ]
+
+
 @pytest.mark.parametrize("thickness", [0, -0.1, float("nan"), float("inf")])
 def test_walls_have_a_thickness(two_rooms, thickness):
     with pytest.raises(ConfigError, match="thickness"):
