@@ -15,8 +15,8 @@ if TYPE_CHECKING:
 def walls_around(space: Polygon | MultiPolygon, thickness_m: float) -> tuple[Polygon, ...]:
     """Return the walls: the area within ``thickness_m`` metres of the free space that is not free.
 
-    Areas that the free space encloses (pillars, blocks of walls) are walls as a whole, however thick they are. A slit of
-    the grid's width that alone joins two parts of the space, as between buildings, counts as wall.
+    Areas that the free space encloses (pillars, blocks of walls) are walls as a whole, however thick they are. A slit
+    of the grid's width that alone joins two parts of the space, as between buildings, is not free.
 
     Returns
     -------

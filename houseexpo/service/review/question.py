@@ -25,6 +25,8 @@ CUT: Final = 0.95
 """Doubt of a cut: its place is a guess."""
 SHOWN: Final = {"door": 0.3, "opening": 0.3, "lintel": 0.25, "gap": 0.2}
 """Doubt of a place without a passage, by the kind of evidence in the source. Of 14 groups, no mark wants any."""
+NAMED: Final = frozenset({"door", "opening"})
+"""Kinds that the source names: these are asked about also where something stands in them, as a closed gate."""
 FREE: Final = 0.8
 """A left-out space has at least this share of its area outside all rooms."""
 WIDEST_WALL_M: Final = 0.6

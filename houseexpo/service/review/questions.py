@@ -99,7 +99,7 @@ def questions(
             seen_in_part_questions(plan, source, (dx, dy)),
             left_out_questions(plan, source, (dx, dy), closed),
             larger_questions(plan, source, (dx, dy)),
-            place_questions(plan, places, closed),
+            place_questions(plan, source, places, (dx, dy), closed),
             front_questions(plan, source, places, (dx, dy)),
             seen_wall_questions(plan, source, (dx, dy), closed),
             bay_questions(plan, source, (dx, dy)),

@@ -2,7 +2,8 @@
 
 R1  Three things are asked about: a space between walls that the plan left out and that is large enough for a room; a
     room that takes only a part of the space between its walls; and a door or a gap in the source, in a wall of a room,
-    where the plan has no passage; a narrow one only between rooms that no passage joins.
+    where the plan has no passage; a narrow one only between rooms that no passage joins. What hangs before a wall, as
+    the eaves, is no place.
 R2  A room is asked about if the source shows no wall along much of its edge: a porch, or what rays saw.
 R3  In a robot's map, a part of a room behind a narrow place is asked about if the map shows no wall along much of its
     edge: rays went through a gap.
@@ -32,6 +33,7 @@ from houseexpo.service.review.plan_questions import free_places
 from houseexpo.service.review.question import (
     FREE,
     MOST_POINTS,
+    NAMED,
     PASSAGE_M,
     SEVERAL,
     SHOWN,
@@ -65,8 +67,6 @@ _FRONT_M: Final = (1.5, 15.0)
 """The least and the greatest width of a front, metres. People drew 1.7 to 12.6 m."""
 _FRONTS: Final = {*SHOWN, "gate", "mouth", "floor_edge"}
 """Kinds of evidence in the source that may be a front."""
-_NAMED: Final = frozenset({"door", "opening"})
-"""Kinds that the source names: these are asked about also where something stands in them, as a closed gate."""
 _FRONT: Final = 0.3
 """Doubt of a front, as of a place that the source names."""
 _MOST_FRONTS: Final = 6
@@ -215,7 +215,11 @@ def larger_questions(plan: FloorPlan, source: SourceView, shift: tuple[float, fl
 
 
 def place_questions(
-    plan: FloorPlan, places: Sequence[tuple[str, LineString]], closed: Sequence[tuple[float, float]]
+    plan: FloorPlan,
+    source: SourceView,
+    places: Sequence[tuple[str, LineString]],
+    shift: tuple[float, float],
+    closed: Sequence[tuple[float, float]],
 ) -> Iterator[Question]:
     """R1."""
     shut = shapely.multipoints(closed) if closed else None
@@ -227,6 +231,9 @@ def place_questions(
         if sides[0] == sides[1] or (line.length < PASSAGE_M[0] and (None in sides or frozenset(sides) in joined)):
             continue
         if shut is not None and shut.distance(line) < WIDEST_WALL_M:
+            continue
+        beside = [rooms[side] for side in sides if side is not None]
+        if kind not in NAMED and not all(source.is_open(line, room, shift) for room in beside):
             continue
         at = round((ax + bx) / 2, 3), round((ay + by) / 2, 3)
         word = "entrance" if None in sides else "door"
@@ -271,8 +278,8 @@ def front_questions(
 
     ways = shapely.points(np.reshape([middle_of(door) for door in plan.doors], (-1, 2)))
     fronts = [(kind, line) for kind, line in places if kind in _FRONTS and line.length > PASSAGE_M[1]]
-    lines = [line for kind, line in fronts if kind in _NAMED]
-    lines += [part for kind, line in fronts if kind not in _NAMED for part in shapely.get_parts(beyond(line))]
+    lines = [line for kind, line in fronts if kind in NAMED]
+    lines += [part for kind, line in fronts if kind not in NAMED for part in shapely.get_parts(beyond(line))]
     narrow = [line for kind, line in places if kind in SHOWN and line.length <= PASSAGE_M[1]]
     for room in plan.rooms:
         edge = shapely.simplify(room.polygon, OF_EDGE_M / 3).exterior.coords
@@ -291,7 +298,9 @@ def front_questions(
         if len(beside) != 1 or beside[0][1].all() or shapely.dwithin(ways, line, WIDEST_WALL_M).any():
             continue
         (room, _) = beside[0]
-        if shapely.intersection(line, shapely.buffer(room.polygon, WIDEST_WALL_M)).length >= FREE * line.length:
+        if shapely.intersection(line, shapely.buffer(room.polygon, WIDEST_WALL_M)).length < FREE * line.length:
+            continue
+        if source.is_open(line, room.polygon, shift):
             found.append((room, line))
     chosen: list[LineString] = []
     for room, line in sorted(found, key=lambda each: (-each[0].area, -each[1].length, each[1].bounds)):

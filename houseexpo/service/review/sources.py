@@ -1,8 +1,8 @@
 """Read the source of a plan with the command that built it, and keep its record for the page Review.
 
-R1  The command that built a house makes its record, in a separate process. The source is read once; after that, the
-    page answers from memory. The process stays for a while with the source in memory, and makes the record again
-    after further corrections.
+R1  The command that built a house makes its record, in a separate process. The source is read once for all storeys of
+    the house; after that, the page answers from memory. The process stays for a while with the source in memory, and
+    makes the record again after further corrections.
 R2  Only a command that this user ran in this place is run, as for a rebuild (``review.rebuild``).
 R3  A record is valid for the file as it was, and for the statements about it at that time. For a house without a plan,
     or one that has no plan with what is said of its file, it is valid only for all statements at that time, since only
@@ -45,7 +45,8 @@ from houseexpo.floorplan import FloorPlan, decode
 from houseexpo.grids.frame import plan_points_from_source, source_points_from_plan
 from houseexpo.lru_cache import LruCache
 from houseexpo.plan.ids import parts_of
-from houseexpo.tolerances import MIN_DOOR_M
+from houseexpo.service.review.question import NAMED, WIDEST_WALL_M
+from houseexpo.tolerances import GRID_M, MIN_DOOR_M
 
 _Key: TypeAlias = tuple[str, bytes, tuple[int, int]]
 """A plan, what is said of its file, and the state of its file."""
@@ -162,6 +163,25 @@ class SourceView:
         shapely.prepare(area)
         return area
 
+    def is_open(self, line: LineString, room: Polygon, shift: Sequence[float] = (0.0, 0.0)) -> bool:
+        """Return whether the source shows no wall between most of a line and a room beside it: under eaves, it does.
+
+        ``shift`` leads from the source's plan to the plan of the line and the room, metres.
+        """
+        (ax, ay), (bx, by) = line.coords
+        count = max(int(line.length / OF_EDGE_M), 1) * 3
+        starts = np.array([(ax, ay)]) + (np.arange(count)[:, None] + 0.5) / count * (bx - ax, by - ay)
+        way = np.array([ay - by, bx - ax]) / line.length
+        free = np.zeros(count, np.bool_)
+        for side in (way, -way):
+            rays = shapely.linestrings(np.stack([starts, starts + side * WIDEST_WALL_M], axis=1))
+            far = shapely.distance(shapely.points(starts), shapely.intersection(rays, room))
+            meets = np.isfinite(far)
+            ends = starts + far[:, None] * side
+            between = shapely.linestrings((np.stack([starts, ends], axis=1) - np.array(shift))[meets])
+            free[meets] |= shapely.length(shapely.intersection(between, self.all_walls)) < GRID_M
+        return bool(free.mean() > 1 / 2)
+
     @cached_property
     def computed(self) -> LruCache[Any]:
         """What was computed of edges of rooms, by their points: an answer changes few rooms."""
@@ -182,7 +202,17 @@ class SourceView:
     @cached_property
     def _offered(self) -> list[tuple[str, list[list[float]]]]:
         """The places that the page offers."""
-        return [(kind, ends) for kind, ends in self.places if self._takes(ends)]
+        rooms = [] if self.plan is None else [room.polygon for room in self.plan.rooms]
+
+        def is_before_wall(line: LineString) -> bool:
+            near = shapely.dwithin(rooms, line.centroid, WIDEST_WALL_M)
+            return bool(near.any()) and not any(self.is_open(line, rooms[k]) for k in np.flatnonzero(near))
+
+        return [
+            (kind, ends)
+            for kind, ends in self.places
+            if self._takes(ends) and (kind in NAMED or not is_before_wall(LineString(ends)))
+        ]
 
     def drawn_under(self, plan: FloorPlan | None) -> dict[str, Any]:
         """Return the layers under a plan of the level, in that plan's metres; corrections may move a plan's origin."""
@@ -246,13 +276,38 @@ class Sources:
         self._commands = commands
         self._views: LruCache[SourceView] = LruCache(_KEPT_SOURCES)
         self._latest: dict[str, tuple[bytes, SourceView]] = {}
+        self._read: dict[str, tuple[Mapping[str, Any], SourceRecord, tuple[int, int]]] = {}
+        """The latest records by input, each with the statements and the state of the file at that time."""
+        self._asked: dict[str, str] = {}
+        """The storey for which the file of a storey was read: its process has the file in memory."""
         self._failed: dict[_Key, str] = {}
         self._reading = Lock()
         self._workers = _Workers()
 
     def known(self, name: str, tables: Mapping[str, Any], *, is_plan: bool) -> SourceView | None:
         """Return the source of a plan if it has been read with the current statements, else None."""
-        return self._views.get(self._key(name, tables, is_plan=is_plan))
+        found = self._views.get(self._key(name, tables, is_plan=is_plan))
+        if found is None and is_plan and (storey := self._of_read_file(name, tables)) is not None:
+            found = self._keep(name, tables, storey, is_plan=is_plan)
+        return found
+
+    def _of_read_file(self, name: str, tables: Mapping[str, Any]) -> SourceView | None:
+        """Return the source of a storey whose file was read for another one, with the same statements, or None (R1)."""
+        for then, record, state in [*self._read.values()]:
+            ids = {each.id for level in record.levels for each in (level, *level.plans)}
+            if name not in ids:
+                continue
+            view = _view(record, name)
+            is_same = _key(name, tables, is_plan=True) == _key(name, then, is_plan=True)
+            if is_same and view.found is not None and not view.is_founded and state == _state_of(record):
+                return view
+        return None
+
+    def _keep(self, name: str, tables: Mapping[str, Any], view: SourceView, *, is_plan: bool) -> SourceView:
+        self._latest.pop(name, None)
+        latest = _key(name, tables, is_plan=True)[1], view
+        self._latest = dict([*self._latest.items(), (name, latest)][-_KEPT_SOURCES:])
+        return self._views.get_or_make(self._key(name, tables, is_plan=is_plan), lambda: view)
 
     def latest_with(self, name: str, tables: Mapping[str, Any], *, is_plan: bool) -> SourceView | None:
         """Return the source to show while it is read again: None where the search finds a plan, as far as is known."""
@@ -284,11 +339,7 @@ class Sources:
     def _state_of_file(self, name: str) -> tuple[int, int]:
         """Return the time and the size of the file of a plan, zeros if it is not known yet, or not there."""
         latest = self.latest(name)
-        with suppress(OSError):
-            if latest is not None and latest.record.path:
-                found = Path(latest.record.path).stat()
-                return found.st_mtime_ns, found.st_size
-        return 0, 0
+        return (0, 0) if latest is None else _state_of(latest.record)
 
     def read(self, name: str, tables: Mapping[str, Any], *, is_plan: bool) -> SourceView:
         """Return the source of a plan; reading it takes seconds unless it is in memory.
@@ -299,24 +350,27 @@ class Sources:
             The source cannot be read.
         """
         with self._reading:  # R4
-            key = self._key(name, tables, is_plan=is_plan)
-            if (known := self._views.get(key)) is not None:
+            if (known := self.known(name, tables, is_plan=is_plan)) is not None:
                 return known
+            key = self._key(name, tables, is_plan=is_plan)
             try:
-                view = _view(self._record(name), name)
+                record = self._record(name)
+                view = _view(record, name)
             except ConfigError as error:
                 self._failed[key] = str(error)
                 raise SourceError(str(error)) from None
             self._failed.pop(key, None)
-            self._latest.pop(name, None)
-            latest = _key(name, tables, is_plan=True)[1], view
-            self._latest = dict([*self._latest.items(), (name, latest)][-_KEPT_SOURCES:])
-            return self._views.get_or_make(self._key(name, tables, is_plan=is_plan), lambda: view)
+            self._read.pop(record.id, None)
+            read = tables, record, _state_of(record)
+            self._read = dict([*self._read.items(), (record.id, read)][-_KEPT_WORKERS:])
+            for each in record.levels:
+                self._asked |= dict.fromkeys((each.id, *(plan.id for plan in each.plans)), self._asked.get(name, name))
+            return self._keep(name, tables, view, is_plan=is_plan)
 
     def _record(self, name: str) -> SourceRecord:
         why = ""
         for command in reversed(self._commands()):
-            asked = (*command[:5], f"--show-source={name}", *command[5:])
+            asked = (*command[:5], f"--show-source={self._asked.get(name, name)}", *command[5:])
             try:
                 return decode_source_record(self._workers.ask(asked))
             except TimeoutError:
@@ -409,6 +463,15 @@ def _end(worker: subprocess.Popen[bytes], said: IO[bytes]) -> None:
 def _end_all(running: dict[tuple[str, ...], tuple[subprocess.Popen[bytes], IO[bytes]]]) -> None:
     while running:
         _end(*running.popitem()[1])
+
+
+def _state_of(record: SourceRecord) -> tuple[int, int]:
+    """Return the time and the size of a record's file, zeros if it has none, or it is not there."""
+    with suppress(OSError):
+        if record.path:
+            found = Path(record.path).stat()
+            return found.st_mtime_ns, found.st_size
+    return 0, 0
 
 
 def _area(found: PlanSource) -> float:

@@ -219,6 +219,33 @@ def test_a_command_that_fails_is_told_by_its_last_line() -> None:
         sources.read("house", {}, is_plan=True)
 
 
+def test_a_file_is_read_once_for_all_its_storeys(monkeypatch: pytest.MonkeyPatch) -> None:
+    plan, view = shown()
+    assert view.found is not None
+    storeys = [
+        msgspec.structs.replace(
+            view.level,
+            id=name,
+            plans=(msgspec.structs.replace(view.found, id=name, plan=msgspec.Raw(encode(replace(plan, id=name)))),),
+        )
+        for name in ("house_L0", "house_L1")
+    ]
+    record = SourceRecord("house", levels=tuple(storeys))
+    sources, read = Sources(list), list[str]()
+    monkeypatch.setattr(sources, "_record", lambda name: read.append(name) or record)
+    sources.read("house_L0", {}, is_plan=True)
+    upper = sources.known(
+        "house_L1", {"house_L0": {"keep": True}, "house_L1": {"door": [[1, 2], [2, 2]]}}, is_plan=True
+    )
+    assert upper is not None
+    assert upper.plan is not None
+    assert upper.plan.id == "house_L1"
+    assert sources.known("house_L1", {"house": {"scale": 2.0}}, is_plan=True) is None
+    sources.read("house_L1", {"house": {"scale": 2.0}}, is_plan=True)
+    assert sources.known("house_L0", {"house": {"scale": 2.0}}, is_plan=True) is not None
+    assert read == ["house_L0", "house_L1"]
+
+
 def test_after_an_undo_of_the_scale_the_plan_is_that_before_it(monkeypatch: pytest.MonkeyPatch) -> None:
     plan, view = shown()
     rejected = SourceRecord("house", levels=(LevelSource("house", FRAME, rejected="403 x 406 m"),))
@@ -339,6 +366,17 @@ def test_a_place_beside_a_narrow_room_is_a_door_of_it() -> None:
         each for each in questions(replace(plan, rooms=(plan.rooms[0], narrow)), (), view) if "place" in each.key
     )
     assert asked.answers[0].action == "door"
+
+
+def test_what_hangs_before_a_wall_is_no_place() -> None:
+    plan, view = shown(Place("lintel", ((-0.3, 1.0), (-0.3, 1.9))), Place("lintel", ((0.05, 2.0), (0.05, 2.9))))
+    assert view.found is not None
+    assert asked_of(plan, view) == ["cut", "place", "place"]
+    outer = tuple(tuple((x, y) for x, y in box(0.0, low, 0.1, high)) for low, high in ((0.0, 2.0), (2.9, 3.2)))
+    walled = replace(view, found=msgspec.structs.replace(view.found, walls=tuple((ring,) for ring in outer)))
+    (asked,) = (each for each in questions(plan, (), walled) if each.key.startswith("place"))
+    assert asked.at == (0.05, 2.45)
+    assert [ends for _, ends in walled._offered] == [[[0.05, 2.0], [0.05, 2.9]]]
 
 
 def test_a_place_that_would_part_a_room_is_asked_about() -> None:
