@@ -2,7 +2,8 @@
 
 R1  A cut was made because nothing, or hardly anything, showed a way between two parts of the plan: either a door is
     there, or no door, or the door is where the source shows one beside it, or else in the wall to a larger room beside
-    the smaller one: a room of a row opens to the hall before all of them.
+    the smaller one: a room of a row opens to the hall before all of them. Between parts that each have an entrance, no
+    way may be needed: these may be houses of their own, and one answer says so of all such cuts.
 R2  A passage or a room that is doubtful is asked about, and every entrance: a window may be one. If a person says that
     a room is several, the places where it may part are asked about (``line_questions``).
 R3  Rooms that meet without a wall are one room, or they stay two; only where nobody has drawn a wall.
@@ -20,6 +21,7 @@ from typing import Final
 import shapely
 from shapely import LineString
 
+from houseexpo.corrections.draft import Draft
 from houseexpo.floorplan import FloorPlan
 from houseexpo.plan import Door, Room
 from houseexpo.service.review.question import (
@@ -66,6 +68,7 @@ _MEETING_M: Final = 1.0
 def passage_questions(plan: FloorPlan, shown: Sequence[tuple[str, LineString]] = ()) -> Iterator[Question]:
     """R1, R2. ``shown`` are the places where the source shows a door, a lintel or a gap."""
     free = free_places(plan, shown)
+    needless = _cuts_between_houses(plan)
     for door in plan.doors:
         doubt = doubt_of(door.confidence)
         if door.kind == "cut":  # R1
@@ -91,7 +94,11 @@ def passage_questions(plan: FloorPlan, shown: Sequence[tuple[str, LineString]] =
                 Answer("They are one room", "one_room", places),
                 Answer(f"{area:.1f} m² are no room", "no_room", places[:1]),
                 Answer(f"{sides[-1].area:.1f} m² are outside", "outside", places[1:]),
-                *(list(_ways_beside(door, sides, free)) or list(_way_to_larger(plan, door, sides))),
+                *(
+                    list(_ways_beside(door, sides, free))
+                    or list(_no_cuts(door, needless))
+                    or list(_way_to_larger(plan, door, sides))
+                ),
             )
         elif door.kind == "entrance" and door.confidence is not None:
             says = f"Does one walk in here, an entrance of {door.width:.2f} m?"
@@ -110,6 +117,28 @@ def passage_questions(plan: FloorPlan, shown: Sequence[tuple[str, LineString]] =
         yield Question(
             key_of(plan, door.kind, at), at, says, answers, doubt, area, door.width if not area else area**0.5
         )
+
+
+def _cuts_between_houses(plan: FloorPlan) -> list[Door]:
+    """R1. Return the cuts that join two parts of a plan of which each has an entrance."""
+    cuts = [door for door in plan.doors if door.kind == "cut"]
+    if len(cuts) < 2:  # of a single one, "None" says the same
+        return []
+    draft = Draft(plan)
+    draft.doors = [door for door in draft.doors if door.kind != "cut"]
+    part = {room.before.id: k for k, rooms in enumerate(draft.pieces()) for room in rooms if room.before}
+    entered = {part[side] for door in plan.doors if None in door.rooms for side in door.rooms if side is not None}
+    sides = [{part[side] for side in cut.rooms if side is not None} for cut in cuts]
+    found = [cut for cut, parts in zip(cuts, sides, strict=True) if len(parts) > 1 and parts <= entered]
+    return found if len(found) > 1 else []
+
+
+def _no_cuts(cut: Door, needless: Sequence[Door]) -> Iterator[Answer]:
+    """R1. Yield the answer that none of the cuts between houses of their own is a way."""
+    others = tuple((middle_of(other),) for other in needless if other is not cut)
+    if len(others) < len(needless):
+        title = f"None of the {len(needless)} cuts between houses of their own"
+        yield Answer(title, "no_door", (middle_of(cut),), more=others)
 
 
 def _shown_at(cut: Door, shown: Sequence[tuple[str, LineString]]) -> str:

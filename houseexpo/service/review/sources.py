@@ -294,7 +294,7 @@ class Sources:
     def _of_read_file(self, name: str, tables: Mapping[str, Any]) -> SourceView | None:
         """Return the source of a storey whose file was read for another one, with the same statements, or None (R1)."""
         for then, record, state in [*self._read.values()]:
-            ids = {each.id for level in record.levels for each in (level, *level.plans)}
+            ids = {each for level in record.levels for each in (level.id, *(plan.id for plan in level.plans))}
             if name not in ids:
                 continue
             view = _view(record, name)

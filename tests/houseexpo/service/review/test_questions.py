@@ -82,6 +82,25 @@ def test_a_doubtful_place_has_contrary_answers_and_each_settles_it(plan: FloorPl
     assert questions(plan, [asked.key]) == []
 
 
+def test_cuts_between_parts_that_have_entrances_are_answered_at_once() -> None:
+    rooms = tuple(Room(k, "Hut", box(x, 0.1, x + 3.0, 3.1)) for k, x in enumerate((0.1, 3.2, 6.3)))
+    cuts = [
+        Door(k, "cut", ((x, 1.1), (x, 1.9)), 0.8, box(x - 0.05, 1.1, x + 0.05, 1.9), (k, k + 1), 0.1)
+        for k, x in enumerate((3.15, 6.25))
+    ]
+    ways = [
+        Door(k + 2, "entrance", ((x, 0.05), (x + 0.9, 0.05)), 0.9, box(x, 0.0, x + 0.9, 0.1), (k, None), 0.95)
+        for k, x in enumerate((1.0, 4.0, 7.0))
+    ]
+    ring = unary_union([*(room.polygon for room in rooms), *(cut.polygon for cut in cuts)]).exterior.coords[:-1]
+    plan = FloorPlan("row", list(ring), 3, {}, rooms=rooms, doors=(*cuts, *ways), frame=FRAME)
+    asked = [each for each in questions(plan) if each.key.startswith("cut")]
+    assert [len(each.answers[-1].more) for each in asked] == [1, 1]
+    assert {each.answers[-1].action for each in asked} == {"no_door"}
+    one_way = questions(replace(plan, doors=(*cuts, ways[0])))
+    assert all(not each.answers[-1].more for each in one_way)
+
+
 def test_a_room_of_a_row_may_have_its_door_to_the_hall_before_it() -> None:
     shapes = (box(0.0, 0.0, 3.0, 3.0), box(3.1, 0.0, 6.1, 3.5), box(0.0, 3.1, 3.0, 9.0))
     rooms = tuple(Room(k, "Office", shape) for k, shape in enumerate(shapes))
