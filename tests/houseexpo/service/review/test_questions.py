@@ -83,7 +83,7 @@ def test_a_doubtful_place_has_contrary_answers_and_each_settles_it(plan: FloorPl
 
 
 def test_cuts_between_parts_that_have_entrances_are_answered_at_once() -> None:
-    rooms = tuple(Room(k, "Hut", box(x, 0.1, x + 3.0, 3.1)) for k, x in enumerate((0.1, 3.2, 6.3)))
+    rooms = tuple(Room(k, "Room", box(x, 0.1, x + 3.0, 3.1)) for k, x in enumerate((0.1, 3.2, 6.3)))
     cuts = [
         Door(k, "cut", ((x, 1.1), (x, 1.9)), 0.8, box(x - 0.05, 1.1, x + 0.05, 1.9), (k, k + 1), 0.1)
         for k, x in enumerate((3.15, 6.25))
