@@ -83,14 +83,14 @@ def test_a_doubtful_place_has_contrary_answers_and_each_settles_it(plan: FloorPl
 
 
 def test_cuts_between_parts_that_have_entrances_are_answered_at_once() -> None:
-    rooms = tuple(Room(k, "Room", box(x, 0.1, x + 3.0, 3.1)) for k, x in enumerate((0.1, 3.2, 6.3)))
+    rooms = tuple(Room(k, "Room", box(x, 0.0, x + 3.0, 3.0)) for k, x in enumerate((0.0, 3.5, 7.0)))
     cuts = [
-        Door(k, "cut", ((x, 1.1), (x, 1.9)), 0.8, box(x - 0.05, 1.1, x + 0.05, 1.9), (k, k + 1), 0.1)
-        for k, x in enumerate((3.15, 6.25))
+        Door(k, "cut", ((x, 1.0), (x, 1.5)), 0.5, box(x - 0.25, 1.0, x + 0.25, 1.5), (k, k + 1), 0.1)
+        for k, x in enumerate((3.25, 6.75))
     ]
     ways = [
-        Door(k + 2, "entrance", ((x, 0.05), (x + 0.9, 0.05)), 0.9, box(x, 0.0, x + 0.9, 0.1), (k, None), 0.95)
-        for k, x in enumerate((1.0, 4.0, 7.0))
+        Door(k + 2, "entrance", ((x, -0.05), (x + 1.0, -0.05)), 1.0, box(x, -0.1, x + 1.0, 0.0), (k, None), 0.95)
+        for k, x in enumerate((1.0, 4.0, 8.0))
     ]
     ring = unary_union([*(room.polygon for room in rooms), *(cut.polygon for cut in cuts)]).exterior.coords[:-1]
     plan = FloorPlan("row", list(ring), 3, {}, rooms=rooms, doors=(*cuts, *ways), frame=FRAME)
