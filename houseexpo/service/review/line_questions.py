@@ -2,7 +2,7 @@
 
 R1  If a corner juts into a room, the lines that extend its two edges to the opposite wall may be openings between two
     rooms, as may a door or a gap that the source shows in a room. A line is asked about if it parts off a space that
-    could be a room, and is as narrow as an opening, or narrower than this space is wide. Lines between two corners
+    could be a room, and is narrower than this space is wide, unlike one across a corridor. Lines between two corners
     come first: these are the jambs of a doorway, or the ends of the walls beside a mouth.
 R2  If the source shows something in a room that is higher than a person and that would part it, it may be a wall.
     Pieces in a row are one wall.
@@ -80,17 +80,14 @@ def corner_questions(
         gaps = [part.gaps[0] for part in parts_between_gaps(room.polygon.wkb)[1:] if len(part.gaps) == 1]
         parting = [_Parting(ray, True, *_part_off(room.polygon, longer(ray, ONWARD_M))) for ray in shown]
         parting += [_Parting(gap, True, *_part_off(room.polygon, gap)) for gap in gaps if gap.length >= MIN_DOOR_M]
-        for line, is_faced, area, compact in (*parting, *_parting_lines(room.polygon.wkb)):
+        for line, is_faced, area, compact, is_wider in (*parting, *_parting_lines(room.polygon.wkb)):
             if area < SMALLEST_ROOM_M2 * 2 or shapely.intersection(line, at_doors).length > line.length / 2:
                 continue
             if not is_faced and at_narrow.intersects(line):  # beside a doorway another one may lie
                 continue
             is_wide = line.length > PASSAGE_M[1]
-            if (
-                is_wide
-                and not is_several
-                and (line.length**2 > area * (1 + is_faced) or (compact < _COMPACT and not is_faced))
-            ):
+            is_likely = is_several or (is_wider or is_faced if not is_wide else compact >= _COMPACT or is_faced)
+            if not is_likely or (is_wide and not is_several and line.length**2 > area * (1 + is_faced)):
                 continue
             kind = ("mouth" if is_wide else "doorway") if is_faced else "wide" if is_wide else "narrow"
             found["of several" if is_several else kind].append(
@@ -139,19 +136,25 @@ class _Parting(NamedTuple):
     """A line that parts a room: whether walls end at both of its ends, and the area of what it parts off, m2.
 
     ``compact`` is the share of this area in that of a square with the same perimeter: a corridor has little.
+    ``is_wider``: what it parts off is wider than the line itself, unlike the arm of a corridor that turns.
     """
 
     line: LineString
     is_faced: bool
     area: float
     compact: float
+    is_wider: bool
 
 
-def _part_off(room: Polygon, line: LineString) -> tuple[float, float]:
-    """Return the area of the second largest part into which a line parts a room, m2, and how compact it is."""
+def _part_off(room: Polygon, line: LineString) -> tuple[float, float, bool]:
+    """Return the area of the second largest part into which a line parts a room, m2, ``compact`` and ``is_wider``."""
     strip = line.buffer(JAGS_M, cap_style="square")  # a line between corners may miss them a little
     parts = sorted(shapely.get_parts(shapely.difference(room, strip)).tolist(), key=lambda part: -part.area)[1:2]
-    return next(((part.area, 16 * part.area / part.length**2) for part in parts), (0.0, 0.0))
+    if not parts:
+        return 0.0, 0.0, False
+    (part,) = parts
+    is_wider = not shapely.buffer(part, -line.length / 2 - JAGS_M).is_empty
+    return part.area, 16 * part.area / part.length**2, is_wider
 
 
 @lru_cache(maxsize=256)

@@ -300,6 +300,14 @@ def test_a_part_of_a_room_behind_a_wide_mouth_is_asked_about_and_then_what_else_
     assert [each.key for each in questions(replace(plan, rooms=(post,)))][:1] == [mouth.key]
 
 
+def test_the_bend_of_a_corridor_is_no_narrow_place() -> None:
+    ring = [(0.1, 0.1), (6.0, 0.1), (6.0, 5.0), (4.6, 5.0), (4.6, 1.5), (0.1, 1.5)]
+    plan = replace(two_rooms("house"), frame=FRAME, rooms=(Room(0, "Hallway", ring),), doors=())
+    assert questions(plan) == []
+    hall = Room(0, "Hallway", [*ring[:2], (6.0, 5.0), (3.0, 5.0), (3.0, 1.5), (0.1, 1.5)])
+    assert [each.area > 4 for each in questions(replace(plan, rooms=(hall,)))]
+
+
 def test_a_doorway_with_two_jambs_is_asked_about_also_beside_another_door() -> None:
     plan = replace(two_rooms("house"), frame=FRAME)
     ring = [(0.1, 0.1), (0.1, 3.1), (2.0, 3.1), (2.0, 1.3), (2.1, 1.3), (2.1, 3.1), (4.1, 3.1), (4.1, 0.1), (2.1, 0.1)]
