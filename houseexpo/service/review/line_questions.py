@@ -2,8 +2,8 @@
 
 R1  If a corner juts into a room, the lines that extend its two edges to the opposite wall may be openings between two
     rooms, as may a door or a gap that the source shows in a room. A line is asked about if it parts off a space that
-    could be a room, and is narrower than this space is wide, unlike one across a corridor. Lines between two corners
-    come first: these are the jambs of a doorway, or the ends of the walls beside a mouth.
+    could be a room, and is narrower than the room at one of its sides, unlike where a corridor turns. Lines between two
+    corners come first: these are the jambs of a doorway, or the ends of the walls beside a mouth.
 R2  If the source shows something in a room that is higher than a person and that would part it, it may be a wall.
     Pieces in a row are one wall.
 R3  Walls that end in a room may part it, with openings in the gaps between them (``wall_ends``), or in one of two.
@@ -136,7 +136,7 @@ class _Parting(NamedTuple):
     """A line that parts a room: whether walls end at both of its ends, and the area of what it parts off, m2.
 
     ``compact`` is the share of this area in that of a square with the same perimeter: a corridor has little.
-    ``is_wider``: what it parts off is wider than the line itself, unlike the arm of a corridor that turns.
+    ``is_wider``: at one of its sides the room is wider than the line, unlike where a corridor turns.
     """
 
     line: LineString
@@ -149,12 +149,12 @@ class _Parting(NamedTuple):
 def _part_off(room: Polygon, line: LineString) -> tuple[float, float, bool]:
     """Return the area of the second largest part into which a line parts a room, m2, ``compact`` and ``is_wider``."""
     strip = line.buffer(JAGS_M, cap_style="square")  # a line between corners may miss them a little
-    parts = sorted(shapely.get_parts(shapely.difference(room, strip)).tolist(), key=lambda part: -part.area)[1:2]
-    if not parts:
+    parts = sorted(shapely.get_parts(shapely.difference(room, strip)).tolist(), key=lambda part: -part.area)[:2]
+    if len(parts) < 2:
         return 0.0, 0.0, False
-    (part,) = parts
-    is_wider = not shapely.buffer(part, -line.length / 2 - JAGS_M).is_empty
-    return part.area, 16 * part.area / part.length**2, is_wider
+    near = shapely.intersection(parts, line.buffer(1.5 * line.length))  # a circle as wide as the line fits in
+    is_wider = not shapely.is_empty(shapely.buffer(near, -line.length / 2 - JAGS_M)).all()
+    return parts[1].area, 16 * parts[1].area / parts[1].length ** 2, is_wider
 
 
 @lru_cache(maxsize=256)
