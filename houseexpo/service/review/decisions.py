@@ -8,8 +8,9 @@ R3  If the process was killed between the line and the renaming, the next one fi
     and completes the change. A file that a person has changed in the meantime matches neither state and is kept.
 R4  A decision is refused if somebody has decided on the plan since the reviewer loaded it; the message describes that
     decision. Names do not matter: two people may use the same name, and one person may have two pages open.
-R5  An undo reverts the reviewer's latest decision. Later decisions of others remain, or the undo is refused. An undone
-    decision can be redone until the reviewer makes another decision.
+R5  An undo reverts the reviewer's latest decision of which something is left: others may have taken it out. Later
+    decisions of others remain, or the undo is refused. An undone decision can be redone until the reviewer makes
+    another decision.
 R6  Links are not followed: a data set may come from strangers, and its links may lead to any file of this user.
 R7  A build reads the file, from this page or from a terminal: ``manifest.json`` beside it holds what it was made with.
     What is the same there does not wait for a build.
@@ -288,7 +289,7 @@ class DecisionStore:
             The reviewer has no decision to undo, or others have changed its value since.
         """
         with self._hold_lock():
-            own = [line for line in self.log.active if line.reviewer == reviewer]
+            own = [line for line in self.log.active if line.reviewer == reviewer and self._holds(line)]
             if not own:
                 raise ConfigError(f"{reviewer} has no decision left to undo")
             here = [line for line in own if line.plan in plans] if plans else own
@@ -298,6 +299,14 @@ class DecisionStore:
             table = self.table(line.plan)
             back = {key: changed_value(line, key, table.get(key), *pair[::-1]) for key, pair in line.changes.items()}
             return self._note(line.plan, "undo", reviewer, back, undoes=line.number)
+
+    def _holds(self, line: LogLine) -> bool:
+        """Return whether an undo of a decision would change something: not if somebody has taken out what it said."""
+        with suppress(ConfigError):  # what somebody has written otherwise is told when it is undone
+            table = self.table(line.plan)
+            now = [changed_value(line, key, table.get(key), *pair[::-1]) for key, pair in line.changes.items()]
+            return not now or any(before != after for before, after in now)
+        return True
 
     def redo(self, reviewer: str) -> LogLine:
         """Redo the decision that a reviewer undid last; raise ConfigError if there is nothing to redo."""

@@ -491,7 +491,7 @@ def _view(record: SourceRecord, name: str) -> SourceView:
             return SourceView(record, level, max(level.plans, key=_area, default=None))
     levels = ", ".join(level.id for level in record.levels) or "none"
     why = f": {record.rejected}" if record.rejected else ""
-    raise SourceError(f"{name}: with what is said of the file, it has no such level; it has {levels}{why}")
+    raise SourceError(f"{name}: the file as it is read now has no such level; it has {levels}{why}")
 
 
 def _key(name: str, tables: Mapping[str, Any], *, is_plan: bool) -> tuple[str, bytes]:

@@ -41,6 +41,7 @@ let elsewhere = false; // whether the next undo is of a decision on another plan
 let strokes = []; // questions about lines of the drawing, the one that was clicked first
 let reading = ""; // the plan whose source is on its way, and what was said of its file when it was asked for
 let laid = ""; // the same of the source that is shown
+let failure = ""; // why a source could not be read, as it was said
 let read = { plan: "", since: 0 }; // which plan that is, and since when, milliseconds
 let now = null; // what the server said of the plan that is shown
 let asking = new Set(); // the keys of all questions of the plan that is shown
@@ -207,7 +208,13 @@ function readSource({ plan, source: { known, why } }) {
       if (!isOfPlan) lay(found);
       askOfMost();
     });
-  }).catch((error) => { if (!isLate()) { now.source.why = error.message; file.show(now.source, readOnly); say(error.message, "bad"); } })
+  }).catch((error) => {
+    if (isLate()) return;
+    now.source.why = error.message;
+    file.show(now.source, readOnly);
+    say(error.message, "bad");
+    failure = at("said").textContent;
+  })
     .finally(() => {
       const wasLate = isLate();
       reading = "";
@@ -224,6 +231,7 @@ function readAgain() {
 
 function lay(source) {
   laid = readingOf(now);
+  if (failure && at("said").textContent === failure) say("");
   sheet.under(source);
   showSwitches();
 }
@@ -293,7 +301,7 @@ function sayOfFile(key, value, points = []) {
   const { plan } = now;
   return decideInTurn(async () => {
     const found = await ask("file", { plan, key, value, points, reviewer: reviewer() }).catch(async (error) => {
-      show(await ask(`state?${new URLSearchParams({ move: "here", plan, reviewer: reviewer() })}`));
+      await showAgain(plan);
       throw error;
     });
     say(`Said of the file: ${key.replaceAll("_", " ")}. It is on the disk; the source is read with it.`, "good");
@@ -358,7 +366,8 @@ function questions() {
 function holdQuestion(found) {
   const asked = found.plan && found.plan === now?.plan && !strokes.length ? questions()[0] : undefined;
   const isNext = ({ key }) => key.startsWith(parting ? "corner" : "entrance") && !asking.has(key);
-  const raised = found.plan === now?.plan && found.questions?.find(isNext);
+  const isSameSource = readingOf(found) === readingOf(now) && found.source?.known === now?.source?.known;
+  const raised = isSameSource && found.questions?.find(isNext);
   partsNowhere = parting && !raised;
   parting = false;
   asking = new Set(found.questions?.map(({ key }) => key));
@@ -557,9 +566,13 @@ async function send(path, plan, body) {
     show(found);
     return found;
   } catch (error) {
-    show(await ask(`state?${new URLSearchParams({ move: "here", plan, reviewer: reviewer() })}`));
+    await showAgain(plan);
     throw error;
   }
+}
+
+async function showAgain(plan) {
+  show(await ask(`state?${new URLSearchParams({ move: "here", plan, reviewer: reviewer() })}`));
 }
 
 function sayEffect({ effect }, plan, otherwise) {
@@ -632,10 +645,10 @@ function undo() {
 
 // Until the reply, no key answers: the question on the screen may not be the one that stays.
 function withoutQuestion(work) {
-  const shown = now, asked = now?.questions;
-  if (shown) shown.questions = [];
-  return decideInTurn(() => work().catch((error) => {
-    if (shown) shown.questions = asked;
+  const plan = now?.plan;
+  if (now) now.questions = [];
+  return decideInTurn(() => work().catch(async (error) => {
+    if (plan) await showAgain(plan);
     throw error;
   }));
 }
@@ -756,6 +769,7 @@ const KEYS = {
   u: undo, y: redo, delete: () => remove(sheet.chosen), backspace: () => remove(sheet.chosen), b: build, arrowright: () => go("next"), arrowleft: () => go("previous"), " ": () => go("open"),
 };
 
+window.addEventListener("beforeunload", (event) => { if (working) event.preventDefault(); }); // what waits its turn is not sent yet
 document.addEventListener("keydown", (event) => {
   const isSlider = event.target.matches("[type=range]"), isText = !isSlider && event.target.matches("input, select, textarea");
   if ((event.ctrlKey || event.metaKey) && !isText && event.key.toLowerCase() === "z") {
@@ -763,7 +777,7 @@ document.addEventListener("keydown", (event) => {
     (event.shiftKey ? redo : undo)();
     return;
   }
-  if (event.ctrlKey || event.metaKey || event.altKey || (isSlider && /^(Arrow|Page|Home|End)/.test(event.key))) return;
+  if (event.ctrlKey || event.metaKey || (isSlider && /^(Arrow|Page|Home|End)/.test(event.key))) return;
   if (isText) {
     if (event.key === "Escape") { closeNote(); event.preventDefault(); }
     return;
@@ -779,7 +793,7 @@ document.addEventListener("keydown", (event) => {
   if (event.key === "Enter" && forAll >= 0 && forAll < ANY && !event.target.matches("button, a, pre")) { event.preventDefault(); answer(forAll); return; }
   if (event.target.matches("button, a, pre") && (event.key === " " || event.key === "Enter")) return;
   if (event.shiftKey && /^Digit[1-9]$/.test(event.code)) { event.preventDefault(); answerAll(Number(event.code.at(-1)) - 1); return; }
-  const work = KEYS[event.key.toLowerCase()];
+  const work = KEYS[event.altKey ? event.code.replace("Key", "").toLowerCase() : event.key.toLowerCase()]; // who draws freely holds Alt already
   if (work) { event.preventDefault(); work(); }
 });
 

@@ -276,6 +276,7 @@ export class Sheet {
       const [x1, y1, x2, y2] = this.plan.shape.bounds;
       this.cross ??= [(x1 + x2) / 2, (y1 + y2) / 2];
       this.chosen = -1;
+      this.stage.scrollIntoView({ block: "nearest" });
       this.stage.focus({ preventScroll: true });
     } else this.cross = null;
     this.#paint();

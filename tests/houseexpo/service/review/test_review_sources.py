@@ -125,6 +125,7 @@ def test_a_file_that_has_changed_is_told_and_what_was_said_of_it_is_a_ghost(clie
     assert not post(client, "decide", **said)["effects"][0].get("ghost")
     file = next((folder.parent / "in").glob("bungalow*"))
     file.write_text(file.read_text() + "\n# mended\n")
+    assert not state(client, plan=name)["source"]["known"]  # the service that has read it sees it
     fresh = Service({"houses": Collection("houses", folder)}, ServiceSettings(review=True))
     with TestClient(make_app(fresh), base_url="http://127.0.0.1") as again:
         assert not state(again, plan=name)["source"]["changed"]  # nobody has looked yet
