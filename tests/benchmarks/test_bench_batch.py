@@ -33,7 +33,6 @@ from pipeline.batch.listing import list_inputs
 from pipeline.cli_build import from_python
 from pipeline.config import PipelineConfig
 from pipeline.config_file import BuildConfig, BuildOptions
-from pipeline.executors.local import Limits, run
 from pipeline.rejection import Rejection
 from pipeline.sources import reader
 from pipeline.values import Input, Level
@@ -163,20 +162,6 @@ def test_the_command_builds_a_thousand_drawings(tmp_path: Path) -> None:
         table.add_row(form, *figures)
         assert made > 0.99 * len(data.ids)
     Console(width=120).print(table)
-
-
-def same(word: str) -> str:
-    return word
-
-
-def test_what_an_executor_adds_to_an_item() -> None:
-    items, limits = ["x"] * 2000, Limits(60.0, 2**31)
-    list(run(same, ["warm"], workers=2, limits=limits))
-    start = time.perf_counter()
-    assert len(list(run(same, items, workers=2, limits=limits))) == len(items)
-    Console().print(
-        f"an executor adds {1e6 * (time.perf_counter() - start) / len(items):.0f} us to an item, two workers"
-    )
 
 
 FEW, MANY = 1_000, 10_000

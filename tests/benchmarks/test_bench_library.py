@@ -112,11 +112,6 @@ def test_grid(plans: Dataset) -> None:
     assert np.median(errors) < 0.005
 
 
-def test_select(plans: Dataset) -> None:
-    seconds, _ = timed(lambda: plans.select(rooms=(4, 9), area=(50, 200), labels={"Kitchen"}))
-    ROWS.append(("select by rooms, area and label", f"{seconds:.2f} s", ""))
-
-
 def test_validate_all(plans: Dataset) -> None:
     seconds, report = timed(lambda: validate_dataset(PUBLISHED, 2))
     ROWS.append(("validate, two processes", f"{seconds:.1f} s", "30 s"))
