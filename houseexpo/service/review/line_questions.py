@@ -301,17 +301,25 @@ def part_questions(plan: FloorPlan, several: Set[str] = frozenset()) -> Iterator
         for part in parts_between_gaps(room.polygon.wkb)[1:]:
             if part.area < least_m2 or len(part.gaps) == 1:
                 continue
-            ends = [tuple(map(tuple, shapely.get_coordinates(gap).round(3).tolist())) for gap in part.gaps]
-            ways = [each for each in ends if math.dist(*each) >= MIN_DOOR_M]
+            ways = [_ends_of(gap) for gap in part.gaps if gap.length >= MIN_DOOR_M]
+            slits = [_ends_of(longer(gap, MIN_DOOR_M / 2)) for gap in part.gaps if gap.length < MIN_DOOR_M]
             if not ways:
                 continue
             widths = " and ".join(f"{math.dist(*each):.2f}" for each in ways)
             where = "a gap" if len(ways) == 1 else f"{len(ways)} gaps"
             says = f"Walls part off {part.area:.1f} m² here, with {where} of {widths} m. Is it a room of its own?"
-            one_way = _open_at_one(ways) if len(ways) == len(ends) == 2 else ()
-            answers = Answer("A room", "opening", ways[0], more=tuple(ways[1:])), Answer("One room"), *one_way
+            one_way = _open_at_one(ways) if len(ways) == 2 and not slits else ()
+            shut = tuple(Further("wall", slit) for slit in slits)
+            room_there = Answer("A room", "opening", ways[0], more=tuple(ways[1:]), then=shut)
+            answers = room_there, Answer("One room"), *one_way
             at = round(part.point.x, 3), round(part.point.y, 3)
             yield Question(key_of(plan, "corner of a part", at), at, says, answers, doubt, part.area, part.area**0.5)
+
+
+def _ends_of(line: LineString) -> tuple[tuple[float, float], ...]:
+    """Return the ends of a line to a millimetre."""
+    (ax, ay), (bx, by) = shapely.get_coordinates(line)[[0, -1]].round(3).tolist()
+    return (ax, ay), (bx, by)
 
 
 def _keys_of(plan: FloorPlan, room: Room) -> list[str]:

@@ -30,7 +30,7 @@ from shapely.ops import split
 from houseexpo.corrections import Correction
 from houseexpo.corrections.apply import Trial
 from houseexpo.corrections.draft import largest_valid_part
-from houseexpo.corrections.vocabulary import checked_values
+from houseexpo.corrections.vocabulary import WORDS, checked_values
 from houseexpo.errors import ConfigError
 from houseexpo.floorplan import FloorPlan
 from houseexpo.grids.frame import source_points_from_plan
@@ -247,13 +247,19 @@ def _trial(plan: FloorPlan, said: Sequence[Correction], source: SourceView | Non
     return Trial(source.plan, said, source.spaces, source.standing, walls=source.walls, lines=source.lines)
 
 
+def _correction(frame: Any, word: str, points: Places) -> Correction:
+    """Return an answer's word, from points in plan metres."""
+    there = source_points_from_plan(frame, points).round(3).tolist()
+    (value,) = checked_values(word, [there if WORDS[word].depth == 2 else there[0]])  # type: ignore[arg-type, index]
+    return Correction(word, value)  # type: ignore[arg-type]  # places and corners have words
+
+
 def _parts_or_joins(plan: FloorPlan, question: Question, trial: Trial) -> bool:
-    answer = question.answers[0]
-    frame: Any = plan.frame
-    places = [source_points_from_plan(frame, each).round(3).tolist() for each in (answer.points, *answer.more)]
+    answer, frame = question.answers[0], plan.frame
+    words = [(answer.action, points) for points in (answer.points, *answer.more)]
+    words += [(further.action, further.points) for further in answer.then]
     try:
-        values = checked_values(answer.action, places)  # type: ignore[arg-type]  # places and corners have words
-        new = [Correction(answer.action, value) for value in values]  # type: ignore[arg-type]
+        new = [_correction(frame, word, points) for word, points in words]
         outcomes, rooms = trial.outcomes(new)
     except (ConfigError, GEOSException):  # R3
         return False

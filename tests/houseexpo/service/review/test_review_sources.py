@@ -679,19 +679,24 @@ def one_way(asked: Question) -> list[tuple[str, Any]]:
     return [(answer.action, answer.points), (answer.then[0].action, answer.then[0].points)]
 
 
-def test_walls_that_end_in_a_room_part_it_together() -> None:
+@pytest.mark.parametrize(("x", "asked"), [(4.5, "2 gaps of 0.40 and 1.50 m"), (4.3, "a gap of 1.50 m")])
+def test_walls_that_end_in_a_room_part_it_together(x: float, asked: str) -> None:
     plan = replace(two_rooms("house"), frame=FRAME)
-    walls = [(4.0, 0.1, 4.1, 2.0), (4.0, 3.5, 4.1, 6.0), (4.5, 4.0, 8.0, 4.1)]
+    walls = [(4.0, 0.1, 4.1, 2.0), (4.0, 3.5, 4.1, 6.0), (x, 4.0, 8.0, 4.1)]  # a slit of 0.2 m is wall
     shape = shapely.difference(
         shapely.box(0.1, 0.1, 8.0, 6.0), shapely.union_all([shapely.box(*wall) for wall in walls])
     )
     plan = replace(plan, rooms=(Room(0, "Hall", list(shape.exterior.coords)[:-1]),), doors=())
-    *alone, part = sorted(questions(plan), key=lambda each: len(each.answers[0].more))
-    assert sorted(round(math.dist(*each.answers[0].points), 1) for each in alone) == [0.4, 1.5]
-    assert part.says == "Walls part off 15.2 m² here, with 2 gaps of 0.40 and 1.50 m. Is it a room of its own?"
+    *alone, part = sorted(questions(plan), key=lambda each: each.key.startswith("corner of a part"))
+    assert 1.5 in [round(math.dist(*each.answers[0].points), 1) for each in alone]
+    assert f"with {asked}. Is it a room of its own?" in part.says
+    assert with_effect(plan, [part]) == [part]
+    answer = part.answers[0]
+    words = [*((answer.action, line) for line in (answer.points, *answer.more))]
+    words += [(further.action, further.points) for further in answer.then]
     said = [
-        Correction("opening", tuple(map(tuple, source_points_from_plan(FRAME, line).tolist())))
-        for line in (part.answers[0].points, *part.answers[0].more)
+        Correction(word, tuple(map(tuple, source_points_from_plan(FRAME, line).tolist())))  # type: ignore[arg-type]
+        for word, line in words
     ]
     found = correct_plan(plan, said)
     assert {effect.outcome for effect in found.effects} == {"done"}
