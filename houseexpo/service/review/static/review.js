@@ -44,6 +44,7 @@ let laid = ""; // the same of the source that is shown
 let failure = ""; // why a source could not be read, as it was said
 let read = { plan: "", since: 0 }; // which plan that is, and since when, milliseconds
 let now = null; // what the server said of the plan that is shown
+let likes = new Map(); // the group of each of them, as it was when the question came
 let asking = new Set(); // the keys of all questions of the plan that is shown
 const seen = new Map(); // by plan, the number of the latest line about it that was shown here
 let working = 0; // decisions that were sent, or wait to be sent, and have no reply yet
@@ -364,6 +365,7 @@ function questions() {
 
 // The question on the screen stays first until it is answered, also if a source that was read in the meantime asks others.
 function holdQuestion(found) {
+  holdGroups(found);
   const asked = found.plan && found.plan === now?.plan && !strokes.length ? questions()[0] : undefined;
   const isNext = ({ key }) => key.startsWith(parting ? "corner" : "entrance") && !asking.has(key);
   const isSameSource = readingOf(found) === readingOf(now) && found.source?.known === now?.source?.known;
@@ -375,6 +377,13 @@ function holdQuestion(found) {
   mark(-1); // there may be more alike than were marked
   const isSame = asked && found.seen === now.seen && JSON.stringify(found.shape?.bounds) === JSON.stringify(now.shape?.bounds);
   if (isSame && found.questions.every(({ key }) => key !== held)) found.questions.unshift(asked);
+}
+
+// A group holds until it is answered: without the part that an answer was about, the others may be too different.
+function holdGroups({ plan, questions = [] }) {
+  const before = plan === now?.plan ? likes : new Map();
+  for (const each of questions) each.like = before.get(each.key) ?? each.like;
+  likes = new Map(questions.map(({ key, like }) => [key, like]));
 }
 
 const isOther = (one, other) => JSON.stringify([one.key, one.answers]) !== JSON.stringify([other?.key, other?.answers]);

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 import time
 import tomllib
@@ -11,10 +12,12 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+import shapely
 
 pytest.importorskip("starlette")
 
 from houseexpo import build, open_dataset, save_plan
+from houseexpo.plan import Door
 from tests.builders.browsing import look, visited
 from tests.builders.services import FRAME, box, judged_later, no_plans, running, service_of, two_rooms
 
@@ -454,6 +457,36 @@ def test_an_undo_asks_again_what_was_answered(tmp_path: Path) -> None:
             page.wait_for_function(is_first, arg=[first, False])
             page.keyboard.press("u")
             page.wait_for_function(is_first, arg=[first, True])
+
+
+def test_what_is_alike_stays_so_while_it_is_answered(tmp_path: Path) -> None:
+    folder = tmp_path / "houses"
+    folder.mkdir()
+    plan = replace(two_rooms("house"), frame=FRAME)
+    ways = [((0.05, 0.2), (0.05, 1.1), 0), *(((7.25, y), (7.25, y + w), 1) for y, w in ((0.2, 1.6), (1.5, 2.2)))]
+    ways.insert(1, ((1.0, 0.05), (2.9, 0.05), 0))  # of 1.9 m, and the first to be asked about
+    doors = [
+        Door(
+            k,
+            "entrance",
+            (a, b),
+            round(math.dist(a, b), 2),
+            shapely.get_coordinates(line.buffer(0.05))[:-1],
+            (room, None),
+            0.5,
+        )
+        for k, (a, b, room) in enumerate(ways, 1)
+        for line in [shapely.LineString([a, b])]
+    ]
+    save_plan(replace(plan, doors=(*plan.doors, *doors)), folder / "house.json")
+    with running(service_of(folder, review=True)) as address, visited(address, "/houses/review") as page:
+        shows(page, "house")
+        page.wait_for_selector("#kinds:not([hidden])")
+        assert "3 entrances: 1.6 to 2.2 m" in page.inner_text("#kinds")
+        page.click("text=3 entrances")
+        assert "1.90 m" in page.inner_text("#question")
+        page.keyboard.press("1")
+        page.wait_for_selector("text=2 entrances: 1.6 to 2.2 m")
 
 
 def test_shift_marks_what_is_alike_and_once_more_answers_it(tmp_path: Path) -> None:
