@@ -77,7 +77,9 @@ def corner_questions(
         at_doors = _before([door.polygon for door in doors])
         at_narrow = _before([door.polygon for door in doors if door.width < COMMON_OPENING_M])
         shown = [place for place in places if room.polygon.covers(place.centroid)]
-        gaps = [part.gaps[0] for part in parts_between_gaps(room.polygon.wkb)[1:] if len(part.gaps) == 1]
+        parts = parts_between_gaps(room.polygon.wkb)[1:]
+        gaps = [part.gaps[0] for part in parts if len(part.gaps) == 1]
+        is_several &= len(gaps) == len(parts)  # else R3 says where it parts
         parting = [_Parting(ray, True, *_part_off(room.polygon, longer(ray, ONWARD_M))) for ray in shown]
         parting += [_Parting(gap, True, *_part_off(room.polygon, gap)) for gap in gaps if gap.length >= MIN_DOOR_M]
         for line, is_faced, area, compact, is_wider in (*parting, *_parting_lines(room.polygon.wkb)):

@@ -353,7 +353,8 @@ const KINDS = { // of one, and of several
   seen: ["space seen in part", "spaces seen in part"], parted: ["pair of rooms with a way", "pairs of rooms with a way"],
   space: ["space left out", "spaces left out"], place: ["place for a door", "places for doors"], corner: ["narrow place", "narrow places"],
   larger: ["room in a larger space", "rooms in larger spaces"], wall: ["wall seen", "walls seen"], stroke: ["line", "lines"], gap: ["gap"],
-  front: ["open front", "open fronts"], bay: ["bay of a room", "bays of rooms"], free: ["free wall", "free walls"],
+  front: ["open front", "open fronts"], bay: ["bay of a room", "bays of rooms"],
+  "corner of a mouth": ["part behind a mouth", "parts behind mouths"], "corner of a part": ["part between walls", "parts between walls"],
 };
 
 // All that is asked, what is asked now first: lines that were clicked, then what is on the screen, then the kind that was chosen.
@@ -452,8 +453,8 @@ function showQuestions() {
   const kinds = [...new Map(all.map((each) => [groupOf(each), each])).entries()];
   at("kinds").hidden = kinds.length < 2;
   at("kinds").replaceChildren(...kinds.map(([kind, { key, like: size }]) => {
-    const name = key.split(" at ")[0].split(" ")[0], count = all.filter((each) => groupOf(each) === kind).length;
-    const tab = button(`${count} ${KINDS[name].at(count > 1 ? -1 : 0)}${size ? `: ${size}` : ""}`, () => { sheet.draws = false; wantedKind = kind; held = ""; strokes = []; mark(-1); showQuestions(); }, "kind");
+    const name = key.split(" at ")[0], words = KINDS[name] ?? KINDS[name.split(" ")[0]], count = all.filter((each) => groupOf(each) === kind).length;
+    const tab = button(`${count} ${words.at(count > 1 ? -1 : 0)}${size ? `: ${size}` : ""}`, () => { sheet.draws = false; wantedKind = kind; held = ""; strokes = []; mark(-1); showQuestions(); }, "kind");
     tab.setAttribute("aria-pressed", String(kind === groupOf(first)));
     return tab;
   }));
