@@ -154,8 +154,10 @@ def _part_off(room: Polygon, line: LineString) -> tuple[float, float, bool]:
     parts = sorted(shapely.get_parts(shapely.difference(room, strip)).tolist(), key=lambda part: -part.area)[:2]
     if len(parts) < 2:
         return 0.0, 0.0, False
-    near = shapely.intersection(parts, line.buffer(1.5 * line.length))  # a circle as wide as the line fits in
-    is_wider = not shapely.is_empty(shapely.buffer(near, -line.length / 2 - JAGS_M)).all()
+    is_wider = line.length > PASSAGE_M[1]  # that of wide lines is not asked for
+    if not is_wider:
+        near = shapely.intersection(parts, line.buffer(1.5 * line.length))  # a circle as wide as the line fits in
+        is_wider = not shapely.is_empty(shapely.buffer(near, -line.length / 2 - JAGS_M)).all()
     return parts[1].area, 16 * parts[1].area / parts[1].length ** 2, is_wider
 
 
@@ -186,13 +188,14 @@ def corner_lines(room: Polygon) -> tuple[list[LineString], list[LineString]]:
     aside = np.abs(apart[..., 0] * ways[:, None, 1] - apart[..., 1] * ways[:, None, 0])
     leads = (ahead >= PASSAGE_M[0]) & (aside <= OF_EDGE_M)
     pairs = np.argwhere(np.triu(leads & leads.T & (ways @ ways.T < -ALONG)))
-    askew = (aside + aside.T)[tuple(pairs.T)]
+    lines = shapely.linestrings(starts[pairs[np.argsort((aside + aside.T)[tuple(pairs.T)], kind="stable")]])
+    shapely.prepare(near)
     faced: list[LineString] = []
-    for k in np.argsort(askew, kind="stable").tolist():  # of lines between the ends of two walls, the one along them
-        line = LineString(starts[pairs[k]])
+    for line in lines[
+        shapely.covers(near, lines)
+    ].tolist():  # of those between the ends of two walls, the one along them
         if all(shapely.distance(line.centroid, other.centroid) > OF_EDGE_M for other in faced):
             faced.append(line)
-    faced = [line for line in faced if shapely.covers(near, line)]
     x1, y1, x2, y2 = room.bounds
     first = starts + ways * GRID_M
     inside = shapely.intersection(shapely.linestrings(np.stack([first, starts + ways * (x2 - x1 + y2 - y1)], 1)), room)

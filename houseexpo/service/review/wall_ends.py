@@ -49,6 +49,8 @@ def parts_between_gaps(room: bytes) -> tuple[Part, ...]:
     while gaps:  # G2
         cut = shapely.difference(shape, shapely.union_all([gap.buffer(JAGS_M, cap_style="square") for gap in gaps]))
         parts = [part for part in shapely.get_parts(cut).tolist() if part.area >= SMALLEST_ROOM_M2]
+        if len(parts) < 2:
+            break
         sides = [_parts_beside(gap, parts) for gap in gaps]
         parting = [gap for gap, (one, other) in zip(gaps, sides, strict=True) if one != other]
         if len(parting) == len(gaps):

@@ -34,6 +34,7 @@ from houseexpo.service.review.line_questions import corner_lines
 from houseexpo.service.review.question import Answer, Question
 from houseexpo.service.review.questions import questions, with_effect
 from houseexpo.service.review.sources import Sources, SourceView
+from houseexpo.service.review.wall_ends import parts_between_gaps
 from houseexpo.service.service import Service, ServiceSettings
 from tests.builders.bungalow import FILE
 from tests.builders.services import FRAME, box, two_rooms
@@ -677,6 +678,11 @@ def test_a_wall_that_stands_free_may_part_two_rooms_by_one_key() -> None:
 def one_way(asked: Question) -> list[tuple[str, Any]]:
     answer = asked.answers[2]
     return [(answer.action, answer.points), (answer.then[0].action, answer.then[0].points)]
+
+
+def test_a_closet_has_no_parts() -> None:
+    closet = shapely.Polygon([(0, 0), (1, 0), (1, 0.9), (0.55, 0.9), (0.55, 0.5), (0.5, 0.5), (0.5, 0.9), (0, 0.9)])
+    assert parts_between_gaps(closet.wkb) == ()
 
 
 @pytest.mark.parametrize(("x", "asked"), [(4.5, "2 gaps of 0.40 and 1.50 m"), (4.3, "a gap of 1.50 m")])
