@@ -19,7 +19,7 @@ from itertools import combinations, pairwise
 from typing import Final
 
 import shapely
-from shapely import LineString
+from shapely import LineString, Polygon
 
 from houseexpo.corrections.draft import Draft
 from houseexpo.floorplan import FloorPlan
@@ -165,20 +165,28 @@ def _way_to_larger(plan: FloorPlan, cut: Door, sides: Sequence[Room]) -> Iterato
     small, known = sides[0], sides[-1]
     joined = {side for door in plan.doors if small.id in door.rooms for side in door.rooms}
     larger = [room for room in plan.rooms if room.area > known.area and room.id not in joined]
-    reach = shapely.buffer(small.polygon, WIDEST_WALL_M)
-    for room in sorted(larger, key=lambda room: -room.area):
+    for room, ends in way_to_largest(small.polygon, larger, cut.width):
+        yield Answer(f"A door to {names_of([room])}", "door", ends)
+
+
+def way_to_largest(
+    space: Polygon, rooms: Sequence[Room], width_m: float
+) -> Iterator[tuple[Room, tuple[tuple[float, float], tuple[float, float]]]]:
+    """Yield the largest room beside a space, and the ends of a door in the middle of the longest wall between them."""
+    reach = shapely.buffer(space, WIDEST_WALL_M)
+    for room in sorted(rooms, key=lambda room: -room.area):
         if not reach.intersects(room.polygon):
             continue
         other = shapely.buffer(room.polygon, WIDEST_WALL_M)
-        edges = shapely.get_parts(shapely.line_merge(shapely.intersection(small.polygon.boundary, other)))
+        edges = shapely.get_parts(shapely.line_merge(shapely.intersection(space.boundary, other)))
         corners = [shapely.get_coordinates(edge) for edge in edges]
         straight = [LineString(pair) for line in corners for pair in pairwise(line)]
         wall = max(straight, key=lambda line: line.length, default=LineString())
-        if wall.length > cut.width:
-            half = cut.width / 2 / wall.length
+        if wall.length > width_m:
+            half = width_m / 2 / wall.length
             ends = [wall.interpolate(0.5 + side, normalized=True) for side in (-half, half)]
             (ax, ay), (bx, by) = ((round(end.x, 3), round(end.y, 3)) for end in ends)
-            yield Answer(f"A door to {names_of([room])}", "door", ((ax, ay), (bx, by)))
+            yield room, ((ax, ay), (bx, by))
             return
 
 

@@ -97,7 +97,7 @@ def questions(
             floor_questions(plan, source),
             parted_questions(plan, places),
             seen_in_part_questions(plan, source, (dx, dy)),
-            left_out_questions(plan, source, (dx, dy), closed),
+            left_out_questions(plan, source, places, (dx, dy), closed),
             larger_questions(plan, source, (dx, dy)),
             place_questions(plan, source, places, (dx, dy), closed),
             front_questions(plan, source, places, (dx, dy)),

@@ -26,10 +26,11 @@ import numpy as np
 import shapely
 from shapely import LineString, Point, Polygon
 
+from houseexpo.corrections.joining import CUT_M
 from houseexpo.corrections.vocabulary import UNITS_M
 from houseexpo.floorplan import FloorPlan
 from houseexpo.plan import Room
-from houseexpo.service.review.plan_questions import free_places
+from houseexpo.service.review.plan_questions import free_places, way_to_largest
 from houseexpo.service.review.question import (
     FREE,
     MOST_POINTS,
@@ -161,10 +162,14 @@ class _Taken:
 
 
 def left_out_questions(
-    plan: FloorPlan, source: SourceView, shift: tuple[float, float], closed: Sequence[tuple[float, float]]
+    plan: FloorPlan,
+    source: SourceView,
+    places: Sequence[tuple[str, LineString]],
+    shift: tuple[float, float],
+    closed: Sequence[tuple[float, float]],
 ) -> Iterator[Question]:
     """R1."""
-    taken = _Taken(plan)
+    taken, ways = _Taken(plan), free_places(plan, places)
     asked: list[Polygon] = []
     enclosed = shapely.transform(source.enclosed, lambda points: points + np.array(shift)).tolist()
     reachable = [*(space.reachable for space in source.spaces), *(False for _ in enclosed)]
@@ -182,8 +187,25 @@ def left_out_questions(
         at = round(point.x, 3), round(point.y, 3)
         why = "nothing leads into it" if not is_reachable else "it was taken for no room"
         says = f"This space of {shape.area:.1f} m² between walls was left out: {why}. Is it a room?"
-        answers = Answer("A room", "room", (at,)), Answer("No room")
+        answers = Answer("A room", "room", (at,)), Answer("No room"), *_room_with_door(plan, shape, at, ways)
         yield Question(key_of(plan, "space", at), at, says, answers, _LEFT_OUT, shape.area, shape.area**0.5)
+
+
+def _room_with_door(
+    plan: FloorPlan, space: Polygon, at: tuple[float, float], ways: Sequence[tuple[str, LineString]]
+) -> Iterator[Answer]:
+    """Yield the answer that a space is a room with a door where the source shows one, else to the largest room."""
+    shapes = [space, *(room.polygon for room in plan.rooms)]
+    near = [(kind, line) for kind, line in ways if space.distance(line) < WIDEST_WALL_M]
+    beside = [(kind, line, sides) for kind, line in near if (sides := _rooms_beside(line, shapes)).count(0) == 1]
+    for kind, line, sides in sorted(beside, key=lambda each: (None in each[2], -SHOWN[each[0]], -each[1].length))[:1]:
+        if None not in sides:  # else it leads outside, or to another space that was left out
+            (ax, ay), (bx, by) = line.coords
+            door = Further("door", ((ax, ay), (bx, by)))
+            yield Answer(f"A room with a door where the {kind} is", "room", (at,), then=(door,))
+    for room, ends in way_to_largest(space, plan.rooms, CUT_M) if not beside else ():
+        title = f"A room with a door to the {name_of(room)} of {room.area:.1f} m²"
+        yield Answer(title, "room", (at,), then=(Further("door", ends),))
 
 
 def larger_questions(plan: FloorPlan, source: SourceView, shift: tuple[float, float]) -> Iterator[Question]:

@@ -361,6 +361,24 @@ def test_a_cut_may_be_a_door_where_the_source_shows_one_and_the_plan_has_none() 
     assert asked.answers[-1].action == "outside"
 
 
+def test_a_space_that_was_left_out_may_be_a_room_with_a_door() -> None:
+    closet = ((tuple(map(tuple, box(7.3, 0.1, 9.3, 3.1))),),)
+
+    def answers(*places: Place) -> list[Answer]:
+        plan, view = shown(*places, spaces=closet)
+        (asked,) = (each for each in questions(plan, (), view) if each.key.startswith("space"))
+        return list(asked.answers)
+
+    *_, to_room = answers()
+    assert to_room.title == "A room with a door to the bedroom of 9.0 m²"
+    (door,) = to_room.then
+    assert door.action == "door"
+    assert sorted(door.points) == [(7.3, 1.2), (7.3, 2.0)]
+    *_, at_gap = answers(Place("gap", ((7.25, 0.3), (7.25, 1.1))))
+    assert at_gap.then[0].points == ((7.25, 0.3), (7.25, 1.1))
+    assert [each.title for each in answers(Place("gap", ((9.35, 0.3), (9.35, 1.1))))] == ["A room", "No room"]
+
+
 def test_a_narrow_place_is_asked_about_between_rooms_that_no_passage_joins() -> None:
     plan, view = shown(Place("lintel", ((4.15, 2.3), (4.15, 2.65))), Place("lintel", ((0.05, 1.0), (0.05, 1.35))))
     assert asked_of(plan, view) == ["cut", "place"]
