@@ -1,8 +1,8 @@
 """Find the gaps at which walls that end in a room part it: from each end to the nearest wall before it.
 
 G1  A wall's end is an edge between two corners that jut into the room, shorter than the thickest wall and than half
-    of the wall's faces beside it; a post has none. Its gap is the shortest line to a wall before it; the end of another
-    wall counts as nearer.
+    of the wall's faces beside it; a post has none. Its gap is the shortest line to a wall ahead of it, to
+    one aside if that is clearly nearer, or to another wall's end, which may be farther.
 G2  A gap is kept if the room, cut at all kept gaps together, has different parts at both of its sides.
 """
 
@@ -25,10 +25,9 @@ JAGS_M: Final = 0.05
 """Steps of a room's edge that are no corners, metres: a cell of most robots' maps, and half of a thin wall."""
 _WIDEST_GAP_M: Final = 3.0
 """A wider gap is no doorway, metres: spaces that are open to each other."""
-_END_NEARER: Final = 1.25
-"""A gap may be longer by this factor where it leads to another wall's end: both are jambs."""
-_ASIDE: Final = 1.5
-"""How far aside of its wall's line a gap may lead for each metre along it."""
+_LIKELIER: Final = 1.25
+"""A gap to another wall's end, between two jambs, may be longer by this factor than one ahead of a wall, and that than
+one aside."""
 _OFF_M: Final = 0.02
 """What lies before a wall's end begins so far before it, metres."""
 
@@ -80,23 +79,23 @@ def _gaps(room: Polygon) -> Iterator[LineString]:
     seen, edge = shapely.buffer(room, JAGS_M), room.boundary
     found = []
     for middle, way in zip(middles, ways, strict=True):
-        across, start = np.array([-way[1], way[0]]) * _ASIDE, middle + way * _OFF_M
-        wedge = Polygon([start, *(start + (way + side * across) * _WIDEST_GAP_M for side in (-1, 1))])
-        before = shapely.intersection(edge, wedge)
-        far_m = float(before.distance(Point(middle))) if not before.is_empty else np.inf
-        to = shapely.get_coordinates(shapely.shortest_line(Point(middle), before))[-1] if np.isfinite(far_m) else None
-        others = middles - middle
-        for k in np.argsort(np.hypot(*others.T), kind="stable").tolist():
-            apart = float(np.hypot(*others[k]))
-            if MIN_DOOR_M <= apart <= min(_END_NEARER * far_m, _WIDEST_GAP_M) and dot(others[k], way) > 0 > dot(
-                others[k], ways[k]
-            ):
-                line = LineString([middle, middles[k]])
-                if seen.covers(line):
-                    to, far_m = middles[k], apart
-                    break
-        if to is not None and far_m <= _WIDEST_GAP_M:
-            found.append(LineString([middle, to]))
+        point, start = Point(middle), middle + way * _OFF_M
+        across, onward = np.array([-way[1], way[0]]) * _WIDEST_GAP_M, start + way * _WIDEST_GAP_M
+        ahead = Polygon([start, onward - across / 2, onward + across / 2])
+        half = Polygon([start - across, onward - across, onward + across, start + across])
+        lines: list[tuple[float, LineString]] = []  # each with its length, times how unlikely it is
+        for area, factor in ((ahead, 1.0), (half, _LIKELIER)):
+            before = shapely.intersection(edge, area)
+            if not before.is_empty:
+                line = LineString([middle, shapely.get_coordinates(shapely.shortest_line(point, before))[-1]])
+                lines.append((line.length * factor, line))
+        for other, its_way in zip(middles, ways, strict=True):
+            apart = float(np.hypot(*(other - middle)))
+            if MIN_DOOR_M <= apart <= _WIDEST_GAP_M and dot(other - middle, way) > 0 > dot(other - middle, its_way):
+                line = LineString([middle, other])
+                lines += [(apart / _LIKELIER, line)] if seen.covers(line) else []
+        lines = [each for each in lines if each[1].length <= _WIDEST_GAP_M]
+        found += [min(lines, key=lambda each: each[0])[1]] if lines else []
     kept: list[LineString] = []
     for gap in sorted(found, key=lambda each: each.length):
         if all(shapely.distance(gap.centroid, other.centroid) > MIN_DOOR_M for other in kept):
