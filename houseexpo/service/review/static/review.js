@@ -375,7 +375,9 @@ function holdQuestion(found) {
   parting = false;
   asking = new Set(found.questions?.map(({ key }) => key));
   held = (asked ?? (raised || undefined))?.key ?? ""; // what an answer made an entrance is asked about next
+  const isLost = forAll >= 0 && found.plan === now?.plan;
   mark(-1); // there may be more alike than were marked
+  if (isLost) say("The plan or its source has come anew: mark the places once more.", "bad");
   const isSame = asked && found.seen === now.seen && JSON.stringify(found.shape?.bounds) === JSON.stringify(now.shape?.bounds);
   if (isSame && found.questions.every(({ key }) => key !== held)) found.questions.unshift(asked);
 }
@@ -420,13 +422,14 @@ function markedWords() {
 
 // Marks all that look alike, then all of the kind, then none.
 function widen() {
+  if (!questions().length || performance.now() < settled) return refuseEarly();
   const [some, all] = [alike(false).length, alike(true).length];
   if (forAll < 0 && all > 1) mark(ANY, some < 2);
   else if (forAll >= 0 && !wide && all > some) mark(ANY, true);
   else mark(-1);
   showQuestions();
-  if (forAll < 0) say("No places are marked: the next answer counts for this one.");
-  else say(`${markedWords()}: the next answer counts for all of them. Shift-0 ${wide || all === some ? "unmarks them" : `marks all ${all} of this kind`}.`);
+  if (forAll < 0) return say("No places are marked: the next answer counts for this one.");
+  return say(`${markedWords()}: the next answer counts for all of them. Shift-0 ${wide || all === some ? "unmarks them" : `marks all ${all} of this kind`}.`);
 }
 
 function showQuestions() {
