@@ -27,7 +27,7 @@ import shapely
 from shapely import LineString, Point, Polygon
 
 from houseexpo.corrections.joining import CUT_M
-from houseexpo.corrections.vocabulary import UNITS_M
+from houseexpo.corrections.vocabulary import UNITS_M, Word
 from houseexpo.floorplan import FloorPlan
 from houseexpo.plan import Room
 from houseexpo.service.review.plan_questions import free_places, way_to_largest
@@ -173,7 +173,8 @@ def left_out_questions(
     asked: list[Polygon] = []
     enclosed = shapely.transform(source.enclosed, lambda points: points + np.array(shift)).tolist()
     reachable = [*(space.reachable for space in source.spaces), *(False for _ in enclosed)]
-    for shape, is_reachable in zip((*_moved_spaces(source, shift), *enclosed), reachable, strict=True):
+    spaces = [*_moved_spaces(source, shift), *enclosed]
+    for shape, is_reachable in zip(spaces, reachable, strict=True):
         if shape.area < SMALLEST_ROOM_M2:
             continue
         others = [other for other in asked if other.intersects(shape)]
@@ -187,23 +188,32 @@ def left_out_questions(
         at = round(point.x, 3), round(point.y, 3)
         why = "nothing leads into it" if not is_reachable else "it was taken for no room"
         says = f"This space of {shape.area:.1f} m² between walls was left out: {why}. Is it a room?"
-        answers = Answer("A room", "room", (at,)), Answer("No room"), *_room_with_door(plan, shape, at, ways)
+        answers = Answer("A room", "room", (at,)), Answer("No room"), *_room_with_door(plan, shape, at, ways, spaces)
         yield Question(key_of(plan, "space", at), at, says, answers, _LEFT_OUT, shape.area, shape.area**0.5)
 
 
 def _room_with_door(
-    plan: FloorPlan, space: Polygon, at: tuple[float, float], ways: Sequence[tuple[str, LineString]]
+    plan: FloorPlan,
+    space: Polygon,
+    at: tuple[float, float],
+    ways: Sequence[tuple[str, LineString]],
+    others: Sequence[Polygon],
 ) -> Iterator[Answer]:
-    """Yield the answer that a space is a room with a door where the source shows one, else to the largest room."""
-    shapes = [space, *(room.polygon for room in plan.rooms)]
+    """Yield the answer that a space is a room with a door where the source shows one, else to the largest room.
+
+    ``others`` are all spaces of the source: no answer leads to one that was left out.
+    """
+    rooms = [room.polygon for room in plan.rooms]
+    shapes = [space, *rooms, *(other for other in others if not other.intersects(space))]
     near = [(kind, line) for kind, line in ways if space.distance(line) < WIDEST_WALL_M]
-    beside = [(kind, line, sides) for kind, line in near if (sides := _rooms_beside(line, shapes)).count(0) == 1]
-    for kind, line, sides in sorted(beside, key=lambda each: (None in each[2], -SHOWN[each[0]], -each[1].length))[:1]:
-        if None not in sides:  # else it leads outside, or to another space that was left out
-            (ax, ay), (bx, by) = line.coords
-            door = Further("door", ((ax, ay), (bx, by)))
-            yield Answer(f"A room with a door where the {kind} is", "room", (at,), then=(door,))
-    for room, ends in way_to_largest(space, plan.rooms, CUT_M) if not beside else ():
+    found = [(kind, line, sides) for kind, line in near if (sides := _rooms_beside(line, shapes)).count(0) == 1]
+    inside = [each for each in found if max(side or 0 for side in each[2]) <= len(rooms)]
+    for kind, line, sides in sorted(inside, key=lambda each: (None in each[2], -SHOWN[each[0]], -each[1].length))[:1]:
+        (ax, ay), (bx, by) = line.coords
+        word: Word = "entrance" if None in sides else "door"
+        way = Further(word, ((ax, ay), (bx, by)))
+        yield Answer(f"A room with {an(word)} where the {kind} is", "room", (at,), then=(way,))
+    for room, ends in way_to_largest(space, plan.rooms, CUT_M) if not found else ():
         title = f"A room with a door to the {name_of(room)} of {room.area:.1f} m²"
         yield Answer(title, "room", (at,), then=(Further("door", ends),))
 
