@@ -2,8 +2,9 @@
 
 R1  A strip of L between two rooms is a passage if a robot may fit (``narrowest_m``); a narrower strip stays wall.
 R2  A passage is a ``door`` where a door is known, under a lintel, over a sill or with a leaf beside it, and an
-    ``opening`` in a gap of full height. Where the source names its openings (IFC), a lintel over none of these is a
-    beam. But if it is no wider than a door and its wall goes on in line at both ends (a hole), it is an ``opening``.
+    ``opening`` in a gap of full height, also beside a leaf where the source names its doors. Where it names its
+    openings (IFC), a lintel over none of these is a beam. But if it is no wider than a door and its wall goes on in
+    line at both ends (a hole), it is an ``opening``.
 R3  Under a beam, under a lintel wider than ``widest_m`` (posts within ``post_m`` do not divide it), and under a lintel
     wider than ``jambless_m`` that ends in the air (the trim of a stairwell), two rooms meet without a door: each gets
     half of the strip. A door that the source names stays a door, and an opening that is drawn, or named by its
@@ -248,6 +249,8 @@ def _kind(strip: Opening, level: Level, planes: Planes, leaves: shapely.STRtree)
     if strip.closed_by in KNOWN:
         return "door" if strip.has_door else "opening"
     if strip.closed_by in GAPS:
+        if level.names_doors:  # a leaf beside it is that of the next door
+            return "opening"
         beside = leaves.query(strip.strip(), predicate="dwithin", distance=BESIDE_M)
         return "door" if len(beside) else "opening"
     if level.named_openings:

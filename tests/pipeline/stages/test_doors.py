@@ -45,6 +45,16 @@ def test_a_pane_as_wide_as_a_door_is_none_where_the_source_names_its_doors(named
     assert kinds(found) == ["door"] * (1 if named else 2)
 
 
+@pytest.mark.parametrize("named", [True, False])
+def test_a_gap_beside_the_leaf_of_a_named_door_is_an_opening(named: bool) -> None:
+    between = [*wall((4.0, 0.0, 4.2, 1.6), Hole(0.3, 1.2)), *wall((4.0, 2.5, 4.2, 5.0))]
+    leaf = SourceObject(("door",), box((4.2, 1.5, 5.1, 1.55), 0.0, 2.0))
+    door = Opening.named(shapely.box(4.0, 0.3, 4.2, 1.2), has_door=True)
+    house = [*shell((0.0, 0.0, 8.2, 5.0)), *between]
+    found = doors(house, openings=(door,), leaves=(leaf,), named_openings=named)
+    assert sorted(kinds(found)) == ["door", "opening" if named else "door"]
+
+
 @pytest.mark.parametrize("values", [{"named_openings": True}, {}])
 def test_a_sliding_door_of_three_metres_is_a_door_where_the_source_names_it(values: dict[str, object]) -> None:
     between = wall((4.0, 0.0, 4.2, 5.0), Hole(1.0, 4.0))
