@@ -242,7 +242,12 @@ class _NoEffectHereError(ConfigError):
 
 def _taken_out(gone: Sequence[tuple[Word, Any]]) -> str:
     """Return a sentence about earlier words that a new one takes the place of."""
-    return f"{' and '.join(f'{word} {value}' for word, value in gone)} {'is' if len(gone) == 1 else 'are'} taken out"
+    return f"{' and '.join(_earlier(word) for word, _ in gone)} {'is' if len(gone) == 1 else 'are'} taken out"
+
+
+def _earlier(word: Word) -> str:
+    """Return the name of an earlier correction, with its key on the page."""
+    return f"the earlier “{_TOOLS[word].title}” ({_TOOLS[word].key.upper()})"
 
 
 def _without_effect_now(before: Preview[FloorPlan], after: Preview[FloorPlan]) -> list[str]:
@@ -250,7 +255,7 @@ def _without_effect_now(before: Preview[FloorPlan], after: Preview[FloorPlan]) -
     had = {author_key(each["word"], each["value"]) for each in before.records if each["outcome"] == "done"}
     idle = [each for each in after.records if each["outcome"] == "none"]
     lost = [each for each in idle if author_key(each["word"], each["value"]) in had]
-    return [f"but the earlier “{_TOOLS[each['word']].title}” has no effect any more: {each['said']}" for each in lost]
+    return [f"but {_earlier(each['word'])} has no effect any more: {each['said']}" for each in lost]
 
 
 def _hash_of(plan: FloorPlan | None) -> str:

@@ -357,7 +357,8 @@ def test_a_later_word_takes_the_place_of_an_earlier_one_that_it_contradicts(
     if status == 400:
         assert "no effect" in found["error"]
         return
-    assert f"{first[0]} [" in " ".join([found["effect"]["said"], *found["effect"].get("also", ())])
+    title = first[0].replace("_", " ").capitalize()
+    assert f"the earlier “{title}” (" in " ".join([found["effect"]["said"], *found["effect"].get("also", ())])
     client.post("/houses/review/undo", json={"reviewer": "ann"})
     assert overrides(folder) == before
     client.post("/houses/review/redo", json={"reviewer": "ann"})
@@ -375,7 +376,7 @@ def test_a_correction_that_another_takes_the_effect_of_is_told(client: TestClien
     (said,) = decide(client, "doubtful", "wall", points=[[2.0, 0.1], [2.0, 3.1]])["effects"]
     decide(client, "doubtful", "label", points=[[3.0, 1.5]], text="Hall")
     done = replace(client, value=said["value"], points=[[3.0, 0.1], [3.0, 3.1]])
-    assert "but the earlier “Label” has no effect any more: no room is there" in " ".join(done["effect"]["also"])
+    assert "but the earlier “Label” (L) has no effect any more: no room is there" in " ".join(done["effect"]["also"])
     assert [each["outcome"] for each in done["effects"]] == ["done", "none"]
 
 
