@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
 
@@ -121,7 +121,7 @@ def lay_out_plan(
         asked = f"size {size!r}" if pixels_per_metre is None else f"pixels_per_metre {pixels_per_metre!r}"
         raise ConfigError(f"picture: expected a size of more than 0 pixels, found {asked}")
     check_not_too_coarse((x1, y1, x2, y2), scale, plan.id)
-    text = min(max(0.24 * scale, 9.0), 15.0)
+    text = _letters_px(scale)
     margin, line = 0.04 * extent + parts.wall_m, 2.2 * text / scale
     rooms = (list(_rooms(plan)) or list(_boxes(plan))) if parts.rooms else []
     doors = plan.doors if parts.doors else ()
@@ -130,7 +130,7 @@ def lay_out_plan(
     hair = min(max(0.02 * scale, 0.7), 1.6)  # thin lines and leaves stay visible, and thin
     areas: list[FilledArea] = []
     lines: list[ThinLine] = []
-    walls = _closed_walls(plan, parts.wall_m)
+    walls = closed_walls(plan, parts.wall_m)
     if parts.walls:
         areas.append(FilledArea(walls, look.wall))
     areas.append(FilledArea(plan.free_space, look.floor))
@@ -149,21 +149,59 @@ def lay_out_plan(
             lines += _door_lines(door, leaves.get(door.id, ()), look, hair, scale)
         else:
             areas += _coloured_door(door)
-    standing = walls.difference(plan.floor) if plan.windows else walls
-    for window in plan.windows if parts.doors and parts.walls else ():
-        if (gap := window_in_walls(window, standing, parts.wall_m)) is not None:
-            areas.append(FilledArea(gap, look.floor if look.swings else DOOR_TINTS["window"]))
-            lines += _window_lines(gap, look, hair)
-    swings = [leaf.swing for several in leaves.values() for leaf in several]
-    words = list(_names(rooms, objects, swings, look, scale=scale, size=text)) if parts.labels else []
-    words += [word for stair in stairs if (word := _up_or_down(stair, look, scale, text))] if parts.labels else []
+    for _, gap in drawn_windows(plan, walls, parts.wall_m) if parts.doors and parts.walls else ():
+        areas.append(FilledArea(gap, look.floor if look.swings else DOOR_TINTS["window"]))
+        lines += _window_lines(gap, look, hair)
+    words = _words(rooms, objects, leaves, stairs, look=look, scale=scale) if parts.labels else ()
     bottom = y1 - margin
     key_areas, key_words, right = _key(plan, (x1, bottom - line / 2), text, scale, look)
     bounds = (x1 - margin, bottom - line, max(x2 + margin, right + text / scale), y2 + margin)
     return Scene(bounds, scale, look, tuple(areas), tuple(lines), tuple(words), (*key_areas,), (*key_words,))
 
 
-def _closed_walls(plan: PlanData, wall_m: float) -> Polygon | MultiPolygon:
+def place_words(
+    plan: PlanData, leaves: Mapping[int, Sequence[Leaf]], scales: Iterable[float]
+) -> Iterator[list[TextLines]]:
+    """Yield the words of a plan's picture for each scale, pixels per metre: names and areas of rooms, ways of stairs.
+
+    ``leaves`` are those of ``door_leaves``.
+    """
+    rooms, stairs = list(_rooms(plan)) or list(_boxes(plan)), list(drawn_stairs(plan))
+    for scale in scales:
+        yield _words(rooms, plan.objects, leaves, stairs, look=style_named("architect"), scale=scale)
+
+
+def _letters_px(scale: float) -> float:
+    return min(max(0.24 * scale, 9.0), 15.0)
+
+
+def _words(
+    rooms: Sequence[_Space],
+    objects: Sequence[PlanObject],
+    leaves: Mapping[int, Sequence[Leaf]],
+    stairs: Sequence[DrawnStair],
+    *,
+    look: Style,
+    scale: float,
+) -> list[TextLines]:
+    """Return the rooms' names and areas, and "up" or "down" at stairs, where they fit."""
+    size = _letters_px(scale)
+    swings = [leaf.swing for several in leaves.values() for leaf in several]
+    words = list(_names(rooms, objects, swings, look, scale=scale, size=size))
+    return words + [word for stair in stairs if (word := _up_or_down(stair, look, scale, size))]
+
+
+def drawn_windows(
+    plan: PlanData, house: Polygon | MultiPolygon, wall_m: float = ALL_PARTS.wall_m
+) -> Iterator[tuple[Door, Polygon]]:
+    """Yield the windows of a plan, each with the part of the walls of ``closed_walls`` that it takes."""
+    walls = house.difference(plan.floor) if plan.windows else house
+    for window in plan.windows:
+        if (gap := window_in_walls(window, walls, wall_m)) is not None:
+            yield window, gap
+
+
+def closed_walls(plan: PlanData, wall_m: float = ALL_PARTS.wall_m) -> Polygon | MultiPolygon:
     """Return the house with its walls: gaps between rooms are filled, up to four times the outer walls' thickness."""
     with np.errstate(divide="ignore", invalid="ignore"):  # GEOS divides by zero where parallel walls meet, and goes on
         around = _inner_area(plan).buffer(2 * wall_m, join_style="mitre")

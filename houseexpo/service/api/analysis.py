@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import base64
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any, Final
 
 import numpy as np
@@ -22,7 +22,7 @@ from starlette.responses import Response
 from starlette.routing import BaseRoute, Route
 
 from houseexpo.analysis.graph import shortest_path
-from houseexpo.analysis.navigability import disc_centre_areas, navigability, straighten_walls
+from houseexpo.analysis.navigability import disc_centre_areas, navigability
 from houseexpo.analysis.similarity import (
     SHIFT_PX,
     SYMMETRIES,
@@ -30,15 +30,15 @@ from houseexpo.analysis.similarity import (
     difference_lower_bound,
     fingerprint_from_profiles,
 )
-from houseexpo.analysis.walls import walls_around
-from houseexpo.drawing.door_leaves import door_leaves, window_in_walls
+from houseexpo.drawing.door_leaves import door_leaves
+from houseexpo.drawing.room_names import TextLines, text_length
+from houseexpo.drawing.scene import closed_walls, drawn_windows, place_words
 from houseexpo.drawing.stairs import stair_lines
 from houseexpo.drawing.styles import DOOR_COLOURS
 from houseexpo.errors import ConfigError, HouseExpoError
 from houseexpo.floorplan import FloorPlan
 from houseexpo.grids.frame import FEWEST_CELLS
 from houseexpo.grids.raster import all_rings
-from houseexpo.plan import Room
 from houseexpo.plan.room_labels import UNLABELLED, label_colour
 from houseexpo.service.collection import OpenedDataset
 from houseexpo.service.computations import compute_in_turn
@@ -119,12 +119,12 @@ def _point(given: Mapping[str, str], name: str) -> tuple[float, float]:
 LARGEST_ROBOT_M: Final = 2.0
 """The largest robot, its radius in metres."""
 
-_DRAWN_WALL_M: Final = 0.12
-"""Thickness of the walls that are drawn, metres."""
 _FIELD_PX: Final = 480
 """Longer side of the picture of clearance."""
 _SNAP_M: Final = 1.5
 """A click in a wall stands for a point up to this far from it."""
+_WORD_SCALES: Final = tuple(round(6 * 2 ** (k / 2), 2) for k in range(10))
+"""Scales for which words are placed, pixels per metre: from a hall of 100 m on a screen to a room that fills it."""
 _DIGITS: Final = 3
 """Decimals of coordinates: a millimetre is invisible."""
 
@@ -136,7 +136,7 @@ def shape_values(plan: FloorPlan) -> dict[str, Any]:
         "id": plan.id,
         "bounds": [x1, y1, x2, y2],
         "space": _rings(plan.free_space),
-        "walls": [ring for wall in walls_around(straighten_walls(plan.floor), _DRAWN_WALL_M) for ring in _rings(wall)],
+        "walls": _rings(closed_walls(plan).difference(plan.floor)),
         "boxes": [
             {"label": label, "colour": label_colour(label), "box": list(box)}
             for label, found in plan.room_category.items()
@@ -152,7 +152,7 @@ def shape_values(plan: FloorPlan) -> dict[str, Any]:
 
 
 def rooms_and_doors(plan: FloorPlan) -> dict[str, Any]:
-    """Return the rooms of a plan, as rings, and its doors, with the lines of their leaves."""
+    """Return the rooms of a plan, as rings, its doors, with the lines of their leaves, and the words of its picture."""
     rooms = [
         {
             "id": room.id,
@@ -162,8 +162,6 @@ def rooms_and_doors(plan: FloorPlan) -> dict[str, Any]:
             "unsure": room.is_unsure,
             "colour": label_colour(room.label),
             "rings": _points([room.ring, *room.holes]),
-            "at": _middle(room.polygon),
-            **_shape_without_furniture(room, plan),
         }
         for room in plan.rooms
     ]
@@ -186,17 +184,22 @@ def rooms_and_doors(plan: FloorPlan) -> dict[str, Any]:
         }
         for door in plan.doors
     ]
-    return {"rooms": rooms, "doors": doors, "windows": list(_windows(plan))}
+    words = [
+        {"scale": scale, "texts": [_text(text) for text in texts]}
+        for scale, texts in zip(_WORD_SCALES, place_words(plan, leaves, _WORD_SCALES), strict=True)
+    ]
+    windows = [
+        {"id": window.id, "width": window.width, "rings": _rings(gap)}
+        for window, gap in drawn_windows(plan, closed_walls(plan))
+    ]
+    return {"rooms": rooms, "doors": doors, "windows": windows, "words": words}
 
 
-def _windows(plan: FloorPlan) -> Iterator[dict[str, Any]]:
-    """Yield the windows as they lie in the walls that are drawn."""
-    import shapely
-
-    walls = shapely.union_all(walls_around(straighten_walls(plan.floor), _DRAWN_WALL_M)) if plan.windows else None
-    for window in plan.windows:
-        if walls is not None and (shape := window_in_walls(window, walls, _DRAWN_WALL_M)) is not None:
-            yield {"id": window.id, "width": window.width, "rings": _rings(shape)}
+def _text(text: TextLines) -> dict[str, Any]:
+    """Return lines of text: their middle, metres, the size of their letters and the width of the longest, pixels."""
+    wide = round(max(text_length(line, text.size) for line in text.lines), 1)
+    at = [round(text.x, _DIGITS), round(text.y, _DIGITS)]
+    return {"at": at, "lines": text.lines, "size": round(text.size, 1), "wide": wide, "turned": text.turned}
 
 
 def reach_values(plan: FloorPlan, radius_m: float) -> dict[str, Any]:
@@ -269,24 +272,6 @@ def _nearest(piece: Any, point: Any) -> list[float]:
     line = shapely.shortest_line(piece, point)
     x, y = shapely.get_coordinates(line)[0].round(_DIGITS).tolist() if line is not None else (point.x, point.y)
     return [x, y]
-
-
-def _middle(shape: Any) -> list[float]:
-    import shapely
-
-    centre = shape.centroid
-    if not shape.contains(centre):
-        x, y = shapely.maximum_inscribed_circle(shape, tolerance=0.05).coords[0]
-        return [round(x, 2), round(y, 2)]
-    return [round(centre.x, 2), round(centre.y, 2)]
-
-
-def _shape_without_furniture(room: Room, plan: FloorPlan) -> dict[str, Any]:
-    """Return the rings and middle of a furnished room without its furniture, on which its name may stand."""
-    if not any(thing.room == room.id for thing in plan.objects):
-        return {}
-    whole = room.with_furniture(plan.objects)
-    return {"empty": {"rings": _rings(whole), "at": _middle(whole)}}
 
 
 def _rings(shape: Any) -> list[list[list[float]]]:

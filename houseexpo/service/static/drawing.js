@@ -3,8 +3,7 @@ import { element } from "./api.js";
 
 export const path = (rings) => rings.map((ring) => `M${ring.map(([x, y]) => `${x},${-y}`).join(" ")}Z`).join("");
 const line = { "vector-effect": "non-scaling-stroke" };
-const FONT_PX = 11, LEAST_PX = 8; // words in a room that is too small for the lesser size wait until it is nearer
-const CLEAR_M = 0.5; // where letters of this size find no place beside the furniture, they stand on it
+const FONT_PX = 11; // of the sizes beside the plan
 const area = (cls, rings, more = {}) => element("path", { class: cls, d: path(rings), "fill-rule": "evenodd", ...line, ...more });
 
 export class Drawing {
@@ -55,7 +54,7 @@ export class Drawing {
       word("measure", x1 - half, middle, `${(y2 - y1).toFixed(2)} m`, { transform: `rotate(-90 ${x1 - half} ${middle})` }));
   }
 
-  rooms({ rooms, doors, windows = [] }) {
+  rooms({ rooms, doors, words, windows = [] }) {
     const { layers } = this;
     layers.rooms.replaceChildren(...rooms.map((room) =>
       titled(area(room.unsure ? "room unsure" : "room", room.rings, { fill: room.colour }), `${room.label}, ${room.area.toFixed(1)} m²${sure(room)}`)));
@@ -63,13 +62,7 @@ export class Drawing {
       titled(area(door.unsure ? "door unsure" : "door", door.rings, { fill: door.colour }), `${door.kind}, ${door.width.toFixed(2)} m${sure(door)}`),
       ...door.leaves.flatMap(({ leaf, arc }) => [stroke("leaf", leaf), stroke("arc", arc)])]),
       ...windows.map((each) => titled(area("window", each.rings), `window, ${each.width.toFixed(2)} m`)));
-    this.words = rooms.length
-      ? rooms.map((room) => {
-        const lines = [room.label, `${room.area.toFixed(1)} m²`], free = written(room.at, lines, spare(room.at, room.rings));
-        return !room.empty || free.most >= CLEAR_M ? free : written(room.empty.at, lines, spare(room.empty.at, room.empty.rings));
-      })
-      : this.shape.boxes.map(({ label, box: [a, b, c, d] }) => written([(a + c) / 2, (b + d) / 2], [label.replaceAll("_", " ")], [c - a, d - b]));
-    layers.labels.replaceChildren(...this.words.map(({ node }) => node));
+    this.words = words;
     this.letter();
   }
 
@@ -99,14 +92,14 @@ export class Drawing {
     this.onlook?.();
   }
 
-  letter() { // words keep their size on the screen, but for rooms that are too small for them
+  letter() { // words keep their size on the screen, at the places that houseexpo/drawing gives them at the next lower scale
     const { clientWidth: wide, clientHeight: high } = this.svg, [, , across, up] = this.view;
     const metres = Math.max(across / (wide || 1), up / (high || 1)); // of a pixel
     this.layers.frame.style.fontSize = `${FONT_PX * metres}px`;
-    for (const { node, most } of this.words) {
-      node.style.display = most < LEAST_PX * metres ? "none" : "";
-      node.style.fontSize = `${Math.min(FONT_PX * metres, most)}px`;
-    }
+    const { texts } = this.words.findLast(({ scale }) => scale * metres <= 1) ?? { texts: [] };
+    if (texts !== this.texts) this.layers.labels.replaceChildren(...texts.map(written));
+    this.texts = texts;
+    for (const [i, node] of [...this.layers.labels.children].entries()) node.style.fontSize = `${metres * letters(texts[i])}px`;
   }
 
   zoom(factor, [x, y] = [this.view[0] + this.view[2] / 2, this.view[1] + this.view[3] / 2]) {
@@ -171,20 +164,8 @@ const pen = document.createElement("canvas").getContext("2d");
 pen.font = `100px ${getComputedStyle(document.body).fontFamily}`;
 const ems = (text) => pen.measureText(text).width / 100;
 
-// Lines in the middle of a place, and how large their letters may be, metres.
-const written = ([x, y], lines, [wide, high]) => ({
-  node: element("g", {}, ...lines.map((each, i) => word("in-room", x, -y, each, { dy: `${1.1 * (i - (lines.length - 1) / 2)}em` }))),
-  most: Math.min(0.95 * wide / Math.max(...lines.map(ems)), high / (1.1 * lines.length)),
-});
+// The size of letters, pixels, in which text is as wide as in the font that it was measured in.
+const letters = ({ lines, size, wide }) => Math.min(size, wide / Math.max(...lines.map(ems)));
 
-// How wide and how high what stands in the middle of a place may be: twice the way to the nearest wall, across and up.
-function spare(place, rings) {
-  return [0, 1].map((axis) => {
-    const ways = rings.flatMap((ring) => ring.map((from, i) => {
-      const to = ring[(i + 1) % ring.length], before = place[1 - axis] - from[1 - axis], whole = to[1 - axis] - from[1 - axis];
-      const crosses = (from[1 - axis] > place[1 - axis]) !== (to[1 - axis] > place[1 - axis]);
-      return crosses ? Math.abs(from[axis] + (before / whole) * (to[axis] - from[axis]) - place[axis]) : Infinity;
-    }));
-    return 2 * Math.min(...ways);
-  });
-}
+const written = ({ at: [x, y], lines, turned }) => element("g", turned ? { transform: `rotate(-90 ${x} ${-y})` } : {},
+  ...lines.map((each, i) => word("in-room", x, -y, each, { dy: `${1.2 * (i - (lines.length - 1) / 2)}em` })));

@@ -12,6 +12,8 @@ import numpy as np
 import pytest
 from starlette.testclient import TestClient
 
+from houseexpo.dataset import open_dataset
+from houseexpo.drawing.scene import lay_out_plan
 from houseexpo.exports import FORMATS
 from houseexpo.floorplan import FloorPlan
 from houseexpo.service.app import make_app
@@ -68,6 +70,15 @@ def test_a_shape_has_all_that_the_plan_records(client: TestClient) -> None:
     assert found["doors"][0]["rooms"] == [0, 1]
     assert len(found["walls"]) == 2  # a ring has an inside and an outside
     assert found["boxes"][0]["box"] == [0.1, 0.1, 4.1, 3.1]
+
+
+def test_words_stand_where_a_picture_of_the_same_scale_has_them(client: TestClient, folder: Path) -> None:
+    plan = open_dataset(folder)["a1"]
+    for each in client.get("/api/homes/plans/a1/shape").json()["words"]:
+        found = [(*text["at"], *text["lines"]) for text in each["texts"]]
+        scene = lay_out_plan(plan, each["scale"], 0)
+        assert found == [(round(text.x, 3), round(text.y, 3), *text.lines) for text in scene.words]
+    assert found
 
 
 def test_rooms_of_an_outline_are_found_when_asked_for(client: TestClient) -> None:
