@@ -14,14 +14,17 @@ R4  If the source is known, the same is asked of rooms that several passages joi
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from itertools import combinations, pairwise
 from typing import Final
 
+import numpy as np
 import shapely
 from shapely import LineString, Polygon
 
 from houseexpo.corrections.draft import Draft
+from houseexpo.corrections.openings import ALONG, dot
 from houseexpo.floorplan import FloorPlan
 from houseexpo.plan import Door, Room
 from houseexpo.service.review.question import (
@@ -191,14 +194,23 @@ def way_to_largest(
 
 
 def free_places(plan: FloorPlan, shown: Sequence[tuple[str, LineString]]) -> list[tuple[str, LineString]]:
-    """Return the places as wide as a door where the source shows a way and the plan has none; a cut is a guess."""
-    doors = [(door.polygon, GRID_M if door.kind == "cut" else WIDEST_WALL_M) for door in plan.doors]
+    """Return the places as wide as a door where the source shows a way and the plan has none.
+
+    A cut is a guess, and a passage in another wall, as round a corner, is another one: these take only their ground.
+    """
+
+    def is_taken(line: LineString, door: Door) -> bool:
+        ways = [np.subtract(*reversed(ends)) / math.dist(*ends) for ends in (line.coords, door.segment)]
+        is_in_its_wall = door.kind != "cut" and abs(dot(*ways)) > ALONG
+        return bool(door.polygon.distance(line.centroid) < (WIDEST_WALL_M if is_in_its_wall else GRID_M))
+
+    doors = [door for door in plan.doors if math.dist(*door.segment) > 0]
     return [
         (kind, line)
         for kind, line in shown
         if kind in SHOWN
         and MIN_DOOR_M <= line.length <= PASSAGE_M[1]
-        and all(door.distance(line.centroid) >= near for door, near in doors)
+        and not any(is_taken(line, door) for door in doors)
     ]
 
 

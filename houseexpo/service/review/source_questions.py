@@ -187,7 +187,9 @@ def left_out_questions(
         point = shape.representative_point()
         at = round(point.x, 3), round(point.y, 3)
         why = "nothing leads into it" if not is_reachable else "it was taken for no room"
-        says = f"This space of {shape.area:.1f} m² between walls was left out: {why}. Is it a room?"
+        share = _seen_share(shape.exterior, source, shift, Polygon()) if source.walls else 1.0
+        where = "between walls" if share >= _SEEN else f"with walls along {share:.0%} of its edge"
+        says = f"This space of {shape.area:.1f} m² {where} was left out: {why}. Is it a room?"
         answers = Answer("A room", "room", (at,)), Answer("No room"), *_room_with_door(plan, shape, at, ways, spaces)
         yield Question(key_of(plan, "space", at), at, says, answers, _LEFT_OUT, shape.area, shape.area**0.5)
 
@@ -201,8 +203,11 @@ def _room_with_door(
 ) -> Iterator[Answer]:
     """Yield the answer that a space is a room with a door where the source shows one, else to the largest room.
 
-    ``others`` are all spaces of the source: no answer leads to one that was left out.
+    ``others`` are all spaces of the source: no answer leads to one that was left out. An entrance that leads to the
+    place of a new room leads into it.
     """
+    if any(None in door.rooms and door.polygon.distance(space) < OF_EDGE_M for door in plan.doors):
+        return
     rooms = [room.polygon for room in plan.rooms]
     shapes = [space, *rooms, *(other for other in others if not other.intersects(space))]
     near = [(kind, line) for kind, line in ways if space.distance(line) < WIDEST_WALL_M]

@@ -361,6 +361,15 @@ def test_a_cut_may_be_a_door_where_the_source_shows_one_and_the_plan_has_none() 
     assert asked.answers[-1].action == "outside"
 
 
+def test_a_passage_round_a_corner_takes_no_place() -> None:
+    plan, view = shown(Place("door", ((3.3, 3.15), (4.0, 3.15))))
+    door = replace(plan.doors[0], kind="door", confidence=1.0, segment=((4.15, 2.4), (4.15, 3.0)), width=0.6)
+    corner = replace(plan, doors=(replace(door, ring=box(4.1, 2.4, 4.2, 3.0)),))
+    assert asked_of(corner, view) == ["place"]
+    beside = replace(door, kind="entrance", rooms=(0, None), segment=((3.2, 3.15), (3.9, 3.15)))
+    assert asked_of(replace(plan, doors=(replace(beside, ring=box(3.2, 3.1, 3.9, 3.2)),)), view) == []
+
+
 def test_a_space_that_was_left_out_may_be_a_room_with_a_door() -> None:
     closet = ((tuple(map(tuple, box(7.3, 0.1, 9.3, 3.1))),),)
 
