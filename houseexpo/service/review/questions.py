@@ -140,9 +140,11 @@ def _parts(plan: FloorPlan, word: str, points: Places, line: shapely.Geometry) -
     if word == "room_outline":
         outline = Polygon(points)
         return outline.is_valid and parted_m2(outline, line) >= SMALLEST_ROOM_M2
+    if word != "one_room":
+        return False
     xs, ys = np.transpose(points)
     rooms = [room.polygon for room in plan.rooms if shapely.contains_xy(room.polygon, xs, ys).all()]
-    if word != "one_room" or not rooms:
+    if not rooms:
         return False
     return bool(sum(shapely.contains_xy(part, xs, ys).any() for part in split(rooms[0], line).geoms) > 1)
 
