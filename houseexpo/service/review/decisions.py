@@ -325,8 +325,11 @@ class DecisionStore:
         with self._thread:
             return next((line.about for line in self.log.lines if line.number == number), "").split("\n")[0]
 
-    def history(self, plan: str) -> list[tuple[LogLine, bool]]:
-        """Return the decisions on a plan and its file in order, and whether each is in force; a redone one once."""
+    def history(self, plan: str, storey: str = "") -> list[tuple[LogLine, bool]]:
+        """Return the decisions on a plan, its storey and its file in order, and whether each is in force.
+
+        A decision that was made again appears once.
+        """
         with self._thread:
             self._catch_up()
             undos = {line.number: line.undoes for line in self.log.lines if line.undoes}
@@ -334,7 +337,7 @@ class DecisionStore:
             return [
                 (line, line.number not in self.log.undone)
                 for line in self.log.lines
-                if (line.plan == plan or (line.action == "file" and is_of_input(plan, line.plan)))
+                if (line.plan in {plan, storey or plan} or (line.action == "file" and is_of_input(plan, line.plan)))
                 and line.action != "undo"
                 and line.number not in again
             ]

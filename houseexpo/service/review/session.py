@@ -28,6 +28,7 @@ from houseexpo.grids.frame import plan_points_from_source, source_points_from_pl
 from houseexpo.lru_cache import LruCache
 from houseexpo.plan import Frame
 from houseexpo.plan.explanations import GROUNDS
+from houseexpo.plan.ids import parts_of
 from houseexpo.service.api.analysis import shape_values
 from houseexpo.service.collection import Collection
 from houseexpo.service.plan_page import room_names_beside
@@ -414,9 +415,13 @@ def said_corrections(plan: FloorPlan, told: Preview[FloorPlan]) -> list[dict[str
     return found
 
 
-def decision_history(name: str, decisions: DecisionStore, judged: PlanDecisions | None) -> dict[str, Any]:
-    """Return the decisions on a plan, with reviewer and time, and the number of the latest log line about it."""
-    last, latest = judged.last if judged else None, decisions.latest().get(name)
+def decision_history(name: str, storey: str, decisions: DecisionStore, judged: PlanDecisions | None) -> dict[str, Any]:
+    """Return the decisions on a plan, with reviewer and time, and the number of the latest log line about it.
+
+    ``storey`` is the id of its whole storey, "" if it is one.
+    """
+    last, latest = judged.last if judged else None, decisions.latest()
+    lines = [latest[each].number for each in (name, storey) if each in latest]
     said = {"by": last.reviewer, "time": last.time, "actions": list(judged.actions)} if last and judged else None
     steps = [
         {
@@ -428,9 +433,9 @@ def decision_history(name: str, decisions: DecisionStore, judged: PlanDecisions 
             "holds": holds,
             "answer": line.answer,
         }
-        for line, holds in decisions.history(name)
+        for line, holds in decisions.history(name, storey)
     ]
-    return {"judged": said, "seen": latest.number if latest else 0, "history": steps[-_STEPS:]}
+    return {"judged": said, "seen": max(lines, default=0), "history": steps[-_STEPS:]}
 
 
 _KEPT: Final = 32
@@ -520,7 +525,8 @@ class Review:
             return {"plan": None, "summary": summarise_review(queue.dataset.ids, judged), **common}
         table, source, is_plan = self.decisions.table(name), self.source(name), name in queue.dataset
         common["source"] = self._source_facts(name, source, is_plan=is_plan)
-        common |= {**decision_history(name, self.decisions, judged.get(name)), "table": table}
+        history = decision_history(name, self._storey(name), self.decisions, judged.get(name))
+        common |= {**history, "table": table}
         common |= {"storeys": queue.storeys(name) if is_plan else [], "place": queue.places.get(name, -1) + 1}
         shown = self._shown(name)
         plan = self.base(name, shown)
@@ -633,7 +639,7 @@ class Review:
         source = self._sources.latest(plan) if plan else None
         try:
             line = self.decisions.undo(
-                reviewer, () if not plan else (plan, plan if source is None else source.record.id)
+                reviewer, () if not plan else (plan, self._storey(plan), plan if source is None else source.record.id)
             )
         except NothingHereError as elsewhere:
             return {**self.state(self._there(plan)), "elsewhere": elsewhere.plan}
@@ -662,7 +668,25 @@ class Review:
         ``times`` are of statements that the log does not know yet.
         """
         table = self.decisions.table(name) if table is None else table
-        return corrections_in(table, {**self.decisions.times(name), **times})
+        times = {**self.decisions.times(name), **times}
+        own = corrections_in(table, times)
+        above = [each for each in self._said_of_storey(name) if each not in own]
+        return [*in_order_said([*above, *own], {**self.decisions.times(self._storey(name)), **times})] if above else own
+
+    def _storey(self, name: str) -> str:
+        """Return the id of the storey of which a plan is one building; "" if the plan is a whole storey."""
+        storey = parts_of(name).of_level
+        return "" if storey == name or storey in self.queue.dataset or name not in self.queue.dataset else storey
+
+    def _said_of_storey(self, name: str) -> list[Correction]:
+        """Return what is said of the whole storey of a plan, as far as the build found it to be of this building."""
+        storey = self._storey(name)
+        table = self.decisions.table(storey) if storey else {}
+        if not table:
+            return []
+        records = (self.queue.dataset[name].provenance or {}).get("corrections", [])
+        built = {author_key(each["word"], each["value"]) for each in records}
+        return [each for each in corrections_in(table) if author_key(each.word, each.value) in built]
 
     def _ground(self, name: str) -> Ground:
         """Return the place in which a person draws: the plan, and the source around it if it is read.
@@ -862,6 +886,9 @@ class Review:
             See ``word_value`` and ``DecisionStore.replace``, or the correction has no effect in its new place.
         """
         plan, table = self._ground(asked.plan), self.decisions.table(asked.plan)
+        above = [(each.word, each.plain_value) for each in self._said_of_storey(asked.plan)]
+        if (asked.word, asked.value) in above and asked.value not in list_items(table.get(asked.word), asked.word):
+            return self._remove_of_storey(asked, reviewer)
         new = word_value(asked.word, asked.points, asked.text, plan) if asked.points else None
         new = new if asked.by is None else scaled_value(asked.value, asked.by)
         changed = {key: after for key, (_, after) in replacement(table, asked.word, asked.value, new).items()}
@@ -877,3 +904,10 @@ class Review:
             asked.plan, asked.word, asked.value, new, reviewer=reviewer, seen=asked.seen, source=source
         )
         return {**self.state(asked.plan), "noted": line.number, "effect": effect}
+
+    def _remove_of_storey(self, asked: ReplaceRequest, reviewer: str) -> dict[str, Any]:
+        storey = self._storey(asked.plan)
+        if asked.points or asked.by is not None:
+            raise ConfigError(f"{asked.word}: it is said of the whole storey {storey}; take it out, and say it here")
+        line = self.decisions.replace(storey, asked.word, asked.value, None, reviewer=reviewer, seen=asked.seen)
+        return {**self.state(asked.plan), "noted": line.number, "effect": None}

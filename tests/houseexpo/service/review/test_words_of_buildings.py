@@ -15,8 +15,9 @@ from houseexpo.dataset import open_dataset
 from houseexpo.floorplan import FloorPlan
 from houseexpo.grids.frame import source_points_from_plan
 from houseexpo.plan.json_codec import encode
+from houseexpo.service.collection import Collection
 from houseexpo.service.review.rebuild import compare_decided_plans
-from houseexpo.service.review.session import corrections_in, told_corrections
+from houseexpo.service.review.session import ReplaceRequest, Review, corrections_in, told_corrections
 from houseexpo.service.review.sources import SourceView
 from pipeline.algorithm import plan_level
 from pipeline.source_record import SourceReader
@@ -86,3 +87,24 @@ def test_the_list_names_each_changed_plan_and_what_is_not_as_it_was_shown(folder
     before["pair_B1"] = encode(plan)
     told = f"it is not as it was shown: 2 rooms, 0 doors, {plan.area:.1f} m2"
     assert compared(replace(plan, doors=())) == {"pair_B2": ("the same", told), "pair_B1": ("changed", "")}
+
+
+def test_what_is_said_of_a_whole_storey_is_shown_at_its_building_and_taken_out_there(
+    folder: Path, tmp_path: Path
+) -> None:
+    out, said = tmp_path / "out", {"label": [2.0, 2.0, "Kitchen"], "one_room": [[16.0, 2.0], [20.0, 2.0]]}
+    run_build([folder], out, overrides={"pair": Override(**said)}, plan=plan_level)
+    review = Review(Collection("out", out))
+    review.decisions.decide("pair", "label", "ann", said["label"])
+    review.decisions.decide("pair", "one_room", "ann", said["one_room"], seen=1)
+    states = {name: review.state(name) for name in review.queue.order}
+    assert {name: [each["word"] for each in found["effects"]] for name, found in states.items()} == {
+        "pair_B1": ["label"],
+        "pair_B2": ["one_room"],
+    }
+    assert {each["by"] for each in states["pair_B1"]["history"]} == {"ann"}
+    asked = {"plan": "pair_B1", "word": "label", "value": said["label"], "seen": states["pair_B1"]["seen"]}
+    found = review.replace(ReplaceRequest(reviewer="ben", **asked), "ben")
+    assert found["effects"] == []
+    assert review.decisions.tables() == {"pair": {"one_room": said["one_room"]}}
+    assert [each["word"] for each in review.undo("ben", "pair_B1")["effects"]] == ["label"]
