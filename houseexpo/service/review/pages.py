@@ -22,17 +22,16 @@ from houseexpo.plan.room_labels import LABELS
 from houseexpo.service.responses import JsonResponse, decode_body
 from houseexpo.service.review.changes import DecidedOtherwiseError
 from houseexpo.service.review.queue import Move
-from houseexpo.service.review.session import (
-    SIZE_PX,
+from houseexpo.service.review.requests import (
     DecisionRequest,
     FileRequest,
     GapRequest,
     RebuildRequest,
     ReplaceRequest,
-    Review,
     UndoRequest,
     one_line,
 )
+from houseexpo.service.review.session import SIZE_PX, Review
 from houseexpo.service.review.sources import SourceView
 from houseexpo.service.review.tools import tools
 from houseexpo.service.service import Service, is_loopback

@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 import logging
-import math
-import re
 from collections.abc import Mapping, Sequence, Set
 from contextlib import suppress
 from types import MappingProxyType
-from typing import Annotated, Any, Final, Literal, NamedTuple
+from typing import Any, Final
 
 import msgspec
 import numpy as np
-from msgspec import Meta
 from shapely import GEOSException, LineString, Polygon
 
 from houseexpo.corrections import Correction, Override
@@ -24,177 +21,39 @@ from houseexpo.corrections.vocabulary import FILE_WORDS, WORDS, Word, author_key
 from houseexpo.dataset.store.folders import overrides_path
 from houseexpo.errors import ConfigError, PlanError
 from houseexpo.floorplan import FloorPlan
-from houseexpo.grids.frame import plan_points_from_source, source_points_from_plan
+from houseexpo.grids.frame import plan_points_from_source
 from houseexpo.lru_cache import LruCache
-from houseexpo.plan import Frame
-from houseexpo.plan.explanations import GROUNDS
 from houseexpo.plan.ids import parts_of
-from houseexpo.service.api.analysis import shape_values
 from houseexpo.service.collection import Collection
-from houseexpo.service.plan_page import room_names_beside
 from houseexpo.service.review.changes import list_items, replacement, words_added, words_removed
-from houseexpo.service.review.decisions import DecisionStore, NothingHereError, PlanDecisions
-from houseexpo.service.review.question import MOST_POINTS, SEVERAL, Answer, Further, Question
+from houseexpo.service.review.decisions import DecisionStore, NothingHereError
+from houseexpo.service.review.plan_facts import decision_history, facts_without_plan, plan_facts, said_corrections
+from houseexpo.service.review.question import SEVERAL, Answer, Question
 from houseexpo.service.review.questions import gap_question, questions, with_effect
 from houseexpo.service.review.queue import ReviewQueue, summarise_review
 from houseexpo.service.review.rebuild import Rebuild
+from houseexpo.service.review.requests import (
+    TOOLS,
+    DecisionRequest,
+    FileRequest,
+    Ground,
+    Point,
+    ReplaceRequest,
+    check_inside,
+    decision_value,
+    file_value,
+    one_line,
+    scaled_value,
+    word_value,
+)
 from houseexpo.service.review.source_questions import FLOORS, GUESS
 from houseexpo.service.review.sources import Sources, SourceView
-from houseexpo.service.review.tools import tools
-from houseexpo.service.search import plan_title
 
 _LOG = logging.getLogger(__name__)
-_OUTSIDE_M: Final = 2.0
-"""Points further than this from the plan are refused, metres."""
-_DIGITS: Final = 3
-"""Decimals of stored points: millimetres."""
 _LAST: Final = "~"
 """Comes after all times of a log, which begin with digits."""
-_CONTROLS: Final = re.compile(r"[\x00-\x1f\x7f]+")
-
-_MOST_LIKE: Final = 1000
-"""The most places for one word in one decision."""
-_LONGEST_NOTE: Final = 500
 _TAKING_OUT: Final = frozenset({"no_door", "no_wall", "no_room", "outside"})
 """Words that are said by taking out an earlier one, if it made what they remove."""
-
-Name = Annotated[str, Meta(min_length=1, max_length=60)]
-Id = Annotated[str, Meta(min_length=1, max_length=300)]
-Point = tuple[float, float]
-
-
-class DecisionRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """A decision; ``points`` are in plan metres, ``seen`` is the number of the last log line that the reviewer saw.
-
-    ``text`` is the text of a note or a drop, the label of a room, or the keys of the skipped questions, one a line.
-    ``more`` are the points of further places for the same word, ``then`` are other words; all of them are one decision.
-    ``answer`` is the answer that confirms the plan, for "leave"; "" leaves the question. ``question`` is the key of the
-    question that the decision answers.
-    """
-
-    plan: Id
-    action: Literal["keep", "drop", Word, "note", "leave"]
-    reviewer: Name
-    seen: int = 0
-    points: Annotated[list[Point], Meta(max_length=MOST_POINTS)] = []
-    text: Annotated[str, Meta(max_length=_MOST_LIKE * 100)] = ""
-    more: Annotated[list[Annotated[list[Point], Meta(max_length=MOST_POINTS)]], Meta(max_length=_MOST_LIKE)] = []
-    then: Annotated[list[Further], Meta(max_length=_MOST_LIKE)] = []
-    answer: Annotated[str, Meta(max_length=100)] = ""
-    question: Annotated[str, Meta(max_length=100)] = ""
-
-
-class ReplaceRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """A request to move or to remove a correction.
-
-    ``value`` is its value in the table, in the source's axes. ``points`` are the new points in plan metres; an empty
-    list removes the correction. ``text`` is the label of a room. ``by``, in place of ``points``, is a factor by which
-    its distance from the source's origin grows.
-    """
-
-    plan: Id
-    word: Word
-    value: list[Any]
-    reviewer: Name
-    seen: int = 0
-    points: Annotated[list[Point], Meta(max_length=MOST_POINTS)] = []
-    text: Annotated[str, Meta(max_length=500)] = ""
-    by: Annotated[float, Meta(gt=0)] | None = None
-
-
-class FileRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """A statement about the whole file of a plan: a key of ``FILE_WORDS`` or ``keep``, and its value; "" removes it.
-
-    ``points`` are the ends of a known distance, in plan metres.
-    """
-
-    plan: Id
-    key: Literal["up", "units", "scale", "distance", "storey_height", "floors", "drop_nodes", "keep"]
-    reviewer: Name
-    value: Annotated[str, Meta(max_length=4000)] = ""
-    points: Annotated[list[Point], Meta(max_length=2)] = []
-
-
-class GapRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """A question where a space is open: ``points`` are the ends of a wall, or a point in the space, in plan metres."""
-
-    plan: Id
-    points: Annotated[list[Point], Meta(min_length=1, max_length=2)]
-
-
-class RebuildRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """A request to rebuild; ``confirm`` is the digest of the commands that were shown (``Rebuild.status``)."""
-
-    reviewer: Name
-    confirm: Annotated[str, Meta(max_length=64)]
-
-
-class UndoRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """A request to undo the reviewer's latest decision, or to redo the decision that was undone last.
-
-    With ``plan``, only the latest decision on this plan can be undone.
-    """
-
-    reviewer: Name
-    plan: Annotated[str, Meta(max_length=300)] = ""
-
-
-def one_line(text: str) -> str:
-    """Return a text as one line without control characters."""
-    return _CONTROLS.sub(" ", text).strip()
-
-
-class Ground(NamedTuple):
-    """The place in which a person draws: a plan, or the source of a house without a plan."""
-
-    id: str
-    frame: Frame | None
-    bbox: tuple[float, float, float, float]
-    is_plan: bool = True
-
-
-def decision_value(asked: DecisionRequest, plan: Ground) -> Any:
-    """Return the value of a decision, as ``DecisionStore.decide`` takes it.
-
-    Raises
-    ------
-    ConfigError
-        The number of points is wrong, a point is outside the plan, a line is too short, a label is unknown, or the
-        plan has no frame.
-    """
-    if asked.action == "leave":
-        return one_line(asked.text.split("\n")[0])
-    if asked.action in {"keep", "drop", "note"}:
-        if len(asked.text) > _LONGEST_NOTE:
-            raise ConfigError(f"text: expected {_LONGEST_NOTE} characters at most, found {len(asked.text)}")
-        return one_line(asked.text)
-    return word_value(asked.action, asked.points, asked.text, plan)  # type: ignore[arg-type]  # all others are words
-
-
-def word_value(word: Word, points: Sequence[Point], text: str, plan: Ground) -> Any:
-    """Return the value of a word, in the source's axes, from points in plan metres; see ``decision_value``."""
-    tool = _TOOLS[word]
-    if len(points) < tool.points or (len(points) > tool.points and not tool.more):
-        raise ConfigError(f"{word}: expected {tool.points} points, found {len(points)}")
-    _check_inside(points, plan)
-    if plan.frame is None:
-        raise ConfigError(
-            f"{plan.id}: its position in the source is not recorded, so that only keep and drop are possible"
-        )
-    there = [_round_point(point) for point in source_points_from_plan(plan.frame, points).tolist()]
-    value = [*there[0], one_line(text)] if tool.text else there[0] if tool.points == 1 else there
-    checked_values(word, [value])
-    return value
-
-
-def scaled_value(value: Any, by: float) -> Any:
-    """Return a correction's value with its coordinates times a factor; a label keeps its text."""
-    if isinstance(value, list):
-        return [scaled_value(each, by) for each in value]
-    return value if isinstance(value, str) else _round_point([value * by])[0]
-
-
-_TOOLS: Final = {tool.word: tool for tool in tools()}
 
 
 def corrections_in(table: Mapping[str, Any], times: Mapping[str, str] = MappingProxyType({})) -> list[Correction]:
@@ -248,7 +107,7 @@ def _taken_out(gone: Sequence[tuple[Word, Any]]) -> str:
 
 def _earlier(word: Word) -> str:
     """Return the name of an earlier correction, with its key on the page."""
-    return f"the earlier “{_TOOLS[word].title}” ({_TOOLS[word].key.upper()})"
+    return f"the earlier “{TOOLS[word].title}” ({TOOLS[word].key.upper()})"
 
 
 def _without_effect_now(before: Preview[FloorPlan], after: Preview[FloorPlan]) -> list[str]:
@@ -288,156 +147,8 @@ def _changed_key(source: str, size: int) -> str:
     return f"changed at {source[:8]}{f', line {size}' if size else ''}"
 
 
-def _check_inside(points: Sequence[Point], plan: Ground) -> None:
-    x1, y1, x2, y2 = plan.bbox
-    for x, y in points:
-        if not (x1 - _OUTSIDE_M <= x <= x2 + _OUTSIDE_M and y1 - _OUTSIDE_M <= y <= y2 + _OUTSIDE_M):
-            raise ConfigError(f"point: expected metres inside the plan, found ({x:g}, {y:g})")
-
-
-def _round_point(point: Sequence[float]) -> list[float]:
-    return [round(value, _DIGITS) + 0.0 for value in point]  # + 0.0: no -0.0
-
-
-def file_value(asked: FileRequest, plan: Ground, source: SourceView) -> Any:
-    """Return the value of a statement about a file, as ``overrides.toml`` stores it, or None to remove it."""
-    text = one_line(asked.value)
-    if not text:
-        return None
-    if asked.key in {"keep", "up", "units"}:
-        return True if asked.key == "keep" else text
-    if asked.key == "drop_nodes":
-        return [line.strip() for line in asked.value.splitlines() if line.strip()]
-    numbers = [_number(asked.key, part) for part in re.split(r"[,;\s]+", text) if part]
-    if len(numbers) != 1 and asked.key != "floors":
-        raise ConfigError(f"{asked.key}: expected one number, found {text!r}")
-    if asked.key != "distance":
-        return numbers if asked.key == "floors" else numbers[0]
-    unit_m = source.record.unit_m
-    if len(asked.points) != 2 or unit_m is None or plan.frame is None:
-        raise ConfigError("distance: expected two points, and the metres between them")
-    _check_inside(asked.points, plan)
-    there = source_points_from_plan(plan.frame, asked.points) / unit_m
-    a, b = (_round_to_unit(point, unit_m) for point in there.tolist())
-    return [a, b, numbers[0]]
-
-
-def _round_to_unit(point: Sequence[float], unit_m: float) -> list[float]:
-    """Return a point of a file to a tenth of a millimetre, whatever its unit."""
-    digits = max(0, _DIGITS + 1 + math.ceil(math.log10(unit_m)))
-    return [round(value, digits) + 0.0 for value in point]
-
-
-def _number(key: str, text: str) -> float:
-    try:
-        value = float(text)
-    except ValueError:
-        raise ConfigError(f"{key}: expected a number, found {text!r}") from None
-    if not math.isfinite(value):
-        raise ConfigError(f"{key}: expected a finite number, found {text}")
-    return value
-
-
-def _nothing(name: str, source: SourceView | None) -> dict[str, Any]:
-    """Return the state of the page for a house without a plan: an empty plan at the place of its source."""
-    bounds = list(source.bounds_around(source.plan)) if source is not None else None
-    shape = {
-        "id": name,
-        "bounds": bounds,
-        "space": [],
-        "walls": [],
-        "boxes": [],
-        "objects": [],
-        "rooms": [],
-        "doors": [],
-    }
-    return {
-        "plan": name, "title": "Rejected", "quality": None, "doubtful": False, "grounds": [], "unsure": [], "area": 0.0,
-        "rooms": 0, "doors": 0, "drawable": source is not None, "frame": source.level.frame.matrix if source else None,
-        "shape": shape if bounds else None, "effects": [], "questions": [],
-    }  # fmt: skip
-
-
 SIZE_PX: Final = 900
 """Size of the pictures of plans before and after a build, pixels."""
-_STEPS: Final = 60
-"""The latest decisions on a plan that the page lists."""
-_LEAST_GROUND: Final = 0.005
-"""Smaller grounds are not shown: they round to 0.00."""
-
-
-def plan_facts(plan: FloorPlan) -> dict[str, Any]:
-    """Return a plan's measures, its grounds (the strongest first), and its shape in metres."""
-    quality = plan.quality
-    grounds = sorted((quality.grounds if quality else {}).items(), key=lambda pair: -pair[1])
-    return {
-        "plan": plan.id,
-        "title": plan_title(len(plan.rooms) or None, plan.area, plan.room_num),
-        "quality": quality.score if quality else None,
-        "doubtful": bool(quality and quality.is_doubtful),
-        "grounds": [
-            [GROUNDS.get(name, name.replace("_", " ")), value] for name, value in grounds if value > _LEAST_GROUND
-        ],
-        "unsure": unsure_parts(plan),
-        "area": round(plan.area, 1),
-        "rooms": len(plan.rooms),
-        "doors": len(plan.doors),
-        "drawable": plan.frame is not None,
-        "frame": plan.frame.matrix if plan.frame else None,
-        "shape": shape_values(plan),
-    }
-
-
-def unsure_parts(plan: FloorPlan) -> list[str]:
-    """Return the rooms and doors that are more likely wrong than right, in words, the least certain first."""
-    rooms = [
-        (room.confidence, f"outline of room {room.id}, {room.label.replace('_', ' ')}")
-        for room in plan.rooms
-        if room.is_unsure
-    ]
-    doors = [
-        (door.confidence, f"{door.kind} {door.id}, between {room_names_beside(plan, door)}")
-        for door in plan.doors
-        if door.is_unsure
-    ]
-    return [f"{text}: {confidence:.0%} sure" for confidence, text in sorted(rooms + doors)]
-
-
-def said_corrections(plan: FloorPlan, told: Preview[FloorPlan]) -> list[dict[str, Any]]:
-    """Return the record of each correction of a plan, and its points in metres of the plan."""
-    frame = plan.frame
-    if frame is None:
-        return []
-    found = []
-    for record in told.records:
-        points = Correction(record["word"], checked_values(record["word"], [record["value"]])[0]).points
-        found.append({**record, "points": plan_points_from_source(frame, points).round(_DIGITS).tolist()})
-    return found
-
-
-def decision_history(name: str, storey: str, decisions: DecisionStore, judged: PlanDecisions | None) -> dict[str, Any]:
-    """Return the decisions on a plan, with reviewer and time, and the number of the latest log line about it.
-
-    ``storey`` is the id of its whole storey, "" if it is one.
-    """
-    last, latest = judged.last if judged else None, decisions.latest()
-    lines = [latest[each].number for each in (name, storey) if each in latest]
-    said = {"by": last.reviewer, "time": last.time, "actions": list(judged.actions)} if last and judged else None
-    steps = [
-        {
-            "number": line.number,
-            "action": line.action,
-            "keys": sorted(line.changes),
-            "by": line.reviewer,
-            "time": line.time,
-            "holds": holds,
-            "answer": line.answer,
-        }
-        for line, holds in decisions.history(name, storey)
-    ]
-    return {"judged": said, "seen": max(lines, default=0), "history": steps[-_STEPS:]}
-
-
 _KEPT: Final = 32
 """The number of corrected plans in memory, so that an undo finds the previous one."""
 
@@ -532,7 +243,7 @@ class Review:
         plan = self.base(name, shown)
         if plan is None:
             rejected = self.rejected.get(name) or (shown.why_no_plan if shown else "")
-            return {**_nothing(name, shown), "rejected": rejected, **common}
+            return {**facts_without_plan(name, shown), "rejected": rejected, **common}
         all_said = self.said_of(name)
         told, left = self.told(plan, all_said, shown), self._left(name, shown)
         effects = said_corrections(plan, told)
@@ -718,7 +429,7 @@ class Review:
             There is no such plan, a point is outside it, or its source has not been read.
         """
         ground, source = self._ground(name), self._shown(name)
-        _check_inside(points, ground)
+        check_inside(points, ground)
         if ground.frame is None:
             return {}
         plan, table = self.base(name, source), self.decisions.table(name)

@@ -18,7 +18,8 @@ from houseexpo import build, open_dataset
 from houseexpo.commands.app import make_app
 from houseexpo.errors import ConfigError
 from houseexpo.service.collection import Collection
-from houseexpo.service.review.session import DecisionRequest, Review
+from houseexpo.service.review.requests import DecisionRequest
+from houseexpo.service.review.session import Review
 from pipeline.stages.logistic import read_model_weights
 from tests.builders.batch import contents
 from tests.builders.houses import Hole, shell

@@ -22,7 +22,8 @@ from houseexpo.floorplan import FloorPlan
 from houseexpo.grids.frame import source_points_from_plan
 from houseexpo.service.collection import Collection
 from houseexpo.service.review.labels import labels_of
-from houseexpo.service.review.session import DecisionRequest, Review, corrections_in, told_corrections
+from houseexpo.service.review.requests import DecisionRequest
+from houseexpo.service.review.session import Review, corrections_in, told_corrections
 from houseexpo.service.review.sources import SourceView
 from pipeline.batch.listing import list_inputs
 from pipeline.cli_common import load_build_config

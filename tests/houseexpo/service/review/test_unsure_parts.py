@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from houseexpo.service.review.session import unsure_parts
+from houseexpo.service.review.plan_facts import unsure_parts
 from tests.builders.services import two_rooms
 
 PLAN = two_rooms("a")

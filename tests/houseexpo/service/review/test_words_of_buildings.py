@@ -17,7 +17,8 @@ from houseexpo.grids.frame import source_points_from_plan
 from houseexpo.plan.json_codec import encode
 from houseexpo.service.collection import Collection
 from houseexpo.service.review.rebuild import compare_decided_plans
-from houseexpo.service.review.session import ReplaceRequest, Review, corrections_in, told_corrections
+from houseexpo.service.review.requests import ReplaceRequest
+from houseexpo.service.review.session import Review, corrections_in, told_corrections
 from houseexpo.service.review.sources import SourceView
 from pipeline.algorithm import plan_level
 from pipeline.source_record import SourceReader
