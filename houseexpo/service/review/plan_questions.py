@@ -198,20 +198,20 @@ def free_places(plan: FloorPlan, shown: Sequence[tuple[str, LineString]]) -> lis
 
     A cut is a guess, and a passage in another wall, as round a corner, is another one: these take only their ground.
     """
+    places = [(kind, line) for kind, line in shown if kind in SHOWN and MIN_DOOR_M <= line.length <= PASSAGE_M[1]]
+    doors = [door for door in plan.doors if math.dist(*door.segment) > 0]
+    tree = shapely.STRtree([door.polygon for door in doors])
+    middles = shapely.centroid([line for _, line in places])
 
-    def is_taken(line: LineString, door: Door) -> bool:
+    def takes(number: int, place: int) -> bool:
+        door, line = doors[number], places[place][1]
         ways = [np.subtract(*reversed(ends)) / math.dist(*ends) for ends in (line.coords, door.segment)]
         is_in_its_wall = door.kind != "cut" and abs(dot(*ways)) > ALONG
-        return bool(door.polygon.distance(line.centroid) < (WIDEST_WALL_M if is_in_its_wall else GRID_M))
+        return is_in_its_wall or bool(door.polygon.distance(middles[place]) < GRID_M)
 
-    doors = [door for door in plan.doors if math.dist(*door.segment) > 0]
-    return [
-        (kind, line)
-        for kind, line in shown
-        if kind in SHOWN
-        and MIN_DOOR_M <= line.length <= PASSAGE_M[1]
-        and not any(is_taken(line, door) for door in doors)
-    ]
+    near = tree.query(middles, predicate="dwithin", distance=WIDEST_WALL_M).T.tolist()
+    taken = {place for place, number in near if takes(number, place)}
+    return [each for k, each in enumerate(places) if k not in taken]
 
 
 def room_questions(plan: FloorPlan) -> Iterator[Question]:

@@ -162,6 +162,7 @@ class Review:
         self.decisions = DecisionStore(overrides_path(collection.path))
         self.building = Rebuild(collection, self.decisions)
         self._told: LruCache[Preview[FloorPlan]] = LruCache(_KEPT)
+        self._facts: tuple[FloorPlan, dict[str, Any]] | None = None
         self._sources = Sources(self.building.commands)
         self._refused: tuple[Any, dict[str, str]] = None, {}
 
@@ -257,13 +258,19 @@ class Review:
         if ghosts:
             asked.insert(0, changed_question(plan, len(ghosts), size, grows=all(ghosts)))
         return {
-            **plan_facts(told.plan),
+            **self._facts_of(told.plan),
             "plan": name,  # the source's plan may have another id, that of its input alone
             "rejected": "" if is_plan else self.rejected.get(name, ""),
             "effects": effects,
             "questions": asked if is_current else [],
             **common,
         }
+
+    def _facts_of(self, plan: FloorPlan) -> dict[str, Any]:
+        """Return ``plan_facts``; an answer that confirms the plan leaves it as it is."""
+        if self._facts is None or self._facts[0] is not plan:
+            self._facts = plan, plan_facts(plan)
+        return self._facts[1]
 
     def base(self, name: str, source: SourceView | None) -> FloorPlan | None:
         """Return the plan to correct: from the data set, or from its source if the file or its statements changed.
