@@ -37,7 +37,7 @@ _ARC_STEPS: Final = 10  # of an arc; a chord is within 1% of the radius
 _AT_M: Final = 0.02  # a room this close to the wall's face begins there
 _FREE_SWING: Final = 0.94  # the least free share of the swing: walls are drawn on a grid of 1 cm
 _PASSAGES: Final = frozenset({"Hallway", "Hall", "Lobby", "Entryway"})
-_OUTDOORS: Final = frozenset({"Balcony", "Terrace", "Loggia"})
+OUTDOORS: Final = frozenset({"Balcony", "Terrace", "Loggia"})
 _WEIGHT: Final = 8.0  # of a free swing, against a liking of about 1
 _ROUNDS: Final = 6  # nearly all plans are settled after three
 _CUPBOARD_M2: Final = 1.5  # in a smaller room a person and a leaf do not fit
@@ -189,7 +189,7 @@ def valid_shape(shape: Polygon) -> BaseGeometry:
 
 def _liking(room: Room) -> float:
     """Return how well a leaf stands in a room (D3): 1 in a room, less in passages, outdoors and cupboards."""
-    if room.label in _OUTDOORS or room.area < _CUPBOARD_M2:
+    if room.label in OUTDOORS or room.area < _CUPBOARD_M2:
         return -0.5
     return (0.0 if room.label in _PASSAGES else 1.0) - 0.1 * min(room.area / 50, 1)
 

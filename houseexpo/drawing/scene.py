@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 import numpy.typing as npt
 
-from houseexpo.drawing.door_leaves import Leaf, door_leaves, entrance_gap, valid_shape, window_in_walls
+from houseexpo.drawing.door_leaves import OUTDOORS, Leaf, door_leaves, entrance_gap, valid_shape, window_in_walls
 from houseexpo.drawing.room_names import SMALLEST_PX, TextLines, place_name, text_length
 from houseexpo.drawing.stairs import DrawnStair, drawn_stairs, is_stair
 from houseexpo.drawing.styles import DOOR_COLOURS, DOOR_TINTS, UNSURE, Style, StyleName, style_named
@@ -25,6 +25,8 @@ if TYPE_CHECKING:
 
 _GAP_M: Final = 0.6  # walls are not drawn farther outside the outline
 _LEAF_M: Final = 0.05
+_PARAPET_M: Final = 0.05
+_NECK_M: Final = 0.01  # what is cut off beside a door to a balcony, so that no sliver of it stays
 _DASH_M: Final = 0.12  # an unsure door is dashed, an unsure room is hatched with bands of this width at this distance
 _HATCH_M: Final = (0.06, 0.6)
 _EDGE_M: Final = 0.03  # the line around a piece of furniture
@@ -112,6 +114,8 @@ def lay_out_plan(
     parts that need an explanation. An unsure door (more likely wrong than right) is dashed, an unsure room is hatched.
     A published plan has no rooms; the parts of its label boxes in the free space are drawn instead.
     """
+    import shapely
+
     look = style_named(style)
     x1, y1, x2, y2 = plan.free_space.bounds
     extent = max(x2 - x1, y2 - y1)
@@ -134,6 +138,10 @@ def lay_out_plan(
     if parts.walls:
         areas.append(FilledArea(walls, look.wall))
     areas.append(FilledArea(plan.free_space, look.floor))
+    for place, label in open_places(plan, walls, parts.wall_m) if parts.walls else ():
+        areas.append(FilledArea(place, look.room(label) if parts.rooms else look.floor))
+        edge = shapely.line_merge(place.boundary.difference(walls.buffer(_PARAPET_M / 2)))
+        lines += [ThinLine(shapely.get_coordinates(part), look.wall, 2 * hair) for part in shapely.get_parts(edge)]
     areas += [FilledArea(room.shape, look.room(room.labels[0])) for room in rooms]
     areas += _hatches(plan, look) if parts.rooms else ()
     for thing in objects:
@@ -202,10 +210,43 @@ def drawn_windows(
 
 
 def closed_walls(plan: PlanData, wall_m: float = ALL_PARTS.wall_m) -> Polygon | MultiPolygon:
-    """Return the house with its walls: gaps between rooms are filled, up to four times the outer walls' thickness."""
+    """Return the house with its walls: gaps between rooms are filled, up to four times the outer walls' thickness.
+
+    Balconies and terraces are outside.
+    """
+    import shapely
+
+    outdoors = [room for room in plan.rooms if room.label in OUTDOORS]
+    numbers = {room.id for room in outdoors}
+    ways = [door.polygon for door in plan.doors if numbers.intersection(door.rooms)]
+    outside = shapely.union_all([valid_shape(room.polygon) for room in outdoors] + ways)
+    inside = _inner_area(plan)
+    if not outside.is_empty:
+        near = outside.buffer(_NECK_M, join_style="mitre")
+        walls = [part for part in shapely.get_parts(inside.difference(plan.floor)) if part.intersects(near)]
+        rest = inside.difference(shapely.union_all([near, *walls]))
+        inside = inside if rest.is_empty else rest
+    return _close(inside, wall_m, wall_m)
+
+
+def open_places(
+    plan: PlanData, house: Polygon | MultiPolygon, wall_m: float = ALL_PARTS.wall_m
+) -> Iterator[tuple[Polygon, str]]:
+    """Yield balconies and terraces, with their parapets and up to the walls of ``closed_walls``, and their labels."""
+    import shapely
+
+    outdoors = [room for room in plan.rooms if room.label in OUTDOORS]
+    beyond = _close(_inner_area(plan), wall_m, _PARAPET_M).difference(house) if outdoors else house
+    for place in shapely.get_parts(beyond) if outdoors else ():
+        labels = [room.label for room in outdoors if place.intersects(room.polygon)]
+        if labels:
+            yield place, labels[0]
+
+
+def _close(inside: Polygon | MultiPolygon, wall_m: float, edge_m: float) -> Polygon | MultiPolygon:
+    """Return an area with an edge around it, its gaps filled."""
     with np.errstate(divide="ignore", invalid="ignore"):  # GEOS divides by zero where parallel walls meet, and goes on
-        around = _inner_area(plan).buffer(2 * wall_m, join_style="mitre")
-        return around.buffer(-wall_m, join_style="mitre")
+        return inside.buffer(2 * wall_m, join_style="mitre").buffer(edge_m - 2 * wall_m, join_style="mitre")
 
 
 def _close_ring(ring: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:

@@ -32,7 +32,7 @@ from houseexpo.analysis.similarity import (
 )
 from houseexpo.drawing.door_leaves import door_leaves
 from houseexpo.drawing.room_names import TextLines, text_length
-from houseexpo.drawing.scene import closed_walls, drawn_windows, place_words
+from houseexpo.drawing.scene import closed_walls, drawn_windows, open_places, place_words
 from houseexpo.drawing.stairs import stair_lines
 from houseexpo.drawing.styles import DOOR_COLOURS
 from houseexpo.errors import ConfigError, HouseExpoError
@@ -132,11 +132,13 @@ _DIGITS: Final = 3
 def shape_values(plan: FloorPlan) -> dict[str, Any]:
     """Return everything that a plan records, and its walls, as rings in metres with labels and colours."""
     x1, y1, x2, y2 = plan.free_space.bounds
+    house = closed_walls(plan)
     return {
         "id": plan.id,
         "bounds": [x1, y1, x2, y2],
         "space": _rings(plan.free_space),
-        "walls": _rings(closed_walls(plan).difference(plan.floor)),
+        "walls": _rings(house.difference(plan.floor)),
+        "open": [ring for place, _ in open_places(plan, house) for ring in _rings(place)],
         "boxes": [
             {"label": label, "colour": label_colour(label), "box": list(box)}
             for label, found in plan.room_category.items()

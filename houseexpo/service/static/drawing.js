@@ -35,7 +35,7 @@ export class Drawing {
 
   fill() {
     const { shape, layers } = this, [x1, y1, x2, y2] = shape.bounds;
-    layers.space.append(area("space", shape.space));
+    layers.space.append(area("space", shape.space), area("open", shape.open));
     layers.outline.append(area("outline", shape.space));
     layers.walls.append(area("wall", shape.walls));
     layers.objects.append(...shape.objects.map((each) => titled(area("object", each.rings), `${each.label}, ${each.height} m high`)),

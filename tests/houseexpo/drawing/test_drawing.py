@@ -127,6 +127,23 @@ def test_an_architects_walls_are_filled_and_doors_have_leaves(two_rooms):
     assert at(image, two_rooms, tuple((leaf.hinge + 3 * leaf.end) / 4), 50) == rgb(style.ink)
 
 
+def test_a_balcony_is_outside_the_walls():
+    corners = [(0.1, 0.1), (0.1, 4.1), (2.0, 4.1), (2.0, 4.5), (0.1, 4.5), (0.1, 6.0), (4.1, 6.0), (4.1, 4.5)]
+    corners += [(3.0, 4.5), (3.0, 4.1), (4.1, 4.1), (4.1, 0.1)]
+    ring = np.array([(2.0, 4.1), (2.0, 4.5), (3.0, 4.5), (3.0, 4.1)])
+    door = Door(0, "door", ((2.0, 4.3), (3.0, 4.3)), 1.0, ring, (0, 1))
+    inside, outside = shapely.box(0.1, 0.1, 4.1, 4.1), shapely.box(0.1, 4.5, 4.1, 6.0)
+    rooms = [
+        Room(k, label, shapely.get_coordinates(shape)[:-1])
+        for k, (label, shape) in enumerate({"Living_Room": inside, "Balcony": outside}.items())
+    ]
+    plan = replace(FloorPlan("0" * 32, corners, 2, {}), rooms=tuple(rooms), doors=(door,))
+    image, look = draw_plan(plan, 50), style_named("architect")
+    wall, grass, paper = (rgb(colour) for colour in (look.wall, look.room("Balcony"), look.paper))
+    expected = {(1.0, 4.18): wall, (1.0, 4.4): grass, (1.0, 6.12): paper, (4.2, 2.0): wall, (4.2, 5.0): paper}
+    assert {point: at(image, plan, point, 50) for point in expected} == expected
+
+
 def test_an_unknown_style_is_refused(two_rooms):
     with pytest.raises(ConfigError, match="style: expected one of architect, technical, semantic, found 'pretty'"):
         draw_plan(two_rooms, style="pretty")
