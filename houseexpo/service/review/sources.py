@@ -187,10 +187,21 @@ class SourceView:
         """What was computed of edges of rooms, by their points: an answer changes few rooms."""
         return LruCache(_KEPT_EDGES)
 
+    @cached_property
+    def _drawn(self) -> list[tuple[float, float, float, float]]:
+        """The bounds (x1, y1, x2, y2) of the drawing's lines in the level's frame, metres; none if it has no lines."""
+        points = [point for stroke in self.level.strokes for point in stroke.points]
+        if not points:
+            return []
+        (x1, y1), (x2, y2) = np.min(points, axis=0).tolist(), np.max(points, axis=0).tolist()
+        return [(x1, y1, x2, y2)]
+
     def bounds_around(self, plan: FloorPlan | None) -> tuple[float, float, float, float]:
-        """Return the bounds (x1, y1, x2, y2) of the pictures in the coordinates of a plan of the level, metres."""
+        """Return the bounds (x1, y1, x2, y2) of what is shown, in the coordinates of a plan of the level, metres."""
         origin = self.origin if plan is None else self.origin_of(plan)
-        boxes = np.array([picture.bounds for picture in self.level.pictures] or [(0.0, 0.0, 10.0, 10.0)])
+        boxes = np.array(
+            [*(picture.bounds for picture in self.level.pictures), *self._drawn] or [(0.0, 0.0, 10.0, 10.0)]
+        )
         (x1, y1), (x2, y2) = boxes[:, :2].min(axis=0) - origin, boxes[:, 2:].max(axis=0) - origin
         return float(x1), float(y1), float(x2), float(y2)
 

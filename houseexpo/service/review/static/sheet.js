@@ -15,6 +15,7 @@ const STROKES = "strokes"; // the layer of a drawing's own lines
 const SHORTEST_M = 0.3; // of what may be a wall
 const PLACES = "places"; // the layer of what may close and what the plan has no passage at
 export const SOLID = "solid"; // the source in three dimensions, beside the plan
+const AROUND = 0.5; // of a plan's longer side: what was not found of it yet lies within
 const SAME_M = 0.01; // frames are rounded
 const ASIDE_M = 0.15; // beside a line lies the room, where the line itself was taken for a wall
 const LEAST_DOOR_M = 0.7, MOST_DOOR_M = 1.2; // of a door that a stroke across a wall stands for
@@ -170,13 +171,18 @@ export class Sheet {
     if (isOwn) this.drawing.look(home);
     const { view } = this.drawing, [first] = asked, points = asked.flatMap(({ at, answers }) => [at, ...(answers[0]?.points ?? [])]);
     const [x1, y1, x2, y2] = [0, 1].map((k) => Math.min(...points.map((each) => each[k]))).concat([0, 1].map((k) => Math.max(...points.map((each) => each[k]))));
-    const isIn = x1 > view[0] && x2 < view[0] + view[2] && -y2 > view[1] && -y1 < view[1] + view[3];
+    const holds = ([left, top, w, h]) => x1 > left && x2 < left + w && -y2 > top && -y1 < top + h, isIn = holds(view);
     const long = Math.max(first.size ?? 0, Math.sqrt(first.area ?? 0), x2 - x1, y2 - y1);
-    if (asked.length > 1 || OF_WHOLE.test(first.key)) { if (!isIn || OF_WHOLE.test(first.key)) this.drawing.look(home); return; }
+    if (OF_WHOLE.test(first.key)) { this.drawing.look(home); return; }
+    if (asked.length > 1) {
+      const room = LEAST_VIEW_M / 2;
+      if (!isIn) this.drawing.look(holds(home) ? home : [x1 - room, -y2 - room, x2 - x1 + 2 * room, y2 - y1 + 2 * room]);
+      return;
+    }
     if (isIn && long >= SEEN_PX * this.#metres) return;
     const wide = Math.min(Math.max(WIDER_THAN * long, LEAST_VIEW_M), Math.max(home[2], home[3])), by = wide / Math.max(home[2], home[3]);
     const [w, h] = by < 1 ? [wide, wide * Math.min(1, home[3] / home[2])] : [home[2], home[3]];
-    this.looked = by < 1 ? [(x1 + x2 - w) / 2, (-y1 - y2 - h) / 2, w, h] : home;
+    this.looked = by < 1 || !holds(home) ? [(x1 + x2 - w) / 2, (-y1 - y2 - h) / 2, w, h] : home;
     this.drawing.look(this.looked);
   }
 
@@ -409,10 +415,12 @@ export class Sheet {
     return [[x - dy * half, y + dx * half], [x + dy * half, y - dx * half]].map((at) => at.map((value) => Math.round(value * 1000) / 1000));
   }
 
-  // A line first, then all others of its layer, the nearest to the point first.
+  // A line first, then all others of its layer, the nearest to the point first; those of other plans of the sheet are not meant.
   #askOf({ kind, ends }, point) {
     const shortest = this.plan.shape.rooms.length ? SHORTEST_M : Math.min(SHORTEST_M, apart(...ends) / 20); // without a plan the size may be wrong
-    const like = this.strokes.filter((each) => each.kind === kind && each.ends[0] !== ends[0] && apart(...each.ends) >= shortest);
+    const { rooms, bounds: [x1, y1, x2, y2] } = this.plan.shape, around = rooms.length ? AROUND * Math.max(x2 - x1, y2 - y1) : Infinity;
+    const isNear = ([x, y]) => x > x1 - around && x < x2 + around && y > y1 - around && y < y2 + around;
+    const like = this.strokes.filter((each) => each.kind === kind && each.ends[0] !== ends[0] && apart(...each.ends) >= shortest && each.ends.every(isNear));
     const near = like.map((each) => [farFrom(each.ends, point), each.ends]).sort((one, other) => one[0] - other[0]);
     this.hooks.stroke([ends, ...near.map(([, other]) => other)], kind);
   }

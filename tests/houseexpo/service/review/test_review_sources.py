@@ -22,7 +22,7 @@ from houseexpo import build, open_dataset
 from houseexpo.corrections import Correction, Override
 from houseexpo.corrections.apply import correct_plan
 from houseexpo.corrections.preview import preview
-from houseexpo.dataset.source_records import LevelSource, Picture, Place, PlanSource, SourceRecord
+from houseexpo.dataset.source_records import LevelSource, Picture, Place, PlanSource, SourceRecord, Stroke
 from houseexpo.errors import ConfigError
 from houseexpo.floorplan import FloorPlan
 from houseexpo.grids.frame import source_points_from_plan
@@ -603,6 +603,13 @@ def arena(*spans: tuple[float, float], shows: tuple[Place, ...] = (), sides: int
     picture = Picture("map", "The map", plan.bbox, b"")
     level = LevelSource("house", FRAME, (picture,), places=shows, plans=(found,))
     return plan, SourceView(SourceRecord("house", levels=(level,)), level, found)
+
+
+def test_a_line_of_the_file_that_is_shown_lies_within_the_bounds() -> None:
+    plan, view = arena((2.0, 3.0))
+    level = msgspec.structs.replace(view.level, strokes=(Stroke("WALL", ((30.0, 0.0), (30.0, 4.0))),))
+    _, _, x2, _ = SourceView(view.record, level, view.found).bounds_around(plan)
+    assert x2 == 30.0
 
 
 def plan_of(one: Room, other: Room, plan: FloorPlan) -> FloorPlan:
