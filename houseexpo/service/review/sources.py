@@ -168,19 +168,25 @@ class SourceView:
 
         ``shift`` leads from the source's plan to the plan of the line and the room, metres.
         """
+        return self._shares_before(line, room, shift)[0] > 1 / 2
+
+    def _shares_before(self, line: LineString, room: Polygon, shift: Sequence[float]) -> tuple[float, float]:
+        """Return the shares of a line before which a room lies openly, and behind a wall of the source."""
         (ax, ay), (bx, by) = line.coords
         count = max(int(line.length / OF_EDGE_M), 1) * 3
         starts = np.array([(ax, ay)]) + (np.arange(count)[:, None] + 0.5) / count * (bx - ax, by - ay)
         way = np.array([ay - by, bx - ax]) / line.length
-        free = np.zeros(count, np.bool_)
+        free, shut = np.zeros(count, np.bool_), np.zeros(count, np.bool_)
         for side in (way, -way):
             rays = shapely.linestrings(np.stack([starts, starts + side * WIDEST_WALL_M], axis=1))
             far = shapely.distance(shapely.points(starts), shapely.intersection(rays, room))
             meets = np.isfinite(far)
             ends = starts + far[:, None] * side
             between = shapely.linestrings((np.stack([starts, ends], axis=1) - np.array(shift))[meets])
-            free[meets] |= shapely.length(shapely.intersection(between, self.all_walls)) < GRID_M
-        return bool(free.mean() > 1 / 2)
+            is_clear = shapely.length(shapely.intersection(between, self.all_walls)) < GRID_M
+            free[meets] |= is_clear
+            shut[meets] |= ~is_clear
+        return float(free.mean()), float((shut & ~free).mean())
 
     @cached_property
     def computed(self) -> LruCache[Any]:
@@ -217,7 +223,7 @@ class SourceView:
 
         def is_before_wall(line: LineString) -> bool:
             near = shapely.dwithin(rooms, line.centroid, WIDEST_WALL_M)
-            return bool(near.any()) and not any(self.is_open(line, rooms[k]) for k in np.flatnonzero(near))
+            return any(self._shares_before(line, rooms[k], (0.0, 0.0))[1] > 1 / 2 for k in np.flatnonzero(near))
 
         return [
             (kind, ends)

@@ -9,6 +9,7 @@ const SNAP_PX = 11, TOUCH_PX = 22; // a finger hides what it points at
 const SNAP_M = 0.25; // in a view of all of a large plan 11 px are more; a line so near to a wall lies in it (`corrections.openings`)
 const CLICK_PX = 4; // a pointer that moves less is clicked
 const SQUARE = 0.97; // cosine: an edge that meets the dragged one nearly at a right angle goes on with it
+const ALONG = 0.97; // cosine: a passage so nearly parallel to a place lies in the same wall (`corrections.openings`)
 const ARROWS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
 const LAYERS = ["source", "strokes", "gone", "changed", "places", "marks", "sketch"];
 const STROKES = "strokes"; // the layer of a drawing's own lines
@@ -222,8 +223,10 @@ export class Sheet {
   get #freePlaces() {
     if (!this.source || !this.on.has(PLACES)) return [];
     const middle = (points) => [0, 1].map((k) => points.reduce((sum, each) => sum + each[k], 0) / points.length);
-    const there = this.plan.shape.doors.map(({ rings, width }) => [middle(rings[0]), width]);
-    return this.source.places.filter(({ ends }) => there.every(([at, width]) => apart(at, middle(ends)) > Math.max(0.45, width / 2)));
+    const way = ([[ax, ay], [bx, by]]) => [(bx - ax) / (apart([ax, ay], [bx, by]) || 1), (by - ay) / (apart([ax, ay], [bx, by]) || 1)];
+    const runsAlong = (one, other) => Math.abs(way(one)[0] * way(other)[0] + way(one)[1] * way(other)[1]) > ALONG;
+    const reach = ({ width, segment }, ends) => (runsAlong(segment, ends) ? Math.max(0.45, width / 2) : width / 2); // one round a corner is another
+    return this.source.places.filter(({ ends }) => this.plan.shape.doors.every((door) => apart(middle(door.rings[0]), middle(ends)) > reach(door, ends)));
   }
 
   // What a place says when it is taken: a door between two rooms, an entrance of one, an opening within one.
