@@ -242,7 +242,7 @@ def _state_of(path: Path) -> tuple[int, int]:
 class _Whole:
     """What a file holds, whatever is made of it: triangles or points, a drawing's lines by storeys, a robot's map.
 
-    ``floors`` are the other floors of a mesh of which levels were made, and its picture from the side; ``parts`` are
+    ``floors`` are the other floors of a file of which levels were made, and its picture from the side; ``parts`` are
     the bounds (2, 3) of all that has a name, in the file's axes and unit.
     """
 
@@ -290,7 +290,7 @@ def _contents(item: Input, levels: Sequence[Level]) -> tuple[_Whole, list[str]]:
             points = np.concatenate([block[:, :3] for block in read_blocks(path)]).astype(np.float64)
             return _Whole(Mesh(points, np.zeros((0, 3), np.int64))), []
         if item.reader == "ifc":
-            return _ifc_contents(path, is_read=is_read)
+            return _ifc_contents(path, levels)
         if item.reader == "vector_plans":
             lines, parts = drawing_lines(item)
             dropped = json.loads(options.get("drop_nodes", "[]"))
@@ -339,7 +339,12 @@ def _floors(mesh: Mesh, levels: Sequence[Level]) -> tuple[tuple[float, ...], byt
         vertices = np.column_stack([vertices[:, 0], -vertices[:, 2], vertices[:, 1]])
     upright, taken = Mesh(vertices, mesh.faces), [level.frame.floor for level in levels]
     others = other_floors(upright, taken)[:_MOST_FLOORS]
-    points = sample_mesh_points(upright, _SIDE_SAMPLES)
+    return tuple(others), _side_view(upright, taken, others)
+
+
+def _side_view(mesh: Mesh, taken: Sequence[float], others: Sequence[float] = ()) -> bytes:
+    """Return a picture (PNG) of a mesh (metres, z up) from the side, with the floors at these heights."""
+    points = sample_mesh_points(mesh, _SIDE_SAMPLES)
     wide = int(np.ptp(points[:, 1]) > np.ptp(points[:, 0]))
     low, high = np.quantile(points[:, [wide, 2]], [0.001, 0.999], axis=0)
     sheet = _Sheet((float(low[0]), float(low[1]) - AROUND_M, float(high[0]), float(high[1]) + AROUND_M), _SIDE_PX)
@@ -354,7 +359,7 @@ def _floors(mesh: Mesh, levels: Sequence[Level]) -> tuple[tuple[float, ...], byt
             y = float(sheet.pixels(np.array([low[0], height]))[1])
             pen.line([(0, y), (image.width, y)], fill=colour, width=2)
             pen.text((4, y - 12), f"{height:.2f} m", fill=colour)
-    return tuple(others), encode_png(np.asarray(image))
+    return encode_png(np.asarray(image))
 
 
 def _other_units(reader: str, unit_m: float | None, levels: Sequence[LevelSource]) -> tuple[tuple[float, ...], bool]:
@@ -370,19 +375,22 @@ def _other_units(reader: str, unit_m: float | None, levels: Sequence[LevelSource
     return tuple(others), is_odd
 
 
-def _ifc_contents(path: Path, *, is_read: bool) -> tuple[_Whole, list[str]]:
+def _ifc_contents(path: Path, levels: Sequence[Level]) -> tuple[_Whole, list[str]]:
     from pipeline.sources.ifc.elements import element_names
     from pipeline.sources.ifc.model import load_building
     from pipeline.sources.ifc.step_file import open_model
 
     names = element_names(open_model(path)[0])
     building = load_building(path)
-    if is_read:
+    if levels:
         bodies = [*building.walls, *building.loose, *building.beams, *building.slabs, *building.roofs, *building.spaces]
         bodies += [*building.outdoors, *building.leaves, *building.furniture, *building.stairs]
         boxes = (np.array([each.mesh.vertices.min(axis=0), each.mesh.vertices.max(axis=0)]) for each in bodies)
         of_bodies = (({*each.words, each.kind}, box / building.unit_m) for each, box in zip(bodies, boxes, strict=True))
-        return _Whole(parts=_boxes(of_bodies)), names
+        whole = merge_meshes([each.mesh for each in (*building.walls, *building.slabs, *building.stairs)])
+        metres = Mesh(whole.vertices / building.unit_m * (levels[0].unit_m or building.unit_m), whole.faces)
+        side = b"" if whole.is_empty else _side_view(metres, [level.frame.floor for level in levels])
+        return _Whole(floors=((), side), parts=_boxes(of_bodies)), names
     parts = [*building.walls, *building.loose, *building.spaces, *building.slabs, *building.beams]
     return _Whole(merge_meshes([part.mesh for part in parts]) if parts else None), names
 

@@ -206,7 +206,9 @@ def test_the_parts_of_a_mesh_have_bounds_in_each_storey_where_they_stand(tmp_pat
 @pytest.mark.slow
 def test_the_parts_of_an_ifc_file_have_bounds_by_their_names_and_classes() -> None:
     file = FOLDER / "house.ifc"
-    (level,) = SourceReader(config_of(file), id_of(file)).record({}).levels
+    record = SourceReader(config_of(file), id_of(file)).record({})
+    (level,) = record.levels
+    assert Image.open(io.BytesIO(record.side)).size[0] > 100  # a picture from the side
     plan, parts = decode(bytes(level.plans[0].plan)), dict(level.parts)
     (kitchen,) = (room for room in plan.rooms if room.label == "Kitchen")
     corners = source_points_from_plan(plan.frame, np.reshape(kitchen.polygon.bounds, (2, 2)))
