@@ -169,9 +169,12 @@ class InformationGain(Explorer):
     It maximises A exp(-0.2 L) with A the unknown area that is visible from the goal, and L the length of the path.
     """
 
+    gains = _GAINS
+    """The number of frontiers whose gain is computed: those that ``find_frontiers`` ranks first."""
+
     def choose(self, known: Grid, frontiers: Rows, info: Knowledge) -> int:  # noqa: ARG002  # others use it
         """Return the first frontier with the greatest value."""
-        first = frontiers[:_GAINS]
+        first = frontiers[: self.gains]
         nearness = self.nearness(first["way"] / (STRAIGHT * self.metre))
         return int(np.argmax(unknown_areas(known, first, self.range_px) * nearness))
 
@@ -184,8 +187,11 @@ class Prospector(InformationGain):
     """Go where most can be seen for each metre: it maximises A / (L + 10 m), with A and L as above.
 
     With L in an exponent, an area of any size is worth nothing from afar. So a robot whose laser reaches far goes into
-    each room beside it, and leaves large parts of a floor for later.
+    each room beside it, and leaves large parts of a floor for later. All frontiers are compared: with the first 16, the
+    far ones of a large floor do not count.
     """
+
+    gains = MAX_FRONTIERS
 
     def nearness(self, ways_m: Floats) -> Floats:
         """Return the factors of the areas for paths in metres (n,)."""

@@ -107,11 +107,13 @@ def test_explorers_see_all_round_a_corner(name: str, seed: int) -> None:
     assert steps[-1]["collisions"] <= 1
 
 
-def test_a_large_area_far_off_is_worth_its_way_to_a_prospector_and_a_niche_is_not() -> None:
+def test_a_large_area_far_off_is_worth_its_way_to_a_prospector_and_twenty_niches_are_not() -> None:
     config = SimulatorConfig(pixels_per_metre=10.0, laser=LaserConfig(20.0, 360.0))
     known = np.full((100, 600), OBSTACLE, np.uint8)
-    known[40:60, 20:420] = FREE  # a corridor of 40 m, with a niche of 1 x 1 m beside the robot, and a hall at its end
-    known[30:40, 60:70] = known[1:99, 420:599] = UNKNOWN
+    known[40:60, 20:420] = FREE  # a corridor of 40 m with niches of 1 x 1 m, one beside the robot, and a hall
+    known[1:99, 420:599] = UNKNOWN
+    for col in range(60, 400, 17):
+        known[30:40, col : col + 10] = UNKNOWN
     chosen = {}
     for name in ("information", "prospector"):
         policy = load_policy(name).factory(Robot(config), 0)
