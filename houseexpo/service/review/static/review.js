@@ -35,6 +35,7 @@ let settled = 0; // when a question that took the place of another, which nobody
 let wantedKind = ""; // the kind of question that the reviewer has chosen to answer now
 let wide = false; // whether all of the kind are marked, and not only those that look alike
 let forAll = -1; // the answer that is about to be given to all questions of a kind: -1 if none is, ANY before one is chosen
+const answered = new Map(); // questions about places that were answered here, by key, with the bounds of the plan at that time
 let parting = false; // whether the last answer was that a room is several: where it parts is asked next
 let partsNowhere = false; // whether no place of it is known
 let elsewhere = false; // whether the next undo is of a decision on another plan
@@ -144,7 +145,7 @@ function show(found, again = "") {
   if (found.plan !== now?.plan || found.seen !== now.seen) at("ended").hidden = true;
   const asked = found.plan === now?.plan ? questions()[0] : undefined;
   holdQuestion(found);
-  if (found.questions?.some(({ key }) => key === again)) held = again;
+  if (again) askAgain(found, again);
   if (found.source?.known && laid !== readingOf(found)) sheet.source = null; // it was read with something else that is said of the file
   now = found;
   showProgress(found.progress);
@@ -192,6 +193,15 @@ function show(found, again = "") {
   }));
   at("effects").replaceChildren(...found.effects.map(effect));
   for (const id of ["effects", "effects_head"]) at(id).hidden = found.effects.length === 0;
+}
+
+// An undone answer's question comes again, also one that was asked before the source was known and would not be asked now.
+function askAgain(found, key) {
+  const { question, bounds } = answered.get(key) ?? {};
+  const isThere = found.questions?.some((each) => each.key === key);
+  if (!isThere && (!question || bounds !== JSON.stringify(found.shape?.bounds))) return;
+  if (!isThere) found.questions.unshift(question);
+  held = key;
 }
 
 // Has the source of the plan read, once for what is said of the file, and shows it under the plan.
@@ -518,6 +528,7 @@ function answer(which) {
     return sayOfFile(chosen.action, chosen.text);
   }
   if (chosen.action === "leave" && strokes.length) return endForAll();
+  if (!strokes.length) answered.set(first.key, { question: first, bounds: JSON.stringify(now.shape.bounds) });
   const far = ({ at: [x, y] }) => Math.hypot(x - first.at[0], y - first.at[1]);
   const same = forAll >= 0 ? alike().filter((each) => answerOf(each, which)?.action === chosen.action) : [first];
   const all = same.sort((one, other) => far(one) - far(other)).slice(0, mostAlike());
