@@ -111,7 +111,9 @@ def _review_while_it_changes(address: str, file: Path) -> None:
         away.rename(file)
         _build(page, "Built.")
         contains(page, ".outcome h3", "changed")
-        assert all(", built: " in each for each in page.locator("#effects li").all_inner_texts())
+        built = "() => [...document.querySelectorAll('#effects li')].every((li) => li.innerText.includes(', built: '))"
+        page.wait_for_function(built, timeout=LONG_MS)  # the outcome comes before the plan is looked at again
+        assert page.locator("#effects li").count() == 2
 
 
 def _build(page: Any, words: str) -> None:
