@@ -294,7 +294,7 @@ EXAMPLES: Final = {
     "record": ("record plans/demo --policy frontier --out run.gif",),
     "replay": ("replay run.mcap --out map",),
     "ros": ("ros plans/demo --map slam",),
-    "train": ("train exploration plans/demo --out run",),
+    "train": ("train exploration plans/demo --out run", "train predictor --out predictor"),
     "observe": ("observe plans/demo --limit 1000 --out pairs",),
     "collect": ("collect plans/demo --policy frontier --out collected/frontier-v0",),
     "prepare": ("prepare plans/demo",),

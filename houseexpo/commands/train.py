@@ -13,8 +13,11 @@ from houseexpo.errors import INTERRUPTED, ConfigError
 
 def train(
     task: Annotated[
-        Literal["exploration", "chooser", "avoidance", "navigation"],
-        typer.Argument(help="What to learn; chooser: choosing frontiers.", show_default=False),
+        Literal["exploration", "chooser", "predictor", "avoidance", "navigation"],
+        typer.Argument(
+            help="What to learn; chooser: choosing frontiers; predictor: what a map does not show yet.",
+            show_default=False,
+        ),
     ],
     out: Annotated[Path, typer.Option(help="Folder of the run.", show_default=False)],
     dataset: Annotated[
@@ -22,7 +25,9 @@ def train(
     ] = None,
     config: Annotated[
         Path | None,
-        typer.Option(help="TOML file of a TrainConfig or a ChooserConfig.", show_default="PPO's usual"),
+        typer.Option(
+            help="TOML file of a TrainConfig, a ChoosingConfig or a PredictorConfig.", show_default="PPO's usual"
+        ),
     ] = None,
     resume: Annotated[
         bool, typer.Option("--resume", help="Continue from the folder's last complete checkpoint.")
@@ -50,12 +55,17 @@ def train(
 
     A killed run continues with --resume, with the same result as without the interruption. The folder contains
     policy.pt and policy.json, the curves learning.csv and evaluation.csv, and logs for TensorBoard. A chooser is
-    trained by a search over whole explorations, without PyTorch; its folder contains weights.json.
+    trained by a search over whole explorations, without PyTorch; its folder contains weights.json. A predictor learns
+    from maps of explored plans and of made office floors; its folder contains predictor.npz.
     """
     from houseexpo.commands.printing import current_command_line
 
-    if task == "chooser" and onnx:
-        raise ConfigError("train chooser: what it writes is used without PyTorch anyway; leave out --onnx")
+    if task == "predictor" and (motion is not None or threads not in {None, 1}):
+        raise ConfigError(
+            "train predictor: it has no robot to move and uses one thread; leave out --motion and --threads"
+        )
+    if task in {"chooser", "predictor"} and onnx:
+        raise ConfigError(f"train {task}: what it writes is used without PyTorch anyway; leave out --onnx")
     if task == "chooser" and steps is not None:
         raise ConfigError("train chooser: --steps is not for it; its file says how many generations and plans")
     if task == "chooser" and motion not in {None, "discrete"}:
@@ -63,6 +73,8 @@ def train(
     try:
         if task == "chooser":
             _chooser(out, config, dataset, seed, resume=resume, threads=threads)
+        elif task == "predictor":
+            _predictor(out, config, dataset, seed, steps, resume=resume)
         else:
             _policy(task, out, config, dataset, seed, steps, threads, motion, resume=resume, onnx=onnx)
     except KeyboardInterrupt:  # the same command would be refused, since the folder now holds a run
@@ -146,4 +158,26 @@ def _chooser(
     opened, say = open_data_set(dataset), partial(make_console().print, highlight=False, soft_wrap=True)
     threads = threads or count_cores()
     train_chooser(opened, opened.split("train").ids, given, out, resume=resume, threads=threads, say=say)
+    say(f"{out / WEIGHTS}")
+
+
+def _predictor(
+    out: Path, config: Path | None, dataset: Path | None, seed: int | None, steps: int | None, *, resume: bool
+) -> None:
+    """Train a predictor of maps."""
+    from dataclasses import replace
+    from functools import partial
+
+    from houseexpo.commands.arguments import open_data_set
+    from houseexpo.commands.printing import make_console
+    from houseexpo.configuration import read_config
+    from houseexpo.inference.map_prediction import WEIGHTS
+    from houseexpo.outputs import check_not_in_inputs
+    from houseexpo.pseudoslam.predictor.training import PredictorConfig, train_predictor
+
+    given = read_config(PredictorConfig, config) if config else PredictorConfig()
+    given = replace(given, **{key: value for key, value in (("seed", seed), ("steps", steps)) if value is not None})
+    check_not_in_inputs(out, [dataset])
+    opened, say = open_data_set(dataset), partial(make_console().print, highlight=False, soft_wrap=True)
+    train_predictor(opened, opened.split("train").ids, given, out, resume=resume, say=say)
     say(f"{out / WEIGHTS}")

@@ -1,7 +1,7 @@
 """Predict the parts of a robot's map that it has not seen: the probability of walls and of free space in each cell.
 
 A small network looks at each unknown cell alone, through numbers that say which straight walls its row and its column
-hold, how far away they are, and what is free around it. ``research/predictor_training.py`` trains it. It runs on NumPy.
+hold, how far away they are, and what is free around it. ``houseexpo train predictor`` trains it. It runs on NumPy.
 
 R1  A straight wall is a run of ``_STRAIGHT`` or more wall cells in a row or column, one fewer at the map's border. For
     a row and for a column, the numbers are, to each side, the nearer side first: the distance to the next straight wall
@@ -434,7 +434,7 @@ def read_network(file: Path) -> tuple[Network, dict[str, Any]]:
         card = msgspec.json.decode(arrays.pop("card").tobytes(), type=_Card)
     except (OSError, KeyError, ValueError, EOFError, zipfile.BadZipFile, zlib.error, msgspec.MsgspecError) as error:
         raise ConfigError(
-            f"{file}: expected weights of a predictor, as `research.predictor_training` writes them: {error}"
+            f"{file}: expected weights of a predictor, made by `houseexpo train predictor`: {error}"
         ) from None
     if card.format != FORMAT:
         raise ConfigError(f"{file}: expected weights of the layout {FORMAT!r}, found {card.format!r}; train them again")

@@ -120,8 +120,9 @@ def test_make_experiments_names_commands_that_there_are(tmp_path: Path) -> None:
 def test_what_needs_no_onnx_says_so_and_without_the_extra_nothing_is_trained(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    with pytest.raises(ConfigError, match=r"train chooser: .* without PyTorch anyway; leave out --onnx"):
-        said("chooser", "--onnx", "--out", tmp_path / "run")
+    for task in ("chooser", "predictor"):
+        with pytest.raises(ConfigError, match=f"train {task}: .* without PyTorch anyway; leave out --onnx"):
+            said(task, "--onnx", "--out", tmp_path / "run")
     monkeypatch.setattr(needs, "find_spec", lambda name: None if name == "onnxruntime" else object())
     with pytest.raises(MissingDependencyError, match=r"houseexpo train --onnx needs ONNX Runtime, .*\[onnx\]"):
         said("avoidance", "--onnx", "--out", tmp_path / "run")

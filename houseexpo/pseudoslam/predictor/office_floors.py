@@ -126,7 +126,7 @@ def _draw_spaces(rng: np.random.Generator) -> Labels:
     return labels
 
 
-def _draw_row(
+def _draw_row(  # noqa: PLR0917
     drawn: Labels, along: tuple[int, int], band: tuple[int, int], module: int, label: int, rng: np.random.Generator
 ) -> int:
     """Draw a row of rooms from the edge of a corridor, where a band begins (R2); return the next label."""

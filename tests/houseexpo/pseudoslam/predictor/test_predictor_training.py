@@ -1,31 +1,35 @@
-"""Training the predictor of maps: its maps and cells, the network that is written, and the one that is shipped."""
+"""Training a predictor of maps: its maps and windows, the network that is written, a run, and one that goes on."""
 
 from __future__ import annotations
 
 import itertools
+import json
+import shutil
 from pathlib import Path
 
 import cv2
 import numpy as np
 import pytest
+import typer
+from typer.testing import CliRunner
 
+from houseexpo.commands.train import train
 from houseexpo.dataset import open_dataset
+from houseexpo.errors import ConfigError, TrainingError
 from houseexpo.inference.map_prediction import NUMBERS, Network, read_network
 from houseexpo.pseudoslam.benchmark.prediction import find_predictor, score_prediction
-from houseexpo.pseudoslam.worlds.maps import map_house
-from research import predictor_training
-from research.predictor_training import (
+from houseexpo.pseudoslam.predictor import training
+from houseexpo.pseudoslam.predictor.training import (
     CELLS,
     SNAPSHOTS,
     Explored,
     Learner,
-    PredictorConfig,
     Samples,
     draw_cells,
     draw_walls,
     explore_house,
-    train_predictor,
 )
+from houseexpo.pseudoslam.worlds.maps import map_house
 from tests.houseexpo.pseudoslam.learning.test_chooser_training import two_rooms, write_rooms
 
 pytestmark = pytest.mark.slow
@@ -137,16 +141,61 @@ def test_cells_are_unknown_ones_and_stand_for_all_of_them() -> None:
     assert share == pytest.approx(one.unpack(one.walls)[unknown].mean(), rel=1e-4)
 
 
-def test_a_training_writes_a_network_and_what_made_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(predictor_training, "BATCH", 64)
-    plans, config = open_dataset(write_rooms(tmp_path)), PredictorConfig(houses=2, thick=1, floors=2, steps=6)
-    said, files = list[str](), (tmp_path / "one.npz", tmp_path / "again.npz")
-    for file in files:
-        train_predictor(plans, config, file, said.append)
+def test_a_run_goes_on_with_the_same_bits_and_learns(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(training, "SAVED_STEPS", 2)
+    monkeypatch.setattr(training, "BATCH", 64)
+    plans = open_dataset(write_rooms(tmp_path))
+    ids = plans.split("train").ids
+    config = training.PredictorConfig(houses=2, thick=1, floors=2, steps=6)
+    whole, parts, said = tmp_path / "whole", tmp_path / "parts", list[str]()
+    about = training.train_predictor(plans, ids, config, whole, resume=False, say=said.append)
     assert said[-1].startswith("6 of 6 steps: loss of walls ")
-    assert files[0].read_bytes() == files[1].read_bytes()
-    network, about = read_network(files[0])
-    assert (about["steps"], about["houses"], about["seed"], network.layers) == (6, 2, 0, 3)
+    network, found = read_network(whole / "predictor.npz")
+    assert found == json.loads(json.dumps(about))
+    assert (found["steps"], found["houses"], found["seed"]) == (6, 2, 0)
+    assert network.layers == 3
+
+    class KilledError(Exception):
+        """Stands for the end of the process."""
+
+    def kill(line: str) -> None:
+        if line.startswith("4 of 6"):
+            raise KilledError
+
+    with pytest.raises(KilledError):
+        training.train_predictor(plans, ids, config, parts, resume=False, say=kill)
+    with pytest.raises(TrainingError, match="holds a run; continue it with --resume"):
+        training.train_predictor(plans, ids, config, parts, resume=False, say=kill)
+    training.train_predictor(plans, ids, config, parts, resume=True, say=lambda _: None)
+    assert (parts / "predictor.npz").read_bytes() == (whole / "predictor.npz").read_bytes()
+
+    other = training.PredictorConfig(houses=2, thick=1, floors=2, steps=7)
+    with pytest.raises(TrainingError, match="belongs to another run"):
+        training.train_predictor(plans, ids, other, parts, resume=True, say=lambda _: None)
+    for name in ("state.npz", "houses-000000.msgpack"):
+        broken = tmp_path / f"broken-{name}"
+        shutil.copytree(parts, broken)
+        (broken / name).write_bytes(b"damaged")
+        with pytest.raises(TrainingError, match="damaged"):
+            training.train_predictor(plans, ids, config, broken, resume=True, say=lambda _: None)
+    with pytest.raises(ConfigError, match="expected 9 plans for training, found 3"):
+        training.train_predictor(
+            plans, ids, training.PredictorConfig(houses=9, thick=1), tmp_path / "few", resume=False, say=said.append
+        )
+
+
+def test_the_command_trains_a_predictor_and_refuses_what_is_not_for_it(tmp_path: Path) -> None:
+    app = typer.Typer()
+    app.command()(train)
+    plans, config, out = write_rooms(tmp_path), tmp_path / "tiny.toml", tmp_path / "run"
+    config.write_text("houses = 1\nthick = 1\nfloors = 1\n")
+    done = CliRunner().invoke(
+        app, ["predictor", str(plans), "--config", str(config), "--steps", "1", "--out", str(out)]
+    )
+    assert done.exit_code == 0, done.output
+    assert read_network(out / "predictor.npz")[1]["steps"] == 1
+    refused = CliRunner().invoke(app, ["predictor", str(plans), "--motion", "discrete", "--out", str(tmp_path / "b")])
+    assert "leave out --motion and --threads" in str(refused.exception)
 
 
 def test_the_network_that_comes_with_the_project_beats_closed_gaps_in_houses() -> None:

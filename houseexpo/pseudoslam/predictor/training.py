@@ -1,9 +1,5 @@
 """Train the network of ``houseexpo.predict_map`` on maps of explored houses and of made office floors.
 
-    python -m research.predictor_training DATASET OUT.npz [SEED]
-
-DATASET has a train list, as the published plans have.
-
 R1  Plans of the train list, plans that are enlarged and get thick walls, and floors of ``office_floors`` are explored
     by nearest frontier and by information gain, on cells of 0.1 m, with a laser of 20 m and 2,500 beams all round. Of
     each exploration, ``SNAPSHOTS`` maps are kept. A robot sees the surfaces of walls. What is behind them differs in
@@ -15,27 +11,33 @@ R2  Of the unknown cells of each map, some are drawn: walls and others by themse
 R3  The loss is the log score of walls and of free space. Each cell weighs what it stands for, so that the answers are
     probabilities of all unknown cells; those of a map are divided by its number of unknown wall cells. The result is a
     moving average of the weights.
-R4  Random numbers depend on the seed and on the number of the house, floor or step.
+R4  Random numbers depend on the seed and on the number of the house, floor or step. Maps are stored in files of
+    ``SHARD`` explorations, and the state of the training after each ``SAVED_STEPS`` steps, so that a killed run goes on
+    with the same bits.
 """
 
 from __future__ import annotations
 
 import hashlib
+import io
 import itertools
 import math
-import sys
+import zipfile
+import zlib
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 import cv2
+import msgspec
 import numpy as np
 import numpy.typing as npt
 
-from houseexpo.dataset import Dataset, open_dataset
+from houseexpo.dataset import Dataset
 from houseexpo.dataset.splits import encode_id_list
-from houseexpo.errors import ConfigError, PlanError
+from houseexpo.errors import ConfigError, PlanError, TrainingError
+from houseexpo.files import write_atomically
 from houseexpo.floorplan import FloorPlan
 from houseexpo.inference.map_prediction import (
     CELL_M,
@@ -43,6 +45,7 @@ from houseexpo.inference.map_prediction import (
     NUMBERS,
     OBSTACLE,
     UNKNOWN,
+    WEIGHTS,
     describe_cells,
     swap_lines,
     write_network,
@@ -50,10 +53,11 @@ from houseexpo.inference.map_prediction import (
 from houseexpo.pseudoslam.agents.explorers import InformationGain, NearestFrontier
 from houseexpo.pseudoslam.agents.protocol import Robot, make_knowledge
 from houseexpo.pseudoslam.config import LaserConfig, RobotConfig, SimulatorConfig
-from houseexpo.pseudoslam.learning.records import find_commit, find_versions
+from houseexpo.pseudoslam.config.checks import check_whole_number
+from houseexpo.pseudoslam.learning.records import begin_run, find_commit, find_versions
+from houseexpo.pseudoslam.predictor.office_floors import make_office_floor
 from houseexpo.pseudoslam.simulator import ACTIONS, Simulator
 from houseexpo.pseudoslam.worlds.maps import House, map_house
-from research.office_floors import make_office_floor
 
 Say = Callable[[str], None]
 Bytes = npt.NDArray[np.uint8]
@@ -66,8 +70,8 @@ CELLS: Final = 400
 BATCH: Final = 4096
 _SHARES_OF_KINDS: Final = (0.5, 0.25, 0.25)
 """Of plans, of enlarged ones with thick walls, and of floors."""
-SAID_STEPS: Final = 500
-"""Steps after which the loss is printed."""
+SHARD: Final = 20
+SAVED_STEPS: Final = 500
 LAYERS: Final = (96, 48)
 _SOME_WALLS: Final = 50
 """Maps with fewer unknown wall cells weigh less."""
@@ -87,6 +91,7 @@ _FACADE_SHARE: Final = 0.7
 """The share of floors whose drawings show the outer surface of outer walls."""
 _LARGER, _THICKER = (1.2, 2.2), 3.5
 """By how much plans are enlarged, and by how many cells their walls become thicker, for each time as large."""
+_STATE: Final = "state.npz"
 
 
 @dataclass(frozen=True)
@@ -109,14 +114,18 @@ class PredictorConfig:
     floors: int = 200
     steps: int = 4000
 
+    def __post_init__(self) -> None:
+        check_whole_number(self.seed, "seed", at_least=0)
+        for name in ("houses", "thick", "floors", "steps"):
+            check_whole_number(getattr(self, name), name, at_least=1)
+
 
 # ---------------------------------------------------------------------------------------------------------------------
 # Maps.
 # ---------------------------------------------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True)
-class Explored:
+class Explored(msgspec.Struct, frozen=True):
     """Maps of one exploration, as packed bits of (rows, cols): true walls, and (walls, free cells) of each map."""
 
     rows: int
@@ -190,6 +199,24 @@ def _explore_thick_plan(plan: FloorPlan, key: list[int]) -> Explored | None:
         return explore_house(map_house(cv2.dilate(enlarged.astype(np.uint8), thick) != 0, CELL_M), None, rng)
     except (ConfigError, PlanError):
         return None
+
+
+def _read_or_explore(
+    folder: Path, name: str, number: int, explore: Callable[[int], Explored | None], say: Say
+) -> list[Explored]:
+    """Return the maps of a number of houses or floors, those of finished shards from their files (R4)."""
+    found: list[Explored] = []
+    for first in range(0, number, SHARD):
+        file = folder / f"{name}-{first:06d}.msgpack"
+        if not file.exists():
+            made = [explore(i) for i in range(first, min(first + SHARD, number))]
+            write_atomically(file, msgspec.msgpack.encode([each for each in made if each is not None]))
+            say(f"{name}: {min(first + SHARD, number):,} of {number:,} explored")
+        try:
+            found += msgspec.msgpack.decode(file.read_bytes(), type=list[Explored])
+        except msgspec.MsgspecError as error:
+            raise TrainingError(f"{file}: expected maps of a run, found it damaged ({error}); delete it") from None
+    return found
 
 
 # ---------------------------------------------------------------------------------------------------------------------
@@ -308,15 +335,52 @@ class Learner:
         """Return the averages for ``map_prediction.Network``, float16."""
         return {**self.scaling, **{name: value.astype(np.float16) for name, value in self.average.items()}}
 
+    def save(self, file: Path) -> None:
+        """Write the state."""
+        packed = io.BytesIO()
+        parts = {"layers": self.layers, "average": self.average, "first": self.first, "second": self.second}
+        named: dict[str, Any] = {
+            f"{part}/{name}": value for part, values in parts.items() for name, value in values.items()
+        }
+        np.savez(packed, **named, steps=np.array(self.steps))
+        write_atomically(file, packed.getvalue(), durable=True)
 
-def train_predictor(plans: Dataset, config: PredictorConfig, file: Path, say: Say) -> None:
-    """Train a predictor on the train list of a data set, and write its weights with a description of the training."""
-    ids = plans.split("train").ids
-    about = {
-        **asdict(config),
-        "train": hashlib.sha256(encode_id_list(sorted(ids))).hexdigest(),
-        "commit": find_commit(),
-    }
+    def load(self, file: Path) -> None:
+        """Restore the state; raise TrainingError if the file is damaged."""
+        try:
+            with np.load(io.BytesIO(file.read_bytes()), allow_pickle=False) as found:
+                for part in ("layers", "average", "first", "second"):
+                    for name in self.layers:
+                        getattr(self, part)[name] = found[f"{part}/{name}"]
+                self.steps = int(found["steps"])
+        except (OSError, KeyError, ValueError, EOFError, zipfile.BadZipFile, zlib.error) as error:
+            raise TrainingError(f"{file}: expected the state of a run, found it damaged ({error}); delete it") from None
+
+
+def train_predictor(
+    plans: Dataset, ids: Sequence[str], config: PredictorConfig, folder: Path, *, resume: bool, say: Say
+) -> dict[str, Any]:
+    """Train a predictor, write ``predictor.npz``, and return its description.
+
+    Parameters
+    ----------
+    ids
+        The ids of the train list.
+
+    Raises
+    ------
+    TrainingError
+        The folder holds another run, or a run and ``resume`` is False; or a file of the run is damaged.
+    ConfigError
+        There are too few plans.
+    """
+    if len(ids) < max(config.houses, config.thick):
+        raise ConfigError(
+            f"expected {max(config.houses, config.thick)} plans for training, found {len(ids)}; ask for fewer houses"
+        )
+    run = {**asdict(config), "train": hashlib.sha256(encode_id_list(sorted(ids))).hexdigest()}
+    made_by = find_commit()
+    begin_run(folder, run, resume=resume)
     listed = sorted(ids, key=lambda name: hashlib.sha256(name.encode()).digest())
 
     def explore_plan(n: int) -> Explored | None:
@@ -325,32 +389,37 @@ def train_predictor(plans: Dataset, config: PredictorConfig, file: Path, say: Sa
         except (ConfigError, PlanError):  # a robot fits nowhere
             return None
 
-    explorers: tuple[tuple[str, int, Callable[[int], Explored | None]], ...] = (
-        ("houses", config.houses, explore_plan),
-        ("thick", config.thick, lambda n: _explore_thick_plan(plans[listed[-1 - n]], [config.seed, 5, n])),
-        ("floors", config.floors, lambda n: _explore_floor([config.seed, 1, n])),
-    )
+    def explore_thick(n: int) -> Explored | None:
+        return _explore_thick_plan(plans[listed[-1 - n]], [config.seed, 5, n])
+
+    houses = _read_or_explore(folder, "houses", config.houses, explore_plan, say)
+    thick = _read_or_explore(folder, "thick", config.thick, explore_thick, say)
+    floors = _read_or_explore(folder, "floors", config.floors, lambda n: _explore_floor([config.seed, 1, n]), say)
+    say(f"{len(houses):,} houses, {len(thick):,} with thick walls, and {len(floors):,} floors explored")
     parts = []
-    for kind, (name, number, explore) in enumerate(explorers):
-        explored = filter(None, map(explore, range(number)))
+    for kind, explored in enumerate((houses, thick, floors)):
         drawn = [
             draw_cells(one, np.random.default_rng([config.seed, 3, kind, n]), restyled=kind > 0)
             for n, one in enumerate(explored)
         ]
         parts.append(_join([each for cells in drawn for each in cells]))
-        say(f"{name}: {number:,} explored")
     some = np.concatenate([part.numbers[:: len(part.weights) // _SCALED + 1] for part in parts]).astype(np.float32)
     both = np.concatenate([some, swap_lines(some)])
     learner = Learner(both.mean(axis=0), both.std(axis=0) + _LEAST_SPREAD, np.random.default_rng([config.seed, 4]))
+    if (folder / _STATE).exists():
+        learner.load(folder / _STATE)
     losses: list[float] = []
     while learner.steps < config.steps:
         falling = 0.5 * (1 + math.cos(math.pi * learner.steps / config.steps)) + _LAST_RATE
         batch = _draw_batch(parts, np.random.default_rng([config.seed, 2, learner.steps]))
         losses.append(learner.step(batch, _RATE * falling))
-        if learner.steps % SAID_STEPS == 0 or learner.steps == config.steps:
+        if learner.steps % SAVED_STEPS == 0 or learner.steps == config.steps:
+            learner.save(folder / _STATE)
             say(f"{learner.steps:,} of {config.steps:,} steps: loss of walls {np.mean(losses):.4f}")
             losses = []
-    write_network(file, learner.arrays(), {**about, "versions": find_versions()})
+    about = {**run, "commit": made_by, "versions": find_versions()}
+    write_network(folder / WEIGHTS, learner.arrays(), about)
+    return about
 
 
 def _draw_batch(parts: Sequence[Samples], rng: np.random.Generator) -> Samples:
@@ -362,8 +431,3 @@ def _draw_batch(parts: Sequence[Samples], rng: np.random.Generator) -> Samples:
         for at, numbers in ((chosen, part.numbers[chosen]), (other, swap_lines(part.numbers[other]))):
             found.append(Samples(numbers, part.truth[at], part.weights[at]))
     return _join(found)
-
-
-if __name__ == "__main__":
-    given = PredictorConfig(*map(int, sys.argv[3:4]))
-    train_predictor(open_dataset(sys.argv[1]), given, Path(sys.argv[2]), print)

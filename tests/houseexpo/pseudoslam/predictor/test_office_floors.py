@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 import pytest
 
-from research.office_floors import make_office_floor
+from houseexpo.pseudoslam.predictor.office_floors import make_office_floor
 
 SEEDS = range(12)
 
