@@ -65,9 +65,10 @@ def run(
     prediction: Annotated[
         str | None,
         typer.Option(
-            help="Score a predicted map by its IoU: policy (its method predicted_map), free, solid, lines or network.",
+            help="Score a predicted map by its IoU: policy (its method predicted_map), free, solid, lines, network, or "
+            "network-tolerant.",
             show_default="none",
-            autocompletion=make_completion("policy", "free", "solid", "lines", "network"),
+            autocompletion=make_completion("policy", "free", "solid", "lines", "network", "network-tolerant"),
         ),
     ] = None,
     replace: ReplaceOption = False,

@@ -145,7 +145,7 @@ def predict_walls_in_gaps(known: Grid, gap_px: float) -> Grid:
     return found
 
 
-PREDICTORS: Final = ("free", "solid", "lines", "network")
+PREDICTORS: Final = ("free", "solid", "lines", "network", "network-tolerant")
 """The names of the predictors that come with the benchmark."""
 
 
@@ -164,6 +164,8 @@ def find_predictor(name: str, pixels_per_metre: float) -> Predictor:
         return lambda known: predict_walls_in_gaps(known, LONGEST_GAP_M * pixels_per_metre)
     if name == "network":
         return lambda known: predict_map(known, 1.0 / pixels_per_metre).to_map()
+    if name == "network-tolerant":
+        return lambda known: predict_map(known, 1.0 / pixels_per_metre).to_map(tolerant=True)
     return {"free": predict_free, "solid": predict_solid}[name]
 
 

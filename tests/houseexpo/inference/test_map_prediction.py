@@ -65,6 +65,10 @@ def test_walls_are_expected_to_go_on() -> None:
     marked = found.to_map()
     assert (marked[11, 50:53] == OBSTACLE).all() and (marked[52, 50:53] == OBSTACLE).all()  # noqa: PT018
     assert set(np.unique(marked)) == {FREE, OBSTACLE}
+    tolerant = found.to_map(tolerant=True)
+    assert (tolerant == OBSTACLE).sum() > (marked == OBSTACLE).sum()
+    seen = half_seen_room() != UNKNOWN
+    np.testing.assert_array_equal(tolerant[seen], half_seen_room()[seen])
 
 
 def test_the_cells_behind_surfaces_are_those_that_are_looked_up_slowly() -> None:
