@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 _GAP_M: Final = 0.6  # walls are not drawn farther outside the outline
 _LEAF_M: Final = 0.05
-_PARAPET_M: Final = 0.05
+_PARAPET_WIDTH_M: Final = 0.05
 _NECK_M: Final = 0.01  # what is cut off beside a door to a balcony, so that no sliver of it stays
 _DASH_M: Final = 0.12  # an unsure door is dashed, an unsure room is hatched with bands of this width at this distance
 _HATCH_M: Final = (0.06, 0.6)
@@ -140,7 +140,7 @@ def lay_out_plan(
     areas.append(FilledArea(plan.free_space, look.floor))
     for place, label in open_places(plan, walls, parts.wall_m) if parts.walls else ():
         areas.append(FilledArea(place, look.room(label) if parts.rooms else look.floor))
-        edge = shapely.line_merge(place.boundary.difference(walls.buffer(_PARAPET_M / 2)))
+        edge = shapely.line_merge(place.boundary.difference(walls.buffer(_PARAPET_WIDTH_M / 2)))
         lines += [ThinLine(shapely.get_coordinates(part), look.wall, 2 * hair) for part in shapely.get_parts(edge)]
     areas += [FilledArea(room.shape, look.room(room.labels[0])) for room in rooms]
     areas += _hatches(plan, look) if parts.rooms else ()
@@ -236,7 +236,7 @@ def open_places(
     import shapely
 
     outdoors = [room for room in plan.rooms if room.label in OUTDOORS]
-    beyond = _close(_inner_area(plan), wall_m, _PARAPET_M).difference(house) if outdoors else house
+    beyond = _close(_inner_area(plan), wall_m, _PARAPET_WIDTH_M).difference(house) if outdoors else house
     for place in shapely.get_parts(beyond) if outdoors else ():
         labels = [room.label for room in outdoors if place.intersects(room.polygon)]
         if labels:

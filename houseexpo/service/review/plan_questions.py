@@ -51,7 +51,7 @@ _CUT_OF_WORDS: Final = 0.2
 _WAY_OUT: Final = 0.3
 """The least doubt of an entrance: in marked plans that are not right, 23 of 65 with a confidence of 0.7 or more are
 windows, or nothing."""
-_OPEN: Final = 0.35
+_MEET_OPEN: Final = 0.35
 """Doubt of rooms that meet without a wall: most sources that name both rooms mean two rooms."""
 _NARROW: Final = {"several": 0.4, "wide": 0.3}
 """Doubt of rooms that passages join. In maps that people judged, 4 of 15 pairs with several passages were one room, and
@@ -241,7 +241,7 @@ def meeting_questions(plan: FloorPlan) -> Iterator[Question]:
         at = (round(point.x, 3), round(point.y, 3))
         says = f"{names_of((one, other)).capitalize()} meet without a wall for {edge.length:.1f} m. Are they one room?"
         answers = Answer("One room", "one_room", (point_in(one), point_in(other))), Answer("Two rooms")
-        yield Question(key_of(plan, "meet", at), at, says, answers, _OPEN, min(one.area, other.area))
+        yield Question(key_of(plan, "meet", at), at, says, answers, _MEET_OPEN, min(one.area, other.area))
 
 
 def parted_questions(plan: FloorPlan, places: Sequence[tuple[str, LineString]]) -> Iterator[Question]:

@@ -28,7 +28,7 @@ _WIDEST_GAP_M: Final = 3.0
 _LIKELIER: Final = 1.25
 """A gap to another wall's end, between two jambs, may be longer by this factor than one ahead of a wall, and that than
 one aside."""
-_OFF_M: Final = 0.02
+_BEYOND_END_M: Final = 0.02
 """What lies before a wall's end begins so far before it, metres."""
 
 
@@ -79,7 +79,7 @@ def _gaps(room: Polygon) -> Iterator[LineString]:
     seen, edge = shapely.buffer(room, JAGS_M), room.boundary
     found = []
     for middle, way in zip(middles, ways, strict=True):
-        point, start = Point(middle), middle + way * _OFF_M
+        point, start = Point(middle), middle + way * _BEYOND_END_M
         across, onward = np.array([-way[1], way[0]]) * _WIDEST_GAP_M, start + way * _WIDEST_GAP_M
         ahead = Polygon([start, onward - across / 2, onward + across / 2])
         half = Polygon([start - across, onward - across, onward + across, start + across])
