@@ -320,7 +320,7 @@ def remove_wall(draft: Draft, placed: Placed) -> Said:
     (merged,) = (room for room in draft.rooms if room.said == str(placed.correction))
     more_m, kept_m = (0.0, 0.0) if is_line else _take_walls_out(draft, line, merged)
     also += describe_narrowing(drawn, fitted) if is_line else _what_stays(kept_m)
-    return Said(f"{fitted.length + more_m:.2f} m of wall are gone: one room are now {names}", also)
+    return Said(f"{fitted.length + more_m:.2f} m of wall are gone: {names} are one room now", also)
 
 
 def _open_along(draft: Draft, line: Strip, room: DraftRoom) -> Said:
@@ -587,7 +587,7 @@ def join_rooms(draft: Draft, placed: Placed) -> Said:
     rooms = list({id(room): room for room in (_room_there(draft, place) for place in placed.points)}.values())
     if len(rooms) == 1:
         raise AlreadySoError("the points lie in one room already")
-    text = "one room are now " + _names(draft, rooms)
+    text = f"{_names(draft, rooms)} are one room now"
     return Said(text, merge_rooms(draft, rooms, str(placed.correction)))
 
 
