@@ -5,7 +5,8 @@ R2  Words are applied in the order in which they were said, as far as a review's
     shown then. Others come before, in the order of ``WORDS``, so the order of a table's keys does not matter, and the
     values of one word in their order. A person's word wins over what the build found. A word without an
     effect is tried again after the walls, after the passages and at the end, since a later word may make the room that
-    it needs. If two words contradict each other, the later one does nothing and its message names the other.
+    it needs; but a room that is drawn on what was no wall before has its walls. If two words contradict each other,
+    the later one does nothing and its message names the other.
 R3  ``door``, ``opening``: in a wall between two rooms, it joins them. In an outer wall, it leads outside. On a floor,
     it parts the room (``openings``) if walls lie at most 1 m beyond its ends. A door wider than ``WIDEST_DOOR_M``
     becomes an opening. A passage that was found in its place is removed. A space behind it that nothing led into
@@ -55,7 +56,7 @@ from houseexpo.corrections.draft import (
     Vector,
 )
 from houseexpo.corrections.joining import settle
-from houseexpo.corrections.openings import drop_lines
+from houseexpo.corrections.openings import SNAP_M, drop_lines
 from houseexpo.corrections.passages import part_together, place_passage, remove_passage
 from houseexpo.corrections.rooms import (
     add_room,
@@ -278,11 +279,21 @@ def _try_again(draft: Draft, placed: Sequence[Placed], effects: list[Effect]) ->
     while has_more:
         idle = [k for k, effect in enumerate(effects) if effect.outcome == "none"]
         for k in idle:
-            effects[k] = _apply(draft, placed[k], _WORDS[placed[k].correction.word])
+            if not _is_edge_of_later_room(draft, placed, k):
+                effects[k] = _apply(draft, placed[k], _WORDS[placed[k].correction.word])
         _close_with_walls(draft, placed, effects)
         _apply_waiting(draft, placed, effects)
         idle += _join_again(draft, placed, effects)
         has_more = any(effects[k].outcome == "done" for k in idle)
+
+
+def _is_edge_of_later_room(draft: Draft, placed: Sequence[Placed], k: int) -> bool:
+    """Return whether a line that was said to be no wall lies on the outline of a room that was drawn after that."""
+    if placed[k].correction.word != "no_wall":
+        return False
+    outlines = {str(each.correction) for each in placed[k:] if each.correction.word == "room_outline"}
+    line = LineString(placed[k].points)
+    return any(room.said in outlines and room.shape.distance(line) <= SNAP_M for room in draft.rooms)
 
 
 _PARTING: Final = frozenset({"door", "opening"})

@@ -180,6 +180,14 @@ def test_a_slit_at_the_end_of_a_wall_keeps_no_line_from_parting() -> None:
     assert areas(found.plan) == pytest.approx([11.8, 11.8], abs=0.05)
 
 
+def test_a_room_that_is_drawn_on_what_was_no_wall_before_has_its_walls() -> None:
+    plan = FloorPlan("drawing", box(0.0, 0.0, 4.0, 4.0), 1, {})
+    grid = Correction("no_wall", ((7.0, 0.0), (7.0, 4.0)))
+    room = Correction("room_outline", ((4.2, 0.0), (7.0, 0.0), (7.0, 4.0), (4.2, 4.0)))
+    assert kinds(correct_plan(plan, [grid, room]).plan) == ["cut"]
+    assert kinds(correct_plan(plan, [room, grid]).plan) == ["cut", "entrance"]
+
+
 def test_words_that_contradict_each_other_are_both_named() -> None:
     found = corrected(door=[[4.15, 2.1], [4.15, 2.9]], no_door=[4.15, 2.5])
     assert [effect.outcome for effect in found.effects] == ["done", "none"]
