@@ -211,7 +211,7 @@ def test_a_policy_predicts_itself() -> None:
 
 
 def test_tracks_without_budgets_and_unknown_names_are_refused() -> None:
-    with pytest.raises(ConfigError, match="one of policy, free, solid, lines, network; found 'fre'"):
+    with pytest.raises(ConfigError, match="one of policy, free, solid, lines, network, network-tolerant; found 'fre'"):
         EpisodeRunner(TINY, named(forward), [CORRIDOR], prediction="fre")
     with pytest.raises(
         ConfigError, match=r"--prediction policy: expected policy 'mine' to have a method predicted_map"
