@@ -17,6 +17,9 @@ from houseexpo.service.review.requests import MILLIMETRE_DIGITS
 from houseexpo.service.review.sources import SourceView
 from houseexpo.service.search import plan_title
 
+_PARTS: Final = ("space", "walls", "open", "boxes", "objects", "stairs", "rooms", "doors", "windows", "words")
+"""All that is drawn of a plan (``shape_values``)."""
+
 
 def facts_without_plan(name: str, source: SourceView | None) -> dict[str, Any]:
     """Return the state of the page for a house without a plan: an empty plan at the place of its source."""
@@ -24,12 +27,7 @@ def facts_without_plan(name: str, source: SourceView | None) -> dict[str, Any]:
     shape = {
         "id": name,
         "bounds": bounds,
-        "space": [],
-        "walls": [],
-        "boxes": [],
-        "objects": [],
-        "rooms": [],
-        "doors": [],
+        **{part: [] for part in _PARTS},
     }
     return {
         "plan": name, "title": "Rejected", "quality": None, "doubtful": False, "grounds": [], "unsure": [], "area": 0.0,
