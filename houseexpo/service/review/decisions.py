@@ -27,6 +27,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import asdict, dataclass
 from datetime import UTC, datetime
+from functools import lru_cache
 from pathlib import Path
 from threading import RLock
 from typing import Any
@@ -500,7 +501,9 @@ class DecisionStore:
         return Path(partial)
 
 
+@lru_cache(maxsize=1)
 def _tables(text: str) -> dict[str, Any]:
+    """Return the tables of a file; nobody changes them. One answer of the page asks for them up to 18 times."""
     try:
         return tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
