@@ -15,6 +15,7 @@ from typing import Any, Final
 import numpy as np
 import numpy.typing as npt
 
+from houseexpo.drawing.door_leaves import OUTDOORS
 from houseexpo.drawing.stairs import stair_lines
 from houseexpo.drawing.styles import dark_colours, style_named
 from houseexpo.floorplan import FloorPlan
@@ -34,11 +35,17 @@ _RULES: Final = {label: f'[fill="{light}"]{{fill:{_DARK[light]}}}' for label, li
 """For each label the rule that changes its fill on dark pages."""
 _BASE_RULES: Final = "".join(
     f'[{kind}="{light}"]{{{kind}:{_DARK[light]}}}'
-    for kind, light in (("fill", _STYLE.floor), ("stroke", _STYLE.wall), ("stroke", _STYLE.line))
+    for kind, light in (
+        ("fill", _STYLE.floor),
+        ("stroke", _STYLE.floor),
+        ("stroke", _STYLE.wall),
+        ("stroke", _STYLE.line),
+    )
 )
 _WALL_M: Final = 0.15
 _WALL_TENTHS: Final = (14.0, 45.0)
 """Least and largest thickness of a wall: visible, and within the margin."""
+_PARAPET_TENTHS: Final = 12
 _FINE: Final = 4.0
 """Corners this close to a straight line are invisible, tenths of a pixel."""
 _MANY: Final = 400
@@ -60,6 +67,12 @@ def draw_thumbnail(plan: FloorPlan) -> bytes:
         return f"M{start} {round(top - y1 * scale)}H{round(left + x2 * scale)}V{round(top - y2 * scale)}H{start}Z"
 
     whole = path([plan.verts, *plan.holes, *(thing.ring for thing in plan.objects)])
+    outdoors = {room.id: room for room in plan.rooms if room.label in OUTDOORS}
+    house, outward = whole, {None, *outdoors}
+    if outdoors:  # their parapets are thin
+        inside = [ring for room in plan.rooms if room.id not in outdoors for ring in (room.ring, *room.holes)]
+        ways = (door.ring for door in plan.doors if outward.isdisjoint(door.rooms))
+        house = path([*inside, *ways, *(thing.ring for thing in plan.objects if thing.room not in outdoors)])
     least, most = _WALL_TENTHS
     wall = round(2 * min(max(_WALL_M * scale, least), most))  # half of the line lies under the floor
     rules = "".join(_RULES.get(label, "") for label in {room.label: 0 for room in plan.rooms} or plan.room_category)
@@ -67,7 +80,8 @@ def draw_thumbnail(plan: FloorPlan) -> bytes:
         f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {_TENTHS} {_TENTHS}" fill-rule="evenodd">',
         f"<title>{escape(plan.id)}</title>",
         f"<style>@media (prefers-color-scheme:dark){{{_BASE_RULES}{rules}}}</style>",
-        f'<path d="{whole}" fill="{_STYLE.floor}" stroke="{_STYLE.wall}" stroke-width="{wall}" paint-order="stroke"/>',
+        *_open_places(path(room.ring for room in outdoors.values()), wall),
+        f'<path d="{house}" fill="{_STYLE.floor}" stroke="{_STYLE.wall}" stroke-width="{wall}" paint-order="stroke"/>',
         *(_rooms(plan, path) if plan.rooms else _boxes(plan, box, whole)),
     ]
     if plan.objects:
@@ -75,11 +89,17 @@ def draw_thumbnail(plan: FloorPlan) -> bytes:
         parts.append(f'<path d="{rings}" fill="{_STYLE.furniture}" stroke="{_STYLE.line}" stroke-width="5"/>')
     if stairs := path(stair_lines(plan), ""):
         parts.append(f'<path d="{stairs}" fill="none" stroke="{_STYLE.line}" stroke-width="5"/>')
-    if gaps := path(door.ring for door in plan.doors if door.kind == "entrance"):  # others are free space
+    if gaps := path(door.ring for door in plan.doors if not outward.isdisjoint(door.rooms)):  # others are floor
         parts.append(f'<path d="{gaps}" fill="{_STYLE.floor}"/>')
     if plan.windows:
         parts.append(f'<path d="{path(_panes(plan, wall / 2 / scale))}" fill="{_STYLE.floor}"/>')
     return "".join([*parts, "</svg>"]).encode()
+
+
+def _open_places(rings: str, wall: int) -> Iterable[str]:
+    """Yield balconies and terraces with a thin parapet, as far outside as a wall would be."""
+    for stroke, width in ((_STYLE.wall, wall + _PARAPET_TENTHS), (_STYLE.floor, wall)) if rings else ():
+        yield f'<path d="{rings}" fill="{_STYLE.floor}" stroke="{stroke}" stroke-width="{width}"/>'
 
 
 def _panes(plan: FloorPlan, wall_m: float) -> npt.NDArray[np.float64]:
