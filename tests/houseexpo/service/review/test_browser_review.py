@@ -51,6 +51,15 @@ def overrides(folder: Path) -> dict[str, Any]:
     return tomllib.loads((folder / "overrides.toml").read_text())
 
 
+def two_doubtful_rooms(place: Path) -> Path:
+    """A data set of one plan, both of whose rooms are asked about."""
+    folder = place / "houses"
+    folder.mkdir()
+    plan = replace(two_rooms("house"), frame=FRAME)
+    save_plan(replace(plan, rooms=tuple(replace(room, confidence=0.4) for room in plan.rooms)), folder / "house.json")
+    return folder
+
+
 def test_the_keyboard_alone_is_enough(page: Any, folder: Path) -> None:
     press = page.keyboard.press
     press("d")
@@ -349,10 +358,7 @@ def test_the_question_on_the_screen_stays_when_the_source_arrives(tmp_path: Path
 
 
 def test_a_key_for_a_question_that_is_gone_does_not_answer_the_one_that_came(tmp_path: Path) -> None:
-    folder = tmp_path / "houses"
-    folder.mkdir()
-    plan = replace(two_rooms("house"), frame=FRAME)
-    save_plan(replace(plan, rooms=tuple(replace(room, confidence=0.4) for room in plan.rooms)), folder / "house.json")
+    folder = two_doubtful_rooms(tmp_path)
     with running(service_of(folder, review=True)) as address, visited(address, "/houses/review") as page:
         shows(page, "house")
         page.wait_for_selector("#all:not([hidden])")
@@ -421,10 +427,7 @@ def _read_again(address: str) -> None:
 
 
 def test_a_click_on_a_marked_place_asks_about_it_alone(tmp_path: Path) -> None:
-    folder = tmp_path / "houses"
-    folder.mkdir()
-    plan = replace(two_rooms("house"), frame=FRAME)
-    save_plan(replace(plan, rooms=tuple(replace(room, confidence=0.4) for room in plan.rooms)), folder / "house.json")
+    folder = two_doubtful_rooms(tmp_path)
     with running(service_of(folder, review=True)) as address, visited(address, "/houses/review") as page:
         shows(page, "house")
         page.wait_for_selector("#all:not([hidden])")
@@ -443,10 +446,7 @@ def test_a_click_on_a_marked_place_asks_about_it_alone(tmp_path: Path) -> None:
 
 
 def test_an_undo_asks_again_what_was_answered(tmp_path: Path) -> None:
-    folder = tmp_path / "houses"
-    folder.mkdir()
-    plan = replace(two_rooms("house"), frame=FRAME)
-    save_plan(replace(plan, rooms=tuple(replace(room, confidence=0.4) for room in plan.rooms)), folder / "house.json")
+    folder = two_doubtful_rooms(tmp_path)
     is_first = "([first, same]) => (document.getElementById('question').textContent === first) === same"
     with running(service_of(folder, review=True)) as address, visited(address, "/houses/review") as page:
         shows(page, "house")
@@ -528,10 +528,7 @@ def test_shift_marks_what_is_alike_and_once_more_answers_it(tmp_path: Path) -> N
 
 
 def test_while_an_answer_is_worked_on_the_page_says_so_and_takes_no_other(tmp_path: Path) -> None:
-    folder = tmp_path / "houses"
-    folder.mkdir()
-    plan = replace(two_rooms("house"), frame=FRAME)
-    save_plan(replace(plan, rooms=tuple(replace(room, confidence=0.4) for room in plan.rooms)), folder / "house.json")
+    folder = two_doubtful_rooms(tmp_path)
     held: list[Any] = []
     with running(service_of(folder, review=True)) as address, visited(address, "/houses/review") as page:
         shows(page, "house")
@@ -781,10 +778,7 @@ def test_an_opening_that_parts_nothing_yet_shows_where_the_room_is_open(page: An
 
 
 def test_the_door_of_what_is_no_room_is_asked_about_next(tmp_path: Path) -> None:
-    folder = tmp_path / "houses"
-    folder.mkdir()
-    plan = replace(two_rooms("house"), frame=FRAME)
-    save_plan(replace(plan, rooms=tuple(replace(room, confidence=0.4) for room in plan.rooms)), folder / "house.json")
+    folder = two_doubtful_rooms(tmp_path)
     with running(service_of(folder, review=True)) as address, visited(address, "/houses/review") as page:
         shows(page, "house")
         page.keyboard.press("2")  # no room
