@@ -291,9 +291,13 @@ def _is_edge_of_later_room(draft: Draft, placed: Sequence[Placed], k: int) -> bo
     """Return whether a line that was said to be no wall lies on the outline of a room that was drawn after that."""
     if placed[k].correction.word != "no_wall":
         return False
-    outlines = {str(each.correction) for each in placed[k:] if each.correction.word == "room_outline"}
-    line = LineString(placed[k].points)
-    return any(room.said in outlines and room.shape.distance(line) <= SNAP_M for room in draft.rooms)
+    later, line = _outlines_after(placed, k), LineString(placed[k].points)
+    return any(room.said in later and room.shape.distance(line) <= SNAP_M for room in draft.rooms)
+
+
+def _outlines_after(placed: Sequence[Placed], k: int) -> set[str]:
+    """Return the outlines, as texts, that were drawn after a word."""
+    return {str(each.correction) for each in placed[k:] if each.correction.word == "room_outline"}
 
 
 _PARTING: Final = frozenset({"door", "opening"})
@@ -320,8 +324,8 @@ def _join_again(draft: Draft, placed: Sequence[Placed], effects: list[Effect]) -
     again = []
     for k, effect in enumerate(effects):
         if effect.correction.word == "one_room" and effect.outcome != "none":
-            outlines = {str(each.correction) for each in placed[k:] if each.correction.word == "room_outline"}
-            if any(room and room.said in outlines for room in map(draft.room_at, placed[k].points)):
+            later = _outlines_after(placed, k)
+            if any(room and room.said in later for room in map(draft.room_at, placed[k].points)):
                 continue
             found = _apply(draft, placed[k], join_rooms)
             if found.outcome == "done" or (found.outcome == "none" and effect.outcome == "already"):
@@ -379,8 +383,7 @@ def _apply(draft: Draft, placed: Placed, word: Callable[[Draft, Placed], Said]) 
         return Effect(correction, "none", said, waits=True)
     except NoEffectError as refused:
         draft.restore(before)
-        earlier = refused.said if isinstance(refused, ContradictionError) else ""
-        return Effect(correction, "none", str(refused), against=earlier)
+        return Effect(correction, "none", str(refused), against=refused.against)
     except GEOSException as fault:
         draft.restore(before)
         return Effect(correction, "none", f"its shapes cannot be computed ({fault}); move a point by some centimetres")

@@ -511,7 +511,12 @@ def _rounded_frame(plan: PlanData) -> Any:
 
 
 class NoEffectError(Exception):
-    """A word has no effect; the text says why."""
+    """A word has no effect; the text says why.
+
+    ``against`` is the earlier word that it contradicts, as a text, or "".
+    """
+
+    against = ""
 
 
 class PartsNothingError(NoEffectError):
@@ -527,7 +532,7 @@ class ContradictionError(NoEffectError):
 
     def __init__(self, said: str, what: str = "") -> None:
         super().__init__(f"{said}{f' {what}' if what else ''} is said too; take one of the two out")
-        self.said = said
+        self.against = said
 
 
 @dataclass(frozen=True, eq=False)

@@ -19,7 +19,7 @@ R4  ``PredictedMap.to_map`` marks those unknown cells as walls with which the ex
     walls is greatest, if cells were independent. So no threshold is tuned. A cell that is neither a wall that borders
     free space nor free, such as the inside of a solid wall, does not count.
     A measure that accepts a wall in a cell beside it forgives walls that are drawn too thick: for it, all cells are
-    walls whose share of ``walls`` + ``free`` is ``TOLERANT_SHARE`` or more.
+    walls whose share of ``walls`` + ``free`` is ``_TOLERANT_SHARE`` or more.
 R5  Drawings differ in how thick their lines are. Where ``_NEARLY_ALL`` of the lines that a map shows from both sides
     are two cells thick, not one, an unknown cell behind a surface, a wall cell that borders a free one on the other
     side, is a wall with the probability that a line has two cells, if the network gives it less.
@@ -57,9 +57,9 @@ CELL_M: Final = 0.1
 """The side of the network's cells, metres."""
 FORMAT: Final = "houseexpo predictor 1"
 WEIGHTS: Final = "predictor.npz"
-TOLERANT_SHARE: Final = 0.15
+_TOLERANT_SHARE: Final = 0.15
 """Of shares from 0.15 to 0.6, the one with which PIPE's tolerant IoU on 30 made office floors was greatest (R4)."""
-TOLERANT_WALLS: Final = 0.02
+_TOLERANT_WALLS: Final = 0.02
 """Least probability of a wall in a cell that may be neither a wall nor free (R4)."""
 _LARGEST: Final = 16 << 20
 """Largest size of a file of weights that is read, bytes; the project's has 80 kB."""
@@ -132,7 +132,7 @@ class PredictedMap:
         share = walls / np.maximum(walls + free, 1e-12)
         if tolerant:
             found = np.where(self.known == OBSTACLE, np.uint8(OBSTACLE), np.uint8(FREE))
-            is_wall = (share >= TOLERANT_SHARE) & (walls > TOLERANT_WALLS)
+            is_wall = (share >= _TOLERANT_SHARE) & (walls > _TOLERANT_WALLS)
             found[unknown] = np.where(is_wall, np.uint8(OBSTACLE), np.uint8(FREE))
             return found
         order = np.argsort(-share, kind="stable")

@@ -162,10 +162,9 @@ def find_predictor(name: str, pixels_per_metre: float) -> Predictor:
     """Return a predictor of ``PREDICTORS``."""
     if name == "lines":
         return lambda known: predict_walls_in_gaps(known, LONGEST_GAP_M * pixels_per_metre)
-    if name == "network":
-        return lambda known: predict_map(known, 1.0 / pixels_per_metre).to_map()
-    if name == "network-tolerant":
-        return lambda known: predict_map(known, 1.0 / pixels_per_metre).to_map(tolerant=True)
+    if name in {"network", "network-tolerant"}:
+        is_tolerant = name != "network"
+        return lambda known: predict_map(known, 1.0 / pixels_per_metre).to_map(tolerant=is_tolerant)
     return {"free": predict_free, "solid": predict_solid}[name]
 
 

@@ -36,7 +36,7 @@ from houseexpo.service.review.question import (
     point_in,
 )
 from houseexpo.service.review.sources import OF_EDGE_M, SourceView
-from houseexpo.service.review.wall_ends import JAGS_M, parts_between_gaps
+from houseexpo.service.review.wall_ends import JAGS_M, parts_between_gaps, rings_with_corners
 from houseexpo.tolerances import COMMON_OPENING_M, GRID_M, MIN_DOOR_M, SMALLEST_ROOM_M2
 
 _CORNER: Final = 0.4
@@ -109,9 +109,8 @@ def corner_questions(
 
 def _line_question(plan: FloorPlan, line: LineString, doubt: float, area: float) -> Question:
     """Return the question whether a line that parts off an area, m2, parts two rooms."""
-    (ax, ay), (bx, by) = (tuple(round(v, 3) for v in end) for end in line.coords)
-    at = round((ax + bx) / 2, 3), round((ay + by) / 2, 3)
-    ends, is_wide = ((ax, ay), (bx, by)), line.length > PASSAGE_M[1]
+    ends, is_wide = _ends_of(line), line.length > PASSAGE_M[1]
+    at = _middle_of(ends)
     says = (
         f"A part of {area:.1f} m² is open to the rest here, for {line.length:.2f} m. Is it a room of its own?"
         if is_wide
@@ -191,9 +190,8 @@ def corner_lines(room: Polygon) -> tuple[list[LineString], list[LineString]]:
     lines = shapely.linestrings(starts[pairs[np.argsort((aside + aside.T)[tuple(pairs.T)], kind="stable")]])
     shapely.prepare(near)
     faced: list[LineString] = []
-    for line in lines[
-        shapely.covers(near, lines)
-    ].tolist():  # of those between the ends of two walls, the one along them
+    inside_room = lines[shapely.covers(near, lines)].tolist()
+    for line in inside_room:  # of those between the ends of two walls, the one along them
         if all(shapely.distance(line.centroid, other.centroid) > OF_EDGE_M for other in faced):
             faced.append(line)
     x1, y1, x2, y2 = room.bounds
@@ -216,19 +214,14 @@ def _extended_edges(room: Polygon) -> tuple[Vector, Vector, Vector]:
 
     Each corner comes twice, with both of its edges.
     """
-    starts, ways = [np.empty((0, 2))], [np.empty((0, 2))]  # the room lies to the left of its edges
-    whole = shapely.orient_polygons(shapely.simplify(room, JAGS_M))
-    for ring in (whole.exterior, *whole.interiors):
-        points = np.array(ring.coords[:-1])
-        before, after = points - np.roll(points, 1, axis=0), np.roll(points, -1, axis=0) - points
-        turn = before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0]
-        juts = (turn < 0) & ((before * after).sum(axis=1) < ALONG * np.hypot(*before.T) * np.hypot(*after.T))
-        along = np.stack([before[juts], -after[juts]], axis=1).reshape(-1, 2)
+    starts, ways = [np.empty((0, 2))], [np.empty((0, 2))]
+    for points, edges, juts in rings_with_corners(room):
+        along = np.stack([np.roll(edges, 1, axis=0)[juts], -edges[juts]], axis=1).reshape(-1, 2)
         starts.append(np.repeat(points[juts], 2, axis=0))
         ways.append(along)
-    edges = np.concatenate(ways)
-    lengths = np.hypot(*edges.T)
-    return np.concatenate(starts), edges / np.maximum(lengths, GRID_M)[:, None], lengths
+    extended = np.concatenate(ways)
+    lengths = np.hypot(*extended.T)
+    return np.concatenate(starts), extended / np.maximum(lengths, GRID_M)[:, None], lengths
 
 
 def seen_wall_questions(
@@ -256,9 +249,9 @@ def seen_wall_questions(
             if (area := parted_m2(room.polygon, longer(whole, PASSAGE_M[1]))) >= SMALLEST_ROOM_M2 * 2:
                 found.append((area, row))
     for area, row in sorted(found, key=lambda each: (-each[0], each[1][0].bounds))[:_MOST_WALLS_ASKED]:
-        pieces = [tuple(map(tuple, shapely.get_coordinates(line)[[0, -1]].round(3).tolist())) for line in row]
+        pieces = [_ends_of(line) for line in row]
         ends = pieces[0][0], pieces[-1][-1]
-        at = round((ends[0][0] + ends[1][0]) / 2, 3), round((ends[0][1] + ends[1][1]) / 2, 3)
+        at = _middle_of(ends)
         long, what = sum(line.length for line in row), "it one" if len(row) == 1 else f"it a wall of {len(row)} pieces"
         shown = (
             f"map shows an obstacle of {long:.2f} m"
@@ -325,6 +318,12 @@ def _ends_of(line: LineString) -> tuple[tuple[float, float], ...]:
     """Return the ends of a line to a millimetre."""
     (ax, ay), (bx, by) = shapely.get_coordinates(line)[[0, -1]].round(3).tolist()
     return (ax, ay), (bx, by)
+
+
+def _middle_of(ends: Sequence[tuple[float, float]]) -> tuple[float, float]:
+    """Return the middle between two ends, to a millimetre."""
+    (ax, ay), (bx, by) = ends
+    return round((ax + bx) / 2, 3), round((ay + by) / 2, 3)
 
 
 def _keys_of(plan: FloorPlan, room: Room) -> list[str]:

@@ -13,6 +13,7 @@ from functools import lru_cache
 from typing import Final, NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 import shapely
 from shapely import LineString, Point, Polygon
 
@@ -103,18 +104,28 @@ def _gaps(room: Polygon) -> Iterator[LineString]:
             yield gap
 
 
-def _wall_ends(room: Polygon) -> tuple[Vector, Vector]:
-    """Return the middles (n, 2) of the ends of walls in a room, and the unit vectors in which the walls would go on."""
-    middles, ways = [np.empty((0, 2))], [np.empty((0, 2))]
-    whole = shapely.orient_polygons(shapely.simplify(room, JAGS_M))  # the room lies to the left of its edges
+def rings_with_corners(room: Polygon) -> Iterator[tuple[Vector, Vector, npt.NDArray[np.bool_]]]:
+    """Yield for each ring of a room its points (n, 2), the edges (n, 2) that begin there, and which points jut into it.
+
+    The room lies to the left of its edges.
+    """
+    whole = shapely.orient_polygons(shapely.simplify(room, JAGS_M))
     for ring in (whole.exterior, *whole.interiors):
         points = np.array(ring.coords[:-1])
         edges = np.roll(points, -1, axis=0) - points
+        before = np.roll(edges, 1, axis=0)
+        turn = before[:, 0] * edges[:, 1] - before[:, 1] * edges[:, 0]
+        juts = (turn < 0) & ((before * edges).sum(axis=1) < ALONG * np.hypot(*before.T) * np.hypot(*edges.T))
+        yield points, edges, juts
+
+
+def _wall_ends(room: Polygon) -> tuple[Vector, Vector]:
+    """Return the middles (n, 2) of the ends of walls in a room, and the unit vectors in which the walls would go on."""
+    middles, ways = [np.empty((0, 2))], [np.empty((0, 2))]
+    for points, edges, juts in rings_with_corners(room):
         lengths = np.maximum(np.hypot(*edges.T), JAGS_M)
         units = edges / lengths[:, None]
         before, after = np.roll(units, 1, axis=0), np.roll(units, -1, axis=0)
-        turns = before[:, 0] * units[:, 1] - before[:, 1] * units[:, 0]
-        juts = (turns < 0) & ((before * units).sum(axis=1) < ALONG)
         shorter = np.minimum(np.roll(lengths, 1), np.roll(lengths, -1))
         is_end = juts & np.roll(juts, -1) & (lengths <= WIDEST_WALL_M) & (2 * lengths <= shorter)
         onward = (before - after)[is_end]
