@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 import shapely
 from shapely import Polygon
+from shapely.geometry.base import BaseGeometry
 
 from pipeline.geometry.meshes import Mesh, are_pieces_closed, label_pieces
 from pipeline.tolerances import (
@@ -387,16 +388,22 @@ def move_off_vertex_height(wanted: float, edges: npt.NDArray[np.float64]) -> flo
     return float(above.mean()) if len(above) == 2 else wanted + LAP_M
 
 
-def lengths_of_faces(mesh: Mesh, height: float, spaces: Sequence[Polygon]) -> tuple[Floats, Floats]:
+def lengths_of_faces(
+    mesh: Mesh, height: float, spaces: Sequence[Polygon], walls: BaseGeometry
+) -> tuple[Floats, Floats]:
     """Return for each space (n,) the metres of upright faces at its edge that look into it, and that look away.
 
-    The faces are those that a cut at ``height`` meets. If a source winds its faces inconsistently, the result is noise.
+    The faces are those that a cut at ``height`` meets. A face that looks into the ``walls`` looks the other way: that
+    solid is written inside out. If a source winds its sheets inconsistently, the result is noise.
     """
     cut = MeshSlicer(mesh).cut(height, upright_only=True).ends
     along = cut[:, 1] - cut[:, 0]
     length = np.hypot(*along.T)
     ahead = np.column_stack([along[:, 1], -along[:, 0]]) / np.maximum(length, MM_M)[:, None]
     places, tree = cut.mean(axis=1), shapely.STRtree(spaces)
+    shapely.prepare(walls)
+    in_wall, before_wall = (shapely.contains_xy(walls, places + way * MM_M * ahead) for way in (1.0, -1.0))
+    ahead[in_wall & ~before_wall] *= -1.0
     rings = shapely.get_exterior_ring(np.array(spaces, np.object_))
 
     def beside(way: float) -> Floats:

@@ -124,7 +124,7 @@ def keep_habitable_spaces(
         outdoors |= {k for k in range(len(rooms)) if k not in entered and covered[k] < SOME and below[k] > MOST}
     fenced = {k for k, room in enumerate(rooms) if k not in entered and (_along(room, fences) > MOST or k in railed)}
     outdoors |= fenced | _porches(rooms, candidates, edge) | _solids(rooms, covered, candidates, level)
-    outdoors |= filled | _boxes_seen_from_outside(rooms, candidates, evidence, level)
+    outdoors |= filled | _boxes_seen_from_outside(rooms, candidates, planes, evidence, level)
     kept = []
     passable = {side for c in candidates if c.is_strip for side in c.sides}
     leading = [c for c in candidates if c.closed_by == "door"] or ways
@@ -178,7 +178,7 @@ def filled_spaces(rooms: list[Polygon], candidates: list[Opening], evidence: Evi
 
 
 def _boxes_seen_from_outside(
-    rooms: list[Polygon], candidates: list[Opening], evidence: Evidence, level: Level
+    rooms: list[Polygon], candidates: list[Opening], planes: Planes, evidence: Evidence, level: Level
 ) -> set[int]:
     """Return the spaces without a way in into which hardly any face looks, where faces look into the others.
 
@@ -190,7 +190,7 @@ def _boxes_seen_from_outside(
     height = evidence.heights.get("breast")
     if isinstance(level.walls, Prisms) or not isinstance(height, float) or not shut or len(rooms) < 2:
         return set()
-    into, away = lengths_of_faces(level.walls, height, rooms)
+    into, away = lengths_of_faces(level.walls, height, rooms, planes.door)
     boxes = {k for k in shut if into[k] < LARGELY * away[k]}
     others = [k for k in range(len(rooms)) if k not in boxes]
     return boxes if into[others].sum() > LARGELY * (into[others] + away[others]).sum() else set()

@@ -165,7 +165,7 @@ def space_features(level: Level, evidence: Evidence, layout: Layout) -> Features
         "largest": _ramp(share - MOST, MOST) * (len(spaces) > 1),
         "alone": np.full(len(spaces), float(len(spaces) == 1)),
         "filled": shares_inside(spaces, evidence.furniture) * (not level.furniture),
-        "seen_from_outside": _looked_away_from(spaces, evidence, level),
+        "seen_from_outside": _looked_away_from(spaces, evidence, layout, level),
         "named": named,
         "nameless": (1.0 - named) * float((named * share).sum() > MOST),
         "scanned": np.full(len(spaces), float(evidence.scanned)),
@@ -297,12 +297,12 @@ def _places(space: Polygon, looks: int = 8) -> Floats:
     return grid if len(grid) else np.asarray(space.representative_point().coords)[:, :2]
 
 
-def _looked_away_from(spaces: list[Polygon], evidence: Evidence, level: Level) -> Floats:
+def _looked_away_from(spaces: list[Polygon], evidence: Evidence, layout: Layout, level: Level) -> Floats:
     """Return the share of faces at each space's edge that look away, times the share of others' that look in (F6)."""
     height = evidence.heights.get("breast")
     if isinstance(level.walls, Prisms) or not isinstance(height, float) or len(spaces) < 2:
         return np.zeros(len(spaces))
-    into, away = lengths_of_faces(level.walls, height, spaces)
+    into, away = lengths_of_faces(level.walls, height, spaces, layout.door)
     total_in, total = into.sum() - into, (into + away).sum() - into - away
     usual = total_in / np.maximum(total, MM_M)
     return np.asarray(away / np.maximum(into + away, MM_M) * usual)

@@ -27,7 +27,8 @@ print(outer(), sum(outer.stats.cache_hits.values()))
 def run(folder: Path, how: str) -> tuple[int, int]:
     """Return what the outer function returns in a new process, and how often it was found on disk."""
     paths = os.pathsep.join([str(folder), str(Path(__file__).parents[2])])
-    environment = {**os.environ, "PYTHONPATH": paths, "NUMBA_CACHE_DIR": str(folder / "kept")}
+    kept = {"NUMBA_CACHE_DIR": str(folder / "kept"), "PYTHONDONTWRITEBYTECODE": "1"}  # changed within a second
+    environment = {**os.environ, "PYTHONPATH": paths, **kept}
     command = [sys.executable, "-c", RUN, how]
     answer = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, check=True)
     value, hits = map(int, answer.stdout.split())
