@@ -284,9 +284,9 @@ def make_folder(folder: Path) -> Path:
 
 
 def cache_folder(*parts: str) -> Path:
-    """Return a folder in the user's cache, created if absent; the variable HOUSEEXPO_CACHE sets the cache's place."""
+    """Return a folder in the user's cache, created if absent; HOUSEEXPO_CACHE, unless empty, sets the cache's place."""
     root = os.environ.get(CACHE_VARIABLE)
-    if root is None:
+    if not root:
         from platformdirs import user_cache_path
 
         root = str(user_cache_path("houseexpo", appauthor=False))

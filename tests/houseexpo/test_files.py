@@ -15,6 +15,7 @@ import houseexpo
 from houseexpo.errors import ConfigError, DatasetError, PlanError
 from houseexpo.files import (
     atomic_folder,
+    cache_folder,
     decode_yaml,
     make_folder,
     write_atomically,
@@ -121,3 +122,10 @@ def test_an_error_of_the_system_names_the_file(tmp_path: Path, monkeypatch: pyte
     with pytest.raises(OSError, match=r"No space left on device: '.*whole\.json'"):
         write_atomically(tmp_path / "whole.json", b"{}")
     assert not list(tmp_path.iterdir())
+
+
+def test_an_empty_variable_sets_no_place_of_the_cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "user"))
+    monkeypatch.setenv("HOUSEEXPO_CACHE", "")
+    assert cache_folder("houses") == tmp_path / "user" / "houseexpo" / "houses"
