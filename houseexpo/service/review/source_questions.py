@@ -1,6 +1,6 @@
 """Ask about what a source shows and the plan does not, and about what was guessed of the source.
 
-R1  Three things are asked about: a space between walls that the plan left out and that is large enough for a room; a
+R1  Three things are asked about: a space between walls that was left out and may be a room of this building; a
     room that takes only a part of the space between its walls; and a door or a gap in the source, in a wall of a room,
     where the plan has no passage; a narrow one only between rooms that no passage joins. What hangs before a wall, as
     the eaves, is no place.
@@ -145,7 +145,11 @@ def floor_questions(plan: FloorPlan, source: SourceView) -> Iterator[Question]:
 
 def _moved_spaces(source: SourceView, shift: tuple[float, float]) -> list[Polygon]:
     """Return the spaces of a source (``SourceView.spaces``), moved to a plan."""
-    return [shapely.transform(space.shape, lambda points: points + np.array(shift)) for space in source.spaces]
+    return _moved([space.shape for space in source.spaces], shift)
+
+
+def _moved(shapes: Sequence[Polygon], shift: tuple[float, float]) -> list[Polygon]:
+    return [shapely.transform(shape, lambda points: points + np.array(shift)) for shape in shapes]
 
 
 class _Taken:
@@ -171,11 +175,16 @@ def left_out_questions(
     """R1."""
     taken, ways = _Taken(plan), free_places(plan, places)
     asked: list[Polygon] = []
-    enclosed = shapely.transform(source.enclosed, lambda points: points + np.array(shift)).tolist()
+    enclosed, elsewhere = _moved(source.enclosed, shift), _moved(source.rooms_elsewhere, shift)
+    rooms = [room.polygon for room in plan.rooms]
     reachable = [*(space.reachable for space in source.spaces), *(False for _ in enclosed)]
     spaces = [*_moved_spaces(source, shift), *enclosed]
     for shape, is_reachable in zip(spaces, reachable, strict=True):
         if shape.area < SMALLEST_ROOM_M2:
+            continue
+        if min(shapely.distance(elsewhere, shape), default=np.inf) < min(
+            shapely.distance(rooms, shape), default=np.inf
+        ):
             continue
         others = [other for other in asked if other.intersects(shape)]
         free = shapely.difference(shape, shapely.union_all([taken.near(shape), *others]))

@@ -112,6 +112,19 @@ class SourceView:
         return (*unreached, *map(Space, self._moved(self.found.spaces)))
 
     @cached_property
+    def rooms_elsewhere(self) -> list[Polygon]:
+        """The rooms of the other buildings of the storey: each building is a plan of its own."""
+        others = [
+            decode(bytes(each.plan)) for each in self.level.plans if self.found is None or each.id != self.found.id
+        ]
+        ahead = [np.subtract(self.origin_of(plan), self.origin) for plan in others]
+        return [
+            shapely.transform(room.polygon, lambda points, by=by: points + by)
+            for plan, by in zip(others, ahead, strict=True)
+            for room in plan.rooms
+        ]
+
+    @cached_property
     def enclosed(self) -> list[Polygon]:
         """The spaces that the walls and whatever may close their gaps enclose beside the rooms of the plan."""
         if self.plan is None:

@@ -555,6 +555,15 @@ def test_a_space_that_was_left_out_is_asked_about() -> None:
     assert asked_of(plan, view, (9.0, 2.0)) == ["cut"]  # somebody has said that it is none
 
 
+def test_a_room_of_another_building_of_the_storey_is_no_space_that_was_left_out() -> None:
+    plan, view = shown(spaces=((((8.0, 0.1), (8.0, 3.1), (10.0, 3.1), (10.0, 0.1)),),))
+    moved = replace(FRAME, matrix=((1.0, 0.0, 18.0), (0.0, 1.0, -2.0)))  # 8 m to the right
+    beside = replace(plan, id="other", rooms=(Room(0, "Kitchen", box(0.0, 0.1, 2.0, 3.1)),), doors=(), frame=moved)
+    other = PlanSource("other", msgspec.Raw(encode(beside)))
+    level = msgspec.structs.replace(view.level, plans=(*view.level.plans, other))
+    assert asked_of(plan, SourceView(view.record, level, view.found)) == ["cut"]
+
+
 def test_a_place_that_cannot_be_taken_is_not_offered() -> None:
     far, between = Place("gap", ((12.0, 1.0), (12.0, 1.9))), Place("door", ((4.15, 2.3), (4.15, 3.05)))
     _, view = shown(far, between)
