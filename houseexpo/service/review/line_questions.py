@@ -1,9 +1,9 @@
 """Ask about lines that may part a room: openings at corners, walls that the source shows, walls that end in it.
 
-R1  If a corner juts into a room, the lines that extend its two edges to the opposite wall may be openings between two
-    rooms, as may a door or a gap that the source shows in a room. A line is asked about if it parts off a space that
-    could be a room, and is narrower than the room at one of its sides, unlike where a corridor turns. Lines between two
-    corners come first: these are the jambs of a doorway, or the ends of the walls beside a mouth.
+R1  A narrow place of a room (``narrow_places``) may be an opening between two rooms, as may a door or a gap that the
+    source shows in it, and the lines that extend the edges of a corner that juts into the room to the opposite wall. A
+    line is asked about if it parts off a space that could be a room. Lines between two corners come first: these are
+    the jambs of a doorway, or the ends of the walls beside a mouth.
 R2  If the source shows something in a room that is higher than a person and that would part it, it may be a wall.
     Pieces in a row are one wall.
 R3  Walls that end in a room may part it, with openings in the gaps between them (``wall_ends``), or in one of two.
@@ -12,7 +12,7 @@ R3  Walls that end in a room may part it, with openings in the gaps between them
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterator, Sequence, Set
+from collections.abc import Iterator, Sequence, Set
 from functools import lru_cache
 from typing import Final, NamedTuple
 
@@ -25,6 +25,7 @@ from houseexpo.corrections.draft import Vector
 from houseexpo.corrections.openings import ALONG, ONWARD_M, dot
 from houseexpo.floorplan import FloorPlan
 from houseexpo.plan import Room
+from houseexpo.service.review.narrow_places import is_one_doorway, narrow_places, parts_beside
 from houseexpo.service.review.question import (
     CUT,
     PASSAGE_M,
@@ -45,7 +46,6 @@ _LINES: Final = {
     "of several": (CUT, 12),
     "doorway": (_CORNER, 6),
     "mouth": (0.3, 6),
-    "narrow": (_CORNER, 3),
     "wide": (_CORNER / 2, 3),
 }
 """Lines from corners, in this order: the doubt of each kind, and the most that are asked about. Those of a room that a
@@ -67,7 +67,6 @@ def corner_questions(
     plan: FloorPlan,
     places: Sequence[LineString] = (),
     several: Set[str] = frozenset(),
-    left: Collection[str] = (),
 ) -> Iterator[Question]:
     """R1. ``places`` are where the source shows a door or a gap in a room; the others are as in ``questions``."""
     found: dict[str, list[tuple[bool, float, float, LineString]]] = {kind: [] for kind in _LINES}
@@ -82,16 +81,16 @@ def corner_questions(
         is_several &= len(gaps) == len(parts)  # else R3 says where it parts
         parting = [_Parting(ray, True, *_part_off(room.polygon, longer(ray, ONWARD_M))) for ray in shown]
         parting += [_Parting(gap, True, *_part_off(room.polygon, gap)) for gap in gaps if gap.length >= MIN_DOOR_M]
-        for line, is_faced, area, compact, is_wider in (*parting, *_parting_lines(room.polygon.wkb)):
+        for line, is_faced, area, compact in (*parting, *_parting_lines(room.polygon.wkb)):
             if area < SMALLEST_ROOM_M2 * 2 or shapely.intersection(line, at_doors).length > line.length / 2:
                 continue
             if not is_faced and at_narrow.intersects(line):  # beside a doorway another one may lie
                 continue
             is_wide = line.length > PASSAGE_M[1]
-            is_likely = is_several or (is_wider or is_faced if not is_wide else compact >= _COMPACT or is_faced)
+            is_likely = is_several or is_faced or (is_wide and compact >= _COMPACT)
             if not is_likely or (is_wide and not is_several and line.length**2 > area * (1 + is_faced)):
                 continue
-            kind = ("mouth" if is_wide else "doorway") if is_faced else "wide" if is_wide else "narrow"
+            kind = ("mouth" if is_wide else "doorway") if is_faced else "wide"
             found["of several" if is_several else kind].append(
                 (not is_faced, line.length / math.sqrt(area) / compact, area, line)
             )
@@ -99,12 +98,9 @@ def corner_questions(
     for kind, (doubt, most) in _LINES.items():
         upto = len(chosen) + most
         for _, _, area, line in sorted(found[kind], key=lambda each: each[:2]):
-            if len(chosen) == upto or any(_is_at(line, other) for other in chosen):
-                continue
-            asked = _line_question(plan, line, doubt, area)
-            if asked.key not in left:
+            if len(chosen) < upto and not any(_is_at(line, other) for other in chosen):
                 chosen.append(line)
-                yield asked
+                yield _line_question(plan, line, doubt, area)
 
 
 def _line_question(plan: FloorPlan, line: LineString, doubt: float, area: float) -> Question:
@@ -120,9 +116,14 @@ def _line_question(plan: FloorPlan, line: LineString, doubt: float, area: float)
     return Question(key_of(plan, "corner of a mouth" if is_wide else "corner", at), at, says, answers, doubt, area)
 
 
+def _is_same(line: LineString, other: LineString) -> bool:
+    """Return whether the middles of two lines are near."""
+    return bool(shapely.distance(line.centroid, other.centroid) < min(line.length, other.length) / 2)
+
+
 def _is_at(line: LineString, other: LineString) -> bool:
     """Return whether two lines are guesses at one place: their middles are near, or they meet and are not in line."""
-    if shapely.distance(line.centroid, other.centroid) < min(line.length, other.length) / 2:
+    if _is_same(line, other):
         return True
     ways = [np.diff(shapely.get_coordinates(each), axis=0)[0] / each.length for each in (line, other)]
     return bool(line.distance(other) < PASSAGE_M[0] / 2 and abs(dot(*ways)) < ALONG)
@@ -137,41 +138,39 @@ class _Parting(NamedTuple):
     """A line that parts a room: whether walls end at both of its ends, and the area of what it parts off, m2.
 
     ``compact`` is the share of this area in that of a square with the same perimeter: a corridor has little.
-    ``is_wider``: at one of its sides the room is wider than the line, unlike where a corridor turns.
     """
 
     line: LineString
     is_faced: bool
     area: float
     compact: float
-    is_wider: bool
 
 
-def _part_off(room: Polygon, line: LineString) -> tuple[float, float, bool]:
-    """Return the area of the second largest part into which a line parts a room, m2, ``compact`` and ``is_wider``."""
-    strip = line.buffer(JAGS_M, cap_style="square")  # a line between corners may miss them a little
-    parts = sorted(shapely.get_parts(shapely.difference(room, strip)).tolist(), key=lambda part: -part.area)[:2]
-    if len(parts) < 2:
-        return 0.0, 0.0, False
-    is_wider = line.length > PASSAGE_M[1]  # that of wide lines is not asked for
-    if not is_wider:
-        near = shapely.intersection(parts, line.buffer(1.5 * line.length))  # a circle as wide as the line fits in
-        is_wider = not shapely.is_empty(shapely.buffer(near, -line.length / 2 - JAGS_M)).all()
-    return parts[1].area, 16 * parts[1].area / parts[1].length ** 2, is_wider
+def _part_off(room: Polygon, line: LineString) -> tuple[float, float]:
+    """Return the area of the second largest part into which a line parts a room, m2, and ``compact``."""
+    parts = parts_beside(room, line)
+    return (parts[1].area, 16 * parts[1].area / parts[1].length ** 2) if len(parts) == 2 else (0.0, 0.0)
 
 
 @lru_cache(maxsize=256)
 def _parting_lines(room: bytes) -> list[_Parting]:
-    """Return the lines between corners of a room (WKB) and from corners to walls; an answer changes few rooms."""
+    """Return the narrow places of a room (WKB), and the lines from its corners; an answer changes few rooms."""
     shape = shapely.from_wkb(room)
     longest = max(PASSAGE_M[1], math.sqrt(shape.area / 2))
     faced, rays = corner_lines(shape)
-    return [
+    along_edge, doorways = shapely.buffer(shape.boundary, JAGS_M), list[LineString]()
+    for line in faced:
+        if not any(is_one_doorway(along_edge, line, other) for other in doorways):
+            doorways.append(line)
+    found = [
         _Parting(line, is_faced, *_part_off(shape, line))
-        for is_faced, lines in ((True, faced), (False, rays))
+        for is_faced, lines in ((True, doorways), (False, rays))
         for line in lines
         if PASSAGE_M[0] <= line.length <= longest
     ]
+    narrow = [_Parting(line, True, *_part_off(shape, longer(line, ONWARD_M))) for line in narrow_places(shape)]
+    known = [each.line for each in found if each.is_faced and each.area >= 2 * SMALLEST_ROOM_M2]
+    return [*found, *(each for each in narrow if not any(_is_same(each.line, line) for line in known))]
 
 
 def corner_lines(room: Polygon) -> tuple[list[LineString], list[LineString]]:

@@ -106,7 +106,7 @@ def questions(
         ]
     rules.append(passage_questions(plan, places))
     rules.append(part_questions(plan, several))
-    rules.append(corner_questions(plan, [line for kind, line in places if kind in SHOWN], several, left))
+    rules.append(corner_questions(plan, [line for kind, line in places if kind in SHOWN], several))
     found = [each for rule in rules for each in _without_fault(rule)]
     bays = [LineString(each.answers[0].points) for each in found if each.key.startswith("bay")]
     found = [each for each in found if not each.key.startswith("corner") or not _is_at(each, bays)]
@@ -120,7 +120,10 @@ def _is_told(plan: FloorPlan, asked: Question, left: Collection[str], said: Sequ
         return False
     frame: Any = plan.frame
     there = source_points_from_plan(frame, [asked.at])[0]
-    if any(math.dist(there, place_of(key)) < OF_EDGE_M for key in left if key.startswith(_PARTING)):
+    beside_m = OF_EDGE_M
+    if asked.key.startswith("corner") and len(asked.answers[0].points) == 2:  # a line beside it parts the same
+        beside_m = max(OF_EDGE_M, math.dist(*asked.answers[0].points) / 2)
+    if any(math.dist(there, place_of(key)) < beside_m for key in left if key.startswith(_PARTING)):
         return True
     pieces = [LineString(points) for points in (asked.answers[0].points, *asked.answers[0].more)]
     gone = [LineString(points) for word, points in said if word == "no_wall"]

@@ -31,7 +31,7 @@ from houseexpo.plan.json_codec import encode
 from houseexpo.service.app import make_app
 from houseexpo.service.collection import Collection
 from houseexpo.service.review.line_questions import corner_lines
-from houseexpo.service.review.question import Answer, Question
+from houseexpo.service.review.question import Answer, Question, key_of, point_in
 from houseexpo.service.review.questions import questions, with_effect
 from houseexpo.service.review.sources import Sources, SourceView
 from houseexpo.service.review.wall_ends import parts_between_gaps
@@ -307,7 +307,43 @@ def test_the_bend_of_a_corridor_is_no_narrow_place() -> None:
     plan = replace(two_rooms("house"), frame=FRAME, rooms=(Room(0, "Hallway", ring),), doors=())
     assert questions(plan) == []
     hall = Room(0, "Hallway", [*ring[:2], (6.0, 5.0), (3.0, 5.0), (3.0, 1.5), (0.1, 1.5)])
-    assert [each.area > 4 for each in questions(replace(plan, rooms=(hall,)))]
+    plan = replace(plan, rooms=(hall,))
+    assert questions(plan) == []  # a corridor may be a part of its hall
+    (several,) = questions(plan, several={key_of(plan, "room", point_in(hall))})
+    assert several.area > 3.9
+
+
+@pytest.mark.parametrize("jamb", [[], [(0.05, 0.05), (0.0, 0.1), (0.05, 0.15)], [(0.3, 0.05), (0.3, 0.15)]])
+def test_a_doorway_is_a_narrow_place_whatever_its_jambs(jamb: list[tuple[float, float]]) -> None:
+    """The jambs of a doorway of 1 m in a wall of 0.2 m are plain, a moulding, or a frame."""
+    left = [(1.5, 3.0), *((1.5 + x, 3.0 + y) for x, y in jamb), (1.5, 3.2)]
+    right = [(4.0 - x, y) for x, y in left[::-1]]
+    ring = [
+        (0.0, 0.0),
+        (0.0, 3.0),
+        *left,
+        (0.0, 3.2),
+        (0.0, 6.0),
+        (4.0, 6.0),
+        (4.0, 3.2),
+        *right,
+        (4.0, 3.0),
+        (4.0, 0.0),
+    ]
+    plan = replace(two_rooms("house"), frame=FRAME, rooms=(Room(0, "Kitchen", ring),), doors=())
+    (asked,) = questions(plan)
+    (ax, ay), (bx, by) = asked.answers[0].points
+    assert abs(ay - by) < 0.1
+    assert 0.3 < abs(ax - bx) < 1.01
+
+
+def test_a_deep_doorway_is_one_narrow_place_also_when_it_was_asked_about() -> None:
+    ring = [(0.0, 0.0), (0.0, 3.0), (1.5, 3.0), (1.5, 3.9), (0.0, 3.9), (0.0, 7.0), (4.0, 7.0), (4.0, 3.9), (2.5, 3.9)]
+    ring += [(2.5, 3.0), (4.0, 3.0), (4.0, 0.0)]
+    plan = replace(two_rooms("house"), frame=FRAME, rooms=(Room(0, "Kitchen", ring),), doors=())
+    (asked,) = questions(plan)
+    assert asked.answers[0].title == "An opening"
+    assert questions(plan, {asked.key}) == []
 
 
 def test_a_doorway_with_two_jambs_is_asked_about_also_beside_another_door() -> None:
