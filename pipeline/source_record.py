@@ -16,7 +16,6 @@ import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
-from fnmatch import fnmatchcase
 from itertools import chain
 from pathlib import Path
 from typing import Any, Final
@@ -81,7 +80,9 @@ from pipeline.sources.storeys.scale import UNITS as _UNITS
 from pipeline.sources.storeys.scale import said_size
 from pipeline.sources.storeys.size_evidence import SizesFound, other_scales
 from pipeline.sources.tolerances import NARROWEST_DOOR_M, VOXEL_M
-from pipeline.sources.vector_plans import drawing_lines, lines_in_level
+from pipeline.sources.vector_plans import drawing_lines, lines_in_level, lines_without
+from pipeline.sources.vector_plans.drawing import Line
+from pipeline.sources.vector_plans.unread_lines import likely_units, main_part, rank_layers
 from pipeline.stages.corrections import shown_walls, standing_walls
 from pipeline.tolerances import AROUND_M, BESIDE_M, CM_M, SHEET_M
 from pipeline.values import Evidence, Input, Layout, Level, RejectedLevel, Spaces
@@ -97,8 +98,6 @@ _TOP_SAMPLES: Final = 1_500_000
 """Three points a pixel of the top view."""
 _COLOURS: Final = ((36, 90, 141), (196, 84, 30))
 _MOST_NAMES: Final = 400
-_SHOWN_M: Final = (3.0, 200.0)
-"""Lengths of drawings of buildings; the first unit that gives one of these is shown."""
 _MOST_TRIANGLES: Final = 60_000
 """Some two megabytes on their way to the browser."""
 _SHOWN_HEIGHTS_M: Final = (-0.5, 3.5)
@@ -140,6 +139,7 @@ class SourceReader:
         self._why = ""
         self._whole, self._names = _Whole(), list[str]()
         self._made: dict[tuple[str, Any], _Searched] = {}
+        self._shown: _Shown | None = None
 
     @ignore_division_warnings()
     def record(self, overrides: Mapping[str, Override]) -> SourceRecord:
@@ -162,9 +162,13 @@ class SourceReader:
         ]
         if not levels and not self._whole.is_empty:
             whole_said = LevelOverride.of(item.id, said, sha256)
-            levels = [_of_file(item, whole_said, self._whole, self._config, sha256=sha256, why=self._why)]
-        units = {level.unit_m for level in self._levels if isinstance(level, Level)}
-        unit_m = next(iter(units)) if len(units) == 1 else None
+            self._shown = self._shown or _file_as_shown(item, whole_said.own, self._whole, sha256)
+            levels = [_of_file(whole_said, self._shown, self._config, self._why)]
+            unit_m, others = next(iter(self._shown.units_m), None), (self._shown.units_m[1:], False)
+        else:
+            units = {level.unit_m for level in self._levels if isinstance(level, Level)}
+            unit_m = next(iter(units)) if len(units) == 1 else None
+            others = _other_units(self._found.reader, unit_m, levels)
         takes = {*OVERRIDABLE.get(self._found.reader, ()), "keep"} - (set() if self._names else {"drop_nodes"})
         takes = takes if self._is_alone else set()  # what is said under their id would be of all of them
         return SourceRecord(
@@ -174,7 +178,7 @@ class SourceReader:
             self._why,
             tuple(sorted(takes)),
             unit_m,
-            *_other_units(self._found.reader, unit_m, levels),
+            *others,
             tuple(map(displayable_name, self._names[:_MOST_NAMES])),
             *self._whole.floors,
             item.reader,
@@ -183,7 +187,7 @@ class SourceReader:
         )
 
     def _read(self, item: Input) -> None:
-        self._levels, self._why, self._made = [], "", {}
+        self._levels, self._why, self._made, self._shown = [], "", {}, None
         try:
             self._levels.extend(reader(item.reader).read(item))
         except Rejection as rejection:
@@ -293,10 +297,6 @@ def _contents(item: Input, levels: Sequence[Level]) -> tuple[_Whole, list[str]]:
             return _ifc_contents(path, levels)
         if item.reader == "vector_plans":
             lines, parts = drawing_lines(item)
-            dropped = json.loads(options.get("drop_nodes", "[]"))
-            if parts and dropped:  # what is left out is not drawn
-                kept = [each for each in lines[0] if not any(fnmatchcase(each[0], name) for name in dropped)]
-                lines = [kept] if kept else []
             return _Whole(lines=lines), parts
         if item.reader == "occupancy_map" and not is_read:
             units, scale = said_size(options)
@@ -395,14 +395,21 @@ def _ifc_contents(path: Path, levels: Sequence[Level]) -> tuple[_Whole, list[str
     return _Whole(merge_meshes([part.mesh for part in parts]) if parts else None), names
 
 
-def _of_file(
-    item: Input, said: LevelOverride, whole: _Whole, config: BuildConfig, *, sha256: str, why: str
-) -> LevelSource:
-    """Return what can be shown of a file whose levels could not be found: all of it, from above (R6)."""
-    override = said.own
+@dataclass(frozen=True, eq=False)
+class _Shown:
+    """What can be shown of a file whose levels could not be found, and an empty level in its place.
+
+    ``units_m`` are the metres that the unit of a drawing may have, what is shown first.
+    """
+
+    source: LevelSource
+    level: Level
+    units_m: tuple[float, ...] = ()
+
+
+def _file_as_shown(item: Input, override: Override, whole: _Whole, sha256: str) -> _Shown:
+    """Return all of a file, from above (R6)."""
     level = level_without_walls(item, override, sha256)
-    pictures: list[Picture] = []
-    strokes: tuple[Stroke, ...] = ()
     if whole.mesh is not None:
         mesh = whole.mesh
         if level.frame.up == "y":
@@ -410,26 +417,45 @@ def _of_file(
             mesh = Mesh(np.column_stack([x, -z, y]), mesh.faces)
         size = _UNITS.get(override.units or "") or 1.0
         mesh = Mesh(mesh.vertices * size * (override.scale or 1.0), mesh.faces)
-        if (top := _top_view(mesh, _bounds_of([mesh]), np.inf)) is not None:
-            pictures.append(top)
+        top = _top_view(mesh, _bounds_of([mesh]), np.inf)
         strokes = tuple(_outlines(mesh))
-    elif whole.cells is not None:
+        layers = tuple({each.kind: None for each in strokes})
+        pictures = () if top is None else (top,)
+        return _Shown(LevelSource(item.id, level.frame, pictures, strokes=strokes, layers=layers), level)
+    if whole.cells is not None:
         level = replace(level, frame=_map_frame(level, whole.cells))
-        pictures.append(_map_picture(whole.cells, level))
-    else:
-        lines = whole.lines[0]
-        strokes = _strokes(lines, level, _shown_unit(lines, override))
-        pictures.append(_lines_picture(strokes))
+        return _Shown(LevelSource(item.id, level.frame, (_map_picture(whole.cells, level),)), level)
+    (unit_m, scale), lines = said_size(dict(item.options)), whole.lines[0]
+    units_m = [each * scale for each in ([unit_m] if unit_m else _units_of(lines, scale))]
+    lines = lines_without(lines, _left_out(item)) or lines
+    main = main_part(lines)
+    strokes, corners = _strokes(lines, level, units_m[0]), np.reshape(main, (2, 2)) * units_m[0]
+    source = LevelSource(
+        item.id,
+        level.frame,
+        (_lines_picture(strokes, plan_points_from_source(level.frame, corners)),),
+        guesses=() if unit_m or scale != 1.0 else ("units",),
+        extent=tuple(np.ptp(corners, axis=0).round(2).tolist()),
+        strokes=strokes,
+        layers=_ranked_names(lines),
+    )
+    return _Shown(source, level, tuple(units_m))
+
+
+def _of_file(said: LevelOverride, shown: _Shown, config: BuildConfig, why: str) -> LevelSource:
+    """Return what is shown of a file whose levels could not be found, and the plan of what is said of it."""
+    override, level = said.own, shown.level
     results, again = _stages(correct_level(level, said), override, config) if override.corrections else ([], why)
     plans = tuple(_plan_source(level, plan, results, None, is_founded=True) for plan in _plans_of(results))
-    return LevelSource(item.id, level.frame, tuple(pictures), plans=plans, rejected=again, strokes=strokes)
+    return msgspec.structs.replace(shown.source, plans=plans, rejected=again)
 
 
 def _search_level(level: Level, item: Input, whole: _Whole, override: Override, config: BuildConfig) -> _Searched:
     results, why = _stages(level, override, config)
     evidence = next((each.value for each in results if isinstance(each.value, Evidence)), None)
     layout = next((each.value for each in results if isinstance(each.value, Layout)), None)
-    lines = whole.lines
+    number = level.frame.level
+    lines = lines_without(whole.lines[number], _left_out(item)) if number < len(whole.lines) else []
     walls = [] if evidence is None else [*polygons_of(evidence.walls), *polygons_of(evidence.rails)]
     source = LevelSource(
         id=level.id,
@@ -440,11 +466,12 @@ def _search_level(level: Level, item: Input, whole: _Whole, override: Override, 
         rejected=why,
         guesses=level.guesses,
         extent=extent_of(level),
-        strokes=_strokes(lines[level.frame.level] if level.frame.level < len(lines) else (), level, level.unit_m),
+        strokes=_strokes(lines, level, level.unit_m),
         solid=_solid(level),
         seen=tuple(_lines_at(SECTIONS_M[1], level, walls)),
         seen_low=tuple(_lines_at(SECTIONS_M[0], level)),
         parts=tuple(_bounds_of_parts(whole.parts, level)),
+        layers=_ranked_names(lines) if why and lines else (),
         ceiling_m=0.0 if item.reader in {"vector_plans", "occupancy_map"} else round(level.ceiling_m, 2),
     )
     return _Searched(source, results)
@@ -464,13 +491,21 @@ def _outlines(mesh: Mesh) -> Iterator[Stroke]:
         yield Stroke(kind, tuple((round(x, 4), round(y, 4)) for x, y in line.coords))
 
 
-def _shown_unit(lines: Sequence[tuple[str, Any]], override: Override) -> float:
-    """Return metres in a unit of a drawing that nobody can read: what is said, or one in which it is a building."""
-    if override.units is not None:
-        return (_UNITS.get(override.units) or float(override.units)) * (override.scale or 1.0)
-    size = float(np.ptp(np.concatenate([np.asarray(points) for _, points in lines]), axis=0).max())
-    fitting = (unit for unit in (1.0, 0.001, 0.01, 0.0254) if _SHOWN_M[0] <= size * unit <= _SHOWN_M[1])
-    return next(fitting, 1.0) * (override.scale or 1.0)
+def _units_of(lines: Sequence[Line], scale: float) -> list[float]:
+    """Return metres that a unit of a drawing may have that nobody can read, the likeliest first, before a scale."""
+    main = main_part(lines)
+    size, (_, thick) = max(main[2] - main[0], main[3] - main[1]), rank_layers(lines, main)[0]
+    return likely_units(size, thick, scale) or likely_units(size, 0.0, scale) or [1.0]
+
+
+def _ranked_names(lines: Sequence[Line]) -> tuple[str, ...]:
+    return tuple(displayable_name(name) for name, _ in rank_layers(lines, main_part(lines)))
+
+
+def _left_out(item: Input) -> list[str]:
+    """Return the patterns of the names of parts that somebody leaves out."""
+    found: list[str] = json.loads(dict(item.options).get("drop_nodes", "[]"))
+    return found
 
 
 def _strokes(lines: Sequence[tuple[str, Any]], level: Level, unit_m: float) -> tuple[Stroke, ...]:
@@ -479,11 +514,10 @@ def _strokes(lines: Sequence[tuple[str, Any]], level: Level, unit_m: float) -> t
     return tuple(Stroke(displayable_name(kind), tuple(map(tuple, points.tolist()))) for kind, points in found)
 
 
-def _lines_picture(strokes: Sequence[Stroke]) -> Picture:
-    """Return the lines of a drawing from which no level was made, as a layer."""
-    points = np.concatenate([np.asarray(stroke.points) for stroke in strokes])
+def _lines_picture(strokes: Sequence[Stroke], corners: Floats) -> Picture:
+    """Return the lines of a drawing from which no level was made, as a layer around an area of these corners."""
     # what lies so near to the walls is shown too
-    low, high = points.min(axis=0) - AROUND_M, points.max(axis=0) + AROUND_M
+    low, high = corners.min(axis=0) - AROUND_M, corners.max(axis=0) + AROUND_M
     sheet = _Sheet((float(low[0]), float(low[1]), float(high[0]), float(high[1])), SOURCE_SIDE_PX)
     mask = Image.new("L", sheet.size, 0)
     pen = ImageDraw.Draw(mask)

@@ -201,10 +201,12 @@ def walls_beside(strip: Strip, rooms: Sequence[DraftRoom], reach_m: float) -> It
 def drawn_walls(lines: Sequence[LineString], standing: BaseGeometry) -> list[Polygon]:
     """Return drawn walls as areas; an end within ``SNAP_M`` of a standing or another drawn wall is extended to it."""
     grown = [line.buffer(SAID_WALL_M / 2, cap_style="square", join_style="mitre") for line in lines]
+    tree, reach_m = shapely.STRtree(grown), 2 * SNAP_M + SAID_WALL_M  # another wall may be extended itself
     for k, line in enumerate(lines):
-        others = shapely.union_all([standing, *(other for j, other in enumerate(grown) if j != k)])
         for end in (line.coords[0], line.coords[-1]):
             point = shapely.Point(end)
+            near = sorted(tree.query(point, predicate="dwithin", distance=reach_m).tolist())
+            others = shapely.union_all([standing, *(grown[j] for j in near if j != k)])
             if not others.is_empty and MEETS_M < others.distance(point) <= SNAP_M:
                 onward = shapely.shortest_line(point, others)
                 reached = onward.buffer(SAID_WALL_M / 2, cap_style="square", join_style="mitre")

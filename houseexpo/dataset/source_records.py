@@ -76,6 +76,7 @@ class LevelSource(msgspec.Struct, frozen=True):
     what stands higher than a person, ``seen_low`` those at the height of the lower section, where a mesh is cut.
     ``ceiling_m`` is the height of its rooms, metres, 0 if the source has none. ``parts`` are the names of parts of a
     mesh or an IFC file, with the bounds (x1, y1, x2, y2) of each in the level's frame, metres.
+    ``layers`` are the names of the strokes of a level without a plan, the likeliest walls first.
     """
 
     id: str
@@ -93,6 +94,7 @@ class LevelSource(msgspec.Struct, frozen=True):
     seen_low: tuple[Points, ...] = ()
     ceiling_m: float = 0.0
     parts: tuple[tuple[str, tuple[float, float, float, float]], ...] = ()
+    layers: tuple[str, ...] = ()
 
 
 class SourceRecord(msgspec.Struct, frozen=True):

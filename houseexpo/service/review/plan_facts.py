@@ -23,7 +23,7 @@ _PARTS: Final = ("space", "walls", "open", "boxes", "objects", "stairs", "rooms"
 
 def facts_without_plan(name: str, source: SourceView | None) -> dict[str, Any]:
     """Return the state of the page for a house without a plan: an empty plan at the place of its source."""
-    bounds = list(source.bounds_around(source.plan)) if source is not None else None
+    bounds = list(source.pictured) if source is not None else None
     shape = {
         "id": name,
         "bounds": bounds,

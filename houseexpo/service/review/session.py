@@ -48,6 +48,7 @@ from houseexpo.service.review.requests import (
 )
 from houseexpo.service.review.source_questions import FLOORS, GUESS
 from houseexpo.service.review.sources import Sources, SourceView
+from houseexpo.service.review.unread_questions import unread_questions
 
 _LOG = logging.getLogger(__name__)
 _LAST: Final = "~"
@@ -244,7 +245,9 @@ class Review:
         plan = self.base(name, shown)
         if plan is None:
             rejected = self.rejected.get(name) or (shown.why_no_plan if shown else "")
-            return {**facts_without_plan(name, shown), "rejected": rejected, **common}
+            known = () if source is None else unread_questions(source, self._left(name, source), self.said_of(name))
+            asked = msgspec.to_builtins(list(known))
+            return {**facts_without_plan(name, shown), "rejected": rejected, "questions": asked, **common}
         all_said = self.said_of(name)
         told, left = self.told(plan, all_said, shown), self._left(name, shown)
         effects = said_corrections(plan, told)
@@ -318,7 +321,10 @@ class Review:
 
         ``is_said`` tells whether anything is said of the file.
         """
+        is_drawing = source is not None and name in self.rejected and source.record.reader == "vector_plans"
         if source is not None and source.plan is None and is_said and self.base(name, source) is None:
+            if is_drawing:  # which lines are walls is asked next
+                return ""
             return f"With what is said of the file there is no plan now: {source.record.rejected or source.why_no_plan}"
         if source is not None and name in self.rejected and len(source.level.plans) > 1:
             return f"With what is said there are {len(source.level.plans)} plans; this is the largest"

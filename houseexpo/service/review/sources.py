@@ -207,22 +207,23 @@ class SourceView:
         return LruCache(_KEPT_EDGES)
 
     @cached_property
-    def _drawn(self) -> list[tuple[float, float, float, float]]:
-        """The bounds (x1, y1, x2, y2) of the drawing's lines in the level's frame, metres; none if it has no lines."""
-        points = [point for stroke in self.level.strokes for point in stroke.points]
-        if not points:
-            return []
-        (x1, y1), (x2, y2) = np.min(points, axis=0).tolist(), np.max(points, axis=0).tolist()
-        return [(x1, y1, x2, y2)]
+    def pictured(self) -> tuple[float, float, float, float]:
+        """The bounds (x1, y1, x2, y2) of the pictures in the level's frame, metres."""
+        boxes = np.array([picture.bounds for picture in self.level.pictures] or [(0.0, 0.0, 10.0, 10.0)])
+        return (*boxes[:, :2].min(axis=0).tolist(), *boxes[:, 2:].max(axis=0).tolist())
+
+    @cached_property
+    def _bounds(self) -> tuple[float, float, float, float]:
+        """The bounds of the pictures and of the drawing's lines, as ``pictured``."""
+        points = [np.reshape(self.pictured, (2, 2)), *(np.asarray(each.points) for each in self.level.strokes)]
+        there = np.concatenate(points)
+        return (*there.min(axis=0).tolist(), *there.max(axis=0).tolist())
 
     def bounds_around(self, plan: FloorPlan | None) -> tuple[float, float, float, float]:
-        """Return the bounds (x1, y1, x2, y2) of what is shown, in the coordinates of a plan of the level, metres."""
-        origin = self.origin if plan is None else self.origin_of(plan)
-        boxes = np.array(
-            [*(picture.bounds for picture in self.level.pictures), *self._drawn] or [(0.0, 0.0, 10.0, 10.0)]
-        )
-        (x1, y1), (x2, y2) = boxes[:, :2].min(axis=0) - origin, boxes[:, 2:].max(axis=0) - origin
-        return float(x1), float(y1), float(x2), float(y2)
+        """Return the bounds (x1, y1, x2, y2) of what is shown in the coordinates of a plan of the level, metres."""
+        x, y = self.origin if plan is None else self.origin_of(plan)
+        x1, y1, x2, y2 = self._bounds
+        return x1 - x, y1 - y, x2 - x, y2 - y
 
     @cached_property
     def places(self) -> list[tuple[str, list[list[float]]]]:

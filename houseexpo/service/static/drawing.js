@@ -6,11 +6,17 @@ const line = { "vector-effect": "non-scaling-stroke" };
 const FONT_PX = 11; // of the sizes beside the plan
 const area = (cls, rings, more = {}) => element("path", { class: cls, d: path(rings), "fill-rule": "evenodd", ...line, ...more });
 
+const marginOf = ([x1, y1, x2, y2]) => 0.06 * Math.max(x2 - x1, y2 - y1) + 0.2;
+
+// The view of an area, with some room around it.
+export function viewOf(bounds) {
+  const [x1, y1, x2, y2] = bounds, margin = marginOf(bounds);
+  return [x1 - margin, -y2 - margin, x2 - x1 + 2 * margin, y2 - y1 + 2 * margin];
+}
+
 export class Drawing {
   constructor(place, shape) {
-    const [x1, y1, x2, y2] = shape.bounds, margin = 0.06 * Math.max(x2 - x1, y2 - y1) + 0.2;
-    this.home = [x1 - margin, -y2 - margin, x2 - x1 + 2 * margin, y2 - y1 + 2 * margin];
-    this.margin = margin;
+    this.home = viewOf(shape.bounds);
     this.svg = element("svg", { role: "img", "aria-label": `Floor plan ${shape.id}`, preserveAspectRatio: "xMidYMid meet" });
     this.layers = {};
     for (const name of ["walls", "space", "boxes", "rooms", "objects", "clearance", "reach", "doors", "outline", "grid", "frame", "labels", "way"]) {
@@ -48,7 +54,7 @@ export class Drawing {
     this.rooms(shape);
     for (let x = Math.ceil(x1); x <= x2; x++) layers.grid.append(rule(x, -y1, x, -y2, x % 5 === 0));
     for (let y = Math.ceil(y1); y <= y2; y++) layers.grid.append(rule(x1, -y, x2, -y, y % 5 === 0));
-    const half = this.margin / 2, middle = -(y1 + y2) / 2;
+    const half = marginOf(shape.bounds) / 2, middle = -(y1 + y2) / 2;
     layers.frame.append(element("rect", { class: "size", x: x1, y: -y2, width: x2 - x1, height: y2 - y1, ...line }),
       word("measure", (x1 + x2) / 2, -y1 + half, `${(x2 - x1).toFixed(2)} m`),
       word("measure", x1 - half, middle, `${(y2 - y1).toFixed(2)} m`, { transform: `rotate(-90 ${x1 - half} ${middle})` }));

@@ -132,6 +132,11 @@ def drawing_lines(item: Input) -> tuple[list[Sequence[Line]], list[str]]:
     return [lines] if lines else [], sorted({name for name, _ in lines}) if has_parts else []
 
 
+def lines_without(lines: Sequence[Line], dropped: Sequence[str]) -> list[Line]:
+    """Return the lines of a drawing without those of parts whose names match a pattern of ``dropped``."""
+    return [each for each in lines if not any(fnmatchcase(each[0], name) for name in dropped)]
+
+
 def lines_in_level(lines: Sequence[Line], frame: Frame, unit_m: float) -> list[Line]:
     """Return the lines of a drawing in a level's frame; of more than a browser can show, the longest."""
     if len(lines) > _MOST_LINES:

@@ -14,7 +14,7 @@ const TICK_MS = 1000;
 const mostAlike = () => (now?.rooms ? 200 : 1000); // places of which the same is said at once; without a plan none is tried
 const SAME_LENGTH = 1.2; // lines whose lengths differ by a smaller factor look alike
 const MOST_SAID = 2; // of what a word changes beside; the list of what is said has all
-const LAYER_KEYS = { top: "f", map: "f", lines: "f", section_1_1: "g", section_1_9: "h", places: "q", solid: "v", strokes: "z" }; // digits answer
+const LAYER_KEYS = { top: "f", map: "f", lines: "f", section_1_1: "g", section_1_9: "h", places: "q", solid: "v", strokes: "z", said: "," }; // digits answer
 const ANY = 9; // all questions of a kind are marked, and no answer is chosen yet
 const LEFT = 8; // the number of the last answer to any question, from 0: its key is 9, however many others there are
 const LEAVE = { title: "Leave it", action: "leave", points: [] };
@@ -214,10 +214,8 @@ function readSource({ plan, source: { known, why } }) {
     if (isLate()) return undefined;
     const isOfPlan = known || sheet.isAt(found.frame); // else the plan is another one with what is said of the file: both change at once
     if (isOfPlan) lay(found);
-    return known ? askOfMost() : go("here", plan).then(() => { // with the questions that the source answers
-      if (isLate()) return;
-      if (!isOfPlan) lay(found);
-      askOfMost();
+    return known ? undefined : go("here", plan).then(() => { // with the questions that the source answers
+      if (!isLate() && !isOfPlan) lay(found);
     });
   }).catch((error) => {
     if (isLate()) return;
@@ -245,11 +243,6 @@ function lay(source) {
   if (failure && at("said").textContent === failure) say("");
   sheet.under(source);
   showSwitches();
-}
-
-// Of a drawing of which no plan came: which of its lines are walls?
-function askOfMost() {
-  if (now?.plan && !now.rooms && !now.questions.length && !readOnly) sheet.askOfMost();
 }
 
 const readingOf = (found) => JSON.stringify([found?.plan, found?.source?.said]);
@@ -364,7 +357,7 @@ const KINDS = { // of one, and of several
   space: ["space left out", "spaces left out"], place: ["place for a door", "places for doors"], corner: ["narrow place", "narrow places"],
   larger: ["room in a larger space", "rooms in larger spaces"], wall: ["wall seen", "walls seen"], stroke: ["line", "lines"], gap: ["gap"],
   front: ["open front", "open fronts"], bay: ["bay of a room", "bays of rooms"],
-  "corner of a mouth": ["part behind a mouth", "parts behind mouths"], "corner of a part": ["part between walls", "parts between walls"],
+  layer: ["layer"], "corner of a mouth": ["part behind a mouth", "parts behind mouths"], "corner of a part": ["part between walls", "parts between walls"],
 };
 
 // All that is asked, what is asked now first: lines that were clicked, then what is on the screen, then the kind that was chosen.

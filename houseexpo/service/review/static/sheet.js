@@ -1,6 +1,6 @@
 // The plan as it will be, in metres: what is said of it is chosen, moved and taken out there, and more is drawn.
 import { element } from "/static/api.js";
-import { Drawing, path } from "/static/drawing.js";
+import { Drawing, path, viewOf } from "/static/drawing.js";
 import { segmentsOf, snap } from "./snap.js";
 import { canDrawSolids } from "./solid.js";
 
@@ -22,9 +22,10 @@ const ASIDE_M = 0.15; // beside a line lies the room, where the line itself was 
 const LEAST_DOOR_M = 0.7, MOST_DOOR_M = 1.2; // of a door that a stroke across a wall stands for
 const SEEN_PX = 48; // of what is asked about: as wide as one and a half of the rings around it
 const WIDER_THAN = 8, LEAST_VIEW_M = 10; // what is seen around it
-const OF_WHOLE = /^(guess|floors|changed)/; // questions about the file
+const OF_WHOLE = /^(guess|floors|changed|layer)/; // questions about the file
 const WIDER = 1.05; // a source that is hardly larger than the plan needs no other view
-const AT_FIRST = ["map", "section_1_1", PLACES];
+const SAID = "said"; // the layer of what is said of the plan
+const AT_FIRST = ["map", "section_1_1", PLACES, SAID];
 const BESIDE_M = 0.6; // the first room within this of a place is the room beside it
 const keep = { "vector-effect": "non-scaling-stroke" };
 const RESIZED = 1.25; // what is said of a file has made the plan so much larger: it needs another view
@@ -32,6 +33,7 @@ const isLike = (one, other) => [0, 1].every((k) => {
   const ratio = (one[k + 2] - one[k]) / (other[k + 2] - other[k]);
   return ratio < RESIZED && ratio > 1 / RESIZED;
 });
+const isSame = (one, other) => one.every((value, i) => Math.abs(value - other[i]) < SAME_M);
 const apart = ([a, b], [c, d]) => Math.hypot(a - c, b - d);
 
 const readingOf = ({ source: { said, changed } }) => JSON.stringify([said, changed]); // with what is said of the file, the plan may have another size
@@ -82,11 +84,20 @@ export class Sheet {
     }
     if (this.source) this.#showSource();
     this.#collect();
-    if (before && (!plan.source.changed || isLike(before.bounds, plan.shape.bounds))) this.drawing.renew(plan.shape);
+    const isFirst = before && !before.rooms.length && plan.shape.rooms.length > 0 && !this.draws; // the plan that was looked for
+    if (before && !isFirst && (!plan.source.changed || isLike(before.bounds, plan.shape.bounds))) this.#renew(last);
     else this.#open(plan.shape);
     this.#underlay();
     this.#colour(before && plan.shape.rooms.length && readingOf(last) === readingOf(plan) ? last : null, plan);
     this.#paint();
+  }
+
+  // Shows what the plan has become, in the view of before: a search may move the origin.
+  #renew(last) {
+    const { drawing, plan } = this, [dx, dy] = moveBetween(last.frame, plan.frame)([0, 0]), [x, y, wide, high] = drawing.view;
+    drawing.renew(plan.shape);
+    this.#widen();
+    if (Math.hypot(dx, dy) > SAME_M) drawing.look([x + dx, y - dy, wide, high]);
   }
 
   // What lies under the plan: pictures of the source, walls to snap to, places that may be doors; in metres of the plan.
@@ -108,16 +119,14 @@ export class Sheet {
     this.on.add(STROKES);
   }
 
-  // The whole view holds all of the source too: what the plan left out lies beside it.
+  // The widest view holds all of the source too: what the plan left out lies beside it.
   #widen() {
-    const { home, margin } = this.drawing, { layers, edges } = this.source;
-    const corners = [...layers.flatMap(({ box: [a, b, c, d] }) => [[a, b], [c, d]]), ...edges.flat()];
-    const box = corners.reduce(([a, b, c, d], [x, y]) => [Math.min(a, x), Math.min(b, y), Math.max(c, x), Math.max(d, y)], this.plan.shape.bounds);
-    const low = [box[0] - margin, -box[3] - margin], high = [box[2] + margin, -box[1] + margin];
-    const whole = [...low, high[0] - low[0], high[1] - low[1]];
-    if (Math.max(whole[2] / home[2], whole[3] / home[3]) < WIDER) return;
-    this.drawing.home = whole; // the view stays: a point that was aimed at must not move
-    this.beyond = whole[0] < home[0] - 2 * margin || whole[1] < home[1] - 2 * margin || high[0] > home[0] + home[2] + 2 * margin || high[1] > home[1] + home[3] + 2 * margin;
+    const { layers = [], edges = [], strokes = [] } = this.source ?? {}, { drawing } = this, { view } = drawing, own = this.#whole;
+    const corners = [...layers.flatMap(({ box: [a, b, c, d] }) => [[a, b], [c, d]]), ...edges.flat(), ...strokes.flatMap(({ points }) => points)];
+    const all = viewOf(corners.reduce(([a, b, c, d], [x, y]) => [Math.min(a, x), Math.min(b, y), Math.max(c, x), Math.max(d, y)], this.plan.shape.bounds));
+    this.beyond = Math.max(all[2] / own[2], all[3] / own[3]) > WIDER;
+    drawing.home = this.beyond ? all : own; // the view stays: a point that was aimed at must not move
+    if (isSame(view, drawing.home)) drawing.view = drawing.home;
   }
 
   // What can be switched on and off: a name, a title, and whether it is shown.
@@ -126,7 +135,8 @@ export class Sheet {
     const places = this.source.places.length ? [{ name: PLACES, title: "Places for doors" }] : [];
     const strokes = this.source.strokes.length ? [{ name: STROKES, title: "Lines of the file" }] : [];
     const solid = this.source.is_solid && canDrawSolids ? [{ name: SOLID, title: "In three dimensions" }] : [];
-    return [...this.source.layers, ...places, ...strokes, ...solid].map(({ name, title }) => ({ name, title, on: this.on.has(name) }));
+    const said = this.plan.effects.length ? [{ name: SAID, title: "Corrections" }] : [];
+    return [...this.source.layers, ...places, ...strokes, ...solid, ...said].map(({ name, title }) => ({ name, title, on: this.on.has(name) }));
   }
 
   // Whether the plan that is shown has this frame: the same source lies under it.
@@ -187,16 +197,13 @@ export class Sheet {
     this.drawing.look(this.looked);
   }
 
-  // The view of all of the plan; where there is none, of the source.
-  get #whole() {
-    const { margin, home } = this.drawing, { rooms, bounds: [x1, y1, x2, y2] } = this.plan.shape;
-    return rooms.length ? [x1 - margin, -y2 - margin, x2 - x1 + 2 * margin, y2 - y1 + 2 * margin] : home;
-  }
+  // The view of all of the plan; where there is none, of the main part of the source.
+  get #whole() { return viewOf(this.plan.shape.bounds); }
 
   // The whole plan; once more, all that the source has.
   #lookAtAll() {
-    const whole = this.#whole, { view, home } = this.drawing;
-    this.drawing.look(whole.every((value, i) => Math.abs(value - view[i]) < SAME_M) ? home : whole);
+    const { view, home } = this.drawing;
+    this.drawing.look(isSame(view, this.#whole) ? home : this.#whole);
   }
 
   #underlay() {
@@ -428,25 +435,11 @@ export class Sheet {
     this.hooks.stroke([ends, ...near.map(([, other]) => other)], kind);
   }
 
-  // Of a drawing without a plan: asks whether the lines of the longest layer of which nothing was said yet are walls.
-  askOfMost() {
-    const key = (points) => JSON.stringify(points.map((at) => at.map((value) => value.toFixed(2))));
-    const said = new Set(this.plan.effects.map(({ points }) => key(points))), lengths = new Map();
-    const known = new Set(this.strokes.filter(({ ends }) => said.has(key(ends))).map(({ kind }) => kind));
-    const lines = this.strokes.filter(({ kind }) => !known.has(kind));
-    for (const { kind, ends } of lines) lengths.set(kind, (lengths.get(kind) ?? 0) + apart(...ends));
-    const most = [...lengths].reduce((best, each) => (each[1] > best[1] ? each : best), ["", 0])[0];
-    const longest = lines.filter(({ kind }) => kind === most).reduce((best, each) => (!best || apart(...each.ends) > apart(...best.ends) ? each : best), null);
-    if (!longest) return;
-    this.#askOf(longest, longest.ends[0]);
-    if (this.asked) this.#lookAt([this.asked]);
-  }
-
   // The gap by which a space is still open, if it is asked about.
   get #gap() { return this.asked?.key.startsWith("gap") ? this.asked.answers[0].points : null; }
 
   #markAt(point, event) {
-    const all = this.plan.effects.map(({ points }, i) => [farFrom(points, point), i]).sort((one, other) => one[0] - other[0]);
+    const all = (this.on.has(SAID) ? this.plan.effects : []).map(({ points }, i) => [farFrom(points, point), i]).sort((one, other) => one[0] - other[0]);
     return all.length && all[0][0] <= this.#reach(event) ? all[0][1] : -1;
   }
 
@@ -510,6 +503,7 @@ export class Sheet {
     const line = (points, kind, shut = false) => element("path", { class: kind, d: `M${points.map(([x, y]) => `${x},${-y}`).join(" ")}${shut ? "Z" : ""}`, ...keep });
     const dot = ([x, y], px, kind) => element("circle", { class: kind, cx: x, cy: -y, r: px * unit, ...keep });
     this.plan.effects.forEach(({ word, points, outcome, ghost }, i) => {
+      if (!this.on.has(SAID) && i !== this.chosen) return;
       const kind = `mark ${ghost ? "ghost" : ""} ${word.startsWith("no_") ? "no" : ""} ${outcome === "none" ? "idle" : ""} ${i === this.chosen ? "chosen" : ""}`;
       const shown = i === this.chosen && this.held >= 0 ? this.moved : points;
       if (shown.length > 1) marks.push(line(shown, `${kind} line`, shown.length > 2));
@@ -523,8 +517,8 @@ export class Sheet {
         if (points.length > 1) marks.push(line(points, "like", points.length > 2));
       }
       if (this.asked) marks.push(dot(this.asked.at, 16, "asked-at"));
-      const answers = this.asked?.answers ?? [], { points = [], action } = answers[0] ?? {};
-      if (points.length > 1 && action !== "one_room") marks.push(line(points, "like", points.length > 2));
+      const answers = this.asked?.answers ?? [], { points = [], action, more = [] } = answers[0] ?? {};
+      for (const each of [points, ...more]) if (each.length > 1 && action !== "one_room") marks.push(line(each, "like", each.length > 2));
       answers.forEach(({ points: [a, b, ...rest], action: other }, i) => { // what another answer draws elsewhere has its key
         if (!i || !b || rest.length || other === "one_room" || (points[0] && apart(a, points[0]) < 0.01)) return;
         marks.push(line([a, b], "like other"), element("text", { class: "key", x: (a[0] + b[0]) / 2, y: -(a[1] + b[1]) / 2, "font-size": 14 * unit }, String(i + 1)));

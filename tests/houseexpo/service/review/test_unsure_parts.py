@@ -25,12 +25,8 @@ def test_unsure_parts_are_named_the_least_sure_first() -> None:
 
 def test_the_shape_of_a_house_without_a_plan_has_all_that_is_drawn_of_plans() -> None:
     class Source:
-        plan = None
+        pictured = 0.0, 0.0, 1.0, 1.0
         level: Any = type("Level", (), {"frame": type("Frame", (), {"matrix": None})})
-
-        @staticmethod
-        def bounds_around(_: None) -> tuple[float, float, float, float]:
-            return 0.0, 0.0, 1.0, 1.0
 
     source: Any = Source()
     assert facts_without_plan("a", source)["shape"].keys() == shape_values(PLAN).keys() - {"frame"}

@@ -1,0 +1,81 @@
+"""What is asked of a drawing of which no plan came: its size, then layer after layer until one is the walls."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from houseexpo.corrections import Override
+from houseexpo.corrections.vocabulary import checked_values
+from houseexpo.dataset.source_records import SourceRecord
+from houseexpo.floorplan import decode
+from houseexpo.grids.frame import source_points_from_plan
+from houseexpo.service.review.question import Question
+from houseexpo.service.review.sources import SourceView
+from houseexpo.service.review.unread_questions import unread_questions
+from pipeline.batch.listing import list_inputs
+from pipeline.cli_common import load_build_config
+from pipeline.source_record import SourceReader
+from tests.pipeline.sources.test_unread_lines import sheet
+
+
+@pytest.fixture
+def read(tmp_path: Path) -> tuple[str, SourceReader]:
+    """A sheet on which no layer has a name: a house at 1:50 in mm, and an elevation far beside it."""
+    ezdxf = pytest.importorskip("ezdxf")
+    document = ezdxf.new("R2010", units=4)
+    for layer, points in sheet():  # the reader passes over dimensions
+        document.modelspace().add_lwpolyline(points.tolist(), dxfattribs={"layer": f"{layer}-DIM"})
+    document.saveas(tmp_path / "sheet.dxf")
+    config = load_build_config(None, {"sources": (str(tmp_path / "sheet.dxf"),)})
+    (item,) = list_inputs(config)
+    return item.id, SourceReader(config, item.id)
+
+
+def asked(record: SourceRecord, *left: str, **said: Any) -> list[Question]:
+    (level,) = record.levels
+    assert not level.plans
+    return list(unread_questions(SourceView(record, level, None), left, Override(**said).corrections))
+
+
+def test_the_size_is_asked_about_first_and_then_layer_after_layer(read: tuple[str, SourceReader]) -> None:
+    name, reader = read
+    record = reader.record({})
+    size, layer = asked(record)
+    assert [size.answers[0].action, size.answers[0].text] == ["units", "0.05"]
+    assert layer.key == "layer at A-1-DIM"
+    stated = reader.record({name: Override(units="0.05")})
+    (again,) = asked(stated)
+    assert again == layer
+    (other,) = asked(stated, layer.key)
+    assert other.key != layer.key
+    lines = [layer.answers[0].points, *layer.answers[0].more]
+    frame = stated.levels[0].frame
+    said = checked_values("wall", [source_points_from_plan(frame, each).round(3).tolist() for each in lines])
+    assert asked(stated, wall=said[:1]) == [other]
+    (level,) = reader.record({name: Override(units="0.05", wall=said)}).levels
+    (plan,) = (decode(bytes(each.plan)) for each in level.plans)
+    assert sorted(room.area for room in plan.rooms) == pytest.approx([4.7 * 7.6, 4.7 * 7.6], rel=0.05)
+
+
+def test_the_view_holds_the_main_part_and_points_may_be_set_at_all_lines(read: tuple[str, SourceReader]) -> None:
+    record = read[1].record({})
+    view = SourceView(record, record.levels[0], None)
+    x1, y1, x2, y2 = view.pictured
+    assert (x2 - x1, y2 - y1) == pytest.approx((14.0, 12.0))  # with 1 m around it
+    assert view.bounds_around(None)[2] > 100
+    assert record.levels[0].extent == (12.0, 10.0)
+
+
+def test_layers_that_are_left_out_are_neither_shown_nor_asked_about(read: tuple[str, SourceReader]) -> None:
+    name, reader = read
+    record = reader.record({name: Override(drop_nodes=("A-1*", "E*"))})
+    assert {each.kind for each in record.levels[0].strokes} == {"A-0-DIM", "A-2-DIM", "A-3-DIM"}
+    assert {"A-1-DIM", "E-DIM"} <= set(record.names)  # they can be taken in again
+    assert "A-1-DIM" not in record.levels[0].layers
+    assert record.unit_m == reader.record({}).unit_m  # what is said keeps its place
+    points = np.concatenate([np.asarray(each.points) for each in record.levels[0].strokes])
+    assert np.ptp(points[:, 0]) == pytest.approx(12.0)
