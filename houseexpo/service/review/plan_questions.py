@@ -98,7 +98,7 @@ def passage_questions(plan: FloorPlan, shown: Sequence[tuple[str, LineString]] =
                 Answer(f"{area:.1f} m² are no room", "no_room", places[:1]),
                 Answer(f"{sides[-1].area:.1f} m² are outside", "outside", places[1:]),
                 *(
-                    list(_ways_beside(door, sides, free))
+                    list(_ways_beside(plan, door, free))
                     or list(_no_cuts(door, needless))
                     or list(_way_to_larger(plan, door, sides))
                 ),
@@ -150,14 +150,15 @@ def _shown_at(cut: Door, shown: Sequence[tuple[str, LineString]]) -> str:
     return f"Only {an(kind)} here shows" if kind else "Nothing shows"
 
 
-def _ways_beside(cut: Door, sides: Sequence[Room], free: Sequence[tuple[str, LineString]]) -> Iterator[Answer]:
+def _ways_beside(plan: FloorPlan, cut: Door, free: Sequence[tuple[str, LineString]]) -> Iterator[Answer]:
     """R1. Yield the nearest free place at a cut's smaller room, first those to the larger; see ``free_places``."""
-    small, large = (shapely.buffer(room.polygon, WIDEST_WALL_M) for room in sides)
-    near = [
-        (not large.contains(line.centroid), line.distance(cut.polygon), kind, line)
-        for kind, line in free
-        if small.contains(line.centroid) and line.distance(cut.polygon) > 0
-    ]
+    rooms = [room.polygon for room in plan.rooms]
+    small, large = sorted((number for number in cut.rooms if number is not None), key=lambda number: rooms[number].area)
+    near = []
+    for kind, line in free:
+        sides = rooms_beside(line, rooms)
+        if small in sides and None not in sides and sides[0] != sides[1] and line.distance(cut.polygon) > 0:
+            near.append((large not in sides, line.distance(cut.polygon), kind, line))
     for _, _, kind, line in sorted(near, key=lambda each: each[:2])[:1]:
         (ax, ay), (bx, by) = line.coords
         yield Answer(f"A door where the {kind} is", "door", ((ax, ay), (bx, by)))
@@ -212,6 +213,18 @@ def free_places(plan: FloorPlan, shown: Sequence[tuple[str, LineString]]) -> lis
     near = tree.query(middles, predicate="dwithin", distance=WIDEST_WALL_M).T.tolist()
     taken = {place for place, number in near if takes(number, place)}
     return [each for k, each in enumerate(places) if k not in taken]
+
+
+def rooms_beside(line: LineString, rooms: Sequence[Polygon]) -> list[int | None]:
+    """Return the numbers of the nearest rooms before both sides of a line, from its middle to ``WIDEST_WALL_M``."""
+    (ax, ay), (bx, by) = line.coords
+    middle, way = np.array([ax + bx, ay + by]) / 2, np.array([ay - by, bx - ax]) / line.length * WIDEST_WALL_M
+    found: list[int | None] = []
+    for sign in (1, -1):
+        shares = shapely.intersection(LineString([middle, middle + sign * way]), rooms)
+        far = np.where(shapely.is_empty(shares), np.inf, shapely.distance(shapely.Point(middle), shares))
+        found.append(int(far.argmin()) if np.isfinite(far).any() else None)
+    return found
 
 
 def room_questions(plan: FloorPlan) -> Iterator[Question]:

@@ -30,7 +30,7 @@ from houseexpo.corrections.joining import CUT_M
 from houseexpo.corrections.vocabulary import UNITS_M, Word
 from houseexpo.floorplan import FloorPlan
 from houseexpo.plan import Room
-from houseexpo.service.review.plan_questions import free_places, way_to_largest
+from houseexpo.service.review.plan_questions import free_places, rooms_beside, way_to_largest
 from houseexpo.service.review.question import (
     FREE,
     MOST_POINTS,
@@ -220,7 +220,7 @@ def _room_with_door(
     rooms = [room.polygon for room in plan.rooms]
     shapes = [space, *rooms, *(other for other in others if not other.intersects(space))]
     near = [(kind, line) for kind, line in ways if space.distance(line) < WIDEST_WALL_M]
-    found = [(kind, line, sides) for kind, line in near if (sides := _rooms_beside(line, shapes)).count(0) == 1]
+    found = [(kind, line, sides) for kind, line in near if (sides := rooms_beside(line, shapes)).count(0) == 1]
     inside = [each for each in found if max(side or 0 for side in each[2]) <= len(rooms)]
     for kind, line, sides in sorted(inside, key=lambda each: (None in each[2], -SHOWN[each[0]], -each[1].length))[:1]:
         (ax, ay), (bx, by) = line.coords
@@ -273,7 +273,7 @@ def place_questions(
     joined = {frozenset(door.rooms) for door in plan.doors if door.kind != "cut"}
     for kind, line in free_places(plan, places):
         (ax, ay), (bx, by) = line.coords
-        sides = _rooms_beside(line, rooms)
+        sides = rooms_beside(line, rooms)
         if sides[0] == sides[1] or (line.length < PASSAGE_M[0] and (None in sides or frozenset(sides) in joined)):
             continue
         if shut is not None and shut.distance(line) < WIDEST_WALL_M:
@@ -290,18 +290,6 @@ def place_questions(
         if word == "door":
             answers.append(Answer("An opening", "opening", jambs))
         yield Question(key_of(plan, "place", at), at, says, tuple(answers), SHOWN[kind], size=line.length)
-
-
-def _rooms_beside(line: LineString, rooms: Sequence[Polygon]) -> list[int | None]:
-    """Return the numbers of the nearest rooms before both sides of a line, from its middle to ``WIDEST_WALL_M``."""
-    (ax, ay), (bx, by) = line.coords
-    middle, way = np.array([ax + bx, ay + by]) / 2, np.array([ay - by, bx - ax]) / line.length * WIDEST_WALL_M
-    found: list[int | None] = []
-    for sign in (1, -1):
-        shares = shapely.intersection(LineString([middle, middle + sign * way]), rooms)
-        far = np.where(shapely.is_empty(shares), np.inf, shapely.distance(shapely.Point(middle), shares))
-        found.append(int(far.argmin()) if np.isfinite(far).any() else None)
-    return found
 
 
 def front_questions(
@@ -326,6 +314,7 @@ def front_questions(
     fronts = [(kind, line) for kind, line in places if kind in _FRONTS and line.length > PASSAGE_M[1]]
     lines = [line for kind, line in fronts if kind in NAMED]
     lines += [part for kind, line in fronts if kind not in NAMED for part in shapely.get_parts(beyond(line))]
+    mouths = [line for kind, line in places if kind in _FRONTS - set(SHOWN) and line.length <= PASSAGE_M[1]]
     narrow = [line for kind, line in places if kind in SHOWN and line.length <= PASSAGE_M[1]]
     for room in plan.rooms:
         edge = shapely.simplify(room.polygon, OF_EDGE_M / 3).exterior.coords
@@ -333,8 +322,9 @@ def front_questions(
             if math.dist(*side) >= _FRONT_M[0]:
                 lines += shapely.get_parts(beyond(LineString(side))).tolist()
     found: list[tuple[Room, LineString]] = []
-    for line in lines:
-        if not _FRONT_M[0] <= line.length <= _FRONT_M[1] or in_walls(line) > line.length / 2:
+    lines = [line for line in lines if _FRONT_M[0] <= line.length <= _FRONT_M[1]]
+    for line in (*lines, *(line for line in mouths if line.length >= PASSAGE_M[0])):
+        if in_walls(line) > line.length / 2:
             continue
         (ax, ay), (bx, by) = line.coords
         way = np.array([ay - by, bx - ax]) / line.length * WIDEST_WALL_M

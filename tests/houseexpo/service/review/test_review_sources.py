@@ -397,6 +397,12 @@ def test_a_cut_may_be_a_door_where_the_source_shows_one_and_the_plan_has_none() 
     assert asked.answers[-1].action == "outside"
 
 
+def test_an_open_leaf_in_a_room_is_no_door_in_place_of_a_cut() -> None:
+    plan, view = shown(Place("door", ((4.3, 2.3), (4.9, 2.9))))
+    (asked,) = (each for each in questions(plan, (), view) if each.key.startswith("cut"))
+    assert asked.answers[-1].action == "outside"
+
+
 def test_a_passage_round_a_corner_takes_no_place() -> None:
     plan, view = shown(Place("door", ((3.3, 3.15), (4.0, 3.15))))
     door = replace(plan.doors[0], kind="door", confidence=1.0, segment=((4.15, 2.4), (4.15, 3.0)), width=0.6)
@@ -812,6 +818,20 @@ def test_a_side_of_a_room_without_a_wall_may_be_open_to_the_outside() -> None:
     for far_m, count in ((0.1, 0), (1.0, 1)):  # a face in the section is a wall, although nothing was taken for one
         low = msgspec.structs.replace(drawing, seen_low=(((-far_m, 0.0), (-far_m, 6.0)),), places=(mouth,))
         assert asked_of(plan, SourceView(view.record, low, view.found)).count("front") == count
+
+
+def test_an_open_mouth_as_wide_as_a_corridor_is_asked_about() -> None:
+    plan, view = arena((2.0, 2.9), sides=3)
+    shown = msgspec.structs.replace(
+        view.level, pictures=(), places=(Place("floor_edge", ((-0.05, 2.0), (-0.05, 3.4))),)
+    )
+    assert view.found is not None
+    walls = tuple((tuple(map(tuple, box(-0.1, a, 0.0, b))),) for a, b in ((0.0, 2.0), (3.4, 6.0)))
+    found = msgspec.structs.replace(view.found, walls=(*view.found.walls, *walls))
+    view = SourceView(view.record, shown, found)
+    (asked,) = questions(plan, (), view)
+    assert "1.40 m wide. Is it open to the outside" in asked.says
+    assert with_effect(plan, [asked], (), view) == [asked]
 
 
 def test_rooms_between_which_the_source_shows_doors_are_not_asked_about() -> None:
