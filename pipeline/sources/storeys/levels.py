@@ -59,6 +59,7 @@ from pipeline.sources.tolerances import (
     CHEST_AND_HEAD_M,
     COVER_MARGIN_M,
     FAR_FROM_ORIGIN_M,
+    FEW,
     FLOOR_FACES,
     LAYER_HALF_M,
     LINTEL_CUT_M,
@@ -82,6 +83,7 @@ from pipeline.tolerances import (
     HEAD_M,
     MM_M,
     MOST,
+    MOSTLY,
     NEARLY_ALL,
     PLACE_M,
     ROOMY_M2,
@@ -353,9 +355,11 @@ def find_levels(
         heights = [floor.layer.top if floor else height for floor, height in zip(floors, asked, strict=True)]
     found = []
     for k, (floor, height) in enumerate(zip(floors, heights, strict=True)):
-        around = _profile_around(surfaces, walls, floor, grid) if len(heights) > 1 or asked else profile
+        is_one = len(heights) == 1 and not asked
+        own = walls if is_one or floor is None else _walls_around(surfaces, walls, floor.region, grid)
+        around = WallProfile.of(surfaces, own)
         region = floor.region if floor else enclosed_cells(surfaces, walls, height, grid) if asked else enclosed
-        near = walls & grid.at(grid.grow(region, PLACE_M), (surfaces.low[:, :2] + surfaces.high[:, :2]) / 2)
+        near = _walls_around(surfaces, walls, region, grid)
         through = partial(_share_running_through, surfaces, near)
         above = next(iter(heights[k + 1 :]), None) if asked else _next_floor(floor, height, floors)
         ceiling = _ceiling(around, layers, region, height, above=above, through=through)
@@ -370,22 +374,27 @@ def find_levels(
 def other_floors(mesh: Mesh, taken: Sequence[float]) -> list[float]:
     """Return the heights of level surfaces in a house (metres, z up) that may be floors beside those ``taken``.
 
-    They are a clear height away from them, half of the usual walls stand on them, and the largest comes first.
+    They are a clear height away from them, half of the walls around them stand on them, they are no landings, and the
+    largest comes first.
     """
     surfaces = Surfaces.of(mesh)
     walls = surfaces.walls()
     if not walls.any():
         return []
-    profile, grid = WallProfile.of(surfaces, walls), PlanGrid.over(*wall_bounds(surfaces, walls))
-    found = [
-        (-grid.area(layer.cells), layer.top)
-        for layer in find_layers(surfaces, grid)
-        if all(abs(layer.top - height) >= HEAD_M for height in taken)
-        and profile.length_at(layer.top + HEAD_M / 2) >= profile.usual / 2
-    ]
+    grid = PlanGrid.over(*wall_bounds(surfaces, walls))
+    layers = [(grid.area(layer.cells), layer) for layer in find_layers(surfaces, grid)]
+    largest, found = max((area for area, _ in layers), default=0.0), list[tuple[float, float]]()
+    for area, layer in layers:
+        if area < FEW * largest or any(abs(layer.top - height) < HEAD_M for height in taken):
+            continue
+        around = _walls_around(surfaces, walls, layer.cells, grid)
+        profile = WallProfile.of(surfaces, around) if around.any() else None
+        if profile and profile.length_at(layer.top + HEAD_M / 2) >= profile.usual / 2:
+            found.append((area, layer.top))
     kept: list[float] = []
-    for _, low in sorted(found):
-        height = max(top for _, top in found if 0.0 <= top - low <= THICKEST_SLAB_M)  # not the underside of a slab
+    for area, low in sorted(found, reverse=True):
+        over = [top for size, top in found if 0.0 <= top - low <= THICKEST_SLAB_M and size >= MOSTLY * area]
+        height = max(over)  # not the underside of a slab
         if all(abs(height - other) >= HEAD_M for other in kept):
             kept.append(round(height, 2))
     return kept
@@ -488,12 +497,9 @@ def _storey_foot(surfaces: Surfaces, walls: Bools, profile: WallProfile) -> floa
     return weighted_quantile(low[near], surfaces.area[walls][near], 0.5) if near.any() else float(bottom)
 
 
-def _profile_around(surfaces: Surfaces, walls: Bools, floor: FloorSurface | None, grid: PlanGrid) -> WallProfile:
-    """Profile of the walls that stand in or around a floor: in a split level, those of its own half."""
-    if floor is None:
-        return WallProfile.of(surfaces, walls)
-    middle = (surfaces.low[:, :2] + surfaces.high[:, :2]) / 2
-    return WallProfile.of(surfaces, walls & grid.at(grid.grow(floor.region, PLACE_M), middle))
+def _walls_around(surfaces: Surfaces, walls: Bools, region: Cells, grid: PlanGrid) -> Bools:
+    """Walls that stand in or around a floor: in a split level, those of its own half."""
+    return walls & grid.at(grid.grow(region, PLACE_M), (surfaces.low[:, :2] + surfaces.high[:, :2]) / 2)
 
 
 def _next_floor(floor: FloorSurface | None, height: float, floors: list[FloorSurface | None]) -> float | None:

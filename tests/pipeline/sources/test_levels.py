@@ -77,6 +77,12 @@ def test_a_floor_that_was_not_taken_may_be_one_if_walls_stand_on_it():
     assert other_floors(one_level(), [0.0]) == []  # neither the table nor the ceiling
 
 
+def test_a_flat_roof_beside_a_higher_building_is_no_floor():
+    hall = [(12, 0, 32, 0.2), (12, 10, 32, 10.2), (12, 0, 12.2, 10), (32, 0, 32.2, 10)]
+    low = [*slab(-0.3, 0.0), *storey(0.0, 2.5), *slab(2.5, 2.8)]
+    assert other_floors(joined([*low, *storey(0.0, 6.0, hall)]), [0.0]) == []
+
+
 def test_furniture_is_no_level():
     tables = [table(0.5 + 2.5 * i, 1.0 + 2.0 * j, 0.0) for i in range(3) for j in range(2)]
     assert found(storey(0.0, 3.0, WALLS), slab(-0.2, 0.0, [HOUSE]), tables) == [(0.0, 3.0)]
