@@ -103,7 +103,8 @@ def _confirm(door: DraftDoor, placed: Placed) -> Said:
     inner = door.rooms[1] is not None
     if word == "entrance" and inner:
         raise NoEffectError(f"the {door.kind} there joins two rooms; to have none behind it, say no_room of that room")
-    kind = _kind(word, door.width) if inner else "entrance"
+    is_so = not inner or door.kind == word  # a wide door of the plan stays one
+    kind = door.kind if is_so else _kind(word, door.width)
     was, door.kind = door.kind, kind
     door.said = str(placed.correction)
     door.confidence = 1.0 if door.confidence is not None or was == "cut" else None

@@ -68,9 +68,12 @@ _MEETING_M: Final = 1.0
 """Rooms whose common border is shorter have a passage between them, metres."""
 
 
-def passage_questions(plan: FloorPlan, shown: Sequence[tuple[str, LineString]] = ()) -> Iterator[Question]:
-    """R1, R2. ``shown`` are the places where the source shows a door, a lintel or a gap."""
-    free = free_places(plan, shown)
+def passage_questions(
+    plan: FloorPlan, shown: Sequence[tuple[str, LineString]] = (), closed: Sequence[tuple[float, float]] = ()
+) -> Iterator[Question]:
+    """R1, R2. ``shown`` are the places where the source shows a door, a lintel or a gap; ``closed`` are no ways."""
+    shut = shapely.multipoints(np.reshape(closed, (-1, 2)))
+    free = [each for each in free_places(plan, shown) if not shapely.dwithin(shut, each[1], WIDEST_WALL_M)]
     needless = _cuts_between_houses(plan)
     for door in plan.doors:
         doubt = doubt_of(door.confidence)
@@ -100,7 +103,7 @@ def passage_questions(plan: FloorPlan, shown: Sequence[tuple[str, LineString]] =
                 *(
                     list(_ways_beside(plan, door, free))
                     or list(_no_cuts(door, needless))
-                    or list(_way_to_larger(plan, door, sides))
+                    or list(_way_to_larger(plan, door, sides, shut))
                 ),
             )
         elif door.kind == "entrance" and door.confidence is not None:
@@ -164,19 +167,23 @@ def _ways_beside(plan: FloorPlan, cut: Door, free: Sequence[tuple[str, LineStrin
         yield Answer(f"A door where the {kind} is", "door", ((ax, ay), (bx, by)))
 
 
-def _way_to_larger(plan: FloorPlan, cut: Door, sides: Sequence[Room]) -> Iterator[Answer]:
-    """R1. Yield a door from a cut's smaller room to the largest room beside it, if no passage joins the two yet."""
+def _way_to_larger(plan: FloorPlan, cut: Door, sides: Sequence[Room], shut: shapely.Geometry) -> Iterator[Answer]:
+    """R1. Yield a door from a cut's smaller room to the largest room beside it, if no passage joins the two yet.
+
+    ``shut`` are places where no way is.
+    """
     small, known = sides[0], sides[-1]
     joined = {side for door in plan.doors if small.id in door.rooms for side in door.rooms}
     larger = [room for room in plan.rooms if room.area > known.area and room.id not in joined]
-    for room, ends in way_to_largest(small.polygon, larger, cut.width):
-        yield Answer(f"A door to {names_of([room])}", "door", ends)
+    for ends in way_to_largest(small.polygon, larger, cut.width):
+        if not shapely.dwithin(shut, LineString(ends), WIDEST_WALL_M):
+            yield Answer("A door to the largest room beside it", "door", ends)
 
 
 def way_to_largest(
     space: Polygon, rooms: Sequence[Room], width_m: float
-) -> Iterator[tuple[Room, tuple[tuple[float, float], tuple[float, float]]]]:
-    """Yield the largest room beside a space, and the ends of a door in the middle of the longest wall between them."""
+) -> Iterator[tuple[tuple[float, float], tuple[float, float]]]:
+    """Yield the ends of a door in the middle of the longest wall between a space and the largest room beside it."""
     reach = shapely.buffer(space, WIDEST_WALL_M)
     for room in sorted(rooms, key=lambda room: -room.area):
         if not reach.intersects(room.polygon):
@@ -190,7 +197,7 @@ def way_to_largest(
             half = width_m / 2 / wall.length
             ends = [wall.interpolate(0.5 + side, normalized=True) for side in (-half, half)]
             (ax, ay), (bx, by) = ((round(end.x, 3), round(end.y, 3)) for end in ends)
-            yield room, ((ax, ay), (bx, by))
+            yield (ax, ay), (bx, by)
             return
 
 

@@ -104,7 +104,7 @@ def questions(
             seen_wall_questions(plan, source, (dx, dy), closed),
             bay_questions(plan, source, (dx, dy)),
         ]
-    rules.append(passage_questions(plan, places))
+    rules.append(passage_questions(plan, places, closed))
     rules.append(part_questions(plan, several))
     rules.append(corner_questions(plan, [line for kind, line in places if kind in SHOWN], several))
     found = [each for rule in rules for each in _without_fault(rule)]

@@ -227,8 +227,8 @@ def _room_with_door(
         word: Word = "entrance" if None in sides else "door"
         way = Further(word, ((ax, ay), (bx, by)))
         yield Answer(f"A room with {an(word)} where the {kind} is", "room", (at,), then=(way,))
-    for room, ends in way_to_largest(space, plan.rooms, CUT_M) if not found else ():
-        title = f"A room with a door to the {name_of(room)} of {room.area:.1f} m²"
+    for ends in way_to_largest(space, plan.rooms, CUT_M) if not found else ():
+        title = "A room with a door to the largest one beside it"
         yield Answer(title, "room", (at,), then=(Further("door", ends),))
 
 

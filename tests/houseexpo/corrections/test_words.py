@@ -131,6 +131,14 @@ def test_a_door_where_one_stands_is_already_so() -> None:
     assert (opened.effects[0].outcome, kinds(opened.plan)) == ("done", ["opening"])
 
 
+def test_a_door_of_the_plan_that_is_wider_than_any_drawn_one_stays_a_door() -> None:
+    (door,) = PLAN.doors
+    wide = replace(door, segment=((4.15, 0.3), (4.15, 2.9)), width=2.6, ring=np.array(box(4.1, 0.3, 4.2, 2.9)))
+    found = corrected(replace(PLAN, doors=(wide,)), door=[[4.15, 0.3], [4.15, 2.9]])
+    assert found.effects[0].outcome == "already"
+    assert kinds(found.plan) == ["door"]
+
+
 @pytest.mark.parametrize(
     ("words", "why"),
     [

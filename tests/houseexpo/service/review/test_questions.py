@@ -109,7 +109,9 @@ def test_a_room_of_a_row_may_have_its_door_to_the_hall_before_it() -> None:
     whole = unary_union([*(room.polygon for room in rooms), cut.polygon, way.polygon])
     plan = FloorPlan("row", list(whole.exterior.coords[:-1]), 3, {}, rooms=rooms, doors=(cut, way), frame=FRAME)
     (asked,) = questions(plan)
-    assert asked.answers[-1].title == "A door to the office of 17.7 m²"
+    assert asked.answers[-1].title == "A door to the largest room beside it"
+    (asked_again,) = questions(plan, said=[("no_door", [asked.answers[-1].points[0]])])
+    assert len(asked_again.answers) == len(asked.answers) - 1
     found = said(plan, asked.answers[-1])
     assert sorted((door.kind, door.rooms) for door in found.doors) == [("door", (0, 2)), ("door", (1, 2))]
 

@@ -421,7 +421,7 @@ def test_a_space_that_was_left_out_may_be_a_room_with_a_door() -> None:
         return list(asked.answers)
 
     *_, to_room = answers()
-    assert to_room.title == "A room with a door to the bedroom of 9.0 m²"
+    assert to_room.title == "A room with a door to the largest one beside it"
     (door,) = to_room.then
     assert door.action == "door"
     assert sorted(door.points) == [(7.3, 1.2), (7.3, 2.0)]
