@@ -5,7 +5,8 @@ which of these questions remain, and in which order.
 
 R1  A question that a person has answered or skipped is not asked again. Answers are words of the storey, as if drawn.
     A line that would part what a person has said to be one room, or has outlined, is not asked about, nor one in whose
-    place such a question was answered, nor what the source shows along a line where a person has said no wall.
+    place such a question was answered, nor what the source shows along a line where a person has said no wall, nor a
+    front along an edge that a person has drawn.
 R2  An answer's value is the question's doubt times (``_LEAST`` + the share of the plan's area that it concerns).
     Questions of one kind about parts of a similar size are grouped, as one answer is often true of all of them. The
     group with the most valuable question comes first, after the questions about the file: all else depends on these.
@@ -116,6 +117,10 @@ def questions(
 
 def _is_told(plan: FloorPlan, asked: Question, left: Collection[str], said: Sequence[tuple[str, Places]]) -> bool:
     """R1."""
+    if asked.key.startswith("front"):
+        line = LineString(asked.answers[0].points)
+        drawn = [LineString([*points, points[0]]) for word, points in said if word == "room_outline"]
+        return any(edge.buffer(OF_EDGE_M).covers(line) for edge in drawn)
     if not asked.key.startswith(_PARTING):
         return False
     frame: Any = plan.frame

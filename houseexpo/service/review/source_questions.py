@@ -66,6 +66,8 @@ _LARGER: Final = 0.3
 """Doubt of a room that takes a part of the space between its walls."""
 _FRONT_M: Final = (1.5, 15.0)
 """The least and the greatest width of a front, metres. People drew 1.7 to 12.6 m."""
+_CORRIDOR_M: Final = 1.0
+"""The width of a narrow corridor, metres: what is narrower and has neither a lintel nor jambs is no mouth."""
 _FRONTS: Final = {*SHOWN, "gate", "mouth", "floor_edge"}
 """Kinds of evidence in the source that may be a front."""
 _FRONT: Final = 0.3
@@ -314,7 +316,9 @@ def front_questions(
     fronts = [(kind, line) for kind, line in places if kind in _FRONTS and line.length > PASSAGE_M[1]]
     lines = [line for kind, line in fronts if kind in NAMED]
     lines += [part for kind, line in fronts if kind not in NAMED for part in shapely.get_parts(beyond(line))]
-    mouths = [line for kind, line in places if kind in _FRONTS - set(SHOWN) and line.length <= PASSAGE_M[1]]
+    mouths = [
+        line for kind, line in places if kind in _FRONTS - set(SHOWN) and _CORRIDOR_M <= line.length <= PASSAGE_M[1]
+    ]
     narrow = [line for kind, line in places if kind in SHOWN and line.length <= PASSAGE_M[1]]
     for room in plan.rooms:
         edge = shapely.simplify(room.polygon, OF_EDGE_M / 3).exterior.coords
@@ -323,7 +327,7 @@ def front_questions(
                 lines += shapely.get_parts(beyond(LineString(side))).tolist()
     found: list[tuple[Room, LineString]] = []
     lines = [line for line in lines if _FRONT_M[0] <= line.length <= _FRONT_M[1]]
-    for line in (*lines, *(line for line in mouths if line.length >= PASSAGE_M[0])):
+    for line in (*lines, *mouths):
         if in_walls(line) > line.length / 2:
             continue
         (ax, ay), (bx, by) = line.coords

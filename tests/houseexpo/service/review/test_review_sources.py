@@ -832,6 +832,7 @@ def test_an_open_mouth_as_wide_as_a_corridor_is_asked_about() -> None:
     (asked,) = questions(plan, (), view)
     assert "1.40 m wide. Is it open to the outside" in asked.says
     assert with_effect(plan, [asked], (), view) == [asked]
+    assert questions(plan, (), view, [("room_outline", box(0.0, 0.0, 4.0, 6.0))]) == []  # somebody drew this edge
 
 
 def test_rooms_between_which_the_source_shows_doors_are_not_asked_about() -> None:
