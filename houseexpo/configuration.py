@@ -1,4 +1,4 @@
-"""Read configurations: TOML files and nested mappings, made into frozen dataclasses and back.
+"""Read configurations: TOML files and nested mappings, made into frozen dataclasses and back; check their values.
 
 A dataclass describes a table: its fields are the keys, with their types and defaults. Fields may be dataclasses, which
 are tables in it. Unknown keys are refused. Every error names the key with its tables: ``planes.door_m``.
@@ -6,6 +6,7 @@ are tables in it. Unknown keys are refused. Every error names the key with its t
 
 from __future__ import annotations
 
+import math
 import tomllib
 import types
 from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -16,6 +17,7 @@ from pathlib import Path
 from typing import Any, TypeVar, Union, get_args, get_origin, get_type_hints
 
 import msgspec
+import numpy as np
 
 from houseexpo.errors import ConfigError
 from houseexpo.files import read_text
@@ -164,3 +166,45 @@ def _plain(value: object, hint: Any) -> Any:
 
 def _join(key: str, name: str) -> str:
     return f"{key}.{name}" if key else name
+
+
+def check_number(
+    value: object, key: str, *, above: float = -math.inf, at_least: float = -math.inf, at_most: float = math.inf
+) -> None:
+    """Raise ConfigError unless ``value`` is a finite number within the limits."""
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
+        raise ConfigError(f"{key}: expected a finite number, {describe_found(value)}")
+    if value <= above:
+        raise ConfigError(f"{key}: expected more than {above:g}, found {value!r}")
+    if value < at_least:
+        raise ConfigError(f"{key}: expected at least {at_least:g}, found {value!r}")
+    if value > at_most:
+        raise ConfigError(f"{key}: expected at most {at_most:g}, found {value!r}")
+
+
+def check_whole_number(value: object, key: str, *, at_least: int, at_most: float = math.inf) -> None:
+    """Raise ConfigError unless ``value`` is a whole number within the limits."""
+    if isinstance(value, bool) or not isinstance(value, int) or value < at_least:
+        raise ConfigError(f"{key}: expected a whole number of at least {at_least}, {describe_found(value)}")
+    if value > at_most:
+        raise ConfigError(f"{key}: expected a whole number of at most {at_most}, found {value!r}")
+
+
+def describe_found(value: object) -> str:
+    """Return the found value as text; for a number of numpy, which would look right, with advice to convert it."""
+    strange = isinstance(value, np.number) and not isinstance(value, float)
+    return f"found {value!r}" + ("; convert it to a Python number with .item()" if strange else "")
+
+
+def check_above_zero(config: object, where: str, *names: str, at_most: float = math.inf) -> None:
+    """Raise ConfigError unless the fields are numbers above 0 and at most ``at_most``."""
+    for name in names:
+        value = getattr(config, name)
+        if not (type(value) is float and 0.0 < value < math.inf and value <= at_most):  # the common case
+            check_number(value, f"{where}.{name}", above=0.0, at_most=at_most)
+
+
+def check_one_of(value: object, key: str, known: tuple[str, ...]) -> None:
+    """Raise ConfigError unless ``value`` is one of the known names."""
+    if value not in known:
+        raise ConfigError(f"{key}: expected one of {', '.join(known)}; found {value!r}")

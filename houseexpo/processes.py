@@ -1,4 +1,4 @@
-"""Say in what environment processes start, and map a function over items in several of them, in the items' order.
+"""Count the cores for processes, start them, and map a function over items in several of them, in the items' order.
 
 R1  Items are requested as they are needed: only a few chunks per process wait, not the whole data set.
 R2  Results come in the order of the items, so that the number of processes does not change them.
@@ -8,6 +8,7 @@ R4  The caller handles Ctrl-C, and ends the processes; they never get it, also w
 
 from __future__ import annotations
 
+import math
 import multiprocessing
 import os
 import signal
@@ -18,9 +19,53 @@ from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from itertools import islice
 from multiprocessing import resource_tracker
+from pathlib import Path
 from typing import Any, Final, TypeVar
 
 from houseexpo.errors import WorkerError
+
+
+def count_cores(groups: Path = Path("/proc/self/cgroup"), mount: Path = Path("/sys/fs/cgroup")) -> int:
+    """Return how many cores this process may use, given its affinity and the quota of its control groups (Linux)."""
+    own = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    return max(min([own, *(math.ceil(quota) for quota in _quotas(groups, mount))]), 1)
+
+
+def _quotas(groups: Path, mount: Path) -> Iterator[float]:
+    """Yield the number of cores that each control group of the process and each of its parents allows.
+
+    ``groups`` has a line ``0::/path`` (version 2) or ``4:cpu,cpuacct:/path`` (version 1). In a container, the path may
+    be one outside of it; the files at the mount's root then describe the container.
+    """
+    try:
+        lines = groups.read_text(encoding="utf-8").splitlines()
+    except OSError:
+        return
+    for line in lines:
+        _, kinds, path = line.split(":", 2)
+        if kinds and "cpu" not in kinds.split(","):
+            continue
+        home = mount / "cpu" if kinds else mount
+        inner = home / path.lstrip("/")
+        for folder in (inner, *inner.parents):
+            if folder == home or home in folder.parents:
+                quota = _quota(folder)
+                if quota is not None:
+                    yield quota
+
+
+def _quota(folder: Path) -> float | None:
+    """Return the number of cores that one control group allows, None if it sets no limit."""
+    try:
+        if (folder / "cpu.max").exists():
+            allowed, period = (folder / "cpu.max").read_text(encoding="utf-8").split()
+        else:
+            allowed = (folder / "cpu.cfs_quota_us").read_text(encoding="utf-8").strip()
+            period = (folder / "cpu.cfs_period_us").read_text(encoding="utf-8").strip()
+        return None if allowed in {"max", "-1"} else int(allowed) / int(period)
+    except (OSError, ValueError, ZeroDivisionError):
+        return None
+
 
 Item = TypeVar("Item")
 Answer = TypeVar("Answer")

@@ -68,7 +68,7 @@ class BuildRequest:
         """Return the executor."""
         from functools import partial
 
-        from houseexpo.cpu_cores import count_cores
+        from houseexpo.processes import count_cores
         from pipeline.executors import local, ray
 
         if self.executor == "ray":

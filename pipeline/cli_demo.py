@@ -49,8 +49,8 @@ def demo(
     )
     target = folder / "plans" / "demo"
     if plans and not target.exists():
-        from houseexpo.cpu_cores import count_cores
         from houseexpo.dataset import open_dataset
+        from houseexpo.processes import count_cores
 
         homes = [f"procedural:{plans}"]
         from_python(

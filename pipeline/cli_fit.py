@@ -46,8 +46,8 @@ def fit(
     uses them. The exit code is 1 if none is better.
     """
     from houseexpo.commands.printing import make_console
-    from houseexpo.cpu_cores import count_cores
     from houseexpo.outputs import CommandOutput
+    from houseexpo.processes import count_cores
     from houseexpo.words import count_noun
     from pipeline.fitting.labels import read_labels
     from pipeline.fitting.models import FOLDS, fit_own_models

@@ -1,9 +1,15 @@
-"""Add up the audits of many plans (``houseexpo.analysis.audit``)."""
+"""Add up the audits of many plans (``houseexpo.analysis.audit``), to compare with those of nine public data sets.
+
+The published results are all from results/summary.md and results/datasets/area_percentiles.csv of floorplan_eval
+(github.com/birsakm/floorplan_eval, commit 1855c76, read in 2026), which converts each data set and measures it. The
+data sets themselves are not part of houseexpo.
+"""
 
 from __future__ import annotations
 
 from collections import Counter, defaultdict
-from typing import Any, Final
+from collections.abc import Mapping
+from typing import Any, Final, NamedTuple
 
 from houseexpo.analysis.audit import RULES, PlanAudit
 from stats.tally import Tally
@@ -93,3 +99,69 @@ class AuditSummary:
             "areas_m2": {kind: tally.report() for kind, tally in sorted(self.areas.items())},
             "widths_m": {kind: tally.report() for kind, tally in sorted(self.widths.items())},
         }
+
+
+CITED: Final = "floorplan_eval (github.com/birsakm/floorplan_eval, results/summary.md, commit 1855c76)"
+
+
+class PublicSet(NamedTuple):
+    """A public data set: its name, the kind of its plans (``one``), their number, mean room count, and audit results.
+
+    ``area``, ``width`` and ``aspect`` are means over the plans of the share of rooms that break the rule, None if the
+    data set has no known scale. ``any`` is the share of plans that break a rule.
+    """
+
+    name: str
+    one: str
+    plans: int
+    rooms: float
+    overlap: float
+    holes: float
+    pieces: float
+    area: float | None
+    width: float | None
+    aspect: float
+    any: float
+
+
+PUBLIC: Final = (
+    PublicSet("ProcTHOR-10k", "made house", 1000, 3.73, 0.000, 0.000, 1.00, 0.006, 0.023, 0.015, 0.125),
+    PublicSet("ResPlan", "flat", 16317, 8.29, 0.003, 0.001, 1.01, 0.005, 0.011, 0.002, 0.136),
+    PublicSet("LIFULL", "flat, unknown scale", 10000, 8.16, 0.004, 0.000, 1.10, None, None, 0.008, 0.139),
+    PublicSet("RPLAN", "flat", 12063, 6.79, 0.000, 0.000, 1.00, 0.004, 0.027, 0.002, 0.171),
+    PublicSet("Swiss Dwellings", "flat on one floor", 46830, 7.87, 0.000, 0.001, 1.04, 0.014, 0.028, 0.002, 0.250),
+    PublicSet("MagicPlan", "floor", 10000, 6.12, 0.000, 0.003, 1.03, 0.040, 0.063, 0.005, 0.359),
+    PublicSet("Tell2Design", "flat, from images", 2308, 6.81, 0.000, 0.000, 1.04, 0.012, 0.061, 0.004, 0.368),
+    PublicSet("CubiCasa5k", "floor", 6103, 10.06, 0.003, 0.001, 1.06, 0.046, 0.056, 0.005, 0.451),
+    PublicSet("MSD", "floor of a building", 4167, 31.73, 0.001, 0.005, 1.16, 0.015, 0.030, 0.002, 0.457),
+)
+"""The data sets, those that break fewest rules first."""
+
+SIZES: Final[Mapping[str, Mapping[str, tuple[float, float, float, float]]]] = {
+    "Swiss Dwellings": {
+        "living room": (16.2, 26.7, 42.7, 4.0),
+        "kitchen": (4.6, 8.0, 14.2, 2.3),
+        "bedroom": (9.9, 14.3, 21.8, 3.2),
+        "bathroom": (1.5, 3.8, 6.3, 1.6),
+        "balcony": (2.1, 7.3, 21.3, 1.7),
+        "hallway": (2.2, 7.5, 17.7, 1.8),
+        "storage": (0.5, 2.2, 7.3, 1.2),
+    },
+    "MagicPlan": {
+        "living room": (7.7, 20.1, 52.5, 3.8),
+        "kitchen": (3.6, 10.3, 32.7, 2.7),
+        "bedroom": (5.9, 12.2, 23.8, 3.0),
+        "bathroom": (1.3, 3.9, 10.2, 1.6),
+        "balcony": (1.4, 6.1, 32.9, 1.5),
+        "hallway": (1.4, 6.1, 34.8, 1.6),
+        "storage": (1.6, 9.7, 50.2, 2.5),
+    },
+}
+"""Room area at 5%, 50% and 95% (m2), and the median clear width (m), by data set and type."""
+
+
+def public_row(name: str, found: AuditSummary) -> PublicSet:
+    """Return an audited data set as a row for the table of public data sets."""
+    means = {rule: tally.moments()[0] for rule, tally in found.shares.items()}
+    pieces = found.pieces.moments()[0]
+    return PublicSet(name, "", found.plans, found.mean_rooms, pieces=pieces, any=found.any_share, **means)

@@ -12,9 +12,9 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
-from houseexpo.cpu_cores import count_cores
 from houseexpo.dataset import Dataset
 from houseexpo.floorplan import FloorPlan
+from houseexpo.processes import count_cores
 from houseexpo.words import count_noun
 from stats.record import Record
 

@@ -16,8 +16,7 @@ from houseexpo.drawing.plots import INK, MUTED, ONE, OTHER, embedded_svg, svg_ax
 from houseexpo.errors import ConfigError
 from houseexpo.files import encode_json, write_atomically
 from houseexpo.tolerances import ROBOT_M
-from stats.audit import AuditSummary
-from stats.public_sets import CITED, PUBLIC, SIZES
+from stats.audit import CITED, PUBLIC, SIZES, AuditSummary
 from stats.record import BY_KEY
 from stats.report import Report, audited_data_sets, count_leaks
 from stats.summary import Reach

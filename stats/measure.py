@@ -8,11 +8,11 @@ from pathlib import Path
 
 import msgspec
 
-from houseexpo.cpu_cores import count_cores
 from houseexpo.dataset import Dataset
 from houseexpo.dataset.store import open_store
 from houseexpo.dataset.store.stored_plans import BrokenPlan
 from houseexpo.errors import ConfigError
+from houseexpo.processes import count_cores
 from stats.record import VERSION, Record, find_rooms_and_measure, measure_and_audit
 from stats.summary import PlanSummary
 

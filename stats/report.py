@@ -8,8 +8,8 @@ from itertools import permutations
 from typing import Any
 
 from houseexpo.dataset.store.stored_plans import BrokenPlan
+from stats.audit import PublicSet, public_row
 from stats.measure import DataSetSummary
-from stats.public_sets import PublicSet, public_row
 from stats.record import MEASURES
 from stats.summary import PlanSummary
 from stats.tally import Tally

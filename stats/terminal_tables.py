@@ -9,9 +9,8 @@ from rich.table import Table
 from houseexpo.analysis.audit import RULES
 from houseexpo.commands.printing import new_table
 from houseexpo.words import count_noun
-from stats.audit import AuditSummary
+from stats.audit import CITED, PUBLIC, AuditSummary
 from stats.measure import DataSetSummary
-from stats.public_sets import CITED, PUBLIC
 from stats.record import MEASURES
 from stats.report import DIFFERENCE, Distance, Report, audited_data_sets, count_leaks
 from stats.summary import PlanSummary

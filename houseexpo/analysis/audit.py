@@ -1,7 +1,7 @@
 """Check rooms by seven rules (overlap, holes, pieces, least area and width, aspect, daylight), and find which adjoin.
 
 The first six and their thresholds are those of floorplan_eval (github.com/birsakm/floorplan_eval, docs/metrics.md,
-2026), which holds nine public data sets to them (``stats.public_sets``). They are loose: a person and a bed must fit.
+2026), which holds nine public data sets to them (``stats.audit``). They are loose: a person and a bed must fit.
 Real homes break some of them too, so a share is to be compared with those of the public sets, not with zero.
 
 R1  *Overlap*: the areas of all rooms add up to at most 2% more than the area that they cover together.

@@ -47,7 +47,7 @@ from houseexpo.plan.model import PlanData
 from houseexpo.plan.room_labels import UNLABELLED
 
 if TYPE_CHECKING:
-    from houseexpo.analysis.passages import Passages
+    from houseexpo.analysis.navigability import Passages
 
 Floats = npt.NDArray[np.float64]
 
@@ -92,7 +92,7 @@ class WallsAndParts:
     @cached_property
     def passages(self) -> Passages:
         """The narrow places of the free space."""
-        from houseexpo.analysis.passages import Passages, find_passages
+        from houseexpo.analysis.navigability import Passages, find_passages
 
         if self.plan is None:
             return Passages(np.zeros(0), np.zeros((0, 2)))
@@ -275,7 +275,7 @@ def _match(parts: _Parts, others: _Parts, symmetry: str) -> bool:
 
 def _openings_match(one: WallsAndParts, other: WallsAndParts, edges: Floats, symmetry: str) -> bool:
     """Return whether each narrow place of either plan is equally wide in the other plan."""
-    from houseexpo.analysis.passages import Passages
+    from houseexpo.analysis.navigability import Passages
 
     here, there = one.passages, other.passages
     there = Passages(there.radius, _apply_symmetry(there.middle, symmetry))

@@ -79,8 +79,8 @@ def run(
     """
     from houseexpo.commands.arguments import open_data_set
     from houseexpo.commands.printing import make_console, print_name_and_text
-    from houseexpo.cpu_cores import count_cores
     from houseexpo.outputs import CommandOutput
+    from houseexpo.processes import count_cores
     from houseexpo.pseudoslam.benchmark.maps import read_maps
     from houseexpo.pseudoslam.benchmark.result import write_result
     from houseexpo.pseudoslam.benchmark.run import DEFAULT_PLANS, RunSettings, run_benchmark
@@ -123,7 +123,7 @@ def verify(
     """
     from houseexpo.commands.arguments import open_data_set
     from houseexpo.commands.printing import make_console, print_name_and_text
-    from houseexpo.cpu_cores import count_cores
+    from houseexpo.processes import count_cores
     from houseexpo.pseudoslam.benchmark.maps import read_maps
     from houseexpo.pseudoslam.benchmark.result import read_result
     from houseexpo.pseudoslam.benchmark.tracks import MAP_TRACKS, find_track

@@ -36,8 +36,8 @@ def collect(
     The same seed gives the same data with any number of workers.
     """
     from houseexpo.commands.printing import make_console
-    from houseexpo.cpu_cores import count_cores
     from houseexpo.outputs import check_not_in_inputs
+    from houseexpo.processes import count_cores
     from houseexpo.pseudoslam.benchmark.collection import CollectSettings, collect_episodes
     from houseexpo.pseudoslam.benchmark.tracks import find_track
     from houseexpo.words import count_noun

@@ -35,8 +35,8 @@ def observe(
     from dataclasses import replace
 
     from houseexpo.commands.printing import make_console, print_problems
-    from houseexpo.cpu_cores import count_cores
     from houseexpo.outputs import check_not_in_inputs
+    from houseexpo.processes import count_cores
     from houseexpo.pseudoslam.config import SimulatorConfig
     from houseexpo.pseudoslam.io.pair_shards import write_pair_shards as run_observe
     from houseexpo.pseudoslam.io.pairs import USUAL_NOISE, PairConfig

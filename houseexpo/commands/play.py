@@ -7,8 +7,7 @@ from typing import Annotated
 
 import typer
 
-from houseexpo.commands.arguments import HousesArgument, MapResolution, ReplaceOption
-from houseexpo.commands.simulator_environment import MotionOption, TaskOption
+from houseexpo.commands.arguments import HousesArgument, MapResolution, MotionOption, ReplaceOption, TaskOption
 
 _NO_END = 1_000_000_000
 
@@ -29,8 +28,8 @@ def play(
     replace: ReplaceOption = False,
 ) -> None:
     """Drive a robot through a house with the arrow keys, and watch its map grow."""
+    from houseexpo.commands.arguments import make_environment
     from houseexpo.commands.printing import make_console
-    from houseexpo.commands.simulator_environment import make_environment
     from houseexpo.files import make_folder
     from houseexpo.outputs import CommandOutput
     from houseexpo.pseudoslam.agents.driving import FILES, DriveSession, drive_by_keys

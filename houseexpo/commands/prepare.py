@@ -29,9 +29,9 @@ def prepare(
     compute and cache what they need during the resets.
     """
     from houseexpo.commands.printing import make_console, print_problems
-    from houseexpo.cpu_cores import count_cores
+    from houseexpo.processes import count_cores
     from houseexpo.pseudoslam.config import LaserConfig, RobotConfig, SimulatorConfig
-    from houseexpo.pseudoslam.worlds.prepare import prepare_worlds as run_prepare
+    from houseexpo.pseudoslam.worlds.cache import prepare_worlds as run_prepare
     from houseexpo.words import count_noun
 
     given = (

@@ -8,8 +8,16 @@ from typing import Annotated, Final, Literal
 
 import typer
 
-from houseexpo.commands.arguments import POLICIES, HousesArgument, MapResolution, ReplaceOption, make_completion
-from houseexpo.commands.simulator_environment import MotionOption, TaskName, TaskOption
+from houseexpo.commands.arguments import (
+    POLICIES,
+    HousesArgument,
+    MapResolution,
+    MotionOption,
+    ReplaceOption,
+    TaskName,
+    TaskOption,
+    make_completion,
+)
 
 _POLICIES: Final[dict[TaskName, str]] = {"exploration": "frontier", "avoidance": "wall", "navigation": "a-star"}
 
@@ -49,8 +57,8 @@ def record(
     replace: ReplaceOption = False,
 ) -> None:
     """Write a movie of a policy at work, or a ROS bag with its robot's map and sensor data."""
+    from houseexpo.commands.arguments import make_environment
     from houseexpo.commands.printing import make_console
-    from houseexpo.commands.simulator_environment import make_environment
     from houseexpo.errors import ConfigError
     from houseexpo.outputs import CommandOutput
     from houseexpo.pseudoslam.agents.policies import load_interface, make_policy

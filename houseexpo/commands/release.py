@@ -29,10 +29,10 @@ def release(
     set in a folder of the same name gives the same bytes.
     """
     from houseexpo.commands.printing import make_console, new_table
-    from houseexpo.cpu_cores import count_cores
+    from houseexpo.processes import count_cores
     from houseexpo.release import PublisherTexts
     from houseexpo.release import release as run_release
-    from houseexpo.release.publisher_texts import CREATORS
+    from houseexpo.release.check_releasable import CREATORS
 
     about = PublisherTexts(title, tuple(creator or CREATORS), release_version, date, url, doi)
     done = run_release(dataset, out, about, workers=workers or count_cores())

@@ -24,12 +24,12 @@ def split(
 ) -> None:
     """Split a data set: levels and copies of a house stay together, and all parts have similar kinds of houses."""
     from houseexpo.commands.printing import make_console, new_table
-    from houseexpo.cpu_cores import count_cores
     from houseexpo.dataset import open_dataset
     from houseexpo.dataset.splits import PAPER, write_split
     from houseexpo.dataset.splits import split_plans as run_split
     from houseexpo.dataset.store import files_at
     from houseexpo.outputs import check_not_in_inputs
+    from houseexpo.processes import count_cores
     from houseexpo.words import count_noun
 
     if out is None and not files_at(dataset, "split without --out").is_dir():

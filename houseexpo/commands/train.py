@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 
 import typer
 
-from houseexpo.commands.simulator_environment import MotionName, TaskName
+from houseexpo.commands.arguments import MotionName, TaskName
 from houseexpo.errors import INTERRUPTED, ConfigError
 
 
@@ -148,8 +148,8 @@ def _chooser(
     from houseexpo.commands.arguments import open_data_set
     from houseexpo.commands.printing import make_console
     from houseexpo.configuration import read_config
-    from houseexpo.cpu_cores import count_cores
     from houseexpo.outputs import check_not_in_inputs
+    from houseexpo.processes import count_cores
     from houseexpo.pseudoslam.learning.chooser_training import WEIGHTS, ChooserConfig, train_chooser
 
     given = read_config(ChooserConfig, config) if config else ChooserConfig()

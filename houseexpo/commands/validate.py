@@ -22,9 +22,9 @@ def validate(
     The exit code is 0 if nothing is found, 1 if something is, and 2 if the data set cannot be read.
     """
     from houseexpo.commands.printing import make_console, new_table, print_json
-    from houseexpo.cpu_cores import count_cores
     from houseexpo.dataset.validation import RULES
     from houseexpo.dataset.validation import validate_dataset as run_validate
+    from houseexpo.processes import count_cores
     from houseexpo.words import count_noun
 
     report = run_validate(dataset, workers or count_cores())

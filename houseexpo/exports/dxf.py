@@ -9,9 +9,8 @@ import shapely
 
 from houseexpo.errors import MissingDependencyError, install_command
 from houseexpo.exports.encoding import Files
-from houseexpo.exports.openings import wall_openings, window_openings
 from houseexpo.exports.placement import ExportFrame, Orientation, Pose, orient_plan, pose_in_export
-from houseexpo.exports.plan_bodies import WALL_THICKNESS_M
+from houseexpo.exports.plan_bodies import WALL_THICKNESS_M, wall_openings, window_openings
 from houseexpo.file_kinds import STATES_WAYS
 from houseexpo.floorplan import FloorPlan
 from houseexpo.grids.raster import all_rings

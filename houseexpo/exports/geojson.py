@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any, Final
 import shapely
 
 from houseexpo.exports.encoding import Files, compact_json
-from houseexpo.exports.openings import wall_openings, window_openings
 from houseexpo.exports.placement import (
     ExportFrame,
     Orientation,
@@ -17,7 +16,7 @@ from houseexpo.exports.placement import (
     pose_in_export,
     world_from_plan,
 )
-from houseexpo.exports.plan_bodies import WALL_THICKNESS_M
+from houseexpo.exports.plan_bodies import WALL_THICKNESS_M, wall_openings, window_openings
 from houseexpo.file_kinds import STATES_WAYS
 from houseexpo.floorplan import FloorPlan
 

@@ -11,9 +11,8 @@ import shapely
 
 from houseexpo.errors import MissingDependencyError, install_command
 from houseexpo.exports.encoding import Files, valid_xml_text
-from houseexpo.exports.openings import WallOpening, wall_openings
 from houseexpo.exports.placement import pose_in_export
-from houseexpo.exports.plan_bodies import BodyOptions, PlanBodies, plan_bodies
+from houseexpo.exports.plan_bodies import BodyOptions, PlanBodies, WallOpening, plan_bodies, wall_openings
 from houseexpo.exports.storeys import FLOOR_M, RISER_M, PlacedStorey, stack_storeys
 from houseexpo.floorplan import FloorPlan
 from houseexpo.grids.raster import all_rings

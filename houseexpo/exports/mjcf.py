@@ -11,9 +11,8 @@ import shapely
 from shapely.geometry.base import BaseGeometry
 
 from houseexpo.exports.encoding import Files, format_numbers, valid_xml_text
-from houseexpo.exports.openings import WallOpening, wall_openings
 from houseexpo.exports.placement import Pose
-from houseexpo.exports.plan_bodies import BodyOptions, PlanBodies, plan_bodies
+from houseexpo.exports.plan_bodies import BodyOptions, PlanBodies, WallOpening, plan_bodies, wall_openings
 from houseexpo.exports.polygons import cut_into_trapezoids
 from houseexpo.exports.storeys import FLOOR_M, storey_bodies
 from houseexpo.floorplan import FloorPlan

@@ -9,9 +9,8 @@ import numpy as np
 import shapely
 
 from houseexpo.exports.encoding import Files, valid_xml_text
-from houseexpo.exports.openings import WallOpening, wall_openings, window_openings
 from houseexpo.exports.placement import ExportFrame, Orientation, Pose, default_frame, orient_plan, pose_in_export
-from houseexpo.exports.plan_bodies import WALL_THICKNESS_M, plan_bodies
+from houseexpo.exports.plan_bodies import WALL_THICKNESS_M, WallOpening, plan_bodies, wall_openings, window_openings
 from houseexpo.exports.polygons import cut_into_trapezoids
 from houseexpo.exports.rasters import PNG_RESOLUTION_M, png
 from houseexpo.exports.storeys import PlacedStorey, stack_storeys

@@ -12,9 +12,8 @@ import numpy.typing as npt
 
 from houseexpo.exports.encoding import Files, format_number, valid_xml_text
 from houseexpo.exports.mesh import extrude_polygon
-from houseexpo.exports.openings import wall_openings
 from houseexpo.exports.placement import Pose
-from houseexpo.exports.plan_bodies import BodyOptions, PlanBodies, plan_bodies
+from houseexpo.exports.plan_bodies import BodyOptions, PlanBodies, plan_bodies, wall_openings
 from houseexpo.exports.storeys import FLOOR_M, storey_bodies
 from houseexpo.floorplan import FloorPlan
 

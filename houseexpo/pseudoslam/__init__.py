@@ -35,8 +35,8 @@ from houseexpo.pseudoslam.config.obstacles import (
 )
 from houseexpo.pseudoslam.simulator import OccupancyGrid, Simulator
 from houseexpo.pseudoslam.state import State
-from houseexpo.pseudoslam.teams.making import parallel_env, parallel_vector_env
-from houseexpo.pseudoslam.teams.radio import Radio
+from houseexpo.pseudoslam.teams import parallel_env, parallel_vector_env
+from houseexpo.pseudoslam.teams.tasks import Radio
 from houseexpo.pseudoslam.worlds.cache import world_for
 from houseexpo.pseudoslam.worlds.maps import MapHouse, map_house, open_maps
 from houseexpo.pseudoslam.worlds.world import World

@@ -14,10 +14,10 @@ from typing import Any, Literal, get_args
 import numpy as np
 import numpy.typing as npt
 
+from houseexpo.configuration import check_number, check_one_of
 from houseexpo.errors import ConfigError
 from houseexpo.floorplan import FloorPlan
 from houseexpo.pseudoslam.config import GoalConfig, ObservationConfig, SimulatorConfig
-from houseexpo.pseudoslam.config.checks import check_number, check_one_of
 from houseexpo.pseudoslam.config.obstacles import ObstaclesConfig, RandomObstacles
 from houseexpo.pseudoslam.metrics import Bools, Floats, Metrics
 

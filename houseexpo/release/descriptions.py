@@ -6,8 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Final
 
-from houseexpo.release.check_releasable import ReleasableDataset
-from houseexpo.release.publisher_texts import PublisherTexts
+from houseexpo.release.check_releasable import PublisherTexts, ReleasableDataset
 from houseexpo.release.splits import ReleaseSplits
 from houseexpo.words import count_noun
 

@@ -32,11 +32,10 @@ from houseexpo.floorplan import decode
 from houseexpo.outputs import check_not_in_inputs
 from houseexpo.processes import map_in_processes
 from houseexpo.progress import show_progress
-from houseexpo.release.check_releasable import Licence, ReleasableDataset, check_releasable
+from houseexpo.release.check_releasable import Licence, PublisherTexts, ReleasableDataset, check_releasable
 from houseexpo.release.croissant import describe_in_croissant
 from houseexpo.release.data_card import MEASURES, SHEET, draw_measures_png, draw_sheet_png, make_data_card
 from houseexpo.release.descriptions import ReleaseFacts, citation_files
-from houseexpo.release.publisher_texts import PublisherTexts
 from houseexpo.release.splits import ReleaseSplits, release_splits
 from houseexpo.release.tables import OBJECTS, TABLES, WINDOWS, ReleasePlan, ReleaseTable, Row, TableWriter
 

@@ -19,7 +19,7 @@ from houseexpo.service import (
     plan_page,
     review,
 )
-from houseexpo.service.api.addresses import add_query_check
+from houseexpo.service.api import add_query_check
 from houseexpo.service.computations import limit_threads
 from houseexpo.service.guard import Guard
 from houseexpo.service.responses import error_response

@@ -25,12 +25,12 @@ import numpy as np
 from houseexpo.analysis.copies import Duplicate, choose_duplicates, find_copies
 from houseexpo.analysis.similarity import SYMMETRIES, PairSearchResult, SimilarPair
 from houseexpo.corrections import Override
-from houseexpo.cpu_cores import count_cores
 from houseexpo.dataset.index import index_row, index_table
 from houseexpo.dataset.splits import find_split_lists
 from houseexpo.files import encode_json, sha256_of, sync_folder, write_atomically
 from houseexpo.floorplan import FloorPlan, decode
 from houseexpo.plan.json_codec import FORMAT, encode
+from houseexpo.processes import count_cores
 from pipeline.batch import disk
 from pipeline.batch.data_set_folder import MANIFEST, PARTS, DataSetFolder, FinishedBuild, WrittenFile
 from pipeline.batch.entry import Entry, PlanRecord, StoredRejection

@@ -12,7 +12,7 @@ from rich.console import Console
 from rich.table import Table
 
 from houseexpo import FloorPlan
-from houseexpo.cpu_cores import count_cores
+from houseexpo.processes import count_cores
 from tests.benchmarks.vector_runs import LEAST, ORIGINAL, ROUNDS, RULES, N, configured, in_turns, single_run, vector_run
 from tests.builders.shared import needs_shared
 

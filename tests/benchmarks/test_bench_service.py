@@ -39,7 +39,7 @@ from websockets.asyncio.client import connect
 from houseexpo import open_dataset, save_plan
 from houseexpo.floorplan import decode
 from houseexpo.service.collection import OpenedDataset
-from houseexpo.service.drive.frames import ENDED, HEAD, KIND
+from houseexpo.service.drive.messages import ENDED, HEAD, KIND
 from houseexpo.service.search import parse_query
 from tests.builders.shared import DATA, needs_shared
 

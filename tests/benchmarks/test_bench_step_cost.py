@@ -24,7 +24,7 @@ from rich.table import Table
 
 import houseexpo.pseudoslam  # noqa: F401  # registers the environments
 from houseexpo import FloorPlan, open_dataset
-from houseexpo.cpu_cores import count_cores
+from houseexpo.processes import count_cores
 from houseexpo.pseudoslam import ObservationConfig, Simulator, SimulatorConfig, StartConfig
 from houseexpo.pseudoslam.io.pair_shards import write_pair_shards
 from houseexpo.pseudoslam.io.pairs import USUAL_NOISE, PairConfig

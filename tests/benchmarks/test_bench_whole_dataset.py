@@ -23,11 +23,10 @@ from rich.table import Table
 
 import houseexpo.pseudoslam  # noqa: F401  # registers the environments
 from houseexpo import Dataset, open_dataset
-from houseexpo.cpu_cores import count_cores
 from houseexpo.floorplan import decode
+from houseexpo.processes import count_cores
 from houseexpo.pseudoslam import LaserConfig, ObservationConfig, SimulatorConfig
-from houseexpo.pseudoslam.worlds.cache import load_static_world
-from houseexpo.pseudoslam.worlds.prepare import prepare_worlds
+from houseexpo.pseudoslam.worlds.cache import load_static_world, prepare_worlds
 from houseexpo.pseudoslam.worlds.store import WorldStore
 from tests.builders.shared import DATA, needs_shared
 

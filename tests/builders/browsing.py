@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from houseexpo import FloorPlan
-from houseexpo.service.drive.frames import HEAD, KIND, STEPS_PER_CELL
+from houseexpo.service.drive.messages import HEAD, KIND, STEPS_PER_CELL
 from tests.builders.needs import need
 
 

@@ -17,9 +17,8 @@ from types import SimpleNamespace
 import pytest
 
 from houseexpo import progress
-from houseexpo.cpu_cores import count_cores
 from houseexpo.errors import WorkerError
-from houseexpo.processes import map_in_processes
+from houseexpo.processes import count_cores, map_in_processes
 
 
 def squared(number: int) -> int:

@@ -21,9 +21,9 @@ import gymnasium
 import numpy as np
 import numpy.typing as npt
 
+from houseexpo.configuration import check_one_of
 from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.config import ObservationConfig, SimulatorConfig
-from houseexpo.pseudoslam.config.checks import check_one_of
 from houseexpo.pseudoslam.envs.single import PseudoSlamEnv
 from houseexpo.pseudoslam.envs.spec import Actions, Kind
 from houseexpo.pseudoslam.kernels.mapping import UNKNOWN

@@ -25,6 +25,7 @@ import numpy as np
 import numpy.typing as npt
 
 from houseexpo import __version__
+from houseexpo.configuration import check_whole_number
 from houseexpo.dataset import Dataset
 from houseexpo.errors import ConfigError, MissingDependencyError, PolicyError, install_command
 from houseexpo.progress import show_progress
@@ -34,7 +35,6 @@ from houseexpo.pseudoslam.benchmark.episodes import EpisodeOutcome, EpisodeRunne
 from houseexpo.pseudoslam.benchmark.run import check_task, make_policy_record, playable_plans
 from houseexpo.pseudoslam.benchmark.supervise import run_cases
 from houseexpo.pseudoslam.benchmark.tracks import TRACKS, Houses, Track, find_track
-from houseexpo.pseudoslam.config.checks import check_whole_number
 from houseexpo.pseudoslam.tasks import ROOM
 
 _NAME: Final = re.compile(r"[-_\w]+-v\d+")

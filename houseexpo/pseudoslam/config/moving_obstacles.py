@@ -8,14 +8,14 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Literal, TypeAlias, get_args
 
-from houseexpo.errors import ConfigError
-from houseexpo.pseudoslam.config.checks import (
+from houseexpo.configuration import (
     check_above_zero,
     check_number,
     check_one_of,
     check_whole_number,
     describe_found,
 )
+from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.config.obstacles import Shape
 from houseexpo.pseudoslam.kernels.people import PEOPLE_MOST
 

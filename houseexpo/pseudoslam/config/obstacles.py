@@ -11,9 +11,9 @@ from typing import Any, ClassVar, Literal, TypeAlias, get_args
 import numpy as np
 import numpy.typing as npt
 
+from houseexpo.configuration import check_above_zero, check_number
 from houseexpo.errors import ConfigError
 from houseexpo.grids.frame import FloatArray, GridFrame
-from houseexpo.pseudoslam.config.checks import check_above_zero, check_number
 from houseexpo.pseudoslam.kernels.placement import list_shape_spans
 from houseexpo.pseudoslam.kernels.types import Cells
 

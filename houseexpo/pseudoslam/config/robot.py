@@ -8,9 +8,9 @@ from dataclasses import dataclass, fields, replace
 from types import MappingProxyType
 from typing import Final, Literal, get_args
 
+from houseexpo.configuration import check_above_zero, check_number, check_one_of, check_whole_number
 from houseexpo.errors import ConfigError
 from houseexpo.plan.room_labels import LABELS, canonical
-from houseexpo.pseudoslam.config.checks import check_above_zero, check_number, check_one_of, check_whole_number
 from houseexpo.words import suggest_name
 
 ScanRule = Literal["sector", "rays"]

@@ -8,8 +8,8 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, fields, replace
 from typing import Any, Final
 
+from houseexpo.configuration import check_number, check_whole_number
 from houseexpo.errors import ConfigError
-from houseexpo.pseudoslam.config.checks import check_number, check_whole_number
 from houseexpo.pseudoslam.config.moving_obstacles import PeopleConfig, Trajectory
 from houseexpo.pseudoslam.config.obstacles import ObstaclesConfig
 from houseexpo.pseudoslam.config.robot import (

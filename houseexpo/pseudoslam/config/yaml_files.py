@@ -8,10 +8,9 @@ from dataclasses import fields
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from houseexpo.configuration import Config, config_from_mapping, mapping_entries
+from houseexpo.configuration import Config, check_number, config_from_mapping, mapping_entries
 from houseexpo.errors import ConfigError
 from houseexpo.files import decode_yaml, read_file
-from houseexpo.pseudoslam.config.checks import check_number
 
 _DEEPEST = 20
 

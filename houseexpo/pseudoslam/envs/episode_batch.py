@@ -12,7 +12,7 @@ import numpy.typing as npt
 from gymnasium.error import ClosedEnvironmentError
 from numba.core import config as config_of_numba
 
-from houseexpo.cpu_cores import count_cores
+from houseexpo.processes import count_cores
 from houseexpo.pseudoslam.config import SimulatorConfig
 from houseexpo.pseudoslam.kernels.bound_pool import BoundPool, PoolBinding
 from houseexpo.pseudoslam.kernels.compiling import compiled_function

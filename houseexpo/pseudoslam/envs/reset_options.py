@@ -9,8 +9,8 @@ from typing import Any, Literal, TypeAlias, get_args
 import numpy as np
 import numpy.typing as npt
 
+from houseexpo.configuration import check_one_of
 from houseexpo.errors import ConfigError
-from houseexpo.pseudoslam.config.checks import check_one_of
 from houseexpo.pseudoslam.worlds.cache import WorldCache
 from houseexpo.pseudoslam.worlds.world import World
 

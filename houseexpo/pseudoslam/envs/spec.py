@@ -14,9 +14,9 @@ import numpy.typing as npt
 from gymnasium import spaces
 from gymnasium.vector import AutoresetMode
 
+from houseexpo.configuration import check_one_of, check_whole_number
 from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.config import SimulatorConfig
-from houseexpo.pseudoslam.config.checks import check_one_of, check_whole_number
 from houseexpo.pseudoslam.config.robot import DRIVES, Motion
 from houseexpo.pseudoslam.config.simulator import PRESETS, PlanningConfig, with_preset
 from houseexpo.pseudoslam.envs.pictures import (

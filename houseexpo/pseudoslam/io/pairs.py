@@ -15,12 +15,12 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
+from houseexpo.configuration import check_above_zero, check_whole_number
 from houseexpo.floorplan import FloorPlan
 from houseexpo.grids.frame import GridFrame
 from houseexpo.grids.raster import NOTHING, room_ids
 from houseexpo.plan.room_labels import LABELS, UNLABELLED
 from houseexpo.pseudoslam.config import NoiseConfig, SimulatorConfig
-from houseexpo.pseudoslam.config.checks import check_above_zero, check_whole_number
 from houseexpo.pseudoslam.kernels.collision import STATIC
 from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE, UNKNOWN, draw_coarse_view, draw_nearest_cells
 from houseexpo.pseudoslam.simulator import Action, Simulator

@@ -17,10 +17,10 @@ import gymnasium
 import numpy as np
 import numpy.typing as npt
 
+from houseexpo.configuration import check_one_of
 from houseexpo.errors import ConfigError, MissingDependencyError
 from houseexpo.files import PARTIAL, make_folder, name_in_os_errors
 from houseexpo.pseudoslam.agents.policies import Policy, unwrap_env
-from houseexpo.pseudoslam.config.checks import check_one_of
 from houseexpo.pseudoslam.io.bags import BagWriter
 from houseexpo.pseudoslam.render import picture as render
 from houseexpo.pseudoslam.render.canvas import Image

@@ -19,11 +19,11 @@ from houseexpo.pseudoslam.kernels.team_step import EVERYONE, TeamKnowledge, Team
 from houseexpo.pseudoslam.kernels.types import Bits, Counts, Floats, Grid, Rows
 
 NONE, ALWAYS, RANGE, SIGHT, SIGNAL = range(5)
-"""Values of ``RadioParams.model``, in the order of the names of ``teams.radio.Model``."""
+"""Values of ``RadioParams.model``, in the order of the names of ``teams.tasks.Model``."""
 
 
 class RadioParams(NamedTuple):
-    """The parameters of a radio, which ``teams.radio.Radio`` describes."""
+    """The parameters of a radio, which ``teams.tasks.Radio`` describes."""
 
     model: int
     cell_m: float

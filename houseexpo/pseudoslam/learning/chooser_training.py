@@ -29,13 +29,13 @@ from typing import Any, Final
 import msgspec
 import numpy as np
 
+from houseexpo.configuration import check_above_zero, check_number, check_whole_number
 from houseexpo.dataset import Dataset
 from houseexpo.dataset.splits import encode_id_list
 from houseexpo.errors import ConfigError, MissingDependencyError, TrainingError, install_command
 from houseexpo.files import encode_json, write_atomically
 from houseexpo.floorplan import FloorPlan
 from houseexpo.pseudoslam.config import SimulatorConfig
-from houseexpo.pseudoslam.config.checks import check_above_zero, check_number, check_whole_number
 from houseexpo.pseudoslam.kernels.explore import ExplorationCurve, ExplorerMemory, ExplorerRules, explore, new_memory
 from houseexpo.pseudoslam.kernels.planning.frontier_features import FEATURES, LOOKED_AT
 from houseexpo.pseudoslam.kernels.tolerances import MAX_BUMPS, MAX_FRONTIERS

@@ -21,9 +21,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal, get_args
 
-from houseexpo.configuration import config_to_mapping
+from houseexpo.configuration import check_above_zero, check_number, check_one_of, check_whole_number, config_to_mapping
 from houseexpo.errors import ConfigError
-from houseexpo.pseudoslam.config.checks import check_above_zero, check_number, check_one_of, check_whole_number
 from houseexpo.pseudoslam.config.robot import Motion
 
 Network = Literal["cnn", "cnn-lstm", "set"]

@@ -34,6 +34,7 @@ import msgspec
 import numpy as np
 import numpy.typing as npt
 
+from houseexpo.configuration import check_whole_number
 from houseexpo.dataset import Dataset
 from houseexpo.dataset.splits import encode_id_list
 from houseexpo.errors import ConfigError, PlanError, TrainingError
@@ -53,7 +54,6 @@ from houseexpo.inference.map_prediction import (
 from houseexpo.pseudoslam.agents.explorers import InformationGain, NearestFrontier
 from houseexpo.pseudoslam.agents.protocol import Robot, make_knowledge
 from houseexpo.pseudoslam.config import LaserConfig, RobotConfig, SimulatorConfig
-from houseexpo.pseudoslam.config.checks import check_whole_number
 from houseexpo.pseudoslam.learning.records import begin_run, find_commit, find_versions
 from houseexpo.pseudoslam.predictor.office_floors import make_office_floor
 from houseexpo.pseudoslam.simulator import ACTIONS, Simulator

@@ -11,8 +11,8 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
+from houseexpo.configuration import check_one_of
 from houseexpo.errors import MissingDependencyError, install_command
-from houseexpo.pseudoslam.config.checks import check_one_of
 from houseexpo.pseudoslam.kernels.collision import STATIC
 from houseexpo.pseudoslam.kernels.mapping import FREE, OBSTACLE
 from houseexpo.pseudoslam.render.canvas import Canvas, Colour, Image, Points, scale_cells, scale_for

@@ -11,8 +11,7 @@ from pettingzoo import ParallelEnv
 from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.config import SimulatorConfig
 from houseexpo.pseudoslam.envs.spec import Actions, EnvOptions, Kind, Observation, check_options
-from houseexpo.pseudoslam.teams.radio import Radio
-from houseexpo.pseudoslam.teams.tasks import TeamExploration
+from houseexpo.pseudoslam.teams.tasks import Radio, TeamExploration
 from houseexpo.pseudoslam.teams.team import Team, plain_report
 from houseexpo.pseudoslam.teams.vector import TeamVectorEnv
 from houseexpo.pseudoslam.worlds.maps import Plans

@@ -14,7 +14,7 @@ from houseexpo.pseudoslam.kernels.bound_pool import BoundPool
 from houseexpo.pseudoslam.kernels.step import SKIP, STEP
 from houseexpo.pseudoslam.kernels.team_step import TeamKnowledge, TeamObstacles
 from houseexpo.pseudoslam.metrics import Metrics
-from houseexpo.pseudoslam.teams.radio import Radio
+from houseexpo.pseudoslam.teams.tasks import Radio
 from houseexpo.pseudoslam.teams.team import (
     Floats,
     Grid,

@@ -36,7 +36,7 @@ from houseexpo.pseudoslam.kernels.team_step import (
 from houseexpo.pseudoslam.kernels.types import Rows, Scratch
 from houseexpo.pseudoslam.state import RASTERS, State, flatten_episode, unflatten_episode, view_episode
 from houseexpo.pseudoslam.step_kernels import choose_kernel
-from houseexpo.pseudoslam.teams.radio import Radio
+from houseexpo.pseudoslam.teams.tasks import Radio
 from houseexpo.pseudoslam.worlds.world import World
 
 Floats = npt.NDArray[np.float64]

@@ -22,7 +22,7 @@ from houseexpo.pseudoslam.simulator import ACTIONS, action_motions
 from houseexpo.pseudoslam.tasks import Exploration
 from houseexpo.pseudoslam.teams.policies import TeamPolicy, find_policy_class
 from houseexpo.pseudoslam.teams.pools import TeamPools
-from houseexpo.pseudoslam.teams.radio import Radio
+from houseexpo.pseudoslam.teams.tasks import Radio
 from houseexpo.pseudoslam.teams.team import Team
 from houseexpo.pseudoslam.worlds.maps import Plans
 from houseexpo.pseudoslam.worlds.world import World

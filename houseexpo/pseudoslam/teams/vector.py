@@ -12,9 +12,9 @@ from gymnasium.utils import seeding
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
+from houseexpo.configuration import check_whole_number
 from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.config import SimulatorConfig
-from houseexpo.pseudoslam.config.checks import check_whole_number
 from houseexpo.pseudoslam.envs.reset_options import (
     Pose,
     Seeds,
@@ -37,8 +37,7 @@ from houseexpo.pseudoslam.envs.vector import with_masks
 from houseexpo.pseudoslam.kernels.step import STEP
 from houseexpo.pseudoslam.metrics import Metrics
 from houseexpo.pseudoslam.teams.pools import TeamPools
-from houseexpo.pseudoslam.teams.radio import Radio
-from houseexpo.pseudoslam.teams.tasks import TeamExploration
+from houseexpo.pseudoslam.teams.tasks import Radio, TeamExploration
 from houseexpo.pseudoslam.teams.team import ROBOTS_MOST, Team, compute_report
 from houseexpo.pseudoslam.worlds.maps import Plans
 

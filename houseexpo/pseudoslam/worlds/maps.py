@@ -20,6 +20,7 @@ from typing import Final, Literal, TypeAlias, Union, get_args
 import numpy as np
 import numpy.typing as npt
 
+from houseexpo.configuration import check_number, check_one_of
 from houseexpo.dataset import Dataset, open_dataset
 from houseexpo.errors import ConfigError
 from houseexpo.file_kinds import PICTURES
@@ -35,7 +36,6 @@ from houseexpo.grids.robot_map import (
     occupancy_from_array,
     read_map,
 )
-from houseexpo.pseudoslam.config.checks import check_number, check_one_of
 from houseexpo.pseudoslam.worlds.world import MAX_WORLD_CELLS
 
 Unknown = Literal["occupied", "free"]

@@ -22,8 +22,16 @@ from houseexpo.pseudoslam.benchmark.episodes import start_policy
 from houseexpo.pseudoslam.envs.single import ExplorationEnv
 from houseexpo.pseudoslam.render.sight import measure_sight
 from houseexpo.pseudoslam.simulator import ACTIONS
-from houseexpo.service.drive.frames import COLLIDED, ENDED, SUCCESS, RobotReport, SentMap, encode_frame
-from houseexpo.service.drive.messages import YOU, StartDrive
+from houseexpo.service.drive.messages import (
+    COLLIDED,
+    ENDED,
+    SUCCESS,
+    YOU,
+    RobotReport,
+    SentMap,
+    StartDrive,
+    encode_frame,
+)
 
 BEAMS: Final = 181
 """Beams of the laser that the browser draws."""

@@ -27,9 +27,9 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 from houseexpo.errors import ConfigError, HouseExpoError
 from houseexpo.floorplan import FloorPlan
 from houseexpo.pseudoslam.kernels.compiling import compiling_progress
-from houseexpo.service.drive.frames import SAVED
 from houseexpo.service.drive.messages import (
     FRAMES_PER_S,
+    SAVED,
     FinishDrive,
     FrameDrawn,
     MoveRobot,

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 import shapely
 
-from houseexpo.analysis.navigability import erode, navigability, straighten_walls
-from houseexpo.analysis.passages import find_passages
+from houseexpo.analysis.navigability import erode, find_passages, navigability, straighten_walls
 from houseexpo.floorplan import decode
 
 

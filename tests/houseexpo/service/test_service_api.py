@@ -11,7 +11,7 @@ import pytest
 from starlette.testclient import TestClient
 
 from houseexpo.dataset.store.folders import rejected_picture_path
-from houseexpo.service.api.addresses import CALLS, ApiCall
+from houseexpo.service.api import CALLS, ApiCall
 from houseexpo.service.app import make_app
 from houseexpo.service.service import Service
 from tests.builders.services import BASE, built, service_of, some_plans, two_rooms

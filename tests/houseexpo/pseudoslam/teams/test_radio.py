@@ -10,7 +10,7 @@ import pytest
 
 from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.kernels.radio import find_heard, length_in_walls, received_dbm
-from houseexpo.pseudoslam.teams.radio import Radio
+from houseexpo.pseudoslam.teams.tasks import Radio
 
 
 def test_received_power_by_hand() -> None:

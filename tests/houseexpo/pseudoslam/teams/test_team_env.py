@@ -19,7 +19,7 @@ from houseexpo.pseudoslam.config.obstacles import ObstaclesConfig, RandomObstacl
 from houseexpo.pseudoslam.config.robot import Motion
 from houseexpo.pseudoslam.envs.single import ExplorationEnv
 from houseexpo.pseudoslam.kernels.collision import MOVING, THINNER_PX, mark_disc
-from houseexpo.pseudoslam.teams.radio import Radio
+from houseexpo.pseudoslam.teams.tasks import Radio
 
 pytest.importorskip("pettingzoo")
 

@@ -12,8 +12,7 @@ from houseexpo import open_dataset
 from houseexpo.plan.json_codec import encode
 from houseexpo.pseudoslam.config import LaserConfig, RobotConfig, SimulatorConfig
 from houseexpo.pseudoslam.config.moving_obstacles import PeopleConfig
-from houseexpo.pseudoslam.worlds.cache import WorldCache, world_for
-from houseexpo.pseudoslam.worlds.prepare import prepare_worlds
+from houseexpo.pseudoslam.worlds.cache import WorldCache, prepare_worlds, world_for
 from houseexpo.pseudoslam.worlds.store import RecordError, decode_world, encode_world
 from tests.builders.simulations import COARSE, HUTS, assert_same_step, assert_same_world, hut, native
 

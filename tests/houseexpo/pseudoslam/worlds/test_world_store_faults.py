@@ -13,9 +13,7 @@ from houseexpo import disk_cache, open_dataset
 from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.config import RobotConfig, SimulatorConfig
 from houseexpo.pseudoslam.worlds import cache as cache_module
-from houseexpo.pseudoslam.worlds import prepare as prepare_module
-from houseexpo.pseudoslam.worlds.cache import WorldCache, world_for
-from houseexpo.pseudoslam.worlds.prepare import prepare_worlds
+from houseexpo.pseudoslam.worlds.cache import WorldCache, prepare_worlds, world_for
 from houseexpo.pseudoslam.worlds.store import world_file
 from tests.builders.simulations import COARSE, HUTS, assert_same_world
 
@@ -60,7 +58,7 @@ def test_without_a_cache_folder_it_goes_on(
 
 
 def test_preparing_goes_on_where_it_was(plans: Path, made: list[str], monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(prepare_module, "_BATCH", 1)
+    monkeypatch.setattr(cache_module, "_BATCH", 1)
     found = open_dataset(plans)
     first = prepare_worlds(found[:2], COARSE, 1)
     assert (first.known, first.made, first.refused, made) == (0, 2, (), ["small", "middle"])

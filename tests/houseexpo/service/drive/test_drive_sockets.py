@@ -20,10 +20,11 @@ from starlette.websockets import WebSocketDisconnect
 
 from houseexpo import save_plan
 from houseexpo.pseudoslam.kernels.compiling import CompilingProgress
+from houseexpo.service import drive
 from houseexpo.service.app import make_app
 from houseexpo.service.collection import Collection
-from houseexpo.service.drive import pages, sessions
-from houseexpo.service.drive.frames import ENDED, SAVED
+from houseexpo.service.drive import sessions
+from houseexpo.service.drive.messages import ENDED, SAVED
 from houseexpo.service.drive.robots import DrivenRobot
 from houseexpo.service.service import Service, ServiceSettings
 from tests.builders.browsing import Frame, frame_from, painted, start, two_rooms
@@ -258,7 +259,7 @@ def test_bytes_and_floods_are_answered_and_closed(client: TestClient) -> None:
 def test_there_is_room_for_so_many_robots_and_for_more_when_they_go(
     client: TestClient, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(pages, "MAX_ROBOTS", 1)
+    monkeypatch.setattr(drive, "MAX_ROBOTS", 1)
     with client.websocket_connect(ADDRESS) as one:
         begun(one)
         with client.websocket_connect(ADDRESS) as other:

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from houseexpo.pseudoslam.render.sight import Sight
-from houseexpo.service.drive.frames import RobotReport, SentMap, encode_frame
+from houseexpo.service.drive.messages import RobotReport, SentMap, encode_frame
 from tests.builders.browsing import VALUES, frame_from, painted
 from tests.builders.tries import tries
 

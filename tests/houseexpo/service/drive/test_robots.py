@@ -11,8 +11,7 @@ import numpy as np
 import pytest
 
 from houseexpo.errors import ConfigError, PolicyError
-from houseexpo.service.drive.frames import COLLIDED, ENDED, SUCCESS
-from houseexpo.service.drive.messages import StartDrive
+from houseexpo.service.drive.messages import COLLIDED, ENDED, SUCCESS, StartDrive
 from houseexpo.service.drive.robots import DrivenRobot, explorer_names
 from tests.builders.browsing import frame_from, painted, two_rooms
 
