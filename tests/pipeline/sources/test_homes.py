@@ -1,4 +1,4 @@
-"""Made homes: their rooms, doors, wishes and traces."""
+"""Made homes: their rooms, doors and wishes."""
 
 from __future__ import annotations
 
@@ -30,7 +30,6 @@ from pipeline.sources.homes.wishes import (
     draw_house_profile,
     stratum_index,
 )
-from research.home_traces import has_hole, longest_stair
 
 SEED, COUNT = 11, 40
 
@@ -248,27 +247,6 @@ def test_faces_of_walls_lie_on_the_grid_of_plans(homes: list[Home]) -> None:
 
 def test_a_robot_finds_a_place_in_each_space(homes: list[Home]) -> None:
     assert all(shapely.buffer(space, -0.22).area > 0 for home in homes for space in home.spaces)
-
-
-# What the search for stairs and courtyards in published plans would find, had they any.
-
-
-STAIR = [(0.3 * ((i + 1) // 2), 0.18 * (i // 2)) for i in range(12)]
-
-
-def plan(verts: list[tuple[float, float]], holes: tuple[list[tuple[float, float]], ...] = ()) -> FloorPlan:
-    return FloorPlan("one", np.array(verts), room_num=1, room_category={}, holes=tuple(np.array(h) for h in holes))
-
-
-def test_a_stair_in_an_outline_is_seen() -> None:
-    assert longest_stair(plan([*STAIR, (5.0, 0.9), (5.0, 4.0), (0.0, 4.0)])) >= 9
-    assert longest_stair(plan([(0, 0), (5, 0), (5, 4), (0, 4)])) == 0
-
-
-def test_a_courtyard_is_seen() -> None:
-    outer = [(0.0, 0.0), (8.0, 0.0), (8.0, 8.0), (0.0, 8.0)]
-    assert not has_hole(plan(outer))
-    assert has_hole(plan(outer, ([(3.0, 3.0), (5.0, 3.0), (5.0, 5.0), (3.0, 5.0)],)))
 
 
 # What is asked of a home: it follows the published statistics, and what goes together there goes together here.
