@@ -48,8 +48,11 @@ _LINES: Final = {
     "mouth": (0.3, 6),
     "wide": (_CORNER / 2, 3),
 }
-"""Lines from corners, in this order: the doubt of each kind, and the most that are asked about. Those of a room that a
-person says is several come first. Doorways and mouths, which are wider, lie between two corners."""
+"""Lines from corners, in this order: the doubt of each kind, and the most that are asked about, but for doorways per
+``_HOUSE_M2``. Those of a room that a person says is several come first. Doorways and mouths, which are wider, lie
+between two corners."""
+_HOUSE_M2: Final = 1000.0
+"""In a larger plan, m2, halls have rows of rooms with open fronts."""
 _COMPACT: Final = 0.6
 """The least share of a square's area (``_Parting``): a rectangle of four times its width has 0.64, a cross 0.56."""
 _ONWARD: Final = 3.0
@@ -96,7 +99,7 @@ def corner_questions(
             )
     chosen: list[LineString] = []
     for kind, (doubt, most) in _LINES.items():
-        upto = len(chosen) + most
+        upto = len(chosen) + most * (1 if kind == "doorway" else math.ceil(plan.area / _HOUSE_M2))
         for _, _, area, line in sorted(found[kind], key=lambda each: each[:2]):
             if len(chosen) < upto and not any(_is_at(line, other) for other in chosen):
                 chosen.append(line)
