@@ -437,7 +437,7 @@ def _file_as_shown(item: Input, override: Override, whole: _Whole, sha256: str) 
         guesses=() if unit_m or scale != 1.0 else ("units",),
         extent=tuple(np.ptp(corners, axis=0).round(2).tolist()),
         strokes=strokes,
-        layers=_ranked_names(lines),
+        layers=_ranked_names(lines, units_m[0]),
     )
     return _Shown(source, level, tuple(units_m))
 
@@ -471,7 +471,7 @@ def _search_level(level: Level, item: Input, whole: _Whole, override: Override, 
         seen=tuple(_lines_at(SECTIONS_M[1], level, walls)),
         seen_low=tuple(_lines_at(SECTIONS_M[0], level)),
         parts=tuple(_bounds_of_parts(whole.parts, level)),
-        layers=_ranked_names(lines) if why and lines else (),
+        layers=_ranked_names(lines, level.unit_m) if why and lines else (),
         ceiling_m=0.0 if item.reader in {"vector_plans", "occupancy_map"} else round(level.ceiling_m, 2),
     )
     return _Searched(source, results)
@@ -498,8 +498,8 @@ def _units_of(lines: Sequence[Line], scale: float) -> list[float]:
     return likely_units(size, thick, scale) or likely_units(size, 0.0, scale) or [1.0]
 
 
-def _ranked_names(lines: Sequence[Line]) -> tuple[str, ...]:
-    return tuple(displayable_name(name) for name, _ in rank_layers(lines, main_part(lines)))
+def _ranked_names(lines: Sequence[Line], unit_m: float) -> tuple[str, ...]:
+    return tuple(displayable_name(name) for name, _ in rank_layers(lines, main_part(lines), unit_m))
 
 
 def _left_out(item: Input) -> list[str]:

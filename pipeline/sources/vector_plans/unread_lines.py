@@ -2,8 +2,8 @@
 
 R1  The parts of a sheet (plans, elevations, a legend) lie apart. The main part is the one with the most lines.
 R2  Walls are drawn by their two faces. Of a layer, the length of lines counts that run beside one other line or two,
-    at a distance that a wall can have in a house of this size; stairs and hatches run beside more. It counts for less
-    where the layer has other lines too. Layers without such lines follow by their length.
+    at a distance that a wall can have, in a house of this size if no unit is known; stairs and hatches run beside more.
+    It counts for less where the layer has other lines too. Layers without such lines follow by their length.
 R3  A drawing at full size is in m, cm or mm, one on paper in mm at a usual scale, others are in inches or feet. A unit
     fits where the house has the size of a house, and its walls are as thick as walls.
 """
@@ -58,12 +58,15 @@ def main_part(lines: Sequence[Line]) -> Bounds:
     return x1, y1, x2, y2
 
 
-def rank_layers(lines: Sequence[Line], within: Bounds) -> list[tuple[str, float]]:
+def rank_layers(lines: Sequence[Line], within: Bounds, unit_m: float | None = None) -> list[tuple[str, float]]:
     """Return the layers in a part of a sheet, the likeliest walls first (R2), each with the distance of its pairs.
 
-    The distance is 0 where a layer has no pairs.
+    The distance is 0 where a layer has no pairs. Where ``unit_m``, the metres in a unit, is known, walls are as thick
+    as walls, however much else is drawn beside the house.
     """
     size, inside = max(within[2] - within[0], within[3] - within[1]), shapely.box(*within)
+    low, high = (share * size for share in _DISTANCES)
+    thinnest, thickest = (thick / unit_m for thick in WALL_THICKNESS_M) if unit_m else (low, high)
     by_layer: dict[str, list[Floats]] = {}
     for name, points in lines:
         there = np.asarray(points, np.float64)[:, :2]
@@ -71,32 +74,37 @@ def rank_layers(lines: Sequence[Line], within: Bounds) -> list[tuple[str, float]
             by_layer.setdefault(name, []).append(np.stack([there[:-1], there[1:]], axis=1))
     found = []
     for name, pieces in by_layer.items():
-        paired, whole, thick = _pairs(np.concatenate(pieces), size)
+        paired, whole, thick = _pairs(np.concatenate(pieces), (thinnest, thickest), max(high, thickest))
         found.append((paired**2 / max(whole, paired) if paired else 0.0, whole, name, thick))
     return [(name, thick) for _, _, name, thick in sorted(found, key=lambda each: (-each[0], -each[1], each[2]))]
 
 
-def _pairs(pieces: Floats, size: float) -> tuple[float, float, float]:
-    """Return the length of pieces (n, 2, 2) that run beside another, that of all, and the usual distance (R2)."""
-    nearest, farthest = (share * size for share in _DISTANCES)
+def _pairs(pieces: Floats, thick: tuple[float, float], beside: float) -> tuple[float, float, float]:
+    """Return the length of pieces (n, 2, 2) that are faces, that of all, and the usual distance of two faces (R2).
+
+    The faces of a wall are as far apart as ``thick``; other lines count as far as ``beside``.
+    """
     long = np.linalg.norm(pieces[:, 1] - pieces[:, 0], axis=1)
     whole = float(long.sum())
     order = np.argsort(-long, kind="stable")[:_MOST_LINES]
-    order = order[long[order] > 2 * nearest]
+    order = order[long[order] > 2 * thick[0]]
     pieces, long = pieces[order], long[order]
     if not len(pieces):
         return 0.0, whole, 0.0
     way, shapes = (pieces[:, 1] - pieces[:, 0]) / long[:, None], shapely.linestrings(pieces)
-    one, other = shapely.STRtree(shapes).query(shapes, predicate="dwithin", distance=farthest)
+    one, other = shapely.STRtree(shapes).query(shapes, predicate="dwithin", distance=beside)
     is_parallel = np.abs(way[one, 0] * way[other, 1] - way[one, 1] * way[other, 0]) < PARALLEL
     one, other = one[is_parallel & (one != other)], other[is_parallel & (one != other)]
     across = np.column_stack([-way[one, 1], way[one, 0]])
     apart = np.abs(((pieces[other].mean(axis=1) - pieces[one].mean(axis=1)) * across).sum(axis=1))
     ends = np.sort(((pieces[other] - pieces[one, :1]) * way[one, None]).sum(axis=2), axis=1)
-    beside = np.minimum(ends[:, 1], long[one]) - np.maximum(ends[:, 0], 0.0)
-    is_pair = (nearest <= apart) & (apart <= farthest) & (beside > 2 * apart)
-    shares = np.bincount(one[is_pair], beside[is_pair] / long[one[is_pair]], len(pieces))
-    is_face = (shares > _LEAST_BESIDE) & (shares < _MOST_BESIDE)
+    common = np.minimum(ends[:, 1], long[one]) - np.maximum(ends[:, 0], 0.0)
+    is_beside = (thick[0] <= apart) & (apart <= beside) & (common > 2 * apart)
+    is_pair = is_beside & (apart <= thick[1])
+    all_beside, paired = (
+        np.bincount(one[each], common[each] / long[one[each]], len(pieces)) for each in (is_beside, is_pair)
+    )
+    is_face = (paired > _LEAST_BESIDE) & (all_beside < _MOST_BESIDE)
     distances = apart[is_pair & is_face[one]]
     return float(long[is_face].sum()), whole, float(np.median(distances)) if len(distances) else 0.0
 

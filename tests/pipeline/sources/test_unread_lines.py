@@ -41,6 +41,15 @@ def test_walls_are_lines_in_pairs_and_what_lies_in_another_part_is_not_ranked() 
     assert dict(ranked)["A-0"] == 0.0
 
 
+def test_with_a_known_unit_walls_are_as_thick_as_walls() -> None:
+    lines = [("A-1", np.array([[x, 0.0], [x, 90.0]])) for x in (0.0, 2.0)]  # 10 cm, far from all else
+    lines += [("A-2", np.array([[x, 100.0], [x, 400.0]])) for x in (0.0, 20.0)]  # 1 m
+    lines += [("A-4", np.array([[x, 0.0], [x, 300.0]])) for x in range(100, 150, 5)]  # a hatch
+    within = (0.0, 0.0, 600.0, 400.0)
+    assert rank_layers(lines, within)[0][0] == "A-2"
+    assert rank_layers(lines, within, 0.05) == [("A-1", pytest.approx(2.0)), ("A-4", 0.0), ("A-2", 0.0)]
+
+
 @pytest.mark.parametrize(
     ("size", "thick", "first"),
     [(12.0, 0.2, 1.0), (12_000.0, 200.0, 0.001), (1200.0, 20.0, 0.01), (492.0, 3.0, 0.05), (200.0, 1.5, 0.1)],
