@@ -48,6 +48,7 @@ from pipeline.stages.said_walls import (
     record_of_founder,
     records_of_walls,
     said_walls,
+    words_of_founded,
 )
 from pipeline.stages.vectorise import vectorise
 from pipeline.timing import time_stages
@@ -141,7 +142,7 @@ def _of_what_is_said(
         detail = f"{last.detail}; what overrides.toml says of walls and rooms encloses none"
         raise Rejection(last.stage, last.reason, detail, last.advice, last.picture)
     plan, founder, closed = founded
-    said = [each for each in level.corrections if each is not founder]
+    said, idle = words_of_founded(level, founder)
     layout, spaces = bare_layout(standing, closed)
     corrected = correct(level, said, (evidence, layout), (), plan)
     final = spaces_of_plan(level, corrected.plan, spaces)
@@ -149,7 +150,7 @@ def _of_what_is_said(
     grounds = measure_quality_grounds(bare, evidence, layout, final, doubts=np.zeros(len(layout.spaces)))
     quality = score_quality(grounds, marked=level.sills)
     finished = replace(corrected.plan, navigability=navigability(corrected.plan), quality=quality)
-    yield _with_records(StageResult("plan", finished, level.id), [record_of_founder(founder, plan, rejection)])
+    yield _with_records(StageResult("plan", finished, level.id), [record_of_founder(founder, plan, rejection), *idle])
 
 
 def _standing(level: Level, config: PipelineConfig) -> tuple[Evidence, BaseGeometry]:

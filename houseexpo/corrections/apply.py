@@ -56,7 +56,7 @@ from houseexpo.corrections.draft import (
     Vector,
 )
 from houseexpo.corrections.joining import settle
-from houseexpo.corrections.openings import SNAP_M, drop_lines
+from houseexpo.corrections.openings import WALL_REACH_M, drop_lines
 from houseexpo.corrections.passages import part_together, place_passage, remove_passage
 from houseexpo.corrections.rooms import (
     add_room,
@@ -288,11 +288,16 @@ def _try_again(draft: Draft, placed: Sequence[Placed], effects: list[Effect]) ->
 
 
 def _is_edge_of_later_room(draft: Draft, placed: Sequence[Placed], k: int) -> bool:
-    """Return whether a line that was said to be no wall lies on the outline of a room that was drawn after that."""
+    """Return whether a line that was said to be no wall lies beside a room that was drawn after that."""
     if placed[k].correction.word != "no_wall":
         return False
     later, line = _outlines_after(placed, k), LineString(placed[k].points)
-    return any(room.said in later and room.shape.distance(line) <= SNAP_M for room in draft.rooms)
+    return any(room.said in later and is_at_edge(line, room.shape) for room in draft.rooms)
+
+
+def is_at_edge(line: LineString, room: Polygon) -> bool:
+    """Return whether a line that was said to be no wall is so near that it would open a room drawn after that."""
+    return bool(room.distance(line) <= WALL_REACH_M)
 
 
 def _outlines_after(placed: Sequence[Placed], k: int) -> set[str]:

@@ -5,7 +5,7 @@ R2  The walls that a person gives are added to the storey, and it is searched ag
     to another wall, or to what stands, within a hand's breadth.
 R3  If that gives no plan either, the rooms are those that a person gives: the areas between corners
     (``room_outline``), and the places that walls close all round (``room``). All other corrections are applied to the
-    plan of these.
+    plan of these, but a line that was said to be no wall before opens no room that is drawn on it.
 R4  If a person gives no rooms, the first rejection stands, and says what would help.
 """
 
@@ -21,7 +21,7 @@ from shapely import LineString, Polygon
 from shapely.geometry.base import BaseGeometry
 
 from houseexpo.corrections import Correction
-from houseexpo.corrections.apply import Effect
+from houseexpo.corrections.apply import Effect, is_at_edge
 from houseexpo.corrections.openings import drawn_walls
 from houseexpo.floorplan import FloorPlan
 from houseexpo.grids.frame import plan_points_from_source
@@ -95,6 +95,15 @@ def record_of_founder(said: Correction, plan: FloorPlan, without: Rejection) -> 
     """Return what became of the word that made the first room, for the plan's provenance."""
     text = f"a room of {plan.area:.1f} m2 is there; without it the house was rejected ({without.reason})"
     return Effect(said, "done", text).as_record()
+
+
+def words_of_founded(level: Level, founder: Correction) -> tuple[list[Correction], list[dict[str, Any]]]:
+    """Return the words of a storey that its first room leaves to be applied, and records of the others (R3)."""
+    earlier = level.corrections[: level.corrections.index(founder)] if founder.word == "room_outline" else ()
+    room = Polygon(_points(level, founder)) if earlier else Polygon()
+    idle = [each for each in earlier if each.word == "no_wall" and is_at_edge(_line(level, each), room)]
+    rest = [each for each in level.corrections if each is not founder and each not in idle]
+    return rest, [Effect(each, "none", "a room was drawn there later").as_record() for each in idle]
 
 
 def found_plan(level: Level, standing: BaseGeometry) -> tuple[FloorPlan, Correction, list[Polygon]] | None:
