@@ -276,7 +276,8 @@ class Review:
         return self._facts[1]
 
     def base(self, name: str, source: SourceView | None) -> FloorPlan | None:
-        """Return the plan to correct: from the data set, or from its source if the file or its statements changed.
+        """Return the plan to correct: from the data set, or from its source if it is made of what is said there, or if
+        the file or its statements changed.
 
         The result is None if the source gives no plan with the statements about the file.
         """
@@ -286,7 +287,7 @@ class Review:
         built = self.queue.dataset[name]
         if source is None or (now is None and not source.why_no_plan):
             return built
-        is_said = self.decisions.file_changed(source.record.id)
+        is_said = source.is_founded or self.decisions.file_changed(source.record.id)
         return now if is_said or (now is not None and _is_of_another(now, built)) else built
 
     def _left(self, name: str, source: SourceView | None) -> set[str]:

@@ -45,6 +45,7 @@ from houseexpo.floorplan import FloorPlan, decode
 from houseexpo.grids.frame import plan_points_from_source, source_points_from_plan
 from houseexpo.lru_cache import LruCache
 from houseexpo.plan.ids import parts_of
+from houseexpo.plan.model import shift_plan
 from houseexpo.service.review.question import NAMED, WIDEST_WALL_M
 from houseexpo.tolerances import GRID_M, MIN_DOOR_M
 
@@ -69,7 +70,10 @@ class SourceError(ConfigError):
 
 @dataclass(frozen=True, eq=False)
 class SourceView:
-    """The source of a plan, or of a level without one (``plan`` is None). Coordinates are those of the plan, metres."""
+    """The source of a plan, or of a level without one (``plan`` is None). Coordinates are those of the plan, metres.
+
+    A plan that is made of what a person says has those of the level: its origin would move with each word.
+    """
 
     record: SourceRecord
     level: LevelSource
@@ -78,7 +82,10 @@ class SourceView:
     @cached_property
     def plan(self) -> FloorPlan | None:
         """The plan without the words of its storey, or with them if the search finds none without (``is_founded``)."""
-        return None if self.found is None else decode(bytes(self.found.plan))
+        if self.found is None:
+            return None
+        plan = decode(bytes(self.found.plan))
+        return shift_plan(plan, *self.origin_of(plan)) if self.is_founded else plan
 
     @property
     def is_founded(self) -> bool:

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import msgspec
+import numpy as np
 import pytest
 import shapely
 import trimesh
@@ -115,6 +116,33 @@ def test_a_house_without_a_plan_is_opened_and_finished(client: TestClient, folde
     assert found["effects"][0]["outcome"] == "done"
     build(folder.parent / "in", folder, workers=1)
     assert name in open_dataset(folder).ids
+
+
+@pytest.mark.slow
+def test_a_plan_that_is_drawn_stays_at_its_place_whatever_is_drawn_beside_it(client: TestClient, folder: Path) -> None:
+    (name,) = state(client)["rejections"]
+
+    def shown() -> tuple[Any, list[Any]]:
+        under = client.get("/houses/review/source", params={"plan": name}).json()
+        found = state(client, plan=name)
+        assert np.array(found["frame"]) == pytest.approx(np.array(under["frame"]), abs=1e-3)
+        return np.round(under["layers"][0]["box"], 3).tolist(), [room["rings"][0] for room in found["shape"]["rooms"]]
+
+    box, _ = shown()
+    (x, y) = np.mean(np.reshape(box, (2, 2)), axis=0).round(2).tolist()
+    asked = {"plan": name, "action": "room_outline"}
+    for left in (0.0, 2.2):  # the second one is the first of the plan, which would begin there
+        corners = [[x - left + a, y + b] for a, b in ((0, 0), (0, 2), (2, 2), (2, 0))]
+        post(client, "decide", **asked, points=corners, seen=state(client, plan=name)["seen"])
+        at, rooms = shown()
+        assert at == box
+        assert np.min(rooms, axis=(0, 1)).tolist() == pytest.approx([x - left, y], abs=0.02)
+    build(folder.parent / "in", folder, workers=1)
+    assert np.min(shown()[1], axis=(0, 1)).tolist() == pytest.approx([x - 2.2, y], abs=0.02)
+    post(client, "undo", plan=name)
+    at, rooms = shown()
+    assert at == box
+    assert np.min(rooms, axis=(0, 1)).tolist() == pytest.approx([x, y], abs=0.02)
 
 
 @pytest.mark.slow
