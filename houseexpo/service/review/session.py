@@ -209,7 +209,9 @@ class Review:
     def _is_outdated(self, name: str) -> bool:
         """Return whether the file of a plan is still to be read with what is said of it since the build."""
         can_be_read = not self.building.why_not_possible()
-        return can_be_read and self.source(name) is None and self.decisions.file_changed(name)
+        if not can_be_read or self.source(name) is not None or not self.decisions.file_changed(name):
+            return False
+        return not self._sources.is_read_with(name, self.decisions.tables())
 
     def _check_read(self, name: str) -> None:
         if self._is_outdated(name):
@@ -276,10 +278,10 @@ class Review:
         return self._facts[1]
 
     def base(self, name: str, source: SourceView | None) -> FloorPlan | None:
-        """Return the plan to correct: from the data set, or from its source if it is made of what is said there, or if
-        the file or its statements changed.
+        """Return the plan to correct: from the data set, or from its source.
 
-        The result is None if the source gives no plan with the statements about the file.
+        It is from its source if it is made of what is said there, or if the file or its statements changed; None if the
+        source gives no plan with the statements about the file.
         """
         now = None if source is None else source.plan
         if name in self.rejected:

@@ -355,6 +355,10 @@ class Sources:
         """Return the source of a plan as last read, even if statements have changed since, or None."""
         return self._latest[name][1] if name in self._latest else None
 
+    def is_read_with(self, name: str, tables: Mapping[str, Any]) -> bool:
+        """Return whether the source was read last with what is said of the file now; words of storeys do not matter."""
+        return name in self._latest and self._latest[name][0] == _key(name, tables, is_plan=True)[1]
+
     def why_not(self, name: str, tables: Mapping[str, Any], *, is_plan: bool) -> str:
         """Return why reading the source failed, "" if it succeeded or was not tried."""
         return self._failed.get(self._key(name, tables, is_plan=is_plan), "")
@@ -365,8 +369,11 @@ class Sources:
         What was read with other statements about the file tells nothing: an undo may have taken them back.
         """
         said = _key(name, tables, is_plan=True)
-        of, latest = self._latest.get(name, (b"", None))
-        latest = latest if of == said[1] else self._views.get((*said, self._state_of_file(name)))
+        latest = (
+            self.latest(name)
+            if self.is_read_with(name, tables)
+            else self._views.get((*said, self._state_of_file(name)))
+        )
         return latest is None or (latest.found is not None and not latest.is_founded)
 
     def _key(self, name: str, tables: Mapping[str, Any], *, is_plan: bool) -> _Key:

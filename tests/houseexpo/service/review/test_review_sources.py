@@ -128,12 +128,15 @@ def test_a_plan_that_is_drawn_stays_at_its_place_whatever_is_drawn_beside_it(cli
         assert np.array(found["frame"]) == pytest.approx(np.array(under["frame"]), abs=1e-3)
         return np.round(under["layers"][0]["box"], 3).tolist(), [room["rings"][0] for room in found["shape"]["rooms"]]
 
+    client.get("/houses/review/source", params={"plan": name})
+    post(client, "file", plan=name, key="units", value="m")
     box, _ = shown()
     (x, y) = np.mean(np.reshape(box, (2, 2)), axis=0).round(2).tolist()
     asked = {"plan": name, "action": "room_outline"}
     for left in (0.0, 2.2):  # the second one is the first of the plan, which would begin there
         corners = [[x - left + a, y + b] for a, b in ((0, 0), (0, 2), (2, 2), (2, 0))]
         post(client, "decide", **asked, points=corners, seen=state(client, plan=name)["seen"])
+        assert not state(client, plan=name)["source"]["is_outdated"]  # the next one can be drawn
         at, rooms = shown()
         assert at == box
         assert np.min(rooms, axis=(0, 1)).tolist() == pytest.approx([x - left, y], abs=0.02)
