@@ -543,7 +543,8 @@ def remove_room(draft: Draft, placed: Placed) -> Said:
         raise ContradictionError(said, "leads into it, and")
     is_outside = placed.correction.word == "outside"
     text = f"{draft.name(room)} {'lies outside' if is_outside else 'is no room'}"
-    draft.remove_room(room, open_outside=is_outside or not _is_enclosed(draft, room))
+    others = [each.shape for each in draft.rooms if each is not room]
+    draft.remove_room(room, open_outside=is_outside or not is_enclosed(room.shape, others))
     draft.taken_out.append(CorrectedArea(room.shape, str(placed.correction)))
     outside = [door for door in draft.doors if id(door) not in before]
     for door in outside:
@@ -558,11 +559,10 @@ def remove_room(draft: Draft, placed: Placed) -> Said:
     return Said(text, also)
 
 
-def _is_enclosed(draft: Draft, room: DraftRoom) -> bool:
-    """Return whether the other rooms and the walls between them surround a room."""
-    others = shapely.union_all([each.shape for each in draft.rooms if each is not room])
-    closed = others.buffer(WALL_REACH_M / 4, join_style="mitre")
-    return any(Polygon(part.exterior).covers(room.shape) for part in split_pieces(closed))
+def is_enclosed(space: Polygon, rooms: Sequence[Polygon]) -> bool:
+    """Return whether rooms and the walls between them surround a space."""
+    closed = shapely.union_all(rooms).buffer(WALL_REACH_M / 4, join_style="mitre")
+    return any(Polygon(part.exterior).covers(space) for part in split_pieces(closed))
 
 
 def _open_sides(draft: Draft, outside: Polygon, text: str) -> Iterator[str]:

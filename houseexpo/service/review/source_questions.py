@@ -27,6 +27,7 @@ import shapely
 from shapely import LineString, Point, Polygon
 
 from houseexpo.corrections.joining import CUT_M
+from houseexpo.corrections.rooms import is_enclosed
 from houseexpo.corrections.vocabulary import UNITS_M, Word
 from houseexpo.floorplan import FloorPlan
 from houseexpo.plan import Room
@@ -270,15 +271,19 @@ def place_questions(
     closed: Sequence[tuple[float, float]],
 ) -> Iterator[Question]:
     """R1."""
-    shut = shapely.multipoints(closed) if closed else None
+    shut = shapely.multipoints(np.reshape(closed, (-1, 2)))
     rooms = [room.polygon for room in plan.rooms]
+    nowhere = shapely.difference(shut, shapely.union_all(rooms))
+    pockets = [each for each in _moved_spaces(source, shift) if each.intersects(nowhere) and is_enclosed(each, rooms)]
     joined = {frozenset(door.rooms) for door in plan.doors if door.kind != "cut"}
     for kind, line in free_places(plan, places):
         (ax, ay), (bx, by) = line.coords
         sides = rooms_beside(line, rooms)
         if sides[0] == sides[1] or (line.length < PASSAGE_M[0] and (None in sides or frozenset(sides) in joined)):
             continue
-        if shut is not None and shut.distance(line) < WIDEST_WALL_M:
+        if shapely.dwithin(shut, line, WIDEST_WALL_M):
+            continue
+        if None in sides and shapely.dwithin(pockets, line, WIDEST_WALL_M).any():  # nobody walks in there
             continue
         beside = [rooms[side] for side in sides if side is not None]
         if kind not in NAMED and not all(source.is_open(line, room, shift) for room in beside):

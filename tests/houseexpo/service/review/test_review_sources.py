@@ -411,6 +411,16 @@ def test_a_place_for_a_door_is_asked_about_until_somebody_says_that_none_is_ther
     assert with_effect(plan, both) == both
 
 
+def test_no_entrance_is_asked_about_in_a_pocket_that_is_no_room() -> None:
+    pocket = box(1.0, 1.0, 2.0, 2.0)
+    plan, view = shown(Place("lintel", ((0.95, 1.15), (0.95, 1.85))), spaces=((tuple(map(tuple, pocket)),),))
+    kitchen, bedroom = plan.rooms
+    plan = replace(plan, rooms=(replace(kitchen, holes=(np.array(box(0.9, 0.9, 2.1, 2.1)),)), bedroom))
+    assert sorted(asked_of(plan, view)) == ["cut", "place", "space"]
+    assert asked_of(plan, view, (1.6, 1.5)) == ["cut"]  # somebody has said that the pocket is no room
+    assert sorted(asked_of(plan, view, (3.0, 2.9))) == ["cut", "place", "space"]
+
+
 def test_a_place_within_a_room_or_at_a_passage_is_not_asked_about() -> None:
     plan, view = shown(Place("door", ((2.0, 1.0), (2.0, 1.9))), Place("lintel", ((4.15, 1.1), (4.15, 1.9))))
     assert asked_of(plan, view) == ["cut"]
