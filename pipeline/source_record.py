@@ -253,7 +253,7 @@ class _Whole:
     mesh: Mesh | None = None
     lines: Sequence[Sequence[tuple[str, Any]]] = ()
     cells: RobotMap | None = None
-    floors: tuple[tuple[float, ...], bytes] = ((), b"")
+    floors: tuple[tuple[float, ...], Picture | None] = ((), None)
     parts: Mapping[str, Floats] = field(default_factory=dict)
 
     @property
@@ -332,7 +332,7 @@ def _bounds_of_parts(parts: Mapping[str, Floats], level: Level) -> Iterator[tupl
             yield displayable_name(name), (*corners.min(axis=0).tolist(), *corners.max(axis=0).tolist())
 
 
-def _floors(mesh: Mesh, levels: Sequence[Level]) -> tuple[tuple[float, ...], bytes]:
+def _floors(mesh: Mesh, levels: Sequence[Level]) -> tuple[tuple[float, ...], Picture]:
     """Return heights that may be floors beside those of the levels, and a picture from the side with all of them."""
     vertices = mesh.vertices * (levels[0].unit_m or 1.0)
     if levels[0].frame.up == "y":
@@ -342,8 +342,8 @@ def _floors(mesh: Mesh, levels: Sequence[Level]) -> tuple[tuple[float, ...], byt
     return tuple(others), _side_view(upright, taken, others)
 
 
-def _side_view(mesh: Mesh, taken: Sequence[float], others: Sequence[float] = ()) -> bytes:
-    """Return a picture (PNG) of a mesh (metres, z up) from the side, with the floors at these heights."""
+def _side_view(mesh: Mesh, taken: Sequence[float], others: Sequence[float] = ()) -> Picture:
+    """Return a picture of a mesh (metres, z up) from the side, with the floors at these heights."""
     points = sample_mesh_points(mesh, _SIDE_SAMPLES)
     wide = int(np.ptp(points[:, 1]) > np.ptp(points[:, 0]))
     low, high = np.quantile(points[:, [wide, 2]], [0.001, 0.999], axis=0)
@@ -359,7 +359,7 @@ def _side_view(mesh: Mesh, taken: Sequence[float], others: Sequence[float] = ())
             y = float(sheet.pixels(np.array([low[0], height]))[1])
             pen.line([(0, y), (image.width, y)], fill=colour, width=2)
             pen.text((4, y - 12), f"{height:.2f} m", fill=colour)
-    return encode_png(np.asarray(image))
+    return sheet.picture("side", "From the side", np.asarray(image))
 
 
 def _other_units(reader: str, unit_m: float | None, levels: Sequence[LevelSource]) -> tuple[tuple[float, ...], bool]:
@@ -389,7 +389,7 @@ def _ifc_contents(path: Path, levels: Sequence[Level]) -> tuple[_Whole, list[str
         of_bodies = (({*each.words, each.kind}, box / building.unit_m) for each, box in zip(bodies, boxes, strict=True))
         whole = merge_meshes([each.mesh for each in (*building.walls, *building.slabs, *building.stairs)])
         metres = Mesh(whole.vertices / building.unit_m * (levels[0].unit_m or building.unit_m), whole.faces)
-        side = b"" if whole.is_empty else _side_view(metres, [level.frame.floor for level in levels])
+        side = None if whole.is_empty else _side_view(metres, [level.frame.floor for level in levels])
         return _Whole(floors=((), side), parts=_boxes(of_bodies)), names
     parts = [*building.walls, *building.loose, *building.spaces, *building.slabs, *building.beams]
     return _Whole(merge_meshes([part.mesh for part in parts]) if parts else None), names

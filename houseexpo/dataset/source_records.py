@@ -105,7 +105,8 @@ class SourceRecord(msgspec.Struct, frozen=True):
     ``takes`` are the keys of ``overrides.toml`` that its reader supports. ``unit_m`` is the length of the file's unit,
     metres, or None if it is unknown. ``other_units_m`` are other lengths of it, the likeliest first; ``is_odd``: one is
     clearly likelier by the sizes in the file. ``names`` are the names of its parts. ``other_floors`` are heights of
-    level surfaces that were not taken for floors. ``side`` is a PNG of the file from the side, with the floors.
+    level surfaces that were not taken for floors. ``side`` shows the file from the
+    side, with the floors; the y of its bounds are heights.
     """
 
     id: str
@@ -118,7 +119,7 @@ class SourceRecord(msgspec.Struct, frozen=True):
     is_odd: bool = False
     names: tuple[str, ...] = ()
     other_floors: tuple[float, ...] = ()
-    side: bytes = b""
+    side: Picture | None = None
     reader: str = ""
     key: str = ""
     options: tuple[tuple[str, str], ...] = ()

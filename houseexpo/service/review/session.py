@@ -347,6 +347,7 @@ class Review:
         table = tables.get(file, {})
         said = {key: table[key] for key in (*FILE_WORDS, "keep") if key in table} if isinstance(table, dict) else {}
         takes = () if latest is None else latest.record.takes
+        levels = () if latest is None else latest.record.levels
         return {
             "known": source is not None,
             "why": never or self._sources.why_not(name, tables, is_plan=is_plan),
@@ -356,6 +357,7 @@ class Review:
             "file": file,
             "said": said,
             "takes": [*takes, *(["distance"] if "units" in takes and latest and latest.record.unit_m else [])],
+            "floors": sorted({round(level.frame.floor, 2) + 0.0 for level in levels}),  # not -0
             "names": () if latest is None else latest.record.names,
             "unit_m": None if latest is None else latest.record.unit_m,
             "rejected": "" if source is None or source.plan is not None else source.why_no_plan,

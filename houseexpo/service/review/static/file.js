@@ -1,12 +1,13 @@
 // What is said of a whole file: its axis, its size, its floors, what of it is left out.
 const at = (id) => document.getElementById(id);
+const LOWEST_STOREY_M = 1.8; // of two floors that are nearer to one another, one is none (`corrections.vocabulary`)
 const TITLES = {
   distance: ["A known distance", "Metres; then draw the distance from end to end"],
   units: ["The unit", "m, cm, mm, in, ft, or the metres of a unit"],
   scale: ["The scale", "N of 1:N, such as 20 for a model at 1:20; it is no factor on what is shown"],
   storey_height: ["The height of a storey", "Metres from floor to floor"],
   up: ["The upward axis", "y or z"],
-  floors: ["The floors", "Heights of the floors, metres, such as 0, 2.8"],
+  floors: ["The floors", "Heights of the floors, metres; type them, or click them in the picture"],
   drop_nodes: ["Parts to leave out", ""],
   keep: ["It is a house", "yes: read it although it looks like none"],
 };
@@ -15,12 +16,15 @@ export class FileForm {
   // `hooks`: draw(done) draws a distance, say(key, value, points) says it, parts(names, picks) shows parts of the file in the plan.
   constructor(hooks) {
     this.hooks = hooks;
-    at("file-key").addEventListener("change", () => this.choose());
+    this.side = null;
+    at("file-key").addEventListener("change", () => this.begin());
+    for (const id of ["side", "file-side"]) at(id).addEventListener("click", (event) => this.pickFloor(event));
     at("file-names").addEventListener("change", () => this.choose());
     at("file-form").addEventListener("submit", (event) => { event.preventDefault(); this.submit(); });
   }
 
-  show({ known, why, file, said, takes, names, unit_m: unit }, readOnly) {
+  show({ known, why, file, said, takes, names, floors = [], unit_m: unit }, readOnly) {
+    this.floors = said.floors ?? floors;
     this.size = unit ? `. One unit of the file is ${Number(unit.toPrecision(4))} m now` : "";
     at("file-words").textContent = why || (!known ? "The source is being read." : `Of ${file}. The source is read again with it.`);
     at("file-form").hidden = readOnly || !takes.length;
@@ -41,10 +45,35 @@ export class FileForm {
     return line;
   }
 
+  // Begins a statement; of the floors, with those that are known.
+  begin() {
+    at("file-value").value = at("file-key").value === "floors" ? this.floors.join(", ") : "";
+    this.choose();
+  }
+
+  // Takes the picture of the file from the side, null if there is none.
+  lookFrom(side) {
+    this.side = side ?? null;
+    if (side) for (const id of ["side", "file-side"]) at(id).src = `data:image/png;base64,${side.png}`;
+    this.choose();
+  }
+
+  // The height of a click in the picture from the side is one of the floors.
+  pickFloor({ target, clientY }) {
+    if (at("file-form").hidden) return;
+    const { bounds: [, low, , high] } = this.side, { top, height } = target.getBoundingClientRect();
+    const picked = Number((high - ((clientY - top) / height) * (high - low)).toFixed(2));
+    if (at("file-key").value !== "floors") this.open("floors");
+    const others = at("file-value").value.split(/[,;\s]+/).filter(Boolean).map(Number).filter((each) => Math.abs(each - picked) >= LOWEST_STOREY_M);
+    at("file-value").value = [...others, picked].sort((a, b) => a - b).join(", ");
+    at("file-value").focus();
+  }
+
   choose() {
     const key = at("file-key").value, nodes = key === "drop_nodes";
     at("file-line").hidden = nodes;
     at("file-nodes").hidden = !nodes;
+    at("file-side").hidden = key !== "floors" || !this.side;
     this.hooks.parts(nodes ? this.names : [], nodes);
     at("file-title").textContent = (TITLES[key]?.[1] ?? "") + (["scale", "units"].includes(key) ? this.size : "");
   }
@@ -60,9 +89,12 @@ export class FileForm {
     this.choose();
   }
 
-  open() {
+  // Goes to the form, and to one of its statements where a key is given.
+  open(key = "") {
     at("file-form").scrollIntoView({ block: "center" });
-    at("file-key").focus();
+    if (key) at("file-key").value = key;
+    if (key) this.begin();
+    at(key ? "file-value" : "file-key").focus();
   }
 
   submit() {

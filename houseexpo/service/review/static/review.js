@@ -177,6 +177,7 @@ function show(found, again = "") {
   for (const id of ["unsure", "unsure_head"]) at(id).hidden = found.unsure.length === 0;
   for (const { word } of tools) at(word).disabled = readOnly || !found.drawable || found.source.is_outdated;
   sheet.show(found);
+  if (!sheet.source) file.lookFrom(null);
   readSource(found);
   showSwitches();
   file.show(found.source, readOnly);
@@ -242,6 +243,8 @@ function lay(source) {
   laid = readingOf(now);
   if (failure && at("said").textContent === failure) say("");
   sheet.under(source);
+  file.lookFrom(source.side);
+  showSide();
   showSwitches();
 }
 
@@ -443,9 +446,7 @@ function showQuestions() {
   showSolid();
   if (!first) return;
   at("question").textContent = first.says;
-  const side = first.key.startsWith("floors") && sheet.source?.side;
-  at("side").hidden = !side;
-  if (side) at("side").src = `data:image/png;base64,${side}`;
+  showSide();
   at("answers").replaceChildren(...[...Object.entries(first.answers.slice(0, LEFT)), [LEFT, LEAVE]].map(([number, { title }]) => {
     const i = Number(number), found = button(` ${title}`, (event) => (event.shiftKey ? answerAll(i) : answer(i)), "answer");
     found.prepend(Object.assign(document.createElement("kbd"), { textContent: i + 1 }));
@@ -464,6 +465,11 @@ function showQuestions() {
     tab.setAttribute("aria-pressed", String(kind === groupOf(first)));
     return tab;
   }));
+}
+
+// The floors are asked about beside the picture of the file from the side, which comes with its source.
+function showSide() {
+  at("side").hidden = !file.side || !questions()[0]?.key.startsWith("floors");
 }
 
 const answerOf = (question, which) => (which === LEFT ? question && LEAVE : question?.answers[which]);
@@ -514,7 +520,7 @@ function answer(which) {
   if (!chosen || performance.now() < settled) return refuseEarly();
   if (!mayWrite()) return undefined;
   sheet.draws = false;
-  if (chosen.action === "file") return file.open();
+  if (chosen.action === "file") return file.open(first.key.startsWith("floors") ? "floors" : "");
   if (chosen.action === "take_out" || chosen.action === "grow") return changeGhosts(chosen.action === "grow");
   if (OF_FILE.has(chosen.action)) {
     now.questions = [];

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import base64
+import io
 import math
 import re
 import time
@@ -13,6 +15,7 @@ from typing import Any
 
 import pytest
 import shapely
+from PIL import Image
 
 pytest.importorskip("starlette")
 
@@ -787,3 +790,61 @@ def test_the_door_of_what_is_no_room_is_asked_about_next(tmp_path: Path) -> None
         page.keyboard.press("3")
         page.wait_for_function("() => document.getElementById('effects').textContent.includes('no door, in the next')")
         assert list(overrides(folder)["house"]) == ["no_room", "no_door"]
+
+
+def test_a_click_in_the_picture_from_the_side_gives_the_height_of_a_floor(folder: Path) -> None:
+    with running(service_of(folder, review=True)) as address:
+        _click_a_floor(address)
+
+
+def _click_a_floor(address: str) -> None:
+    told = {
+        "known": True,
+        "why": "",
+        "can_be_read": True,
+        "said": {},
+        "takes": ["units", "floors"],
+        "floors": [0.0, 3.5],
+    }
+    asked = {"key": "floors of the file", "at": [1, 1], "says": "Floors were found.", "doubt": 1.0}
+    asked["answers"] = [
+        {"title": title, "action": action, "points": []} for title, action in (("Right", "leave"), ("Others", "file"))
+    ]
+    image = io.BytesIO()
+    Image.new("L", (300, 180), 255).save(image, "PNG")
+    png = base64.b64encode(image.getvalue()).decode()
+    said, shown = list[dict[str, Any]](), dict[str, Any]()
+
+    def state(route: Any) -> None:
+        found = route.fetch().json()
+        shown.update(found, source={**found["source"], **told}, questions=[asked])
+        route.fulfill(json=shown)
+
+    def source(route: Any) -> None:
+        side = {"bounds": [0, -1.0, 10, 5.0], "png": png}
+        route.fulfill(json={"layers": [], "edges": [], "places": [], "strokes": [], "side": side})
+
+    def file(route: Any) -> None:
+        said.append(route.request.post_data_json)
+        route.fulfill(json=shown)
+
+    with visited(address, "/houses") as page:
+        for path, answer in (("state", state), ("source", source), ("file", file)):
+            page.route(re.compile(f"/houses/review/{path}"), answer)
+        page.goto(f"{address}/houses/review?plan=doubtful", wait_until="commit")
+        page.wait_for_selector("#side:not([hidden])")
+        page.keyboard.press("2")
+        assert page.evaluate("() => document.activeElement.id") == "file-value"
+        assert page.input_value("#file-value") == "0, 3.5"
+        for id_, share in (("side", 0.75), ("file-side", 0.5)):  # 0.5 m in place of 0, then 2 m in place of all
+            picture = page.locator(f"#{id_}")
+            size = picture.bounding_box()
+            picture.click(position={"x": size["width"] / 2, "y": share * size["height"]})
+            assert page.evaluate("() => document.activeElement.id") == "file-value"
+            if id_ == "side":
+                assert page.input_value("#file-value").endswith(", 3.5")
+                assert float(page.input_value("#file-value").split(",")[0]) == pytest.approx(0.5, abs=0.05)
+        assert float(page.input_value("#file-value")) == pytest.approx(2.0, abs=0.05)
+        page.keyboard.press("Enter")
+        says(page, "Said of the file: floors")
+        assert (said[0]["key"], float(said[0]["value"])) == ("floors", pytest.approx(2.0, abs=0.05))
