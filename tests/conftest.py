@@ -13,7 +13,7 @@ from typing import Any, Final
 
 import pytest
 
-from tests.builders.tries import try_half
+from tests.builders.tries import set_share
 
 QUICK: Final = "not slow"
 """What ``make test`` selects."""
@@ -42,6 +42,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption(
         "--leave-out", type=Path, metavar="FILE", help="leave out those of FILE that a quick run tries whole"
     )
+    parser.addoption("--tries", type=float, metavar="N", help="try properties on N times as many examples")
     kit = parser.getgroup("kinds", "houses of each kind (tests/benchmarks/test_bench_kinds.py)")
     kit.addoption("--members", type=int, default=100, help="how many houses of each kind")
     kit.addoption("--kinds", default="", help="which kinds, separated by commas; all by default")
@@ -53,8 +54,7 @@ def pytest_configure(config: pytest.Config) -> None:
     """Keep bytecode, whatever the environment says: to compile the tests takes two thirds of a collection."""
     sys.dont_write_bytecode = False
     os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
-    if config.option.markexpr == QUICK:
-        try_half()
+    set_share(config.option.tries or (0.5 if config.option.markexpr == QUICK else 1.0))
 
 
 def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:

@@ -18,6 +18,7 @@ from hypothesis import strategies as st
 
 from houseexpo import disk_cache
 from houseexpo.disk_cache import DiskCache
+from tests.builders.tries import tries
 
 
 @pytest.fixture
@@ -33,6 +34,7 @@ def written(file: Path, **values: bytes) -> DiskCache:
     return cache
 
 
+@tries(100)
 @given(st.dictionaries(st.tuples(st.sampled_from("ab"), st.binary()), st.binary()))
 def test_it_is_a_dictionary_that_others_find(tmp_path_factory: pytest.TempPathFactory, entries) -> None:
     file = tmp_path_factory.mktemp("cache") / "things.sqlite"

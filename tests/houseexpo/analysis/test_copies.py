@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import shapely
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from shapely import Polygon, box
 
@@ -18,6 +18,7 @@ from houseexpo.analysis.similarity import SYMMETRIES
 from houseexpo.errors import ConfigError
 from houseexpo.floorplan import FloorPlan
 from houseexpo.plan.parts import Door, PlanObject, Room
+from tests.builders.tries import tries
 
 
 def flat(
@@ -99,7 +100,7 @@ def test_a_turned_or_mirrored_house_is_a_copy_with_its_doors() -> None:
     assert copies(plan, replace(turned, doors=turned.doors[:1])) == []
 
 
-@settings(max_examples=30)
+@tries(30)
 @given(st.integers(0, 2**32 - 1))
 def test_walls_within_reach_are_those_that_shapely_finds_in_a_buffer(seed: int) -> None:
     rng = np.random.default_rng(seed)
@@ -124,7 +125,7 @@ def _edges(ring: np.ndarray) -> np.ndarray:
     return np.column_stack([ring, np.roll(ring, -1, axis=0)])
 
 
-@settings(max_examples=25)
+@tries(25)
 @given(st.sampled_from(list(SYMMETRIES)), st.floats(-50, 50), st.floats(-50, 50))
 def test_being_a_copy_does_not_depend_on_place_or_direction(symmetry: str, x: float, y: float) -> None:
     swap, flip_y, flip_x = SYMMETRIES[symmetry]

@@ -4,6 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pipeline.batch.assemble import make_unique_ids
+from tests.builders.tries import tries
 
 
 def test_an_id_that_stands_alone_stays() -> None:
@@ -30,6 +31,7 @@ def test_ids_that_differ_by_case_only_name_one_file_on_some_systems() -> None:
     assert make_unique_ids(["A", "a"], ["12" * 32, "34" * 32]) == ["A_12121212", "a_34343434"]
 
 
+@tries(100)
 @given(st.lists(st.tuples(st.sampled_from(["x", "X", "x_aa", "x_aaaaaaaa", "x_aaaaaaaa_2"]), st.sampled_from("ab"))))
 def test_no_two_ids_are_equal(pairs: list[tuple[str, str]]) -> None:
     settled = make_unique_ids([name for name, _ in pairs], [digit * 64 for _, digit in pairs])

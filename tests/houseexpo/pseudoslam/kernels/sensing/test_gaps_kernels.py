@@ -7,7 +7,7 @@ import os
 import numpy as np
 import pytest
 import shapely
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from houseexpo.grids.frame import GridFrame
@@ -16,6 +16,7 @@ from houseexpo.pseudoslam.kernels.sensing.sector import box_scan
 from houseexpo.pseudoslam.kernels.sensing.visibility import NOWHERE, mark_visible_cells
 from houseexpo.pseudoslam.worlds.world import find_observable_cells, new_scan_buffers, traversable_cells
 from tests.builders.scans import slow_visible
+from tests.builders.tries import tries
 
 UNCOMPILED = "NUMBA_DISABLE_JIT" in os.environ  # a look from everywhere takes its time then
 ROWS, COLS = 30, 44
@@ -36,7 +37,7 @@ def rooms_behind_gaps(rng: np.random.Generator) -> np.ndarray:
     return (~free | specks).view(np.uint8)
 
 
-@settings(max_examples=3 if UNCOMPILED else 60)
+@tries(3 if UNCOMPILED else 60)
 @given(st.integers(0, 10**9), st.floats(1.2, 3.2), st.floats(2.0, 60.0))
 def test_behind_gaps_it_is_what_a_look_from_everywhere_finds(seed: int, radius_px: float, range_px: float) -> None:
     occupied = rooms_behind_gaps(np.random.default_rng(seed))
