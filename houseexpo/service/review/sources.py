@@ -56,6 +56,8 @@ READ_S: Final = 300.0
 _KEPT_SOURCES: Final = 8
 _MOST_TRIED: Final = 1200
 """The most pairs of a room and a place to try, so that it takes a second at most: for example 30 of each."""
+_BESIDE: Final = 0.75
+"""Floors that are nearer to each other than this share of a room's height are no storeys above each other."""
 _KEPT_EDGES: Final = 20_000
 OF_EDGE_M: Final = 0.3
 """A wall this near to a room's edge is the wall of this edge, metres; a passage as well."""
@@ -120,16 +122,21 @@ class SourceView:
 
     @cached_property
     def rooms_elsewhere(self) -> list[Polygon]:
-        """The rooms of the other buildings of the storey: each building is a plan of its own."""
-        others = [
-            decode(bytes(each.plan)) for each in self.level.plans if self.found is None or each.id != self.found.id
-        ]
-        ahead = [np.subtract(self.origin_of(plan), self.origin) for plan in others]
+        """The rooms of the other plans at this height: of buildings, and of wings half a storey higher or lower."""
+        beside = [level for level in self.record.levels if level.id != self.level.id and self._is_beside(level)]
+        found = [each for level in (self.level, *beside) for each in level.plans if each is not self.found]
+        plans = [decode(bytes(each.plan)) for each in found]
+        ahead = [np.subtract(self.origin_of(plan), self.origin) for plan in plans]
         return [
             shapely.transform(room.polygon, lambda points, by=by: points + by)
-            for plan, by in zip(others, ahead, strict=True)
+            for plan, by in zip(plans, ahead, strict=True)
             for room in plan.rooms
         ]
+
+    def _is_beside(self, level: LevelSource) -> bool:
+        """Return whether the rooms of one of two levels, this one and another, reach well above the other's floor."""
+        low, high = sorted((self.level, level), key=lambda each: each.frame.floor)
+        return high.frame.floor - low.frame.floor < _BESIDE * low.ceiling_m
 
     @cached_property
     def enclosed(self) -> list[Polygon]:

@@ -644,7 +644,21 @@ def test_a_room_of_another_building_of_the_storey_is_no_space_that_was_left_out(
     beside = replace(plan, id="other", rooms=(Room(0, "Kitchen", box(0.0, 0.1, 2.0, 3.1)),), doors=(), frame=moved)
     other = PlanSource("other", msgspec.Raw(encode(beside)))
     level = msgspec.structs.replace(view.level, plans=(*view.level.plans, other))
-    assert asked_of(plan, SourceView(view.record, level, view.found)) == ["cut"]
+    record = msgspec.structs.replace(view.record, levels=(level,))
+    assert asked_of(plan, SourceView(record, level, view.found)) == ["cut"]
+
+
+@pytest.mark.parametrize(("floor", "asked"), [(-1.4, ["cut"]), (-2.8, ["cut", "space"]), (1.4, ["cut"])])
+def test_a_room_of_a_wing_half_a_storey_higher_or_lower_is_no_space_that_was_left_out(
+    floor: float, asked: list[str]
+) -> None:
+    plan, view = shown(spaces=((((8.0, 0.1), (8.0, 3.1), (10.0, 3.1), (10.0, 0.1)),),))
+    frame = replace(FRAME, matrix=((1.0, 0.0, 18.0), (0.0, 1.0, -2.0)), floor=floor)
+    wing = replace(plan, id="wing", rooms=(Room(0, "Kitchen", box(0.0, 0.1, 2.0, 3.1)),), doors=(), frame=frame)
+    own = msgspec.structs.replace(view.level, ceiling_m=2.5)
+    other = LevelSource("wing", frame, plans=(PlanSource("wing", msgspec.Raw(encode(wing))),), ceiling_m=2.5)
+    record = msgspec.structs.replace(view.record, levels=(own, other))
+    assert sorted(asked_of(plan, SourceView(record, own, view.found))) == asked
 
 
 def test_a_place_that_cannot_be_taken_is_not_offered() -> None:
