@@ -56,7 +56,6 @@ _MEET_OPEN: Final = 0.35
 _NARROW: Final = {"several": 0.4, "wide": 0.3}
 """Doubt of rooms that passages join. In maps that people judged, 4 of 15 pairs with several passages were one room, and
 3 of 36 with a wide one; an answer is seen at a glance, so the doubts are higher than these shares."""
-_MOST_NARROW: Final = 6
 _MOST_WAYS: Final = 4
 """Ways between two rooms of which one may be the only one: each needs a key."""
 _WIDE: Final = 0.6
@@ -272,7 +271,6 @@ def parted_questions(plan: FloorPlan, places: Sequence[tuple[str, LineString]]) 
         one, other = door.rooms
         if one is not None and other is not None and all(line.distance(door.polygon) > GRID_M for line in shown):
             between.setdefault((min(one, other), max(one, other)), []).append(door)
-    asked: list[Question] = []
     for (a, b), doors in between.items():
         first, second, widest = plan.rooms[a], plan.rooms[b], max(doors, key=lambda door: door.width)
         if any(door.confidence == 1.0 for door in doors):  # a person has said it, or nothing is surer
@@ -287,8 +285,7 @@ def parted_questions(plan: FloorPlan, places: Sequence[tuple[str, LineString]]) 
         says = f"Are {names_of((first, second))} one room? {why}."
         joined = Answer("One room", "one_room", (point_in(first), point_in(second)))
         answers = joined, Answer("Two rooms"), *(_only(door, doors) for door in doors if 1 < len(doors) <= _MOST_WAYS)
-        asked.append(Question(key_of(plan, "parted", at), at, says, answers, doubt, min(first.area, second.area)))
-    yield from sorted(asked, key=lambda each: (-each.doubt, -each.area, each.key))[:_MOST_NARROW]
+        yield Question(key_of(plan, "parted", at), at, says, answers, doubt, min(first.area, second.area))
 
 
 def _only(door: Door, doors: Sequence[Door]) -> Answer:
