@@ -7,9 +7,7 @@ import shlex
 from pathlib import Path
 
 import pytest
-from typer.testing import CliRunner
 
-from houseexpo.commands.app import make_app
 from houseexpo.dataset.fetch import subset_folder
 from houseexpo.pseudoslam.agents.loading import NAMES
 from houseexpo.pseudoslam.benchmark.cases import ids_sha256, read_test_ids
@@ -17,6 +15,7 @@ from houseexpo.pseudoslam.benchmark.comparison import BOUND, read_results
 from houseexpo.pseudoslam.benchmark.page import assign_colours, colour_keys, draw_map_panels
 from houseexpo.pseudoslam.benchmark.tables import format_markdown
 from houseexpo.pseudoslam.benchmark.tracks import BUDGETS, MAP_TRACKS, TRACKS
+from tests.builders.commands import call
 from tests.builders.simulations import hut
 from tests.houseexpo.pseudoslam.benchmark.test_benchmark_cases import data_set
 from tests.journeys.pages import blocks
@@ -39,8 +38,7 @@ def test_the_recipes_run_as_they_are_printed(tmp_path: Path, monkeypatch: pytest
     commands = [line for block in blocks(FILE, "") for line in block.splitlines()]
     assert len(commands) == 5
     for command in commands:
-        done = CliRunner().invoke(make_app(), shlex.split(command)[1:])
-        assert done.exit_code == 0, f"{command}\n{done.output}"
+        call(*shlex.split(command)[1:])
     assert {"page.md", "mine.json"} <= {file.name for file in tmp_path.iterdir()}
     assert "| my_policy.py |" in (tmp_path / "page.md").read_text()
 

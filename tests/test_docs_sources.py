@@ -4,9 +4,8 @@ import re
 from pathlib import Path
 
 import pytest
-from typer.testing import CliRunner
 
-from houseexpo.commands.app import make_app
+from tests.builders.commands import call
 from tests.builders.examples import FOLDER, write_examples
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -18,10 +17,7 @@ COMMANDS = re.findall(r"^    houseexpo (build \S+ --out plans/\w+)$", TEXT, re.M
 @pytest.mark.parametrize("command", COMMANDS)
 def test_a_command_of_the_page_makes_a_plan(tmp_path, command):
     build, source, option, out = command.split()
-    result = CliRunner().invoke(
-        make_app(), [build, str(FOLDER / source), option, str(tmp_path / out), "--workers", "1"]
-    )
-    assert result.exit_code == 0, result.output
+    call(build, FOLDER / source, option, tmp_path / out, "--workers", "1")
     assert len(list((tmp_path / out / "json").glob("*.json"))) == 1
 
 

@@ -114,3 +114,12 @@ def _slice_from(values: npt.NDArray[np.int64], start: int, length: int) -> npt.N
 def _covered_window(mask: Mask, down: int, right: int, shape: tuple[int, ...]) -> Mask:
     """Return the part of ``mask`` that a mask of this shape covers if it is placed at (down, right)."""
     return mask[max(down, 0) : max(down + shape[0], 0), max(right, 0) : max(right + shape[1], 0)]
+
+
+def blob(rng: np.random.Generator, rows: int, cols: int) -> Mask:
+    """Return a room with bites taken out of it."""
+    mask = np.ones((rows, cols), dtype=bool)
+    for _ in range(5):
+        r, c = rng.integers(0, rows), rng.integers(0, cols)
+        mask[r : r + 6, c : c + 9] = False
+    return crop_mask(mask)

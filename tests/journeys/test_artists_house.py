@@ -12,19 +12,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 import trimesh
-from typer.testing import CliRunner
 
 from houseexpo import open_dataset
-from houseexpo.commands.app import make_app
 from houseexpo.grids.frame import plan_points_from_source
 from tests.builders.bungalow import BEDROOM_DOOR, FILE, PATIO, ROOMS_M2
+from tests.builders.commands import call
 from tests.journeys.reviews import reviewing
 
 
 def build(source: str, out: str, *more: str) -> None:
     words = ["build", source, "--units", "cm", "--up", "y", "--out", out, "--workers", "1", *more]
-    done = CliRunner().invoke(make_app(), words)
-    assert done.exit_code == 0, done.output
+    call(*words)
 
 
 @pytest.mark.slow

@@ -7,10 +7,9 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 import pytest
-from typer.testing import CliRunner
 
 from houseexpo import open_dataset
-from houseexpo.commands.app import make_app
+from tests.builders.commands import call
 from tests.builders.formats.ifc import TinyBuilding
 from tests.builders.needs import need
 from tests.journeys.pages import commands
@@ -48,8 +47,7 @@ def test_storeys_of_an_ifc_are_corrected_and_read_by_other_libraries(
     build, again, *exports = commands("docs/readers/houses.md", "office.toml", "text")
 
     def run(command: str) -> None:
-        done = CliRunner().invoke(make_app(), [*shlex.split(command)[1:]])
-        assert done.exit_code == 0, done.output
+        call(*shlex.split(command)[1:])
 
     run(build)
     before = open_dataset("plans/office")

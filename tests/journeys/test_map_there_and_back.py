@@ -17,10 +17,9 @@ import pytest
 import shapely
 from PIL import Image
 from shapely.geometry.base import BaseGeometry
-from typer.testing import CliRunner
 
 from houseexpo import open_dataset
-from houseexpo.commands.app import make_app
+from tests.builders.commands import call
 from tests.houseexpo.exports.readers import READERS, of_cells
 from tests.journeys.pages import blocks
 
@@ -97,10 +96,9 @@ def test_a_robots_map_comes_back_from_every_format_in_its_own_frame(
     monkeypatch.chdir(tmp_path)
     x, y, yaw = save_map(tmp_path, kind)
     for words in commands():
-        done = CliRunner().invoke(make_app(), words)
-        assert done.exit_code == 0, f"{words}\n{done.output}"
+        done = call(*words)
         if words[0] == "export":
-            assert "in the frame of the source" in " ".join(done.output.split())
+            assert "in the frame of the source" in " ".join(done.split())
 
     (plan,) = open_dataset("plans/mine")
     assert len(plan.rooms) == 5

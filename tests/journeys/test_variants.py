@@ -6,10 +6,9 @@ import shlex
 from pathlib import Path
 
 import pytest
-from typer.testing import CliRunner
 
 from houseexpo import open_dataset
-from houseexpo.commands.app import make_app
+from tests.builders.commands import call
 from tests.journeys.pages import commands, python_block
 
 PAGE = "docs/guide-pipeline.md"
@@ -23,8 +22,7 @@ def test_all_variants_of_a_house_are_there(tmp_path: Path, monkeypatch: pytest.M
     assert len(written) == 15
 
     [build] = commands(PAGE, "build variants")
-    done = CliRunner().invoke(make_app(), [*shlex.split(build)[1:], "--workers", "2"])
-    assert done.exit_code == 0, done.output
+    call(*shlex.split(build)[1:], "--workers", "2")
 
     plans = open_dataset("plans/variants")
     assert plans.ids == written

@@ -6,10 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
 from houseexpo import save_plan
-from houseexpo.commands.app import make_app
 from houseexpo.errors import ConfigError
 from houseexpo.exports import export
 from houseexpo.plan import Frame, PlanObject
@@ -17,6 +15,7 @@ from pipeline.algorithm import plan_level
 from pipeline.config import PipelineConfig
 from pipeline.sources import find, reader
 from tests.builders.batch import labels, likeness
+from tests.builders.commands import call
 from tests.builders.houses import Hole, plan_of, two_rooms
 
 NEEDS = {
@@ -191,6 +190,5 @@ def test_the_command_writes_one_building(tmp_path):
         "--out",
         str(tmp_path / "out"),
     ]
-    result = CliRunner().invoke(make_app(), asked)
-    assert result.exit_code == 0, result.output
+    call(*asked)
     assert (tmp_path / "out" / "home.building.yaml").exists()

@@ -16,7 +16,7 @@ from houseexpo.analysis.similarity import (
     find_similar_pairs,
 )
 from houseexpo.floorplan import decode
-from tests.builders.mask_twins import apply_symmetry, compare_masks, comparison_mask
+from tests.builders.mask_twins import apply_symmetry, blob, compare_masks, comparison_mask
 
 
 def slow_difference(one: np.ndarray, other: np.ndarray) -> float:
@@ -35,14 +35,6 @@ def slow_difference(one: np.ndarray, other: np.ndarray) -> float:
                 painted[60 + down : 60 + down + moved.shape[0], 60 + right : 60 + right + moved.shape[1]] = moved
                 best = min(best, int((painted ^ fixed).sum()))
     return best / max(one.sum(), other.sum())
-
-
-def blob(rng: np.random.Generator, rows: int, cols: int) -> np.ndarray:
-    mask = np.ones((rows, cols), dtype=bool)
-    for _ in range(4):
-        r, c = rng.integers(0, rows), rng.integers(0, cols)
-        mask[r : r + 6, c : c + 9] = False
-    return crop_mask(mask)
 
 
 def test_agrees_with_the_slow_twin_and_is_symmetric():

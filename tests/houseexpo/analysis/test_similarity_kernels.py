@@ -9,16 +9,7 @@ from shapely import Polygon
 from houseexpo.analysis.kernels import masks
 from houseexpo.analysis.similarity import SYMMETRIES, comparison_frame, crop_mask, difference_lower_bound
 from houseexpo.grids.raster import all_rings, edges_in_pixels
-from tests.builders.mask_twins import apply_symmetry, compare_masks, comparison_mask, mask_fingerprint
-
-
-def blob(rng: np.random.Generator, rows: int, cols: int) -> np.ndarray:
-    """A room with bites taken out of it."""
-    mask = np.ones((rows, cols), dtype=bool)
-    for _ in range(5):
-        r, c = rng.integers(0, rows), rng.integers(0, cols)
-        mask[r : r + 6, c : c + 9] = False
-    return crop_mask(mask)
+from tests.builders.mask_twins import apply_symmetry, blob, compare_masks, comparison_mask, mask_fingerprint
 
 
 def near(mask: np.ndarray, rng: np.random.Generator) -> np.ndarray:

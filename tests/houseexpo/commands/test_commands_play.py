@@ -22,15 +22,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 from PIL import Image
-from typer.testing import CliRunner
 
-from houseexpo.commands.app import make_app
 from houseexpo.pseudoslam.agents.driving import DriveSession, drive_by_keys
 from houseexpo.pseudoslam.config import SimulatorConfig, StartConfig
 from houseexpo.pseudoslam.envs.single import ExplorationEnv
 from houseexpo.pseudoslam.render.canvas import Image as Picture
 from houseexpo.pseudoslam.render.terminal import Terminal, half_blocks
 from houseexpo.pseudoslam.tasks import ROOM
+from tests.builders.commands import call
 
 TIMEOUT_S = 60.0  # the first one compiles
 
@@ -140,20 +139,18 @@ def test_a_signal_that_a_finaliser_swallows_is_not_lost(monkeypatch: pytest.Monk
 
 
 def test_without_a_terminal_it_says_so() -> None:
-    result = CliRunner().invoke(make_app(), ["play", "--task", "avoidance"])
-    assert result.exit_code == 2
-    assert "play: expected a terminal for input and output, found none; run it in a terminal" in result.output
+    result = call("play", "--task", "avoidance", code=2)
+    assert "play: expected a terminal for input and output, found none; run it in a terminal" in result
 
 
 def test_without_houses_it_says_where_to_get_some(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setattr("houseexpo.pseudoslam.render.terminal.Terminal", lambda: None)
     monkeypatch.setenv("HOUSEEXPO_CACHE", str(tmp_path))
     for task in ("exploration", "navigation"):
-        result = CliRunner().invoke(make_app(), ["play", "--task", task])
-        assert result.exit_code == 2
-        assert f"{task}: which houses?" in result.output
-        assert "make dataset" in result.output
-        assert "houseexpo fetch" in result.output
+        result = call("play", "--task", task, code=2)
+        assert f"{task}: which houses?" in result
+        assert "make dataset" in result
+        assert "houseexpo fetch" in result
 
 
 # What keys do, what is shown and what is saved.

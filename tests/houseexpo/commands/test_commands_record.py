@@ -22,6 +22,7 @@ from houseexpo.pseudoslam.envs.single import ExplorationEnv, NavigationEnv
 from houseexpo.pseudoslam.io.record import record_episode, record_race, write_movie
 from houseexpo.pseudoslam.render.picture import draw_episode
 from houseexpo.pseudoslam.tasks import ROOM
+from tests.builders.commands import call
 
 CONFIG = SimulatorConfig(pixels_per_metre=16.0, start=StartConfig(random=False, x_m=1.0, y_m=1.0), max_steps=500)
 
@@ -111,9 +112,8 @@ def test_the_command_writes_a_movie_of_a_plan(tmp_path: Path) -> None:
     (tmp_path / "room.json").write_bytes(encode(ROOM))
     words = ["record", str(tmp_path / "room.json"), "--out", str(tmp_path / "run.gif"), "--steps", "10"]
     for policy in ("frontier", "forward", "random"):
-        result = CliRunner().invoke(make_app(), [*words, "--policy", policy, "--size", "300", "200"])
-        assert result.exit_code == 0, result.output
-        assert "steps in plan room-5.5x3.2" in result.output
+        result = call(*words, "--policy", policy, "--size", "300", "200")
+        assert "steps in plan room-5.5x3.2" in result
         assert Image.open(tmp_path / "run.gif").size <= (300, 200)
     files = [(tmp_path / "run.gif").read_bytes()]
     for seed in ("0", "1"):
@@ -125,16 +125,14 @@ def test_the_command_writes_a_movie_of_a_plan(tmp_path: Path) -> None:
 def test_each_task_has_a_policy_that_is_made_for_it(tmp_path: Path) -> None:
     (tmp_path / "room.json").write_bytes(encode(ROOM))
     words = ["record", str(tmp_path / "room.json"), "--out", str(tmp_path / "run.gif"), "--size", "80", "60"]
-    result = CliRunner().invoke(make_app(), [*words, "--task", "navigation"])
-    assert result.exit_code == 0, result.output
-    assert "0 collisions" in result.output
-    assert float(result.output.rpartition("reward")[2]) > 1.0, "it gets to its goal"
+    result = call(*words, "--task", "navigation")
+    assert "0 collisions" in result
+    assert float(result.rpartition("reward")[2]) > 1.0, "it gets to its goal"
 
 
 def test_what_cannot_be_is_refused(tmp_path: Path) -> None:
-    result = CliRunner().invoke(make_app(), ["record", "--task", "avoidance", "--out", str(tmp_path / "run.avi")])
-    assert result.exit_code == 2
-    assert "expected a file that ends in .gif or .mp4, found 'run.avi'" in result.output
+    result = call("record", "--task", "avoidance", "--out", tmp_path / "run.avi", code=2)
+    assert "expected a file that ends in .gif or .mp4, found 'run.avi'" in result
     with pytest.raises(ConfigError, match="fps: expected more than 0, at most 100, found 0"):
         write_movie([], tmp_path / "run.gif", 0)
     with pytest.raises(ConfigError, match="steps and every to be at least 1, found 0 and 1"):
@@ -157,10 +155,9 @@ def test_policies_go_side_by_side(tmp_path: Path) -> None:
     (tmp_path / "room.json").write_bytes(encode(ROOM))
     words = ["--steps", "40", "--every", "10", "--policy", "frontier,forward", "--size", "600", "240"]
     names = ["record", str(tmp_path / "room.json"), "--out", str(tmp_path / "race.gif")]
-    done = CliRunner().invoke(make_app(), [*names, *words])
-    assert done.exit_code == 0, done.output
-    assert "frontier: " in done.output
-    assert "forward: " in done.output
+    done = call(*names, *words)
+    assert "frontier: " in done
+    assert "forward: " in done
     shown = frames(tmp_path / "race.gif")
     assert len(shown) >= 2
     high, wide, _ = shown[0].shape
@@ -220,9 +217,8 @@ def words(tmp_path: Path) -> list[str]:
 )
 def test_a_file_s_policy_sees_and_acts_as_it_says(tmp_path: Path, words: list[str], name: str) -> None:
     asked = ",".join(f"{tmp_path / 'mine.py'}:{each}" for each in name.split(","))
-    result = CliRunner().invoke(make_app(), [*words, "--policy", asked, "--out", str(tmp_path / "run.gif")])
-    assert result.exit_code == 0, result.output
-    assert "8 steps" in result.output
+    result = call(*words, "--policy", asked, "--out", tmp_path / "run.gif")
+    assert "8 steps" in result
     assert (tmp_path / "run.gif").is_file()
 
 
@@ -230,8 +226,7 @@ def test_a_file_s_policy_sees_and_acts_as_it_says(tmp_path: Path, words: list[st
 def test_a_bag_changes_nothing_of_what_a_policy_is_shown(tmp_path: Path, words: list[str], task: str) -> None:
     pytest.importorskip("rosbags")
     asked = ["--policy", f"{tmp_path / 'mine.py'}:on_map", "--task", task, "--bag", str(tmp_path / "run.mcap")]
-    result = CliRunner().invoke(make_app(), [*words, *asked])
-    assert result.exit_code == 0, result.output
+    call(*words, *asked)
     assert (tmp_path / "run.mcap").is_file()
 
 
@@ -250,10 +245,9 @@ def test_a_bag_changes_nothing_of_what_a_policy_is_shown(tmp_path: Path, words: 
 )
 def test_what_fails_is_said_in_a_line(tmp_path: Path, words: list[str], asked: list[str], said: str) -> None:
     asked = [word.replace("FILE", str(tmp_path / "mine.py")) for word in asked]
-    result = CliRunner().invoke(make_app(), [*words, *asked, "--out", str(tmp_path / "run.gif")])
-    assert result.exit_code == 2
-    assert said in result.output.replace("\n", "")
-    assert "Traceback" not in result.output
+    result = call(*words, *asked, "--out", tmp_path / "run.gif", code=2)
+    assert said in result.replace("\n", "")
+    assert "Traceback" not in result
     assert not (tmp_path / "run.gif").exists()
 
 

@@ -17,6 +17,7 @@ from pipeline.batch.mirror import mirror_source
 from pipeline.batch.shard_build import require_common_settings, unfinished_inputs
 from tests.builders.batch import config_for, contents, one_room, run_assemble, run_build, run_shard, sketched
 from tests.builders.clusters import BUCKET, forget, puts, s3_server
+from tests.builders.commands import call
 from tests.builders.needs import need
 
 pytestmark = pytest.mark.slow
@@ -110,17 +111,15 @@ def test_what_cannot_be_reached_is_not_taken_for_nothing(
         run_shard(config_for([SOURCE]), "s3://none/plans", "0/1")
     with pytest.raises(ConfigError, match="'s3://none/in' does not exist"):
         run_shard(config_for(["s3://none/in"]), OUT, "0/1")
-    found = CliRunner().invoke(make_app(), ["build", "--verify", OUT])
-    assert found.exit_code == 2
-    assert "expected a folder" in found.output
+    found = call("build", "--verify", OUT, code=2)
+    assert "expected a folder" in found
     monkeypatch.setenv("AWS_ENDPOINT_URL", "http://127.0.0.1:9")
     forget()
     try:
         (tmp_path / "houses.toml").write_text('[build]\nsources = ["procedural:1"]\n')
         for words in (["assemble", OUT], ["slurm", str(tmp_path / "houses.toml"), "--shards", "2", "--out", OUT]):
-            found = CliRunner().invoke(make_app(), words)
-            assert found.exit_code == 3
-            assert "could not connect" in found.output.lower()
+            found = call(*words, code=3)
+            assert "could not connect" in found.lower()
     finally:
         forget()
 

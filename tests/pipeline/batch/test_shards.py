@@ -7,9 +7,7 @@ from functools import partial
 from pathlib import Path
 
 import pytest
-from typer.testing import CliRunner
 
-from houseexpo.commands.app import make_app
 from houseexpo.corrections import Override
 from houseexpo.dataset.build_record import BuildCommand, BuildRecord, read_build_record
 from houseexpo.errors import ConfigError
@@ -17,6 +15,7 @@ from pipeline.batch.result_store import FolderStore, open_store
 from pipeline.batch.shard_build import begin_shards, require_common_settings, unfinished_inputs
 from pipeline.batch.shards import Shard, ShardJournal, read_common_settings, shard_number
 from tests.builders.batch import boxed, config_for, contents, killed_once, one_room, run_assemble, run_build, run_shard
+from tests.builders.commands import call
 
 
 def shard_of_a(count: int) -> str:
@@ -100,16 +99,14 @@ def test_assemble_says_which_houses_of_which_shards_are_not_done(
 ) -> None:
     out, others = tmp_path / "out", f"{(shard_number('a', 2) + 1) % 2}/2"
     run_shard(config_for([street]), out, others, plan=boxed)
-    said = CliRunner().invoke(make_app(), ["assemble", str(out)])
-    assert said.exit_code == 3
-    assert f"shard {shard_of_a(2)}: " in said.output
-    assert "a" in said.output.split("not done: ")[1]
+    said = call("assemble", out, code=3)
+    assert f"shard {shard_of_a(2)}: " in said
+    assert "a" in said.split("not done: ")[1]
     assert not (out / "manifest.json").exists()
-    said = CliRunner().invoke(make_app(), ["assemble", str(out), "--partial"])
-    assert said.exit_code == 3
+    call("assemble", out, "--partial", code=3)
     assert "json/a.json" not in contents(out)
     run_shard(config_for([street]), out, shard_of_a(2))
-    assert CliRunner().invoke(make_app(), ["assemble", str(out)]).exit_code == 0
+    call("assemble", out)
     assert contents(out) == serial
 
 
@@ -123,12 +120,11 @@ def test_a_stored_plan_that_was_damaged_is_named_and_nothing_is_written(
     stored = sorted(file for file in (out / ".build" / "plans").rglob("*") if file.is_file())
     file = next(each for each in stored if b'"id":"a"' in each.read_bytes())
     file.write_bytes(file.read_bytes().replace(b'"id":"a"', b'"id":"z"'))
-    said = CliRunner().invoke(make_app(), ["-q", "assemble", str(out)])
-    assert said.exit_code == 3
-    assert f"shard {shard_of_a(2)}: damaged: 1 house: a" in said.output
+    said = call("-q", "assemble", out, code=3)
+    assert f"shard {shard_of_a(2)}: damaged: 1 house: a" in said
     assert contents(out) == before
     run_shard(config_for([street]), out, shard_of_a(2))
-    assert CliRunner().invoke(make_app(), ["assemble", str(out)]).exit_code == 0
+    call("assemble", out)
     assert contents(out) == serial
 
 
@@ -136,10 +132,9 @@ def test_a_stored_plan_that_was_damaged_is_named_and_nothing_is_written(
 def test_what_was_assembled_says_how_it_can_be_built_again(tmp_path: Path) -> None:
     words = ["build", "procedural:2", "--seed", "4", "--out", str(tmp_path / "out"), "--workers", "1"]
     for shard in ("1/2", "2/2"):
-        done = CliRunner().invoke(make_app(), [*words, "--shard", shard])
-        assert done.exit_code == 0
-        assert f"next, when all shards are done: houseexpo assemble {tmp_path / 'out'}" in done.output
-    assert CliRunner().invoke(make_app(), ["assemble", str(tmp_path / "out")]).exit_code == 0
+        done = call(*words, "--shard", shard)
+        assert f"next, when all shards are done: houseexpo assemble {tmp_path / 'out'}" in done
+    call("assemble", tmp_path / "out")
     assert read_build_record(tmp_path / "out") == BuildRecord(BuildCommand(("procedural:2",), {"seed": "4"}))
 
 
@@ -147,12 +142,12 @@ def test_what_was_assembled_says_how_it_can_be_built_again(tmp_path: Path) -> No
 def test_what_a_later_build_made_of_a_data_set_is_not_taken_back(tmp_path: Path) -> None:
     words, out = ["build", "procedural:3", "--out", str(tmp_path / "out"), "--workers", "1"], tmp_path / "out"
     for command in ([*words, "--limit", "1", "--shard", "0/1"], ["assemble", str(out)], words):
-        assert CliRunner().invoke(make_app(), command).exit_code == 0
+        call(*command)
     before = contents(out)
-    said = CliRunner().invoke(make_app(), ["assemble", str(out)])
-    assert (said.exit_code, contents(out)) == (2, before)
+    call("assemble", out, code=2)
+    assert contents(out) == before
     for command in ([*words, "--shard", "0/1"], ["assemble", str(out)]):
-        assert CliRunner().invoke(make_app(), command).exit_code == 0
+        call(*command)
     assert contents(out) == before
 
 
@@ -167,9 +162,8 @@ def test_the_only_shard_of_a_build_hears_new_corrections(street: Path, tmp_path:
 
 
 def test_nothing_was_begun(tmp_path: Path) -> None:
-    said = CliRunner().invoke(make_app(), ["assemble", str(tmp_path)])
-    assert said.exit_code == 2
-    assert "expected a build in shards, found none" in said.output
+    said = call("assemble", tmp_path, code=2)
+    assert "expected a build in shards, found none" in said
 
 
 def test_shards_of_another_build_and_other_things_are_refused(street: Path, tmp_path: Path) -> None:

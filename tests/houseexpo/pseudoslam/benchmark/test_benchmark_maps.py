@@ -8,13 +8,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 from PIL import Image
-from typer.testing import CliRunner
 
-from houseexpo.commands.app import make_app
 from houseexpo.errors import ConfigError
 from houseexpo.pseudoslam.benchmark.maps import StartedHouse, map_cases, read_maps
 from houseexpo.pseudoslam.benchmark.result import read_result
 from houseexpo.pseudoslam.benchmark.tracks import MAP_TRACKS, find_track
+from tests.builders.commands import call
 from tests.builders.shared import DATA, needs_shared
 
 MARK, FREE, WALL = 208, 195, 127
@@ -117,8 +116,7 @@ def test_a_track_runs_from_the_command_line(tmp_path: Path, track: str) -> None:
     else:
         dungeon(maps)
     words = ["benchmark", "run", "--track", track, "--policy", "frontier", "--maps", maps, "--out", out]
-    done = CliRunner().invoke(make_app(), [*map(str, words), "--workers", "1"])
-    assert done.exit_code == 0, done.output
+    call(*words, "--workers", "1")
     result = read_result(out)
     assert result.track_id == find_track(track).id
     coverage = json.loads(out.read_bytes())["episodes"]["coverage"]
@@ -128,9 +126,8 @@ def test_a_track_runs_from_the_command_line(tmp_path: Path, track: str) -> None:
 
 def test_a_track_of_maps_asks_for_maps(tmp_path: Path) -> None:
     words = ["benchmark", "run", "--track", "kth", "--policy", "frontier", "--out", str(tmp_path / "run.json")]
-    done = CliRunner().invoke(make_app(), words)
-    assert done.exit_code == 2
-    assert "--maps" in done.output
+    done = call(*words, code=2)
+    assert "--maps" in done
 
 
 @needs_shared

@@ -9,14 +9,13 @@ from typing import Any
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
-from houseexpo.commands.app import make_app
 from houseexpo.grids.robot_map import MapError, RobotMap, read_map
 from houseexpo.pseudoslam import open_maps
 from houseexpo.pseudoslam.agents.policies import make_policy
 from houseexpo.pseudoslam.io.bag_maps import map_from_bag
 from houseexpo.pseudoslam.io.record import record_episode
+from tests.builders.commands import call
 from tests.builders.needs import need
 from tests.houseexpo.pseudoslam.io.test_bags import CONFIG, made
 
@@ -172,9 +171,8 @@ def test_the_command_writes_a_map_that_the_simulator_opens(tmp_path: Path) -> No
     env = made(CONFIG)
     record_episode(env, make_policy("frontier", env, 0), None, steps=30, seed=1, bag=tmp_path / "run.mcap")
     words = ["replay", str(tmp_path / "run.mcap"), "--out", str(tmp_path / "maps"), "--resolution", "0.1"]
-    done = CliRunner().invoke(make_app(), words)
-    assert done.exit_code == 0, done.output
-    assert "m² free" in done.output
+    done = call(*words)
+    assert "m² free" in done
     (house,) = open_maps(tmp_path / "maps" / "map.yaml")
     assert house.pixels_per_metre == pytest.approx(10.0)
     assert (house.occupied == 0).sum() > 500

@@ -9,9 +9,7 @@ import numpy as np
 import pytest
 from PIL import Image
 from scipy import ndimage
-from typer.testing import CliRunner
 
-from houseexpo.commands.app import make_app
 from houseexpo.errors import ConfigError
 from houseexpo.floorplan import FloorPlan
 from houseexpo.grids import read_map
@@ -20,6 +18,7 @@ from houseexpo.pseudoslam import MapHouse, PeopleConfig, Simulator, SimulatorCon
 from houseexpo.pseudoslam.config import LaserConfig
 from houseexpo.pseudoslam.worlds.cache import world_for
 from houseexpo.pseudoslam.worlds.maps import open_houses
+from tests.builders.commands import call
 
 HUT = FloorPlan("hut", [(0, 0), (0, 4), (2, 4), (2, 6), (7, 6), (7, 0), (3, 0), (3, 1), (2.5, 1), (2.5, 0)], 2, {})
 CONFIG = SimulatorConfig(pixels_per_metre=20.0, laser=LaserConfig(range_m=3.0, fov_deg=270.0))
@@ -166,9 +165,8 @@ def test_a_map_with_a_yaw_is_a_house_in_its_own_frame(tmp_path: Path) -> None:
 
 def test_record_takes_a_map(tmp_path: Path) -> None:
     file, movie = written(tmp_path), tmp_path / "movie.gif"
-    done = CliRunner().invoke(make_app(), ["record", str(file), "--out", str(movie), "--steps", "3"])
-    assert done.exit_code == 0, done.output
-    assert "in plan flat" in " ".join(done.output.split())
+    done = call("record", file, "--out", movie, "--steps", "3")
+    assert "in plan flat" in " ".join(done.split())
     assert movie.stat().st_size > 1000
 
 
