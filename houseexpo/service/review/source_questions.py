@@ -20,7 +20,7 @@ import math
 from collections.abc import Iterator, Sequence
 from functools import lru_cache
 from itertools import pairwise
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 import shapely
@@ -330,6 +330,7 @@ def front_questions(
         for side in pairwise(edge):
             if math.dist(*side) >= _FRONT_M[0]:
                 lines += shapely.get_parts(beyond(LineString(side))).tolist()
+    named = {line.wkb: kind for kind, line in fronts if kind in NAMED}
     found: list[tuple[Room, LineString]] = []
     lines = [line for line in lines if _FRONT_M[0] <= line.length <= _FRONT_M[1]]
     for line in (*lines, *mouths):
@@ -348,7 +349,12 @@ def front_questions(
         if source.is_open(line, room.polygon, shift):
             found.append((room, line))
     chosen: list[LineString] = []
-    for room, line in sorted(found, key=lambda each: (-each[0].area, -each[1].length, each[1].bounds)):
+
+    def rank(front: tuple[Room, LineString]) -> tuple[Any, ...]:
+        room, line = front
+        return -room.area, line.wkb not in named, -line.length, line.bounds
+
+    for room, line in sorted(found, key=rank):
         is_asked = any(line.distance(other) < WIDEST_WALL_M for other in chosen) or any(
             line.distance(each.centroid) < WIDEST_WALL_M and each.length > line.length / 2 for each in narrow
         )
@@ -357,7 +363,8 @@ def front_questions(
         chosen.append(line)
         (ax, ay), (bx, by) = shapely.get_coordinates(line).round(3).tolist()
         at = round((ax + bx) / 2, 3), round((ay + by) / 2, 3)
-        says = f"No wall is seen here, {line.length:.2f} m wide. Is it open to the outside: does one walk in?"
+        shows = f"The source names {an(named[line.wkb])} here" if line.wkb in named else "No wall is seen here"
+        says = f"{shows}, {line.length:.2f} m wide. Is it open to the outside: does one walk in?"
         answers = Answer("An entrance", "entrance", ((ax, ay), (bx, by))), Answer("A wall or a window")
         yield Question(key_of(plan, "front", at), at, says, answers, _FRONT, room.area, room.area**0.5)
 

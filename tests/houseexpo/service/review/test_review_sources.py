@@ -875,6 +875,14 @@ def test_a_side_of_a_room_without_a_wall_may_be_open_to_the_outside() -> None:
         assert asked_of(plan, SourceView(view.record, low, view.found)).count("front") == count
 
 
+def test_a_wide_door_that_the_source_names_is_asked_about_as_such() -> None:
+    plan, view = arena((2.0, 2.9), sides=3)
+    gate = Place("door", ((-0.05, 1.0), (-0.05, 4.0)))
+    view = SourceView(view.record, msgspec.structs.replace(view.level, pictures=(), places=(gate,)), view.found)
+    (asked,) = questions(plan, (), view)
+    assert asked.says.startswith("The source names a door here, 3.00 m wide.")
+
+
 def test_an_open_mouth_as_wide_as_a_corridor_is_asked_about() -> None:
     plan, view = arena((2.0, 2.9), sides=3)
     shown = msgspec.structs.replace(
