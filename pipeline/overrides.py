@@ -22,6 +22,7 @@ because its author saw the result of the other.
     up = "z"               # its vertical axis, and the unit of its lengths
     units = "cm"
     drop_nodes = ["Lamp*", "Car"]     # leave these nodes, groups and materials out
+    wall_layers = ["8-4"]  # the lines of these layers of a DXF file are walls
 
 Points are in metres along the source's plan axes, after units and scale: (X, Y) of a z-up source, (X, Z) of a y-up one.
 A plan's ``frame`` converts to them. They remain valid when a plan changes. ``houseexpo inspect`` writes these
@@ -265,6 +266,7 @@ def _as_options(override: Override) -> dict[str, str | None]:
         "storey_height": repr(override.storey_height) if override.storey_height else None,
         "floors": json.dumps(override.floors) if override.floors else "",
         "drop_nodes": json.dumps(override.drop_nodes) if override.drop_nodes else "",
+        "wall_layers": json.dumps(override.wall_layers) if override.wall_layers else "",
     }
 
 

@@ -169,7 +169,9 @@ class SourceReader:
             units = {level.unit_m for level in self._levels if isinstance(level, Level)}
             unit_m = next(iter(units)) if len(units) == 1 else None
             others = _other_units(self._found.reader, unit_m, levels)
-        takes = {*OVERRIDABLE.get(self._found.reader, ()), "keep"} - (set() if self._names else {"drop_nodes"})
+        takes = {*OVERRIDABLE.get(self._found.reader, ()), "keep"} - (
+            set() if self._names else {"drop_nodes", "wall_layers"}
+        )
         takes = takes if self._is_alone else set()  # what is said under their id would be of all of them
         return SourceRecord(
             self._found.id,

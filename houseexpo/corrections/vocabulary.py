@@ -23,7 +23,7 @@ LOG: Final = "overrides.log.jsonl"
 FARTHEST_M: Final = 1e7
 """Coordinates beyond this are errors, metres: coordinates of national grids have seven digits."""
 
-FILE_WORDS: Final = ("up", "units", "scale", "distance", "storey_height", "floors", "drop_nodes")
+FILE_WORDS: Final = ("up", "units", "scale", "distance", "storey_height", "floors", "drop_nodes", "wall_layers")
 """The keys that concern a whole file; the file's reader applies them."""
 LOWEST_STOREY_M: Final = 1.8
 """The lowest storey, metres: ``pipeline.tolerances.HEAD_M``."""
@@ -156,6 +156,7 @@ class Override:
     storey_height: float | None = None
     floors: tuple[float, ...] = ()
     drop_nodes: tuple[str, ...] = ()
+    wall_layers: tuple[str, ...] = ()
     why: str = ""
     authors: tuple[tuple[str, str, str], ...] = ()
 
@@ -196,7 +197,7 @@ class Override:
         """Return the two tables of one id merged; ``later`` wins where they contradict each other."""
         decided = later if later.keep or later.drop else self
         heights = later if later.h_g is not None or later.h_d is not None else self
-        lists = {name: (*getattr(self, name), *getattr(later, name)) for name in (*WORDS, "drop_nodes")}
+        lists = {name: (*getattr(self, name), *getattr(later, name)) for name in (*WORDS, "drop_nodes", "wall_layers")}
         rest: dict[str, Any] = {name: tuple(dict.fromkeys(values)) for name, values in lists.items()}
         return Override(
             keep=decided.keep,

@@ -33,7 +33,7 @@ OVERRIDABLE = {
     "mesh_file": ("drop_nodes", "floors", "keep", "scale", "storey_height", "units", "up"),
     "ifc": ("drop_nodes", "floors", "scale", "units"),
     "points": ("scale", "units", "up"),
-    "vector_plans": ("drop_nodes", "scale", "units"),
+    "vector_plans": ("drop_nodes", "scale", "units", "wall_layers"),
     "occupancy_map": ("scale", "units"),
 }
 """The readers, and which options of one input a person may set in ``overrides.toml``. The other formats are in metres,

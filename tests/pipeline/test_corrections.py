@@ -182,7 +182,7 @@ def test_a_distance_in_the_file_gives_the_size_and_floors_the_storeys(tmp_path: 
 
 
 def test_scale_of_a_level_or_of_a_reader_that_takes_none_is_refused() -> None:
-    with pytest.raises(ConfigError, match=r"villa_L1: up, units, .* and drop_nodes are of a whole file; .* \[villa\]"):
+    with pytest.raises(ConfigError, match=r"villa_L1: up, units, .* and wall_layers are of a whole file; .* \[villa\]"):
         correct_input(VILLA, {"villa_L1": Override(scale=20.0)})
     with pytest.raises(ConfigError, match="0a1b: its reader, suncg, takes no drop_nodes"):
         correct_input(SCENE, {"0a1b": Override(drop_nodes=("Lamp",))})

@@ -109,6 +109,23 @@ def test_a_drawing_is_in_the_unit_that_somebody_says_and_without_the_layers_that
     assert not inside.any()
 
 
+def test_a_drawing_has_its_walls_on_the_layers_that_somebody_names(tmp_path: Path) -> None:
+    ezdxf = pytest.importorskip("ezdxf")
+    document = ezdxf.new("R2010", units=6)
+    space = document.modelspace()
+    for layer, ring in (("8-4", [(0, 0), (6, 0), (6, 4), (0, 4)]), ("8-9", [(0, 2), (6, 2), (6, 9), (0, 9)])):
+        space.add_lwpolyline(ring, close=True, dxfattribs={"layer": layer})
+    space.add_line((3, 0), (3, 3.1), dxfattribs={"layer": "8-4"})
+    space.add_arc((3, 4), 0.9, 180, 270, dxfattribs={"layer": "8-5"})
+    document.saveas(tmp_path / "plan.dxf")
+    (level,) = levels_of(tmp_path / "plan.dxf", wall_layers=["8-4", "8-7"])
+    assert size_of(level) == pytest.approx((6.0, 4.0), abs=0.2)
+    assert "layers" not in level.guesses
+    assert len(level.openings) == 1  # by its swing
+    assert [each for each in level.provenance[IDLE] if "8-7" in each]
+    assert size_of(levels_of(tmp_path / "plan.dxf")[0])[1] > 8.0  # a guess
+
+
 def test_a_map_is_as_large_as_somebody_says_and_its_points_move_with_it(tmp_path: Path) -> None:
     file = map_yaml(tmp_path)
     (level,), (twice,) = levels_of(file), levels_of(file, distance=[[2.0, 3.0], [10.0, 3.0], 16.0])
@@ -139,7 +156,7 @@ def test_formats_that_are_in_metres_take_no_size(tmp_path: Path) -> None:
 
 def test_the_page_is_told_what_can_be_said_of_each_kind_of_file(tmp_path: Path) -> None:
     record = record_of(plan_dxf(tmp_path / "plan.dxf"))
-    assert record.takes == ("drop_nodes", "keep", "scale", "units")
+    assert record.takes == ("drop_nodes", "keep", "scale", "units", "wall_layers")
     assert {"WALL", "WALL_NEW"} <= set(record.names)
     assert {stroke.kind for stroke in record.levels[0].strokes} == {"WALL", "WALL_NEW"}
     assert record.unit_m == 1.0

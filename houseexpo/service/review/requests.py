@@ -81,7 +81,7 @@ class FileRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """
 
     plan: Id
-    key: Literal["up", "units", "scale", "distance", "storey_height", "floors", "drop_nodes", "keep"]
+    key: Literal["up", "units", "scale", "distance", "storey_height", "floors", "drop_nodes", "wall_layers", "keep"]
     reviewer: Name
     value: Annotated[str, Meta(max_length=4000)] = ""
     points: Annotated[list[Point], Meta(max_length=2)] = []
@@ -189,7 +189,7 @@ def file_value(asked: FileRequest, plan: Ground, source: SourceView) -> Any:
         return None
     if asked.key in {"keep", "up", "units"}:
         return True if asked.key == "keep" else text
-    if asked.key == "drop_nodes":
+    if asked.key in {"drop_nodes", "wall_layers"}:
         return [line.strip() for line in asked.value.splitlines() if line.strip()]
     numbers = [_number(asked.key, part) for part in re.split(r"[,;\s]+", text) if part]
     if len(numbers) != 1 and asked.key != "floors":

@@ -247,7 +247,7 @@ class Review:
         plan = self.base(name, shown)
         if plan is None:
             rejected = self.rejected.get(name) or (shown.why_no_plan if shown else "")
-            known = () if source is None else unread_questions(source, self._left(name, source), self.said_of(name))
+            known = () if source is None else unread_questions(source, self._left(name, source))
             asked = msgspec.to_builtins(list(known))
             return {**facts_without_plan(name, shown), "rejected": rejected, "questions": asked, **common}
         all_said = self.said_of(name)
@@ -600,7 +600,9 @@ class Review:
             raise ConfigError(f"{asked.key}: the reader of {source.record.id} does not take it")
         value = file_value(asked, self._ground(asked.plan), source)
         said = self.decisions.table(source.record.id)
-        kept = {key: said[key] for key in ("up", "floors", "drop_nodes") if key in said and key != asked.key}
+        kept = {
+            key: said[key] for key in ("up", "floors", "drop_nodes", "wall_layers") if key in said and key != asked.key
+        }
         if value is not None:
             Override(**kept, **{asked.key: value})  # raises ConfigError if it is invalid
         line = self.decisions.say_of_file(source.record.id, asked.key, value, reviewer)

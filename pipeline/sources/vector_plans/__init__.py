@@ -4,8 +4,8 @@ Each module of the table has two functions: ``can_read(path, head)``, which tell
 whether it is of that family, and ``read_drawing(path)``, which reads it as a ``Drawing``: it says what the file draws
 as ``Feature`` values, of which ``storey_from_features`` makes storeys. That of a family whose files may hold many plans
 also has ``list_plan_names(path)``, and reads one of them by ``read_drawing(path, key)``. One whose unit may be a
-guess, or which has names for its parts, says so by ``TAKES``: ``unit_m``, the metres in a unit, and ``without``,
-patterns of names; they are keywords of ``read_drawing``.
+guess, or which has names for its parts, says so by ``TAKES``: ``unit_m``, the metres in a unit, ``without`` and
+``walls``, patterns of names; they are keywords of ``read_drawing``.
 """
 
 from __future__ import annotations
@@ -13,7 +13,6 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from fnmatch import fnmatchcase
 from functools import cache, partial
 from importlib import import_module
 from pathlib import Path
@@ -28,7 +27,14 @@ from houseexpo.plan import Frame
 from pipeline.rejection import Reason, Rejection
 from pipeline.sources.files import check_file, id_from_file_name, input_from_file, slug
 from pipeline.sources.storeys.scale import said_size
-from pipeline.sources.vector_plans.drawing import Drawing, Line, levels_from_drawing, scale_drawing, storeys_drawn
+from pipeline.sources.vector_plans.drawing import (
+    Drawing,
+    Line,
+    is_named,
+    levels_from_drawing,
+    scale_drawing,
+    storeys_drawn,
+)
 from pipeline.values import Input, Level
 
 FAMILIES = (
@@ -105,13 +111,19 @@ def _read(family: Any, path: Path, item: Input) -> Drawing:
     """Return the drawing, with what a person says of its size and its parts."""
     options = dict(item.options)
     (units, scale), dropped = said_size(options), json.loads(options.get("drop_nodes", "[]"))
+    walls = json.loads(options.get("wall_layers", "[]"))
     takes = getattr(family, "TAKES", ())
     said: dict[str, Any] = {"unit_m": units} if units is not None and "unit_m" in takes else {}
     said |= {"without": dropped} if dropped and "without" in takes else {}
+    said |= {"walls": walls} if walls and "walls" in takes else {}
     drawing: Drawing = family.read_drawing(path, *([item.key] if item.key else []), **said)
     factor = scale * (1.0 if units is None or "unit_m" in takes else units)
-    unknown = [name for name in dropped if not any(fnmatchcase(each, name) for each in drawing.names)]
-    idle = tuple(f"drop_nodes {name!r}: nothing in {path.name} has this name" for name in unknown)
+    idle = tuple(
+        f"{key} {name!r}: nothing in {path.name} has this name"
+        for key, names in (("drop_nodes", dropped), ("wall_layers", walls))
+        for name in names
+        if not any(is_named(each, [name]) for each in drawing.names)
+    )
     return replace(drawing if factor == 1.0 else scale_drawing(drawing, factor), idle=idle)
 
 
@@ -134,7 +146,7 @@ def drawing_lines(item: Input) -> tuple[list[Sequence[Line]], list[str]]:
 
 def lines_without(lines: Sequence[Line], dropped: Sequence[str]) -> list[Line]:
     """Return the lines of a drawing without those of parts whose names match a pattern of ``dropped``."""
-    return [each for each in lines if not any(fnmatchcase(each[0], name) for name in dropped)]
+    return [each for each in lines if not is_named(each[0], dropped)]
 
 
 def lines_in_level(lines: Sequence[Line], frame: Frame, unit_m: float) -> list[Line]:

@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Any
 
@@ -158,6 +159,11 @@ class Drawing:
     idle: tuple[str, ...] = ()
     wanted: str = "walls or rooms"
     advice: str = "draw the walls, or leave the file out"
+
+
+def is_named(name: str, patterns: Iterable[str]) -> bool:
+    """Return whether the name of a part is one of these, or matches one of them as a pattern."""
+    return any(name == each or fnmatchcase(name, each) for each in patterns)
 
 
 def points_from(said: Any, least: int = 2, columns: int = 0, unit_m: float = 1.0) -> Floats:

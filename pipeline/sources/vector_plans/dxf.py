@@ -8,6 +8,7 @@ R4  Where no layer says wall or room, or such layers hold only texts, the lines 
     walls, but those in blocks and on layers with the words of ``_OTHERS``; the plan says that its layers are a guess.
     An arc among them as wide as a door is a door, and a line from about its hinge to about its end the leaf.
     Where all lines stand in blocks (a drawing that was inserted as a whole), those of the blocks count.
+    Where a person says which layers hold the walls, nothing is guessed but such doors.
 R5  Arcs, bulges and splines are lines of short pieces. What is filled (hatches) on a layer called wall is wall, and so
     is a polyline with a width.
 R6  An arc on a layer called door or opening is a swing: also one of a polyline, and of a block that was stretched.
@@ -22,7 +23,6 @@ import logging
 import math
 import re
 from collections.abc import Iterable, Iterator, Sequence
-from fnmatch import fnmatchcase
 from itertools import count, pairwise
 from pathlib import Path, PurePosixPath
 from typing import Any, Final
@@ -48,7 +48,7 @@ from pipeline.sources.tolerances import (
     SWING_M,
     WALL_THICKNESS_M,
 )
-from pipeline.sources.vector_plans.drawing import Drawing, DrawnStorey, Feature, Point
+from pipeline.sources.vector_plans.drawing import Drawing, DrawnStorey, Feature, Point, is_named
 from pipeline.sources.vector_plans.named_features import (
     kind_from_name,
     names_doors_and_windows,
@@ -117,11 +117,20 @@ def _drawings_in_zip(path: Path) -> list[str]:
     return sorted(name for name in names if name.lower().endswith(".dxf") and not name.startswith("__MACOSX/"))
 
 
-TAKES: Final = ("unit_m", "without")
+TAKES: Final = ("unit_m", "without", "walls")
 
 
-def read_drawing(path: Path, key: str = "", *, unit_m: float | None = None, without: Sequence[str] = ()) -> Drawing:
-    """Read a drawing, or the one of this name in a zip, in a unit that is given, and without layers of these names.
+def read_drawing(
+    path: Path,
+    key: str = "",
+    *,
+    unit_m: float | None = None,
+    without: Sequence[str] = (),
+    walls: Sequence[str] = (),
+) -> Drawing:
+    """Read a drawing, or the one of this name in a zip, in a unit that is given.
+
+    Layers with a name of ``without`` are left out; the lines of those with a name of ``walls`` are walls.
 
     Raises
     ------
@@ -142,15 +151,16 @@ def read_drawing(path: Path, key: str = "", *, unit_m: float | None = None, with
         every = list(_entities(document.modelspace(), document, left_out, (), count()))
         layers = [displayable_name(str(entity.dxf.layer)) for _, entity, _ in every]
         every = [
-            each
+            ("wall" if is_named(layer, walls) and each[1].dxftype() not in _TEXTS else each[0], *each[1:])
             for each, layer in zip(every, layers, strict=True)
-            if not any(fnmatchcase(layer, name) for name in without)
+            if not is_named(layer, without)
         ]
         found = [(kind, entity) for kind, entity, _ in every if kind or entity.dxftype() in _TEXTS]
         found = _doors_or_windows(_drop_damaged(found, left_out))  # R7
         is_guessed = not any(kind in {"wall", "room"} and entity.dxftype() not in _TEXTS for kind, entity in found)
-        if is_guessed:
-            found += _drop_damaged(_unnamed_lines(every), left_out)  # R4
+        if is_guessed or walls:
+            unnamed = _drop_damaged(_unnamed_lines(every), left_out)  # R4
+            found += [each for each in unnamed if is_guessed or each[0] == "door"]
         outlines = [points for kind, entity in found if kind in {"wall", "room"} and (points := _points(entity))]
         swings = [
             math.dist(swing[0], swing[1])

@@ -1,4 +1,5 @@
 // What is said of a whole file: its axis, its size, its floors, what of it is left out.
+const BY_NAME = new Set(["drop_nodes", "wall_layers"]); // what is said of parts of the file, by their names
 const at = (id) => document.getElementById(id);
 const LOWEST_STOREY_M = 1.8; // of two floors that are nearer to one another, one is none (`corrections.vocabulary`)
 const TITLES = {
@@ -9,6 +10,7 @@ const TITLES = {
   up: ["The upward axis", "y or z"],
   floors: ["The floors", "Heights of the floors, metres; type them, or click them in the picture"],
   drop_nodes: ["Parts to leave out", ""],
+  wall_layers: ["Layers of walls", ""],
   keep: ["It is a house", "yes: read it although it looks like none"],
 };
 
@@ -31,7 +33,8 @@ export class FileForm {
     const key = at("file-key").value;
     const keys = Object.keys(TITLES).filter((each) => takes.includes(each));
     at("file-key").replaceChildren(...keys.map((each) => new Option(TITLES[each][0], each, false, each === key)));
-    at("file-names").replaceChildren(...names.map((name) => new Option(name, name, false, (said.drop_nodes ?? []).includes(name))));
+    Object.assign(this, { all: names, said });
+    this.list();
     at("file-said").replaceChildren(...Object.entries(said).map(([each, value]) => this.line(each, value, readOnly)));
     this.choose();
   }
@@ -47,6 +50,7 @@ export class FileForm {
 
   // Begins a statement; of the floors, with those that are known.
   begin() {
+    this.list();
     at("file-value").value = at("file-key").value === "floors" ? this.floors.join(", ") : "";
     this.choose();
   }
@@ -69,8 +73,14 @@ export class FileForm {
     at("file-value").focus();
   }
 
+  // The names of the parts; those of which the chosen key is said are marked.
+  list() {
+    const said = this.said?.[at("file-key").value] ?? [];
+    at("file-names").replaceChildren(...(this.all ?? []).map((name) => new Option(name, name, false, [said].flat().includes(name))));
+  }
+
   choose() {
-    const key = at("file-key").value, nodes = key === "drop_nodes";
+    const key = at("file-key").value, nodes = BY_NAME.has(key);
     at("file-line").hidden = nodes;
     at("file-nodes").hidden = !nodes;
     at("file-side").hidden = key !== "floors" || !this.side;
@@ -99,7 +109,7 @@ export class FileForm {
 
   submit() {
     const key = at("file-key").value;
-    const value = key === "drop_nodes" ? this.names.join("\n") : at("file-value").value.trim();
+    const value = BY_NAME.has(key) ? this.names.join("\n") : at("file-value").value.trim();
     if (!value) { at("file-value").focus(); return; }
     at("file-value").value = "";
     at("stage").focus({ preventScroll: true }); // keys are answers again

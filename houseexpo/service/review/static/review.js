@@ -18,7 +18,7 @@ const LAYER_KEYS = { top: "f", map: "f", lines: "f", section_1_1: "g", section_1
 const ANY = 9; // all questions of a kind are marked, and no answer is chosen yet
 const LEFT = 8; // the number of the last answer to any question, from 0: its key is 9, however many others there are
 const LEAVE = { title: "Leave it", action: "leave", points: [] };
-const OF_FILE = new Set(["file", "take_out", "grow", "units", "up", "floors"]); // answers that hold for the whole file
+const OF_FILE = new Set(["file", "take_out", "grow", "units", "up", "floors", "wall_layers"]); // answers that hold for the whole file
 const SEVERAL = "Several rooms"; // an answer to whether a space is a room
 const OF_SPACE = { wall: 2, room: 1, door: 2, opening: 2 }; // words that may leave a space open, and the points that each takes
 const at = (id) => document.getElementById(id);

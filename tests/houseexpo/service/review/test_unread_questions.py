@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
 
 from houseexpo.corrections import Override
-from houseexpo.corrections.vocabulary import checked_values
 from houseexpo.dataset.source_records import SourceRecord
 from houseexpo.floorplan import decode
-from houseexpo.grids.frame import source_points_from_plan
 from houseexpo.service.review.question import Question
 from houseexpo.service.review.sources import SourceView
 from houseexpo.service.review.unread_questions import unread_questions
@@ -35,10 +32,10 @@ def read(tmp_path: Path) -> tuple[str, SourceReader]:
     return item.id, SourceReader(config, item.id)
 
 
-def asked(record: SourceRecord, *left: str, **said: Any) -> list[Question]:
+def asked(record: SourceRecord, *left: str) -> list[Question]:
     (level,) = record.levels
     assert not level.plans
-    return list(unread_questions(SourceView(record, level, None), left, Override(**said).corrections))
+    return list(unread_questions(SourceView(record, level, None), left))
 
 
 def test_the_size_is_asked_about_first_and_then_layer_after_layer(read: tuple[str, SourceReader]) -> None:
@@ -52,12 +49,13 @@ def test_the_size_is_asked_about_first_and_then_layer_after_layer(read: tuple[st
     assert again == layer
     (other,) = asked(stated, layer.key)
     assert other.key != layer.key
-    lines = [layer.answers[0].points, *layer.answers[0].more]
-    frame = stated.levels[0].frame
-    said = checked_values("wall", [source_points_from_plan(frame, each).round(3).tolist() for each in lines])
-    assert asked(stated, wall=said[:1]) == [other]
-    (level,) = reader.record({name: Override(units="0.05", wall=said)}).levels
+    (third,) = asked(reader.record({name: Override(units="0.05", wall_layers=("E-DIM",))}))
+    assert third.key == layer.key  # an elevation encloses nothing
+    assert third.answers[0].text == "E-DIM\nA-1-DIM"
+    assert [layer.answers[0].action, layer.answers[0].text] == ["wall_layers", "A-1-DIM"]
+    (level,) = reader.record({name: Override(units="0.05", wall_layers=("A-1-DIM",))}).levels
     (plan,) = (decode(bytes(each.plan)) for each in level.plans)
+    assert not level.plans[0].is_founded  # as if the layer had been called so
     assert sorted(room.area for room in plan.rooms) == pytest.approx([4.7 * 7.6, 4.7 * 7.6], rel=0.05)
 
 
