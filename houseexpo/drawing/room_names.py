@@ -32,10 +32,10 @@ SMALLEST_PX: Final = 8.0
 """Smaller letters cannot be read."""
 LINE: Final = 1.2
 """Distance between lines, in sizes of letters."""
-_BESIDE: Final = 0.35  # space beside the letters, on each side, in sizes
+_SIDE_SPACE: Final = 0.35  # beside the letters, on each side, in sizes
 _SLIGHTLY: Final = 0.85  # of the size: letters so much smaller are still taken for equal
 _CELL_PX: Final = 1.5  # of the grid in which places are sought; finer than what is seen
-_CELLS: Final = 160  # of it along a room, at most
+_CELLS_ALONG_ROOM: Final = 160  # of it along a room, at most
 
 
 @dataclass(frozen=True)
@@ -121,7 +121,7 @@ def _arrangements(words: Sequence[str]) -> Iterator[tuple[tuple[str, ...], bool]
 
 def _box_px(lines: Iterable[str], size: float) -> tuple[float, float]:
     lines = tuple(lines)
-    return max(text_length(line, size) for line in lines) + 2 * _BESIDE * size, LINE * size * len(lines)
+    return max(text_length(line, size) for line in lines) + 2 * _SIDE_SPACE * size, LINE * size * len(lines)
 
 
 class _Places:
@@ -137,7 +137,7 @@ class _Places:
         x1, y1, x2, y2 = room.bounds
         extent = max(x2 - x1, y2 - y1)
         self.room = room
-        self.cell_m = max(_CELL_PX / pixels_per_metre, extent / _CELLS)
+        self.cell_m = max(_CELL_PX / pixels_per_metre, extent / _CELLS_ALONG_ROOM)
         self.frame = GridFrame.around(room.bounds, 1 / self.cell_m, margin_px=1)
         inside = np.zeros(self.frame.shape, np.uint8)
         fill_cells(inside, room, self.frame, 1)
