@@ -73,6 +73,12 @@ def test_after_an_answer_a_part_of_a_request_does_not_hold_it(port: int) -> None
         assert answer.endswith(b"\r\n\r\nin")
 
 
+def test_an_answer_that_takes_long_is_waited_for(port: int) -> None:
+    with asking(port) as client:
+        client.sendall(b"GET /slow HTTP/1.1\r\nHost: localhost\r\n\r\n")
+        assert client.recv(1000).startswith(b"HTTP/1.1 200")
+
+
 def test_a_socket_stays_open(port: int) -> None:
     with connect(f"ws://127.0.0.1:{port}/") as opened:
         time.sleep(3 * IDLE_TIMEOUT_S)
@@ -108,9 +114,10 @@ def answers(client: socket.socket) -> bool:
 def test_a_body_that_never_comes_holds_no_connection(port: int, *, drip: bool) -> None:  # R1
     with asking(port) as client:
         client.sendall(b"POST /body HTTP/1.1\r\nHost: localhost\r\nContent-Length: 1000\r\n\r\n")
-        start = time.monotonic()
         client.settimeout(0.1)
-        while time.monotonic() - start < 20 * IDLE_TIMEOUT_S:
+        limit = time.monotonic() + 30  # seconds: a full machine is late
+        while True:
+            assert time.monotonic() < limit
             try:
                 if drip:
                     client.sendall(b"x")
@@ -120,4 +127,3 @@ def test_a_body_that_never_comes_holds_no_connection(port: int, *, drip: bool) -
                 continue
             except ConnectionError:
                 break
-        assert time.monotonic() - start < 10 * IDLE_TIMEOUT_S
