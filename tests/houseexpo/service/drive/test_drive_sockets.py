@@ -92,7 +92,7 @@ def test_an_explorer_is_watched_to_its_end_and_saved(client: TestClient) -> None
         while not frame.flags & ENDED:
             frame = next_frame(socket)
         assert frame.coverage > 0.98
-        figures = socket.receive_json()["finish"]
+        figures = finished(socket)
         assert (figures["why"], figures["steps"]) == ("seen", frame.steps)
         socket.send_json({"do": "save"})
         data = next_bytes(socket)
@@ -160,7 +160,7 @@ def test_a_browser_that_is_behind_holds_its_robot(client: TestClient) -> None:
     with client.websocket_connect(ADDRESS) as socket:
         hello = begun(socket)
         socket.send_json({"do": "move", "linear": 0.0, "angular": 1.0})
-        frames = [frame_from(socket.receive_bytes()) for _ in range(sessions.WINDOW)]
+        frames = [frame_from(next_bytes(socket)) for _ in range(sessions.WINDOW)]
         time.sleep(0.5)  # fifteen frames' time: none is made
         socket.send_json({"do": "seen", "number": frames[-1].number})
         following = next_frame(socket)
@@ -174,12 +174,12 @@ def test_a_browser_that_is_behind_holds_its_robot(client: TestClient) -> None:
 
 
 def test_a_browser_that_draws_nothing_is_let_go(client: TestClient, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(sessions, "GONE_S", 0.3)
     with client.websocket_connect(ADDRESS) as socket:
         begun(socket)
+        monkeypatch.setattr(sessions, "GONE_S", 0.3)  # not before: on a full machine, the start comes later
         socket.send_json({"do": "move", "linear": 0.0, "angular": 1.0})
         for _ in range(sessions.WINDOW):
-            socket.receive_bytes()
+            next_bytes(socket)
         assert "stopped drawing" in socket.receive_json()["error"]
         with pytest.raises(WebSocketDisconnect):
             socket.receive_json()
@@ -192,10 +192,10 @@ def test_one_who_says_nothing_first_is_let_go(client: TestClient, monkeypatch: p
 
 
 def test_nobody_there_ends_it(client: TestClient, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(sessions, "LEFT_ALONE_S", 0.2)
     with client.websocket_connect(ADDRESS) as socket:
         begun(socket)
         next_frame(socket)
+        monkeypatch.setattr(sessions, "LEFT_ALONE_S", 0.2)
         assert "Nobody drove" in socket.receive_json()["error"]
 
 
