@@ -36,7 +36,7 @@ let wantedKind = ""; // the kind of question that the reviewer has chosen to ans
 let wide = false; // whether all of the kind are marked, and not only those that look alike
 let forAll = -1; // the answer that is about to be given to all questions of a kind: -1 if none is, ANY before one is chosen
 const answered = new Map(); // questions about places that were answered here, by key, with the bounds of the plan at that time
-let parting = false; // whether the last answer was that a room is several: where it parts is asked next
+let parting = null; // the place of the room that the last answer was several rooms: where it parts is asked next
 let partsNowhere = false; // whether no place of it is known
 let elsewhere = false; // whether the next undo is of a decision on another plan
 let strokes = []; // questions about lines of the drawing, the one that was clicked first
@@ -127,6 +127,7 @@ function go(move, plan = now?.plan) {
   if (leaves) moving += 1;
   showDoing();
   return inTurn(async () => {
+    if (!leaves && plan !== now?.plan) return; // a look at a plan that is not shown any more would bring it back
     const query = new URLSearchParams({ move, reviewer: reviewer() });
     if (plan) query.set("plan", plan);
     const found = await ask(`state?${query}`).finally(() => { if (leaves) moving -= 1; showDoing(); });
@@ -374,13 +375,14 @@ function questions() {
 function holdQuestion(found) {
   holdGroups(found);
   const asked = found.plan && found.plan === now?.plan && !strokes.length ? questions()[0] : undefined;
-  const isNext = ({ key }) => key.startsWith(parting ? "corner" : "entrance") && !asking.has(key);
+  const isNext = ({ key, at: place }) => (parting ? /^(corner|wall|bay)/.test(key) && sheet.isInOneRoom([parting, place])
+    : key.startsWith("entrance") && !asking.has(key)); // an answer has made an entrance, which is asked about next
   const isSameSource = readingOf(found) === readingOf(now) && found.source?.known === now?.source?.known;
   const raised = isSameSource && found.questions?.find(isNext);
   partsNowhere = parting && !raised;
-  parting = false;
+  parting = null;
   asking = new Set(found.questions?.map(({ key }) => key));
-  held = (asked ?? (raised || undefined))?.key ?? ""; // what an answer made an entrance is asked about next
+  held = (asked ?? (raised || undefined))?.key ?? "";
   const isLost = forAll >= 0 && found.plan === now?.plan;
   mark(-1); // there may be more alike than were marked
   if (isLost) say("The plan or its source has come anew: mark the places once more.", "bad");
@@ -536,7 +538,7 @@ function answer(which) {
   now.questions = []; // a key that is too fast is not for the next question
   const text = chosen.action === "leave" ? all.map(({ key }) => key).join("\n") : "";
   const confirms = chosen.action === "leave" && chosen !== LEAVE ? chosen.title : "";
-  parting = confirms === SEVERAL;
+  parting = confirms === SEVERAL ? first.at : null;
   const then = all.flatMap(({ answers }) => answers[which]?.then ?? []);
   return decide(chosen.action, { answer: confirms, question: first.key, points: chosen.points, text, then, more: chosen.action === "leave" ? [] : all.flatMap(({ answers }, i) => [...(i ? [answers[which].points] : []), ...answers[which].more ?? []]) });
 }

@@ -236,6 +236,9 @@ export class Sheet {
     return this.source.places.filter(({ ends }) => this.plan.shape.doors.every((door) => apart(middle(door.rings[0]), middle(ends)) > reach(door, ends)));
   }
 
+  // Whether one of the rooms holds all of some points.
+  isInOneRoom(points) { return this.plan.shape.rooms.some(({ rings }) => points.every((each) => isInside(each, rings))); }
+
   // What a place says when it is taken: a door between two rooms, an entrance of one, an opening within one.
   #wordOf({ kind, ends: [a, b] }) {
     const [x, y] = [(a[0] + b[0]) / 2, (a[1] + b[1]) / 2], far = apart(a, b) || 1;

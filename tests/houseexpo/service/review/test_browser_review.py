@@ -13,6 +13,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 import shapely
 from PIL import Image
@@ -848,3 +849,63 @@ def _click_a_floor(address: str) -> None:
         page.keyboard.press("Enter")
         says(page, "Said of the file: floors")
         assert (said[0]["key"], float(said[0]["value"])) == ("floors", pytest.approx(2.0, abs=0.05))
+
+
+def test_the_next_plan_stays_when_the_source_of_the_one_before_arrives(folder: Path) -> None:
+    with running(service_of(folder, review=True)) as address:
+        _keep_while_its_source_is_read(address)
+
+
+def _keep_while_its_source_is_read(address: str) -> None:
+    told = {"known": False, "why": "", "can_be_read": True, "said": {}}
+    empty: dict[str, Any] = {"layers": [], "edges": [], "places": [], "strokes": []}
+    waiting = list[Any]()
+
+    def source(route: Any) -> None:
+        waiting.append((route, empty))
+
+    def state(route: Any) -> None:
+        found = route.fetch().json()
+        found["source"] |= told
+        empty.setdefault("frame", found["frame"])
+        if "move=open" in route.request.url:
+            waiting.append((route, found))
+        else:
+            route.fulfill(json=found)
+
+    def reply(count: int) -> None:
+        for _ in range(100):
+            if len(waiting) < count:
+                page.wait_for_timeout(50)  # milliseconds
+        route, found = waiting.pop(0)
+        route.fulfill(json=found)
+        page.wait_for_timeout(300)
+
+    with visited(address, "/houses") as page:
+        page.route(re.compile("/houses/review/(state|decide)"), state)
+        page.route(re.compile("/houses/review/source"), source)
+        page.goto(f"{address}/houses/review?plan=doubtful", wait_until="commit")
+        shows(page, "doubtful")
+        page.keyboard.press("k")
+        reply(2)  # the source of the plan that is kept, and then the next plan
+        told["known"] = True
+        reply(1)
+        reply(1)
+        assert page.inner_text("#plan") == "middling"
+
+
+def test_a_room_that_is_several_is_asked_about_where_it_parts_also_if_it_was_before(tmp_path: Path) -> None:
+    folder = tmp_path / "houses"
+    folder.mkdir()
+    plan = replace(two_rooms("hall"), frame=FRAME)
+    neck = [(0.1, 0.1), (0.1, 9.1), (4.1, 9.1), (4.1, 5.1), (2.1, 5.1), (2.1, 4.1), (4.1, 4.1), (4.1, 0.1)]  # of 2 m
+    kitchen = replace(plan.rooms[0], ring=np.array(neck), confidence=0.6)
+    save_plan(replace(plan, rooms=(kitchen, plan.rooms[1])), folder / "hall.json")
+    with running(service_of(folder, review=True)) as address, visited(address, "/houses/review") as page:
+        shows(page, "hall")
+        page.wait_for_selector("#kinds:not([hidden])")
+        assert "room of the house" in page.inner_text("#question")
+        page.keyboard.press("4")
+        says(page, "Several rooms, in hall")
+        assert "No place is known" not in page.inner_text("#said")
+        assert "narrower" in page.inner_text("#question")
