@@ -434,6 +434,8 @@ def _on_floor(draft: Draft, strip: Strip, room: DraftRoom, placed: Placed) -> Sa
     one, other = (next(each for each in made if each.shape is side) for side in sides)
     door = _passage_on(passage, room.shape, (one, other), placed)
     draft.doors.append(door)
+    for side in (one, other):
+        draft.divide_passages([part for part in made if part is not side])  # walls that end in it part one side of it
     for part in made:
         part.confidence = 1.0 if part.confidence is not None else None
     width = f"{with_article(door.kind)} of {door.width:.2f} m"

@@ -675,6 +675,21 @@ def test_a_passage_on_the_edge_at_which_two_rooms_meet() -> None:
         assert found.plan.area == pytest.approx(plan.area, abs=0.01)
 
 
+@pytest.mark.parametrize("y", [5.1, 5.3])
+def test_an_opening_along_the_ends_of_walls_is_one_for_each_room_between_them(y: float) -> None:
+    ring = [(0.1, 0.1), (0.1, 8.1), (4.1, 8.1), (4.1, 5.1), (4.2, 5.1), (4.2, 8.1), (8.1, 8.1), (8.1, 5.1)]
+    ring += [(8.2, 5.1), (8.2, 8.1), (12.1, 8.1), (12.1, 0.1)]
+    plan = FloorPlan("shops", ring, 1, {}, rooms=(Room(0, "Room", ring),))
+    found = corrected(plan, opening=[[0.1, y], [12.1, y]])
+    assert len(found.plan.rooms) == 4
+    assert kinds(found.plan) == ["opening"] * 3
+    assert [door.width for door in found.plan.doors] == pytest.approx([4.0, 3.9, 3.9], abs=0.2)
+    hall = max(found.plan.rooms, key=lambda room: room.area)
+    assert {frozenset(door.rooms) for door in found.plan.doors} == {
+        frozenset((hall.id, room.id)) for room in found.plan.rooms if room is not hall
+    }
+
+
 def test_an_opening_over_a_post_parts_the_room() -> None:
     plan = hall((4.9, 3.9, 5.1, 4.1))
     found = corrected(plan, opening=[[5.0, 0.1], [5.0, 8.1]])
