@@ -3,6 +3,7 @@
 H1  Every room can be reached from the front door; bedrooms and a toilet or bath without crossing a bedroom.
 H2  Living rooms, dining rooms, kitchens, bedrooms and offices have a window; a kitchen may be open to a room with one.
 H3  Rooms keep their limits (``limits``).
+H4  The largest bedroom of a storey is no child's room.
 """
 
 from __future__ import annotations
@@ -40,7 +41,9 @@ from pipeline.sources.sound_homes.programme import STOREYS, draw_kind, draw_prog
 from pipeline.sources.sound_homes.stairs import Stair, Step, steps_of
 from pipeline.sources.sound_homes.values import (
     HALL,
+    LIT,
     OUTDOORS,
+    SLEEPING,
     STAIRS,
     Cell,
     Doorway,
@@ -54,8 +57,6 @@ from pipeline.sources.sound_homes.values import (
 )
 from pipeline.tolerances import SHEET_M
 
-LIT: Final = frozenset({"Living_Room", "Dining_Room", "Kitchen", "Bedroom", "Child_Room", "Office"})
-SLEEPING: Final = frozenset({"Bedroom", "Child_Room"})
 _WAY_M: Final = 1.0
 """The least width of a hall, metres."""
 _BAYS: Final = {
@@ -79,6 +80,7 @@ _ANGLED: Final = {
     "practice": 0.1,
 }
 """How often a bay, or an angled wall, is looked for; not all find a place."""
+_OWN: Final = frozenset({"Bathroom", "Wardrobe"})
 _TRIES: Final = 30
 _GROUNDS: Final = 360
 """Ground floors that are tried for one programme of a house, or layouts round a courtyard."""
@@ -259,7 +261,14 @@ def _go_out(
     for k, wish in enumerate(wished):
         first = layout.entrance is not None and not k
         placed = place_outdoors(
-            layout, lit, walls, wish.area_m2, rng, others=[rect for _, rect in outdoors], beds=not first
+            layout,
+            lit,
+            walls,
+            wish.area_m2,
+            rng,
+            others=[rect for _, rect in outdoors],
+            label=wish.label,
+            beds=not first,
         )
         if placed is not None and placed[0] is not None:
             number = len(layout.labels) + len(outdoors)
@@ -329,10 +338,12 @@ def _storey(programme: Programme, layout: Layout, openings: _Openings) -> Storey
         one, other = door.rooms
         return replace(door, rooms=(place[one], None if other is None else place[other]))
 
+    inside = tuple(map(numbered, doors))
+    _give_parents_the_largest(labels, shapes, inside)
     return Storey(
         labels=tuple(labels),
         rooms=tuple(shapes),
-        doors=tuple(map(numbered, doors)),
+        doors=inside,
         fronts=tuple(map(numbered, fronts)),
         windows=tuple(replace(window, room=place[window.room]) for window in windows if window.room in place),
         balconies=tuple(range(len(labels) - len(outdoors), len(labels))),
@@ -384,6 +395,17 @@ def _void(stair: Stair, wall_m: float) -> Void:
 def _inner(rect: Rect, half_m: float) -> shapely.Polygon:
     x1, y1, x2, y2 = rect
     return shapely.box(x1 + half_m, y1 + half_m, x2 - half_m, y2 - half_m)
+
+
+def _give_parents_the_largest(labels: list[str], shapes: list[shapely.Geometry], doors: Iterable[Doorway]) -> None:
+    """Make a child's room that is the largest bedroom the parents', and one of theirs without a bath a child's (H4)."""
+    beds = sorted((k for k, label in enumerate(labels) if label in SLEEPING), key=lambda k: -shapes[k].area)
+    parents = [k for k in beds if labels[k] == "Bedroom"]
+    if parents and parents[0] != beds[0] and keeps_limits("Bedroom", shapes[beds[0]]):
+        own = {room for door in doors for room in door.rooms if {labels[k] for k in door.rooms if k is not None} & _OWN}
+        labels[beds[0]] = "Bedroom"
+        for k in [k for k in parents if k not in own][:1]:
+            labels[k] = "Child_Room"
 
 
 def _final_label(label: str, kind: str) -> str:

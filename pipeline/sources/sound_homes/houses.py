@@ -268,7 +268,7 @@ class _Ground:
             cells.append(Cell((west, top - deep - self.wall_m, 0.0, top), garage))
             return 0.0
         needed = is_stair and self.turn == "half"
-        if needed or wide - self.wall_m < _END_M[0] or self.rng.random() < 0.4:
+        if needed or wide - self.wall_m < _END_M[0] or self.rooms.has_store() or self.rng.random() < 0.4:
             return 0.0
         cells.append(Cell((0.0, self.south_m, wide, top), self.add("Storage")))
         return wide
@@ -282,7 +282,7 @@ class _Ground:
         beside = living if dining is None else dining
         if dining is not None:
             yield Join(living, dining, wide=True)
-        joined = adjoin(beside, self.kitchen) and (is_open or self.rng.random() < 0.3)
+        joined = adjoin(beside, self.kitchen) and (is_open or dining is not None or self.rng.random() < 0.3)
         if joined:
             yield Join(beside, self.kitchen, wide=is_open)
         if not joined or (adjoin(HALL, self.kitchen) and self.rng.random() < 0.6):
@@ -370,6 +370,8 @@ class _Upper:
             last = next(name for name in limits if name in names)
             rest = width_m - sum(fixed[name] for name in names if name != last)
             each = rest / names.count(last)
+            if "Storage" in names and self.rooms.has_store():
+                continue
             if least <= names.count("Bathroom") <= most and limits[last][0] <= each - wall <= limits[last][1]:
                 ways.append((names, {**fixed, last: each}))
         if not ways:
@@ -377,7 +379,8 @@ class _Upper:
         names, widths = ways[int(self.rng.integers(len(ways)))]
         rooms = [self.add(self.sleeping() if name == "Bedroom" else name) for name in names]
         found = [Column([room], [1.0], widths[name]) for room, name in zip(rooms, names, strict=True)]
-        if names == ["Bathroom", "Bedroom"] and deep > _WARDROBE_FROM_M + wall and self.rng.random() < 0.8:
+        is_alone = not self.rooms.has_store()
+        if is_alone and names == ["Bathroom", "Bedroom"] and deep > _WARDROBE_FROM_M + wall and self.rng.random() < 0.8:
             share = (_BATH_DEPTH_M + wall) / self.frame.south_m
             wardrobe = self.rooms.add("Wardrobe", 2.5)
             self.rooms.behind[wardrobe] = rooms[1]
@@ -410,7 +413,7 @@ class _Upper:
         outer, stair = between
         store = abs(outer - float(self.rng.uniform(*_END_M)) - frame.wall_m)
         takes = [len(column.rooms) == 1 and rooms.labels[column.rooms[0]] in _SLEEP for column in columns]
-        ways = [("wall", outer), ("store", store)]
+        ways = [("wall", outer), *([] if rooms.has_store() else [("store", store)])]
         ways += [(way, end) for way, end, may in zip(("south", "north"), inner, takes, strict=True) if may] * 2
         ways = [(way, end) for way, end in ways if abs(end - outer) <= abs(stair - outer) + SAME_M]
         way, end = ways[int(self.rng.integers(len(ways)))]

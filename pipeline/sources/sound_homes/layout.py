@@ -41,6 +41,7 @@ from pipeline.sources.sound_homes.values import ENTRYWAY, HALL, OUTDOORS, Cell, 
 _FREE: Final = frozenset({"bungalow"})
 _SLEEP: Final = frozenset({"Bedroom", "Child_Room", "Office"})
 _BEDS: Final = _SLEEP - {"Office"}
+_STORES: Final = frozenset({"Storage", "Wardrobe"})
 _FLATS: Final = frozenset({"flat", "shared flat"})
 """In a block, the entry may lie back behind a part of the common stairs."""
 _LEAST_M: Final = {
@@ -138,6 +139,10 @@ class Rooms:
         if label not in self.labels:
             return []
         return [k for k, each in enumerate(self.labels) if each == label and k not in self.behind]
+
+    def has_store(self) -> bool:
+        """Return whether there is a store or a wardrobe; a storey needs one."""
+        return not _STORES.isdisjoint(self.labels)
 
     def add(self, label: str, area_m2: float) -> int:
         """Add a room; return its number."""
@@ -418,14 +423,14 @@ def _wet_columns(
     toilets, stores = rooms.of("Toilet"), rooms.of("Storage")
     if toilets and form.entry and not form.service:
         wide = float(rng.uniform(*(_WC_AT_HALL_M if form.vestibule else _WC_M))) + form.wall_m
-        if form.porch:
+        small = _small_stores(rooms)
+        if form.porch or (rooms.has_store() and not small):
             return [
                 *columns,
                 *(column(room, form.south_m) for room in stores),
                 Column([toilets[0]], [1.0], wide, False),
             ]
         share = min(float(rng.uniform(*_WC_DEPTH_M)) / form.south_m, 0.75)
-        small = _small_stores(rooms)
         stores = [room for room in stores if room not in small]
         closet = small[0] if small else rooms.add("Wardrobe", 0.0)
         columns += [column(room, form.south_m) for room in stores]
@@ -511,10 +516,10 @@ def _place(
     for column in rows.day:
         put_column(cells, column, (x, -south_bump, x + column.width_m, form.day_south_m), up=False)
         x += column.width_m
-    if not west and form.entry:
+    if not west and form.entry and not rooms.has_store():
         west = _store_m(rows, form, start, rng)
         if west:
-            cells.append(Cell((0.0, low, west, high), _store(rooms, rows)))
+            cells.append(Cell((0.0, low, west, high), rooms.add("Storage", 0.0)))
     if not form.entry:
         entrance = (len(cells), "west")
     if day - west < form.corridor_m:
@@ -577,15 +582,6 @@ def _store_m(rows: _Rows, form: _Form, start: float, rng: np.random.Generator) -
     if free < least or rng.random() < _CUPBOARDS:
         return least if free >= least else 0.0
     return float(rng.uniform(least, free))
-
-
-def _store(rooms: Rooms, rows: _Rows) -> int:
-    """Return a new room at the corridor's end: a wardrobe of the bedroom beside it, or a store."""
-    first = rows.north[0].rooms[0]
-    room = rooms.add("Wardrobe" if rooms.of("Storage") and rooms.labels[first] == "Bedroom" else "Storage", 0.0)
-    if rooms.labels[room] == "Wardrobe":
-        rooms.behind[room] = first
-    return room
 
 
 def _joins(rooms: Rooms, cells: tuple[Cell, ...], form: _Form) -> Iterator[Join]:

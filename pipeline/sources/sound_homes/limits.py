@@ -4,7 +4,8 @@ R1  Rooms keep the least area and width and the largest aspect of their label (`
     ``houseexpo.analysis.audit``).
 R2  A room has at most ``MOST_RATIO`` times the area that is asked for, and 5 m2 more; a store may be larger.
 R3  A storey has at most one cupboard or smallest of toilets, and only in some kinds of dwellings.
-R4  A kitchen has at least a sixth of the living room's area.
+R4  A kitchen has at least a sixth of the living room's area, and no less than the largest bath.
+R5  In a dwelling of one storey the living room follows the number of bedrooms.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ from typing import Final, NamedTuple
 
 import shapely
 
-from pipeline.sources.sound_homes.values import HALL, STAIRS, Cell, Programme
+from pipeline.sources.sound_homes.values import HALL, SLEEPING, STAIRS, Cell, Programme
 
 
 class _Limits(NamedTuple):
@@ -47,6 +48,10 @@ _TINY: Final = (1.5, 0.86)
 _MAY_BE_TINY: Final = frozenset({"flat", "shared flat", "studio"})
 _KITCHEN_SHARE: Final = 1 / 6
 """Of the living room (R4). In Swiss Dwellings 5% of the kitchens (4.6 m2) are smaller than that of its median."""
+_ONE_STOREY: Final = frozenset({"flat", "bungalow"})
+_MOST_LIVING_M2: Final = 33.0
+_LEAST_LIVING_M2: Final = 22.0
+"""What a living room has with one bedroom at most, with three or more at least (R5): 75 and 25% in Swiss Dwellings."""
 _HALL_M2: Final = 0.6
 """What a hall has for each room without being too large. Few are so small; what comes nearest has about the median
 of Swiss Dwellings, 7.5 m2."""
@@ -61,7 +66,7 @@ def distance_from_wishes(
     """Return how far the areas of rooms are from those asked for (0 for none), or None if a room breaks a rule."""
     inner_m = programme.inner_m
     total, hall, tiny, number = 0.0, 0.0, 0, 0
-    living = kitchen = 0.0
+    living = kitchen = bath = 0.0
     for (x1, y1, x2, y2), room in cells:
         number += 1
         wide, deep = x2 - x1 - inner_m, y2 - y1 - inner_m
@@ -76,19 +81,28 @@ def distance_from_wishes(
             return None
         living += area if label == "Living_Room" else 0.0
         kitchen += area if label == "Kitchen" else 0.0
+        bath = max(bath, area if label == "Bathroom" else 0.0)
         tiny += area < _TINY[0] or short < _TINY[1]
         wished = areas_m2[room]
         if wished:
             if area > min(MOST_RATIO * wished, wished + _MOST_MORE_M2) and label != "Storage":  # R2
                 return None
             total += abs(math.log(area / wished))
-    if kitchen and kitchen < _KITCHEN_SHARE * living:  # R4
+    if kitchen and kitchen < max(_KITCHEN_SHARE * living, bath):  # R4
+        return None
+    if living and not follows_bedrooms(living, programme.kind, labels):  # R5
         return None
     if tiny > (programme.kind in _MAY_BE_TINY):  # R3
         return None
     enough = _HALL_M2 * max(programme.hall_m / _SLIM_M - 0.2, 1.0) * sum(area > 0 for area in areas_m2)
     total += _HALL_WEIGHT * max(0.0, math.log(hall / enough))
     return total / number
+
+
+def follows_bedrooms(living_m2: float, kind: str, labels: Iterable[str]) -> bool:
+    """Return whether a living room is neither too large for one bedroom nor too small for three (R5)."""
+    bedrooms = sum(label in SLEEPING for label in labels) if kind in _ONE_STOREY else 0
+    return living_m2 <= _MOST_LIVING_M2 if bedrooms == 1 else bedrooms <= 2 or living_m2 >= _LEAST_LIVING_M2
 
 
 def keeps_limits(label: str, room: shapely.Polygon) -> bool:

@@ -2,7 +2,8 @@
 
 O1  A door stands near a corner, so that it opens against a wall; its width is that of the room that it leads into.
 O2  A wide way between day rooms has no leaf and takes the wall but for its ends, or 1.8 to 3.2 m of a long one.
-O3  Every room has a window in each outer wall with light that is long enough; living rooms have wide ones.
+O3  Every room has a window in each outer wall with light that is long enough, on both sides of a door in it; living
+    rooms have wide ones. The glass of a habitable room has 1/8 of its floor, as building codes ask, where walls allow.
 O4  The first balcony or terrace lies before the living room, often before a bedroom beside it too; any further one
     before bedrooms.
 O5  Living room, dining room and hall have glazed doors to a courtyard.
@@ -11,6 +12,7 @@ O5  Living room, dining room and hall have glazed doors to a courtyard.
 from __future__ import annotations
 
 import math
+from collections import defaultdict
 from collections.abc import Iterable, Iterator
 from typing import Final, NamedTuple
 
@@ -19,7 +21,19 @@ import numpy as np
 from houseexpo.tolerances import SAME_M
 from pipeline.sources.homes.level import DOOR_HEAD_M
 from pipeline.sources.homes.values import Rect
-from pipeline.sources.sound_homes.values import HALL, SIDES, STAIRS, Cell, Doorway, Join, Layout, Side, Window, pick
+from pipeline.sources.sound_homes.values import (
+    HALL,
+    LIT,
+    SIDES,
+    STAIRS,
+    Cell,
+    Doorway,
+    Join,
+    Layout,
+    Side,
+    Window,
+    pick,
+)
 from pipeline.tolerances import RUN_M
 
 DOORS_M: Final = {
@@ -64,8 +78,9 @@ _WINDOW: Final = _Glazing(1.0, 2.0, 0.5, 0.9)
 _BALCONY_BEDS: Final = frozenset({"Bedroom", "Child_Room"})
 _SHARED: Final = 0.85
 """How often a balcony goes on before a bedroom, where one lies beside the living room."""
-_BALCONY_M: Final = (1.1, 3.2)
-"""The least and the largest depth of a balcony, metres."""
+_SHALLOWEST_M: Final = 1.1
+_DEEPEST_M: Final = {"Balcony": 2.5, "Terrace": 3.2}
+"""The least and the largest depths of rooms outside, metres; a deeper balcony darkens the storey below."""
 _BALCONY_WIDTH_M: Final = 1.8
 """The least width of a balcony, metres; smaller ones are deeper."""
 _SHARED_M2: Final = 6.0
@@ -76,6 +91,8 @@ _COURT_DOOR_M: Final = 1.0
 _APART_M: Final = 0.4
 """What is free between two balconies, metres."""
 WINDOW_HEAD_M: Final = DOOR_HEAD_M
+_GLASS: Final = 0.13
+"""The least part of the floor that the windows of a habitable room have: 1/8, and what rounding takes (O3)."""
 
 
 class Stretch(NamedTuple):
@@ -201,21 +218,43 @@ def place_windows(
 ) -> list[Window]:
     """Return the windows (O3) in the outer walls with light, ``lit``, clear of the doors in them, ``taken``."""
     inner_m, outer_m = walls_m
+    lengths: dict[int, float] = defaultdict(float)
+    for place, wall in lit:
+        lengths[place] += wall.high - wall.low
     found = []
     for place, wall in lit:
+        x1, y1, x2, y2 = layout.cells[place].rect
         room = layout.cells[place].room
         glazing = WINDOWS.get(layout.labels[room], _WINDOW)
-        free = wall.high - wall.low - inner_m - 2 * RUN_M
-        if free < glazing.least_m:
+        low, high = wall.low + inner_m / 2 + RUN_M, wall.high - inner_m / 2 - RUN_M
+        if high - low < glazing.least_m:
             continue
-        width = min(max(glazing.part * free * float(rng.uniform(0.85, 1.15)), glazing.least_m), glazing.most_m, free)
-        for shift in (0.0, -0.5, 0.5):
-            start = (wall.low + wall.high - width) / 2 + shift * (free - width)
-            rect = rect_in_wall(wall, start, start + width, inner_m, outer_m)
-            if not any(_is_near(rect, door, _LEAST_JAMB_M) for door in taken):
-                found.append(Window(rect, room, glazing.sill_m, WINDOW_HEAD_M))
-                break
+        width = min(max(glazing.part * (high - low) * float(rng.uniform(0.85, 1.15)), glazing.least_m), glazing.most_m)
+        if layout.labels[room] in LIT:
+            glass_m2 = _GLASS * (x2 - x1) * (y2 - y1) * (wall.high - wall.low) / lengths[place]
+            width = max(width, glass_m2 / (WINDOW_HEAD_M - glazing.sill_m))
+        gaps = [gap for gap in _gaps(wall, (low, high), walls_m, taken) if gap[1] - gap[0] >= glazing.least_m]
+        free = sum(two - one for one, two in gaps)
+        for one, two in gaps:
+            part = min(max(width * (two - one) / free, glazing.least_m), two - one)
+            start = (one + two - part) / 2
+            rect = rect_in_wall(wall, start, start + part, inner_m, outer_m)
+            found.append(Window(rect, room, glazing.sill_m, WINDOW_HEAD_M))
     return found
+
+
+def _gaps(
+    wall: Stretch, ends: tuple[float, float], walls_m: tuple[float, float], taken: list[Rect]
+) -> list[tuple[float, float]]:
+    """Return the parts of an outer wall between two ends that no door in it or in a wall beside it takes."""
+    across = SIDES.index(wall.side) % 2
+    near, far = rect_in_wall(wall, *ends, *walls_m)[across], rect_in_wall(wall, *ends, *walls_m)[across + 2]
+    gaps = [ends]
+    for door in taken:
+        if door[across] < far + _LEAST_JAMB_M and door[across + 2] > near - _LEAST_JAMB_M:
+            one, two = door[1 - across] - _LEAST_JAMB_M, door[3 - across] + _LEAST_JAMB_M
+            gaps = [part for a, b in gaps for part in ((a, min(b, one)), (max(a, two), b)) if part[1] > part[0]]
+    return gaps
 
 
 def _is_near(one: Rect, other: Rect, apart_m: float) -> bool:
@@ -235,13 +274,15 @@ def place_outdoors(
     rng: np.random.Generator,
     *,
     others: Iterable[Rect] = (),
+    label: str = "Terrace",
     beds: bool = False,
 ) -> tuple[Rect | None, list[Doorway]] | None:
-    """Return a balcony's inner rectangle (None for no balcony: ``area_m2`` of 0) and the ways out (O4), or None.
+    """Return the inner rectangle of a room outside (None for none: ``area_m2`` of 0) and the ways out (O4), or None.
 
     It lies before the living room, or before ``beds``, at an outer wall with light, ``lit``, and apart from ``others``.
     """
     inner_m, outer_m = walls_m
+    deepest_m = _DEEPEST_M[label]
     before = _BALCONY_BEDS if beds else {"Living_Room"}
     walls = [(place, wall) for place, wall in lit if wall.high - wall.low > 2.4]
     taken = [(cell.rect, outer_m - inner_m / 2 - 0.01) for cell in layout.cells]
@@ -267,14 +308,14 @@ def place_outdoors(
         wide = min(high - low, max(area_m2 / 1.6, _BALCONY_WIDTH_M))
         if shared is None:
             start = low if rng.random() < 0.5 else high - wide
-            rect = _before(wall, (start, start + wide), area_m2, walls_m)
+            rect = _before(wall, (start, start + wide), area_m2, walls_m, deepest_m)
             ways = [
                 _way_out(wall._replace(low=start - inner_m / 2, high=start + wide + inner_m / 2), room, walls_m, rng)
             ]
         else:
             other, each = shared
             ends = sorted((each.low, each.high, wall.low, wall.high))
-            rect = _before(wall, (ends[0] + inner_m / 2, ends[-1] - inner_m / 2), area_m2, walls_m)
+            rect = _before(wall, (ends[0] + inner_m / 2, ends[-1] - inner_m / 2), area_m2, walls_m, deepest_m)
             ways.append(_way_out(each, layout.cells[other].room, walls_m, rng))
         if not any(_is_near(rect, each, apart_m) for each, apart_m in taken):
             return rect, ways
@@ -302,11 +343,13 @@ def place_courtyard(
     return (x1, y1, x2, y2), list(ways.values())
 
 
-def _before(wall: Stretch, ends: tuple[float, float], area_m2: float, walls_m: tuple[float, float]) -> Rect:
+def _before(
+    wall: Stretch, ends: tuple[float, float], area_m2: float, walls_m: tuple[float, float], deepest_m: float
+) -> Rect:
     """Return the rectangle before an outer wall, from one end to the other."""
     inner_m, outer_m = walls_m
     low, high = (round(end, 2) for end in ends)
-    deep = min(max(area_m2 / (high - low), _BALCONY_M[0], (high - low) / _BALCONY_ASPECT), _BALCONY_M[1])
+    deep = min(max(area_m2 / (high - low), _SHALLOWEST_M, (high - low) / _BALCONY_ASPECT), deepest_m)
     near = outer_m - inner_m / 2
     outward = -1.0 if wall.side in {"west", "south"} else 1.0
     a, b = sorted((round(wall.at + outward * near, 4), round(wall.at + outward * (near + deep), 2)))

@@ -10,6 +10,7 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
+from pipeline.sources.sound_homes.limits import follows_bedrooms
 from pipeline.sources.sound_homes.values import SIDES, Programme, RoomWish, Side
 
 
@@ -116,11 +117,13 @@ def draw_programme(kind: str, rng: np.random.Generator) -> Programme:
             draw(rng) if draw else _outside(rng) if kind in STOREYS else _dwelling(kind, rng, off_living=off_living)
         )
     dines = any(label == "Dining_Room" for label, _ in labels)
+    names = [label for label, _ in labels]
     rooms = tuple(
-        RoomWish(label, draw_area(label, rng) * _size(kind, label, dines=dines), behind) for label, behind in labels
+        RoomWish(label, _wish(kind, label, names, rng) * _size(kind, label, dines=dines), behind)
+        for label, behind in labels
     )
     inner, outer = float(rng.choice(_INNER_M)), float(rng.choice(_OUTER_M))
-    light = _light(kind, [label for label, _ in labels], rng)
+    light = _light(kind, names, rng)
     return Programme(
         kind,
         rooms,
@@ -133,6 +136,14 @@ def draw_programme(kind: str, rng: np.random.Generator) -> Programme:
         off_living=off_living,
         courtyard=courtyard,
     )
+
+
+def _wish(kind: str, label: str, labels: list[str], rng: np.random.Generator) -> float:
+    """Return the area of a room of a dwelling, whose living room follows the number of bedrooms, m2."""
+    area = draw_area(label, rng)
+    while label == "Living_Room" and not follows_bedrooms(area, kind, labels):
+        area = draw_area(label, rng)
+    return area
 
 
 def _size(kind: str, label: str, *, dines: bool) -> float:

@@ -23,6 +23,9 @@ SIDES: Final[tuple[Side, ...]] = ("west", "south", "east", "north")
 Option = TypeVar("Option")
 
 OUTDOORS: Final = frozenset({"Balcony", "Terrace"})
+SLEEPING: Final = frozenset({"Bedroom", "Child_Room"})
+LIT: Final = SLEEPING | {"Living_Room", "Dining_Room", "Kitchen", "Office"}
+"""Habitable rooms, which need daylight."""
 
 HALL: Final = 0
 """The number of the hall among the rooms of a layout."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from itertools import chain, count, islice, pairwise
 from pathlib import Path
 
@@ -27,6 +28,7 @@ from pipeline.sources.sound_homes.limits import LIMITS
 from pipeline.sources.sound_homes.programme import STOREYS, draw_kind
 from pipeline.sources.sound_homes.stairs import RISE_M, STOREY_M
 from pipeline.sources.sound_homes.values import SoundHome, Storey
+from research.home_oddities import oddities
 from tests.builders.batch import likeness, plans_of
 
 SEED, COUNT = 15, 24
@@ -93,6 +95,14 @@ def test_habitable_rooms_have_a_window_or_a_glazed_door(storeys: list[Storey]) -
         open_to = [pair for one, other in wide if other is not None for pair in ((one, other), (other, one))]
         glazed |= {one for one, other in open_to if storey.labels[one] == "Kitchen" and other in glazed}
         assert {k for k, label in enumerate(storey.labels) if label in LIT} <= glazed
+
+
+@pytest.mark.slow
+def test_an_architect_finds_nothing_odd(homes: list[SoundHome]) -> None:
+    levels = [level for home in homes for level in levels_of_sound_home(home)]
+    plans = [plan_level(level, PipelineConfig(), np.random.default_rng(0))[0] for level in levels]
+    found = Counter(oddity for plan in plans for oddity, has in oddities(plan) if has)
+    assert found.total() <= 1, found  # a wall may be too short for its window
 
 
 def test_each_home_has_a_kitchen_beside_a_day_room_or_the_hall(homes: list[SoundHome]) -> None:
@@ -273,7 +283,7 @@ def test_an_upper_storey_shows_its_stair_where_no_robot_gets(houses: list[SoundH
         for storey, level in zip(home.storeys, levels_of_sound_home(home), strict=True):
             (plan,) = plan_level(level, PipelineConfig(), np.random.default_rng(0))
             assert isinstance(plan, FloorPlan)
-            assert len(list(stair_lines(plan))) > 10, home.id
+            assert len(list(stair_lines(plan))) >= 10, home.id
             furnished = furnish_plan(plan, np.random.default_rng(0))
             for each in (plan, furnished):
                 wells = [thing.polygon for thing in each.objects if thing.is_stairwell]
