@@ -35,7 +35,7 @@ from houseexpo.pseudoslam.kernels.planning.frontier_features import (
     score_frontiers,
 )
 from houseexpo.pseudoslam.kernels.planning.paths import next_motion, trace_path
-from houseexpo.pseudoslam.kernels.planning.planner_types import GOING
+from houseexpo.pseudoslam.kernels.planning.planner_types import ARRIVED, GOING
 from houseexpo.pseudoslam.kernels.tolerances import LOOK_ROUND_M, MAX_FRONTIERS, TURN_PARTS
 from houseexpo.pseudoslam.kernels.types import Floats, Rows
 from houseexpo.pseudoslam.learning.environments import make_simulator_config
@@ -162,7 +162,8 @@ class Swift(FrontierChooser):
 class Straight(LookAround):
     """A robot that looks round after each step, chooses anew, and goes straight to the corners of the shortest way.
 
-    Its turns are exact (T1 and T2 of ``kernels.planning.paths``), and a step may end at a corner.
+    Its turns are exact (T1 and T2 of ``kernels.planning.paths``), and a step may end at a corner. Where it touches an
+    obstacle and no line along the way leads on, it goes a step down the distances to its goal, as other explorers do.
     """
 
     interface = Interface(actions="continuous", tasks=("exploration",))
@@ -172,6 +173,8 @@ class Straight(LookAround):
         self._memory = new_memory(0, MAX_FRONTIERS)  # it looks round before its first step, too
         travel = planner_rules(robot.config, PlanningConfig()).travel
         self._travel = travel._replace(aim_cells=2**30)  # all: where nothing is in between, the way is a straight line
+        self._chosen, self._descends = 0, False
+        """The frontier of its target, and whether ``scratch.ways`` are the distances to that frontier's goal."""
         self._moved, self._motion = False, np.zeros(2)
         """Whether its last action was a step; the step's distance and turn, as shares of the largest."""
 
@@ -192,19 +195,29 @@ class Straight(LookAround):
         del known, x, y
         state, frontier = self._memory.state[0], self._memory.frontiers[chosen]
         state.bumps = state.bumps if state.target == frontier.middle else 0
-        state.target = frontier.middle
+        state.target, self._chosen, self._descends = frontier.middle, chosen, False
         self._cells = trace_path(self.scratch.ways, frontier.goal, self.scratch.ways.queue[0])
 
     def _next_action(self, known: Grid, x: float, y: float, heading: float) -> int:
         """Return a step on the way or a turn before it; at its end, a turn to the target."""
-        turn, way, _, outcome = next_motion(known, x, y, heading, self.scratch.ways, self._cells, 0, -1, self._travel)
-        self._moved = outcome == GOING and way > 0.0
-        if self._moved:
-            self._motion = np.array([way / self._travel.step_px, turn / self._turn_rad])
-            return FORWARD
-        if outcome == GOING:
-            return LEFT if turn > 0.0 else RIGHT
-        return look_at_target(known, x, y, heading, self._memory, self._turn_rad)
+        ways, travel = self.scratch.ways, self._travel
+        if not self._descends:
+            turn, way, _, outcome = next_motion(known, x, y, heading, ways, self._cells, 0, -1, travel)
+            self._moved = outcome == GOING and way > 0.0
+            if self._moved:
+                self._motion = np.array([way / travel.step_px, turn / self._turn_rad])
+                return FORWARD
+            if outcome == GOING:
+                return LEFT if turn > 0.0 else RIGHT
+            if outcome == ARRIVED:
+                return look_at_target(known, x, y, heading, self._memory, self._turn_rad)
+            bumps = int(self._memory.state[0].bumps)
+            super()._set_target(known, x, y, self._chosen)
+            self._memory.state[0].bumps, self._descends = bumps, True
+        action = super()._next_action(known, x, y, heading)
+        if action == FORWARD:
+            self._moved, self._motion = True, np.array([1.0, 0.0])
+        return action
 
 
 class ChooserFactory:

@@ -18,12 +18,17 @@ from tests.houseexpo.pseudoslam.agents.test_look_around import HALL
 CONFIG = SimulatorConfig(pixels_per_metre=12.5)
 BARN = FloorPlan("barn", [(0, 0), (0, 9), (30, 9), (30, 0)], 1, {})
 """A room without corners in which its robot sees 5 m far."""
+TURNS = FloorPlan(
+    "turns", [(0, 0), (0, 6), (6, 6), (6, 2), (8, 2), (8, 9), (14, 9), (14, 7.2), (10, 7.2), (10, 0)], 1, {}
+)
 
 
-def walk(factory: PolicyFactory, house: FloorPlan, seed: int) -> tuple[np.ndarray, ExplorationEnv]:
+def walk(
+    factory: PolicyFactory, house: FloorPlan, seed: int, config: SimulatorConfig = CONFIG
+) -> tuple[np.ndarray, ExplorationEnv]:
     """Return the robot's places (n, 2), pixels, after each step on which it moved, and the environment in the end."""
     interface = read_interface(factory)
-    env = ExplorationEnv(house, CONFIG, success_coverage=1.0, actions=interface.actions)
+    env = ExplorationEnv(house, config, success_coverage=1.0, actions=interface.actions)
     env.reset(seed=seed)
     policy = factory(make_robot(env, interface), 0)
     places = [env.state.pose_px[:2].copy()]
@@ -43,6 +48,13 @@ def test_it_sees_all_and_touches_nothing(house: FloorPlan) -> None:
         _, env = walk(straight, house, seed)
         assert env.simulator.coverage(env.state) > 0.99
         assert env.state.counts.collisions == 0
+
+
+def test_it_goes_on_where_it_touches_a_corner_of_a_coarse_map() -> None:
+    coarse = SimulatorConfig(pixels_per_metre=5.0)  # the robot's radius is one cell
+    for seed in range(8):
+        _, env = walk(straight, TURNS, seed, coarse)
+        assert env.simulator.coverage(env.state) > 0.99
 
 
 def test_where_nothing_is_in_between_its_way_is_a_straight_line() -> None:
