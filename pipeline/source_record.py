@@ -473,7 +473,7 @@ def _search_level(level: Level, item: Input, whole: _Whole, override: Override, 
         seen=tuple(_lines_at(SECTIONS_M[1], level, walls)),
         seen_low=tuple(_lines_at(SECTIONS_M[0], level)),
         parts=tuple(_bounds_of_parts(whole.parts, level)),
-        layers=_ranked_names(lines, level.unit_m) if why and lines else (),
+        layers=_layers_asked(lines, level, why, _plans_of(results)),
         ceiling_m=0.0 if item.reader in {"vector_plans", "occupancy_map"} else round(level.ceiling_m, 2),
     )
     return _Searched(source, results)
@@ -502,6 +502,32 @@ def _units_of(lines: Sequence[Line], scale: float) -> list[float]:
 
 def _ranked_names(lines: Sequence[Line], unit_m: float) -> tuple[str, ...]:
     return tuple(displayable_name(name) for name, _ in rank_layers(lines, main_part(lines), unit_m))
+
+
+def _layers_asked(lines: Sequence[Line], level: Level, why: str, plans: Sequence[FloorPlan]) -> tuple[str, ...]:
+    """Return the layers that may be the walls of a drawing: of one with plans, the one that draws walls in rooms.
+
+    Where the layers of the walls are known, none is.
+    """
+    if why and lines:
+        return _ranked_names(lines, level.unit_m)
+    if "layers" not in level.guesses or not plans:
+        return ()
+    frames = [(plan.frame, room.polygon) for plan in plans if plan.frame for room in plan.rooms]
+    there = [
+        Polygon(plan_points_from_source(level.frame, source_points_from_plan(frame, np.array(room.exterior.coords))))
+        for frame, room in frames
+    ]
+    rooms = shapely.union_all([room.buffer(-BESIDE_M) for room in there])
+    drawn = lines_in_level(lines, level.frame, level.unit_m)
+    shapes = [LineString(points) for _, points in drawn]
+    inside = [k for k, shape in enumerate(shapes) if shape.intersects(rooms)]
+    long = dict.fromkeys((drawn[k][0] for k in inside), 0.0)
+    for k in inside:
+        long[drawn[k][0]] += shapely.intersection(shapes[k], rooms).length
+    longest_side = max(extent_of(level))
+    ranked = rank_layers([drawn[k] for k in inside], rooms.bounds, 1.0) if inside else ()
+    return tuple(displayable_name(name) for name, thick in ranked[:1] if thick and long[name] > longest_side)
 
 
 def _left_out(item: Input) -> list[str]:

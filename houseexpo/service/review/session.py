@@ -48,7 +48,7 @@ from houseexpo.service.review.requests import (
 )
 from houseexpo.service.review.source_questions import FLOORS, GUESS
 from houseexpo.service.review.sources import Sources, SourceView
-from houseexpo.service.review.unread_questions import unread_questions
+from houseexpo.service.review.unread_questions import LAYER, layer_questions, unread_questions
 
 _LOG = logging.getLogger(__name__)
 _LAST: Final = "~"
@@ -260,6 +260,10 @@ class Review:
         found = questions(told.plan, left, source, words, several)
         is_current = source is shown and not common["source"]["is_outdated"]  # else it is read again with what was said
         asked = msgspec.to_builtins(with_effect(told.plan, found, said, source))
+        if source is not None:
+            (x1, y1, x2, y2) = told.plan.bbox
+            first = layer_questions(source, left, (round((x1 + x2) / 2, 3), round((y1 + y2) / 2, 3)))
+            asked = [*msgspec.to_builtins(list(first)), *asked]
         if ghosts:
             asked.insert(0, changed_question(plan, len(ghosts), size, grows=all(ghosts)))
         return {
@@ -297,7 +301,7 @@ class Review:
         found = set(self.decisions.left(name))
         storeys = [plan.id for level in source.record.levels for plan in level.plans] if source is not None else []
         for storey in storeys:
-            found |= self.decisions.left(storey).keys() & {GUESS, FLOORS}
+            found |= {key for key in self.decisions.left(storey) if key in {GUESS, FLOORS} or key.startswith(LAYER)}
         return found
 
     def _mark_ghosts(

@@ -1,9 +1,10 @@
-"""Ask about a drawing of which no plan came: its size if it was guessed, and which of its layers are the walls.
+"""Ask about a drawing that was not understood: its size if it was guessed, and which of its layers are the walls.
 
 R1  The size is asked about first: a wall is as thick as walls are, whatever the drawing's size. The answer states it,
     so that what is said next keeps its place.
-R2  One layer after the other is asked about, the likeliest walls first, until a plan is found. The answer is a word of
-    the file, which is read again with these walls.
+R2  One layer after the other is asked about, the likeliest walls first, until a plan is found; of a plan whose layers
+    were guessed, one that draws walls in its rooms. The answer is a word of the file, which is read again with
+    these walls.
 """
 
 from __future__ import annotations
@@ -20,6 +21,8 @@ from houseexpo.service.review.source_questions import GUESS
 from houseexpo.service.review.sources import SourceView
 from houseexpo.tolerances import MIN_DOOR_M
 
+LAYER: Final = "layer at "
+"""Begins the keys of the questions about layers."""
 _MOST_SHOWN: Final = 1000
 """The longest lines of a layer are shown."""
 _MOST_SIZES: Final = 4
@@ -29,7 +32,10 @@ _Ends = tuple[tuple[float, float], tuple[float, float]]
 def unread_questions(source: SourceView, left: Collection[str]) -> Iterator[Question]:
     """Yield the questions about the source of a house without a plan, without those ``left`` (their keys)."""
     x1, y1, x2, y2 = source.pictured
-    at, record = (round((x1 + x2) / 2, 3), round((y1 + y2) / 2, 3)), source.record
+    at, record = (
+        (round((x1 + x2) / 2, 3), round((y1 + y2) / 2, 3)),
+        source.record,
+    )  # the level is shown in its own frame
     if "units" in source.level.guesses and record.unit_m and "units" in record.takes and GUESS not in left:
         wide, high = source.level.extent
         says = f"The size of this drawing is a guess: {wide:.1f} m x {high:.1f} m. Is that right?"
@@ -40,9 +46,14 @@ def unread_questions(source: SourceView, left: Collection[str]) -> Iterator[Ques
             for by in (unit_m / record.unit_m,)
         )
         yield Question(GUESS, at, says, (right, *others, Answer("Another", "file")), 1.0)
-    known: list[str] = json.loads(dict(record.options).get("wall_layers", "[]"))
-    for name in source.level.layers if "wall_layers" in record.takes else ():
-        key, lines = f"layer at {name[:80]}", lines_of_layer(source, name)
+    yield from layer_questions(source, left, at)
+
+
+def layer_questions(source: SourceView, left: Collection[str], at: tuple[float, float]) -> Iterator[Question]:
+    """Yield the question whether a layer of a drawing is the walls, about the next one that is not ``left`` (R2)."""
+    known: list[str] = json.loads(dict(source.record.options).get("wall_layers", "[]"))
+    for name in source.level.layers if "wall_layers" in source.record.takes else ():
+        key, lines = f"{LAYER}{name[:80]}", lines_of_layer(source, name)
         if not lines or key in left or name in known:
             continue
         says = f"“{name}” in the drawing: are these {len(lines):,} lines walls?"
@@ -54,11 +65,12 @@ def unread_questions(source: SourceView, left: Collection[str]) -> Iterator[Ques
 
 def lines_of_layer(source: SourceView, name: str) -> list[_Ends]:
     """Return the ends of the straight lines of a layer that can be walls, metres, the longest first."""
+    left, low = source.origin
     found = {
         tuple(sorted((a, b))): None
         for each in source.level.strokes
         if each.kind == name
-        for a, b in pairwise((round(x, 3), round(y, 3)) for x, y in each.points)
+        for a, b in pairwise((round(x - left, 3), round(y - low, 3)) for x, y in each.points)
         if math.dist(a, b) > MIN_DOOR_M + 0.002  # points are rounded
     }
     return sorted(found, key=lambda ends: -math.dist(*ends))  # type: ignore[arg-type]  # two points

@@ -12,11 +12,11 @@ from houseexpo.dataset.source_records import SourceRecord
 from houseexpo.floorplan import decode
 from houseexpo.service.review.question import Question
 from houseexpo.service.review.sources import SourceView
-from houseexpo.service.review.unread_questions import unread_questions
+from houseexpo.service.review.unread_questions import layer_questions, unread_questions
 from pipeline.batch.listing import list_inputs
 from pipeline.cli_common import load_build_config
 from pipeline.source_record import SourceReader
-from tests.pipeline.sources.test_unread_lines import sheet
+from tests.pipeline.sources.test_unread_lines import ring, sheet
 
 
 @pytest.fixture
@@ -57,6 +57,34 @@ def test_the_size_is_asked_about_first_and_then_layer_after_layer(read: tuple[st
     (plan,) = (decode(bytes(each.plan)) for each in level.plans)
     assert not level.plans[0].is_founded  # as if the layer had been called so
     assert sorted(room.area for room in plan.rooms) == pytest.approx([4.7 * 7.6, 4.7 * 7.6], rel=0.05)
+
+
+def test_of_a_plan_by_guessed_layers_the_one_that_draws_walls_in_its_rooms_is_asked_about(tmp_path: Path) -> None:
+    ezdxf = pytest.importorskip("ezdxf")
+    document = ezdxf.new("R2010", units=6)
+
+    def draw(layer: str, *rings: list[list[float]]) -> None:
+        for each in rings:
+            document.modelspace().add_lwpolyline(each, dxfattribs={"layer": layer})
+
+    draw("GF", ring(0, 0, 10, 8), ring(0.2, 0.2, 9.8, 7.8))
+    draw("DETAILS", ring(4, 0.2, 4.2, 7.8), ring(4.2, 4, 9.8, 4.2))  # a word that says no wall
+    draw("TREADS", *([[5.0 + k / 4, 5.0], [5.0 + k / 4, 7.0]] for k in range(12)))
+    document.saveas(tmp_path / "plan.dxf")
+    config = load_build_config(None, {"sources": (str(tmp_path / "plan.dxf"),)})
+    (item,) = list_inputs(config)
+    record = SourceReader(config, item.id).record({})
+    (level,) = record.levels
+    assert level.layers == ("DETAILS",)
+    view = SourceView(record, level, level.plans[0])
+    (question,) = layer_questions(view, (), (5.0, 4.0))
+    assert question.answers[0].text == "DETAILS"
+    x, y = view.origin
+    shown = [question.answers[0].points, *question.answers[0].more]
+    assert np.min(shown, axis=(0, 1)).tolist() == pytest.approx([4.0 - x, 0.2 - y], abs=0.01)
+    assert not list(layer_questions(view, {question.key}, (5.0, 4.0)))
+    (said,) = SourceReader(config, item.id).record({item.id: Override(wall_layers=("GF", "DETAILS"))}).levels
+    assert (len(decode(bytes(said.plans[0].plan)).rooms), said.layers) == (3, ())
 
 
 def test_the_view_holds_the_main_part_and_points_may_be_set_at_all_lines(read: tuple[str, SourceReader]) -> None:
