@@ -47,7 +47,7 @@ from houseexpo.service.review.requests import (
     word_value,
 )
 from houseexpo.service.review.source_questions import FLOORS, GUESS
-from houseexpo.service.review.sources import Sources, SourceView
+from houseexpo.service.review.sources import NoSuchLevelError, Sources, SourceView
 from houseexpo.service.review.unread_questions import LAYER, layer_questions, unread_questions
 
 _LOG = logging.getLogger(__name__)
@@ -345,7 +345,7 @@ class Review:
     def _source_facts(self, name: str, source: SourceView | None, *, is_plan: bool) -> dict[str, Any]:
         """Return whether the source is read, the reason if it cannot be, and the statements about the file."""
         tables = self.decisions.tables()
-        never = self.building.why_not_possible()
+        never, failed = self.building.why_not_possible(), self._sources.why_not(name, tables, is_plan=is_plan)
         latest = source or self._sources.latest(name)
         file = name if latest is None else latest.record.id
         table = tables.get(file, {})
@@ -354,8 +354,8 @@ class Review:
         levels = () if latest is None else latest.record.levels
         return {
             "known": source is not None,
-            "why": never or self._sources.why_not(name, tables, is_plan=is_plan),
-            "can_be_read": not never,
+            "why": never or str(failed or ""),
+            "can_be_read": not never and not isinstance(failed, NoSuchLevelError),
             "is_outdated": self._is_outdated(name),
             "changed": self._why_changed(name, source, is_said=bool(said)),
             "file": file,

@@ -70,6 +70,10 @@ class SourceError(ConfigError):
     """A source cannot be shown; the message says why."""
 
 
+class NoSuchLevelError(SourceError):
+    """A source was read, and has other levels than the one of the plan: to read it again is no help."""
+
+
 @dataclass(frozen=True, eq=False)
 class SourceView:
     """The source of a plan, or of a level without one (``plan`` is None). Coordinates are those of the plan, metres.
@@ -325,7 +329,7 @@ class Sources:
         """The latest records by input, each with the statements and the state of the file at that time."""
         self._asked: dict[str, str] = {}
         """The storey for which the file of a storey was read: its process has the file in memory."""
-        self._failed: dict[_Key, str] = {}
+        self._failed: dict[_Key, SourceError] = {}
         self._reading = Lock()
         self._workers = _Workers()
 
@@ -366,9 +370,9 @@ class Sources:
         """Return whether the source was read last with what is said of the file now; words of storeys do not matter."""
         return name in self._latest and self._latest[name][0] == _key(name, tables, is_plan=True)[1]
 
-    def why_not(self, name: str, tables: Mapping[str, Any], *, is_plan: bool) -> str:
-        """Return why reading the source failed, "" if it succeeded or was not tried."""
-        return self._failed.get(self._key(name, tables, is_plan=is_plan), "")
+    def why_not(self, name: str, tables: Mapping[str, Any], *, is_plan: bool) -> SourceError | None:
+        """Return why reading the source failed, None if it succeeded or was not tried."""
+        return self._failed.get(self._key(name, tables, is_plan=is_plan))
 
     def _is_found(self, name: str, tables: Mapping[str, Any]) -> bool:
         """Return whether the search finds a plan without the words of its storey, as far as is known.
@@ -409,8 +413,9 @@ class Sources:
                 record = self._record(name)
                 view = _view(record, name)
             except ConfigError as error:
-                self._failed[key] = str(error)
-                raise SourceError(str(error)) from None
+                failure = error if isinstance(error, SourceError) else SourceError(str(error))
+                self._failed[key] = failure
+                raise failure from None
             self._failed.pop(key, None)
             self._read.pop(record.id, None)
             read = tables, record, _state_of(record)
@@ -541,9 +546,14 @@ def _view(record: SourceRecord, name: str) -> SourceView:
         is_all = len(record.levels) == 1 and (record.id in ids or not level.plans)
         if level.id in ids or is_all:
             return SourceView(record, level, max(level.plans, key=_area, default=None))
-    levels = ", ".join(level.id for level in record.levels) or "none"
-    why = f": {record.rejected}" if record.rejected else ""
-    raise SourceError(f"{name}: the file as it is read now has no such level; it has {levels}{why}")
+    if not record.levels:
+        why = f": {record.rejected}" if record.rejected else ""
+        raise SourceError(f"{name}: the file as it is read now has no levels{why}")
+    levels = ", ".join(level.id for level in record.levels)
+    raise NoSuchLevelError(
+        f"{name}: the file as it is read now has no such level. It has {levels}, of which the next build (B) makes "
+        "plans; U takes back what you said last"
+    )
 
 
 def _key(name: str, tables: Mapping[str, Any], *, is_plan: bool) -> tuple[str, bytes]:

@@ -142,7 +142,7 @@ function go(move, plan = now?.plan) {
 
 // Shows what the server said of a plan; `again` is the key of a question that is asked again.
 function show(found, again = "") {
-  if (found.plan !== now?.plan) elsewhere = false;
+  if (found.plan !== now?.plan) { elsewhere = false; forgetFailure(); }
   if (found.plan !== now?.plan || found.seen !== now.seen) at("ended").hidden = true;
   const asked = found.plan === now?.plan ? questions()[0] : undefined;
   holdQuestion(found);
@@ -219,12 +219,14 @@ function readSource({ plan, source: { known, why } }) {
     return known ? undefined : go("here", plan).then(() => { // with the questions that the source answers
       if (!isLate() && !isOfPlan) lay(found);
     });
-  }).catch((error) => {
+  }).catch(async (error) => {
     if (isLate()) return;
-    now.source.why = error.message;
-    file.show(now.source, readOnly);
     say(error.message, "bad");
     failure = at("said").textContent;
+    await go("here", plan); // whether it can be read again
+    if (isLate()) return;
+    now.source.why ||= error.message;
+    file.show(now.source, readOnly);
   })
     .finally(() => {
       const wasLate = isLate();
@@ -240,9 +242,13 @@ function readAgain() {
   showDoing();
 }
 
+function forgetFailure() {
+  if (failure && at("said").textContent === failure) say("");
+}
+
 function lay(source) {
   laid = readingOf(now);
-  if (failure && at("said").textContent === failure) say("");
+  forgetFailure();
   sheet.under(source);
   file.lookFrom(source.side);
   showSide();
@@ -480,7 +486,8 @@ const answerOf = (question, which) => (which === LEFT ? question && LEAVE : ques
 function answerAll(which) {
   const [first] = questions(), chosen = answerOf(first, which);
   if (!chosen || performance.now() < settled) return refuseEarly();
-  if (alike(true).length < 2 || !mayWrite()) return undefined;
+  if (!mayWrite()) return undefined;
+  if (alike(true).length < 2) return say(`Nothing else is like this: ${which + 1} without Shift answers it.`);
   const { action, title } = chosen;
   if (OF_FILE.has(action)) return undefined;
   if (forAll !== which) {

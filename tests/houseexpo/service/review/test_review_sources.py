@@ -34,7 +34,7 @@ from houseexpo.service.collection import Collection
 from houseexpo.service.review.line_questions import corner_lines
 from houseexpo.service.review.question import Answer, Question, key_of, point_in
 from houseexpo.service.review.questions import questions, with_effect
-from houseexpo.service.review.sources import Sources, SourceView
+from houseexpo.service.review.sources import NoSuchLevelError, Sources, SourceView
 from houseexpo.service.review.wall_ends import parts_between_gaps
 from houseexpo.service.service import Service, ServiceSettings
 from tests.builders.bungalow import FILE
@@ -243,13 +243,25 @@ def test_a_data_set_of_somebody_else_shows_no_source() -> None:
     with pytest.raises(ConfigError, match="somebody else"):
         sources.read("house", {}, is_plan=True)
     assert sources.known("house", {}, is_plan=True) is None
-    assert sources.why_not("house", {}, is_plan=True) == "built by somebody else"
+    assert str(sources.why_not("house", {}, is_plan=True)) == "built by somebody else"
 
 
 def test_a_command_that_fails_is_told_by_its_last_line() -> None:
     sources = Sources(lambda: [["/bin/sh", "-c", "echo one >&2; echo two >&2; exit 2", "", ""]])
     with pytest.raises(ConfigError, match="cannot be shown: two"):
         sources.read("house", {}, is_plan=True)
+
+
+def test_a_level_that_is_gone_with_what_is_said_of_the_file_is_no_failure_of_reading(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    _, view = shown()
+    sources = Sources(list)
+    record = SourceRecord("house", levels=(msgspec.structs.replace(view.level, id="house_L0"),) * 2)
+    monkeypatch.setattr(sources, "_record", lambda _: record)
+    with pytest.raises(NoSuchLevelError, match="house_L0, of which the next build"):
+        sources.read("house_B1", {}, is_plan=True)
+    assert isinstance(sources.why_not("house_B1", {}, is_plan=True), NoSuchLevelError)
 
 
 def test_a_file_is_read_once_for_all_its_storeys(monkeypatch: pytest.MonkeyPatch) -> None:
