@@ -247,7 +247,7 @@ class Review:
         plan = self.base(name, shown)
         if plan is None:
             rejected = self.rejected.get(name) or (shown.why_no_plan if shown else "")
-            known = () if source is None else unread_questions(source, self._left(name, source))
+            known = () if source is None else unread_questions(source, self._left(name, source), self.said_of(name))
             asked = msgspec.to_builtins(list(known))
             return {**facts_without_plan(name, shown), "rejected": rejected, "questions": asked, **common}
         all_said = self.said_of(name)

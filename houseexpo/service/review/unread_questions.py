@@ -1,10 +1,12 @@
-"""Ask about a drawing that was not understood: its size if it was guessed, and which of its layers are the walls.
+"""Ask about a file that was not understood: a drawing's size if it was guessed, and which of its lines are the walls.
 
 R1  The size is asked about first: a wall is as thick as walls are, whatever the drawing's size. The answer states it,
     so that what is said next keeps its place.
 R2  One layer after the other is asked about, the likeliest walls first, until a plan is found; of a plan whose layers
     were guessed, one that draws walls in its rooms. The answer is a word of the file, which is read again with
     these walls.
+R3  Of a source without such layers (the section of a mesh, a picture), all lines of a kind are asked about at once;
+    the answer says of each that it is a wall.
 """
 
 from __future__ import annotations
@@ -13,40 +15,68 @@ import json
 import math
 from collections.abc import Collection, Iterator
 from itertools import pairwise
-from typing import Final
+from typing import Any, Final
 
-from houseexpo.corrections.vocabulary import UNITS_M
+import numpy as np
+
+from houseexpo.corrections.vocabulary import UNITS_M, Correction
+from houseexpo.grids.frame import source_points_from_plan
 from houseexpo.service.review.question import Answer, Question
 from houseexpo.service.review.source_questions import GUESS
 from houseexpo.service.review.sources import SourceView
 from houseexpo.tolerances import MIN_DOOR_M
+from houseexpo.words import count_noun
 
 LAYER: Final = "layer at "
 """Begins the keys of the questions about layers."""
 _MOST_SHOWN: Final = 1000
-"""The longest lines of a layer are shown."""
-_MOST_SIZES: Final = 4
+"""The longest lines of a layer are shown; without layers, these are said to be walls."""
+_SIZES_OFFERED: Final = 4
+_KINDS: Final = {"section": "The section of the file", "outline": "The outline of the file"}
 _Ends = tuple[tuple[float, float], tuple[float, float]]
 
 
-def unread_questions(source: SourceView, left: Collection[str]) -> Iterator[Question]:
-    """Yield the questions about the source of a house without a plan, without those ``left`` (their keys)."""
+def unread_questions(
+    source: SourceView, left: Collection[str], said: Collection[Correction] = ()
+) -> Iterator[Question]:
+    """Yield the questions about the source of a house without a plan, without those ``left`` (their keys).
+
+    ``said`` is what is said of the storey.
+    """
     x1, y1, x2, y2 = source.pictured
-    at, record = (
-        (round((x1 + x2) / 2, 3), round((y1 + y2) / 2, 3)),
-        source.record,
-    )  # the level is shown in its own frame
+    at = (round((x1 + x2) / 2, 3), round((y1 + y2) / 2, 3))  # the level is shown in its own frame
+    record = source.record
     if "units" in source.level.guesses and record.unit_m and "units" in record.takes and GUESS not in left:
         wide, high = source.level.extent
         says = f"The size of this drawing is a guess: {wide:.1f} m x {high:.1f} m. Is that right?"
         right = Answer("Right", "units", text=_name_of(record.unit_m))
         others = (
             Answer(f"{wide * by:.1f} m x {high * by:.1f} m", "units", text=_name_of(unit_m))
-            for unit_m in record.other_units_m[:_MOST_SIZES]
+            for unit_m in record.other_units_m[:_SIZES_OFFERED]
             for by in (unit_m / record.unit_m,)
         )
         yield Question(GUESS, at, says, (right, *others, Answer("Another", "file")), 1.0)
-    yield from layer_questions(source, left, at)
+    if "wall_layers" in record.takes:
+        yield from layer_questions(source, left, at)
+    else:
+        yield from _kind_questions(source, left, said, at)
+
+
+def _kind_questions(
+    source: SourceView, left: Collection[str], said: Collection[Correction], at: tuple[float, float]
+) -> Iterator[Question]:
+    """Yield the question whether the lines of a kind are walls, about the next one of which nothing is said (R3)."""
+    known = {_undirected(each.plain_value) for each in said if each.word in {"wall", "no_wall"}}
+    for kind in source.level.layers:
+        key, lines = f"{LAYER}{kind[:80]}", lines_of_layer(source, kind)
+        ends = source_points_from_plan(source.level.frame, np.reshape(lines, (-1, 2))).round(3).reshape(-1, 2, 2)
+        if not lines or key in left or any(_undirected(each) in known for each in ends.tolist()):
+            continue
+        first, *more = lines[:_MOST_SHOWN]
+        says = f"{_KINDS.get(kind, f'“{kind}” in the source')}: are these {count_noun(1 + len(more), 'line')} walls?"
+        walls = Answer("Walls", "wall", first, more=tuple(more))
+        yield Question(key, at, says, (walls, Answer("No walls")), 1.0)
+        return
 
 
 def layer_questions(source: SourceView, left: Collection[str], at: tuple[float, float]) -> Iterator[Question]:
@@ -78,3 +108,8 @@ def lines_of_layer(source: SourceView, name: str) -> list[_Ends]:
 
 def _name_of(unit_m: float) -> str:
     return next((name for name, metres in UNITS_M.items() if math.isclose(metres, unit_m)), f"{unit_m:g}")
+
+
+def _undirected(ends: Any) -> tuple[Any, ...]:
+    """Return what is the same of a line whichever end is first."""
+    return tuple(sorted(map(tuple, ends)))

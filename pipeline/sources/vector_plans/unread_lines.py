@@ -30,7 +30,7 @@ _MOST_BESIDE: Final = 2.2
 """A face of a wall has its other face beside it, and that of the next wall's end; a tread has several others."""
 _LEAST_BESIDE: Final = 0.3
 """Share of a line that runs beside another."""
-_MOST_LINES: Final = 2_000
+_RANKED_LINES: Final = 2_000
 """The longest of a layer are looked at."""
 _UNITS_M: Final = ((1.0, 0.001, 0.01), (0.05, 0.1, 0.02, 0.2), (0.0254, 0.3048))
 """R3: full size; 1:50, 1:100, 1:20 and 1:200; others."""
@@ -86,7 +86,7 @@ def _pairs(pieces: Floats, thick: tuple[float, float], beside: float) -> tuple[f
     """
     long = np.linalg.norm(pieces[:, 1] - pieces[:, 0], axis=1)
     whole = float(long.sum())
-    order = np.argsort(-long, kind="stable")[:_MOST_LINES]
+    order = np.argsort(-long, kind="stable")[:_RANKED_LINES]
     order = order[long[order] > 2 * thick[0]]
     pieces, long = pieces[order], long[order]
     if not len(pieces):

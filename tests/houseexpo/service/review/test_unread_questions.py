@@ -4,15 +4,18 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import msgspec
 import numpy as np
 import pytest
 
 from houseexpo.corrections import Override
+from houseexpo.corrections.vocabulary import Correction
 from houseexpo.dataset.source_records import SourceRecord
 from houseexpo.floorplan import decode
+from houseexpo.grids.frame import source_points_from_plan
 from houseexpo.service.review.question import Question
 from houseexpo.service.review.sources import SourceView
-from houseexpo.service.review.unread_questions import layer_questions, unread_questions
+from houseexpo.service.review.unread_questions import layer_questions, lines_of_layer, unread_questions
 from pipeline.batch.listing import list_inputs
 from pipeline.cli_common import load_build_config
 from pipeline.source_record import SourceReader
@@ -57,6 +60,22 @@ def test_the_size_is_asked_about_first_and_then_layer_after_layer(read: tuple[st
     (plan,) = (decode(bytes(each.plan)) for each in level.plans)
     assert not level.plans[0].is_founded  # as if the layer had been called so
     assert sorted(room.area for room in plan.rooms) == pytest.approx([4.7 * 7.6, 4.7 * 7.6], rel=0.05)
+
+
+def test_without_layers_all_lines_of_a_kind_are_asked_about_at_once(read: tuple[str, SourceReader]) -> None:
+    _, reader = read
+    known = reader.record({})
+    record = msgspec.structs.replace(known, takes=tuple(word for word in known.takes if word != "wall_layers"))
+    *_, asks = asked(record)
+    walls = asks.answers[0]
+    assert walls.action == "wall"
+    (level,) = record.levels
+    name = asks.key.removeprefix("layer at ")
+    assert 1 + len(walls.more) == len(lines_of_layer(SourceView(record, level, None), name))
+    line = source_points_from_plan(level.frame, np.asarray(walls.more[0])).round(3).tolist()
+    said = [Correction("wall", tuple(map(tuple, line)))]
+    *_, other = unread_questions(SourceView(record, level, None), (), said)
+    assert other.key != asks.key
 
 
 def test_of_a_plan_by_guessed_layers_the_one_that_draws_walls_in_its_rooms_is_asked_about(tmp_path: Path) -> None:
