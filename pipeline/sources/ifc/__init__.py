@@ -438,7 +438,7 @@ def _on_floors(building: Building, floors: Sequence[float]) -> Building:
     What a person says of the floors counts for all buildings of the file.
     """
     only = next(iter(building.buildings)) if len(building.buildings) == 1 else None
-    storeys = [Storey(k, f"at {height:.2f} m", height, only) for k, height in enumerate(floors)]
+    storeys = [Storey(k, f"at {height:.2f} m", height, only, is_said=True) for k, height in enumerate(floors)]
 
     def stands(part: ElementBody) -> ElementBody:
         foot = part.top if part.kind == "IfcSlab" else part.bottom

@@ -45,12 +45,16 @@ KERNEL: Final = "hybrid-cgal-simple-opencascade"  # flat-faced bodies go a quick
 
 @dataclass(frozen=True)
 class Storey:
-    """A building storey: its step id, its name, its elevation in metres, the step id of its building."""
+    """A building storey: its step id, its name, its elevation in metres, the step id of its building.
+
+    ``is_said`` is of one that a person says.
+    """
 
     key: int
     name: str
     elevation_m: float
     building: int | None = None
+    is_said: bool = False
 
 
 @dataclass(frozen=True, eq=False)

@@ -19,14 +19,16 @@ N3  An element without a building belongs to the building of the file, if there 
 
 H1  A storey's elevation stands unless its walls' feet lie off it (elevations that an exporter left at 0): then those,
     each as much as its wall is long. What else stands there counts only where the storey has no wall: windows and
-    plates start at their sill, and some columns are piles under the floor, or stand on another one.
+    plates start at their sill, and some columns are piles under the floor, or stand on another one. An elevation that a
+    person says stands.
 H2  Doors' sills, the floors of spaces and the tops of slabs vote; where more of them agree on another height near the
     elevation than on the elevation, that is the floor: a screed that nobody drew, doors that start a step above it.
 
 **Storeys**: which are levels, and which belong together.
 
 S1  A storey is a level where it has a room, or where walls of 1.8 m stand on its floor and it holds a wall itself: the
-    roof, the foundation and a mere reference height have neither. One without is passed over, not rejected.
+    roof, the foundation and a mere reference height have neither. One without is passed over, not rejected. A storey
+    that a person says is a level wherever walls stand.
 S2  Where the file names rooms or doors, a storey with neither is a roof with its parapets, or a void, unless it holds
     a floor slab of its own and walls of 1.8 m around it. In a file without doors, it is also a level if its own walls
     are 2.2 m high and enclose half the area or more that the walls of a storey with rooms do: somebody drew the rooms
@@ -172,7 +174,7 @@ class _Vote:
 
 def floor_height(building: Building, storey: Storey) -> float:
     """Height of the storey's floor in project axes, metres."""
-    given = _floor_of_walls(building.walls, storey)
+    given = storey.elevation_m if storey.is_said else _floor_of_walls(building.walls, storey)
     votes = [_Vote(given, 1.0)]
     votes += [_Vote(float(hole.mesh.vertices[:, 2].min()), 1.0) for hole in building.holes if hole.has_door]
     votes += [_Vote(space.bottom, 1.0) for space in building.spaces if space.storey == storey.key and is_room(space)]
@@ -254,11 +256,11 @@ def _standing(
     floor = floor_height(building, storey)
     has_rooms = any(_is_in(space, storey, floor) for space in rooms)
     entered = any(_is_entered(hole.mesh, floor) for hole in building.holes if hole.has_door)
-    lacking = named and not has_rooms and not entered
+    lacking = named and not has_rooms and not entered and not storey.is_said
     like = lacking and like_m2 < np.inf and _enclosed_area(_high(own, floor)) > like_m2
     if lacking and not like and not _is_walled(building, storey, own, floor):
         return None
-    if not has_rooms and (not own or _wall_length(building.walls, floor) < STOREY_WALLS_M):
+    if not (has_rooms or storey.is_said) and (not own or _wall_length(building.walls, floor) < STOREY_WALLS_M):
         return None
     if not any(part.bottom < floor + HEAD_M and part.top > floor + COVER_MARGIN_M for part in building.walls):
         return None

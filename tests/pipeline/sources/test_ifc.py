@@ -2,6 +2,7 @@
 
 import re
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -287,6 +288,16 @@ def test_a_roof_terrace_without_a_door_is_no_level(tower, tmp_path):
     roof = tower.house.storey("Dach", 2.8)
     tower.house.walls_around(roof, (0, 0, 2.8, 8, 6, 4.8))
     assert tower.floors(tmp_path) == [0.0]
+
+
+def test_a_floor_that_a_person_says_is_a_level_at_that_height(tower, tmp_path):
+    roof = tower.house.storey("Dach", 2.8)
+    tower.house.walls_around(roof, (0, 0, 3.5, 8, 6, 5.5))  # no door, and the walls stand off the floor
+    path = tower.house.write(tmp_path / "tower.ifc")
+    (item,) = ifc.find(str(path))
+    assert [level.frame.floor for level in ifc.read(item)] == [0.0]
+    said = replace(item, options=(*item.options, ("floors", "[0.0, 2.8]")))
+    assert [level.frame.floor for level in ifc.read(said)] == [0.0, 2.8]
 
 
 def test_a_storey_that_a_door_leads_to_is_one(tower, tmp_path):
