@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Sequence
 from itertools import pairwise
 from typing import Any, Final
 
@@ -56,41 +56,37 @@ def unread_questions(
             for by in (unit_m / record.unit_m,)
         )
         yield Question(GUESS, at, says, (right, *others, Answer("Another", "file")), 1.0)
-    if "wall_layers" in record.takes:
-        yield from layer_questions(source, left, at)
-    else:
-        yield from _kind_questions(source, left, said, at)
+    yield from layer_questions(source, left, at, said)
 
 
-def _kind_questions(
-    source: SourceView, left: Collection[str], said: Collection[Correction], at: tuple[float, float]
+def layer_questions(
+    source: SourceView, left: Collection[str], at: tuple[float, float], said: Collection[Correction] | None = None
 ) -> Iterator[Question]:
-    """Yield the question whether the lines of a kind are walls, about the next one of which nothing is said (R3)."""
-    known = {_undirected(each.plain_value) for each in said if each.word in {"wall", "no_wall"}}
-    for kind in source.level.layers:
-        key, lines = f"{LAYER}{kind[:80]}", lines_of_layer(source, kind)
-        ends = source_points_from_plan(source.level.frame, np.reshape(lines, (-1, 2))).round(3).reshape(-1, 2, 2)
-        if not lines or key in left or any(_undirected(each) in known for each in ends.tolist()):
-            continue
-        first, *more = lines[:_MOST_SHOWN]
-        says = f"{_KINDS.get(kind, f'“{kind}” in the source')}: are these {count_noun(1 + len(more), 'line')} walls?"
-        walls = Answer("Walls", "wall", first, more=tuple(more))
-        yield Question(key, at, says, (walls, Answer("No walls")), 1.0)
-        return
+    """Yield the question whether a layer is the walls, about the next one that is not ``left`` and not said (R2, R3).
 
-
-def layer_questions(source: SourceView, left: Collection[str], at: tuple[float, float]) -> Iterator[Question]:
-    """Yield the question whether a layer of a drawing is the walls, about the next one that is not ``left`` (R2)."""
-    known: list[str] = json.loads(dict(source.record.options).get("wall_layers", "[]"))
-    for name in source.level.layers if "wall_layers" in source.record.takes else ():
+    ``said`` is what is said of a house without a plan. Of a house with one (None), only layers that a word of the file
+    can name are asked about.
+    """
+    is_word = "wall_layers" in source.record.takes
+    named: list[str] = json.loads(dict(source.record.options).get("wall_layers", "[]"))
+    walls_said = {_undirected(each.plain_value) for each in said or () if each.word in {"wall", "no_wall"}}
+    for name in source.level.layers if is_word or said is not None else ():
         key, lines = f"{LAYER}{name[:80]}", lines_of_layer(source, name)
-        if not lines or key in left or name in known:
+        if not lines or key in left or name in named or (not is_word and _are_said(source, lines, walls_said)):
             continue
-        says = f"“{name}” in the drawing: are these {len(lines):,} lines walls?"
         first, *more = lines[:_MOST_SHOWN]
-        walls = Answer("Walls", "wall_layers", first, text="\n".join([*known, name]), more=tuple(more))
+        number = count_noun(len(lines) if is_word else 1 + len(more), "line")
+        says = f"{_KINDS.get(name, f'“{name}” in the drawing')}: are these {number} walls?"
+        text = "\n".join([*named, name]) if is_word else ""
+        walls = Answer("Walls", "wall_layers" if is_word else "wall", first, text=text, more=tuple(more))
         yield Question(key, at, says, (walls, Answer("No walls")), 1.0)
         return
+
+
+def _are_said(source: SourceView, lines: Sequence[_Ends], said: Collection[tuple[Any, ...]]) -> bool:
+    """Return whether something is said of one of the lines; ``said`` are lines along the source's plan axes."""
+    ends = source_points_from_plan(source.level.frame, np.reshape(lines, (-1, 2))).round(3).reshape(-1, 2, 2)
+    return any(_undirected(each) in said for each in ends.tolist())
 
 
 def lines_of_layer(source: SourceView, name: str) -> list[_Ends]:
